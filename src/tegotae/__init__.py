@@ -1,0 +1,34 @@
+"""Tegotae: learned feedback in central pattern generators, a thousand rollouts at a time."""
+
+from tegotae import devices as _devices
+
+_devices.use_all_cores()
+
+from importlib.metadata import PackageNotFoundError, version  # noqa: E402
+
+from tegotae.bodies import Body, Hopper  # noqa: E402
+from tegotae.controller import Controller, Tegotae  # noqa: E402
+from tegotae.errors import TegotaeError  # noqa: E402
+from tegotae.models import Model, all_models, build, find  # noqa: E402
+from tegotae.rollout import Engine, Scenario, Timing, Trajectory  # noqa: E402
+
+try:
+    __version__ = version("tegotae")
+except PackageNotFoundError:  # a source tree that is not installed
+    __version__ = "0+unknown"
+
+__all__ = [
+    "Body",
+    "Controller",
+    "Engine",
+    "Hopper",
+    "Model",
+    "Scenario",
+    "Tegotae",
+    "TegotaeError",
+    "Timing",
+    "Trajectory",
+    "all_models",
+    "build",
+    "find",
+]

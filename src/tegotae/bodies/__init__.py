@@ -1,0 +1,6 @@
+"""Bodies: the mechanics that a controller drives."""
+
+from tegotae.bodies.base import Body, Contact, Push, Sensation
+from tegotae.bodies.hopper import Hopper, HopperState
+
+__all__ = ["Body", "Contact", "Hopper", "HopperState", "Push", "Sensation"]

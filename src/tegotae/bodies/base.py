@@ -1,0 +1,110 @@
+"""What a body must offer so that a controller can drive it."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from typing import Any, NamedTuple
+
+import jax
+
+
+class Sensation(NamedTuple):
+    """What a body feels at one instant. Every entry has the shape of the lanes."""
+
+    values: dict[str, jax.Array]
+    """Sensed quantities by name, in SI units."""
+    scales: dict[str, Any]
+    """What each quantity is divided by before a network sees it, in the same units."""
+
+
+class Push(NamedTuple):
+    """The actuator force over one tick, linear in time: mean + rise · (share of the tick - ½)."""
+
+    mean_n: jax.Array
+    """Mean force [N]."""
+    rise_n: Any = 0.0
+    """How much the force rises from the tick's start to its end [N]."""
+
+
+class Contact(NamedTuple):
+    """The body's motion over one control tick. Every entry has the shape of the lanes."""
+
+    stance_share: jax.Array
+    """Share of the tick spent in stance, 0 ... 1."""
+    work_j: jax.Array
+    """Signed work of the actuator over the tick [J]."""
+    climb_flight_m: jax.Array
+    """Height climbed in flight over the tick [m], >= 0."""
+    climb_m: jax.Array
+    """Height climbed over the tick, in flight and stance [m], >= 0."""
+    apex_share: jax.Array
+    """Where in the tick a flight apex lies, 0 ... 1; NaN without one."""
+    apex_height_m: jax.Array
+    """Height of that apex [m]; NaN without one."""
+    touchdown_share: jax.Array
+    """Where in the tick a touchdown lies, 0 ... 1; NaN without one."""
+
+
+class Body(ABC):
+    """A mechanical system with one actuated leg.
+
+    A body is a frozen dataclass of numbers, made a pytree by `tegotae.parameters.traceable`, so
+    that its parameters are arguments of the compiled program. Its methods are elementwise: every
+    array has the shape of the lanes, and no lane may look at another.
+    """
+
+    SENSES: tuple[str, ...] = ()
+    """Names of what `sense` returns; a controller that reads another name is refused."""
+
+    @property
+    @abstractmethod
+    def max_force_n(self) -> Any:
+        """Largest actuator force α [N]."""
+
+    @property
+    @abstractmethod
+    def rate_scale(self) -> Any:
+        """A typical rate of the body [rad/s], by which a network sees the Tegotae feedback."""
+
+    def check_tick(self, tick_s: float) -> None:  # noqa: B027 - optional
+        """Raise `TegotaeError` if this control period [s] is too long for the body."""
+
+    @abstractmethod
+    def release(self, height_m: jax.Array, velocity_m_per_s: jax.Array) -> Any:
+        """The state at release, a tuple of arrays."""
+
+    @abstractmethod
+    def sense(self, state: Any, ground_m: jax.Array) -> Sensation:
+        """What the body feels in `state`, the ground being at height `ground_m` [m]."""
+
+    @abstractmethod
+    def predict(
+        self, state: Any, force_n: jax.Array, ground_m: jax.Array, tick_s: jax.Array
+    ) -> tuple[Any, jax.Array, jax.Array]:
+        """A cheap guess of the state one tick on under a held force [N], errors of second order.
+
+        With it, from where to where in the tick (0 ... 1) the body is in stance; the same value
+        twice if never.
+        """
+
+    @abstractmethod
+    def advance(
+        self, state: Any, push: Push, ground_m: jax.Array, tick_s: jax.Array
+    ) -> tuple[Any, Contact]:
+        """The state one tick on under the actuator's push, and what happened on the way."""
+
+    @abstractmethod
+    def failed(self, state: Any, ground_m: jax.Array) -> jax.Array:
+        """True where the body can no longer move on (such as a leg of no length)."""
+
+    @abstractmethod
+    def height(self, state: Any) -> jax.Array:
+        """Height of the centre of mass [m]."""
+
+    @abstractmethod
+    def velocity(self, state: Any) -> jax.Array:
+        """Vertical velocity of the centre of mass [m/s]."""
+
+    @abstractmethod
+    def energy(self, state: Any, ground_m: jax.Array) -> jax.Array:
+        """Mechanical energy, kinetic + potential (height above zero) + elastic [J]."""

@@ -1,0 +1,49 @@
+"""One single-threaded XLA device per CPU core, or the GPUs where JAX has them."""
+
+from __future__ import annotations
+
+import os
+
+import jax
+
+_XLA_FLAGS = {
+    # A rollout's tick is a few hundred elementwise operations with some twenty results. XLA fuses
+    # such a graph once per result, and so computes it many times over, unless told to share.
+    "xla_backend_extra_options": "xla_cpu_use_multi_output_fusion=true",
+    # Of use on AVX-512 machines, of no effect on others.
+    "xla_cpu_prefer_vector_width": "512",
+}
+
+
+def _cores() -> int:
+    """Cores that this process may use; `TEGOTAE_CORES` asks for fewer or more."""
+    asked = os.environ.get("TEGOTAE_CORES", "")
+    if asked.isdigit() and int(asked) > 0:
+        return int(asked)
+    try:
+        return len(os.sched_getaffinity(0))
+    except AttributeError:  # not on macOS or Windows
+        return os.cpu_count() or 1
+
+
+def use_all_cores() -> None:
+    """Ask XLA for one CPU device per core and for shared fusions.
+
+    Called when `tegotae` is imported, and without effect once JAX has started its devices. The
+    lanes of a rollout are shared out over devices: a device per core keeps every block of lanes in
+    one core's cache. Flags that the user has set in `XLA_FLAGS` stand.
+    """
+    flags = os.environ.get("XLA_FLAGS", "")
+    missing = [f"--{name}={value}" for name, value in _XLA_FLAGS.items() if name not in flags]
+    os.environ["XLA_FLAGS"] = " ".join([*filter(None, [flags]), *missing])
+    if "xla_force_host_platform_device_count" in flags:
+        return
+    try:
+        jax.config.update("jax_num_cpu_devices", _cores())
+    except RuntimeError:
+        return  # JAX is running already: the devices it has are the ones we use
+
+
+def lane_devices() -> list[jax.Device]:
+    """The devices that lanes are shared out over: all of JAX's default kind."""
+    return jax.local_devices()

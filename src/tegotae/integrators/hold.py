@@ -1,0 +1,23 @@
+"""The controller held over the tick: what a sampled controller on a robot does."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from tegotae.integrators.base import Integrator, Moment, drive, phase_of, push
+
+
+@dataclass(frozen=True)
+class Hold(Integrator):
+    """Feedback and force evaluated at the tick's start and held; the body advances exactly."""
+
+    def tick(self, controller, body, weights, omega, moment, ground_m, tick_s):
+        """One tick; see `Integrator.tick`."""
+        now = drive(controller, body, weights, omega, moment.body, moment.oscillator, ground_m)
+        oscillator = tuple(
+            x + tick_s * rate for x, rate in zip(moment.oscillator, now.rate, strict=True)
+        )
+        phase = phase_of(controller, moment.oscillator, now.feedback)
+        force = push(controller, body, now.smooth_force, phase, phase, omega)
+        state, contact = body.advance(moment.body, force, ground_m, tick_s)
+        return Moment(state, oscillator, now, moment.drive), contact, force

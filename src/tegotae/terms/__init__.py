@@ -1,0 +1,22 @@
+"""Terms of the controller: Action, Reaction, Gain and Actuation, vanilla and learned."""
+
+from tegotae.terms.action import VanillaAction
+from tegotae.terms.actuation import Actuation, LearnedActuation, Reflex, Sector, SectorAndReflex
+from tegotae.terms.base import Signals, Term
+from tegotae.terms.gain import ConstantGain
+from tegotae.terms.network import Network
+from tegotae.terms.reaction import VanillaReaction
+
+__all__ = [
+    "Actuation",
+    "ConstantGain",
+    "LearnedActuation",
+    "Network",
+    "Reflex",
+    "Sector",
+    "SectorAndReflex",
+    "Signals",
+    "Term",
+    "VanillaAction",
+    "VanillaReaction",
+]

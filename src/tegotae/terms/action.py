@@ -1,0 +1,24 @@
+"""Action terms A′(φ): the derivative of the oscillator's belief about the body."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import jax
+
+from tegotae.terms.base import Signals, Term
+
+
+@dataclass(frozen=True)
+class VanillaAction(Term):
+    """`A′(φ) = C′(φ) = -cos φ`, from the belief C(φ) = -sin φ that stance has sin φ < 0 (IV-A)."""
+
+    @property
+    def reads(self) -> tuple[str, ...]:
+        """The cosine of the phase."""
+        return ("cos_phase",)
+
+    def __call__(self, weights: Sequence[jax.Array], signals: Signals) -> jax.Array:
+        """-cos φ."""
+        return -signals["cos_phase"]

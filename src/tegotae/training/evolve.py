@@ -1,0 +1,183 @@
+"""Evolution of a model's weights: all its seeds, all their episodes, in one compiled program."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from functools import partial
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from tegotae.bodies import Body, Hopper
+from tegotae.controller import Controller
+from tegotae.errors import TegotaeError
+from tegotae.rollout import Engine, Scenario, Timing, check_senses
+from tegotae.training.algorithms import PGPE, Algorithm
+from tegotae.training.fitness import Fitness
+
+
+@dataclass(frozen=True, kw_only=True)
+class Training:
+    """What is trained and how: the static part of the compiled program.
+
+    Args:
+        controller: what is trained.
+        algorithm: how.
+        fitness: by what measure.
+        timing: the episode.
+
+    Raises:
+        TegotaeError: for an episode too short for its fitness.
+    """
+
+    controller: Controller
+    algorithm: Algorithm = field(default_factory=PGPE)
+    fitness: Fitness = field(default_factory=Fitness)
+    timing: Timing = field(default_factory=lambda: Timing(duration_s=12.0))
+
+    def __post_init__(self) -> None:
+        self.fitness.check(self.timing)
+
+    @property
+    def engine(self) -> Engine:
+        """The engine that rolls out the episodes."""
+        return Engine(controller=self.controller, timing=self.timing, summary=self.fitness)
+
+
+class Progress(NamedTuple):
+    """Where a training is, after some generations; arrays with one entry per seed."""
+
+    generation: Any
+    """Generations done."""
+    search: Any
+    """The optimiser's state."""
+    best_fitness: Any
+    """Fitness of the best distribution seen."""
+    best_weights: Any
+    """Mean of that distribution, shape [seeds, n_weights]."""
+    best_std: Any
+    """Its standard deviation, shape [seeds, n_weights]."""
+    best_generation: Any
+    """The generation in which it was seen."""
+
+
+class Curves(NamedTuple):
+    """One generation's learning curves, each of shape [seeds]."""
+
+    centre_fitness: Any
+    """Fitness of the distribution's mean."""
+    centre_cot_inverse: Any
+    """CoT⁻¹ of the distribution's mean [m/J]."""
+    mean_fitness: Any
+    """Mean fitness of the samples that did not fail."""
+    best_fitness: Any
+    """Fitness of the best sample."""
+    failed_share: Any
+    """Share of the samples that failed."""
+
+
+def start(training: Training, seeds: Sequence[int]) -> Progress:
+    """Every seed's own random weights. A seed's run does not depend on which others go with it."""
+    if not seeds:
+        raise TegotaeError("no seeds to train; give at least one")
+
+    def one(seed: jax.Array) -> Progress:
+        key_weights, key_search = jax.random.split(jax.random.key(seed))
+        weights = training.controller.initial(key_weights)
+        search = training.algorithm.start(key_search, weights)
+        return Progress(
+            jnp.asarray(0),
+            search,
+            jnp.asarray(-jnp.inf),
+            weights,
+            jnp.zeros_like(weights),
+            jnp.asarray(0),
+        )
+
+    return jax.jit(jax.vmap(one))(jnp.asarray(seeds))
+
+
+def evolve(
+    training: Training,
+    progress: Progress,
+    seeds: Sequence[int],
+    omega: float,
+    generations: int,
+    body: Body | None = None,
+) -> Iterator[tuple[Progress, Curves]]:
+    """Train on, one generation at a time, until `generations` are done.
+
+    Args:
+        training: what and how.
+        progress: from `start`, or where an earlier training stopped.
+        seeds: the seeds that `progress` was started with.
+        omega: prescribed frequency ω_t [rad/s].
+        generations: generations in all, those of `progress` included.
+        body: the body; the paper's hopper by default.
+
+    Yields:
+        the new progress and the generation's curves (NumPy arrays).
+    """
+    body = Hopper() if body is None else body
+    check_senses(training.controller, body)
+    body.check_tick(training.timing.tick_s)
+    body = jax.tree.map(lambda x: jnp.asarray(x, "float32"), body)
+    done = int(np.asarray(progress.generation)[0])
+    for _ in range(done, generations):
+        progress, curves = _generation(
+            training, progress, jnp.asarray(seeds), jnp.float32(omega), body
+        )
+        yield progress, jax.tree.map(np.asarray, curves)
+
+
+@partial(jax.jit, static_argnums=0)
+def _generation(
+    training: Training, progress: Progress, seeds: jax.Array, omega: jax.Array, body: Body
+) -> tuple[Progress, Curves]:
+    n_weights = training.controller.n_weights
+    strategy = training.algorithm.strategy(n_weights)
+    parameters = training.algorithm.parameters(n_weights)
+
+    def keys(seed: jax.Array, generation: jax.Array) -> jax.Array:
+        return jax.random.split(jax.random.fold_in(jax.random.key(seed), generation), 2)
+
+    ask_key, tell_key = jnp.unstack(jax.vmap(keys)(seeds, progress.generation), axis=1)
+    samples, search = jax.vmap(strategy.ask, in_axes=(0, 0, None))(
+        ask_key, progress.search, parameters
+    )
+    centre = search.mean
+    # One more lane per seed: the distribution's mean, by which the best distribution is chosen.
+    everyone = jnp.concatenate([samples, centre[:, None]], axis=1)
+    n_seeds, per_seed = everyone.shape[:2]
+    lanes = n_seeds * per_seed
+    scenario = Scenario(*(jnp.full((lanes,), x, "float32") for x in Scenario(omega)))
+    outcome = training.engine.trace(everyone.reshape(lanes, n_weights).T, scenario, body)
+    outcome = {name: x.reshape(n_seeds, per_seed) for name, x in outcome.items()}
+    fitness, own = outcome["fitness"][:, :-1], outcome["fitness"][:, -1]
+
+    search, _ = jax.vmap(strategy.tell, in_axes=(0, 0, 0, 0, None))(
+        tell_key, samples, -fitness, search, parameters
+    )
+    better = own > progress.best_fitness
+    pick = better[:, None]
+    progress = Progress(
+        progress.generation + 1,
+        search,
+        jnp.where(better, own, progress.best_fitness),
+        jnp.where(pick, centre, progress.best_weights),
+        jnp.where(pick, jnp.broadcast_to(progress.search.std, centre.shape), progress.best_std),
+        jnp.where(better, progress.generation, progress.best_generation),
+    )
+    sound = ~outcome["failed"][:, :-1]
+    count = jnp.maximum(sound.sum(axis=1), 1)
+    curves = Curves(
+        own,
+        outcome["cot_inverse"][:, -1],
+        jnp.where(sound, fitness, 0.0).sum(axis=1) / count,
+        fitness.max(axis=1),
+        1.0 - sound.mean(axis=1),
+    )
+    return progress, curves
