@@ -92,7 +92,7 @@ class Trajectory(NamedTuple):
     """
 
     time_s: Any
-    """Time [s], shape [frames]."""
+    """Time [s]."""
     height_m: Any
     """Height y [m]."""
     velocity_m_per_s: Any
@@ -385,7 +385,7 @@ def _advance_block(engine: Engine, weights: jax.Array, scenario: Scenario, body:
         moment, totals = lane.moment, lane.totals
         sensed = body.sense(moment.body, ground).values
         recorded = Trajectory(
-            time_s=(first + timing.ticks_per_frame).astype(dtype) * tick_s,
+            time_s=jnp.broadcast_to((first + timing.ticks_per_frame).astype(dtype) * tick_s, zero.shape),
             height_m=body.height(moment.body),
             velocity_m_per_s=body.velocity(moment.body),
             phase_rad=phase_of(controller, moment.oscillator, zero),

@@ -63,6 +63,11 @@ class Body(ABC):
 
     @property
     @abstractmethod
+    def rest_length_m(self) -> Any:
+        """Length of the unloaded leg l0 [m]: below it, over ground, is stance."""
+
+    @property
+    @abstractmethod
     def rate_scale(self) -> Any:
         """A typical rate of the body [rad/s], by which a network sees the Tegotae feedback."""
 

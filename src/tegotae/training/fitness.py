@@ -10,6 +10,7 @@ import jax.numpy as jnp
 from tegotae.bodies import Body
 from tegotae.errors import TegotaeError, require_finite
 from tegotae.metrics.efficiency import WORK, cot_inverse, work_total
+from tegotae.metrics.hopping import hop_height_m
 from tegotae.metrics.spectrum import REST_RANGE_M, delta_omega, peak, rest_delta_omega, spectrum
 from tegotae.rollout import Scenario, Timing, Trajectory
 
@@ -64,7 +65,8 @@ class Fitness:
         work = work_total(trajectory, self.energy)
         cot = cot_inverse(climb, work[-1] - work[first])
         rests = height.max(axis=0) - height.min(axis=0) < REST_RANGE_M
-        cot = jnp.where(rests, 0.0, cot)
+        hops = (height >= hop_height_m(body.rest_length_m, trajectory.ground_m[first:])).any(axis=0)
+        cot = jnp.where(hops, cot, 0.0)
         fitness = cot
         gap = jnp.zeros_like(cot)
         if self.follow_omega:
