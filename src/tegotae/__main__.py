@@ -1,0 +1,5 @@
+"""`python -m tegotae`."""
+
+from tegotae.cli import entry
+
+entry()

@@ -1,0 +1,65 @@
+"""`tegotae models`: the 218 models of the study."""
+
+from __future__ import annotations
+
+import fnmatch
+import json
+from dataclasses import dataclass
+from typing import Annotated
+
+import tyro
+from rich.console import Console
+from rich.table import Table
+
+from tegotae.errors import unknown
+from tegotae.models import BUDGET, Model, all_models
+
+
+@dataclass(frozen=True)
+class Models:
+    """List the models of the study."""
+
+    pattern: Annotated[str, tyro.conf.Positional] = "*"
+    """Which models, with * and ? as in a shell."""
+    json: bool = False
+    """Print one JSON list instead of a table."""
+    budget: int = BUDGET
+    """Largest number of trained parameters of a controller."""
+
+    def run(self) -> None:
+        """Print the list."""
+        models = [m for name, m in all_models().items() if fnmatch.fnmatchcase(name, self.pattern)]
+        if not models:
+            raise unknown("model", self.pattern, all_models())
+        if self.json:
+            print(json.dumps([describe(model, self.budget) for model in models], indent=1))
+            return
+        table = Table("model", "architecture", "learned", "senses", "actuation", "ω_t", "parameters")
+        for model in models:
+            row = describe(model, self.budget)
+            table.add_row(
+                row["name"],
+                row["architecture"],
+                "".join(row["learned_terms"]) or "-",
+                ", ".join(row["observation"]),
+                row["actuation"],
+                "-" if row["omega_t_rad_per_s"] is None else f"{row['omega_t_rad_per_s']:g}",
+                str(row["parameters"]),
+            )
+        Console().print(table)
+        print(f"{len(models)} models")
+
+
+def describe(model: Model, budget: int = BUDGET) -> dict:
+    """A model as JSON values."""
+    return {
+        "name": model.name,
+        "architecture": model.architecture,
+        "learned_terms": list(model.learned_terms),
+        "observation": list(model.observation),
+        "reaction_observation": model.reaction,
+        "gain_observation": model.gain,
+        "actuation": model.actuation_name,
+        "omega_t_rad_per_s": model.omega_t,
+        "parameters": model.controller(budget).n_weights,
+    }

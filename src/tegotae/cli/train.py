@@ -1,0 +1,99 @@
+"""`tegotae train`: learn controllers of one model."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import tyro
+from rich.console import Console
+from rich.table import Table
+
+from tegotae.errors import TegotaeError, require_count, unknown
+from tegotae.models import BUDGET, find
+from tegotae.rollout import Timing
+from tegotae.training.algorithms import ALGORITHMS
+from tegotae.training.run import Run, train
+
+
+@dataclass(frozen=True)
+class Train:
+    """Train a model's controllers, one per seed; run it again on the same folder to go on."""
+
+    model: Annotated[str, tyro.conf.Positional]
+    """The model's name (see `tegotae models`), or an architecture such as ART."""
+    out: Path = Path("runs")
+    """Folder for controllers, curves and checkpoint."""
+    seeds: int = 3
+    """How many runs from random weights."""
+    first_seed: int = 0
+    """The first of the seeds."""
+    population: int | None = None
+    """Episodes per generation and seed."""
+    generations: int = 80
+    """Generations in all."""
+    algorithm: str = "pgpe"
+    """How to learn."""
+    duration: float = 12.0
+    """Length of an episode [s]."""
+    settle: float = 4.0
+    """Time in an episode before it is judged [s]."""
+    energy: str = "absolute"
+    """Definition of the actuator's work: absolute, positive or net."""
+    budget: int = BUDGET
+    """Largest number of trained parameters."""
+    tensorboard: bool = False
+    """Write TensorBoard logs beside the controllers (extra "tensorboard")."""
+
+    def run(self) -> None:
+        """Train, and print how it went."""
+        if self.algorithm not in ALGORITHMS:
+            raise unknown("algorithm", self.algorithm, ALGORITHMS)
+        require_count("seeds", self.seeds)
+        require_count("first_seed", self.first_seed, least=0)
+        chosen = {} if self.population is None else {"population": self.population}
+        run = Run(
+            model=find(self.model),
+            seeds=tuple(range(self.first_seed, self.first_seed + self.seeds)),
+            generations=self.generations,
+            algorithm=ALGORITHMS[self.algorithm](**chosen),
+            timing=Timing(duration_s=self.duration),
+            settle_s=self.settle,
+            energy=self.energy,
+            budget=self.budget,
+        )
+        paths = train(run, self.out, on_generation=_logger(self.out) if self.tensorboard else None)
+        _summarise(paths)
+
+
+def _logger(out: Path) -> Callable:
+    """A function that logs a generation's curves for TensorBoard."""
+    try:
+        from tensorboardX import SummaryWriter
+    except ImportError:
+        raise TegotaeError(
+            "TensorBoard logging needs an extra: pip install 'tegotae[tensorboard]'"
+        ) from None
+    writer = SummaryWriter(str(out / "tensorboard"))
+
+    def log(generation: int, curves) -> None:
+        for name, values in curves._asdict().items():
+            writer.add_scalar(name, float(np.mean(values)), generation)
+        writer.flush()
+
+    return log
+
+
+def _summarise(paths: list[Path]) -> None:
+    from tegotae.controller_file import load
+
+    table = Table("controller", "fitness", "generation")
+    for path in paths:
+        training = load(path).training
+        table.add_row(
+            str(path), f"{training['best_fitness']:.4f}", str(training["best_generation"])
+        )
+    Console(soft_wrap=True).print(table)

@@ -1,0 +1,1 @@
+"""Figures, each made by a function that returns it."""

@@ -1,0 +1,85 @@
+"""A moving picture of a rollout: body, spring, actuator and phase."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from matplotlib.animation import FFMpegWriter, FuncAnimation, PillowWriter
+from matplotlib.patches import Circle, Rectangle
+
+from tegotae.errors import TegotaeError
+from tegotae.figures.style import COLOURS, new_figure, styled
+from tegotae.files import output_file
+from tegotae.simulation import Result
+
+FRAMES_PER_S = 25
+"""Pictures per simulated second, shown in real time."""
+
+
+def write_animation(result: Result, path: Path | str) -> Path:
+    """Write the animation as .gif, or as .mp4 where ffmpeg is installed.
+
+    Raises:
+        TegotaeError: for another ending, a missing ffmpeg, or a file that cannot be written.
+    """
+    path = output_file(Path(path))
+    suffix = path.suffix.lower()
+    if suffix not in (".gif", ".mp4"):
+        raise TegotaeError(f"cannot write an animation as {path.name!r}; use .gif or .mp4")
+    if suffix == ".mp4" and not FFMpegWriter.isAvailable():
+        raise TegotaeError("writing .mp4 needs the program ffmpeg; use .gif")
+    writer = (PillowWriter if suffix == ".gif" else FFMpegWriter)(fps=FRAMES_PER_S)
+    with styled():
+        try:
+            animation(result).save(path, writer=writer, dpi=90)
+        except OSError as error:
+            raise TegotaeError(f"cannot write {path}: {error.strerror}") from None
+    return path
+
+
+def animation(result: Result) -> FuncAnimation:
+    """The animation of a simulation."""
+    t, hopper = result.trajectory, result.simulation.hopper
+    stride = max(1, round(1.0 / FRAMES_PER_S / result.simulation.timing.frame_s))
+    frames = np.arange(0, len(t.time_s), stride)
+    figure = new_figure(4.4, 3.6)
+    scene, dial = figure.subplots(1, 2, width_ratios=(1.4, 1.0))
+    low = float(t.ground_m.min()) - 0.1
+    scene.set(xlim=(-0.5, 0.5), ylim=(low, 1.1 * float(t.height_m.max()) + 0.1), xticks=[])
+    scene.set_ylabel("height [m]")
+    scene.set_aspect("equal", adjustable="datalim")
+    ground = scene.add_patch(Rectangle((-5, -5), 10, 5, color="0.8"))
+    (spring,) = scene.plot([], [], color=COLOURS[0], lw=1.2)
+    (actuator,) = scene.plot([], [], color=COLOURS[1], solid_capstyle="butt", lw=0)
+    mass = scene.add_patch(Circle((0, 0), 0.08, color=COLOURS[2], zorder=3))
+    label = scene.set_title("")
+
+    dial.set(xlim=(-1.3, 1.3), ylim=(-1.3, 1.3), xticks=[], yticks=[])
+    dial.set_aspect("equal")
+    for spine in dial.spines.values():
+        spine.set_visible(False)
+    with_oscillator = result.simulation.controller.oscillator is not None
+    if with_oscillator:
+        dial.add_patch(Circle((0, 0), 1.0, fill=False, color="0.6"))
+        dial.set_title("phase φ")
+    (hand,) = dial.plot([], [], "o-", color=COLOURS[0], ms=5, visible=with_oscillator)
+
+    def draw(index: int):
+        y, h = float(t.height_m[index]), float(t.ground_m[index])
+        foot = max(h, y - hopper.rest_length_m)
+        ground.set_y(h - 5)
+        mass.center = (0.0, y)
+        zigzag = np.linspace(foot, y - 0.06, 13)
+        sideways = 0.06 * np.array([0, 0, *([1, -1] * 4), 1, 0, 0])
+        spring.set_data(sideways - 0.08, zigzag)
+        force = float(t.actuator_force_n[index]) / hopper.max_force_n
+        actuator.set_data([0.12, 0.12], [foot, y])
+        actuator.set_linewidth(1.0 + 7.0 * force)
+        actuator.set_alpha(0.25 + 0.75 * force)
+        label.set_text(f"{float(t.time_s[index]):5.2f} s")
+        phase = float(t.phase_rad[index])
+        hand.set_data([0.0, np.cos(phase)], [0.0, np.sin(phase)])
+        return ground, mass, spring, actuator, label, hand
+
+    return FuncAnimation(figure, draw, frames=frames.tolist(), interval=1000 / FRAMES_PER_S)  # type: ignore[arg-type]

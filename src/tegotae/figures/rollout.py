@@ -1,0 +1,46 @@
+"""One rollout over time: height, force, phase and actuation."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, styled
+from tegotae.simulation import Result
+
+
+def rollout_figure(result: Result) -> Figure:
+    """Height, leg forces, phase and feedback of a simulation over time."""
+    t = result.trajectory
+    hopper = result.simulation.hopper
+    with_oscillator = result.simulation.controller.oscillator is not None
+    with styled():
+        figure = new_figure(PAGE_IN, 4.6)
+        height, spring, actuator, phase = figure.subplots(4, 1, sharex=True)
+        height.fill_between(t.time_s, t.ground_m, min(0.0, float(t.ground_m.min())) - 0.05, color="0.85", lw=0)
+        height.plot(t.time_s, t.ground_m + hopper.rest_length_m, ":", color="0.4", lw=0.8)
+        height.plot(t.time_s, t.height_m, color=COLOURS[0])
+        times, apexes, _ = result.apexes
+        height.plot(times, apexes, ".", color=COLOURS[2], ms=3)
+        height.set_ylabel("height y [m]")
+        spring.plot(t.time_s, t.spring_force_n, color=COLOURS[0])
+        spring.set_ylabel("spring $F_k$ [N]")
+        actuator.fill_between(t.time_s, t.actuator_force_n, step="mid", color=COLOURS[1], lw=0)
+        actuator.set_ylabel("actuator $F_a$ [N]")
+        actuator.set_ylim(0.0, 1.05 * hopper.max_force_n)
+        if with_oscillator:
+            wrapped = np.where(np.abs(np.diff(t.phase_rad, append=np.nan)) > np.pi, np.nan, t.phase_rad)
+            phase.plot(t.time_s, wrapped / np.pi, color=COLOURS[0])
+            phase.set_ylabel("phase φ [π rad]")
+            phase.set_ylim(0.0, 2.0)
+            feedback = phase.twinx()
+            feedback.plot(t.time_s, t.feedback_rad_per_s, color=COLOURS[1], lw=0.8)
+            feedback.set_ylabel("feedback f [rad/s]", color="#9A6A00")
+            feedback.spines["right"].set_visible(True)
+        else:
+            phase.plot(t.time_s, t.velocity_m_per_s, color=COLOURS[0])
+            phase.set_ylabel("velocity ẏ [m/s]")
+        phase.set_xlabel("time [s]")
+        phase.set_xlim(0.0, t.time_s[-1])
+        figure.align_ylabels([height, spring, actuator, phase])
+    return figure

@@ -1,0 +1,73 @@
+"""How all figures look: a paper's column width, readable in grey and by colour-blind people."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import matplotlib
+from matplotlib.figure import Figure
+
+from tegotae.errors import TegotaeError
+from tegotae.files import output_file
+
+COLUMN_IN = 3.5
+"""Width of one column [in]."""
+PAGE_IN = 7.16
+"""Width of a page of two columns [in]."""
+
+# Okabe and Ito's colours, ordered so that neighbours also differ in lightness.
+COLOURS = ("#0072B2", "#E69F00", "#000000", "#56B4E9", "#D55E00", "#009E73", "#CC79A7", "#F0E442")
+"""Line colours."""
+SEQUENTIAL = "cividis"
+"""Colour map of quantities: monotonic in lightness."""
+DIVERGING = "PuOr"
+"""Colour map of signed quantities."""
+
+STYLE: dict[str, Any] = {
+    "font.size": 8,
+    "axes.labelsize": 8,
+    "axes.titlesize": 8,
+    "legend.fontsize": 7,
+    "xtick.labelsize": 7,
+    "ytick.labelsize": 7,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.linewidth": 0.6,
+    "lines.linewidth": 1.0,
+    "legend.frameon": False,
+    "savefig.dpi": 300,
+    "pdf.fonttype": 42,
+    "svg.fonttype": "none",
+    "axes.prop_cycle": matplotlib.cycler(color=list(COLOURS)),
+}
+
+
+def new_figure(width_in: float = COLUMN_IN, height_in: float = 2.4, **layout: Any) -> Figure:
+    """An empty figure with a constrained layout, without a window."""
+    return Figure(figsize=(width_in, height_in), layout="constrained", **layout)
+
+
+def styled() -> Any:
+    """Context in which figures are to be made and saved."""
+    return matplotlib.rc_context(STYLE)
+
+
+def save_figure(figure: Figure, path: Path | str) -> Path:
+    """Write a figure; the file's ending says in which format.
+
+    Raises:
+        TegotaeError: if the format is unknown or the file cannot be written.
+    """
+    path = output_file(Path(path))
+    known = figure.canvas.get_supported_filetypes()
+    if path.suffix.lstrip(".").lower() not in known:
+        raise TegotaeError(
+            f"cannot write a figure as {path.name!r}; use an ending such as .png, .pdf or .svg"
+        )
+    with styled():
+        try:
+            figure.savefig(path)
+        except OSError as error:
+            raise TegotaeError(f"cannot write {path}: {error.strerror}") from None
+    return path

@@ -1,0 +1,55 @@
+"""Writing files so that a crash, a full disk or a kill leaves the old or the new one, never half."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from pathlib import Path
+
+from tegotae.errors import TegotaeError
+
+
+def write_atomically(path: Path, content: str | bytes) -> None:
+    """Write a whole file beside `path`, then put it in its place in one step.
+
+    Raises:
+        TegotaeError: if it cannot be written (no permission, no space left, no such folder).
+    """
+    data = content.encode() if isinstance(content, str) else content
+    try:
+        handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
+        try:
+            with os.fdopen(handle, "wb") as stream:
+                stream.write(data)
+                stream.flush()
+                os.fsync(stream.fileno())
+            os.chmod(temporary, 0o644)
+            os.replace(temporary, path)
+        except BaseException:
+            Path(temporary).unlink(missing_ok=True)
+            raise
+    except OSError as error:
+        raise TegotaeError(f"cannot write {path}: {error.strerror}") from None
+
+
+def output_folder(path: Path) -> Path:
+    """The folder, made if it is missing and tried for writing.
+
+    Raises:
+        TegotaeError: if it cannot be made or written to.
+    """
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=path):
+            pass
+    except OSError as error:
+        raise TegotaeError(f"cannot write to the folder {path}: {error.strerror}") from None
+    return path
+
+
+def output_file(path: Path) -> Path:
+    """The file's path, its folder made and tried for writing."""
+    output_folder(path.parent)
+    if path.is_dir():
+        raise TegotaeError(f"cannot write {path}: it is a folder")
+    return path

@@ -1,0 +1,244 @@
+"""A training run on disk: controllers, curves, and a checkpoint from which it goes on."""
+
+from __future__ import annotations
+
+import csv
+import dataclasses
+import io
+import json
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import jax
+import numpy as np
+
+from tegotae import controller_file
+from tegotae.bodies import Hopper
+from tegotae.controller_file import SavedController
+from tegotae.errors import TegotaeError, require_count
+from tegotae.files import output_folder, write_atomically
+from tegotae.models import BUDGET, Model
+from tegotae.progress import reporting
+from tegotae.rollout import Timing
+from tegotae.training.algorithms import PGPE, Algorithm
+from tegotae.training.evolve import Curves, Progress, Training, evolve, start
+from tegotae.training.fitness import Fitness
+from tegotae.training.search import best_gain
+
+_SECONDS_BETWEEN_CHECKPOINTS = 5.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class Run:
+    """All that decides what a training run learns.
+
+    Raises:
+        TegotaeError: for a count below one.
+    """
+
+    model: Model
+    seeds: tuple[int, ...] = (0, 1, 2)
+    generations: int = 80
+    algorithm: Algorithm = field(default_factory=PGPE)
+    timing: Timing = field(default_factory=lambda: Timing(duration_s=12.0))
+    settle_s: float = 4.0
+    energy: str = "absolute"
+    budget: int = BUDGET
+    hopper: Hopper = field(default_factory=Hopper)
+
+    def __post_init__(self) -> None:
+        require_count("seeds", len(self.seeds))
+        require_count("generations", self.generations)
+
+    @property
+    def fitness(self) -> Fitness:
+        """The fitness; a single network has no frequency to follow."""
+        return Fitness(
+            settle_s=self.settle_s,
+            energy=self.energy,
+            follow_omega=not self.model.is_single_network,
+        )
+
+    @property
+    def training(self) -> Training:
+        """The compiled program's static part."""
+        return Training(
+            controller=self.model.controller(self.budget),
+            algorithm=self.algorithm,
+            fitness=self.fitness,
+            timing=self.timing,
+        )
+
+    @property
+    def configuration(self) -> dict[str, Any]:
+        """What decides the result, but for the number of generations, as JSON values."""
+        return {
+            "model": self.model.name,
+            "seeds": list(self.seeds),
+            "algorithm": {
+                "name": type(self.algorithm).__name__.lower(),
+                **dataclasses.asdict(self.algorithm),  # type: ignore[call-overload]
+            },
+            "timing": dataclasses.asdict(self.timing),
+            "settle_s": self.settle_s,
+            "energy": self.energy,
+            "budget": self.budget,
+            "hopper": dataclasses.asdict(self.hopper),
+        }
+
+
+def software() -> dict[str, str]:
+    """Versions of the programs that decide the numbers."""
+    return {name: version(name) for name in ("tegotae", "jax", "evosax", "numpy")}
+
+
+def train(
+    run: Run,
+    out: Path,
+    *,
+    on_generation: Callable[[int, Curves], None] | None = None,
+) -> list[Path]:
+    """Train, or train on, in the folder `out`; return the controller files, one per seed.
+
+    Written are `MODEL-seedN.json` (the controllers), `curves.csv`, `run.json` (configuration and
+    versions) and `checkpoint.npz`. Interrupted (Ctrl-C), it keeps what has been learned and
+    raises `KeyboardInterrupt` again; called again on the same folder, it goes on from there, and
+    ends in the same numbers. A pure V model has no network: its σ is found by search.
+
+    Raises:
+        TegotaeError: if the folder cannot be written or holds another training.
+    """
+    training = run.training
+    output_folder(out)
+    _claim(run, out)
+    if not run.model.is_trained:
+        return _search(run, out)
+    progress, curves = _resume(run, training, out)
+    omega = run.model.omega_t or 0.0
+    saved_at = time.monotonic()
+    with reporting(run.model.name, run.generations) as reporter:
+        try:
+            for progress, new in evolve(
+                training, progress, run.seeds, omega, run.generations, run.hopper
+            ):
+                curves.append(new)
+                done = len(curves)
+                reporter.update(
+                    done,
+                    f"fitness {float(np.mean(progress.best_fitness)):+.3f}  "
+                    f"CoT⁻¹ {float(np.mean(new.centre_cot_inverse)):.3f} m/J",
+                )
+                if on_generation is not None:
+                    on_generation(done, new)
+                if time.monotonic() - saved_at > _SECONDS_BETWEEN_CHECKPOINTS:
+                    _checkpoint(out, progress, curves)
+                    saved_at = time.monotonic()
+        finally:
+            if curves:
+                _checkpoint(out, progress, curves)
+                paths = _write_results(run, training, progress, curves, out)
+    return paths
+
+
+def _claim(run: Run, out: Path) -> None:
+    """Write what the folder is for, or see that it is for this run."""
+    path = out / "run.json"
+    if path.exists():
+        try:
+            found = json.loads(path.read_text())["configuration"]
+        except (OSError, ValueError, KeyError, TypeError):
+            raise TegotaeError(f"{path} is damaged; choose another folder with --out") from None
+        if found != json.loads(json.dumps(run.configuration)):
+            changed = [k for k, v in run.configuration.items() if found.get(k) != json.loads(json.dumps(v))]
+            raise TegotaeError(
+                f"{out} holds a training of {found.get('model')} with another "
+                f"{', '.join(changed) or 'configuration'}; choose another folder with --out"
+            )
+    write_atomically(
+        path,
+        json.dumps({"configuration": run.configuration, "software": software()}, indent=1) + "\n",
+    )
+
+
+def _resume(run: Run, training: Training, out: Path) -> tuple[Progress, list[Curves]]:
+    progress = start(training, run.seeds)
+    path = out / "checkpoint.npz"
+    if not path.exists():
+        return progress, []
+    leaves, structure = jax.tree.flatten(progress)
+    try:
+        with np.load(path, allow_pickle=False) as stored:
+            restored = [stored[f"leaf{i}"] for i in range(len(leaves))]
+            columns = [stored[f"curve_{name}"] for name in Curves._fields]
+        if any(np.shape(a) != b.shape for a, b in zip(leaves, restored, strict=True)):
+            raise ValueError("shapes differ")
+    except (OSError, ValueError, KeyError):
+        raise TegotaeError(
+            f"{path} is damaged; remove it to train anew, or choose another folder with --out"
+        ) from None
+    curves = [Curves(*generation) for generation in zip(*columns, strict=True)]
+    return jax.tree.unflatten(structure, [jax.numpy.asarray(x) for x in restored]), curves
+
+
+def _checkpoint(out: Path, progress: Progress, curves: list[Curves]) -> None:
+    arrays = {f"leaf{i}": np.asarray(x) for i, x in enumerate(jax.tree.leaves(progress))}
+    for name in Curves._fields:
+        arrays[f"curve_{name}"] = np.stack([getattr(c, name) for c in curves])
+    stream = io.BytesIO()
+    np.savez(stream, allow_pickle=False, **arrays)
+    write_atomically(out / "checkpoint.npz", stream.getvalue())
+
+
+def _write_results(
+    run: Run, training: Training, progress: Progress, curves: list[Curves], out: Path
+) -> list[Path]:
+    stream = io.StringIO()
+    table = csv.writer(stream, lineterminator="\n")
+    table.writerow(["generation", "seed", *Curves._fields])
+    for generation, row in enumerate(curves):
+        for i, seed in enumerate(run.seeds):
+            table.writerow([generation, seed, *(f"{float(values[i]):.6g}" for values in row)])
+    write_atomically(out / "curves.csv", stream.getvalue())
+    paths = []
+    for i, seed in enumerate(run.seeds):
+        outcome = {
+            "seed": seed,
+            "generations": len(curves),
+            "best_fitness": float(progress.best_fitness[i]),
+            "best_generation": int(progress.best_generation[i]),
+        }
+        paths.append(
+            _save(run, training.controller, np.asarray(progress.best_weights[i]), outcome, out)
+        )
+    return paths
+
+
+def _save(run: Run, controller, weights: np.ndarray, outcome: dict[str, Any], out: Path) -> Path:
+    path = out / f"{run.model.name}-seed{outcome['seed']}.json"
+    saved = SavedController(
+        controller,
+        weights,
+        run.model.omega_t or 0.0,
+        run.hopper,
+        run.model.name,
+        {**run.configuration, **outcome},
+        software(),
+    )
+    controller_file.save(saved, path)
+    return path
+
+
+def _search(run: Run, out: Path) -> list[Path]:
+    controller = run.model.controller(run.budget)
+    gain, fitness = best_gain(
+        controller, run.model.omega_t or 0.0, run.hopper, fitness=run.fitness, timing=run.timing
+    )
+    outcome = {"best_fitness": fitness, "generations": 0, "best_generation": 0}
+    return [
+        _save(run, controller, np.array([gain]), {"seed": seed, **outcome}, out)
+        for seed in run.seeds
+    ]
