@@ -7,6 +7,12 @@ _devices.use_all_cores()
 from importlib.metadata import PackageNotFoundError, version  # noqa: E402
 
 from tegotae.bodies import Body, Hopper  # noqa: E402
+from tegotae.checks import (  # noqa: E402
+    check_body,
+    check_controller,
+    check_oscillator,
+    check_term,
+)
 from tegotae.controller import Controller, Tegotae  # noqa: E402
 from tegotae.errors import TegotaeError  # noqa: E402
 from tegotae.models import Model, all_models, build, find  # noqa: E402
@@ -30,5 +36,9 @@ __all__ = [
     "Trajectory",
     "all_models",
     "build",
+    "check_body",
+    "check_controller",
+    "check_oscillator",
+    "check_term",
     "find",
 ]

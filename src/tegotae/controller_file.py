@@ -91,7 +91,8 @@ def load(path: Path | str) -> SavedController:
         raise TegotaeError(f"{path} is not a controller file of tegotae")
     if document.get("version") != VERSION:
         raise TegotaeError(
-            f"{path} is of version {document.get('version')!r}; this program reads version {VERSION}"
+            f"{path} is of version {document.get('version')!r}; "
+            f"this program reads version {VERSION}"
         )
     try:
         controller = _restore_controller(document["controller"])
@@ -153,9 +154,7 @@ def _restore(description: dict[str, Any]) -> Any:
     kind = values.pop("kind")
     if kind not in _kinds():
         raise TypeError(f"unknown kind {kind!r}")
-    return _kinds()[kind](
-        **{k: tuple(v) if isinstance(v, list) else v for k, v in values.items()}
-    )
+    return _kinds()[kind](**{k: tuple(v) if isinstance(v, list) else v for k, v in values.items()})
 
 
 def _describe_controller(controller: Controller) -> dict[str, Any]:
@@ -167,7 +166,5 @@ def _describe_controller(controller: Controller) -> dict[str, Any]:
 
 def _restore_controller(parts: dict[str, Any]) -> Controller:
     made = {role: _restore(description) for role, description in parts.items()}
-    tegotae = (
-        Tegotae(made["action"], made["reaction"], made["gain"]) if "action" in made else None
-    )
+    tegotae = Tegotae(made["action"], made["reaction"], made["gain"]) if "action" in made else None
     return Controller(made["actuation"], made.get("oscillator"), tegotae)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from typing import Any
 
 import jax
 
@@ -31,8 +32,11 @@ def use_all_cores() -> None:
 
     Called when `tegotae` is imported, and without effect once JAX has started its devices. The
     lanes of a rollout are shared out over devices: a device per core keeps every block of lanes in
-    one core's cache. Flags that the user has set in `XLA_FLAGS` stand.
+    one core's cache. Flags that the user has set in `XLA_FLAGS` stand; `TEGOTAE_PLAIN_XLA=1` leaves
+    everything as JAX has it.
     """
+    if os.environ.get("TEGOTAE_PLAIN_XLA"):
+        return
     flags = os.environ.get("XLA_FLAGS", "")
     missing = [f"--{name}={value}" for name, value in _XLA_FLAGS.items() if name not in flags]
     os.environ["XLA_FLAGS"] = " ".join([*filter(None, [flags]), *missing])
@@ -44,6 +48,6 @@ def use_all_cores() -> None:
         return  # JAX is running already: the devices it has are the ones we use
 
 
-def lane_devices() -> list[jax.Device]:
+def lane_devices() -> list[Any]:
     """The devices that lanes are shared out over: all of JAX's default kind."""
     return jax.local_devices()

@@ -8,10 +8,12 @@ from collections.abc import Iterable
 
 
 class TegotaeError(ValueError):
-    """Input that cannot be used: says in one line what is wrong, which value, what would be right."""
+    """Input that cannot be used: what is wrong, which value, what would be right, in one line."""
 
 
-def require_finite(name: str, value: float, *, above: float | None = None, least: float | None = None) -> None:
+def require_finite(
+    name: str, value: float, *, above: float | None = None, least: float | None = None
+) -> None:
     """Raise `TegotaeError` unless `value` is a finite number, `> above` and `>= least`."""
     try:
         number = float(value)

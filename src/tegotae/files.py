@@ -1,4 +1,4 @@
-"""Writing files so that a crash, a full disk or a kill leaves the old or the new one, never half."""
+"""Writing files so that a crash, a full disk or a kill never leaves half a file."""
 
 from __future__ import annotations
 

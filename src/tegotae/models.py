@@ -130,7 +130,9 @@ class Model:
         """
         inputs = self._network_inputs()
         constant_gain = not self.is_single_network and self.gain is None
-        sizes = hidden_sizes([len(Network(i, 1).reads) for i in inputs.values()], budget - constant_gain)
+        sizes = hidden_sizes(
+            [len(Network(i, 1).reads) for i in inputs.values()], budget - constant_gain
+        )
         hidden = dict(zip(inputs, sizes, strict=True))
 
         def network(role: str) -> Term:

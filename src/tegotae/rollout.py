@@ -174,8 +174,8 @@ class Engine:
         controller: what drives the body.
         integrator: how controller and body advance by one tick.
         timing: duration, control period, recording period.
-        summary: function of (trajectory, scenario, body, timing) to a pytree of arrays, lanes last, run
-            on the device block by block: only what it returns is kept, so memory does not grow
+        summary: function of (trajectory, scenario, body, timing) to a pytree of arrays, lanes last,
+            run on the device block by block: only what it returns is kept, so memory does not grow
             with lanes x frames. It must be hashable (a function, or a frozen dataclass).
 
     Example:
@@ -217,7 +217,7 @@ class Engine:
         body.check_tick(self.timing.tick_s)
         check_senses(self.controller, body)
         with jax.enable_x64(dtype == "float64"):
-            lanes, weights, scenario = _as_lanes(self.controller, weights, scenario, dtype)
+            weights, scenario = _as_lanes(self.controller, weights, scenario, dtype)
             body = jax.tree.map(lambda x: jnp.asarray(x, dtype), body)
             return jax.tree.map(np.asarray, _run(self, weights, scenario, body))
 
@@ -291,7 +291,7 @@ def check_senses(controller: Controller, body: Body) -> None:
 
 def _as_lanes(
     controller: Controller, weights: Any, scenario: Scenario, dtype: str
-) -> tuple[int, jax.Array, Scenario]:
+) -> tuple[jax.Array, Scenario]:
     """Weights [n_weights, lanes] and a scenario of arrays [lanes]."""
     weights = np.asarray(weights, dtype)
     if weights.ndim == 1:
@@ -312,7 +312,6 @@ def _as_lanes(
         ) from None
     columns = np.broadcast_to(weights, (lanes, weights.shape[1])).T
     return (
-        lanes,
         jnp.asarray(np.ascontiguousarray(columns)),
         Scenario(*(jnp.asarray(np.broadcast_to(entry, (lanes,))) for entry in entries)),
     )
@@ -361,9 +360,7 @@ def _advance_block(engine: Engine, weights: jax.Array, scenario: Scenario, body:
             jnp.where(apex, (at + contact.apex_share) * tick_s, events.apex_time),
             jnp.where(apex, contact.apex_height_m, events.apex_height),
             jnp.where(apex, phase + contact.apex_share * travel, events.apex_phase),
-            jnp.where(
-                touchdown, (at + contact.touchdown_share) * tick_s, events.touchdown_time
-            ),
+            jnp.where(touchdown, (at + contact.touchdown_share) * tick_s, events.touchdown_time),
         )
         advanced = _Lane(
             moment,
@@ -379,13 +376,17 @@ def _advance_block(engine: Engine, weights: jax.Array, scenario: Scenario, body:
         none = jnp.full_like(zero, jnp.nan)
         first = index * timing.ticks_per_frame
         (lane, events), _ = jax.lax.scan(
-            tick, (lane, _Events(none, none, none, none)), first + jnp.arange(timing.ticks_per_frame)
+            tick,
+            (lane, _Events(none, none, none, none)),
+            first + jnp.arange(timing.ticks_per_frame),
         )
         ground = ground_at(first + timing.ticks_per_frame - 1)
         moment, totals = lane.moment, lane.totals
         sensed = body.sense(moment.body, ground).values
         recorded = Trajectory(
-            time_s=jnp.broadcast_to((first + timing.ticks_per_frame).astype(dtype) * tick_s, zero.shape),
+            time_s=jnp.broadcast_to(
+                (first + timing.ticks_per_frame).astype(dtype) * tick_s, zero.shape
+            ),
             height_m=body.height(moment.body),
             velocity_m_per_s=body.velocity(moment.body),
             phase_rad=phase_of(controller, moment.oscillator, zero),

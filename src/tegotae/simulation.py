@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -34,12 +34,12 @@ class Simulation:
     controller: Controller
     weights: np.ndarray
     scenario: Scenario
-    hopper: Hopper = Hopper()
-    timing: Timing = Timing()
+    hopper: Hopper = field(default_factory=Hopper)
+    timing: Timing = field(default_factory=Timing)
     energy: str = "absolute"
     measure_from_s: float | None = None
     dtype: str = "float32"
-    integrator: Integrator = PredictorCorrector()
+    integrator: Integrator = field(default_factory=PredictorCorrector)
 
     def run(self) -> Result:
         """Simulate.
@@ -57,9 +57,7 @@ class Simulation:
         for name, value in self.scenario._asdict().items():
             if name != "drop_time_s":
                 require_finite(name, value)
-        engine = Engine(
-            controller=self.controller, timing=self.timing, integrator=self.integrator
-        )
+        engine = Engine(controller=self.controller, timing=self.timing, integrator=self.integrator)
         lanes = engine.run(self.weights, self.scenario, self.hopper, dtype=self.dtype)
         trajectory = Trajectory(*(entry[:, 0] for entry in lanes))
         return Result(self, trajectory, float(start))

@@ -56,15 +56,10 @@ class Body(ABC):
     SENSES: tuple[str, ...] = ()
     """Names of what `sense` returns; a controller that reads another name is refused."""
 
-    @property
-    @abstractmethod
-    def max_force_n(self) -> Any:
-        """Largest actuator force α [N]."""
-
-    @property
-    @abstractmethod
-    def rest_length_m(self) -> Any:
-        """Length of the unloaded leg l0 [m]: below it, over ground, is stance."""
+    max_force_n: Any
+    """Largest actuator force α [N]: a field of every body."""
+    rest_length_m: Any
+    """Length of the unloaded leg l0 [m], below which there is stance: a field of every body."""
 
     @property
     @abstractmethod

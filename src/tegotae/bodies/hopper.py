@@ -99,9 +99,7 @@ class Hopper(Body):
 
     def check_tick(self, tick_s: float) -> None:
         """Raise `TegotaeError` if a control tick is too long for the exact advance of stance."""
-        fastest = max(
-            self.natural_frequency_rad_per_s, self.damping_ns_per_m / self.mass_kg
-        )
+        fastest = max(self.natural_frequency_rad_per_s, self.damping_ns_per_m / self.mass_kg)
         if fastest * tick_s > 0.25:
             raise TegotaeError(
                 f"the control tick of {tick_s:g} s is too long for this hopper, whose stance has a "
@@ -222,9 +220,7 @@ class Hopper(Body):
         )
 
 
-def _flow(
-    law: _Law, x: jax.Array, v: jax.Array, time_s: jax.Array
-) -> tuple[jax.Array, jax.Array]:
+def _flow(law: _Law, x: jax.Array, v: jax.Array, time_s: jax.Array) -> tuple[jax.Array, jax.Array]:
     """Position and velocity after `time_s` under a linear law: the Taylor series of its flow.
 
     From the fourth on, each derivative follows from the two before it:

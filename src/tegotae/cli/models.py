@@ -34,7 +34,9 @@ class Models:
         if self.json:
             print(json.dumps([describe(model, self.budget) for model in models], indent=1))
             return
-        table = Table("model", "architecture", "learned", "senses", "actuation", "ω_t", "parameters")
+        table = Table(
+            "model", "architecture", "learned", "senses", "actuation", "ω_t", "parameters"
+        )
         for model in models:
             row = describe(model, self.budget)
             table.add_row(
@@ -46,7 +48,7 @@ class Models:
                 "-" if row["omega_t_rad_per_s"] is None else f"{row['omega_t_rad_per_s']:g}",
                 str(row["parameters"]),
             )
-        Console().print(table)
+        Console(soft_wrap=True).print(table)
         print(f"{len(models)} models")
 
 

@@ -146,8 +146,10 @@ class Simulate:
         return dataclasses.replace(hopper, **{k: v for k, v in given.items() if v is not None})
 
     def _parameters(self, simulation: Simulation) -> dict:
-        scenario = {k: float(v) for k, v in simulation.scenario._asdict().items()}
-        if math.isinf(scenario["drop_time_s"]):
+        scenario: dict[str, float | None] = {
+            k: float(v) for k, v in simulation.scenario._asdict().items()
+        }
+        if math.isinf(simulation.scenario.drop_time_s):
             scenario["drop_time_s"] = None
         vanilla = self.controller is None
         return {
@@ -173,7 +175,9 @@ def _print(summary: dict) -> None:
     if summary["failed"]:
         console.print(f"failed at {summary['failed_time_s']:.2f} s: the leg has no length left")
     heights = summary["apex_height_m"]
-    console.print(f"{len(heights)} apexes; the last at " + ", ".join(f"{h:.4f}" for h in heights[-4:]) + " m")
+    console.print(
+        f"{len(heights)} apexes; the last at " + ", ".join(f"{h:.4f}" for h in heights[-4:]) + " m"
+    )
     start, end = summary["window_s"]
     console.print(f"from {start:g} to {end:g} s:")
     if not summary["failed"]:

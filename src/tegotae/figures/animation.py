@@ -46,14 +46,14 @@ def animation(result: Result) -> FuncAnimation:
     figure = new_figure(4.4, 3.6)
     scene, dial = figure.subplots(1, 2, width_ratios=(1.4, 1.0))
     low = float(t.ground_m.min()) - 0.1
-    scene.set(xlim=(-0.5, 0.5), ylim=(low, 1.1 * float(t.height_m.max()) + 0.1), xticks=[])
+    scene.set(xlim=(-0.6, 0.6), ylim=(low, 1.1 * float(t.height_m.max()) + 0.1), xticks=[])
     scene.set_ylabel("height [m]")
-    scene.set_aspect("equal", adjustable="datalim")
+    scene.set_aspect("equal")
     ground = scene.add_patch(Rectangle((-5, -5), 10, 5, color="0.8"))
     (spring,) = scene.plot([], [], color=COLOURS[0], lw=1.2)
     (actuator,) = scene.plot([], [], color=COLOURS[1], solid_capstyle="butt", lw=0)
     mass = scene.add_patch(Circle((0, 0), 0.08, color=COLOURS[2], zorder=3))
-    label = scene.set_title("")
+    label = scene.set_title(" 0.00 s")
 
     dial.set(xlim=(-1.3, 1.3), ylim=(-1.3, 1.3), xticks=[], yticks=[])
     dial.set_aspect("equal")
@@ -82,4 +82,7 @@ def animation(result: Result) -> FuncAnimation:
         hand.set_data([0.0, np.cos(phase)], [0.0, np.sin(phase)])
         return ground, mass, spring, actuator, label, hand
 
+    # Laid out once: a constrained layout per picture would take most of the time.
+    figure.draw_without_rendering()
+    figure.set_layout_engine("none")
     return FuncAnimation(figure, draw, frames=frames.tolist(), interval=1000 / FRAMES_PER_S)  # type: ignore[arg-type]

@@ -17,7 +17,9 @@ def rollout_figure(result: Result) -> Figure:
     with styled():
         figure = new_figure(PAGE_IN, 4.6)
         height, spring, actuator, phase = figure.subplots(4, 1, sharex=True)
-        height.fill_between(t.time_s, t.ground_m, min(0.0, float(t.ground_m.min())) - 0.05, color="0.85", lw=0)
+        height.fill_between(
+            t.time_s, t.ground_m, min(0.0, float(t.ground_m.min())) - 0.05, color="0.85", lw=0
+        )
         height.plot(t.time_s, t.ground_m + hopper.rest_length_m, ":", color="0.4", lw=0.8)
         height.plot(t.time_s, t.height_m, color=COLOURS[0])
         times, apexes, _ = result.apexes
@@ -29,7 +31,9 @@ def rollout_figure(result: Result) -> Figure:
         actuator.set_ylabel("actuator $F_a$ [N]")
         actuator.set_ylim(0.0, 1.05 * hopper.max_force_n)
         if with_oscillator:
-            wrapped = np.where(np.abs(np.diff(t.phase_rad, append=np.nan)) > np.pi, np.nan, t.phase_rad)
+            wrapped = np.where(
+                np.abs(np.diff(t.phase_rad, append=np.nan)) > np.pi, np.nan, t.phase_rad
+            )
             phase.plot(t.time_s, wrapped / np.pi, color=COLOURS[0])
             phase.set_ylabel("phase φ [π rad]")
             phase.set_ylim(0.0, 2.0)

@@ -121,14 +121,14 @@ def evolve(
     Yields:
         the new progress and the generation's curves (NumPy arrays).
     """
-    body = Hopper() if body is None else body
-    check_senses(training.controller, body)
-    body.check_tick(training.timing.tick_s)
-    body = jax.tree.map(lambda x: jnp.asarray(x, "float32"), body)
+    driven: Body = Hopper() if body is None else body
+    check_senses(training.controller, driven)
+    driven.check_tick(training.timing.tick_s)
+    driven = jax.tree.map(lambda x: jnp.asarray(x, "float32"), driven)
     done = int(np.asarray(progress.generation)[0])
     for _ in range(done, generations):
         progress, curves = _generation(
-            training, progress, jnp.asarray(seeds), jnp.float32(omega), body
+            training, progress, jnp.asarray(seeds), jnp.float32(omega), driven
         )
         yield progress, jax.tree.map(np.asarray, curves)
 

@@ -119,12 +119,12 @@ def train(
         return _search(run, out)
     progress, curves = _resume(run, training, out)
     omega = run.model.omega_t or 0.0
-    saved_at = time.monotonic()
+    saved_at, paths = time.monotonic(), []
     with reporting(run.model.name, run.generations) as reporter:
         try:
-            for progress, new in evolve(
-                training, progress, run.seeds, omega, run.generations, run.hopper
-            ):
+            steps = evolve(training, progress, run.seeds, omega, run.generations, run.hopper)
+            for step in steps:
+                progress, new = step
                 curves.append(new)
                 done = len(curves)
                 reporter.update(
@@ -153,7 +153,9 @@ def _claim(run: Run, out: Path) -> None:
         except (OSError, ValueError, KeyError, TypeError):
             raise TegotaeError(f"{path} is damaged; choose another folder with --out") from None
         if found != json.loads(json.dumps(run.configuration)):
-            changed = [k for k, v in run.configuration.items() if found.get(k) != json.loads(json.dumps(v))]
+            changed = [
+                k for k, v in run.configuration.items() if found.get(k) != json.loads(json.dumps(v))
+            ]
             raise TegotaeError(
                 f"{out} holds a training of {found.get('model')} with another "
                 f"{', '.join(changed) or 'configuration'}; choose another folder with --out"

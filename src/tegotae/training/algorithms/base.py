@@ -14,10 +14,8 @@ class Algorithm(ABC):
     It wraps an evosax strategy. Strategies minimise; the trainer hands them the negative fitness.
     """
 
-    @property
-    @abstractmethod
-    def population(self) -> int:
-        """Episodes per generation and seed."""
+    population: int
+    """Episodes per generation and seed."""
 
     @abstractmethod
     def strategy(self, n_weights: int) -> Any:

@@ -1,0 +1,107 @@
+"""Baseline: the textbook JAX form, `vmap` of a `scan` over one rollout, with JAX as it comes.
+
+Run as a program, with `TEGOTAE_PLAIN_XLA=1`: it prints ticks per second. It advances the same
+scheme with the same body, but writes the networks as matrix products and takes JAX's own sine.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+import time
+from dataclasses import dataclass
+from functools import partial
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from tegotae.bodies import Hopper
+from tegotae.controller import Controller, Tegotae
+from tegotae.integrators import Moment, PredictorCorrector
+from tegotae.integrators.base import drive
+from tegotae.models import build
+from tegotae.oscillators import PhaseOscillator
+from tegotae.terms import LearnedActuation, Network
+
+
+class ProductNetwork(Network):
+    """A network as two matrix products."""
+
+    def __call__(self, weights, signals):
+        x = jnp.stack([signals.dimensionless(name) for name in self.reads])
+        w = jnp.stack(list(weights)).reshape(self.hidden, len(self.reads) + 2)
+        return jnp.dot(w[:, -1], jnp.tanh(jnp.dot(w[:, :-2], x) + w[:, -2]))
+
+
+class ProductActuation(ProductNetwork, LearnedActuation):
+    """The same as an actuation."""
+
+
+@dataclass(frozen=True)
+class LibrarySine(PhaseOscillator):
+    """The phase oscillator with JAX's own sine and cosine."""
+
+    def sin_cos(self, state):
+        return jnp.sin(state[0]), jnp.cos(state[0])
+
+
+def controller() -> Controller:
+    """The ART controller of the benchmark, written this way."""
+    ours = build("ART")
+    terms = {
+        role: ProductNetwork(term.inputs, term.hidden) if isinstance(term, Network) else term
+        for role, term in ours.terms.items()
+    }
+    actuation = ours.actuation
+    assert isinstance(actuation, LearnedActuation)
+    return Controller(
+        ProductActuation(actuation.inputs, actuation.hidden),
+        LibrarySine(),
+        Tegotae(terms["action"], terms["reaction"], terms["gain"]),
+    )
+
+
+@partial(jax.jit, static_argnums=(0, 3))
+def rollouts(static: Controller, weights: jax.Array, tick_s: jax.Array, ticks: int) -> jax.Array:
+    """Final heights, of one rollout per row of weights."""
+    body, integrator = Hopper(), PredictorCorrector()
+
+    def one(row: jax.Array) -> jax.Array:
+        omega, ground = jnp.float32(5.0), jnp.float32(0.0)
+        state = body.release(jnp.float32(1.2), jnp.float32(0.0))
+        oscillator = PhaseOscillator().start(jnp.float32(0.0))
+        row_weights = tuple(row)
+        said = drive(static, body, row_weights, omega, state, oscillator, ground)
+
+        def step(carry, _):
+            moment, work, climb = carry
+            moment, contact, _ = integrator.tick(
+                static, body, row_weights, omega, moment, ground, tick_s
+            )
+            moment = moment._replace(oscillator=PhaseOscillator().settle(moment.oscillator))
+            carry = (moment, work + jnp.abs(contact.work_j), climb + contact.climb_flight_m)
+            return carry, None
+
+        start = (Moment(state, oscillator, said, said), jnp.float32(0.0), jnp.float32(0.0))
+        (moment, work, climb), _ = jax.lax.scan(step, start, None, length=ticks)
+        return moment.body.height + work + climb
+
+    return jax.vmap(one)(weights)
+
+
+def ticks_per_second(lanes: int = 1024, ticks: int = 500) -> float:
+    """Control ticks per second, over all lanes; the best of three runs after compilation."""
+    static = controller()
+    weights = np.random.default_rng(0).normal(size=(lanes, static.n_weights)) * 0.5
+    lanes_first = jnp.asarray(weights, "float32")
+    times = []
+    for _ in range(4):
+        begun = time.perf_counter()
+        rollouts(static, lanes_first, jnp.float32(0.001), ticks).block_until_ready()
+        times.append(time.perf_counter() - begun)
+    return lanes * ticks / min(times[1:])
+
+
+if __name__ == "__main__":
+    print(json.dumps(ticks_per_second(int(sys.argv[1]))))
