@@ -1,0 +1,120 @@
+"""The contract of an oscillator."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from tegotae.checks import probing
+from tegotae.errors import TegotaeError
+from tegotae.maths import TWO_PI
+from tegotae.oscillators import Oscillator
+
+_TICK_S = 0.002
+_LARGEST_STEP_RAD = 1.0
+
+
+def check_oscillator(oscillator: Oscillator) -> None:
+    """Try the contract of `tegotae.oscillators.Oscillator` on a few lanes.
+
+    Checked are: a frozen, hashable dataclass; states of one form, shape and type, in float32 and
+    float64, in which no lane depends on another; `start`, `phase` and `sin_cos` that agree; and,
+    over two turns, a phase that is in [0, 2π) after `settle` and does not jump within a tick.
+
+    Raises:
+        TegotaeError: for the first breach, with what would be right.
+
+    Example:
+        >>> from tegotae.oscillators import PhaseOscillator
+        >>> check_oscillator(PhaseOscillator())
+    """
+    name = probing.require_part(oscillator, Oscillator)
+    probing.require_hashable(name, oscillator)
+    for dtype in probing.DTYPES:
+        with jax.enable_x64(dtype == "float64"):
+            _check_methods(name, oscillator, dtype)
+    _check_turns(name, oscillator)
+
+
+def _check_methods(name: str, oscillator: Oscillator, dtype: str) -> None:
+    phase = probing.lanes_of(dtype, 0.1, TWO_PI - 0.1, 0)
+    omega = probing.lanes_of(dtype, 4.0, 8.0, 1)
+    feedback = probing.lanes_of(dtype, -3.0, 3.0, 2)
+
+    state = probing.attempt(f"{name}.start", oscillator.start, phase)
+    if not isinstance(state, tuple) or not state:
+        raise TegotaeError(
+            f"{name}.start returns {state!r:.60}; it must return a tuple, such as (phase,)"
+        )
+    probing.require_arrays(f"{name}.start", state, dtype)
+    like, state = state, tuple(state)  # integrators hand on plain tuples
+
+    rate = probing.attempt(
+        f"{name}.rate, given the state as a plain tuple,", oscillator.rate, state, omega, feedback
+    )
+    if not isinstance(rate, tuple) or len(rate) != len(state):
+        raise TegotaeError(
+            f"{name}.rate returns {len(rate) if isinstance(rate, tuple) else type(rate).__name__}; "
+            f"it must return a tuple of {len(state)}: one derivative for each entry of the state"
+        )
+    probing.require_arrays(f"{name}.rate", rate, dtype)
+
+    settled = probing.attempt(f"{name}.settle", oscillator.settle, state)
+    probing.same_structure(f"{name}.settle, given a plain tuple,", settled, like)
+    probing.require_arrays(f"{name}.settle", settled, dtype)
+
+    told = probing.attempt(f"{name}.phase", oscillator.phase, state)
+    probing.require_arrays(f"{name}.phase", told, dtype)
+    _require_close(f"{name}.phase of {name}.start(φ)", told, phase, "φ")
+
+    sin_cos = probing.attempt(f"{name}.sin_cos", oscillator.sin_cos, state)
+    if not isinstance(sin_cos, tuple) or len(sin_cos) != 2:
+        raise TegotaeError(f"{name}.sin_cos must return a pair (sine, cosine) of the phase")
+    probing.require_arrays(f"{name}.sin_cos", sin_cos, dtype)
+    _require_close(f"the sine of {name}.sin_cos", sin_cos[0], jnp.sin(told), "sin of its phase")
+    _require_close(f"the cosine of {name}.sin_cos", sin_cos[1], jnp.cos(told), "cos of its phase")
+
+    probing.require_independent(f"{name}.start", oscillator.start, phase)
+    probing.require_independent(f"{name}.rate", oscillator.rate, state, omega, feedback)
+    for method in ("settle", "phase", "sin_cos"):
+        probing.require_independent(f"{name}.{method}", getattr(oscillator, method), state)
+
+
+def _require_close(what: str, value: Any, expected: Any, meaning: str) -> None:
+    if not np.allclose(value, expected, atol=1e-4):
+        raise TegotaeError(
+            f"{what} is {probing.listed(value)}; it must be {meaning}, {probing.listed(expected)}"
+        )
+
+
+def _check_turns(name: str, oscillator: Oscillator) -> None:
+    omega = probing.lanes_of("float32", 4.0, 8.0, 3)
+    state = oscillator.settle(oscillator.start(jnp.zeros_like(omega)))
+    ticks = round(2.0 * TWO_PI / 4.0 / _TICK_S)
+
+    def tick(state: Any, _: Any) -> Any:
+        rate = oscillator.rate(state, omega, jnp.zeros_like(omega))
+        moved = tuple(x + _TICK_S * r for x, r in zip(state, rate, strict=True))
+        settled = oscillator.settle(moved)
+        return settled, (
+            oscillator.phase(moved) - oscillator.phase(state),
+            oscillator.phase(settled),
+        )
+
+    def turn(state: Any) -> Any:
+        return jax.lax.scan(tick, state, None, length=ticks)[1]
+
+    steps, phases = probing.attempt(f"{name} over two turns", turn, state)
+    if float(jnp.abs(steps).max()) > _LARGEST_STEP_RAD:
+        raise TegotaeError(
+            f"{name}.phase jumps by {float(jnp.abs(steps).max()):.3g} rad within a tick of "
+            f"{_TICK_S:g} s; keep the phase as an entry of the state, and wrap it in `settle` only"
+        )
+    if not bool(((phases >= 0.0) & (phases < TWO_PI)).all()):
+        raise TegotaeError(
+            f"{name}.phase leaves [0, 2π) after `settle`: {float(phases.min()):.4g} ... "
+            f"{float(phases.max()):.4g}; wrap it there with tegotae.maths.wrap_phase"
+        )
