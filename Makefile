@@ -24,7 +24,7 @@ lint: $(INSTALLED)
 	$(BIN)/pyright --pythonpath $(BIN)/python
 
 reproduce: $(INSTALLED)
-	$(BIN)/python -m tegotae.reproduce --out results
+	$(BIN)/python scripts/reproduce.py --out results
 
 docs: $(INSTALLED)
 	$(BIN)/sphinx-build -W --keep-going -b html docs docs/_build/html

@@ -8,12 +8,21 @@ from collections.abc import Sequence
 import tyro
 
 from tegotae.cli.bench import Bench
+from tegotae.cli.compare import Compare
+from tegotae.cli.evaluate import Evaluate
 from tegotae.cli.models import Models
 from tegotae.cli.simulate import Simulate
 from tegotae.cli.train import Train
 from tegotae.errors import TegotaeError
 
-COMMANDS = {"models": Models, "train": Train, "simulate": Simulate, "bench": Bench}
+COMMANDS = {
+    "models": Models,
+    "train": Train,
+    "simulate": Simulate,
+    "evaluate": Evaluate,
+    "compare": Compare,
+    "bench": Bench,
+}
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

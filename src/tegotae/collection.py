@@ -1,0 +1,99 @@
+"""Sets of controllers that belong together: the runs of one model, read from files."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from tegotae import controller_file
+from tegotae.bodies import Body, Hopper
+from tegotae.controller import Controller
+from tegotae.controller_file import SavedController
+from tegotae.errors import TegotaeError
+from tegotae.models import find
+from tegotae.training.search import best_gain
+
+
+@dataclass(frozen=True)
+class Runs:
+    """Several weight vectors of one controller, such as one per seed.
+
+    Args:
+        name: the model's name, or the file's.
+        controller: the structure they share.
+        weights: shape [runs, n_weights].
+        omega_t: the frequency they were trained at [rad/s]; None without an oscillator.
+        body: the body they were trained on.
+        labels: one per run: its seed, or its file's name.
+    """
+
+    name: str
+    controller: Controller
+    weights: np.ndarray
+    omega_t: float | None
+    body: Body
+    labels: tuple[str, ...]
+
+
+def read(place: str | Path) -> list[Runs]:
+    """The controllers at a place: a file, a folder of files, or the name of a pure V model.
+
+    Files of the same controller, frequency and body are runs of one set; a folder is searched with
+    its subfolders. A pure V model has no file: its σ is found by search.
+
+    Raises:
+        TegotaeError: if there is nothing there, or a file is not a controller's.
+    """
+    path = Path(place)
+    if path.is_dir():
+        files = sorted(p for p in path.rglob("*.json") if _is_controller(p))
+        if not files:
+            raise TegotaeError(f"{path} holds no controller files")
+        return group([(file, controller_file.load(file)) for file in files])
+    if path.exists() or path.suffix:
+        return group([(path, controller_file.load(path))])
+    return [_searched(str(place))]
+
+
+def group(files: Sequence[tuple[Path, SavedController]]) -> list[Runs]:
+    """Sets of runs, in the order in which their first members come."""
+    sets: dict[tuple, list[tuple[Path, SavedController]]] = {}
+    for path, saved in files:
+        sets.setdefault((saved.model, saved.controller, saved.omega, saved.body), []).append(
+            (path, saved)
+        )
+    return [
+        Runs(
+            model or members[0][0].stem,
+            controller,
+            np.stack([saved.weights for _, saved in members]),
+            None if controller.oscillator is None else omega,
+            body,
+            tuple(str(saved.training.get("seed", path.stem)) for path, saved in members),
+        )
+        for (model, controller, omega, body), members in sets.items()
+    ]
+
+
+def _is_controller(path: Path) -> bool:
+    """Whether a JSON file says that it is a controller; damaged ones do, and are then refused."""
+    try:
+        with path.open("rb") as stream:
+            return controller_file.FORMAT.encode() in stream.read(200)
+    except OSError:
+        return False
+
+
+def _searched(name: str) -> Runs:
+    model = find(name)
+    if model.is_trained:
+        raise TegotaeError(
+            f"{model.name} has weights to train and no file was given; "
+            f"first: tegotae train {model.name} --out FOLDER"
+        )
+    controller, omega = model.controller(), model.omega_t or 0.0
+    gain, _ = best_gain(controller, omega)
+    return Runs(model.name, controller, np.array([[gain]]), omega, Hopper(), ("search",))
