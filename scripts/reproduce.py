@@ -45,7 +45,7 @@ ARCHITECTURES = (
     "ARGT-rFv-gFv-tphif",
 )
 MODELS = (*(f"{name}-w{omega}" for omega in (4, 8) for name in ARCHITECTURES), "T-F", "T-Fv")
-"""Each architecture on [F_k] and [F_k, ẏ], at both frequencies, with reflex or learned actuation."""
+"""Each architecture on [F_k] and [F_k, ẏ], at both frequencies; reflex or learned actuation."""
 
 PANELS = {
     "cot_inverse": "CoT⁻¹ [m/J]",

@@ -9,10 +9,9 @@ from dataclasses import dataclass
 from typing import Annotated
 
 import tyro
-from rich.console import Console
-from rich.table import Table
 
 from tegotae.cli.evaluate import evaluate_all, print_table, show
+from tegotae.cli.tables import print_rows
 from tegotae.collection import Runs, read
 from tegotae.errors import TegotaeError
 from tegotae.evaluation import Evaluation, Protocol
@@ -80,11 +79,15 @@ def compare(
 
 
 def _print_differences(base: Runs, differences: list) -> None:
-    table = Table(f"minus {base.name}", "bootstrap", *COMPARED)
-    for runs, is_paired, by_metric in differences:
-        kind = "paired" if is_paired else "independent"
-        table.add_row(runs.name, kind, *(show(by_metric[name]) for name in COMPARED))
-    Console(soft_wrap=True, highlight=False).print(table)
+    rows = (
+        (
+            runs.name,
+            "paired" if is_paired else "independent",
+            *(show(by_metric[name]) for name in COMPARED),
+        )
+        for runs, is_paired, by_metric in differences
+    )
+    print_rows((f"minus {base.name}", "bootstrap", *COMPARED), rows)
 
 
 def _document(found: list, differences: list) -> dict:

@@ -12,9 +12,8 @@ from pathlib import Path
 from typing import Annotated
 
 import tyro
-from rich.console import Console
-from rich.table import Table
 
+from tegotae.cli.tables import print_rows
 from tegotae.collection import Runs, read
 from tegotae.evaluation import METRICS, Evaluation, Protocol, evaluate
 from tegotae.files import output_file, write_atomically
@@ -93,13 +92,15 @@ def evaluate_all(
 
 def print_table(found: list[tuple[Runs, Evaluation]]) -> None:
     """One row per set of runs: mean and 95 % interval of each metric over the runs."""
-    table = Table("controller", "runs", *_SHOWN.values())
-    for runs, evaluation in found:
-        summary = evaluation.summary()
-        table.add_row(runs.name, str(evaluation.n_runs), *(show(summary[name]) for name in _SHOWN))
-    console = Console(soft_wrap=True, highlight=False)
-    console.print(table)
-    console.print(
+    summaries = [evaluation.summary() for _, evaluation in found]
+    print_rows(
+        ("controller", "runs", *_SHOWN.values()),
+        (
+            (runs.name, str(evaluation.n_runs), *(show(summary[name]) for name in _SHOWN))
+            for (runs, evaluation), summary in zip(found, summaries, strict=True)
+        ),
+    )
+    print(
         "Mean over runs [95 % bootstrap interval]. Episodes without a limit cycle enter only the "
         "share of limit cycles; – is undefined, * means that some runs are."
     )

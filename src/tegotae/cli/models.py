@@ -8,9 +8,8 @@ from dataclasses import dataclass
 from typing import Annotated
 
 import tyro
-from rich.console import Console
-from rich.table import Table
 
+from tegotae.cli.tables import print_rows
 from tegotae.errors import unknown
 from tegotae.models import BUDGET, Model, all_models
 
@@ -34,22 +33,24 @@ class Models:
         if self.json:
             print(json.dumps([describe(model, self.budget) for model in models], indent=1))
             return
-        table = Table(
-            "model", "architecture", "learned", "senses", "actuation", "ω_t", "parameters"
+        print_rows(
+            ("model", "architecture", "learned", "senses", "actuation", "ω_t", "parameters"),
+            (_row(describe(model, self.budget)) for model in models),
         )
-        for model in models:
-            row = describe(model, self.budget)
-            table.add_row(
-                row["name"],
-                row["architecture"],
-                "".join(row["learned_terms"]) or "-",
-                ", ".join(row["observation"]),
-                row["actuation"],
-                "-" if row["omega_t_rad_per_s"] is None else f"{row['omega_t_rad_per_s']:g}",
-                str(row["parameters"]),
-            )
-        Console(soft_wrap=True).print(table)
         print(f"{len(models)} models")
+
+
+def _row(model: dict) -> tuple[str, ...]:
+    omega = model["omega_t_rad_per_s"]
+    return (
+        model["name"],
+        model["architecture"],
+        "".join(model["learned_terms"]) or "-",
+        ", ".join(model["observation"]),
+        model["actuation"],
+        "-" if omega is None else f"{omega:g}",
+        str(model["parameters"]),
+    )
 
 
 def describe(model: Model, budget: int = BUDGET) -> dict:

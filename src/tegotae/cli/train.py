@@ -9,9 +9,8 @@ from typing import Annotated
 
 import numpy as np
 import tyro
-from rich.console import Console
-from rich.table import Table
 
+from tegotae.cli.tables import print_rows
 from tegotae.errors import TegotaeError, require_count, unknown
 from tegotae.models import BUDGET, find
 from tegotae.rollout import Timing
@@ -90,10 +89,11 @@ def _logger(out: Path) -> Callable:
 def _summarise(paths: list[Path]) -> None:
     from tegotae.controller_file import load
 
-    table = Table("controller", "fitness", "generation")
-    for path in paths:
-        training = load(path).training
-        table.add_row(
-            str(path), f"{training['best_fitness']:.4f}", str(training["best_generation"])
-        )
-    Console(soft_wrap=True).print(table)
+    found = [(path, load(path).training) for path in paths]
+    print_rows(
+        ("controller", "fitness", "generation"),
+        (
+            (str(path), f"{training['best_fitness']:.4f}", str(training["best_generation"]))
+            for path, training in found
+        ),
+    )
