@@ -8,12 +8,11 @@ import math
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
 from rich.console import Console
 
-from tegotae import controller_file
 from tegotae.bodies import Hopper
-from tegotae.errors import TegotaeError, require_finite
+from tegotae.cli.options import ControllerOptions
+from tegotae.errors import require_finite
 from tegotae.files import output_file
 from tegotae.presets import preset
 from tegotae.rollout import Scenario, Timing
@@ -21,19 +20,11 @@ from tegotae.simulation import Result, Simulation
 
 
 @dataclass(frozen=True)
-class Simulate:
+class Simulate(ControllerOptions):
     """Simulate a controller file, or a vanilla controller made of options."""
 
     controller: Path | None = None
     """A controller file of `tegotae train`."""
-    preset: str = "paper"
-    """Where numbers not given come from: paper, or pyTegotaeCPG."""
-    actuation: str | None = None
-    """Vanilla actuation: sector, reflex or both."""
-    omega: float | None = None
-    """Frequency ω [rad/s]."""
-    sigma: float | None = None
-    """Gain σ of the vanilla feedback [rad/(s N)]."""
     duration: float = 20.0
     """Simulated time [s]."""
     drop: float = 0.0
@@ -46,20 +37,6 @@ class Simulate:
     """Release velocity [m/s]."""
     phase: float = 0.0
     """Phase at release [rad]."""
-    mass: float | None = None
-    """Mass [kg]."""
-    stiffness: float | None = None
-    """Spring stiffness [N/m]."""
-    damping: float | None = None
-    """Damping in stance [N s/m]."""
-    flight_damping: float | None = None
-    """Damping in flight [N s/m]."""
-    rest_length: float | None = None
-    """Rest length of the leg [m]."""
-    gravity: float | None = None
-    """Gravity [m/s²]."""
-    max_force: float | None = None
-    """Largest actuator force [N]."""
     tick: float = Timing.tick_s
     """Control period [s]."""
     float64: bool = False
@@ -99,51 +76,26 @@ class Simulate:
             write_animation(result, self.animate)
 
     def _simulation(self) -> Simulation:
-        chosen = preset(self.preset)
-        if self.controller is None:
-            controller = chosen.controller(self.actuation or chosen.actuation)
-            sigma = chosen.sigma if self.sigma is None else self.sigma
-            require_finite("sigma", sigma)
-            weights, omega, hopper = np.array([sigma]), chosen.omega_rad_per_s, chosen.hopper
-        else:
-            for name in ("actuation", "sigma"):
-                if getattr(self, name) is not None:
-                    raise TegotaeError(f"--{name} belongs to vanilla controllers, not to a file")
-            saved = controller_file.load(self.controller)
-            controller, weights, omega = saved.controller, saved.weights, saved.omega
-            if not isinstance(saved.body, Hopper):
-                raise TegotaeError(f"{self.controller} is for a body that is not a hopper")
-            hopper = saved.body
+        saved = self.chosen(self.controller)
+        assert isinstance(saved.body, Hopper)  # `chosen` refuses others
         scenario = Scenario(
-            omega=omega if self.omega is None else self.omega,
-            height_m=chosen.height_m if self.height is None else self.height,
+            omega=saved.omega,
+            height_m=preset(self.preset).height_m if self.height is None else self.height,
             velocity_m_per_s=self.velocity,
             phase_rad=self.phase,
             drop_m=self.drop,
             drop_time_s=self.drop_time if self.drop else math.inf,
         )
         return Simulation(
-            controller,
-            weights,
+            saved.controller,
+            saved.weights,
             scenario,
-            self._hopper(hopper),
+            saved.body,
             Timing(duration_s=self.duration, tick_s=self.tick, frame_s=_frame(self.tick)),
             self.energy,
             self.measure_from,
             "float64" if self.float64 else "float32",
         )
-
-    def _hopper(self, hopper: Hopper) -> Hopper:
-        given = {
-            "mass_kg": self.mass,
-            "stiffness_n_per_m": self.stiffness,
-            "damping_ns_per_m": self.damping,
-            "flight_damping_ns_per_m": self.flight_damping,
-            "rest_length_m": self.rest_length,
-            "gravity_m_per_s2": self.gravity,
-            "max_force_n": self.max_force,
-        }
-        return dataclasses.replace(hopper, **{k: v for k, v in given.items() if v is not None})
 
     def _parameters(self, simulation: Simulation) -> dict:
         scenario: dict[str, float | None] = {

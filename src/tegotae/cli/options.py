@@ -1,0 +1,94 @@
+"""Options that several commands share: which controller, on which hopper."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from tegotae import controller_file
+from tegotae.bodies import Hopper
+from tegotae.controller_file import SavedController
+from tegotae.errors import TegotaeError, require_finite
+from tegotae.presets import preset
+
+
+@dataclass(frozen=True)
+class HopperOptions:
+    """The hopper's parameters; those not given come from a preset or a controller file."""
+
+    preset: str = "paper"
+    """Where numbers not given come from: paper, or pyTegotaeCPG."""
+    mass: float | None = None
+    """Mass [kg]."""
+    stiffness: float | None = None
+    """Spring stiffness [N/m]."""
+    damping: float | None = None
+    """Damping in stance [N s/m]."""
+    flight_damping: float | None = None
+    """Damping in flight [N s/m]."""
+    rest_length: float | None = None
+    """Rest length of the leg [m]."""
+    gravity: float | None = None
+    """Gravity [m/s²]."""
+    max_force: float | None = None
+    """Largest actuator force [N]."""
+
+    def hopper(self, base: Hopper | None = None) -> Hopper:
+        """`base`, the preset's hopper by default, with the parameters that were given."""
+        given = {
+            "mass_kg": self.mass,
+            "stiffness_n_per_m": self.stiffness,
+            "damping_ns_per_m": self.damping,
+            "flight_damping_ns_per_m": self.flight_damping,
+            "rest_length_m": self.rest_length,
+            "gravity_m_per_s2": self.gravity,
+            "max_force_n": self.max_force,
+        }
+        base = preset(self.preset).hopper if base is None else base
+        return dataclasses.replace(base, **{k: v for k, v in given.items() if v is not None})
+
+
+@dataclass(frozen=True)
+class ControllerOptions(HopperOptions):
+    """A controller file, or else a vanilla controller made of options, and its hopper."""
+
+    actuation: str | None = None
+    """Vanilla actuation: sector, reflex or both."""
+    omega: float | None = None
+    """Frequency ω [rad/s]."""
+    sigma: float | None = None
+    """Gain σ of the vanilla feedback [rad/(s N)]."""
+
+    def chosen(self, file: Path | None) -> SavedController:
+        """The controller, its weights, frequency and hopper.
+
+        Raises:
+            TegotaeError: for a file that is none, an unknown name, a number that is not finite, or
+                options of a vanilla controller beside a file.
+        """
+        if self.omega is not None:
+            require_finite("omega", self.omega)
+        if file is None:
+            source = preset(self.preset)
+            sigma = source.sigma if self.sigma is None else self.sigma
+            require_finite("sigma", sigma)
+            return SavedController(
+                source.controller(self.actuation or source.actuation),
+                np.array([sigma]),
+                source.omega_rad_per_s if self.omega is None else self.omega,
+                self.hopper(),
+            )
+        for name in ("actuation", "sigma"):
+            if getattr(self, name) is not None:
+                raise TegotaeError(f"--{name} belongs to vanilla controllers, not to a file")
+        saved = controller_file.load(file)
+        if not isinstance(saved.body, Hopper):
+            raise TegotaeError(f"{file} is for a body that is not a hopper")
+        return dataclasses.replace(
+            saved,
+            omega=saved.omega if self.omega is None else self.omega,
+            body=self.hopper(saved.body),
+        )
