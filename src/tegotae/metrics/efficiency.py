@@ -13,14 +13,19 @@ WORK = ("absolute", "positive", "net")
 """Definitions of the actuator's work: ∫ |F_a ẏ| dt, ∫ max(0, F_a ẏ) dt, ∫ F_a ẏ dt."""
 
 
+def check_work(definition: str) -> None:
+    """Raise `TegotaeError` for a definition of work that is none of `WORK`."""
+    if definition not in WORK:
+        raise TegotaeError(f"work is {definition!r}; it must be one of {', '.join(WORK)}")
+
+
 def work_total(trajectory: Trajectory, definition: str = "absolute") -> Any:
     """Running total of the actuator's work [J], shape [frames, lanes].
 
     Raises:
         TegotaeError: for a definition that is none of `WORK`.
     """
-    if definition not in WORK:
-        raise TegotaeError(f"energy is {definition!r}; it must be one of {', '.join(WORK)}")
+    check_work(definition)
     return getattr(trajectory, f"work_{definition}_j")
 
 

@@ -1,8 +1,12 @@
-"""What counts as hopping."""
+"""What counts as hopping, and the table of hops: the gait's Poincaré section at the apex."""
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
+
+import jax.numpy as jnp
+
+from tegotae.rollout import Trajectory
 
 HOP_CLEARANCE = 0.01
 """A hop clears the rest length of the leg by at least this share of it.
@@ -15,3 +19,53 @@ such a bounce is no hop.
 def hop_height_m(rest_length_m: Any, ground_m: Any = 0.0) -> Any:
     """The least height of a hop's apex, `(1 + 0.01) l0 + h` [m]."""
     return (1.0 + HOP_CLEARANCE) * rest_length_m + ground_m
+
+
+class Hops(NamedTuple):
+    """The apexes of the hops of every lane, in the order of time: arrays of shape [rows, lanes].
+
+    A lane's rows after its last hop are NaN. There are as many rows as frames: no hop is lost.
+    """
+
+    time_s: Any
+    """Time of the apex [s]."""
+    height_m: Any
+    """Height of the apex [m]."""
+    phase_rad: Any
+    """Phase at the apex modulo 2π [rad]; zero without an oscillator."""
+    frame: Any
+    """The frame in which the apex lies; that of the last frame after the last hop."""
+    count: Any
+    """How many hops the lane has, shape [lanes]."""
+
+
+def hops(trajectory: Trajectory, rest_length_m: Any) -> Hops:
+    """The hops of a trajectory: flights whose apex clears the rest length by 1 % of it.
+
+    Args:
+        trajectory: frames of shape [frames, lanes].
+        rest_length_m: rest length of the leg l0 [m].
+    """
+    least = hop_height_m(rest_length_m, trajectory.ground_m)
+    # NaN in frames without an apex compares as false.
+    is_hop = jnp.asarray(trajectory.apex_height_m >= least)
+    frames, lanes = is_hop.shape
+    counted = jnp.cumsum(is_hop, axis=0, dtype=jnp.int32)
+    row = jnp.where(is_hop, counted - 1, frames)
+    number = jnp.arange(frames, dtype=jnp.int32)[:, None]
+    lane = jnp.arange(lanes, dtype=jnp.int32)[None]
+    frame = jnp.full((frames, lanes), frames - 1, jnp.int32)
+    frame = frame.at[row, lane].set(jnp.broadcast_to(number, (frames, lanes)), mode="drop")
+    count = counted[-1]
+    is_row = number < count[None]
+
+    def table(recorded: Any) -> Any:
+        return jnp.where(is_row, jnp.take_along_axis(recorded, frame, axis=0), jnp.nan)
+
+    return Hops(
+        time_s=table(trajectory.apex_time_s),
+        height_m=table(trajectory.apex_height_m),
+        phase_rad=table(trajectory.apex_phase_rad % (2.0 * jnp.pi)),
+        frame=frame,
+        count=count,
+    )

@@ -20,28 +20,38 @@ class Spectrum(NamedTuple):
     """Angular frequencies [rad/s], shape [bins]."""
     power: Any
     """|Y|² of the Hann-windowed, mean-free signal, shape [bins, lanes]."""
-    resolution: float
-    """2π / window length [rad/s]: one bin of the signal without zero padding."""
+    resolution: Any
+    """2π / window length [rad/s]: one bin of the signal without zero padding; [1] or
+    [lanes]."""
 
 
-def spectrum(height_m: Any, sample_s: float) -> Spectrum:
+def spectrum(height_m: Any, sample_s: float, first: Any = 0) -> Spectrum:
     """Power spectrum of a height [m] sampled every `sample_s` [s]: shape [samples, lanes].
 
     The mean is removed, a Hann window applied, and the signal padded with zeros to at least four
     times its length, so that the peak can be interpolated.
+
+    Args:
+        height_m: the signal, shape [samples, lanes].
+        sample_s: sampling period [s].
+        first: the sample at which the window starts, one or [lanes]: each lane may have its own,
+            such as where its limit cycle begins.
     """
     height_m = jnp.asarray(height_m)
-    samples = height_m.shape[0]
-    window = jnp.asarray(np.hanning(samples + 1)[:-1], height_m.dtype)
-    window = window.reshape(-1, *[1] * (height_m.ndim - 1))
-    signal = window * (height_m - height_m.mean(axis=0))
+    dtype, samples = height_m.dtype, len(height_m)
+    first = jnp.asarray(first, dtype).reshape(1, -1)
+    length = samples - first
+    sample = jnp.arange(samples, dtype=dtype)[:, None] - first
+    inside = jnp.where(sample >= 0.0, 1.0, 0.0).astype(dtype)
+    window = inside * (0.5 - 0.5 * jnp.cos(2.0 * np.pi * sample / length))
+    mean = jnp.sum(inside * height_m, axis=0, keepdims=True) / length
     padded = 1 << int(np.ceil(np.log2(4 * samples)))
-    transform = jnp.fft.rfft(signal, padded, axis=0)
+    transform = jnp.fft.rfft(window * (height_m - mean), padded, axis=0)
     frequencies = np.arange(padded // 2 + 1) * (2.0 * np.pi / (padded * sample_s))
     return Spectrum(
-        jnp.asarray(frequencies, height_m.dtype),
+        jnp.asarray(frequencies, dtype),
         jnp.real(transform) ** 2 + jnp.imag(transform) ** 2,
-        2.0 * np.pi / (samples * sample_s),
+        2.0 * np.pi / (length[0] * sample_s),
     )
 
 
@@ -55,19 +65,25 @@ def peak(of: Spectrum) -> tuple[Any, Any]:
     power = of.power
     highest = jnp.argmax(power[1:-1], axis=0) + 1
 
-    def log_power(at: Any) -> Any:
-        return jnp.log(jnp.take_along_axis(power, at[None], axis=0)[0] + 1e-30)
+    def neighbour(offset: int) -> Any:
+        return jnp.take_along_axis(power, highest[None] + offset, axis=0)[0]
 
-    left, centre, right = log_power(highest - 1), log_power(highest), log_power(highest + 1)
-    curvature = left - 2.0 * centre + right
-    shift = jnp.where(curvature < 0.0, 0.5 * (left - right) / jnp.where(curvature < 0, curvature, -1.0), 0.0)
-    step = of.angular_frequency[1]
-    w_peak = (highest.astype(power.dtype) + jnp.clip(shift, -0.5, 0.5)) * step
-    frequency = of.angular_frequency.reshape(-1, *[1] * (power.ndim - 1))
-    in_lobe = jnp.abs(frequency - w_peak) <= _MAIN_LOBE_BINS * of.resolution
+    shift = _parabola_shift(neighbour(-1), neighbour(0), neighbour(1))
+    w_peak = (highest.astype(power.dtype) + shift) * of.angular_frequency[1]
+    distance = jnp.abs(of.angular_frequency[:, None] - w_peak[None])
+    in_lobe = distance <= _MAIN_LOBE_BINS * of.resolution[None]
     total = jnp.sum(power, axis=0)
     share = jnp.sum(jnp.where(in_lobe, power, 0.0), axis=0) / jnp.where(total > 0.0, total, 1.0)
     return w_peak, jnp.sqrt(share)
+
+
+def _parabola_shift(left: Any, centre: Any, right: Any) -> Any:
+    """Where between -½ and ½ bin a parabola through the logarithm of three powers peaks."""
+    left, centre, right = (jnp.log(power + 1e-30) for power in (left, centre, right))
+    curvature = left - 2.0 * centre + right
+    bends = curvature < 0.0
+    shift = 0.5 * (left - right) / jnp.where(bends, curvature, -1.0)
+    return jnp.clip(jnp.where(bends, shift, 0.0), -0.5, 0.5)
 
 
 def delta_omega(omega: Any, w_peak: Any, a_peak: Any) -> Any:
@@ -88,3 +104,34 @@ def delta_omega(omega: Any, w_peak: Any, a_peak: Any) -> Any:
 def rest_delta_omega(omega: Any) -> Any:
     """ΔΩ of a body at rest, which has no peak: w_peak = 0 and A_peak = 0, so `-ω² - 1`."""
     return delta_omega(omega, 0.0, 0.0)
+
+
+def delta_w(of: Spectrum, omega: Any) -> Any:
+    """`Δw = Σ_p |w_p - ω| A_p` over the peaks p with `A_p >= ½ A_max` [rad/s] (paper equation 14).
+
+    Every local maximum of the spectrum |Y| is a peak. The highest has the amplitude A_peak
+    (`peak`), and the others in proportion to their height, `A_p = A_peak |Y_p| / |Y_peak|`.
+
+    Args:
+        of: the spectrum, [bins, lanes].
+        omega: prescribed frequency ω [rad/s], one or [lanes].
+
+    Returns:
+        Δw [rad/s], shape [lanes].
+
+    Example:
+        >>> time_s = np.arange(2000)[:, None] * 0.02
+        >>> height_m = 1.2 + 0.1 * np.sin(4.0 * time_s) + 0.08 * np.sin(7.0 * time_s)
+        >>> f"{float(delta_w(spectrum(height_m, 0.02), 5.0)[0]):.1f} rad/s"  # (1 + 2 · 0.8) · 0.78
+        '2.0 rad/s'
+    """
+    power = of.power
+    left, centre, right = power[:-2], power[1:-1], power[2:]
+    highest = jnp.max(centre, axis=0, keepdims=True)
+    relative = jnp.sqrt(centre / jnp.where(highest > 0.0, highest, 1.0))
+    is_peak = (centre > left) & (centre >= right) & (relative >= 0.5)
+    shift = _parabola_shift(left, centre, right) * of.angular_frequency[1]
+    frequency = of.angular_frequency[1:-1, None] + shift
+    away = jnp.abs(frequency - jnp.asarray(omega, power.dtype).reshape(1, -1))
+    distance = jnp.where(is_peak, away * relative, 0.0)
+    return peak(of)[1] * jnp.sum(distance, axis=0)

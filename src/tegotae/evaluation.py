@@ -1,0 +1,323 @@
+"""The paper's evaluation of trained or hand-made controllers: five frequencies, a drop, a clamp."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from dataclasses import dataclass, field
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from tegotae.bodies import Body, Hopper
+from tegotae.controller import Controller
+from tegotae.errors import TegotaeError, require_count, require_finite
+from tegotae.metrics.efficiency import check_work
+from tegotae.metrics.gait import FAILED, LIMIT_CYCLE, Gait, gait
+from tegotae.metrics.hopping import hops
+from tegotae.metrics.limit_cycle import LimitCycle, settled
+from tegotae.metrics.statistics import Interval, interval
+from tegotae.oscillators import ClampedPhase
+from tegotae.rollout import Engine, Scenario, Timing, Trajectory
+
+METRICS = {
+    "cot_inverse": "m/J",
+    "cot_inverse_total": "m/J",
+    "t0_s": "s",
+    "t1_s": "s",
+    "delta_omega": "rad²/s²",
+    "delta_w": "rad/s",
+    "cpgu": "",
+    "limit_cycle_period": "hops",
+    "limit_cycle_share": "",
+    "recovery_share": "",
+    "failed_share": "",
+    "smoothness": "1/s",
+    "w_peak": "rad/s",
+    "a_peak": "",
+}
+"""What an evaluation reports, and in which unit."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Protocol:
+    """How controllers are evaluated.
+
+    One episode per frequency: undisturbed for `undisturbed_s`, and then the ground drops at the
+    next apex of a hop, that is, in flight. T1 is measured over what is left.
+
+    Args:
+        offsets: the episodes' frequencies relative to ω_t [rad/s].
+        undisturbed_s: undisturbed time from the release on [s].
+        disturbed_s: time after that [s], of which the wait for an apex is part.
+        drop_m: how far the ground drops [m]; 0 leaves T1 undefined.
+        clamped_phases: at how many equidistant phases the oscillator is clamped for CPGu.
+        limit_cycle: what counts as settled.
+        work: definition of work, one of "absolute", "positive", "net".
+        tick_s: control period [s].
+
+    Raises:
+        TegotaeError: for a time that is not positive, a negative drop, no episode, or an unknown
+            definition of work.
+    """
+
+    offsets: tuple[float, ...] = (-2.0, -1.0, 0.0, 1.0, 2.0)
+    undisturbed_s: float = 40.0
+    disturbed_s: float = 40.0
+    drop_m: float = 0.2
+    clamped_phases: int = 6
+    limit_cycle: LimitCycle = field(default_factory=LimitCycle)
+    work: str = "absolute"
+    tick_s: float = 0.001
+
+    def __post_init__(self) -> None:
+        if not self.offsets:
+            raise TegotaeError("offsets is empty; give at least one, such as 0")
+        for offset in self.offsets:
+            require_finite("an offset of the frequency", offset)
+        require_finite("undisturbed_s", self.undisturbed_s, least=1.0)
+        require_finite("disturbed_s", self.disturbed_s, least=1.0)
+        require_finite("drop_m", self.drop_m, least=0.0)
+        require_count("clamped_phases", self.clamped_phases)
+        check_work(self.work)
+
+    def omegas(self, controller: Controller, omega_t: float | None) -> tuple[float, ...]:
+        """The frequencies of the episodes [rad/s]; a single NaN without an oscillator.
+
+        Raises:
+            TegotaeError: for an oscillator without ω_t, or a frequency that is not positive.
+        """
+        if controller.oscillator is None:
+            return (math.nan,)
+        if omega_t is None:
+            raise TegotaeError("a controller with an oscillator needs omega_t, such as 8 (rad/s)")
+        require_finite("omega_t", omega_t, above=0.0)
+        omegas = tuple(omega_t + offset for offset in self.offsets)
+        if min(omegas) <= 0.0:
+            raise TegotaeError(
+                f"omega_t is {omega_t:g} and its lowest offset {min(self.offsets):g}; every "
+                "frequency must be greater than 0 rad/s"
+            )
+        return omegas
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """What an evaluation found, episode by episode. NaN is undefined everywhere.
+
+    Args:
+        protocol: how it was found.
+        omega: frequencies of the episodes [rad/s], shape [episodes]; NaN without an oscillator.
+        episodes: each of `METRICS`, shape [runs, episodes].
+    """
+
+    protocol: Protocol
+    omega: np.ndarray
+    episodes: dict[str, np.ndarray]
+
+    @property
+    def n_runs(self) -> int:
+        """How many runs (weight vectors) were evaluated."""
+        return len(self.episodes["cot_inverse"])
+
+    def runs(self) -> dict[str, np.ndarray]:
+        """The metrics of every run, shape [runs]: means over its episodes.
+
+        Episodes in which a metric is undefined do not enter its mean; `limit_cycle_share`,
+        `recovery_share` and `failed_share` say how many those are. A metric that no episode
+        defines is NaN.
+        """
+        return {name: _mean_defined(values) for name, values in self.episodes.items()}
+
+    def summary(self, *, seed: int = 0) -> dict[str, Interval]:
+        """Mean over runs of each metric, with its spread and 95 % bootstrap interval."""
+        return {name: interval(values, seed=seed) for name, values in self.runs().items()}
+
+    def to_dict(self) -> dict[str, Any]:
+        """Everything, ready for JSON: numbers, lists and null where undefined.
+
+        Every metric by name holds its mean over runs; `spread`, `interval_95` and `defined_runs`
+        say how sure it is, `runs` and `episodes` what it is made of.
+        """
+        summary = self.summary()
+        return _plain(
+            {
+                **{name: found.mean for name, found in summary.items()},
+                "spread": {name: found.std for name, found in summary.items()},
+                "interval_95": {name: (found.low, found.high) for name, found in summary.items()},
+                "defined_runs": {name: found.count for name, found in summary.items()},
+                "n_runs": self.n_runs,
+                "omega_rad_per_s": self.omega,
+                "runs": self.runs(),
+                "episodes": self.episodes,
+                "protocol": dataclasses.asdict(self.protocol),
+            }
+        )
+
+
+def evaluate(
+    controller: Controller,
+    weights: Any,
+    omega_t: float | None,
+    body: Body | None = None,
+    protocol: Protocol | None = None,
+) -> Evaluation:
+    """Evaluate runs of a controller as the paper does (IV-B): every run at every frequency.
+
+    All runs and frequencies are lanes of one batch. A rollout to find each lane's first apex after
+    the undisturbed time goes before the one in which the ground drops there. Clamped to each of six
+    phases the controllers are then rolled out undisturbed: CPGu is the share of phases at which
+    none hops on a limit cycle.
+
+    A controller without an oscillator has no prescribed frequency: one episode, ΔΩ of zero as in
+    its fitness, and undefined Δw and CPGu.
+
+    Args:
+        controller: what drives the body.
+        weights: one row per run, shape [runs, n_weights] or [n_weights].
+        omega_t: training frequency ω_t [rad/s]; None without an oscillator.
+        body: the body; the paper's hopper by default.
+        protocol: episodes, drop, tolerances.
+
+    Raises:
+        TegotaeError: for weights of the wrong shape or not finite, or a missing or non-positive
+            frequency.
+
+    Example:
+        >>> from tegotae.models import find
+        >>> model = find("V-reflex-w8")
+        >>> found = evaluate(model.controller(), [[2.0]], model.omega_t)
+        >>> f"{found.summary()['cot_inverse'].mean:.2f} m/J"
+        '0.44 m/J'
+    """
+    body = Hopper() if body is None else body
+    protocol = protocol or Protocol()
+    omegas = np.array(protocol.omegas(controller, omega_t))
+    weights = _checked_weights(controller, weights)
+    runs, episodes = len(weights), len(omegas)
+    lanes = np.repeat(weights, episodes, axis=0)
+    omega = np.tile(omegas, runs)
+
+    found = _disturbed_gait(controller, lanes, omega, body, protocol)
+    values = {name: np.asarray(value, float) for name, value in found._asdict().items()}
+    regime = values.pop("regime")
+    on_cycle = regime == LIMIT_CYCLE
+    values["limit_cycle_share"] = on_cycle.astype(float)
+    values["failed_share"] = (regime == FAILED).astype(float)
+    tested = on_cycle & (protocol.drop_m > 0.0)
+    values["recovery_share"] = np.where(tested, np.isfinite(values["t1_s"]), np.nan)
+    values["cpgu"] = np.full(len(lanes), np.nan)
+    if controller.oscillator is None:
+        values["delta_omega"] = np.where(on_cycle, 0.0, np.nan)
+    else:
+        values["cpgu"] = _cpgu(controller, lanes, omega, body, protocol)
+    return Evaluation(
+        protocol, omegas, {name: values[name].reshape(runs, episodes) for name in METRICS}
+    )
+
+
+def _disturbed_gait(
+    controller: Controller, weights: np.ndarray, omega: np.ndarray, body: Body, protocol: Protocol
+) -> Gait:
+    """The gait of every lane, its ground dropping at the first apex after the undisturbed time."""
+    timing = Timing(
+        duration_s=protocol.undisturbed_s + protocol.disturbed_s, tick_s=protocol.tick_s
+    )
+    engine = Engine(controller=controller, timing=timing)
+    # Without an oscillator the frequency has no effect, but must be a number.
+    driven = Scenario(omega=np.nan_to_num(omega))
+    trajectory = engine.run(weights, driven, body)
+    drop_time_s = None
+    if protocol.drop_m > 0.0:
+        drop_time_s = np.asarray(
+            _next_apex_s(trajectory, body.rest_length_m, protocol.undisturbed_s)
+        )
+        driven = driven._replace(drop_m=protocol.drop_m, drop_time_s=drop_time_s)
+        trajectory = engine.run(weights, driven, body)
+    found = gait(
+        trajectory,
+        omega=jnp.asarray(omega, "float32"),
+        rest_length_m=body.rest_length_m,
+        max_force_n=body.max_force_n,
+        frame_s=timing.frame_s,
+        undisturbed_s=protocol.undisturbed_s,
+        disturbed_at_s=drop_time_s,
+        limit_cycle=protocol.limit_cycle,
+        work=protocol.work,
+    )
+    return jax.tree.map(np.asarray, found)
+
+
+@jax.jit
+def _next_apex_s(trajectory: Trajectory, rest_length_m: Any, after_s: Any) -> jax.Array:
+    """Time of the apex of the first hop after a time [s], [lanes]; infinite if there is none."""
+    time_s = hops(trajectory, rest_length_m).time_s
+    return jnp.min(jnp.where(time_s >= after_s, time_s, jnp.inf), axis=0)
+
+
+def _cpgu(
+    controller: Controller, weights: np.ndarray, omega: np.ndarray, body: Body, protocol: Protocol
+) -> np.ndarray:
+    """Share of the clamped phases at which a lane does not hop on a limit cycle, [lanes]."""
+    engine = Engine(
+        controller=dataclasses.replace(controller, oscillator=ClampedPhase()),
+        timing=Timing(duration_s=protocol.undisturbed_s, tick_s=protocol.tick_s),
+        summary=_OnLimitCycle(protocol.limit_cycle),
+    )
+    n = protocol.clamped_phases
+    phases = 2.0 * np.pi * np.arange(n) / n
+    scenario = Scenario(omega=np.repeat(omega, n), phase_rad=np.tile(phases, len(omega)))
+    on_cycle = engine.run(np.repeat(weights, n, axis=0), scenario, body)
+    return 1.0 - on_cycle.reshape(-1, n).mean(axis=1)
+
+
+@dataclass(frozen=True)
+class _OnLimitCycle:
+    """Whether a lane ends on a limit cycle, as an `Engine`'s summary."""
+
+    limit_cycle: LimitCycle
+
+    def __call__(
+        self, trajectory: Trajectory, scenario: Scenario, body: Body, timing: Timing
+    ) -> jax.Array:
+        """True where it does, shape [lanes]."""
+        table = hops(trajectory, body.rest_length_m)
+        cycle = settled(table, self.limit_cycle, -jnp.inf, trajectory.time_s[-1])
+        return cycle.found & ~trajectory.failed[-1]
+
+
+def _checked_weights(controller: Controller, weights: Any) -> np.ndarray:
+    try:
+        rows = np.atleast_2d(np.asarray(weights, float))
+    except (TypeError, ValueError):
+        raise TegotaeError("weights are no array of numbers") from None
+    if rows.ndim != 2 or len(rows) == 0 or rows.shape[1] != controller.n_weights:
+        raise TegotaeError(
+            f"weights have shape {np.shape(weights)}; this controller needs "
+            f"[runs, {controller.n_weights}]"
+        )
+    if not np.isfinite(rows).all():
+        run = int(np.argmin(np.isfinite(rows).all(axis=1)))
+        raise TegotaeError(f"the weights of run {run} are not all finite; leave that run out")
+    return rows
+
+
+def _mean_defined(values: np.ndarray) -> np.ndarray:
+    """Mean over the last axis of what is defined; NaN where nothing is."""
+    defined = ~np.isnan(values)
+    count = defined.sum(axis=-1)
+    total = np.where(defined, values, 0.0).sum(axis=-1)
+    return np.where(count > 0, total / np.maximum(count, 1), np.nan)
+
+
+def _plain(value: Any) -> Any:
+    """Dicts, lists and Python numbers, None for what is not finite."""
+    if isinstance(value, dict):
+        return {name: _plain(entry) for name, entry in value.items()}
+    if isinstance(value, (list, tuple, np.ndarray)):
+        return [_plain(entry) for entry in value]
+    if isinstance(value, (float, np.floating)):
+        return float(value) if math.isfinite(value) else None
+    return value

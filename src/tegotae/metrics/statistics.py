@@ -1,0 +1,130 @@
+"""Means over seeds, and how sure they are: the percentile bootstrap."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from tegotae.errors import TegotaeError, require_count
+
+LEVEL = 0.95
+"""Coverage of an interval."""
+
+RESAMPLES = 10_000
+"""How often a sample is drawn anew."""
+
+
+@dataclass(frozen=True)
+class Interval:
+    """A mean with its spread and its bootstrap interval, in the unit of the values.
+
+    Undefined values (NaN) do not enter, and are counted. Everything is NaN where nothing is left;
+    spread and interval are NaN for a single value, which says nothing about them.
+    """
+
+    mean: float
+    """Mean of the defined values."""
+    std: float
+    """Their standard deviation (n - 1)."""
+    low: float
+    """Lower end of the 95 % interval of the mean."""
+    high: float
+    """Upper end."""
+    count: int
+    """How many values are defined."""
+    undefined: int
+    """How many are not."""
+
+
+def interval(values: Any, *, seed: int = 0) -> Interval:
+    """Mean of independent values, such as one per seed, and its 95 % percentile bootstrap interval.
+
+    Args:
+        values: shape [n]; NaN where undefined.
+        seed: of the resampling, so that the same values give the same interval.
+
+    Raises:
+        TegotaeError: for anything but a row of numbers.
+
+    Example:
+        >>> found = interval([1.0, 2.0, 3.0, float("nan")])
+        >>> found.mean, found.count, found.undefined
+        (2.0, 3, 1)
+    """
+    values = _row("values", values)
+    defined = values[~np.isnan(values)]
+    undefined = len(values) - len(defined)
+    if len(defined) == 0:
+        return Interval(np.nan, np.nan, np.nan, np.nan, 0, undefined)
+    mean = float(defined.mean())
+    if len(defined) == 1:
+        return Interval(mean, np.nan, np.nan, np.nan, 1, undefined)
+    low, high = np.quantile(_resampled_means(defined, seed), [(1 - LEVEL) / 2, (1 + LEVEL) / 2])
+    return Interval(
+        mean, float(defined.std(ddof=1)), float(low), float(high), len(defined), undefined
+    )
+
+
+def paired_difference(values: Any, baseline: Any, *, seed: int = 0) -> Interval:
+    """Mean of `values - baseline`, pair by pair (such as the same seed), and its interval.
+
+    A pair with an undefined member is undefined.
+
+    Raises:
+        TegotaeError: for rows of different lengths.
+
+    Example:
+        >>> paired_difference([2.0, 3.0, 5.0], [1.0, 2.0, 4.0])
+        Interval(mean=1.0, std=0.0, low=1.0, high=1.0, count=3, undefined=0)
+    """
+    values, baseline = _row("values", values), _row("baseline", baseline)
+    if len(values) != len(baseline):
+        raise TegotaeError(
+            f"{len(values)} values cannot be paired with {len(baseline)}; both rows must be of the "
+            "same runs"
+        )
+    return interval(values - baseline, seed=seed)
+
+
+def difference(values: Any, baseline: Any, *, seed: int = 0) -> Interval:
+    """Difference of the means of two independent rows, each resampled by itself, and its interval.
+
+    `std` is that of the resampled difference, its standard error; `count` and `undefined` are over
+    both rows.
+
+    Example:
+        >>> found = difference([2.0, 2.2, 1.8], [1.0, 1.1, 0.9, 1.0])
+        >>> f"{found.mean:.2f}", found.low > 0.0
+        ('1.00', True)
+    """
+    rows = [_row("values", values), _row("baseline", baseline)]
+    defined = [row[~np.isnan(row)] for row in rows]
+    count = sum(map(len, defined))
+    undefined = sum(map(len, rows)) - count
+    if min(map(len, defined)) == 0:
+        return Interval(np.nan, np.nan, np.nan, np.nan, count, undefined)
+    mean = float(defined[0].mean() - defined[1].mean())
+    if min(map(len, defined)) == 1:
+        return Interval(mean, np.nan, np.nan, np.nan, count, undefined)
+    drawn = _resampled_means(defined[0], seed) - _resampled_means(defined[1], seed + 1)
+    low, high = np.quantile(drawn, [(1 - LEVEL) / 2, (1 + LEVEL) / 2])
+    return Interval(mean, float(drawn.std(ddof=1)), float(low), float(high), count, undefined)
+
+
+def _resampled_means(values: np.ndarray, seed: int) -> np.ndarray:
+    """Means of samples drawn with replacement, [RESAMPLES]."""
+    require_count("seed", seed, least=0)
+    drawn = np.random.default_rng(seed).integers(0, len(values), (RESAMPLES, len(values)))
+    return values[drawn].mean(axis=1)
+
+
+def _row(name: str, values: Any) -> np.ndarray:
+    try:
+        row = np.asarray(values, float)
+    except (TypeError, ValueError):
+        raise TegotaeError(f"{name} must be a row of numbers") from None
+    if row.ndim != 1 or np.isinf(row).any():
+        raise TegotaeError(f"{name} must be one row of finite numbers, or NaN where undefined")
+    return row
