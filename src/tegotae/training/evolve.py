@@ -133,6 +133,11 @@ def evolve(
         yield progress, jax.tree.map(np.asarray, curves)
 
 
+def _per_weight(std: jax.Array, centre: jax.Array) -> jax.Array:
+    """Standard deviations [seeds, n_weights], of a strategy that may have one for all weights."""
+    return jnp.broadcast_to(std.reshape(*std.shape, *[1] * (centre.ndim - std.ndim)), centre.shape)
+
+
 @partial(jax.jit, static_argnums=0)
 def _generation(
     training: Training, progress: Progress, seeds: jax.Array, omega: jax.Array, body: Body
@@ -168,7 +173,7 @@ def _generation(
         search,
         jnp.where(better, own, progress.best_fitness),
         jnp.where(pick, centre, progress.best_weights),
-        jnp.where(pick, jnp.broadcast_to(progress.search.std, centre.shape), progress.best_std),
+        jnp.where(pick, _per_weight(progress.search.std, centre), progress.best_std),
         jnp.where(better, progress.generation, progress.best_generation),
     )
     sound = ~outcome["failed"][:, :-1]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from functools import cache
 from typing import Any
 
 import jax
@@ -18,14 +19,25 @@ class Algorithm(ABC):
     """Episodes per generation and seed."""
 
     @abstractmethod
-    def strategy(self, n_weights: int) -> Any:
-        """The evosax strategy for this many weights. Cached: a new instance compiles anew."""
+    def make(self, n_weights: int) -> Any:
+        """A new evosax strategy for this many weights."""
 
-    @abstractmethod
+    def strategy(self, n_weights: int) -> Any:
+        """The evosax strategy for this many weights (always the same: a new one compiles anew)."""
+        return _made(self, n_weights)
+
     def parameters(self, n_weights: int) -> Any:
         """The strategy's parameters."""
+        return self.strategy(n_weights).default_params
 
     def start(self, key: jax.Array, weights: jax.Array) -> Any:
         """State of a search that starts from `weights`, shape [n_weights]."""
         n = weights.shape[0]
         return self.strategy(n).init(key, weights, self.parameters(n))
+
+
+@cache
+def _made(algorithm: Algorithm, n_weights: int) -> Any:
+    # Strategies compute constants when made, which must not be part of a program being traced.
+    with jax.ensure_compile_time_eval():
+        return algorithm.make(n_weights)

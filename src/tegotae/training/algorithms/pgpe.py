@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cache
 
 import jax.numpy as jnp
 from evosax.algorithms import PGPE as EvosaxPGPE  # noqa: N811
@@ -57,18 +56,13 @@ class PGPE(Algorithm):
         for name in ("std_lr", "std_max_change", "momentum"):
             require_finite(name, getattr(self, name), least=0.0)
 
-    def strategy(self, n_weights: int) -> EvosaxPGPE:
+    def make(self, n_weights: int) -> EvosaxPGPE:
         """evosax's PGPE."""
-        return _strategy(self, n_weights)
+        optimizer = clipup(self.learning_rate, self.max_speed, self.momentum)
+        return EvosaxPGPE(self.population, jnp.zeros(n_weights), optimizer=optimizer)
 
     def parameters(self, n_weights: int):
         """evosax's parameters."""
         return self.strategy(n_weights).default_params.replace(
             std_init=self.std, std_lr=self.std_lr, std_max_change=self.std_max_change
         )
-
-
-@cache
-def _strategy(settings: PGPE, n_weights: int) -> EvosaxPGPE:
-    optimizer = clipup(settings.learning_rate, settings.max_speed, settings.momentum)
-    return EvosaxPGPE(settings.population, jnp.zeros(n_weights), optimizer=optimizer)

@@ -1,0 +1,49 @@
+"""OpenAI's evolution strategy."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import jax.numpy as jnp
+import optax
+from evosax.algorithms import Open_ES
+
+from tegotae.errors import TegotaeError, require_count, require_finite
+from tegotae.training.algorithms.base import Algorithm
+
+
+@dataclass(frozen=True, kw_only=True)
+class OpenES(Algorithm):
+    """OpenAI-ES: antithetic pairs, centred ranks, Adam, a fixed deviation (through evosax).
+
+    Raises:
+        TegotaeError: for an odd population or a setting out of its range.
+
+    Reference: T. Salimans et al., Evolution strategies as a scalable alternative to reinforcement
+    learning, 2017.
+    """
+
+    population: int = 64
+    """Episodes per generation: an even number."""
+    std: float = 0.2
+    """Standard deviation of every weight."""
+    learning_rate: float = 0.05
+    """Adam's step size."""
+
+    def __post_init__(self) -> None:
+        require_count("population", self.population, least=2)
+        if self.population % 2:
+            raise TegotaeError(
+                f"population is {self.population}; OpenAI-ES samples pairs, so it must be even"
+            )
+        require_finite("std", self.std, above=0.0)
+        require_finite("learning_rate", self.learning_rate, above=0.0)
+
+    def make(self, n_weights: int) -> Open_ES:
+        """evosax's OpenAI-ES."""
+        return Open_ES(
+            self.population,
+            jnp.zeros(n_weights),
+            optimizer=optax.adam(self.learning_rate),
+            std_schedule=optax.constant_schedule(self.std),
+        )
