@@ -11,7 +11,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable
 from dataclasses import dataclass
-from math import cos, inf, pi, sin, sqrt, tanh
+from math import cos, inf, pi, sin, sqrt
 
 import numpy as np
 from scipy.integrate import solve_ivp
@@ -42,7 +42,7 @@ class Leg:
 
 @dataclass(frozen=True)
 class Law:
-    """A controller: feedback f(phase, F_k, v), smooth force F(phase, f, F_k, v), sector of phase."""
+    """A controller: feedback f(phase, F_k, v), force F(phase, f, F_k, v), sector of full force."""
 
     feedback: Callable[[float, float, float], float]
     force: Callable[[float, float, float, float], float]

@@ -58,7 +58,8 @@ class Network(Term):
         """Normal weights of standard deviation 1/√inputs (output: 1/√h), biases normal(0, 0.5)."""
         n_inputs = len(self.reads)
         per_neuron = jnp.array([n_inputs**-0.5] * n_inputs + [0.5, self.hidden**-0.5])
-        return (jax.random.normal(key, (self.hidden, n_inputs + 2)) * per_neuron).reshape(-1)
+        normal = jax.random.normal(key, (self.hidden, n_inputs + 2))
+        return (normal * per_neuron[None, :]).reshape(-1)
 
     def __call__(self, weights: Sequence[jax.Array], signals: Signals) -> jax.Array:
         """The network's output. Neuron j owns a run of weights: w_j1 ... w_jn, b_j, v_j."""

@@ -1,0 +1,369 @@
+"""The hopper: exact motion in closed form, contacts inside the tick, energy, validation."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, fields
+from functools import partial
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.integrate import solve_ivp
+
+from tegotae import Engine, Hopper, Scenario, TegotaeError, Timing, build
+from tegotae.bodies import Contact, Push
+
+TICK_S = 0.001
+
+
+@dataclass(frozen=True)
+class Motion:
+    """A body advanced tick by tick: arrays with an entry per tick, taken at its end."""
+
+    time: np.ndarray
+    height: np.ndarray
+    velocity: np.ndarray
+    contact: Contact
+
+
+@partial(jax.jit, static_argnums=4)
+def _advance(body, state, push, tick_s, ticks):
+    def step(state, _):
+        state, contact = body.advance(state, push, jnp.zeros_like(state.height), tick_s)
+        return state, (state, contact)
+
+    return jax.lax.scan(step, state, None, ticks)[1]
+
+
+def advance(
+    body: Hopper, height: float, velocity: float, duration: float, *, dtype="float64", force=0.0,
+    rise=0.0, tick=TICK_S,
+) -> Motion:  # fmt: skip
+    with jax.enable_x64(dtype == "float64"):
+        array = partial(jnp.asarray, dtype=dtype)
+        body = jax.tree.map(array, body)
+        state = body.release(array([height]), array([velocity]))
+        push = Push(array([force]), array([rise]))
+        ticks = round(duration / tick)
+        state, contact = jax.tree.map(
+            lambda x: np.asarray(x)[:, 0], _advance(body, state, push, array(tick), ticks)
+        )
+    return Motion(np.arange(1, ticks + 1) * tick, state.height, state.velocity, contact)
+
+
+def stance(body: Hopper, x0: float, v0: float, force: float, t: np.ndarray):
+    """Height over touchdown and velocity of m x'' = -k x - c x' + F - m g, in closed form."""
+    m, k, c = body.mass_kg, body.stiffness_n_per_m, body.damping_ns_per_m
+    rest = (force - m * body.gravity_m_per_s2) / k
+    decay = 0.5 * c / m
+    s = np.sqrt(complex(decay**2 - k / m))  # imaginary if underdamped
+    cosh = np.cosh(s * t)
+    sinh_s = np.sinh(s * t) / s if s else t
+    a, b = x0 - rest, v0 + decay * (x0 - rest)
+    x = rest + np.exp(-decay * t) * (a * cosh + b * sinh_s)
+    v = np.exp(-decay * t) * (b * cosh + a * s**2 * sinh_s - decay * (a * cosh + b * sinh_s))
+    return x.real, v.real
+
+
+def apexes(motion: Motion, tick: float = TICK_S) -> tuple[np.ndarray, np.ndarray]:
+    """Times and heights of the apexes."""
+    at = np.flatnonzero(~np.isnan(motion.contact.apex_share))
+    return (at + motion.contact.apex_share[at]) * tick, motion.contact.apex_height_m[at]
+
+
+# Closed forms.
+
+
+@pytest.mark.parametrize(("dtype", "tolerance"), [("float64", 1e-12), ("float32", 2e-5)])
+def test_flight_is_ballistic(dtype, tolerance):
+    motion = advance(Hopper(), 1.5, 2.0, 0.5, dtype=dtype, force=3.0)
+    t = motion.time
+    np.testing.assert_allclose(motion.height, 1.5 + 2.0 * t - 0.5 * 9.81 * t**2, atol=tolerance)
+    np.testing.assert_allclose(motion.velocity, 2.0 - 9.81 * t, atol=tolerance)
+    assert not motion.contact.stance_share.any()
+    assert not motion.contact.work_j.any()
+
+
+def test_flight_damping_slows_the_fall_towards_its_terminal_velocity():
+    body = Hopper(flight_damping_ns_per_m=0.05)
+    motion = advance(body, 3.0, 1.0, 0.6)
+    rate, t = 0.05 / 0.1, motion.time
+    terminal = -9.81 / rate
+    velocity = terminal + (1.0 - terminal) * np.exp(-rate * t)
+    height = 3.0 + terminal * t + (1.0 - terminal) * (1.0 - np.exp(-rate * t)) / rate
+    np.testing.assert_allclose(motion.velocity, velocity, atol=1e-12)
+    np.testing.assert_allclose(motion.height, height, atol=1e-12)
+
+
+@pytest.mark.parametrize(("dtype", "tolerance"), [("float64", 1e-11), ("float32", 1e-5)])
+@pytest.mark.parametrize(
+    "damping",
+    [0.0, 0.2, 2.0 * math.sqrt(0.5), 2.0, 10.0],
+    ids=["undamped", "underdamped", "critically-damped", "overdamped", "far-overdamped"],
+)
+def test_stance_is_a_damped_oscillator(damping, dtype, tolerance):
+    body = Hopper(damping_ns_per_m=damping)
+    motion = advance(body, 0.7, 0.1, 1.0, dtype=dtype, force=0.1)
+    x, v = stance(body, -0.3, 0.1, 0.1, motion.time)
+    assert x.max() < 0.0, "the case must stay in stance"
+    np.testing.assert_allclose(motion.height, 1.0 + x, atol=tolerance)
+    np.testing.assert_allclose(motion.velocity, v, atol=10 * tolerance)
+    np.testing.assert_array_equal(motion.contact.stance_share, 1.0)
+
+
+def test_a_leg_at_rest_stays_where_spring_and_weight_balance():
+    motion = advance(Hopper(), 1.0 - 0.981 / 5.0, 0.0, 1.0)
+    np.testing.assert_allclose(motion.height, 1.0 - 0.981 / 5.0, atol=1e-13)
+
+
+def test_a_force_that_rises_over_the_tick_is_advanced_exactly():
+    body, force, rise = Hopper(), 1.0, 0.8
+    motion = advance(body, 0.7, 0.1, TICK_S, force=force, rise=rise)
+
+    def rate(t, state):
+        x, v = state
+        push = force + rise * (t / TICK_S - 0.5)
+        return [v, (-5.0 * x - 0.2 * v + push) / 0.1 - 9.81]
+
+    exact = solve_ivp(rate, (0, TICK_S), [-0.3, 0.1], method="DOP853", rtol=1e-13, atol=1e-15)
+    np.testing.assert_allclose(motion.height[0], 1.0 + exact.y[0, -1], atol=1e-14)
+    np.testing.assert_allclose(motion.velocity[0], exact.y[1, -1], atol=1e-12)
+
+
+def test_touchdown_is_located_inside_the_tick():
+    motion = advance(Hopper(), 1.2, 0.0, 0.3)
+    fall = math.sqrt(2 * 0.2 / 9.81)
+    (tick,) = np.flatnonzero(~np.isnan(motion.contact.touchdown_share))
+    assert (tick + motion.contact.touchdown_share[tick]) * TICK_S == pytest.approx(fall, abs=1e-12)
+    after = motion.time > fall
+    x, v = stance(Hopper(), 0.0, -9.81 * fall, 0.0, motion.time[after] - fall)
+    np.testing.assert_allclose(motion.height[after], 1.0 + x, atol=1e-11)
+    np.testing.assert_allclose(motion.velocity[after], v, atol=1e-10)
+
+
+def test_lift_off_is_located_inside_the_tick():
+    motion = advance(Hopper(), 0.5, 0.0, 0.4, force=2.0)
+    t = np.linspace(0.0, 0.4, 4_000_001)
+    x, v = stance(Hopper(), -0.5, 0.0, 2.0, t)
+    first = np.argmax(x > 0.0)
+    after = motion.time > t[first]
+    flown = motion.time[after] - t[first]
+    expected = 1.0 + x[first] + v[first] * flown - 0.5 * 9.81 * flown**2
+    np.testing.assert_allclose(motion.height[after], expected, atol=1e-6)
+    assert motion.contact.stance_share.sum() * TICK_S == pytest.approx(t[first], abs=2e-7)
+
+
+def test_an_undamped_hopper_returns_to_its_release_for_ever():
+    body = Hopper(damping_ns_per_m=0.0)
+    motion = advance(body, 1.2, 0.0, 10.0)
+    times, heights = apexes(motion)
+    # Contact from x = 0, v = -v0 until x = 0 again: pi + 2 atan(g / (w v0)) of the oscillation.
+    w, v0 = math.sqrt(50.0), math.sqrt(2 * 9.81 * 0.2)
+    period = 2 * v0 / 9.81 + (math.pi + 2 * math.atan(9.81 / (w * v0))) / w
+    np.testing.assert_allclose(heights, 1.2, atol=1e-9)
+    np.testing.assert_allclose(times, period * np.arange(1, len(times) + 1), atol=1e-8)
+    assert len(times) == int(10.0 / period)
+
+
+def test_climbed_heights_add_up_to_the_hops():
+    motion = advance(Hopper(damping_ns_per_m=0.0), 1.2, 0.0, 10.0)
+    times, _ = apexes(motion)
+    until = round(times[-1] / TICK_S) + 1
+    hops = len(times)
+    assert motion.contact.climb_flight_m[:until].sum() == pytest.approx(0.2 * hops, abs=1e-5)
+    depth = motion.height.min()
+    assert motion.contact.climb_m[:until].sum() == pytest.approx((1.2 - depth) * hops, abs=1e-4)
+
+
+def test_the_release_itself_is_no_apex():
+    for height in (1.2, 1.0):
+        times, _ = apexes(advance(Hopper(), height, 0.0, 0.1))
+        assert len(times) == 0
+
+
+def test_a_throw_upwards_has_its_apex_where_mechanics_says():
+    (time,), (height,) = apexes(advance(Hopper(), 1.2, 1.2345, 0.2))
+    assert time == pytest.approx(1.2345 / 9.81, abs=1e-12)
+    assert height == pytest.approx(1.2 + 1.2345**2 / (2 * 9.81), abs=1e-12)
+
+
+def test_a_coarse_tick_moves_no_apex():
+    _, fine = apexes(advance(Hopper(), 1.5, 0.0, 4.0))
+    _, coarse = apexes(advance(Hopper(), 1.5, 0.0, 4.0, tick=0.01), 0.01)
+    hops = fine > 1.01
+    np.testing.assert_allclose(coarse[: hops.sum()], fine[hops], atol=1e-6)
+
+
+# Energy and work.
+
+
+def energy(body: Hopper, motion: Motion) -> np.ndarray:
+    state = body.release(jnp.asarray(motion.height), jnp.asarray(motion.velocity))
+    return np.asarray(body.energy(state, jnp.zeros_like(state.height)))
+
+
+def test_energy_is_kinetic_plus_potential_plus_elastic():
+    body = Hopper()
+    state = body.release(jnp.array([1.2, 0.8, 0.6]), jnp.array([1.0, -2.0, 0.0]))
+    expected = [
+        0.05 * 1.0 + 0.981 * 1.2,
+        0.05 * 4.0 + 0.981 * 0.8 + 2.5 * 0.1**2,
+        0.981 * 0.6,
+    ]
+    ground = jnp.array([0.0, -0.1, -0.5])
+    np.testing.assert_allclose(body.energy(state, ground), expected, rtol=1e-6)
+
+
+def test_without_damping_the_energy_gained_is_the_work_done():
+    body = Hopper(damping_ns_per_m=0.0)
+    with jax.enable_x64(True):
+        motion = advance(body, 0.9, 0.0, 3.0, force=1.5)
+        gained = energy(body, motion) - (0.981 * 0.9 + 2.5 * 0.1**2)
+    np.testing.assert_allclose(np.cumsum(motion.contact.work_j), gained, atol=1e-9)
+
+
+def test_damping_takes_energy_and_never_gives_any():
+    with jax.enable_x64(True):
+        lost = -np.diff(energy(Hopper(), advance(Hopper(), 1.2, 0.0, 3.0)))
+    assert lost.min() > -1e-10
+    assert lost.sum() > 0.1
+
+
+WITHOUT_ACTUATOR = Engine(
+    controller=build("V-reflex-w4"), timing=Timing(duration_s=2.0, frame_s=0.01)
+)
+"""With a gain of zero the reflex never pushes."""
+
+hoppers = st.builds(
+    Hopper,
+    mass_kg=st.floats(0.02, 5.0),
+    stiffness_n_per_m=st.floats(1.0, 500.0),
+    damping_ns_per_m=st.floats(0.0, 2.0),
+    rest_length_m=st.floats(0.3, 2.0),
+    gravity_m_per_s2=st.floats(1.0, 20.0),
+    max_force_n=st.floats(0.1, 20.0),
+    flight_damping_ns_per_m=st.floats(0.0, 0.5),
+)
+releases = st.tuples(st.floats(0.4, 2.5), st.floats(-3.0, 3.0))
+
+
+@given(body=hoppers, releases=st.lists(releases, min_size=8, max_size=8))
+def test_energy_is_never_created_without_the_actuator(body, releases):
+    share, velocity = np.array(releases).T
+    out = WITHOUT_ACTUATOR.run(
+        [[0.0]],
+        Scenario(omega=5.0, height_m=share * body.rest_length_m, velocity_m_per_s=velocity),
+        body,
+        dtype="float64",
+    )
+    scale = np.abs(out.energy_j[0]) + body.weight_n * body.rest_length_m
+    assert (np.diff(out.energy_j, axis=0) <= 1e-10 * scale).all()
+    assert not out.work_absolute_j.any()
+    assert not out.impulse_ns.any()
+
+
+# What the body feels and predicts.
+
+
+def test_the_hopper_feels_its_spring_its_velocity_and_its_height_over_ground():
+    body = Hopper()
+    state = body.release(jnp.array([1.2, 0.9, 0.9]), jnp.array([0.5, -1.0, 0.0]))
+    felt = body.sense(state, jnp.array([0.0, 0.0, -0.2]))
+    np.testing.assert_allclose(felt.values["spring_force"], [0.0, 0.5, 0.0], atol=1e-6)
+    np.testing.assert_allclose(felt.values["velocity"], [0.5, -1.0, 0.0])
+    np.testing.assert_allclose(felt.values["height"], [1.2, 0.9, 1.1], atol=1e-6)
+    assert set(felt.values) == set(felt.scales) == set(Hopper.SENSES)
+    assert felt.scales["spring_force"] == pytest.approx(0.981)
+    assert float(felt.scales["velocity"]) == pytest.approx(math.sqrt(9.81))
+    assert felt.scales["height"] == 1.0
+
+
+def test_the_leg_has_failed_when_no_length_is_left():
+    body = Hopper()
+    state = body.release(jnp.array([0.1, 0.0, -0.1, -0.1]), jnp.zeros(4))
+    failed = body.failed(state, jnp.array([0.0, 0.0, 0.0, -0.2]))
+    np.testing.assert_array_equal(failed, [False, True, True, False])
+
+
+def test_a_push_that_is_cut_by_lift_off_works_only_in_stance():
+    motion = advance(Hopper(), 0.999, 2.0, TICK_S, force=4.0)
+    share = motion.contact.stance_share[0]
+    assert 0.4 < share < 0.6
+    assert motion.contact.work_j[0] == pytest.approx(4.0 * 0.001, rel=1e-6)
+
+
+@pytest.mark.parametrize("height", [0.8, 1.3])
+def test_the_prediction_is_of_second_order(height):
+    def error(tick: float) -> float:
+        with jax.enable_x64(True):
+            array = partial(jnp.asarray, dtype="float64")
+            state = Hopper().release(array([height]), array([-0.7]))
+            force, ground = array([1.0]), array([0.0])
+            guess, begin, end = Hopper().predict(state, force, ground, array(tick))
+            exact, _ = Hopper().advance(state, Push(force), ground, array(tick))
+            assert (begin[0], end[0]) == ((0.0, 1.0) if height < 1.0 else (1.0, 1.0))
+            return abs(float(guess.velocity[0] - exact.velocity[0]))
+
+    assert error(1e-3) <= 1.05 * error(2e-3) / 4 + 1e-13
+
+
+def test_the_prediction_knows_which_part_of_a_crossing_tick_is_stance():
+    body, tick = Hopper(), jnp.asarray(TICK_S)
+    state = body.release(jnp.array([0.999, 1.001]), jnp.array([2.0, -2.0]))
+    _, begin, end = body.predict(state, jnp.zeros(2), jnp.zeros(2), tick)
+    np.testing.assert_allclose(begin, [0.0, 0.5], atol=0.01)
+    np.testing.assert_allclose(end, [0.5, 1.0], atol=0.01)
+
+
+# Misuse.
+
+PARAMETERS = [field.name for field in fields(Hopper)]
+DAMPINGS = [name for name in PARAMETERS if name.endswith("damping_ns_per_m")]
+POSITIVE = [name for name in PARAMETERS if name not in DAMPINGS]
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf, "heavy", None])
+@pytest.mark.parametrize("name", PARAMETERS)
+def test_a_parameter_that_is_no_finite_number_is_refused(name, value):
+    with pytest.raises(
+        TegotaeError, match=rf"^{name} is .*; it must be (finite|a number)$"
+    ) as raised:
+        Hopper(**{name: value})
+    assert "\n" not in str(raised.value)
+
+
+@pytest.mark.parametrize("value", [-1.0, 0.0])
+@pytest.mark.parametrize("name", POSITIVE)
+def test_a_parameter_that_must_be_positive_is_refused_otherwise(name, value):
+    with pytest.raises(TegotaeError, match=rf"^{name} is {value:g}; it must be greater than 0$"):
+        Hopper(**{name: value})
+
+
+@pytest.mark.parametrize("name", DAMPINGS)
+def test_damping_may_be_zero_but_not_negative(name):
+    assert getattr(Hopper(**{name: 0.0}), name) == 0.0
+    with pytest.raises(TegotaeError, match=rf"^{name} is -0.1; it must be at least 0$"):
+        Hopper(**{name: -0.1})
+
+
+@pytest.mark.parametrize(
+    "body",
+    [Hopper(stiffness_n_per_m=1e5), Hopper(damping_ns_per_m=40.0)],
+    ids=["stiff", "heavily-damped"],
+)
+def test_a_tick_too_long_for_the_body_is_refused_with_one_that_is_short_enough(body):
+    with pytest.raises(TegotaeError, match=r"tick of 0.001 s is too long.*use at most") as raised:
+        body.check_tick(0.001)
+    assert "\n" not in str(raised.value)
+    body.check_tick(float(str(raised.value).split("at most ")[1].split(" s")[0]) * 0.99)
+
+
+def test_another_mass_is_no_reason_to_compile_anew():
+    advance(Hopper(), 1.2, 0.0, 0.01)
+    before = _advance._cache_size()
+    advance(Hopper(mass_kg=0.2, damping_ns_per_m=0.0), 1.2, 0.0, 0.01)
+    assert _advance._cache_size() == before

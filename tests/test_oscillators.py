@@ -1,0 +1,95 @@
+"""The phase oscillator, its clamped form, and the elementary functions that carry a phase."""
+
+from __future__ import annotations
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tegotae.maths import TWO_PI, sin_cos, wrap_phase
+from tegotae.oscillators import ClampedPhase, PhaseOscillator
+
+PHASES = np.linspace(-1e4, 1e4, 400_001)
+
+
+def test_the_phase_rate_is_omega_plus_feedback():
+    oscillator = PhaseOscillator()
+    omega, feedback = jnp.array([5.0, 5.0, 4.0]), jnp.array([0.0, -2.0, 1.5])
+    (rate,) = oscillator.rate(oscillator.start(jnp.zeros(3)), omega, feedback)
+    np.testing.assert_array_equal(rate, [5.0, 3.0, 5.5])
+
+
+def test_strong_feedback_may_stop_and_reverse_the_phase():
+    oscillator = PhaseOscillator()
+    omega, feedback = jnp.array([5.0, 5.0]), jnp.array([-5.0, -9.0])
+    (rate,) = oscillator.rate(oscillator.start(jnp.zeros(2)), omega, feedback)
+    np.testing.assert_array_equal(rate, [0.0, -4.0])
+
+
+def test_a_floor_keeps_the_phase_from_falling_below_it_and_leaves_faster_rates_alone():
+    oscillator = PhaseOscillator(slowest_rad_per_s=0.5)
+    omega, feedback = jnp.array([5.0, 5.0, 5.0]), jnp.array([-9.0, -4.5, 1.0])
+    (rate,) = oscillator.rate(oscillator.start(jnp.zeros(3)), omega, feedback)
+    np.testing.assert_array_equal(rate, [0.5, 0.5, 6.0])
+
+
+def test_a_clamped_phase_stays_where_it_is_whatever_the_feedback():
+    oscillator = ClampedPhase()
+    state = oscillator.start(jnp.array([1.0, 2.0]))
+    (rate,) = oscillator.rate(state, jnp.array([5.0, 5.0]), jnp.array([3.0, -9.0]))
+    np.testing.assert_array_equal(rate, 0.0)
+    np.testing.assert_allclose(oscillator.phase(state), [1.0, 2.0])
+
+
+def test_start_and_settle_bring_the_phase_into_one_turn():
+    oscillator = PhaseOscillator()
+    phase = oscillator.phase(oscillator.start(jnp.array([-0.5, 7.0, 100.0])))
+    np.testing.assert_allclose(phase, np.mod([-0.5, 7.0, 100.0], 2 * np.pi), atol=1e-5)
+    settled = oscillator.settle((jnp.array([-0.5, 7.0, 100.0]),))
+    np.testing.assert_array_equal(oscillator.phase(settled), phase)
+
+
+@pytest.mark.parametrize(("dtype", "tolerance"), [("float32", 2e-7), ("float64", 1e-15)])
+def test_sine_and_cosine_are_accurate(dtype, tolerance):
+    with jax.enable_x64(dtype == "float64"):
+        angle = PHASES.astype(dtype)
+        sine, cosine = jax.jit(sin_cos)(jnp.asarray(angle))
+    assert sine.dtype == cosine.dtype == dtype
+    exact = angle.astype("float64")
+    assert np.abs(np.asarray(sine, "float64") - np.sin(exact)).max() < tolerance
+    assert np.abs(np.asarray(cosine, "float64") - np.cos(exact)).max() < tolerance
+
+
+def test_sine_and_cosine_lie_on_the_unit_circle():
+    sine, cosine = sin_cos(jnp.asarray(PHASES, "float32"))
+    np.testing.assert_allclose(sine**2 + cosine**2, 1.0, atol=5e-7)
+
+
+def test_sine_and_cosine_of_nan_and_infinity_are_nan():
+    sine, cosine = sin_cos(jnp.array([jnp.nan, jnp.inf, -jnp.inf]))
+    assert np.isnan(sine).all()
+    assert np.isnan(cosine).all()
+
+
+@pytest.mark.parametrize("dtype", ["float32", "float64"])
+@pytest.mark.parametrize("angle", [0.0, TWO_PI, -TWO_PI, 2 * TWO_PI, -1e-9, -1e-30, 6.2831855])
+def test_the_wrapped_phase_is_half_open_even_where_rounding_hurts(dtype, angle):
+    with jax.enable_x64(dtype == "float64"):
+        wrapped = wrap_phase(jnp.asarray([angle], dtype))
+    assert wrapped.dtype == dtype
+    assert 0.0 <= float(wrapped[0]) < TWO_PI
+
+
+@given(st.floats(-1e3, 1e3, width=32))
+def test_a_wrapped_phase_is_the_same_angle_in_one_turn(angle):
+    wrapped = float(wrap_phase(jnp.float32(angle)))
+    assert 0.0 <= wrapped < TWO_PI
+    assert np.cos(wrapped) == pytest.approx(np.cos(angle), abs=2e-4)
+    assert np.sin(wrapped) == pytest.approx(np.sin(angle), abs=2e-4)
+
+
+def test_the_wrapped_phase_of_nan_is_nan():
+    assert np.isnan(wrap_phase(jnp.array([jnp.nan]))).all()

@@ -1,0 +1,379 @@
+"""Batched rollouts: shapes, events, ground drops, contained failures, reproducibility."""
+
+from __future__ import annotations
+
+import math
+import os
+import subprocess
+import sys
+from functools import cache
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from tegotae import Engine, Hopper, Scenario, TegotaeError, Timing, Trajectory, build
+from tegotae.integrators import Hold
+
+SHORT = Timing(duration_s=3.0)
+VANILLA = Engine(controller=build("V-both-w4"), timing=SHORT)
+ART = Engine(controller=build("ART"), timing=SHORT)
+LANES = 8
+
+
+def art_weights(lanes: int = LANES, seed: int = 0) -> np.ndarray:
+    return np.random.default_rng(seed).normal(size=(lanes, ART.controller.n_weights))
+
+
+@cache
+def art_rollout() -> Trajectory:
+    return ART.run(art_weights(), Scenario(omega=6.0))
+
+
+def lanes_of(trajectory: Trajectory, lanes) -> Trajectory:
+    return Trajectory(*(entry[:, lanes] for entry in trajectory))
+
+
+def assert_identical(one: Trajectory, other: Trajectory) -> None:
+    for name, a, b in zip(Trajectory._fields, one, other, strict=True):
+        np.testing.assert_array_equal(a, b, err_msg=name)
+
+
+# What is recorded.
+
+
+def test_a_trajectory_has_a_row_per_frame_and_a_column_per_lane():
+    out = art_rollout()
+    for name, entry in zip(Trajectory._fields, out, strict=True):
+        assert entry.shape == (150, LANES), name
+        assert isinstance(entry, np.ndarray), name
+        assert entry.dtype == ("bool" if name == "failed" else "float32"), name
+    np.testing.assert_allclose(out.time_s[:, 0], 0.02 * np.arange(1, 151), rtol=1e-6)
+
+
+def test_double_precision_is_double_all_through():
+    out = VANILLA.run([[2.0]], Scenario(omega=5.0), dtype="float64")
+    for name, entry in zip(Trajectory._fields, out, strict=True):
+        assert entry.dtype == ("bool" if name == "failed" else "float64"), name
+
+
+def test_every_lane_has_its_own_weights_frequency_and_release():
+    scenario = Scenario(
+        omega=[4.0, 5.0, 6.0, 5.0],
+        height_m=[1.2, 1.3, 1.2, 1.3],
+        velocity_m_per_s=[0.0, 0.5, 0.0, 0.5],
+        phase_rad=[0.0, 1.0, 2.0, 1.0],
+    )
+    weights = np.array([[1.0], [2.0], [3.0], [2.0]])
+    together = VANILLA.run(weights, scenario)
+    assert len(set(together.height_m[-1])) == 3
+    for lane in range(4):
+        own = Scenario(**{name: x[lane] for name, x in scenario._asdict().items() if np.ndim(x)})
+        alone = VANILLA.run(weights[lane], own)
+        np.testing.assert_allclose(together.height_m[:, lane], alone.height_m[:, 0], atol=1e-5)
+
+
+def test_one_weight_vector_serves_all_lanes():
+    once = VANILLA.run([2.0], Scenario(omega=[4.0, 6.0]))
+    each = VANILLA.run([[2.0], [2.0]], Scenario(omega=[4.0, 6.0]))
+    assert_identical(once, each)
+
+
+def test_a_coarser_recording_shows_the_same_rollout():
+    fine = VANILLA.run([[2.0]], Scenario(omega=5.0))
+    timing = Timing(duration_s=3.0, frame_s=0.1)
+    coarse = Engine(controller=VANILLA.controller, timing=timing).run([[2.0]], Scenario(omega=5.0))
+    assert coarse.height_m.shape == (30, 1)
+    for name in ("time_s", "height_m", "phase_rad", "work_absolute_j", "climb_m", "energy_j"):
+        np.testing.assert_allclose(
+            getattr(coarse, name), getattr(fine, name)[4::5], atol=1e-5, err_msg=name
+        )
+
+
+def test_the_phase_advances_at_omega_without_feedback():
+    omega = np.array([4.0, 5.5, 8.0])
+    out = VANILLA.run([[0.0]], Scenario(omega=omega, phase_rad=1.0), dtype="float64")
+    expected = np.mod(1.0 + omega * out.time_s, 2 * np.pi)
+    np.testing.assert_allclose(out.phase_rad, expected, atol=1e-10)
+    assert not out.feedback_rad_per_s.any()
+
+
+def test_in_single_precision_the_phase_drifts_by_less_than_1e_4_rad_per_second():
+    engine = Engine(controller=build("V-reflex-w8"), timing=Timing(duration_s=60.0))
+    out = engine.run([[0.0]], Scenario(omega=8.0))
+    apart = out.phase_rad - np.mod(8.0 * out.time_s.astype("float64"), 2 * np.pi)
+    assert np.abs(np.angle(np.exp(1j * apart))).max() < 60.0 * 1e-4
+
+
+def test_totals_are_those_of_the_recorded_force_and_height():
+    timing = Timing(duration_s=3.0, frame_s=0.001)
+    engine = Engine(controller=VANILLA.controller, timing=timing)
+    out = engine.run([[2.753]], Scenario(omega=5.0), dtype="float64")
+    force, height = out.actuator_force_n[:, 0], np.r_[1.2, out.height_m[:, 0]]
+    assert force.max() > 3.0
+    assert out.impulse_ns[-1, 0] == pytest.approx(force.sum() * 0.001, rel=1e-9)
+    # Lift-off and touchdown lie inside a tick, hence the tolerance.
+    powers = force * np.diff(height)
+    assert out.work_net_j[-1, 0] == pytest.approx(powers.sum(), abs=5e-3)
+    assert out.work_absolute_j[-1, 0] == pytest.approx(np.abs(powers).sum(), abs=5e-3)
+    assert out.work_positive_j[-1, 0] == pytest.approx(powers.clip(0).sum(), abs=5e-3)
+    assert out.climb_m[-1, 0] == pytest.approx(np.diff(height).clip(0).sum(), abs=1e-4)
+    flight = np.minimum(height[1:], height[:-1]) >= 1.0
+    climbed = np.where(flight, np.diff(height).clip(0), 0.0).sum()
+    assert out.climb_flight_m[-1, 0] == pytest.approx(climbed, abs=5e-3 * out.climb_m[-1, 0])
+
+
+def test_the_work_definitions_fit_together():
+    out = art_rollout()
+    np.testing.assert_allclose(
+        out.work_absolute_j, 2 * out.work_positive_j - out.work_net_j, rtol=1e-4, atol=1e-5
+    )
+    assert (np.diff(out.work_absolute_j, axis=0) >= 0).all()
+    assert (out.climb_flight_m <= out.climb_m).all()
+
+
+def test_no_force_is_recorded_in_flight():
+    out = art_rollout()
+    high = (out.height_m > 1.02) & (np.roll(out.height_m, 1, axis=0) > 1.02)
+    assert high.any()
+    assert not out.actuator_force_n[high].any()
+    assert not out.spring_force_n[high].any()
+
+
+def test_a_summary_sees_the_blocks_of_lanes_and_only_its_result_is_kept():
+    engine = Engine(controller=VANILLA.controller, timing=SHORT, summary=highest)
+    lanes = 1100  # more than one block on each of two devices
+    sigma = np.linspace(0.5, 8.0, lanes)[:, None]
+    out = engine.run(sigma, Scenario(omega=5.0))
+    assert set(out) == {"height_m", "omega"}
+    assert out["height_m"].shape == (lanes,)
+    some = [0, 511, 512, 1099]
+    few = VANILLA.run(sigma[some], Scenario(omega=5.0))
+    np.testing.assert_allclose(out["height_m"][some], few.height_m.max(axis=0), atol=1e-5)
+    np.testing.assert_array_equal(out["omega"], 5.0)
+
+
+def highest(trajectory, scenario, body, timing):
+    """A summary: the greatest recorded height."""
+    return {"height_m": trajectory.height_m.max(axis=0), "omega": scenario.omega}
+
+
+def test_a_rollout_can_be_part_of_a_users_compiled_program():
+    scenario = Scenario(*(jnp.full((LANES,), x, "float32") for x in Scenario(omega=6.0)))
+    body = jax.tree.map(jnp.float32, Hopper())
+    weights = jnp.asarray(art_weights().T, "float32")
+    out = jax.jit(ART.trace)(weights, scenario, body)
+    assert_identical(jax.tree.map(np.asarray, out), art_rollout())
+
+
+def test_a_held_controller_agrees_at_short_ticks():
+    timing = Timing(duration_s=1.0, tick_s=0.0001)
+    controller = build("V-reflex-w8")
+    held = Engine(controller=controller, timing=timing, integrator=Hold())
+    exact = Engine(controller=controller, timing=timing)
+    one, other = (
+        engine.run([[2.0]], Scenario(omega=6.0), dtype="float64") for engine in (held, exact)
+    )
+    np.testing.assert_allclose(one.height_m, other.height_m, atol=2e-3)
+
+
+# The ground drops.
+
+
+def test_after_a_drop_in_flight_touchdown_is_later_and_lower():
+    out = VANILLA.run([[0.0]], Scenario(omega=5.0, drop_m=[0.0, 0.2], drop_time_s=0.1))
+    first = np.nanmin(out.touchdown_time_s, axis=0)
+    np.testing.assert_allclose(first, np.sqrt(2 * np.array([0.2, 0.4]) / 9.81), atol=1e-5)
+    at = np.round(first / 0.02).astype(int)
+    assert out.height_m[at[1], 1] < 0.85 < out.height_m[at[0], 0]
+    np.testing.assert_array_equal(out.ground_m[:5], 0.0)
+    np.testing.assert_allclose(out.ground_m[5:, 1], -0.2, rtol=1e-6)
+    np.testing.assert_array_equal(out.ground_m[:, 0], 0.0)
+
+
+def test_nothing_changes_before_the_ground_drops():
+    out = VANILLA.run([[2.753]], Scenario(omega=5.0, drop_m=[0.0, 0.2], drop_time_s=1.5))
+    np.testing.assert_array_equal(out.height_m[:75, 0], out.height_m[:75, 1])
+    assert np.abs(out.height_m[75:, 0] - out.height_m[75:, 1]).max() > 0.05
+
+
+def test_a_drop_in_stance_lets_go_of_the_leg():
+    scenario = Scenario(omega=5.0, height_m=0.85, drop_m=0.5, drop_time_s=0.1)
+    out = VANILLA.run([[0.0]], scenario, dtype="float64")
+    assert out.spring_force_n[4, 0] > 0.0
+    assert out.spring_force_n[5, 0] == 0.0
+    np.testing.assert_allclose(np.diff(out.velocity_m_per_s[5:10, 0]), -9.81 * 0.02, atol=1e-9)
+
+
+def test_drops_can_differ_from_lane_to_lane():
+    times = np.array([0.5, 1.0, math.inf])
+    out = VANILLA.run([[1.0]], Scenario(omega=5.0, drop_m=0.1, drop_time_s=times))
+    dropped = out.time_s > times + 1e-4
+    np.testing.assert_allclose(out.ground_m, np.where(dropped, -0.1, 0.0), rtol=1e-6)
+
+
+# Lanes are independent.
+
+
+def with_lane(lane: int, **change) -> Scenario:
+    """All lanes alike but for one."""
+    entries = {name: np.full(LANES, x) for name, x in Scenario(omega=6.0)._asdict().items()}
+    for name, value in change.items():
+        entries[name][lane] = value
+    return Scenario(**entries)
+
+
+@pytest.mark.parametrize("spoiled", [0, 3, LANES - 1])
+@pytest.mark.parametrize("value", [np.nan, np.inf, 1e30])
+def test_spoiled_weights_change_no_other_lane(spoiled, value):
+    weights = art_weights()
+    weights[spoiled] = value
+    out = ART.run(weights, Scenario(omega=6.0))
+    others = np.arange(LANES) != spoiled
+    assert_identical(lanes_of(out, others), lanes_of(art_rollout(), others))
+    if not np.isfinite(value):
+        assert out.failed[-1, spoiled]
+
+
+def test_one_nan_weight_among_many_is_enough_to_fail():
+    weights = art_weights()
+    weights[2, 5] = np.nan
+    out = ART.run(weights, Scenario(omega=6.0))
+    assert out.failed[-1, 2]
+    others = np.arange(LANES) != 2
+    assert_identical(lanes_of(out, others), lanes_of(art_rollout(), others))
+    assert not out.failed[:, others].any()
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"height_m": 12.0},
+        {"velocity_m_per_s": -30.0},
+        {"height_m": math.nan},
+        {"velocity_m_per_s": math.inf},
+        {"omega": math.nan},
+        {"phase_rad": math.nan},
+    ],
+    ids=lambda change: "-".join(f"{k}-{v}" for k, v in change.items()),
+)
+def test_a_failing_lane_is_marked_stands_still_and_changes_no_other(change):
+    out = ART.run(art_weights(), with_lane(4, **change))
+    others = np.arange(LANES) != 4
+    assert_identical(lanes_of(out, others), lanes_of(art_rollout(), others))
+    failed = out.failed[:, 4]
+    assert failed[-1]
+    since = np.argmax(failed)
+    assert failed[since:].all()
+    for name in ("height_m", "work_absolute_j", "climb_m", "phase_rad"):
+        kept = getattr(out, name)[since:, 4]
+        np.testing.assert_array_equal(kept, np.full_like(kept, kept[0]), err_msg=name)
+
+
+def test_a_leg_that_loses_its_length_fails_then_and_not_before():
+    out = VANILLA.run([[0.0]], Scenario(omega=5.0, height_m=[1.2, 12.0]))
+    assert not out.failed[:, 0].any()
+    fall = math.sqrt(2 * 11.0 / 9.81)
+    since = out.time_s[np.argmax(out.failed[:, 1]), 1]
+    assert fall < since < fall + 0.2
+    assert np.isfinite(out.height_m).all()
+    assert (out.height_m[:, 1] > 0.0).all()
+
+
+# Reproducibility.
+
+
+def test_two_runs_are_bit_identical():
+    assert_identical(ART.run(art_weights(), Scenario(omega=6.0)), art_rollout())
+
+
+def test_single_precision_follows_double_over_a_short_time():
+    out = VANILLA.run([[1.0], [2.0], [4.0]], Scenario(omega=6.0), dtype="float64")
+    single = VANILLA.run([[1.0], [2.0], [4.0]], Scenario(omega=6.0))
+    np.testing.assert_allclose(single.height_m, out.height_m, atol=2e-4)
+
+
+ON_SO_MANY_CORES = """
+import sys
+import numpy as np
+import jax
+from tegotae import Engine, Scenario, Timing, build
+from tegotae.devices import lane_devices
+assert len(lane_devices()) == int(sys.argv[2]), lane_devices()
+engine = Engine(controller=build("ART"), timing=Timing(duration_s=3.0))
+weights = np.random.default_rng(0).normal(size=(37, engine.controller.n_weights))
+np.save(sys.argv[1], engine.run(weights, Scenario(omega=6.0)).height_m)
+"""
+
+
+def test_the_number_of_cores_changes_results_by_rounding_only(tmp_path):
+    """37 lanes on one device and on two: blocks of different lengths, one of them padded."""
+    heights = []
+    for cores in (1, 2):
+        path = tmp_path / f"{cores}.npy"
+        subprocess.run(
+            [sys.executable, "-c", ON_SO_MANY_CORES, str(path), str(cores)],
+            check=True,
+            env={**os.environ, "TEGOTAE_CORES": str(cores), "JAX_PLATFORMS": "cpu"},
+        )
+        heights.append(np.load(path))
+    assert heights[0].shape == (150, 37)
+    # Chaotic lanes magnify a rounding; none of these does so much within 3 s.
+    np.testing.assert_allclose(heights[1], heights[0], atol=1e-4)
+    assert np.median(np.abs(heights[1] - heights[0])) < 1e-6
+
+
+# Misuse.
+
+
+def assert_one_line(raised: pytest.ExceptionInfo) -> None:
+    assert "\n" not in str(raised.value)
+
+
+@pytest.mark.parametrize("value", [0.0, -0.001, math.nan, math.inf, -math.inf, "long"])
+@pytest.mark.parametrize("name", ["duration_s", "tick_s", "frame_s"])
+def test_a_period_that_is_not_positive_and_finite_is_refused(name, value):
+    with pytest.raises(TegotaeError, match=f"^{name} is .*; it must be") as raised:
+        Timing(**{name: value})
+    assert_one_line(raised)
+
+
+@pytest.mark.parametrize(("tick_s", "frame_s"), [(0.003, 0.02), (0.02, 0.01), (0.0007, 0.001)])
+def test_a_frame_that_is_no_multiple_of_the_tick_is_refused(tick_s, frame_s):
+    with pytest.raises(TegotaeError, match=r"^frame_s is .*whole multiple of tick_s") as raised:
+        Timing(tick_s=tick_s, frame_s=frame_s)
+    assert_one_line(raised)
+
+
+def test_an_episode_shorter_than_a_frame_is_refused():
+    with pytest.raises(TegotaeError, match=r"^duration_s is 0.005; .*at least one frame") as raised:
+        Timing(duration_s=0.005)
+    assert_one_line(raised)
+
+
+@pytest.mark.parametrize("shape", [(), (3,), (4, 3), (96, 4), (2, 4, 96)])
+def test_weights_of_a_wrong_shape_are_refused(shape):
+    with pytest.raises(TegotaeError, match=r"^weights have shape .* needs \[lanes, 96\]") as raised:
+        ART.run(np.zeros(shape), Scenario(omega=5.0))
+    assert_one_line(raised)
+
+
+def test_a_scenario_of_another_number_of_lanes_is_refused():
+    with pytest.raises(TegotaeError, match=r"^weights for 3 lanes do not go with") as raised:
+        VANILLA.run(np.ones((3, 1)), Scenario(omega=np.full(4, 5.0)))
+    assert_one_line(raised)
+
+
+@pytest.mark.parametrize("dtype", ["float16", "int32", "double"])
+def test_an_unknown_precision_is_refused(dtype):
+    with pytest.raises(TegotaeError, match=f"^dtype is '{dtype}'; it must be") as raised:
+        VANILLA.run([[1.0]], Scenario(omega=5.0), dtype=dtype)
+    assert_one_line(raised)
+
+
+def test_a_tick_too_long_for_the_body_is_refused():
+    engine = Engine(controller=VANILLA.controller, timing=Timing(tick_s=0.05, frame_s=0.05))
+    with pytest.raises(TegotaeError, match=r"tick of 0.05 s is too long") as raised:
+        engine.run([[1.0]], Scenario(omega=5.0))
+    assert_one_line(raised)

@@ -1,0 +1,241 @@
+"""The terms of a controller: Action, Reaction, Gain and Actuation, vanilla and learned."""
+
+from __future__ import annotations
+
+import math
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tegotae import TegotaeError
+from tegotae.terms import (
+    ConstantGain,
+    LearnedActuation,
+    Network,
+    Reflex,
+    Sector,
+    SectorAndReflex,
+    Signals,
+    VanillaAction,
+    VanillaReaction,
+)
+
+PHASE = np.array([0.3, 2.0, 5.0])
+SPRING = np.array([0.0, 1.5, 3.0])
+FEEDBACK = np.array([-2.0, 0.0, 1.5])
+
+
+def signals() -> Signals:
+    values = {
+        "sin_phase": jnp.sin(jnp.asarray(PHASE)),
+        "cos_phase": jnp.cos(jnp.asarray(PHASE)),
+        "spring_force": jnp.asarray(SPRING),
+        "velocity": jnp.asarray([-1.0, 0.5, 2.0]),
+        "feedback": jnp.asarray(FEEDBACK),
+    }
+    return Signals(values, {"spring_force": 0.981, "velocity": 3.0, "feedback": 2.5})
+
+
+def test_the_vanilla_feedback_is_minus_sigma_cosine_times_spring_force():
+    action = VanillaAction()([], signals())
+    reaction = VanillaReaction()([], signals())
+    gain = ConstantGain()([jnp.full(3, 2.753)], signals())
+    np.testing.assert_allclose(gain * action * reaction, -2.753 * np.cos(PHASE) * SPRING, rtol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("term", "n_weights"),
+    [
+        (VanillaAction(), 0),
+        (VanillaReaction(), 0),
+        (ConstantGain(), 1),
+        (Sector(), 0),
+        (Reflex(), 0),
+        (SectorAndReflex(), 0),
+        (Network(("phase",), 8), 32),
+        (Network(("spring_force",), 8), 24),
+        (Network(("phase", "spring_force"), 8), 40),
+        (LearnedActuation(("spring_force",), 32), 96),
+        (LearnedActuation(("spring_force", "velocity"), 24), 96),
+    ],
+)
+def test_a_term_has_as_many_initial_weights_as_it_says(term, n_weights):
+    assert term.n_weights == n_weights
+    initial = term.initial(jax.random.key(0))
+    assert initial.shape == (n_weights,)
+    assert np.isfinite(initial).all()
+
+
+def test_a_term_reads_only_what_it_says():
+    for term in (VanillaAction(), VanillaReaction(), Reflex(), Network(("phase", "velocity"), 3)):
+        told = {name: signals()[name] for name in term.reads}
+        weights = list(jnp.ones((term.n_weights, 3)))
+        assert term(weights, Signals(told, {})).shape == (3,)
+
+
+def test_initial_weights_depend_on_the_key_and_on_nothing_else():
+    term = Network(("phase",), 8)
+    first, again = term.initial(jax.random.key(1)), term.initial(jax.random.key(1))
+    np.testing.assert_array_equal(first, again)
+    assert not np.array_equal(first, term.initial(jax.random.key(2)))
+
+
+def test_the_gain_starts_where_it_is_told_to():
+    np.testing.assert_array_equal(ConstantGain(start=2.5).initial(jax.random.key(0)), [2.5])
+
+
+def test_a_network_is_one_tanh_layer_on_sine_cosine_and_dimensionless_signals():
+    term = Network(("phase", "spring_force", "velocity"), hidden=5)
+    weights = np.random.default_rng(0).normal(size=(5, 6, 3))  # neurons, (w..., b, v), lanes
+    inputs = np.stack([np.sin(PHASE), np.cos(PHASE), SPRING / 0.981, [-1 / 3, 0.5 / 3, 2 / 3]])
+    hidden = np.tanh(np.einsum("jil,il->jl", weights[:, :4], inputs) + weights[:, 4])
+    expected = np.sum(weights[:, 5] * hidden, axis=0)
+    flat = [jnp.asarray(w, "float32") for w in weights.reshape(30, 3)]
+    np.testing.assert_allclose(term(flat, signals()), expected, rtol=1e-5)
+
+
+def test_a_network_sees_the_same_phase_a_turn_later():
+    term = Network(("phase",), hidden=4)
+    weights = [jnp.full((1,), w) for w in np.linspace(-1, 1, 16)]
+
+    def at(phase: float) -> float:
+        phase = jnp.asarray([phase])
+        told = {"sin_phase": jnp.sin(phase), "cos_phase": jnp.cos(phase)}
+        return float(term(weights, Signals(told))[0])
+
+    assert at(0.7) == pytest.approx(at(0.7 + 2 * math.pi), abs=1e-6)
+
+
+def test_the_reflex_reacts_to_falling_tegotae_only():
+    np.testing.assert_array_equal(Reflex()([], signals()), [2.0, 0.0, 0.0])
+    np.testing.assert_array_equal(SectorAndReflex()([], signals()), [2.0, 0.0, 0.0])
+    np.testing.assert_array_equal(Sector()([], signals()), 0.0)
+
+
+def test_only_sectors_switch_full_force():
+    path = (jnp.zeros(3), jnp.ones(3), jnp.ones(3))
+    assert Reflex().full_force(*path) is None
+    assert LearnedActuation(("phase",), 3).full_force(*path) is None
+    assert Sector().full_force(*path) is not None
+    assert SectorAndReflex().full_force(*path) is not None
+
+
+# The share of a phase path inside a sector, against sampling the path.
+
+
+def sampled(sector: Sector, start: float, end: float, omega: float) -> tuple[float, float]:
+    """Share and centre by sampling the path at the middles of 200 000 equal pieces."""
+    at = (np.arange(200_000) + 0.5) / 200_000
+    width = sector.width_rad + sector.duration_s * omega
+    inside = np.mod(start + at * (end - start) - sector.start_rad, 2 * np.pi) < width
+    return inside.mean(), at[inside].mean() if inside.any() else 0.5
+
+
+def full_force(sector: Sector, start: float, end: float, omega: float) -> tuple[float, float]:
+    with jax.enable_x64(True):
+        arrays = (jnp.asarray([x], "float64") for x in (start, end, omega))
+        share, centre = sector.full_force(*arrays)
+    return float(share[0]), float(centre[0])
+
+
+EDGE = 1.75 * math.pi
+
+
+@pytest.mark.parametrize(
+    ("start", "end"),
+    [
+        (EDGE - 0.1, EDGE + 0.1),  # into the sector
+        (EDGE + 0.1 * math.pi - 0.05, EDGE + 0.1 * math.pi + 0.2),  # out of it
+        (EDGE - 0.2, EDGE + 0.5),  # right through it
+        (EDGE + 0.1, EDGE + 0.2),  # inside all the way
+        (1.0, 1.5),  # outside all the way
+        (EDGE + 0.1, EDGE - 0.1),  # backwards out of it
+        (EDGE + 0.5, EDGE - 0.2),  # backwards through it
+        (EDGE + 0.1 * math.pi + 0.02, EDGE + 0.1),  # backwards into it
+        (EDGE + 0.2, EDGE + 2 * math.pi + 0.1),  # out of it and into it a turn later
+        (EDGE + 2 * math.pi + 0.1, EDGE + 0.2),  # the same, backwards
+        (-0.3 * math.pi, 0.1),  # a negative phase
+        (20.0, 24.0),  # turns later
+    ],
+)
+def test_a_sector_finds_its_share_of_any_path(start, end):
+    share, centre = full_force(Sector(), start, end, 5.0)
+    expected_share, expected_centre = sampled(Sector(), start, end, 5.0)
+    assert share == pytest.approx(expected_share, abs=2e-5)
+    assert centre == pytest.approx(expected_centre, abs=2e-4)
+
+
+def test_a_sector_may_reach_across_the_end_of_the_turn():
+    sector = Sector(start_rad=1.9 * math.pi, width_rad=0.3 * math.pi)
+    for start, end in ((6.1, 6.6), (6.6, 6.1), (0.1, 0.3), (-0.5, 0.9), (0.9, -0.5)):
+        share, centre = full_force(sector, start, end, 5.0)
+        expected_share, expected_centre = sampled(sector, start, end, 5.0)
+        assert share == pytest.approx(expected_share, abs=2e-5)
+        assert centre == pytest.approx(expected_centre, abs=2e-4)
+
+
+@given(
+    sector_start=st.floats(-7.0, 7.0),
+    width=st.floats(0.0, 6.0),
+    start=st.floats(-10.0, 20.0),
+    travel=st.floats(-6.0, 6.0).filter(lambda x: abs(x) > 1e-3),
+)
+def test_share_and_centre_are_those_of_the_sampled_path(sector_start, width, start, travel):
+    sector = Sector(start_rad=sector_start, width_rad=width)
+    share, centre = full_force(sector, start, start + travel, 5.0)
+    expected_share, expected_centre = sampled(sector, start, start + travel, 5.0)
+    assert share == pytest.approx(expected_share, abs=3e-5)
+    # The centre of next to nothing is not well sampled; its moment is what pushes the body.
+    assert share * centre == pytest.approx(expected_share * expected_centre, abs=3e-5)
+
+
+def test_a_phase_that_stands_still_is_inside_the_half_open_sector_or_outside():
+    for phase, share in ((EDGE - 1e-6, 0.0), (EDGE, 1.0), (EDGE + 0.3, 1.0), (EDGE + 0.32, 0.0)):
+        assert full_force(Sector(), phase, phase, 5.0) == (share, 0.5)
+
+
+def test_a_sector_may_last_a_fixed_time_at_the_prescribed_frequency():
+    sector = Sector(start_rad=1.0, width_rad=0.0, duration_s=0.1)
+    for omega in (4.0, 8.0):
+        share, _ = full_force(sector, 0.5, 2.5, omega)
+        assert share == pytest.approx(0.1 * omega / 2.0)
+
+
+# Misuse.
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
+@pytest.mark.parametrize("name", ["start_rad", "width_rad", "duration_s"])
+def test_a_sector_refuses_what_is_not_finite(name, value):
+    with pytest.raises(TegotaeError, match=rf"^{name} is .*finite$") as raised:
+        Sector(**{name: value})
+    assert "\n" not in str(raised.value)
+
+
+@pytest.mark.parametrize("name", ["width_rad", "duration_s"])
+def test_a_sector_refuses_a_negative_width(name):
+    with pytest.raises(TegotaeError, match=rf"^{name} is -0.1; it must be at least 0$"):
+        Sector(**{name: -0.1})
+
+
+def test_a_sector_may_start_at_a_negative_phase():
+    here, a_turn_on = Sector(start_rad=-0.25 * math.pi), Sector(start_rad=1.75 * math.pi)
+    assert full_force(here, 5.4, 5.7, 5.0) == pytest.approx(full_force(a_turn_on, 5.4, 5.7, 5.0))
+
+
+@pytest.mark.parametrize("hidden", [0, -1, 2.5, math.nan, True])
+@pytest.mark.parametrize("kind", [Network, LearnedActuation])
+def test_a_network_refuses_a_number_of_neurons_that_is_none(kind, hidden):
+    with pytest.raises(TegotaeError, match=r"^hidden is .*whole number of at least 1$") as raised:
+        kind(("phase",), hidden)
+    assert "\n" not in str(raised.value)
+
+
+@pytest.mark.parametrize("kind", [Network, LearnedActuation])
+def test_a_network_without_inputs_is_refused(kind):
+    with pytest.raises(TegotaeError, match=r"^a network has no inputs"):
+        kind((), 8)
