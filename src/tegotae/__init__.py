@@ -5,6 +5,7 @@ from tegotae import devices as _devices
 _devices.use_all_cores()
 
 from importlib.metadata import PackageNotFoundError, version  # noqa: E402
+from importlib.util import find_spec  # noqa: E402
 
 from tegotae.bodies import Body, Hopper  # noqa: E402
 from tegotae.checks import (  # noqa: E402
@@ -17,6 +18,9 @@ from tegotae.controller import Controller, Tegotae  # noqa: E402
 from tegotae.errors import TegotaeError  # noqa: E402
 from tegotae.models import Model, all_models, build, find  # noqa: E402
 from tegotae.rollout import Engine, Scenario, Timing, Trajectory  # noqa: E402
+
+if find_spec("gymnasium") is not None:
+    from tegotae import envs as _envs  # noqa: F401 - registers the environments
 
 try:
     __version__ = version("tegotae")

@@ -1,0 +1,84 @@
+"""Hopper environments for Gymnasium and Stable-Baselines3, and Tegotae control for any environment.
+
+Importing this package (or `tegotae`, where Gymnasium is installed) registers the environments:
+
+    gymnasium.make("tegotae/Hopper-v0", ...)              one hopper, the action is its force
+    gymnasium.make("tegotae/TegotaeHopper-v0", ...)       the action is the Tegotae feedback
+    gymnasium.make_vec("tegotae/Hopper-v0", 1024, ...)    thousands at once
+    tegotae.envs.make_sb3("tegotae/Hopper-v0", 1024, ...) the same for Stable-Baselines3
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from tegotae.errors import unknown
+from tegotae.extras import require
+
+require("gymnasium", "gym")
+
+from tegotae.envs.contact import MujocoContactForce  # noqa: E402
+from tegotae.envs.naming import action_names, observation_names  # noqa: E402
+from tegotae.envs.registration import register_all  # noqa: E402
+from tegotae.envs.rewards import HopReward  # noqa: E402
+from tegotae.envs.settings import (  # noqa: E402
+    ENVIRONMENTS,
+    HopperSettings,
+    TegotaeHopperSettings,
+    settings_of,
+)
+from tegotae.envs.single import HopperEnv, TegotaeHopperEnv  # noqa: E402
+from tegotae.envs.vector import HopperVectorEnv, TegotaeHopperVectorEnv  # noqa: E402
+from tegotae.envs.wiring import Limb, Wiring, check_wiring  # noqa: E402
+from tegotae.envs.wrapper import TegotaeWrapper  # noqa: E402
+
+if TYPE_CHECKING:
+    from tegotae.envs.sb3 import HopperVecEnv
+
+register_all()
+
+__all__ = [
+    "ENVIRONMENTS",
+    "HopReward",
+    "HopperEnv",
+    "HopperSettings",
+    "HopperVectorEnv",
+    "Limb",
+    "MujocoContactForce",
+    "TegotaeHopperEnv",
+    "TegotaeHopperSettings",
+    "TegotaeHopperVectorEnv",
+    "TegotaeWrapper",
+    "Wiring",
+    "action_names",
+    "check_wiring",
+    "make_sb3",
+    "observation_names",
+]
+
+
+def make_sb3(
+    name: str, num_envs: int = 1, *, render_mode: str | None = None, **settings: Any
+) -> HopperVecEnv:
+    """Many hoppers as a Stable-Baselines3 `VecEnv`.
+
+    Args:
+        name: `tegotae/Hopper-v0` or `tegotae/TegotaeHopper-v0`.
+        num_envs: how many.
+        render_mode: `rgb_array` or None.
+        settings: the fields of the environment's settings, by name.
+
+    Raises:
+        TegotaeError: for an unknown environment or setting, or one that cannot be used.
+        MissingExtraError: without Stable-Baselines3.
+
+    Example:
+        >>> vec_env = make_sb3("tegotae/TegotaeHopper-v0", 64, omega=(6.0, 10.0))
+        >>> vec_env.reset().shape
+        (64, 3)
+    """
+    if name not in ENVIRONMENTS:
+        raise unknown("environment", name, ENVIRONMENTS)
+    from tegotae.envs.sb3 import HopperVecEnv
+
+    return HopperVecEnv(settings_of(ENVIRONMENTS[name], settings), num_envs, render_mode)

@@ -1,0 +1,81 @@
+"""The contact force of a MuJoCo environment, which its observation may not hold."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import gymnasium
+import numpy as np
+from gymnasium.spaces import Box
+
+from tegotae.envs.naming import observation_names
+from tegotae.errors import TegotaeError, unknown
+from tegotae.extras import require
+
+
+class MujocoContactForce(gymnasium.ObservationWrapper[np.ndarray, Any, np.ndarray]):
+    """Adds to the observation the upward contact force on bodies of a MuJoCo model [N].
+
+    For each body named, the vertical parts of the forces of all contacts of its geoms are summed,
+    after the simulator's own contact model, and appended to the observation as `BODY_force`, never
+    negative.
+
+    Args:
+        env: an environment of Gymnasium's MuJoCo family, or any that has its `model` and `data`.
+        bodies: names of bodies, such as `foot`.
+
+    Raises:
+        TegotaeError: for an environment without a MuJoCo model, an observation that is no
+            one-dimensional Box, or a body that the model lacks.
+
+    Example:
+        >>> env = MujocoContactForce(gymnasium.make("Hopper-v5"), "foot")  # doctest: +SKIP
+        >>> env.observation_names[-1]  # doctest: +SKIP
+        'foot_force'
+    """
+
+    def __init__(self, env: gymnasium.Env[Any, Any], *bodies: str) -> None:
+        super().__init__(env)
+        self._mujoco = require("mujoco", "mujoco")
+        base: Any = env.unwrapped
+        if not isinstance(getattr(base, "model", None), self._mujoco.MjModel):
+            raise TegotaeError(f"{base} has no MuJoCo model, and so no contact forces to read")
+        space = env.observation_space
+        if not isinstance(space, Box) or len(space.shape) != 1:
+            raise TegotaeError(
+                f"the observation space is {space}; it must be a one-dimensional Box"
+            )
+        if not bodies:
+            raise TegotaeError("no body is named; name those whose contact forces to observe")
+        known = [base.model.body(i).name for i in range(base.model.nbody)]
+        for name in bodies:
+            if name not in known:
+                raise unknown("body of this model", name, known)
+        self._bodies = [base.model.body(name).id for name in bodies]
+        self.observation_names = (*observation_names(env), *(f"{name}_force" for name in bodies))
+        more = np.zeros(len(bodies), space.dtype)
+        self.observation_space = Box(
+            np.concatenate([space.low, more]),
+            np.concatenate([space.high, np.full_like(more, np.inf)]),
+            dtype=space.dtype,  # type: ignore[arg-type]
+        )
+
+    def observation(self, observation: np.ndarray) -> np.ndarray:
+        """The observation and the forces [N]."""
+        forces = np.maximum(self._forces(), 0.0).astype(observation.dtype)
+        return np.concatenate([observation, forces])
+
+    def _forces(self) -> np.ndarray:
+        base: Any = self.env.unwrapped
+        model, data = base.model, base.data
+        total = np.zeros(len(self._bodies))
+        wrench = np.zeros(6)
+        for i in range(data.ncon):
+            contact = data.contact[i]
+            self._mujoco.mj_contactForce(model, data, i, wrench)
+            # Rows of the contact frame are its axes; the force acts on the second geom.
+            upward = float(wrench[:3] @ contact.frame.reshape(3, 3)[:, 2])
+            first, second = model.geom_bodyid[contact.geom1], model.geom_bodyid[contact.geom2]
+            for k, body in enumerate(self._bodies):
+                total[k] += upward * ((second == body) - float(first == body))
+        return total

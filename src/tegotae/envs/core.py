@@ -1,0 +1,344 @@
+"""The environment itself: any number of hoppers, one step of the agent in one compiled call.
+
+The physics is the engine's own, `Hold.tick`: the controller is sampled at the start of a tick and
+held. The single, the batched and the Stable-Baselines3 environments are all this, in the clothes
+of their interfaces.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from tegotae.bodies import Body
+from tegotae.controller import Controller
+from tegotae.envs.rewards import HopReward
+from tegotae.envs.settings import HopperSettings
+from tegotae.errors import TegotaeError
+from tegotae.integrators import Hold, Moment
+from tegotae.integrators.base import drive, phase_of, signals
+from tegotae.metrics.efficiency import cot_inverse
+from tegotae.metrics.hopping import hop_height_m
+from tegotae.rollout import Scenario
+
+SENSE_BOUND = 1e3
+"""Observations are clipped to this many times their scale, far beyond what a leg survives."""
+
+TELEMETRY = (
+    "time_s",
+    "height_m",
+    "velocity_m_per_s",
+    "ground_m",
+    "phase_rad",
+    "feedback_rad_per_s",
+    "actuator_force_n",
+    "work_j",
+    "climb_flight_m",
+    "cot_inverse",
+    "hops",
+)
+"""What `info` tells, in this order: where the hopper is, what the last tick did, and the totals of
+the episode (`cot_inverse` is their ratio, `hops` the number of hops that were paid)."""
+
+
+class _Ledger(NamedTuple):
+    """Sums kept for the reward, each of shape [lanes]."""
+
+    climb: jax.Array
+    work: jax.Array
+    energy: jax.Array
+    total_climb: jax.Array
+    total_work: jax.Array
+    total_reward: jax.Array
+    hops: jax.Array
+
+
+class Episodes(NamedTuple):
+    """Where every lane's episode is."""
+
+    moment: Moment
+    scenario: Scenario
+    tick: jax.Array
+    force: jax.Array
+    ledger: _Ledger
+    failed: jax.Array
+
+
+class _Numbers(NamedTuple):
+    """The settings that are arguments of the compiled program."""
+
+    body: Body
+    tick_s: jax.Array
+    decimation: jax.Array
+    n_ticks: jax.Array
+    action_scale: jax.Array
+
+
+@dataclass(frozen=True)
+class _Program:
+    """The settings that shape the compiled program."""
+
+    controller: Controller
+    observed: tuple[str, ...]
+    dimensionless: bool
+    reward: HopReward
+
+
+class Step(NamedTuple):
+    """What a step of the agent brought, NumPy arrays with lanes first."""
+
+    observation: np.ndarray
+    """Shape [lanes, entries]."""
+    reward: np.ndarray
+    """Shape [lanes]."""
+    terminated: np.ndarray
+    """Where the leg has no length left, shape [lanes]."""
+    truncated: np.ndarray
+    """Where the time is up, shape [lanes]."""
+    telemetry: np.ndarray
+    """Shape [lanes, len(TELEMETRY)]."""
+
+
+class Hoppers:
+    """A batch of hopper environments, without any interface.
+
+    Args:
+        settings: what the environments are.
+        lanes: how many.
+
+    Example:
+        >>> hoppers = Hoppers(HopperSettings(), lanes=2)
+        >>> hoppers.reset([hoppers.settings.scenario(None)] * 2).observation.shape
+        (2, 2)
+        >>> hoppers.step(np.zeros(2)).truncated
+        array([False, False])
+    """
+
+    def __init__(self, settings: HopperSettings, lanes: int) -> None:
+        self.settings, self.lanes = settings, lanes
+        self._program = _Program(
+            settings.controller, settings.observed, settings.dimensionless, settings.reward
+        )
+        self._numbers = _Numbers(
+            jax.tree.map(_single, settings.body),
+            _single(settings.tick_s),
+            jnp.asarray(settings.decimation, jnp.int32),
+            jnp.asarray(settings.n_steps * settings.decimation, jnp.int32),
+            _single(settings.action_scale),
+        )
+        self._episodes: Episodes | None = None
+
+    def reset(self, scenarios: Sequence[Scenario], where: np.ndarray | None = None) -> Step:
+        """Start new episodes, one scenario a lane, in all lanes or in those of the mask `where`.
+
+        What it returns speaks of all lanes, as they now are; there are no rewards in it.
+        """
+        table = np.array(scenarios, np.float32).T
+        arrays = Scenario(*np.broadcast_to(table, (table.shape[0], self.lanes)))
+        if self._episodes is None or where is None:
+            self._episodes, packed = _start(self._program, self._numbers, arrays)
+        else:
+            self._episodes, packed = _restart(
+                self._program, self._numbers, arrays, self._episodes, where
+            )
+        return self._unpack(packed)
+
+    def step(self, actions: np.ndarray) -> Step:
+        """Hold the actions, shape [lanes], for one step of the agent.
+
+        Raises:
+            TegotaeError: before the first `reset`, or for actions that are not finite.
+        """
+        if self._episodes is None:
+            raise TegotaeError("the environment has no episode yet; call reset() before step()")
+        actions = np.asarray(actions, np.float32)
+        if not np.isfinite(actions).all():
+            raise TegotaeError("an action is not finite; actions are numbers in [-1, 1]")
+        self._episodes, packed = _advance(self._program, self._numbers, self._episodes, actions)
+        return self._unpack(packed)
+
+    def _unpack(self, packed: jax.Array) -> Step:
+        rows = np.asarray(packed)
+        n = len(self._program.observed)
+        return Step(
+            np.ascontiguousarray(rows[:n].T),
+            rows[n].copy(),
+            rows[n + 1] > 0.0,
+            rows[n + 2] > 0.0,
+            rows[n + 3 :].T,
+        )
+
+
+def observation_bounds(settings: HopperSettings) -> np.ndarray:
+    """Largest magnitude of each observed entry, shape [entries], float32."""
+    body = settings.body
+    at_rest = body.release(jnp.ones(()), jnp.zeros(()))
+    scales = body.sense(at_rest, jnp.zeros(())).scales
+    bounds = []
+    for name in settings.observed:
+        scale = 1.0 if settings.dimensionless else float(scales.get(name, 1.0))
+        bounds.append(1.0 if name in ("sin_phase", "cos_phase") else SENSE_BOUND * scale)
+    # A little more than what is clipped to, and than the rounded sine of a right angle.
+    return np.array(bounds, np.float32) * np.float32(1.0 + 1e-6)
+
+
+def _single(value: Any) -> jax.Array:
+    return jnp.asarray(value, jnp.float32)
+
+
+def _ground(scenario: Scenario, tick: jax.Array, tick_s: jax.Array) -> jax.Array:
+    """Height of the ground during a tick [m], as in the engine."""
+    drop_tick = jnp.ceil(scenario.drop_time_s / tick_s - 1e-3)
+    return jnp.where(tick.astype(drop_tick.dtype) >= drop_tick, -scenario.drop_m, 0.0)
+
+
+@partial(jax.jit, static_argnums=0)
+def _start(program: _Program, numbers: _Numbers, scenario: Scenario) -> tuple[Episodes, jax.Array]:
+    """New episodes in every lane."""
+    controller, body = program.controller, numbers.body
+    scenario = jax.tree.map(jnp.asarray, scenario)
+    zero = jnp.zeros_like(scenario.omega)
+    ground = _ground(scenario, jnp.zeros(zero.shape, jnp.int32), numbers.tick_s)
+    state = body.release(scenario.height_m, scenario.velocity_m_per_s)
+    oscillator = (
+        () if controller.oscillator is None else controller.oscillator.start(scenario.phase_rad)
+    )
+    said = drive(controller, body, (zero,), scenario.omega, state, oscillator, ground)
+    energy = body.energy(state, ground)
+    episodes = Episodes(
+        Moment(state, oscillator, said, said),
+        scenario,
+        jnp.zeros(zero.shape, jnp.int32),
+        zero,
+        _Ledger(zero, zero, energy, zero, zero, zero, zero),
+        body.failed(state, ground),
+    )
+    return episodes, _report(program, numbers, episodes, zero)
+
+
+@partial(jax.jit, static_argnums=0)
+def _restart(
+    program: _Program,
+    numbers: _Numbers,
+    scenario: Scenario,
+    episodes: Episodes,
+    where: jax.Array,
+) -> tuple[Episodes, jax.Array]:
+    """New episodes in the lanes of a mask."""
+    fresh, _ = _start(program, numbers, scenario)
+    kept = jax.tree.map(lambda new, old: jnp.where(where, new, old), fresh, episodes)
+    return kept, _report(program, numbers, kept, jnp.zeros_like(kept.force))
+
+
+@partial(jax.jit, static_argnums=0)
+def _advance(
+    program: _Program, numbers: _Numbers, episodes: Episodes, actions: jax.Array
+) -> tuple[Episodes, jax.Array]:
+    """One step of the agent: its action is held for `decimation` ticks."""
+    command = jnp.clip(actions, -1.0, 1.0) * numbers.action_scale
+
+    def tick(_, carry: tuple[Episodes, jax.Array]) -> tuple[Episodes, jax.Array]:
+        return _tick(program, numbers, command, *carry)
+
+    paid = jnp.zeros_like(episodes.force)
+    episodes, paid = jax.lax.fori_loop(0, numbers.decimation, tick, (episodes, paid))
+    ledger = episodes.ledger
+    ends = (episodes.tick >= numbers.n_ticks) & ~episodes.failed
+    mean = ledger.total_reward / jnp.maximum(ledger.hops, 1.0)
+    return episodes, _report(program, numbers, episodes, paid + jnp.where(ends, mean, 0.0))
+
+
+def _tick(
+    program: _Program,
+    numbers: _Numbers,
+    command: jax.Array,
+    episodes: Episodes,
+    paid: jax.Array,
+) -> tuple[Episodes, jax.Array]:
+    """One control tick, and what it adds to the reward."""
+    controller, body, tick_s = program.controller, numbers.body, numbers.tick_s
+    scenario, ledger = episodes.scenario, episodes.ledger
+    ground = _ground(scenario, episodes.tick, tick_s)
+    moment, contact, push = Hold().tick(
+        controller, body, (command,), scenario.omega, episodes.moment, ground, tick_s
+    )
+    travel = phase_of(controller, moment.oscillator, command)
+    if controller.oscillator is not None:
+        moment = moment._replace(oscillator=controller.oscillator.settle(moment.oscillator))
+    sound = ~episodes.failed & ~body.failed(moment.body, ground)
+    sound &= jnp.isfinite(body.height(moment.body)) & jnp.isfinite(travel)
+
+    work = program.reward.work(contact.work_j)
+    climb_hop, work_hop = ledger.climb + contact.climb_flight_m, ledger.work + work
+    energy = body.energy(moment.body, ground)
+    # A comparison with the NaN of a tick without apex is false.
+    hop = sound & (contact.apex_height_m >= hop_height_m(body.rest_length_m, ground))
+    value, counts = program.reward.of_hop(
+        climb_m=climb_hop, work_j=work_hop, lost_j=ledger.energy - energy
+    )
+    gain = jnp.where(hop, value, 0.0)
+    advanced = Episodes(
+        moment,
+        scenario,
+        episodes.tick + 1,
+        push.mean_n * contact.stance_share,
+        _Ledger(
+            jnp.where(hop, 0.0, climb_hop),
+            jnp.where(hop, 0.0, work_hop),
+            jnp.where(hop, energy, ledger.energy),
+            ledger.total_climb + contact.climb_flight_m,
+            ledger.total_work + work,
+            ledger.total_reward + gain,
+            ledger.hops + jnp.where(hop & counts, 1.0, 0.0),
+        ),
+        episodes.failed,
+    )
+    # As in the engine, a lane that fails stands still from its last sound tick on.
+    kept = jax.tree.map(lambda new, old: jnp.where(sound, new, old), advanced, episodes)
+    return kept._replace(failed=~sound), paid + gain
+
+
+def _report(
+    program: _Program, numbers: _Numbers, episodes: Episodes, reward: jax.Array
+) -> jax.Array:
+    """All that leaves the device, one row a quantity: a single transfer instead of a dozen."""
+    controller, body, moment = program.controller, numbers.body, episodes.moment
+    ledger = episodes.ledger
+    like = reward
+    ground = _ground(episodes.scenario, episodes.tick, numbers.tick_s)
+    sensed = signals(controller, body, moment.body, moment.oscillator, ground)
+    observation = []
+    for name in program.observed:
+        value = sensed.dimensionless(name)
+        value = jnp.clip(value, -SENSE_BOUND, SENSE_BOUND)
+        if not program.dimensionless and name in sensed.scales:
+            value = value * sensed.scales[name]
+        observation.append(value)
+    truncated = ~episodes.failed & (episodes.tick >= numbers.n_ticks)
+    telemetry = {
+        "time_s": episodes.tick.astype(like.dtype) * numbers.tick_s,
+        "height_m": body.height(moment.body),
+        "velocity_m_per_s": body.velocity(moment.body),
+        "ground_m": ground,
+        "phase_rad": phase_of(controller, moment.oscillator, like),
+        "feedback_rad_per_s": moment.drive.feedback,
+        "actuator_force_n": episodes.force,
+        "work_j": ledger.total_work,
+        "climb_flight_m": ledger.total_climb,
+        "cot_inverse": cot_inverse(ledger.total_climb, ledger.total_work),
+        "hops": ledger.hops,
+    }
+    rows = [
+        *observation,
+        reward,
+        episodes.failed.astype(like.dtype),
+        truncated.astype(like.dtype),
+        *(telemetry[name] for name in TELEMETRY),
+    ]
+    return jnp.stack([jnp.broadcast_to(row, like.shape) for row in rows])

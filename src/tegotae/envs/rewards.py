@@ -1,0 +1,60 @@
+"""The step reward of the paper's comparison: efficiency, paid hop by hop."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import jax.numpy as jnp
+
+from tegotae.errors import TegotaeError, require_finite
+from tegotae.metrics.efficiency import WORK, cot_inverse
+
+
+@dataclass(frozen=True, kw_only=True)
+class HopReward:
+    """Zero but at each apex of a hop, where it is CoT⁻¹ of the hop just ended [m/J].
+
+        r = (height climbed in flight since the last hop's apex) / (work since then),
+
+    if any work was done, and, with the last step of an episode that ran its time, the mean over
+    the hops that were paid. A hop is a flight that clears the rest length by 1 %. (The paper gives
+    no formula: `CoT⁻¹` is its equation 12, taken hop by hop.)
+
+    Args:
+        energy: definition of work, one of "absolute", "positive", "net".
+        least_work_j: work that counts as none [J]. The paper's reward can be had for almost
+            nothing: the first hops after a release need no work, and so pay the more the less is
+            done in them. A greater value, or `charge_stored`, closes that door.
+        charge_stored: whether energy that the body lost between the two apexes is charged as
+            work too, so that hops on stored energy are not free.
+
+    Raises:
+        TegotaeError: for an unknown definition of work or a least work that is negative.
+
+    Example:
+        >>> reward = HopReward()
+        >>> float(reward.of_hop(climb_m=0.2, work_j=0.4, lost_j=0.1)[0])
+        0.5
+    """
+
+    energy: str = "absolute"
+    least_work_j: float = 1e-6
+    charge_stored: bool = False
+
+    def __post_init__(self) -> None:
+        require_finite("least_work_j", self.least_work_j, least=0.0)
+        if self.energy not in WORK:
+            raise TegotaeError(f"energy is {self.energy!r}; it must be one of {', '.join(WORK)}")
+
+    def work(self, work_j: Any) -> Any:
+        """What counts of the actuator's signed work over a tick [J]."""
+        if self.energy == "net":
+            return work_j
+        return jnp.abs(work_j) if self.energy == "absolute" else jnp.maximum(work_j, 0.0)
+
+    def of_hop(self, *, climb_m: Any, work_j: Any, lost_j: Any) -> tuple[Any, Any]:
+        """CoT⁻¹ of a hop [m/J] and whether it is paid, each of the shape of the lanes."""
+        paid = jnp.asarray(work_j) > self.least_work_j
+        spent = work_j + jnp.maximum(lost_j, 0.0) if self.charge_stored else work_j
+        return jnp.where(paid, cot_inverse(climb_m, spent), 0.0), paid

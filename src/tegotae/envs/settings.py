@@ -1,0 +1,252 @@
+"""All that a user chooses about a hopper environment, checked once."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from tegotae.bodies import Hopper
+from tegotae.controller import Controller
+from tegotae.envs.actions import feedback_controller, force_controller
+from tegotae.envs.rewards import HopReward
+from tegotae.errors import TegotaeError, require_count, require_finite, unknown
+from tegotae.rollout import Scenario
+from tegotae.terms import Actuation, Reflex, Sector, SectorAndReflex
+
+Chosen: TypeAlias = float | tuple[float, float]
+"""A number, or the two ends of the range from which every episode draws its own."""
+
+ACTUATIONS: dict[str, Actuation] = {
+    "sector": Sector(),
+    "reflex": Reflex(),
+    "both": SectorAndReflex(),
+}
+"""The paper's actuations: equation 6, equation 7, and their clipped sum."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class HopperSettings:
+    """Settings of `tegotae/Hopper-v0`, whose action is the actuator force.
+
+    An action a in [-1, 1] is the force `F_a = α · max(0, a)`: none at 0, full force at 1.
+
+    Raises:
+        TegotaeError: for a value that cannot be used.
+
+    Example:
+        >>> HopperSettings(duration_s=5.0, tick_s=0.002, decimation=5).n_steps
+        500
+    """
+
+    body: Hopper = field(default_factory=Hopper)
+    """The hopper, with all its parameters."""
+    tick_s: float = 0.001
+    """Control period [s]: how finely the environment is advanced."""
+    decimation: int = 10
+    """Ticks for which an action is held: the agent acts every `decimation · tick_s` seconds."""
+    duration_s: float = 20.0
+    """Length of an episode [s], rounded to whole steps of the agent; then it is truncated."""
+    height_m: Chosen = 1.2
+    """Release height [m]."""
+    velocity_m_per_s: Chosen = 0.0
+    """Release velocity [m/s]."""
+    drop_m: Chosen = 0.0
+    """How far the ground drops [m]."""
+    drop_time_s: Chosen = math.inf
+    """When it drops [s]; infinity for never."""
+    observation: tuple[str, ...] = ("spring_force", "velocity")
+    """What the agent observes, in this order: any of `spring_force` F_k, `velocity` ẏ, `height`
+    y - h, and, where the environment has an oscillator, `phase` as (sin φ, cos φ)."""
+    dimensionless: bool = True
+    """Whether F_k, ẏ and y - h are over m g, √(g l0) and l0, or in N, m/s and m."""
+    reward: HopReward = field(default_factory=HopReward)
+    """The step reward."""
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.body, Hopper):
+            raise TegotaeError(f"body is {self.body!r}; it must be a Hopper, such as Hopper()")
+        if not isinstance(self.reward, HopReward):
+            raise TegotaeError(f"reward is {self.reward!r}; it must be a HopReward")
+        require_finite("tick_s", self.tick_s, above=0.0)
+        require_count("decimation", self.decimation)
+        require_finite("duration_s", self.duration_s, above=0.0)
+        self.body.check_tick(self.tick_s)
+        if self.n_steps < 1:
+            raise TegotaeError(
+                f"duration_s is {self.duration_s:g}; it must be at least one step of the agent "
+                f"({self.step_s:g} s)"
+            )
+        for name in self.CHOSEN:
+            self._check_chosen(name)
+        self._check_observation()
+
+    CHOSEN = ("height_m", "velocity_m_per_s", "drop_m", "drop_time_s")
+    """Settings that an episode may draw from a range, and that `reset` may set by its options."""
+
+    @property
+    def controller(self) -> Controller:
+        """What stands between the agent and the body; its one weight is the action."""
+        return force_controller()
+
+    @property
+    def action_scale(self) -> float:
+        """What an action of 1 is: α [N]."""
+        return self.body.max_force_n
+
+    @property
+    def step_s(self) -> float:
+        """Time between two actions of the agent [s]."""
+        return self.tick_s * self.decimation
+
+    @property
+    def n_steps(self) -> int:
+        """Steps of the agent in a whole episode."""
+        return round(self.duration_s / self.step_s)
+
+    @property
+    def observed(self) -> tuple[str, ...]:
+        """Names of the observation's entries, the phase as its sine and cosine."""
+        names: list[str] = []
+        for name in self.observation:
+            names += ["sin_phase", "cos_phase"] if name == "phase" else [name]
+        return tuple(names)
+
+    def scenario(
+        self, random: np.random.Generator | None, options: Mapping[str, Any] | None = None
+    ) -> Scenario:
+        """What one episode meets: the chosen numbers, drawn where they are ranges.
+
+        Args:
+            random: the generator to draw with; None where nothing is drawn (`draws`).
+            options: numbers by name that stand for this episode, whatever the settings say.
+
+        Raises:
+            TegotaeError: for an option that is no such setting or no number.
+        """
+        options = {} if options is None else dict(options)
+        values = {}
+        for name in self.CHOSEN:
+            value = getattr(self, name)
+            if isinstance(value, tuple):
+                assert random is not None
+                value = random.uniform(*value)
+            values[name] = float(value)
+        for name, value in options.items():
+            if name not in self.CHOSEN:
+                raise unknown("option of reset", str(name), self.CHOSEN)
+            _check_number(name, value)
+            values[name] = float(value)
+        return Scenario(**{"omega": 0.0, **values})
+
+    @property
+    def draws(self) -> bool:
+        """Whether any chosen number is drawn from a range."""
+        return any(isinstance(getattr(self, name), tuple) for name in self.CHOSEN)
+
+    def _check_chosen(self, name: str) -> None:
+        value = getattr(self, name)
+        if not isinstance(value, tuple | list):
+            _check_number(name, value)
+            return
+        if len(value) != 2:
+            raise TegotaeError(f"{name} is {value!r}; a range has two ends, (low, high)")
+        for end in value:
+            _check_number(name, end)
+            require_finite(name, end)
+        if value[0] > value[1]:
+            raise TegotaeError(f"{name} is {value!r}; the low end of a range comes first")
+        object.__setattr__(self, name, (float(value[0]), float(value[1])))
+
+    def _check_observation(self) -> None:
+        names = (self.observation,) if isinstance(self.observation, str) else self.observation
+        object.__setattr__(self, "observation", tuple(names))
+        has_phase = self.controller.oscillator is not None
+        known = (*self.body.SENSES, *(("phase",) if has_phase else ()))
+        if not self.observation:
+            raise TegotaeError(f"the observation is empty; name at least one of {', '.join(known)}")
+        for name in self.observation:
+            if name not in known:
+                raise unknown("observation of this environment", str(name), known)
+
+
+@dataclass(frozen=True, kw_only=True)
+class TegotaeHopperSettings(HopperSettings):
+    """Settings of `tegotae/TegotaeHopper-v0`, whose action is the Tegotae feedback.
+
+    The environment holds the oscillator, `φ̇ = ω + f`, and one of the paper's actuations; an action
+    a in [-1, 1] is the feedback `f = a · max_feedback_rad_per_s`.
+
+    Example:
+        >>> TegotaeHopperSettings(omega=8.0, actuation="reflex").observed
+        ('sin_phase', 'cos_phase', 'spring_force')
+    """
+
+    observation: tuple[str, ...] = ("phase", "spring_force")
+    omega: Chosen = 8.0
+    """Prescribed frequency ω [rad/s]."""
+    phase_rad: Chosen = 0.0
+    """Oscillator phase at release [rad]."""
+    actuation: str | Actuation = "sector"
+    """`sector` (equation 6), `reflex` (equation 7), `both`, or an actuation without weights."""
+    max_feedback_rad_per_s: float = 40.0
+    """The feedback that an action of 1 is [rad/s]."""
+
+    CHOSEN = ("height_m", "velocity_m_per_s", "drop_m", "drop_time_s", "omega", "phase_rad")
+
+    def __post_init__(self) -> None:
+        require_finite("max_feedback_rad_per_s", self.max_feedback_rad_per_s, above=0.0)
+        if isinstance(self.actuation, str):
+            if self.actuation not in ACTUATIONS:
+                raise unknown("actuation", self.actuation, ACTUATIONS)
+            object.__setattr__(self, "actuation", ACTUATIONS[self.actuation])
+        if not isinstance(self.actuation, Actuation) or self.actuation.n_weights:
+            raise TegotaeError(
+                f"actuation is {self.actuation!r}; it must be one of {', '.join(ACTUATIONS)}, or "
+                "an actuation without weights"
+            )
+        super().__post_init__()
+
+    @property
+    def controller(self) -> Controller:
+        """Oscillator and actuation; the one weight is the feedback."""
+        assert isinstance(self.actuation, Actuation)
+        return feedback_controller(self.actuation)
+
+    @property
+    def action_scale(self) -> float:
+        """What an action of 1 is: the largest feedback [rad/s]."""
+        return self.max_feedback_rad_per_s
+
+
+def _check_number(name: str, value: Any) -> None:
+    if name == "drop_time_s":
+        if value != math.inf:
+            require_finite(name, value, least=0.0)
+    elif name == "height_m":
+        require_finite(name, value, above=0.0)
+    else:
+        require_finite(name, value)
+
+
+def settings_of(kind: type[HopperSettings], arguments: Mapping[str, Any]) -> HopperSettings:
+    """The settings that these keyword arguments of an environment stand for.
+
+    Raises:
+        TegotaeError: for an argument that the environment does not have.
+    """
+    known = kind.__dataclass_fields__
+    for name in arguments:
+        if name not in known:
+            raise unknown("argument of this environment", name, known)
+    return kind(**arguments)
+
+
+ENVIRONMENTS: dict[str, type[HopperSettings]] = {
+    "tegotae/Hopper-v0": HopperSettings,
+    "tegotae/TegotaeHopper-v0": TegotaeHopperSettings,
+}
+"""The settings of each environment, by the name that `gymnasium.make` knows it by."""
