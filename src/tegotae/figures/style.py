@@ -7,6 +7,7 @@ from typing import Any
 
 import matplotlib
 from cycler import cycler
+from matplotlib.backend_bases import FigureCanvasBase
 from matplotlib.figure import Figure
 
 from tegotae.errors import TegotaeError
@@ -20,7 +21,7 @@ PAGE_IN = 7.16
 # Okabe and Ito's colours, ordered so that neighbours also differ in lightness.
 COLOURS = ("#0072B2", "#E69F00", "#000000", "#56B4E9", "#D55E00", "#009E73", "#CC79A7", "#F0E442")
 """Line colours."""
-SEQUENTIAL = "cividis"
+SEQUENTIAL = "viridis"
 """Colour map of quantities: monotonic in lightness."""
 DIVERGING = "PuOr"
 """Colour map of signed quantities."""
@@ -54,18 +55,27 @@ def styled() -> Any:
     return matplotlib.rc_context(STYLE)
 
 
+def figure_file(path: Path | str) -> Path:
+    """The path of a figure to be written, its ending known and its folder made.
+
+    Raises:
+        TegotaeError: if the format is unknown or the folder cannot be written to.
+    """
+    path = Path(path)
+    if path.suffix.lstrip(".").lower() not in FigureCanvasBase.get_supported_filetypes():
+        raise TegotaeError(
+            f"cannot write a figure as {path.name!r}; use an ending such as .png, .pdf or .svg"
+        )
+    return output_file(path)
+
+
 def save_figure(figure: Figure, path: Path | str) -> Path:
     """Write a figure; the file's ending says in which format.
 
     Raises:
         TegotaeError: if the format is unknown or the file cannot be written.
     """
-    path = output_file(Path(path))
-    known = figure.canvas.get_supported_filetypes()
-    if path.suffix.lstrip(".").lower() not in known:
-        raise TegotaeError(
-            f"cannot write a figure as {path.name!r}; use an ending such as .png, .pdf or .svg"
-        )
+    path = figure_file(path)
     with styled():
         try:
             figure.savefig(path)
