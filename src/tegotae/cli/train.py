@@ -15,6 +15,7 @@ from tegotae.errors import TegotaeError, require_count, unknown
 from tegotae.models import BUDGET, find
 from tegotae.rollout import Timing
 from tegotae.training.algorithms import ALGORITHMS
+from tegotae.training.fitness import EPISODE
 from tegotae.training.run import Run, train
 
 
@@ -36,8 +37,10 @@ class Train:
     """Generations in all."""
     algorithm: str = "pgpe"
     """How to learn."""
-    duration: float = 12.0
+    duration: float = EPISODE.duration_s
     """Length of an episode [s]."""
+    tick: float = EPISODE.tick_s
+    """Control period [s]."""
     settle: float = 4.0
     """Time in an episode before it is judged [s]."""
     energy: str = "absolute"
@@ -59,7 +62,7 @@ class Train:
             seeds=tuple(range(self.first_seed, self.first_seed + self.seeds)),
             generations=self.generations,
             algorithm=ALGORITHMS[self.algorithm](**chosen),
-            timing=Timing(duration_s=self.duration),
+            timing=Timing(duration_s=self.duration, tick_s=self.tick),
             settle_s=self.settle,
             energy=self.energy,
             budget=self.budget,

@@ -16,7 +16,7 @@ from tegotae.controller import Controller
 from tegotae.errors import TegotaeError
 from tegotae.rollout import Engine, Scenario, Timing, check_senses
 from tegotae.training.algorithms import PGPE, Algorithm
-from tegotae.training.fitness import Fitness
+from tegotae.training.fitness import EPISODE, Fitness
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -36,7 +36,7 @@ class Training:
     controller: Controller
     algorithm: Algorithm = field(default_factory=PGPE)
     fitness: Fitness = field(default_factory=Fitness)
-    timing: Timing = field(default_factory=lambda: Timing(duration_s=12.0))
+    timing: Timing = EPISODE
 
     def __post_init__(self) -> None:
         self.fitness.check(self.timing)

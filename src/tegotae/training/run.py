@@ -26,7 +26,7 @@ from tegotae.progress import reporting
 from tegotae.rollout import Timing
 from tegotae.training.algorithms import PGPE, Algorithm
 from tegotae.training.evolve import Curves, Progress, Training, evolve, start
-from tegotae.training.fitness import Fitness
+from tegotae.training.fitness import EPISODE, Fitness
 from tegotae.training.search import best_gain
 
 _SECONDS_BETWEEN_CHECKPOINTS = 5.0
@@ -44,7 +44,7 @@ class Run:
     seeds: tuple[int, ...] = (0, 1, 2)
     generations: int = 80
     algorithm: Algorithm = field(default_factory=PGPE)
-    timing: Timing = field(default_factory=lambda: Timing(duration_s=12.0))
+    timing: Timing = EPISODE
     settle_s: float = 4.0
     energy: str = "absolute"
     budget: int = BUDGET

@@ -7,7 +7,7 @@ import numpy as np
 from tegotae.bodies import Body
 from tegotae.controller import Controller
 from tegotae.rollout import Engine, Scenario, Timing
-from tegotae.training.fitness import Fitness
+from tegotae.training.fitness import EPISODE, Fitness
 
 GAINS = np.linspace(0.1, 12.0, 240)
 """Values of σ that are tried [rad/(s N)]."""
@@ -29,7 +29,7 @@ def best_gain(
     """
     engine = Engine(
         controller=controller,
-        timing=timing or Timing(duration_s=12.0),
+        timing=timing or EPISODE,
         summary=fitness or Fitness(),
     )
     outcome = engine.run(GAINS[:, None], Scenario(omega=omega), body)
