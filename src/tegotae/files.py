@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
+import secrets
 import tempfile
 from pathlib import Path
 
@@ -16,20 +18,19 @@ def write_atomically(path: Path, content: str | bytes) -> None:
         TegotaeError: if it cannot be written (no permission, no space left, no such folder).
     """
     data = content.encode() if isinstance(content, str) else content
+    # Opened like any new file, so that it gets the permissions that the user's umask asks for.
+    temporary = path.with_name(f".{path.name}.{secrets.token_hex(4)}")
     try:
-        handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
-        try:
-            with os.fdopen(handle, "wb") as stream:
-                stream.write(data)
-                stream.flush()
-                os.fsync(stream.fileno())
-            os.chmod(temporary, 0o644)
-            os.replace(temporary, path)
-        except BaseException:
-            Path(temporary).unlink(missing_ok=True)
-            raise
+        with temporary.open("xb") as stream:
+            stream.write(data)
+            stream.flush()
+            os.fsync(stream.fileno())
+        temporary.replace(path)
     except OSError as error:
         raise TegotaeError(f"cannot write {path}: {error.strerror}") from None
+    finally:
+        with contextlib.suppress(OSError):
+            temporary.unlink()
 
 
 def output_folder(path: Path) -> Path:
@@ -42,13 +43,19 @@ def output_folder(path: Path) -> Path:
         path.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=path):
             pass
+    except FileExistsError:
+        raise TegotaeError(f"cannot write to the folder {path}: it is a file") from None
     except OSError as error:
         raise TegotaeError(f"cannot write to the folder {path}: {error.strerror}") from None
     return path
 
 
 def output_file(path: Path) -> Path:
-    """The file's path, its folder made and tried for writing."""
+    """The file's path, its folder made and tried for writing.
+
+    Raises:
+        TegotaeError: if the folder cannot be written to, or the path is a folder itself.
+    """
     output_folder(path.parent)
     if path.is_dir():
         raise TegotaeError(f"cannot write {path}: it is a folder")
