@@ -23,6 +23,8 @@ from tegotae.integrators.base import drive, phase_of
 
 LANES_PER_BLOCK = 512
 """Lanes advanced together on one CPU device: few enough to stay in a core's cache."""
+MOST_TICKS = 2**24
+"""Control ticks of the longest rollout: up to here float32 counts them exactly."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -31,7 +33,7 @@ class Timing:
 
     Raises:
         TegotaeError: for a period that is not positive and finite, a frame that is no multiple of
-            the tick, or a duration shorter than a frame.
+            the tick, or a duration shorter than a frame or longer than 2^24 ticks.
     """
 
     duration_s: float = 20.0
@@ -44,6 +46,11 @@ class Timing:
     def __post_init__(self) -> None:
         for name in ("duration_s", "tick_s", "frame_s"):
             require_finite(name, getattr(self, name), above=0.0)
+        if self.duration_s / self.tick_s > MOST_TICKS:
+            raise TegotaeError(
+                f"duration_s is {self.duration_s:g}; at {self.tick_s:g} s per control tick it must "
+                f"be at most {MOST_TICKS * self.tick_s:g}"
+            )
         ratio = self.frame_s / self.tick_s
         if abs(ratio - round(ratio)) > 1e-6 or round(ratio) < 1:
             raise TegotaeError(

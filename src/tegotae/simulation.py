@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+import math
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -11,7 +13,7 @@ from tegotae.bodies import Hopper
 from tegotae.controller import Controller
 from tegotae.errors import TegotaeError, require_finite
 from tegotae.integrators import Integrator, PredictorCorrector
-from tegotae.metrics.efficiency import cot_inverse, work_total
+from tegotae.metrics.efficiency import check_work, cot_inverse, work_total
 from tegotae.rollout import Engine, Scenario, Timing, Trajectory
 
 
@@ -29,6 +31,17 @@ class Simulation:
         measure_from_s: where the window begins over which work and climbs are counted [s];
             half of the duration by default. It ends with the rollout.
         dtype: "float32" or "float64".
+
+    Raises:
+        TegotaeError: for a scenario that is not finite or too large for `dtype`, a release without
+            leg length, an unknown definition of work, or a window outside the rollout.
+
+    Example:
+        >>> from tegotae.models import build
+        >>> simulation = Simulation(build("V-reflex-w8"), np.array([2.0]), Scenario(omega=8.0))
+        >>> result = simulation.run()
+        >>> len(result.trajectory.height_m)
+        1000
     """
 
     controller: Controller
@@ -41,26 +54,50 @@ class Simulation:
     dtype: str = "float32"
     integrator: Integrator = field(default_factory=PredictorCorrector)
 
+    def __post_init__(self) -> None:
+        check_work(self.energy)
+        if self.dtype not in ("float32", "float64"):
+            raise TegotaeError(f"dtype is {self.dtype!r}; it must be 'float32' or 'float64'")
+        for name, value in self.scenario._asdict().items():
+            if name != "drop_time_s" or value != math.inf:
+                require_finite(name, value)
+        require_finite("height_m", self.scenario.height_m, above=0.0)
+        self._require_in_range()
+        duration_s = self.timing.duration_s
+        require_finite("measure_from_s", self.measured_from_s, least=0.0)
+        if self.measured_from_s >= duration_s:
+            raise TegotaeError(
+                f"the measuring window begins at {self.measured_from_s:g} s, but the rollout ends "
+                f"at {duration_s:g} s; let it begin before that"
+            )
+
+    def _require_in_range(self) -> None:
+        largest = float(np.finfo(self.dtype).max)
+        numbers = {**self.scenario._asdict(), **dataclasses.asdict(self.hopper)}
+        numbers |= {f"weight {i}": weight for i, weight in enumerate(self.weights)}
+        for name, value in numbers.items():
+            if value != math.inf and abs(value) > largest:
+                raise TegotaeError(
+                    f"{name} is {value:g}; the largest {self.dtype} number is {largest:.2g}"
+                )
+
+    @property
+    def measured_from_s(self) -> float:
+        """Where the measuring window begins [s]."""
+        start = self.measure_from_s
+        return self.timing.duration_s / 2 if start is None else start
+
     def run(self) -> Result:
         """Simulate.
 
         Raises:
-            TegotaeError: for a window outside the rollout, or a non-finite scenario.
+            TegotaeError: for weights of the wrong number, or a tick too long for the hopper.
         """
-        start = self.timing.duration_s / 2 if self.measure_from_s is None else self.measure_from_s
-        require_finite("measure_from", start, least=0.0)
-        if start >= self.timing.duration_s:
-            raise TegotaeError(
-                f"the measuring window begins at {start:g} s, after the end of the rollout at "
-                f"{self.timing.duration_s:g} s"
-            )
-        for name, value in self.scenario._asdict().items():
-            if name != "drop_time_s":
-                require_finite(name, value)
         engine = Engine(controller=self.controller, timing=self.timing, integrator=self.integrator)
-        lanes = engine.run(self.weights, self.scenario, self.hopper, dtype=self.dtype)
-        trajectory = Trajectory(*(entry[:, 0] for entry in lanes))
-        return Result(self, trajectory, float(start))
+        # Wrapped here, in double precision: float32 holds few digits of a large phase.
+        scenario = self.scenario._replace(phase_rad=self.scenario.phase_rad % math.tau)
+        lanes = engine.run(self.weights, scenario, self.hopper, dtype=self.dtype)
+        return Result(self, Trajectory(*(entry[:, 0] for entry in lanes)))
 
 
 @dataclass(frozen=True)
@@ -69,7 +106,6 @@ class Result:
 
     simulation: Simulation
     trajectory: Trajectory
-    measured_from_s: float
 
     @property
     def apexes(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -79,10 +115,10 @@ class Result:
         return t.apex_time_s[at], t.apex_height_m[at], t.apex_phase_rad[at]
 
     def summary(self) -> dict[str, Any]:
-        """The result as JSON values."""
+        """The result as JSON values; null for what is not finite, or undefined after a failure."""
         t, simulation = self.trajectory, self.simulation
         timing = simulation.timing
-        first = min(round(self.measured_from_s / timing.frame_s), timing.n_frames - 1)
+        first = min(round(simulation.measured_from_s / timing.frame_s), timing.n_frames - 1)
 
         def over_window(total: np.ndarray) -> float:
             return float(total[-1] - (total[first - 1] if first else 0.0))
@@ -95,13 +131,18 @@ class Result:
             "apex_time_s": times.astype(float).tolist(),
             "apex_height_m": heights.astype(float).tolist(),
             "apex_phase_rad": phases.astype(float).tolist(),
-            "cot_inverse_flight": None if failed else float(cot_inverse(flight, work)),
-            "cot_inverse_total": None if failed else float(cot_inverse(total, work)),
-            "climb_flight_m": flight,
-            "climb_total_m": total,
-            "work_j": work,
+            "cot_inverse_flight": None if failed else _finite(cot_inverse(flight, work)),
+            "cot_inverse_total": None if failed else _finite(cot_inverse(total, work)),
+            "climb_flight_m": _finite(flight),
+            "climb_total_m": _finite(total),
+            "work_j": _finite(work),
             "energy": simulation.energy,
             "window_s": [first * timing.frame_s, timing.n_frames * timing.frame_s],
             "failed": failed,
             "failed_time_s": float(t.time_s[np.argmax(t.failed)]) if failed else None,
         }
+
+
+def _finite(value: Any) -> float | None:
+    """A JSON number: JSON has none for infinity."""
+    return float(value) if math.isfinite(value) else None
