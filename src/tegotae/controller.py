@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import jax
 import jax.numpy as jnp
 
+from tegotae.errors import require_finite
 from tegotae.oscillators import Oscillator
 from tegotae.terms.actuation import Actuation
 from tegotae.terms.base import Signals, Term
@@ -23,11 +24,21 @@ class Tegotae:
         action: A′(φ).
         reaction: R(s).
         gain: G; a constant σ or a function of phase and senses.
+        limit_rad_per_s: L, if the feedback is to saturate smoothly, `f = L tanh(G A′ R / L)`.
+            The paper's law has none; an agent's action is bounded (`tegotae.envs`).
+
+    Raises:
+        TegotaeError: for a limit that is not positive.
     """
 
     action: Term
     reaction: Term
     gain: Term
+    limit_rad_per_s: float | None = None
+
+    def __post_init__(self) -> None:
+        if self.limit_rad_per_s is not None:
+            require_finite("limit_rad_per_s", self.limit_rad_per_s, above=0.0)
 
 
 @dataclass(frozen=True)
@@ -88,7 +99,9 @@ class Controller:
         action = self.tegotae.action(weights[at["action"]], signals)
         reaction = self.tegotae.reaction(weights[at["reaction"]], signals)
         gain = self.tegotae.gain(weights[at["gain"]], signals)
-        return gain * action * reaction
+        feedback = gain * action * reaction
+        limit = self.tegotae.limit_rad_per_s
+        return feedback if limit is None else limit * jnp.tanh(feedback / limit)
 
     def smooth_force(self, weights: Weights, signals: Signals, max_force_n) -> jax.Array:
         """The part of the actuator force that is no phase sector, clipped to [0, α] [N]."""

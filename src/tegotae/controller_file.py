@@ -161,10 +161,16 @@ def _describe_controller(controller: Controller) -> dict[str, Any]:
     parts: dict[str, Any] = {role: _describe(term) for role, term in controller.terms.items()}
     if controller.oscillator is not None:
         parts["oscillator"] = _describe(controller.oscillator)
+    if controller.tegotae is not None:
+        parts["limit_rad_per_s"] = controller.tegotae.limit_rad_per_s
     return parts
 
 
 def _restore_controller(parts: dict[str, Any]) -> Controller:
-    made = {role: _restore(description) for role, description in parts.items()}
-    tegotae = Tegotae(made["action"], made["reaction"], made["gain"]) if "action" in made else None
+    described = {role: part for role, part in parts.items() if role != "limit_rad_per_s"}
+    made = {role: _restore(part) for role, part in described.items()}
+    tegotae = None
+    if "action" in made:
+        limit = parts.get("limit_rad_per_s")
+        tegotae = Tegotae(made["action"], made["reaction"], made["gain"], limit)
     return Controller(made["actuation"], made.get("oscillator"), tegotae)
