@@ -263,6 +263,13 @@ def measure(
     if disturbed_at_s is not None:
         require_finite("disturbed_at_s", disturbed_at_s)
         disturbed_at_s -= float(np.asarray(time_s)[0])
+        duration_s = float(frames.time_s[-1, 0])
+        if not 4 * FORCE_PERIOD_S <= disturbed_at_s <= duration_s:
+            raise TegotaeError(
+                f"disturbed_at_s lies {disturbed_at_s:g} s after the first sample; it must lie "
+                f"inside the recording of {duration_s:g} s, and at least four frames "
+                f"({4 * FORCE_PERIOD_S:g} s) after its start"
+            )
         undisturbed_s = disturbed_at_s
     with jax.enable_x64(True):
         found = gait(

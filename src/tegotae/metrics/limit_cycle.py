@@ -11,7 +11,7 @@ import jax.numpy as jnp
 from tegotae.errors import TegotaeError, require_count, require_finite
 from tegotae.metrics.hopping import Hops
 
-_LATEST = 1.1  # cycles within which the next hop would have come
+_LATEST = 1.1  # of the time to the next hop, when it would have come
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -116,7 +116,8 @@ def settled(hops: Hops, settings: LimitCycle, start_s: Any, end_s: Any) -> Settl
             close &= apart <= settings.phase_tolerance_rad
         first_far = jnp.argmin(close, axis=0).astype(jnp.int32)
         repeats = jnp.where(close.all(axis=0), rows, first_far)
-        hops_on = end_s - time[0] <= _LATEST * (time[0] - time[k])
+        # The last hop ends a cycle: the next is as far off as the first of that cycle was.
+        hops_on = end_s - time[0] <= _LATEST * (time[k - 1] - time[k])
         is_cycle = (repeats >= k * (settings.min_repeats + 1)) & hops_on
         period = jnp.where(is_cycle, float(k), period)
         run = jnp.where(is_cycle, repeats, run)

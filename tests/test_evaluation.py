@@ -1,0 +1,174 @@
+"""The evaluation of controllers: five frequencies, a drop of the ground, a clamped phase."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import math
+
+import numpy as np
+import pytest
+
+from oracle import fly, vanilla
+from tegotae import Engine, Scenario, TegotaeError, Timing, build, find
+from tegotae.evaluation import METRICS, Evaluation, Protocol, evaluate
+from tegotae.metrics import GaitSummary, Hops, LimitCycle, measure, settled
+
+SHORT = Protocol(undisturbed_s=15.0, disturbed_s=10.0)
+SIGMAS = np.array([[1.0], [2.0], [3.0]])
+
+
+@pytest.fixture(scope="module")
+def reflex() -> Evaluation:
+    return evaluate(build("V-reflex-w8"), SIGMAS, 8.0, protocol=SHORT)
+
+
+def settles(flown, start_s: float, end_s: float) -> float:
+    """When the oracle's apexes settle [s]."""
+    column = np.full((3, len(flown.apex_time)), np.nan)
+    column[:] = flown.apex_time, flown.apex_height, flown.apex_phase % (2 * math.pi)
+    frame = np.arange(column.shape[1], dtype=np.int32)[:, None]
+    table = Hops(*(c[:, None].astype("float32") for c in column), frame, frame[-1] + 1)
+    return float(settled(table, LimitCycle(), start_s, end_s).time_s[0])
+
+
+def test_transients_agree_with_an_adaptive_solver(reflex):
+    """σ = 2 at ω = 8: T0, the apex at which the ground drops, and T1, each to a few ms."""
+    law = vanilla(2.0, "reflex")
+    calm = fly(law, omega=8.0, duration=16.0, rtol=1e-9)
+    drop_s = calm.apex_time[calm.apex_time >= 15.0][0]
+    dropped = fly(law, omega=8.0, duration=25.0, drop=0.2, drop_time=drop_s, rtol=1e-9)
+    touchdown_s = dropped.touchdown_time[dropped.touchdown_time > drop_s][0]
+    t0_s = settles(calm, -math.inf, 15.0)
+    t1_s = settles(dropped, touchdown_s, 25.0) - touchdown_s
+    assert reflex.episodes["t0_s"][1, 2] == pytest.approx(t0_s, abs=0.005)
+    assert reflex.episodes["t1_s"][1, 2] == pytest.approx(t1_s, abs=0.005)
+
+
+def test_five_episodes_around_the_training_frequency(reflex):
+    assert np.array_equal(reflex.omega, [6.0, 7.0, 8.0, 9.0, 10.0])
+    assert reflex.n_runs == 3
+    assert set(reflex.episodes) == set(METRICS)
+    assert all(values.shape == (3, 5) for values in reflex.episodes.values())
+
+
+def test_a_run_does_not_depend_on_the_runs_it_is_evaluated_with(reflex):
+    others = evaluate(build("V-reflex-w8"), [[2.0], [7.0], [0.5]], 8.0, protocol=SHORT)
+    for name in METRICS:
+        np.testing.assert_allclose(
+            others.episodes[name][0], reflex.episodes[name][1], rtol=1e-4, atol=1e-5, err_msg=name
+        )
+
+
+def test_a_metric_of_a_run_is_the_mean_over_the_episodes_that_define_it(reflex):
+    t0_s = reflex.episodes["t0_s"]
+    on_cycle = reflex.episodes["limit_cycle_share"]
+    assert np.array_equal(np.isfinite(t0_s), on_cycle == 1.0)
+    assert 0 < on_cycle.sum() < on_cycle.size  # some do not settle: they stay out, counted
+    runs = reflex.runs()
+    for run in range(3):
+        defined = t0_s[run][np.isfinite(t0_s[run])]
+        assert runs["t0_s"][run] == pytest.approx(defined.mean() if len(defined) else np.nan)
+        assert runs["limit_cycle_share"][run] == on_cycle[run].mean()
+
+
+def test_a_controller_that_needs_its_oscillator_hops_at_no_clamped_phase(reflex):
+    """The vanilla reflex pushes with F_k alone when its phase stands still: it cannot hop on."""
+    assert np.all(reflex.episodes["cpgu"] == 1.0)
+
+
+def test_json_carries_every_metric_and_null_where_undefined(reflex):
+    written = json.loads(json.dumps(reflex.to_dict(), allow_nan=False))
+    for name in METRICS:
+        assert name in written
+        assert len(written["runs"][name]) == 3
+    assert written["n_runs"] == 3
+    assert written["protocol"]["drop_m"] == 0.2
+    nulls = sum(value is None for run in written["episodes"]["t0_s"] for value in run)
+    assert nulls == np.isnan(reflex.episodes["t0_s"]).sum() > 0
+    assert written["cot_inverse"] == pytest.approx(reflex.runs()["cot_inverse"].mean())
+
+
+def test_without_an_oscillator_there_is_one_episode():
+    model = find("T-Fv")
+    still = np.zeros((2, model.controller().n_weights))
+    found = evaluate(model.controller(), still, model.omega_t, protocol=SHORT)
+    assert np.isnan(found.omega).all()
+    assert found.episodes["t0_s"].shape == (2, 1)
+    assert np.all(found.episodes["cot_inverse"] == 0.0)  # no force: comes to rest
+    assert np.all(found.episodes["limit_cycle_share"] == 0.0)
+    for name in ("cpgu", "delta_w", "t0_s", "t1_s", "recovery_share"):
+        assert np.isnan(found.episodes[name]).all(), name
+    assert found.to_dict()["t1_s"] is None
+
+
+def test_without_a_drop_there_is_nothing_to_recover_from(reflex):
+    calm = dataclasses.replace(SHORT, drop_m=0.0)
+    found = evaluate(build("V-reflex-w8"), SIGMAS, 8.0, protocol=calm)
+    assert np.isnan(found.episodes["t1_s"]).all()
+    assert np.isnan(found.episodes["recovery_share"]).all()
+    np.testing.assert_allclose(found.episodes["t0_s"], reflex.episodes["t0_s"], rtol=1e-5)
+
+
+def test_the_engine_and_its_recording_measure_the_same():
+    """A rollout measured inside the engine, and its frames measured as a robot's recording."""
+    controller, scenario = build("V-reflex-w8"), Scenario(omega=8.0)
+    timing = Timing(duration_s=15.0)
+    inside = Engine(controller=controller, timing=timing, summary=GaitSummary()).run(
+        SIGMAS[1], scenario
+    )
+    fine = dataclasses.replace(timing, frame_s=0.002)
+    frames = Engine(controller=controller, timing=fine).run(SIGMAS[1], scenario)
+    recorded = measure(
+        frames.time_s[:, 0],
+        frames.height_m[:, 0],
+        rest_length_m=1.0,
+        phase_rad=frames.phase_rad[:, 0],
+        omega=8.0,
+        force_n=frames.actuator_force_n[:, 0],
+        max_force_n=4.0,
+    )
+    assert recorded.limit_cycle_period == inside.limit_cycle_period[0] == 1
+    assert recorded.t0_s + 0.002 == pytest.approx(inside.t0_s[0], abs=0.002)
+    for name, relative in {
+        "cot_inverse": 0.01,
+        "cot_inverse_total": 0.01,
+        "w_peak": 1e-3,
+        "a_peak": 1e-3,
+        "smoothness": 0.02,
+    }.items():
+        assert getattr(recorded, name) == pytest.approx(getattr(inside, name)[0], rel=relative)
+
+
+@pytest.mark.parametrize(
+    ("weights", "omega_t", "says"),
+    [
+        ([[1.0, 2.0]], 8.0, r"weights have shape \(1, 2\)"),
+        (np.zeros((0, 1)), 8.0, r"weights have shape \(0, 1\)"),
+        ([[1.0], [math.nan]], 8.0, "weights of run 1 are not all finite"),
+        ("heavy", 8.0, "weights are no array of numbers"),
+        ([[1.0]], None, "needs omega_t"),
+        ([[1.0]], math.nan, "omega_t is nan"),
+        ([[1.0]], 2.0, "omega_t is 2 and its lowest offset -2"),
+    ],
+)
+def test_what_cannot_be_evaluated_is_refused_before_it_is_rolled_out(weights, omega_t, says):
+    with pytest.raises(TegotaeError, match=says):
+        evaluate(build("V-reflex-w8"), weights, omega_t)
+
+
+@pytest.mark.parametrize(
+    ("setting", "value"),
+    [
+        ("offsets", ()),
+        ("offsets", (math.nan,)),
+        ("undisturbed_s", 0.5),
+        ("disturbed_s", math.inf),
+        ("drop_m", -0.2),
+        ("clamped_phases", 0),
+        ("work", "heavy"),
+    ],
+)
+def test_protocols_that_mean_nothing_are_refused(setting, value):
+    with pytest.raises(TegotaeError, match=setting.removesuffix("s")):
+        Protocol(**{setting: value})
