@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import functools
+
+import evosax.algorithms.base
 import jax
 from hypothesis import settings
 
@@ -13,3 +16,18 @@ jax.config.update("jax_numpy_rank_promotion", "raise")
 # The same examples in every run, and no deadline: the first call of a function compiles it.
 settings.register_profile("tegotae", deadline=None, derandomize=True, max_examples=40)
 settings.load_profile("tegotae")
+
+
+def _broadcasting(method):
+    @functools.wraps(method)
+    def call(*args, **kwargs):
+        with jax.numpy_rank_promotion("allow"):
+            return method(*args, **kwargs)
+
+    return call
+
+
+# The rules are for this package's code; evosax counts on broadcasting.
+_strategy = evosax.algorithms.base.EvolutionaryAlgorithm
+for _name in ("init", "ask", "tell"):
+    setattr(_strategy, _name, _broadcasting(getattr(_strategy, _name)))

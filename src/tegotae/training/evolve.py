@@ -177,7 +177,7 @@ def _generation(
         jnp.where(better, progress.generation, progress.best_generation),
     )
     sound = ~outcome["failed"][:, :-1]
-    count = jnp.maximum(sound.sum(axis=1), 1)
+    count = jnp.maximum(sound.sum(axis=1, dtype=fitness.dtype), 1.0)
     curves = Curves(
         own,
         outcome["cot_inverse"][:, -1],

@@ -1,0 +1,256 @@
+"""The fitness of an episode: CoT⁻¹ + ΔΩ, what it does at rest, on failure, and between equals."""
+
+from __future__ import annotations
+
+import math
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from tegotae import Engine, Hopper, Scenario, TegotaeError, Timing, Trajectory, build
+from tegotae.metrics.efficiency import cot_inverse, work_total
+from tegotae.metrics.hopping import hop_height_m
+from tegotae.metrics.spectrum import delta_omega, peak, rest_delta_omega, spectrum
+from tegotae.training.fitness import FAILED, Fitness
+
+TIMING = Timing(duration_s=20.0)
+FITNESS = Fitness(settle_s=4.0)
+TIME = TIMING.frame_s * np.arange(1, TIMING.n_frames + 1)
+
+
+def trajectory(height: np.ndarray, **totals) -> Trajectory:
+    """A trajectory [frames, lanes] of the given heights, with nothing else but given totals."""
+    lanes = height.shape[1]
+    zero = np.zeros((len(TIME), lanes), "float32")
+    entries = dict.fromkeys(Trajectory._fields, zero)
+    entries |= {"time_s": TIME[:, None] + zero, "failed": zero > 0.0, "height_m": height + zero}
+    for name, value in totals.items():
+        value = np.asarray(value)
+        shape = (-1, 1) if value.ndim == 1 else value.shape
+        entries[name] = np.broadcast_to(value.reshape(shape), zero.shape).astype(
+            bool if name == "failed" else "float32"
+        )
+    return Trajectory(**jax.tree.map(jnp.asarray, entries))
+
+
+def judge(what: Trajectory, omega=5.0, fitness: Fitness = FITNESS) -> dict[str, np.ndarray]:
+    lanes = what.height_m.shape[1]
+    entries = Scenario(omega=omega)._asdict().items()
+    scenario = Scenario(
+        **{name: jnp.asarray(np.broadcast_to(x, (lanes,)), "float32") for name, x in entries}
+    )
+    body = jax.tree.map(jnp.float32, Hopper())
+    return jax.tree.map(np.asarray, fitness(what, scenario, body, TIMING))
+
+
+def sinusoid(*omegas: float, amplitude: float = 0.3) -> np.ndarray:
+    return 1.2 + amplitude * np.sin(np.outer(TIME, omegas))
+
+
+# The spectrum.
+
+
+@pytest.mark.parametrize("omega", [3.1416, 4.0, 5.37, 8.0, 12.3])
+@pytest.mark.parametrize("samples", [800, 613])
+def test_a_pure_sinusoid_has_its_own_frequency_and_an_amplitude_of_one(omega, samples):
+    for shift in (0.0, 1.0, 2.5):
+        height = 1.3 + 0.2 * np.sin(omega * TIME[:samples, None] + shift)
+        w_peak, a_peak = peak(spectrum(jnp.asarray(height, "float32"), 0.02))
+        assert w_peak[0] == pytest.approx(omega, abs=2e-3)
+        assert a_peak[0] == pytest.approx(1.0, abs=2e-3)
+
+
+def test_two_sinusoids_share_the_power():
+    height = 1.2 + 0.2 * np.sin(4.0 * TIME) + 0.1 * np.sin(9.0 * TIME)
+    w_peak, a_peak = peak(spectrum(jnp.asarray(height[:, None], "float32"), 0.02))
+    assert w_peak[0] == pytest.approx(4.0, abs=5e-3)
+    assert a_peak[0] == pytest.approx(math.sqrt(0.04 / 0.05), abs=5e-3)
+
+
+def test_neither_offset_nor_size_of_the_motion_matter_to_the_spectrum():
+    for scale, offset in ((1.0, 0.0), (0.01, 1.0), (3.0, -7.0)):
+        height = offset + scale * sinusoid(6.0)
+        w_peak, a_peak = peak(spectrum(jnp.asarray(height, "float32"), 0.02))
+        assert w_peak[0] == pytest.approx(6.0, abs=2e-3)
+        assert a_peak[0] == pytest.approx(1.0, abs=2e-3)
+
+
+def test_delta_omega_punishes_a_wrong_frequency_and_an_impure_motion():
+    assert delta_omega(5.0, 5.0, 1.0) == 0.0
+    assert delta_omega(5.0, 3.0, 1.0) == -4.0
+    assert delta_omega(5.0, 5.0, 0.5) == -0.25
+    assert rest_delta_omega(5.0) == -26.0
+
+
+# CoT.
+
+
+def test_cot_is_height_climbed_per_work():
+    np.testing.assert_allclose(cot_inverse(np.array([3.0, 1.0]), np.array([2.0, 4.0])), [1.5, 0.25])
+
+
+def test_cot_is_zero_without_climb_or_without_work():
+    np.testing.assert_array_equal(
+        cot_inverse(np.array([0.0, 1.0, 0.0]), np.array([1.0, 0.0, 0.0])), 0
+    )
+
+
+def test_the_settled_part_alone_counts():
+    climb = np.where(TIME <= 4.02, 50.0 * TIME, 50.0 * 4.02 + 0.6 * (TIME - 4.02))
+    work = np.where(TIME <= 4.02, 1.0 * TIME, 4.02 + 0.3 * (TIME - 4.02))
+    out = judge(trajectory(sinusoid(5.0), climb_flight_m=climb, work_absolute_j=work))
+    assert out["cot_inverse"][0] == pytest.approx(2.0, rel=1e-3)
+
+
+@pytest.mark.parametrize("energy", ["absolute", "positive", "net"])
+def test_the_definition_of_energy_is_a_choice(energy):
+    work = {
+        f"work_{name}_j": TIME * x
+        for name, x in zip(("absolute", "positive", "net"), (4, 3, 2), strict=True)
+    }
+    what = trajectory(sinusoid(5.0), climb_flight_m=12.0 * TIME, **work)
+    out = judge(what, fitness=Fitness(energy=energy))
+    expected = {"absolute": 3.0, "positive": 4.0, "net": 6.0}[energy]
+    assert out["cot_inverse"][0] == pytest.approx(expected, rel=1e-4)
+    np.testing.assert_array_equal(work_total(what, energy), getattr(what, f"work_{energy}_j"))
+
+
+def test_bounces_that_do_not_clear_the_rest_length_by_a_hundredth_are_no_hops():
+    assert hop_height_m(1.0) == pytest.approx(1.01)
+    assert hop_height_m(2.0, -0.2) == pytest.approx(1.82)
+    totals = {"climb_flight_m": TIME, "work_absolute_j": TIME}
+    low = trajectory(0.9 + 0.1 * np.sin(5.0 * TIME)[:, None], **totals)
+    high = trajectory(0.9 + 0.12 * np.sin(5.0 * TIME)[:, None], **totals)
+    assert judge(low)["cot_inverse"][0] == 0.0
+    assert judge(high)["cot_inverse"][0] == pytest.approx(1.0, rel=1e-4)
+
+
+def test_a_hop_is_measured_from_the_ground_where_it_is():
+    height = 0.9 + 0.05 * np.sin(5.0 * TIME)[:, None]
+    totals = {"climb_flight_m": TIME, "work_absolute_j": TIME}
+    lowered = trajectory(height, ground_m=np.full(len(TIME), -0.2), **totals)
+    assert judge(lowered)["cot_inverse"][0] == pytest.approx(1.0, rel=1e-4)
+    assert judge(trajectory(height, **totals))["cot_inverse"][0] == 0.0
+
+
+# Fitness.
+
+
+def test_the_fitness_is_the_sum_of_both():
+    what = trajectory(sinusoid(4.5), climb_flight_m=3.0 * TIME, work_absolute_j=2.0 * TIME)
+    out = judge(what, omega=5.0)
+    assert out["delta_omega"][0] == pytest.approx(-0.25, abs=3e-3)
+    assert out["fitness"][0] == pytest.approx(1.5 - 0.25, abs=5e-3)
+
+
+def test_a_hopper_in_tune_reaches_its_cot():
+    what = trajectory(sinusoid(5.0), climb_flight_m=3.0 * TIME, work_absolute_j=2.0 * TIME)
+    assert judge(what)["fitness"][0] == pytest.approx(1.5, abs=3e-3)
+
+
+def test_the_frequency_can_be_left_out():
+    what = trajectory(sinusoid(4.0), climb_flight_m=3.0 * TIME, work_absolute_j=2.0 * TIME)
+    out = judge(what, omega=8.0, fitness=Fitness(follow_omega=False))
+    assert out["fitness"][0] == pytest.approx(1.5, abs=2e-3)
+    assert out["delta_omega"][0] == 0.0
+
+
+def test_a_body_at_rest_gets_the_gap_of_no_motion():
+    # Below a range of a millimetre there is no spectrum to speak of, only rounding.
+    height = np.stack([np.full_like(TIME, 0.8), 0.8 + 4e-4 * np.sin(5.0 * TIME)], axis=1)
+    out = judge(trajectory(height), omega=5.0)
+    np.testing.assert_allclose(out["delta_omega"], -26.0)
+    np.testing.assert_allclose(out["fitness"], -26.0, atol=1e-3)
+
+
+def test_motion_in_tune_is_better_than_rest_and_rest_better_than_far_out_of_tune():
+    height = np.concatenate([sinusoid(5.0, 11.0), np.full((len(TIME), 1), 0.8)], axis=1)
+    in_tune, out_of_tune, rest = judge(trajectory(height), omega=5.0)["fitness"]
+    assert in_tune > rest > out_of_tune
+
+
+def test_between_equals_the_one_that_climbs_more_is_better_by_little():
+    climbed = np.outer(np.linspace(0.0, 1.0, len(TIME)), [0.0, 0.02, 0.2, 5.0])
+    out = judge(trajectory(np.full((len(TIME), 4), 0.8), climb_m=climbed))
+    assert (np.diff(out["fitness"]) > 0.0).all()
+    assert np.ptp(out["fitness"]) < 1e-3
+
+
+def test_a_failure_is_worse_than_anything_that_does_not_fail():
+    # As bad as it gets without failing: full noise at the highest frequency that is recorded.
+    noise = 1.2 + 10.0 * np.cos(np.pi * np.arange(len(TIME)))[:, None]
+    worst = judge(trajectory(noise), omega=0.1)["fitness"][0]
+    best_failure = trajectory(
+        sinusoid(5.0),
+        climb_flight_m=100.0 * TIME,
+        work_absolute_j=TIME,
+        climb_m=100.0 * TIME,
+        failed=np.arange(len(TIME)) == len(TIME) - 1,
+    )
+    out = judge(best_failure)
+    assert out["failed"][0]
+    assert out["cot_inverse"][0] == 0.0
+    assert FAILED <= out["fitness"][0] <= FAILED + 1.0 < worst
+
+
+def test_to_fail_later_is_better():
+    failed = np.stack([at < TIME for at in (2.0, 10.0, 19.0)], axis=1)
+    out = judge(trajectory(sinusoid(5.0, 5.0, 5.0), failed=failed))
+    assert (np.diff(out["fitness"]) > 0.1).all()
+
+
+def test_a_failed_lane_is_no_matter_to_the_others():
+    height = sinusoid(5.0, 4.0)
+    spoiled = np.concatenate([height, np.full((len(TIME), 1), np.nan)], axis=1)
+    failed = np.zeros((len(TIME), 3), bool)
+    failed[:, 2] = True
+    out = judge(trajectory(spoiled, failed=failed))
+    np.testing.assert_array_equal(out["fitness"][:2], judge(trajectory(height))["fitness"])
+    assert out["fitness"][2] == FAILED
+    assert all(np.isfinite(out[name][2]) for name in ("fitness", "cot_inverse"))
+
+
+def test_on_the_device_it_is_what_it_is_on_the_recorded_trajectory():
+    timing = Timing(duration_s=8.0)
+    controller = build("V-reflex-w8")
+    sigma = np.array([[0.0], [2.0], [5.0]])
+    scenario = Scenario(omega=8.0, height_m=[1.0 - 0.981 / 5.0, 1.2, 12.0])
+    on_device = Engine(controller=controller, timing=timing, summary=FITNESS).run(sigma, scenario)
+    recorded = Engine(controller=controller, timing=timing).run(sigma, scenario)
+    lanes = Scenario(*(jnp.asarray(np.broadcast_to(x, (3,)), "float32") for x in scenario))
+    body = jax.tree.map(jnp.float32, Hopper())
+    afterwards = FITNESS(jax.tree.map(jnp.asarray, recorded), lanes, body, timing)
+    assert set(on_device) == {"fitness", "cot_inverse", "delta_omega", "failed"}
+    for name, value in on_device.items():
+        np.testing.assert_allclose(value, afterwards[name], rtol=1e-4, atol=1e-4, err_msg=name)
+    at_rest, hopping, failed = on_device["fitness"]
+    assert on_device["cot_inverse"][1] > 0.1
+    assert at_rest == pytest.approx(-65.0, abs=1e-2)
+    assert hopping > at_rest > failed
+
+
+# Misuse.
+
+
+@pytest.mark.parametrize("value", [-1.0, math.nan, math.inf])
+def test_a_settling_time_out_of_range_is_refused(value):
+    with pytest.raises(TegotaeError, match=r"^settle_s is .*; it must be") as raised:
+        Fitness(settle_s=value)
+    assert "\n" not in str(raised.value)
+
+
+def test_an_unknown_energy_is_refused_with_those_that_are_known():
+    message = r"^\w+ is 'gross'; it must be one of absolute, positive, net$"
+    with pytest.raises(TegotaeError, match=message):
+        Fitness(energy="gross")
+    with pytest.raises(TegotaeError, match=message):
+        work_total(trajectory(sinusoid(5.0)), "gross")
+
+
+def test_an_episode_that_leaves_nothing_to_judge_is_refused():
+    Fitness(settle_s=4.0).check(Timing(duration_s=5.0))
+    with pytest.raises(TegotaeError, match=r"^an episode of 4.5 s leaves less than 1 s") as raised:
+        Fitness(settle_s=4.0).check(Timing(duration_s=4.5))
+    assert "\n" not in str(raised.value)
