@@ -7,9 +7,9 @@ of their interfaces.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import partial
+from functools import cache, partial
 from typing import Any, NamedTuple
 
 import jax
@@ -132,6 +132,7 @@ class Hoppers:
             jnp.asarray(settings.n_steps * settings.decimation, jnp.int32),
             _single(settings.action_scale),
         )
+        self._compiled = _compiled(self._program)
         self._episodes: Episodes | None = None
 
     def reset(self, scenarios: Sequence[Scenario], where: np.ndarray | None = None) -> Step:
@@ -142,10 +143,10 @@ class Hoppers:
         table = np.array(scenarios, np.float32).T
         arrays = Scenario(*np.broadcast_to(table, (table.shape[0], self.lanes)))
         if self._episodes is None or where is None:
-            self._episodes, packed = _start(self._program, self._numbers, arrays)
+            self._episodes, packed = self._compiled.start(self._numbers, arrays)
         else:
-            self._episodes, packed = _restart(
-                self._program, self._numbers, arrays, self._episodes, where
+            self._episodes, packed = self._compiled.restart(
+                self._numbers, arrays, self._episodes, where
             )
         return self._unpack(packed)
 
@@ -160,7 +161,7 @@ class Hoppers:
         actions = np.asarray(actions, np.float32)
         if not np.isfinite(actions).all():
             raise TegotaeError("an action is not finite; actions are numbers in [-1, 1]")
-        self._episodes, packed = _advance(self._program, self._numbers, self._episodes, actions)
+        self._episodes, packed = self._compiled.advance(self._numbers, self._episodes, actions)
         return self._unpack(packed)
 
     def _unpack(self, packed: jax.Array) -> Step:
@@ -188,6 +189,19 @@ def observation_bounds(settings: HopperSettings) -> np.ndarray:
     return np.array(bounds, np.float32) * np.float32(1.0 + 1e-6)
 
 
+class _Compiled(NamedTuple):
+    """The compiled functions of a program, shared by all environments that are alike."""
+
+    start: Callable[..., tuple[Episodes, jax.Array]]
+    restart: Callable[..., tuple[Episodes, jax.Array]]
+    advance: Callable[..., tuple[Episodes, jax.Array]]
+
+
+@cache
+def _compiled(program: _Program) -> _Compiled:
+    return _Compiled(*(jax.jit(partial(f, program)) for f in (_start, _restart, _advance)))
+
+
 def _single(value: Any) -> jax.Array:
     return jnp.asarray(value, jnp.float32)
 
@@ -198,7 +212,6 @@ def _ground(scenario: Scenario, tick: jax.Array, tick_s: jax.Array) -> jax.Array
     return jnp.where(tick.astype(drop_tick.dtype) >= drop_tick, -scenario.drop_m, 0.0)
 
 
-@partial(jax.jit, static_argnums=0)
 def _start(program: _Program, numbers: _Numbers, scenario: Scenario) -> tuple[Episodes, jax.Array]:
     """New episodes in every lane."""
     controller, body = program.controller, numbers.body
@@ -222,7 +235,6 @@ def _start(program: _Program, numbers: _Numbers, scenario: Scenario) -> tuple[Ep
     return episodes, _report(program, numbers, episodes, zero)
 
 
-@partial(jax.jit, static_argnums=0)
 def _restart(
     program: _Program,
     numbers: _Numbers,
@@ -236,7 +248,6 @@ def _restart(
     return kept, _report(program, numbers, kept, jnp.zeros_like(kept.force))
 
 
-@partial(jax.jit, static_argnums=0)
 def _advance(
     program: _Program, numbers: _Numbers, episodes: Episodes, actions: jax.Array
 ) -> tuple[Episodes, jax.Array]:
@@ -315,11 +326,10 @@ def _report(
     sensed = signals(controller, body, moment.body, moment.oscillator, ground)
     observation = []
     for name in program.observed:
-        value = sensed.dimensionless(name)
-        value = jnp.clip(value, -SENSE_BOUND, SENSE_BOUND)
-        if not program.dimensionless and name in sensed.scales:
-            value = value * sensed.scales[name]
-        observation.append(value)
+        value, scale = sensed.dimensionless(name), 1.0
+        if not program.dimensionless:
+            value, scale = sensed[name], sensed.scales.get(name, 1.0)
+        observation.append(jnp.clip(value, -SENSE_BOUND * scale, SENSE_BOUND * scale))
     truncated = ~episodes.failed & (episodes.tick >= numbers.n_ticks)
     telemetry = {
         "time_s": episodes.tick.astype(like.dtype) * numbers.tick_s,
