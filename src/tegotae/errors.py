@@ -37,5 +37,6 @@ def unknown(kind: str, name: str, known: Iterable[str]) -> TegotaeError:
     """The error for a name that is not known, with the nearest names that are."""
     known = list(known)
     close = difflib.get_close_matches(name, known, n=3, cutoff=0.3)
-    hint = f"did you mean {', '.join(close)}?" if close else f"known: {', '.join(known[:12])}"
+    listed = f"{'some that are' if len(known) > 12 else 'known'}: {', '.join(known[:12])}"
+    hint = f"did you mean {', '.join(close)}?" if close else listed
     return TegotaeError(f"no {kind} is called {name!r}; {hint}")

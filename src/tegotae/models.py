@@ -128,11 +128,16 @@ class Model:
         Raises:
             TegotaeError: for a budget too small for one neuron per network.
         """
+        require_count("budget", budget)
         inputs = self._network_inputs()
         constant_gain = not self.is_single_network and self.gain is None
-        sizes = hidden_sizes(
-            [len(Network(i, 1).reads) for i in inputs.values()], budget - constant_gain
-        )
+        n_inputs = [len(Network(i, 1).reads) for i in inputs.values()]
+        least = sum(n + 2 for n in n_inputs) + constant_gain
+        if budget < least:
+            raise TegotaeError(
+                f"budget is {budget}, too small: {self.name} has at least {least} weights"
+            )
+        sizes = hidden_sizes(n_inputs, budget - constant_gain)
         hidden = dict(zip(inputs, sizes, strict=True))
 
         def network(role: str) -> Term:

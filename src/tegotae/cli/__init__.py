@@ -1,8 +1,7 @@
-"""The command `tegotae`: one file a subcommand."""
+"""Train, simulate and compare learned Tegotae feedback in central pattern generators."""
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Sequence
 
 import tyro
@@ -12,8 +11,8 @@ from tegotae.cli.compare import Compare
 from tegotae.cli.evaluate import Evaluate
 from tegotae.cli.models import Models
 from tegotae.cli.simulate import Simulate
+from tegotae.cli.status import exit_status, leave
 from tegotae.cli.train import Train
-from tegotae.errors import TegotaeError
 
 COMMANDS = {
     "models": Models,
@@ -26,27 +25,25 @@ COMMANDS = {
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run a subcommand; the exit status is 0, 2 for unusable input, or 130 after Ctrl-C."""
+    """Run a subcommand; the exit status is 0, 2 for unusable input, or 130 after Ctrl-C.
+
+    Raises:
+        SystemExit: of status 2 for arguments that do not make a command; of 0 after `--help`.
+    """
     command = tyro.extras.subcommand_cli_from_dict(
         COMMANDS,
         prog="tegotae",
-        description="Learned Tegotae feedback in central pattern generators.",
+        description=__doc__,
         args=arguments,
+        config=(
+            tyro.conf.FlagCreatePairsOff,
+            tyro.conf.DisallowNone,
+            tyro.conf.PositionalMetavarFromFieldName,
+        ),
     )
-    try:
-        command.run()
-    except TegotaeError as error:
-        print(f"tegotae: {error}", file=sys.stderr)
-        return 2
-    except KeyboardInterrupt:
-        print("tegotae: interrupted; what is done is kept", file=sys.stderr)
-        return 130
-    except BrokenPipeError:
-        sys.stderr.close()
-        return 0
-    return 0
+    return exit_status(command.run)
 
 
 def entry() -> None:
     """The console script."""
-    sys.exit(main())
+    leave(main())

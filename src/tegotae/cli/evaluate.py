@@ -13,6 +13,7 @@ from typing import Annotated
 
 import tyro
 
+from tegotae.cli.options import UNSET
 from tegotae.cli.tables import print_rows
 from tegotae.collection import Runs, read
 from tegotae.evaluation import METRICS, Evaluation, Protocol, evaluate
@@ -39,7 +40,7 @@ class Evaluate:
 
     place: Annotated[str, tyro.conf.Positional]
     """A controller file, a folder, or the name of a pure V model such as V-sector-w4."""
-    omega: float | None = None
+    omega: Annotated[float | None, UNSET] = None
     """Evaluate around this frequency [rad/s] instead of the one trained at."""
     drop: float = 0.2
     """How far the ground drops [m]."""
@@ -51,7 +52,7 @@ class Evaluate:
     """Definition of the actuator's work: absolute, positive or net."""
     json: bool = False
     """Print one JSON object."""
-    csv: Path | None = None
+    csv: Annotated[Path | None, UNSET] = None
     """Also write one row per run to this file."""
 
     def run(self) -> None:

@@ -19,7 +19,7 @@ class Models:
     """List the models of the study."""
 
     pattern: Annotated[str, tyro.conf.Positional] = "*"
-    """Which models, with * and ? as in a shell."""
+    """Which models: a name with * and ? as in a shell, or an architecture such as ART."""
     json: bool = False
     """Print one JSON list instead of a table."""
     budget: int = BUDGET
@@ -27,9 +27,14 @@ class Models:
 
     def run(self) -> None:
         """Print the list."""
-        models = [m for name, m in all_models().items() if fnmatch.fnmatchcase(name, self.pattern)]
+        known = all_models()
+        models = [
+            model
+            for name, model in known.items()
+            if fnmatch.fnmatchcase(name, self.pattern) or model.architecture == self.pattern
+        ]
         if not models:
-            raise unknown("model", self.pattern, all_models())
+            raise unknown("model", self.pattern, known)
         if self.json:
             print(json.dumps([describe(model, self.budget) for model in models], indent=1))
             return

@@ -5,14 +5,21 @@ from __future__ import annotations
 import dataclasses
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
+import tyro
 
 from tegotae import controller_file
 from tegotae.bodies import Hopper
 from tegotae.controller_file import SavedController
 from tegotae.errors import TegotaeError, require_finite
 from tegotae.presets import preset
+
+FromPreset = Annotated[float | None, tyro.conf.arg(help_behavior_hint="(default: the preset's)")]
+"""A number that a preset, or a controller file, has too."""
+UNSET = tyro.conf.arg(help_behavior_hint="")
+"""For an option whose help says what leaving it out means."""
 
 
 @dataclass(frozen=True)
@@ -21,19 +28,19 @@ class HopperOptions:
 
     preset: str = "paper"
     """Where numbers not given come from: paper, or pyTegotaeCPG."""
-    mass: float | None = None
+    mass: FromPreset = None
     """Mass [kg]."""
-    stiffness: float | None = None
+    stiffness: FromPreset = None
     """Spring stiffness [N/m]."""
-    damping: float | None = None
+    damping: FromPreset = None
     """Damping in stance [N s/m]."""
-    flight_damping: float | None = None
+    flight_damping: FromPreset = None
     """Damping in flight [N s/m]."""
-    rest_length: float | None = None
+    rest_length: FromPreset = None
     """Rest length of the leg [m]."""
-    gravity: float | None = None
+    gravity: FromPreset = None
     """Gravity [m/s²]."""
-    max_force: float | None = None
+    max_force: FromPreset = None
     """Largest actuator force [N]."""
 
     def hopper(self, base: Hopper | None = None) -> Hopper:
@@ -55,11 +62,11 @@ class HopperOptions:
 class ControllerOptions(HopperOptions):
     """A controller file, or else a vanilla controller made of options, and its hopper."""
 
-    actuation: str | None = None
+    actuation: Annotated[str | None, tyro.conf.arg(help_behavior_hint="(default: sector)")] = None
     """Vanilla actuation: sector, reflex or both."""
-    omega: float | None = None
+    omega: FromPreset = None
     """Frequency ω [rad/s]."""
-    sigma: float | None = None
+    sigma: FromPreset = None
     """Gain σ of the vanilla feedback [rad/(s N)]."""
 
     def chosen(self, file: Path | None) -> SavedController:

@@ -7,15 +7,16 @@ import json
 import math
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Annotated
 
 from rich.console import Console
 
 from tegotae.bodies import Hopper
-from tegotae.cli.options import ControllerOptions
-from tegotae.errors import require_finite
+from tegotae.cli.options import UNSET, ControllerOptions, FromPreset
+from tegotae.errors import TegotaeError, require_finite
 from tegotae.files import output_file
 from tegotae.presets import preset
-from tegotae.rollout import Scenario, Timing
+from tegotae.rollout import MOST_TICKS, Scenario, Timing
 from tegotae.simulation import Result, Simulation
 
 
@@ -23,7 +24,7 @@ from tegotae.simulation import Result, Simulation
 class Simulate(ControllerOptions):
     """Simulate a controller file, or a vanilla controller made of options."""
 
-    controller: Path | None = None
+    controller: Annotated[Path | None, UNSET] = None
     """A controller file of `tegotae train`."""
     duration: float = 20.0
     """Simulated time [s]."""
@@ -31,7 +32,7 @@ class Simulate(ControllerOptions):
     """How far the ground drops [m]."""
     drop_time: float = 10.0
     """When it drops [s]."""
-    height: float | None = None
+    height: FromPreset = None
     """Release height [m]."""
     velocity: float = 0.0
     """Release velocity [m/s]."""
@@ -43,41 +44,62 @@ class Simulate(ControllerOptions):
     """Compute in double precision."""
     energy: str = "absolute"
     """Definition of the actuator's work: absolute, positive or net."""
-    measure_from: float | None = None
+    measure_from: Annotated[float | None, UNSET] = None
     """Count work and climbs from here on [s]; from half of the duration by default."""
     json: bool = False
     """Print one JSON object."""
-    plot: Path | None = None
+    plot: Annotated[Path | None, UNSET] = None
     """Write a plot over time (.png, .pdf, .svg)."""
-    animate: Path | None = None
+    animate: Annotated[Path | None, UNSET] = None
     """Write an animation (.gif, or .mp4 where ffmpeg is installed)."""
 
     def run(self) -> None:
         """Simulate and show."""
-        outputs = [output_file(path) for path in (self.plot, self.animate) if path is not None]
         simulation = self._simulation()
+        self._check_outputs()
         result = simulation.run()
         summary = {**result.summary(), "parameters": self._parameters(simulation)}
-        if outputs:
-            self._draw(result)
+        self._draw(result)
         if self.json:
             print(json.dumps(summary))
         else:
             _print(summary)
 
-    def _draw(self, result: Result) -> None:
-        from tegotae.figures.animation import write_animation
-        from tegotae.figures.rollout import rollout_figure
-        from tegotae.figures.style import save_figure
-
+    def _check_outputs(self) -> None:
         if self.plot is not None:
+            from tegotae.figures.style import figure_file
+
+            figure_file(self.plot)
+        if self.animate is not None:
+            if self.animate.suffix.lower() not in (".gif", ".mp4"):
+                raise TegotaeError(
+                    f"cannot write an animation as {self.animate.name!r}; use .gif or .mp4"
+                )
+            output_file(self.animate)
+
+    def _draw(self, result: Result) -> None:
+        if self.plot is not None:
+            from tegotae.figures.rollout import rollout_figure
+            from tegotae.figures.style import save_figure
+
             save_figure(rollout_figure(result), self.plot)
         if self.animate is not None:
+            from tegotae.figures.animation import write_animation
+
             write_animation(result, self.animate)
 
     def _simulation(self) -> Simulation:
         saved = self.chosen(self.controller)
         assert isinstance(saved.body, Hopper)  # `chosen` refuses others
+        require_finite("tick", self.tick, above=0.0)
+        saved.body.check_tick(self.tick)
+        require_finite("drop", self.drop)
+        require_finite("drop_time", self.drop_time, least=0.0)
+        if self.drop and self.drop_time >= self.duration:
+            raise TegotaeError(
+                f"the ground is to drop at {self.drop_time:g} s, but the rollout ends at "
+                f"{self.duration:g} s; set --drop-time or --duration"
+            )
         scenario = Scenario(
             omega=saved.omega,
             height_m=preset(self.preset).height_m if self.height is None else self.height,
@@ -118,21 +140,25 @@ class Simulate(ControllerOptions):
 
 def _frame(tick_s: float) -> float:
     """A recording period of whole ticks, near 10 ms: fine enough for a plot."""
-    require_finite("tick", tick_s, above=0.0)
-    return tick_s * max(1, round(0.01 / tick_s))
+    return tick_s * max(1, round(min(0.01 / tick_s, MOST_TICKS)))
 
 
 def _print(summary: dict) -> None:
-    console = Console(highlight=False)
+    console = Console(highlight=False, soft_wrap=True)
     if summary["failed"]:
-        console.print(f"failed at {summary['failed_time_s']:.2f} s: the leg has no length left")
+        console.print(
+            f"failed at {summary['failed_time_s']:.2f} s: the leg has no length left, or the "
+            "numbers have left their range"
+        )
     heights = summary["apex_height_m"]
-    console.print(
-        f"{len(heights)} apexes; the last at " + ", ".join(f"{h:.4f}" for h in heights[-4:]) + " m"
-    )
+    last = ", ".join(f"{height:.4f}" for height in heights[-4:])
+    console.print(f"{len(heights)} apexes" + (f"; the last at {last} m" if heights else ""))
     start, end = summary["window_s"]
     console.print(f"from {start:g} to {end:g} s:")
-    if not summary["failed"]:
-        console.print(f"  CoT⁻¹ (flight)   {summary['cot_inverse_flight']:.4f} m/J")
-        console.print(f"  CoT⁻¹ (all)      {summary['cot_inverse_total']:.4f} m/J")
-    console.print(f"  work ({summary['energy']})  {summary['work_j']:.4f} J")
+    console.print(f"  CoT⁻¹ (flight)   {_show(summary['cot_inverse_flight'])} m/J")
+    console.print(f"  CoT⁻¹ (all)      {_show(summary['cot_inverse_total'])} m/J")
+    console.print(f"  work ({summary['energy']})  {_show(summary['work_j'])} J")
+
+
+def _show(value: float | None) -> str:
+    return "–" if value is None else f"{value:.4f}"

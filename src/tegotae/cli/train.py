@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Annotated
 
@@ -11,7 +12,8 @@ import numpy as np
 import tyro
 
 from tegotae.cli.tables import print_rows
-from tegotae.errors import TegotaeError, require_count, unknown
+from tegotae.errors import require_count, unknown
+from tegotae.extras import require
 from tegotae.models import BUDGET, find
 from tegotae.rollout import Timing
 from tegotae.training.algorithms import ALGORITHMS
@@ -25,18 +27,18 @@ class Train:
 
     model: Annotated[str, tyro.conf.Positional]
     """The model's name (see `tegotae models`), or an architecture such as ART."""
-    out: Path = Path("runs")
+    out: Annotated[Path | None, tyro.conf.arg(help_behavior_hint="(default: runs/MODEL)")] = None
     """Folder for controllers, curves and checkpoint."""
     seeds: int = 3
     """How many runs from random weights."""
     first_seed: int = 0
     """The first of the seeds."""
-    population: int | None = None
+    population: Annotated[int | None, tyro.conf.arg(help_behavior_hint="(default: 64)")] = None
     """Episodes per generation and seed."""
     generations: int = 80
     """Generations in all."""
     algorithm: str = "pgpe"
-    """How to learn."""
+    """How to learn: pgpe, cma-es or openai-es."""
     duration: float = EPISODE.duration_s
     """Length of an episode [s]."""
     tick: float = EPISODE.tick_s
@@ -67,24 +69,32 @@ class Train:
             energy=self.energy,
             budget=self.budget,
         )
-        paths = train(run, self.out, on_generation=_logger(self.out) if self.tensorboard else None)
+        out = Path("runs") / run.model.name if self.out is None else self.out
+        try:
+            paths = train(run, out, on_generation=_logger(out) if self.tensorboard else None)
+        except KeyboardInterrupt:
+            raise KeyboardInterrupt(
+                f"interrupted; {out} keeps what was learned, the same command goes on from there"
+            ) from None
         _summarise(paths)
 
 
 def _logger(out: Path) -> Callable:
-    """A function that logs a generation's curves for TensorBoard."""
-    try:
-        from tensorboardX import SummaryWriter
-    except ImportError:
-        raise TegotaeError(
-            "TensorBoard logging needs an extra: pip install 'tegotae[tensorboard]'"
-        ) from None
-    writer = SummaryWriter(str(out / "tensorboard"))
+    """A function that logs a generation's curves for TensorBoard, into a folder made by then.
+
+    Raises:
+        TegotaeError: at once, if tensorboardX is not installed.
+    """
+    tensorboard = require("tensorboardX", "tensorboard")
+
+    @cache
+    def writer():
+        return tensorboard.SummaryWriter(str(out / "tensorboard"))
 
     def log(generation: int, curves) -> None:
         for name, values in curves._asdict().items():
-            writer.add_scalar(name, float(np.mean(values)), generation)
-        writer.flush()
+            writer().add_scalar(name, float(np.mean(values)), generation)
+        writer().flush()
 
     return log
 
@@ -94,9 +104,14 @@ def _summarise(paths: list[Path]) -> None:
 
     found = [(path, load(path).training) for path in paths]
     print_rows(
-        ("controller", "fitness", "generation"),
+        ("controller", "fitness", "best generation", "generations"),
         (
-            (str(path), f"{training['best_fitness']:.4f}", str(training["best_generation"]))
+            (
+                str(path),
+                f"{training['best_fitness']:.4f}",
+                str(training["best_generation"]),
+                str(training["generations"]),
+            )
             for path, training in found
         ),
     )
