@@ -5,20 +5,17 @@ from __future__ import annotations
 import csv
 import dataclasses
 import io
-import json
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 import jax
 import numpy as np
 
-from tegotae import controller_file
 from tegotae.bodies import Hopper
-from tegotae.controller_file import SavedController
+from tegotae.controller import Controller
 from tegotae.errors import TegotaeError, require_count
 from tegotae.files import output_folder, write_atomically
 from tegotae.models import BUDGET, Model
@@ -27,6 +24,7 @@ from tegotae.rollout import Timing
 from tegotae.training.algorithms import PGPE, Algorithm
 from tegotae.training.evolve import Curves, Progress, Training, evolve, start
 from tegotae.training.fitness import EPISODE, Fitness
+from tegotae.training.folder import claim, save_controller, versions_of
 from tegotae.training.search import best_gain
 
 _SECONDS_BETWEEN_CHECKPOINTS = 5.0
@@ -35,6 +33,9 @@ _SECONDS_BETWEEN_CHECKPOINTS = 5.0
 @dataclass(frozen=True, kw_only=True)
 class Run:
     """All that decides what a training run learns.
+
+    Args:
+        follow_omega: whether ΔΩ counts in the fitness, as in the paper but for its Fig. 3.
 
     Raises:
         TegotaeError: for a count below one.
@@ -47,6 +48,7 @@ class Run:
     timing: Timing = EPISODE
     settle_s: float = 4.0
     energy: str = "absolute"
+    follow_omega: bool = True
     budget: int = BUDGET
     hopper: Hopper = field(default_factory=Hopper)
 
@@ -60,7 +62,7 @@ class Run:
         return Fitness(
             settle_s=self.settle_s,
             energy=self.energy,
-            follow_omega=not self.model.is_single_network,
+            follow_omega=self.follow_omega and not self.model.is_single_network,
         )
 
     @property
@@ -86,6 +88,7 @@ class Run:
             "timing": dataclasses.asdict(self.timing),
             "settle_s": self.settle_s,
             "energy": self.energy,
+            "follow_omega": self.follow_omega,
             "budget": self.budget,
             "hopper": dataclasses.asdict(self.hopper),
         }
@@ -93,7 +96,7 @@ class Run:
 
 def software() -> dict[str, str]:
     """Versions of the programs that decide the numbers."""
-    return {name: version(name) for name in ("tegotae", "jax", "evosax", "numpy")}
+    return versions_of("evosax")
 
 
 def train(
@@ -114,7 +117,7 @@ def train(
     """
     training = run.training
     output_folder(out)
-    _claim(run, out)
+    claim(out, run.configuration, software())
     if not run.model.is_trained:
         return _search(run, out)
     progress, curves = _resume(run, training, out)
@@ -142,28 +145,6 @@ def train(
                 _checkpoint(out, progress, curves)
                 paths = _write_results(run, training, progress, curves, out)
     return paths
-
-
-def _claim(run: Run, out: Path) -> None:
-    """Write what the folder is for, or see that it is for this run."""
-    path = out / "run.json"
-    if path.exists():
-        try:
-            found = json.loads(path.read_text())["configuration"]
-        except (OSError, ValueError, KeyError, TypeError):
-            raise TegotaeError(f"{path} is damaged; choose another folder with --out") from None
-        if found != json.loads(json.dumps(run.configuration)):
-            changed = [
-                k for k, v in run.configuration.items() if found.get(k) != json.loads(json.dumps(v))
-            ]
-            raise TegotaeError(
-                f"{out} holds a training of {found.get('model')} with another "
-                f"{', '.join(changed) or 'configuration'}; choose another folder with --out"
-            )
-    write_atomically(
-        path,
-        json.dumps({"configuration": run.configuration, "software": software()}, indent=1) + "\n",
-    )
 
 
 def _resume(run: Run, training: Training, out: Path) -> tuple[Progress, list[Curves]]:
@@ -219,19 +200,19 @@ def _write_results(
     return paths
 
 
-def _save(run: Run, controller, weights: np.ndarray, outcome: dict[str, Any], out: Path) -> Path:
-    path = out / f"{run.model.name}-seed{outcome['seed']}.json"
-    saved = SavedController(
-        controller,
-        weights,
-        run.model.omega_t or 0.0,
-        run.hopper,
-        run.model.name,
-        {**run.configuration, **outcome},
-        software(),
+def _save(
+    run: Run, controller: Controller, weights: np.ndarray, outcome: dict[str, Any], out: Path
+) -> Path:
+    return save_controller(
+        out,
+        model=run.model,
+        hopper=run.hopper,
+        controller=controller,
+        weights=weights,
+        configuration=run.configuration,
+        outcome=outcome,
+        versions=software(),
     )
-    controller_file.save(saved, path)
-    return path
 
 
 def _search(run: Run, out: Path) -> list[Path]:
