@@ -1,0 +1,134 @@
+"""What a study consists of: models, runs, settings, at three scales."""
+
+from __future__ import annotations
+
+import dataclasses
+import fnmatch
+import json
+from dataclasses import dataclass, field
+from typing import Any
+
+from tegotae.errors import require_count, unknown
+from tegotae.evaluation import Protocol
+from tegotae.models import BUDGET, Model, all_models
+from tegotae.rollout import Timing
+from tegotae.study.unit import Unit
+from tegotae.training.algorithms import PGPE, Algorithm
+from tegotae.training.fitness import EPISODE
+from tegotae.training.run import Run
+
+_PLAIN = ("reflex", "sector", "tphif")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Plan:
+    """A study: the same settings for every model.
+
+    Raises:
+        TegotaeError: for a scale or a pattern that is not known, or a count below one.
+    """
+
+    scale: str
+    """The name of the scale that it was made from."""
+    models: tuple[str, ...]
+    """Names of the models."""
+    seeds: int
+    """Runs per model."""
+    generations: int
+    """Generations of training."""
+    algorithm: Algorithm = field(default_factory=PGPE)
+    timing: Timing = EPISODE
+    settle_s: float = 4.0
+    budget: int = BUDGET
+    protocol: Protocol = field(default_factory=Protocol)
+
+    def __post_init__(self) -> None:
+        require_count("seeds", self.seeds)
+        require_count("generations", self.generations)
+
+    @property
+    def units(self) -> list[Unit]:
+        """The study's work, one unit a model; those that share a compiled program in a row."""
+        known = all_models()
+        units = [self._unit(known[name]) for name in self.models]
+        shapes = {unit.run.model: repr(unit.run.training.controller) for unit in units}
+        first = {shape: i for i, shape in reversed(list(enumerate(shapes.values())))}
+        return sorted(units, key=lambda unit: first[shapes[unit.run.model]])
+
+    def _unit(self, model: Model) -> Unit:
+        run = Run(
+            model=model,
+            seeds=tuple(range(self.seeds)),
+            generations=self.generations,
+            algorithm=self.algorithm,
+            timing=self.timing,
+            settle_s=self.settle_s,
+            budget=self.budget,
+        )
+        return Unit(run, self.protocol)
+
+    @property
+    def document(self) -> dict[str, Any]:
+        """The settings as JSON values, without the list of models."""
+        values = {
+            f.name: getattr(self, f.name) for f in dataclasses.fields(self) if f.name != "models"
+        }
+        document = {
+            name: dataclasses.asdict(v) if dataclasses.is_dataclass(v) else v  # type: ignore[arg-type]
+            for name, v in values.items()
+        }
+        document["algorithm"]["name"] = type(self.algorithm).__name__
+        return json.loads(json.dumps(document))
+
+
+def plan(scale: str, pattern: str = "*") -> Plan:
+    """The plan of a scale, restricted to the models that match a pattern.
+
+    - `smoke`: three small models for seconds, to see that everything works;
+    - `quick`: every architecture, on [F_k] and [F_k, ẏ], with its plain actuation, 5 runs each;
+    - `paper`: all 218 models, 15 runs each.
+
+    Raises:
+        TegotaeError: for an unknown scale, or a pattern that matches none of the scale's models.
+    """
+    if scale not in _SCALES:
+        raise unknown("scale", scale, _SCALES)
+    whole = _SCALES[scale]()
+    chosen = tuple(name for name in whole.models if fnmatch.fnmatchcase(name, pattern))
+    if not chosen:
+        raise unknown("model of this scale", pattern, whole.models)
+    return dataclasses.replace(whole, models=chosen)
+
+
+def _smoke() -> Plan:
+    return Plan(
+        scale="smoke",
+        models=("V-sector-w8", "ART-rF-tphif-w8", "T-Fv"),
+        seeds=2,
+        generations=3,
+        algorithm=PGPE(population=8),
+        timing=Timing(duration_s=4.0, tick_s=0.002),
+        settle_s=2.0,
+        protocol=Protocol(undisturbed_s=8.0, disturbed_s=8.0, offsets=(-1.0, 1.0)),
+    )
+
+
+def _quick() -> Plan:
+    def plain(model: Model) -> bool:
+        if model.is_single_network:
+            return True
+        sensed = {x for x in (model.reaction, model.gain) if x}
+        half_learned = model.learned_action != (model.reaction is not None)
+        return model.actuation_name in _PLAIN and len(sensed) < 2 and not half_learned
+
+    models = tuple(name for name, model in all_models().items() if plain(model))
+    return Plan(scale="quick", models=models, seeds=5, generations=50)
+
+
+def _paper() -> Plan:
+    return Plan(scale="paper", models=tuple(all_models()), seeds=15, generations=80)
+
+
+_SCALES = {"smoke": _smoke, "quick": _quick, "paper": _paper}
+SCALES = tuple(_SCALES)
+"""The names of the scales."""

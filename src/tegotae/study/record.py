@@ -1,0 +1,116 @@
+"""The record of one unit: a file that is whole or is not there."""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import json
+import zipfile
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tegotae.errors import TegotaeError
+from tegotae.files import write_atomically
+
+SUFFIX = ".record.npz"
+
+
+class DamagedRecordError(TegotaeError):
+    """A record that cannot be read, or does not hold what it says."""
+
+
+@dataclass(frozen=True)
+class Record:
+    """What a unit of the study found.
+
+    Args:
+        configuration: all that decides the content (`Unit.configuration`).
+        software: versions of the programs that made it.
+        weights: the learned weights, shape [runs, n_weights].
+        best_fitness: fitness of the best distribution seen, shape [runs].
+        curves: learning curves by name, each of shape [generations, runs].
+        omega: frequencies of the evaluated episodes [rad/s], shape [episodes].
+        episodes: metrics by name, each of shape [runs, episodes]; NaN where undefined.
+    """
+
+    configuration: dict[str, Any]
+    software: dict[str, str]
+    weights: np.ndarray
+    best_fitness: np.ndarray
+    curves: dict[str, np.ndarray]
+    omega: np.ndarray
+    episodes: dict[str, np.ndarray]
+
+    @property
+    def model(self) -> str:
+        """The model's name."""
+        return self.configuration["model"]
+
+
+def write(record: Record, path: Path) -> None:
+    """Write a record, with a checksum over its content.
+
+    Raises:
+        TegotaeError: if it cannot be written, such as for want of space.
+    """
+    arrays = {"weights": record.weights, "best_fitness": record.best_fitness, "omega": record.omega}
+    arrays |= {f"curve_{name}": values for name, values in record.curves.items()}
+    arrays |= {f"metric_{name}": values for name, values in record.episodes.items()}
+    header = {"configuration": record.configuration, "software": record.software}
+    text = json.dumps(header, sort_keys=True)
+    stream = io.BytesIO()
+    np.savez_compressed(
+        stream,
+        allow_pickle=False,
+        header=np.array(text),
+        checksum=np.array(_checksum(text, arrays)),
+        **arrays,
+    )
+    write_atomically(path, stream.getvalue())
+
+
+def read(path: Path) -> Record:
+    """Read a record.
+
+    Raises:
+        DamagedRecordError: if it is no record, is cut short, or its checksum is wrong.
+    """
+    try:
+        with np.load(path, allow_pickle=False) as stored:
+            arrays = {name: stored[name] for name in stored.files}
+        text, checksum = str(arrays.pop("header")), str(arrays.pop("checksum"))
+        if checksum != _checksum(text, arrays):
+            raise ValueError("its checksum is wrong")
+        header = json.loads(text)
+        return Record(
+            header["configuration"],
+            header["software"],
+            arrays["weights"],
+            arrays["best_fitness"],
+            _with_prefix(arrays, "curve_"),
+            arrays["omega"],
+            _with_prefix(arrays, "metric_"),
+        )
+    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
+        why = (str(error).splitlines() or [type(error).__name__])[0]
+        raise DamagedRecordError(f"{path.name} is damaged: {why}") from None
+
+
+def _with_prefix(arrays: dict[str, np.ndarray], prefix: str) -> dict[str, np.ndarray]:
+    return {
+        name.removeprefix(prefix): values
+        for name, values in arrays.items()
+        if name.startswith(prefix)
+    }
+
+
+def _checksum(header: str, arrays: dict[str, np.ndarray]) -> str:
+    digest = hashlib.sha256(header.encode())
+    for name in sorted(arrays):
+        values = np.ascontiguousarray(arrays[name])
+        digest.update(f"{name} {values.dtype.str} {values.shape}".encode())
+        digest.update(values.tobytes())
+    return digest.hexdigest()
