@@ -5,9 +5,11 @@ from __future__ import annotations
 import dataclasses
 import json
 import math
+import reprlib
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from types import UnionType
+from typing import Any, TypeVar, get_args, get_origin, get_type_hints
 
 import numpy as np
 
@@ -16,6 +18,11 @@ from tegotae.bodies import Body, Hopper
 from tegotae.controller import Controller, Tegotae
 from tegotae.errors import TegotaeError
 from tegotae.files import write_atomically
+from tegotae.oscillators import Oscillator
+from tegotae.rollout import check_senses
+from tegotae.terms import Actuation, Term
+
+T = TypeVar("T")
 
 FORMAT = "tegotae controller"
 VERSION = 1
@@ -83,7 +90,7 @@ def load(path: Path | str) -> SavedController:
         raise TegotaeError(f"{path} is not a controller file of tegotae") from None
     try:
         document = json.loads(text)
-    except json.JSONDecodeError:
+    except (ValueError, RecursionError):
         ours = FORMAT in text[:200]
         what = "is damaged or truncated" if ours else "is not a controller file of tegotae"
         raise TegotaeError(f"{path} {what}") from None
@@ -95,28 +102,24 @@ def load(path: Path | str) -> SavedController:
             f"this program reads version {VERSION}"
         )
     try:
-        controller = _restore_controller(document["controller"])
-        weights = np.asarray(document["weights"], "float64")
         saved = SavedController(
-            controller,
-            weights,
-            float(document["omega_rad_per_s"]),
-            _restore(document["body"]),
-            document["model"],
-            document["training"],
-            document["software"],
+            _restore_controller(_entry(document, "controller", dict)),
+            np.asarray(_entry(document, "weights", list[float]), "float64"),
+            float(_entry(document, "omega_rad_per_s", float)),
+            _restore(document, "body", Body),
+            _entry(document, "model", str | None),
+            _entry(document, "training", dict),
+            _entry(document, "software", dict),
         )
-    except (KeyError, TypeError, ValueError, AttributeError) as error:
-        raise TegotaeError(f"{path} is damaged: {_first_line(error)}") from None
-    _check_weights(controller, weights, str(path))
+        check_senses(saved.controller, saved.body)
+    except KeyError as error:
+        raise TegotaeError(f"{path} is damaged: it has no entry {error}") from None
+    except (TypeError, ValueError, OverflowError) as error:
+        raise TegotaeError(f"{path} is damaged: {error}") from None
+    _check_weights(saved.controller, saved.weights, str(path))
     if not math.isfinite(saved.omega):
         raise TegotaeError(f"{path} is damaged: its frequency is {saved.omega}")
     return saved
-
-
-def _first_line(error: Exception) -> str:
-    text = (str(error).splitlines() or [type(error).__name__])[0]
-    return f"no entry {text}" if isinstance(error, KeyError) else text
 
 
 def _check_weights(controller: Controller, weights: np.ndarray, path: str) -> None:
@@ -149,12 +152,38 @@ def _describe(part: Any) -> dict[str, Any]:
     return {"kind": kind, **values}
 
 
-def _restore(description: dict[str, Any]) -> Any:
-    values = dict(description)
-    kind = values.pop("kind")
-    if kind not in _kinds():
-        raise TypeError(f"unknown kind {kind!r}")
-    return _kinds()[kind](**{k: tuple(v) if isinstance(v, list) else v for k, v in values.items()})
+def _restore(parts: dict[str, Any], role: str, base: type[T]) -> T:
+    """The part of that role, a `base`, each of its fields of the type that its class says."""
+    values = dict(_entry(parts, role, dict))
+    name = _entry(values, "kind", str)
+    kind = _kinds().get(name)
+    if kind is None or not issubclass(kind, base):
+        raise TypeError(f"its {role} is a {name!r}, which is no {base.__name__.lower()} known here")
+    del values["kind"]
+    hints = get_type_hints(kind)
+    for field_name in values:
+        if field_name not in hints:
+            raise TypeError(f"a {name} has no {field_name!r}")
+        value = _entry(values, field_name, hints[field_name])
+        values[field_name] = tuple(value) if isinstance(value, list) else value
+    return kind(**values)
+
+
+def _entry(parts: dict[str, Any], name: str, hint: Any) -> Any:
+    """The entry, if JSON could have made it from a value of type `hint`."""
+    if not _fits(parts[name], hint):
+        raise TypeError(f"its {name} is {reprlib.repr(parts[name])}")
+    return parts[name]
+
+
+def _fits(value: Any, hint: Any) -> bool:
+    if get_origin(hint) in (list, tuple):
+        return isinstance(value, list) and all(_fits(entry, get_args(hint)[0]) for entry in value)
+    if isinstance(hint, UnionType):
+        return any(_fits(value, each) for each in get_args(hint))
+    if isinstance(value, bool):
+        return hint is bool
+    return isinstance(value, (int, float) if hint is float else hint)
 
 
 def _describe_controller(controller: Controller) -> dict[str, Any]:
@@ -167,10 +196,13 @@ def _describe_controller(controller: Controller) -> dict[str, Any]:
 
 
 def _restore_controller(parts: dict[str, Any]) -> Controller:
-    described = {role: part for role, part in parts.items() if role != "limit_rad_per_s"}
-    made = {role: _restore(part) for role, part in described.items()}
     tegotae = None
-    if "action" in made:
-        limit = parts.get("limit_rad_per_s")
-        tegotae = Tegotae(made["action"], made["reaction"], made["gain"], limit)
-    return Controller(made["actuation"], made.get("oscillator"), tegotae)
+    if "action" in parts:
+        tegotae = Tegotae(
+            _restore(parts, "action", Term),
+            _restore(parts, "reaction", Term),
+            _restore(parts, "gain", Term),
+            _entry({"limit_rad_per_s": None, **parts}, "limit_rad_per_s", float | None),
+        )
+    oscillator = _restore(parts, "oscillator", Oscillator) if "oscillator" in parts else None
+    return Controller(_restore(parts, "actuation", Actuation), oscillator, tegotae)
