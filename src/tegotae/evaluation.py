@@ -18,7 +18,7 @@ from tegotae.metrics.efficiency import check_work
 from tegotae.metrics.gait import FAILED, LIMIT_CYCLE, Gait, gait
 from tegotae.metrics.hopping import hops
 from tegotae.metrics.limit_cycle import LimitCycle, settled
-from tegotae.metrics.statistics import Interval, interval
+from tegotae.metrics.statistics import Interval, interval, mean_defined
 from tegotae.oscillators import ClampedPhase
 from tegotae.rollout import Engine, Scenario, Timing, Trajectory
 
@@ -129,7 +129,7 @@ class Evaluation:
         `recovery_share` and `failed_share` say how many those are. A metric that no episode
         defines is NaN.
         """
-        return {name: _mean_defined(values) for name, values in self.episodes.items()}
+        return {name: mean_defined(values) for name, values in self.episodes.items()}
 
     def summary(self, *, seed: int = 0) -> dict[str, Interval]:
         """Mean over runs of each metric, with its spread and 95 % bootstrap interval."""
@@ -222,6 +222,40 @@ def _disturbed_gait(
     controller: Controller, weights: np.ndarray, omega: np.ndarray, body: Body, protocol: Protocol
 ) -> Gait:
     """The gait of every lane, its ground dropping at the first apex after the undisturbed time."""
+    trajectory, drop_time_s = disturbed_rollout(controller, weights, omega, body, protocol)
+    found = gait(
+        trajectory,
+        omega=jnp.asarray(omega, "float32"),
+        rest_length_m=body.rest_length_m,
+        max_force_n=body.max_force_n,
+        frame_s=Timing().frame_s,
+        undisturbed_s=protocol.undisturbed_s,
+        disturbed_at_s=drop_time_s,
+        limit_cycle=protocol.limit_cycle,
+        work=protocol.work,
+    )
+    return jax.tree.map(np.asarray, found)
+
+
+def disturbed_rollout(
+    controller: Controller, weights: Any, omega: Any, body: Body, protocol: Protocol
+) -> tuple[Trajectory, np.ndarray | None]:
+    """Episodes in which the ground drops at the first apex of a hop after the undisturbed time.
+
+    Where that apex lies is known only from a rollout, so each episode is rolled out twice: without
+    the drop, and with it.
+
+    Args:
+        controller: what drives the body.
+        weights: shape [lanes, n_weights].
+        omega: prescribed frequencies ω [rad/s], one or [lanes]; NaN without an oscillator.
+        body: the body.
+        protocol: times, size of the drop, control period.
+
+    Returns:
+        The trajectory, arrays of shape [frames, lanes], and when the ground dropped [s], [lanes]:
+        infinite in lanes that hop no more, None if the protocol has no drop.
+    """
     timing = Timing(
         duration_s=protocol.undisturbed_s + protocol.disturbed_s, tick_s=protocol.tick_s
     )
@@ -229,25 +263,11 @@ def _disturbed_gait(
     # Without an oscillator the frequency has no effect, but must be a number.
     driven = Scenario(omega=np.nan_to_num(omega))
     trajectory = engine.run(weights, driven, body)
-    drop_time_s = None
-    if protocol.drop_m > 0.0:
-        drop_time_s = np.asarray(
-            _next_apex_s(trajectory, body.rest_length_m, protocol.undisturbed_s)
-        )
-        driven = driven._replace(drop_m=protocol.drop_m, drop_time_s=drop_time_s)
-        trajectory = engine.run(weights, driven, body)
-    found = gait(
-        trajectory,
-        omega=jnp.asarray(omega, "float32"),
-        rest_length_m=body.rest_length_m,
-        max_force_n=body.max_force_n,
-        frame_s=timing.frame_s,
-        undisturbed_s=protocol.undisturbed_s,
-        disturbed_at_s=drop_time_s,
-        limit_cycle=protocol.limit_cycle,
-        work=protocol.work,
-    )
-    return jax.tree.map(np.asarray, found)
+    if protocol.drop_m == 0.0:
+        return trajectory, None
+    drop_time_s = np.asarray(_next_apex_s(trajectory, body.rest_length_m, protocol.undisturbed_s))
+    driven = driven._replace(drop_m=protocol.drop_m, drop_time_s=drop_time_s)
+    return engine.run(weights, driven, body), drop_time_s
 
 
 @jax.jit
@@ -302,14 +322,6 @@ def _checked_weights(controller: Controller, weights: Any) -> np.ndarray:
         run = int(np.argmin(np.isfinite(rows).all(axis=1)))
         raise TegotaeError(f"the weights of run {run} are not all finite; leave that run out")
     return rows
-
-
-def _mean_defined(values: np.ndarray) -> np.ndarray:
-    """Mean over the last axis of what is defined; NaN where nothing is."""
-    defined = ~np.isnan(values)
-    count = defined.sum(axis=-1)
-    total = np.where(defined, values, 0.0).sum(axis=-1)
-    return np.where(count > 0, total / np.maximum(count, 1), np.nan)
 
 
 def _plain(value: Any) -> Any:

@@ -113,6 +113,14 @@ def difference(values: Any, baseline: Any, *, seed: int = 0) -> Interval:
     return Interval(mean, float(drawn.std(ddof=1)), float(low), float(high), count, undefined)
 
 
+def mean_defined(values: np.ndarray) -> np.ndarray:
+    """Mean over the last axis of what is defined; NaN where nothing is."""
+    defined = ~np.isnan(values)
+    count = defined.sum(axis=-1)
+    total = np.where(defined, values, 0.0).sum(axis=-1)
+    return np.where(count > 0, total / np.maximum(count, 1), np.nan)
+
+
 def _resampled_means(values: np.ndarray, seed: int) -> np.ndarray:
     """Means of samples drawn with replacement, [RESAMPLES]."""
     require_count("seed", seed, least=0)

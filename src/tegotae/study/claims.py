@@ -1,0 +1,245 @@
+"""The paper's claims, each a function from the results to a verdict.
+
+A claim is made of parts, each an effect with its 95 % interval. It holds if every part does, fails
+if the interval of any part lies on the wrong side, and is undecided otherwise. Runs without a limit
+cycle have no CoT⁻¹ and no transients; they are left out of those and counted beside them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from tegotae.metrics.statistics import Interval, difference, interval
+from tegotae.study.table import Table
+
+HOLDS, FAILS, UNDECIDED = "holds", "fails", "undecided"
+
+NEAR = 0.2
+"""Two efficiencies are near each other, or on par, within this share of the second."""
+
+FAR = 0.5
+"""An efficiency is far above another if it is greater by more than this share of it."""
+
+
+@dataclass(frozen=True)
+class Part:
+    """One measurable part of a claim.
+
+    Args:
+        what: what is measured, with its unit.
+        effect: the measured effect with its interval.
+        low: the effect must lie above this ...
+        high: ... and below this.
+    """
+
+    what: str
+    effect: Interval
+    low: float = -np.inf
+    high: float = np.inf
+
+    @property
+    def verdict(self) -> str:
+        """Whether the interval lies inside the bounds, outside, or across one."""
+        e = self.effect
+        if np.isnan(e.low) or np.isnan(e.high):
+            return UNDECIDED
+        if self.low <= e.low and e.high <= self.high:
+            return HOLDS
+        if e.high < self.low or e.low > self.high:
+            return FAILS
+        return UNDECIDED
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """A claim and what the results say about it."""
+
+    number: int
+    claim: str
+    parts: tuple[Part, ...]
+    note: str = ""
+
+    @property
+    def verdict(self) -> str:
+        """holds, fails, or undecided."""
+        each = [part.verdict for part in self.parts]
+        if FAILS in each:
+            return FAILS
+        return HOLDS if each and all(v == HOLDS for v in each) else UNDECIDED
+
+    @property
+    def n_runs(self) -> int:
+        """The largest number of runs behind one of its parts, defined or not."""
+        return max((p.effect.count + p.effect.undefined for p in self.parts), default=0)
+
+
+def _minus(what: str, metric: str, ours: Table, theirs: Table, **bounds: float) -> Part:
+    return Part(what, difference(ours[metric], theirs[metric]), **bounds)
+
+
+def _mean(table: Table, metric: str) -> float:
+    values = table[metric]
+    return float(np.nanmean(values)) if np.isfinite(values).any() else np.nan
+
+
+def claim_2(table: Table) -> Verdict:
+    """VG raises CoT⁻¹ far above V, and lengthens T0 and T1."""
+    v, vg = table.where(architecture="V"), table.where(architecture="VG", observation="F")
+    return Verdict(
+        2,
+        "An active gain (VG) raises CoT⁻¹ far above V and lengthens T0 and T1",
+        (
+            _minus("CoT⁻¹, VG - V [m/J]", "cot_inverse", vg, v, low=FAR * _mean(v, "cot_inverse")),
+            _minus("T0, VG - V [s]", "t0_s", vg, v, low=0.0),
+            _minus("T1, VG - V [s]", "t1_s", vg, v, low=0.0),
+        ),
+    )
+
+
+def claim_3(table: Table) -> Verdict:
+    """VT stays near V but is smoother."""
+    v, vt = table.where(architecture="V"), table.where(architecture="VT")
+    near = NEAR * _mean(v, "cot_inverse")
+    return Verdict(
+        3,
+        "A learned actuation (VT) stays near V but is smoother",
+        (
+            _minus("CoT⁻¹, VT - V [m/J]", "cot_inverse", vt, v, low=-near, high=near),
+            _minus("dF/dt, VT - V [1/s]", "smoothness", vt, v, high=0.0),
+        ),
+    )
+
+
+def claim_4(table: Table) -> Verdict:
+    """AR raises efficiency, with much shorter transients than VG, at a frequency tied to ω."""
+    only_f = table.where(observation="F")
+    v, vg, ar = (only_f.where(architecture=name) for name in ("V", "VG", "AR"))
+    return Verdict(
+        4,
+        "Learned A and R (AR) raise efficiency, with shorter transients than VG, tied to ω",
+        (
+            _minus("CoT⁻¹, AR - V [m/J]", "cot_inverse", ar, v, low=0.0),
+            _minus("T0, AR - VG [s]", "t0_s", ar, vg, high=0.0),
+            _minus("T1, AR - VG [s]", "t1_s", ar, vg, high=0.0),
+            _minus("Δw, AR - VG [rad/s]", "delta_w", ar, vg, high=0.0),
+        ),
+    )
+
+
+def claim_5(table: Table) -> Verdict:
+    """ART raises efficiency further."""
+    only_f = table.where(observation="F")
+    ar, art = only_f.where(architecture="AR"), only_f.where(architecture="ART")
+    part = _minus("CoT⁻¹, ART - AR [m/J]", "cot_inverse", art, ar, low=0.0)
+    return Verdict(5, "A learned actuation on top (ART) raises efficiency further", (part,))
+
+
+def claim_6(table: Table) -> Verdict:
+    """ARG falls below baseline; ARGT below ART."""
+    only_f = table.where(observation="F")
+    v, arg, art, argt = (only_f.where(architecture=n) for n in ("V", "ARG", "ART", "ARGT"))
+    return Verdict(
+        6,
+        "An active gain on learned terms costs efficiency: ARG below V, ARGT below ART",
+        (
+            _minus("CoT⁻¹, ARG - V [m/J]", "cot_inverse", arg, v, high=0.0),
+            _minus("CoT⁻¹, ARGT - ART [m/J]", "cot_inverse", argt, art, high=0.0),
+        ),
+    )
+
+
+def claim_7(table: Table) -> Verdict:
+    """The single network fails on [F_k], is on par on [F_k, ẏ], with long transients."""
+    single = table.where(architecture="T")
+    blind, seeing = single.where(observation="F"), single.where(observation="Fv")
+    art = table.where(architecture="ART", observation="Fv")
+    par = NEAR * _mean(art, "cot_inverse")
+    return Verdict(
+        7,
+        "The single network fails on [F_k]; on [F_k, ẏ] it is on par with ART, with long transients",
+        (
+            Part(
+                "share of limit cycles, T on [F_k]", interval(blind["limit_cycle_share"]), high=0.1
+            ),
+            _minus(
+                "CoT⁻¹, T - ART, [F_k, ẏ] [m/J]", "cot_inverse", seeing, art, low=-par, high=par
+            ),
+            _minus("T0, T - ART, [F_k, ẏ] [s]", "t0_s", seeing, art, low=0.0),
+        ),
+    )
+
+
+def claim_8(table: Table) -> Verdict:
+    """ẏ lowers CPGu, raises efficiency, and costs stability."""
+    with_r = table.where(architecture=("AR", "ART", "ARG", "ARGT"))
+    f, fv = with_r.where(observation="F"), with_r.where(observation="Fv")
+    return Verdict(
+        8,
+        "Sensing ẏ lowers CPGu, raises efficiency, and costs stability",
+        (
+            _minus("CPGu, [F_k, ẏ] - [F_k]", "cpgu", fv, f, high=0.0),
+            _minus("CoT⁻¹, [F_k, ẏ] - [F_k] [m/J]", "cot_inverse", fv, f, low=0.0),
+            _minus("T1, [F_k, ẏ] - [F_k] [s]", "t1_s", fv, f, low=0.0),
+        ),
+    )
+
+
+def claim_9(table: Table) -> Verdict:
+    """Over all models efficiency goes with slow convergence, and CPGu with fast."""
+    models = table.per_model()
+    return Verdict(
+        9,
+        "Over all models, efficiency goes with slow convergence, and CPGu with fast",
+        (
+            Part(
+                "correlation of CoT⁻¹ and T0", correlation(models, "cot_inverse", "t0_s"), low=0.0
+            ),
+            Part(
+                "correlation of CoT⁻¹ and T1", correlation(models, "cot_inverse", "t1_s"), low=0.0
+            ),
+            Part("correlation of CPGu and T1", correlation(models, "cpgu", "t1_s"), high=0.0),
+        ),
+        "one value per model",
+    )
+
+
+CLAIMS: tuple[Callable[[Table], Verdict], ...] = (
+    claim_2,
+    claim_3,
+    claim_4,
+    claim_5,
+    claim_6,
+    claim_7,
+    claim_8,
+    claim_9,
+)
+"""The claims that the study's table decides. Claims 1 (algorithms), 10 (number of parameters) and
+11 (gain and frequency) have experiments of their own."""
+
+
+def verdicts(table: Table) -> list[Verdict]:
+    """What the results say about each claim; one without data is undecided."""
+    return [claim(table) for claim in CLAIMS]
+
+
+def correlation(table: Table, a: str, b: str, *, seed: int = 0, resamples: int = 4000) -> Interval:
+    """Pearson correlation of two columns over the rows that define both, with its interval.
+
+    The interval is a percentile bootstrap over rows; NaN for fewer than three of them.
+    """
+    x, y = table[a], table[b]
+    both = np.isfinite(x) & np.isfinite(y)
+    x, y, undefined = x[both], y[both], int((~both).sum())
+    if len(x) < 3 or x.std() == 0.0 or y.std() == 0.0:
+        return Interval(np.nan, np.nan, np.nan, np.nan, len(x), undefined)
+    drawn = np.random.default_rng(seed).integers(0, len(x), (resamples, len(x)))
+    xs, ys = x[drawn], y[drawn]
+    xs, ys = xs - xs.mean(axis=1, keepdims=True), ys - ys.mean(axis=1, keepdims=True)
+    scale = np.sqrt((xs**2).sum(axis=1) * (ys**2).sum(axis=1))
+    values = (xs * ys).sum(axis=1)[scale > 0.0] / scale[scale > 0.0]
+    low, high = np.quantile(values, [0.025, 0.975])
+    r = float(np.corrcoef(x, y)[0, 1])
+    return Interval(r, float(values.std(ddof=1)), float(low), float(high), len(x), undefined)
