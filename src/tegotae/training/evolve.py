@@ -127,6 +127,8 @@ def evolve(
     driven = jax.tree.map(lambda x: jnp.asarray(x, "float32"), driven)
     done = int(np.asarray(progress.generation)[0])
     for _ in range(done, generations):
+        # As host arrays the start and later progress are of the same type: one compilation.
+        progress = jax.tree.map(np.asarray, progress)
         progress, curves = _generation(
             training, progress, jnp.asarray(seeds), jnp.float32(omega), driven
         )
