@@ -25,26 +25,34 @@ def versions_of(*packages: str) -> dict[str, str]:
 
 
 def claim(out: Path, configuration: Mapping[str, Any], versions: Mapping[str, str]) -> None:
-    """Write into `run.json` what the folder is for, or see that it is for this training.
+    """Write into `run.json` what the folder is for, or see that what is in it is of this training.
 
     Raises:
         TegotaeError: if the folder holds another training, or cannot be written.
     """
     path = out / "run.json"
     wanted = json.loads(json.dumps(configuration))
-    if path.exists():
-        try:
-            found = json.loads(path.read_text())["configuration"]
-            changed = [name for name, value in wanted.items() if found.get(name) != value]
-        except (OSError, ValueError, KeyError, TypeError, AttributeError):
-            raise TegotaeError(f"{path} is damaged; choose another folder with --out") from None
-        if found != wanted:
+    if any(out.glob("checkpoint*")) or any(out.glob("*-seed*.json")):
+        found = _configuration(path)
+        differing = [name for name in {**wanted, **found} if found.get(name) != wanted.get(name)]
+        if differing:
             raise TegotaeError(
-                f"{out} holds a training of {found.get('model')} with another "
-                f"{', '.join(changed) or 'configuration'}; choose another folder with --out"
+                f"{out} holds a training of {found.get('model')} that differs in "
+                f"{', '.join(differing)}; choose another folder with --out"
             )
     document = {"configuration": wanted, "software": dict(versions)}
     write_atomically(path, json.dumps(document, indent=1) + "\n")
+
+
+def _configuration(path: Path) -> dict[str, Any]:
+    try:
+        return dict(json.loads(path.read_text(encoding="utf-8"))["configuration"])
+    except FileNotFoundError:
+        raise TegotaeError(
+            f"{path.parent} holds a training but no {path.name}; choose another folder with --out"
+        ) from None
+    except (OSError, ValueError, KeyError, TypeError):
+        raise TegotaeError(f"{path} is damaged; choose another folder with --out") from None
 
 
 def save_controller(

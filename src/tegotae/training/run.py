@@ -5,7 +5,9 @@ from __future__ import annotations
 import csv
 import dataclasses
 import io
+import math
 import time
+import zipfile
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -38,7 +40,8 @@ class Run:
         follow_omega: whether ΔΩ counts in the fitness, as in the paper but for its Fig. 3.
 
     Raises:
-        TegotaeError: for a count below one.
+        TegotaeError: for a count below one, seeds that are no distinct numbers from 0 to 2^31 - 1,
+            or a control period too long for the hopper.
     """
 
     model: Model
@@ -55,6 +58,13 @@ class Run:
     def __post_init__(self) -> None:
         require_count("seeds", len(self.seeds))
         require_count("generations", self.generations)
+        for seed in self.seeds:
+            require_count("seed", seed, least=0)
+            if seed >= 2**31:
+                raise TegotaeError(f"seed is {seed}; it must be below 2^31 ({2**31})")
+        if len(set(self.seeds)) < len(self.seeds):
+            raise TegotaeError(f"seeds are {self.seeds}; each may be given only once")
+        self.hopper.check_tick(self.timing.tick_s)
 
     @property
     def fitness(self) -> Fitness:
@@ -120,16 +130,19 @@ def train(
     claim(out, run.configuration, software())
     if not run.model.is_trained:
         return _search(run, out)
-    progress, curves = _resume(run, training, out)
+    reached = progress, _ = _resume(run, training, out)
     omega = run.model.omega_t or 0.0
-    saved_at, paths = time.monotonic(), []
+    saved_at, paths = -math.inf, []
     with reporting(run.model.name, run.generations) as reporter:
         try:
             steps = evolve(training, progress, run.seeds, omega, run.generations, run.hopper)
-            for step in steps:
-                progress, new = step
-                curves.append(new)
-                done = len(curves)
+            for progress, new in steps:
+                # In one assignment: an interrupt must not come between the two.
+                reached = progress, [*reached[1], new]
+                done = len(reached[1])
+                if time.monotonic() - saved_at > _SECONDS_BETWEEN_CHECKPOINTS:
+                    _checkpoint(out, *reached)
+                    saved_at = time.monotonic()
                 reporter.update(
                     done,
                     f"fitness {float(np.mean(progress.best_fitness)):+.3f}  "
@@ -137,13 +150,10 @@ def train(
                 )
                 if on_generation is not None:
                     on_generation(done, new)
-                if time.monotonic() - saved_at > _SECONDS_BETWEEN_CHECKPOINTS:
-                    _checkpoint(out, progress, curves)
-                    saved_at = time.monotonic()
         finally:
-            if curves:
-                _checkpoint(out, progress, curves)
-                paths = _write_results(run, training, progress, curves, out)
+            if reached[1]:
+                _checkpoint(out, *reached)
+                paths = _write_results(run, training, *reached, out)
     return paths
 
 
@@ -159,12 +169,15 @@ def _resume(run: Run, training: Training, out: Path) -> tuple[Progress, list[Cur
             columns = [stored[f"curve_{name}"] for name in Curves._fields]
         if any(np.shape(a) != b.shape for a, b in zip(leaves, restored, strict=True)):
             raise ValueError("shapes differ")
-    except (OSError, ValueError, KeyError):
+        curves = [Curves(*generation) for generation in zip(*columns, strict=True)]
+        reached = jax.tree.unflatten(structure, [jax.numpy.asarray(x) for x in restored])
+        if np.any(reached.generation != len(curves)):
+            raise ValueError("curves and progress differ in length")
+    except (OSError, EOFError, ValueError, KeyError, zipfile.BadZipFile):
         raise TegotaeError(
             f"{path} is damaged; remove it to train anew, or choose another folder with --out"
         ) from None
-    curves = [Curves(*generation) for generation in zip(*columns, strict=True)]
-    return jax.tree.unflatten(structure, [jax.numpy.asarray(x) for x in restored]), curves
+    return reached, curves
 
 
 def _checkpoint(out: Path, progress: Progress, curves: list[Curves]) -> None:
