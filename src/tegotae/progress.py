@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -18,13 +19,11 @@ class Reporter:
     def __init__(self, title: str, total: int, console: Console, bar: Progress | None) -> None:
         self._title, self._total, self._console, self._bar = title, total, console, bar
         self._task = bar.add_task(title, total=total, note="") if bar else None
-        self._begun = self._last = time.monotonic()
-        self._first: int | None = None
+        self._first: tuple[int, float] | None = None
+        self._last = -math.inf
 
     def update(self, done: int, note: str = "") -> None:
         """`done` steps are done; `note` says how it goes."""
-        if self._first is None:
-            self._first = done - 1
         if self._bar is not None and self._task is not None:
             self._bar.update(self._task, completed=done, note=note)
             return
@@ -32,11 +31,12 @@ class Reporter:
         if now - self._last < _SECONDS_BETWEEN_LINES and done < self._total:
             return
         self._last = now
-        pace = (now - self._begun) / max(done - self._first, 1)
-        left = pace * (self._total - done)
-        self._console.print(
-            f"{self._title}  {done}/{self._total}  {note}  {left:.0f} s left", highlight=False
-        )
+        # The first step often compiles: the pace is that of the steps after it.
+        first, begun = self._first = self._first or (done, now)
+        parts = [self._title, f"{done}/{self._total}", note]
+        if done > first:
+            parts.append(f"{(now - begun) / (done - first) * (self._total - done):.0f} s left")
+        self._console.print("  ".join(filter(None, parts)), highlight=False)
 
 
 @contextmanager
