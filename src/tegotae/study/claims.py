@@ -159,7 +159,7 @@ def claim_7(table: Table) -> Verdict:
     par = NEAR * _mean(art, "cot_inverse")
     return Verdict(
         7,
-        "The single network fails on [F_k]; on [F_k, ẏ] it is on par with ART, with long transients",
+        "The single network fails on [F_k]; on [F_k, ẏ] it equals ART, with long transients",
         (
             Part(
                 "share of limit cycles, T on [F_k]", interval(blind["limit_cycle_share"]), high=0.1
