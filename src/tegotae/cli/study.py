@@ -8,8 +8,11 @@ from typing import Annotated
 
 import tyro
 
+from tegotae.errors import TegotaeError
+from tegotae.files import output_file, write_atomically
 from tegotae.study.folder import Folder
 from tegotae.study.plan import plan
+from tegotae.study.record import Record
 
 
 @dataclass(frozen=True)
@@ -66,12 +69,86 @@ class StudyStatus:
 
 
 @dataclass(frozen=True)
+class StudyReport:
+    """Write the study's report: one HTML page that needs nothing else."""
+
+    dir: Path
+    """The study's folder."""
+    out: Path | None = None
+    """Where to write it; report.html in the study's folder by default."""
+
+    def run(self) -> None:
+        """Write it, and say where it is."""
+        from tegotae.report.page import report
+
+        folder = Folder(self.dir)
+        records, document = _records(folder), folder.document
+        path = output_file(self.out or self.dir / "report.html")
+        seeds, generations = document["seeds"], document["generations"]
+        about = (
+            f"{len(records)} models, {seeds} runs each, {generations} generations of "
+            f"{document['algorithm']['name']}; scale {document['scale']}."
+        )
+        write_atomically(path, report(records, about))
+        print(f"The report is {path.resolve()}")
+
+
+@dataclass(frozen=True)
+class StudyExport:
+    """Write the study's results as a table, a row per model and run."""
+
+    dir: Path
+    """The study's folder."""
+    out: Path
+    """The table: .csv or .parquet."""
+
+    def run(self) -> None:
+        """Write it."""
+        from tegotae.study.export import write_csv, write_parquet
+        from tegotae.study.table import tabulate
+
+        writers = {".csv": write_csv, ".parquet": write_parquet}
+        if self.out.suffix not in writers:
+            raise TegotaeError(f"cannot write a table as {self.out.name!r}; use .csv or .parquet")
+        writers[self.out.suffix](tabulate(_records(Folder(self.dir))), self.out)
+
+
+@dataclass(frozen=True)
+class StudyMerge:
+    """Copy the records that another folder of the same study has."""
+
+    source: Annotated[Path, tyro.conf.Positional]
+    """The folder to copy from."""
+    dir: Path
+    """The folder to copy to."""
+
+    def run(self) -> None:
+        """Copy, and say how many."""
+        from tegotae.study.export import merge
+
+        copied = merge(Folder(self.source), Folder(self.dir))
+        print(f"{copied} records copied to {self.dir}")
+
+
+def _records(folder: Folder) -> list[Record]:
+    records, damaged = folder.all()
+    for message in damaged:
+        print(f"{message}; run the study again to replace it")
+    if not records:
+        raise TegotaeError(f"{folder.path} holds no records yet; first: tegotae study run")
+    return records
+
+
+@dataclass(frozen=True)
 class Study:
     """Run the whole study of the paper, and report on it."""
 
     which: Annotated[
         Annotated[StudyRun, tyro.conf.subcommand("run")]
-        | Annotated[StudyStatus, tyro.conf.subcommand("status")],
+        | Annotated[StudyStatus, tyro.conf.subcommand("status")]
+        | Annotated[StudyReport, tyro.conf.subcommand("report")]
+        | Annotated[StudyExport, tyro.conf.subcommand("export")]
+        | Annotated[StudyMerge, tyro.conf.subcommand("merge")],
         tyro.conf.arg(name=""),
     ]
 
