@@ -1,0 +1,161 @@
+"""A study's records are whole or not there, and its folder holds one study only."""
+
+from __future__ import annotations
+
+import dataclasses
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tegotae.errors import TegotaeError
+from tegotae.evaluation import METRICS
+from tegotae.study import runner
+from tegotae.study.export import merge, write_csv
+from tegotae.study.folder import Folder
+from tegotae.study.plan import plan
+from tegotae.study.record import DamagedRecordError, Record, read, write
+from tegotae.study.table import tabulate
+from tegotae.study.unit import Unit
+
+
+def made_up(unit: Unit, runs: int = 2) -> Record:
+    """A record of the right form with numbers that depend on the unit alone."""
+    random = np.random.default_rng(int(unit.key[-8:], 16))
+    n_weights = unit.run.training.controller.n_weights
+    return Record(
+        unit.configuration,
+        {"tegotae": "0"},
+        random.normal(size=(runs, n_weights)).astype("float32"),
+        random.normal(size=runs).astype("float32"),
+        {"centre_fitness": random.normal(size=(3, runs)).astype("float32")},
+        np.array([7.0, 9.0]),
+        {name: random.normal(size=(runs, 2)).astype("float32") for name in METRICS},
+    )
+
+
+def instant(bundles):
+    """Stands in for workers."""
+    for bundle in bundles:
+        for unit in bundle:
+            yield unit, made_up(unit)
+
+
+def same(a: Record, b: Record) -> bool:
+    arrays = [(a.weights, b.weights), (a.best_fitness, b.best_fitness)]
+    arrays += [(a.episodes[name], b.episodes[name]) for name in METRICS]
+    return a.configuration == b.configuration and all(
+        np.array_equal(x, y, equal_nan=True) for x, y in arrays
+    )
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Folder:
+    runner.run(plan("smoke"), tmp_path / "study", instant)
+    return Folder(tmp_path / "study")
+
+
+def test_a_record_reads_back_as_it_was_written(tmp_path: Path) -> None:
+    record = made_up(plan("smoke").units[0])
+    write(record, tmp_path / "a.npz")
+    assert same(read(tmp_path / "a.npz"), record)
+
+
+@pytest.mark.parametrize("damage", ["cut", "flipped", "foreign", "empty"])
+def test_a_damaged_record_is_found(tmp_path: Path, damage: str) -> None:
+    path = tmp_path / "a.npz"
+    write(made_up(plan("smoke").units[0]), path)
+    content = bytearray(path.read_bytes())
+    if damage == "cut":
+        content = content[: len(content) // 2]
+    elif damage == "flipped":
+        content[len(content) // 3] ^= 0xFF
+    elif damage == "foreign":
+        content = bytearray(b"not a record")
+    else:
+        content = bytearray()
+    path.write_bytes(bytes(content))
+    with pytest.raises(DamagedRecordError, match=r"a\.npz is damaged"):
+        read(path)
+
+
+def test_units_are_named_by_what_defines_their_content() -> None:
+    unit = plan("smoke").units[0]
+    longer = dataclasses.replace(unit, run=dataclasses.replace(unit.run, generations=4))
+    assert unit.key == plan("smoke").units[0].key
+    assert longer.key != unit.key
+
+
+def test_running_again_does_only_what_is_missing(folder: Folder) -> None:
+    asked = []
+
+    def counting(bundles):
+        asked.extend(bundles)
+        yield from instant(bundles)
+
+    chosen = plan("smoke")
+    folder.place(chosen.units[1]).unlink()
+    runner.run(chosen, folder.path, counting)
+    assert [[unit.key for unit in bundle] for bundle in asked] == [[chosen.units[1].key]]
+
+
+def test_a_damaged_record_is_set_aside_and_done_again(folder: Folder, capsys) -> None:
+    unit = plan("smoke").units[0]
+    folder.place(unit).write_bytes(b"half")
+    runner.run(plan("smoke"), folder.path, instant)
+    assert same(read(folder.place(unit)), made_up(unit))
+    assert len(list((folder.path / "damaged").iterdir())) == 1
+    assert "is damaged" in capsys.readouterr().out
+
+
+def test_a_folder_of_another_study_is_refused(folder: Folder) -> None:
+    with pytest.raises(TegotaeError, match="holds a study with another"):
+        runner.run(plan("quick", "V-*"), folder.path, instant)
+
+
+def test_a_folder_of_unknown_records_is_refused(folder: Folder) -> None:
+    (folder.path / "study.json").unlink()
+    with pytest.raises(TegotaeError, match=r"no study\.json"):
+        runner.run(plan("smoke"), folder.path, instant)
+
+
+def test_two_runs_in_one_folder_are_refused(folder: Folder) -> None:
+    with folder.locked(), pytest.raises(TegotaeError, match="another run is at work"):
+        runner.run(plan("smoke"), folder.path, instant)
+
+
+def test_a_pattern_that_matches_nothing_names_the_nearest() -> None:
+    with pytest.raises(TegotaeError, match="did you mean"):
+        plan("paper", "ARTT-rF-tphi-w8")
+    with pytest.raises(TegotaeError, match="no scale is called 'huge'"):
+        plan("huge")
+
+
+def test_the_paper_scale_is_the_papers() -> None:
+    chosen = plan("paper")
+    assert len(chosen.units) == 218
+    assert chosen.seeds == 15
+    # One compiled program per shape of model: ω_t is no part of it.
+    assert len(runner.bundles(chosen.units)) == 110
+
+
+def test_every_architecture_is_in_the_quick_scale() -> None:
+    found = {unit.run.model.architecture for unit in plan("quick").units}
+    assert found == {"V", "VG", "VT", "VGT", "AR", "ART", "ARG", "ARGT", "T"}
+
+
+def test_two_folders_merge_into_one(tmp_path: Path) -> None:
+    one, other = Folder(tmp_path / "one"), Folder(tmp_path / "other")
+    runner.run(plan("smoke", "V*"), one.path, instant)
+    runner.run(plan("smoke", "[AT]*"), other.path, instant)
+    assert merge(one, other) == 1
+    assert merge(one, other) == 0
+    assert len(other.all()[0]) == 3
+
+
+def test_the_table_has_a_row_per_model_and_run(folder: Folder, tmp_path: Path) -> None:
+    table = tabulate(folder.all()[0])
+    assert len(table) == 6
+    assert len(table.per_model()) == 3
+    write_csv(table, tmp_path / "table.csv")
+    assert len((tmp_path / "table.csv").read_text().splitlines()) == 7
