@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import functools
+from pathlib import Path
 
 import evosax.algorithms.base
 import jax
+import pytest
 from hypothesis import settings
 
 import tegotae  # noqa: F401 - first, for it asks JAX for one device per core
@@ -31,3 +33,30 @@ def _broadcasting(method):
 _strategy = evosax.algorithms.base.EvolutionaryAlgorithm
 for _name in ("init", "ask", "tell"):
     setattr(_strategy, _name, _broadcasting(getattr(_strategy, _name)))
+
+
+@pytest.fixture(scope="session")
+def tiny_training(tmp_path_factory) -> Path:
+    """The folder of a finished tiny training, to be read only."""
+    import tiny
+
+    folder = tmp_path_factory.mktemp("tiny") / "training"
+    assert tiny.train(folder) == 0
+    return folder
+
+
+@pytest.fixture
+def one_line_error(capsys):
+    """A function that runs `tegotae` on unusable input, and returns what it says of it."""
+    from tegotae.cli import main
+
+    def run(*arguments: str) -> str:
+        assert main(arguments) == 2
+        out, err = capsys.readouterr()
+        assert out == ""
+        assert err.startswith("tegotae: ")
+        assert err.endswith("\n")
+        assert len(err.splitlines()) == 1
+        return err
+
+    return run

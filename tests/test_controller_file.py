@@ -1,0 +1,329 @@
+"""A controller file is read back as it was written, or refused in one line."""
+
+from __future__ import annotations
+
+import copy
+import dataclasses
+import json
+import math
+import pickle
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tegotae import Hopper, TegotaeError, all_models, build, controller_file, find
+from tegotae.controller_file import SavedController, load, save
+from tegotae.oscillators import ClampedPhase
+from tegotae.terms import VanillaReaction
+
+
+def example(name: str = "ART-rFv-tphif-w8", budget: int = 30) -> SavedController:
+    """A controller with random weights and something in every entry."""
+    model = find(name)
+    controller = model.controller(budget)
+    weights = np.random.default_rng(0).normal(size=controller.n_weights)
+    return SavedController(
+        controller,
+        weights.astype("float32"),
+        model.omega_t or 0.0,
+        Hopper(mass_kg=0.2, flight_damping_ns_per_m=0.1),
+        model.name,
+        {"seed": 3, "best_fitness": 1.25, "seeds": [0, 3], "note": None},
+        {"tegotae": "0.1.0"},
+    )
+
+
+def assert_same(one: SavedController, other: SavedController) -> None:
+    np.testing.assert_array_equal(np.asarray(one.weights, "float64"), other.weights)
+    for field in dataclasses.fields(SavedController):
+        if field.name != "weights":
+            assert getattr(one, field.name) == getattr(other, field.name), field.name
+
+
+# Written and read.
+
+
+def test_every_model_is_read_back_as_it_was_written(tmp_path):
+    for name in all_models():
+        saved = example(name)
+        save(saved, tmp_path / "controller.json")
+        assert_same(saved, load(tmp_path / "controller.json"))
+
+
+def test_what_no_model_of_the_study_has_is_read_back_too(tmp_path):
+    saved = example()
+    assert saved.controller.tegotae is not None
+    limited = dataclasses.replace(saved.controller.tegotae, limit_rad_per_s=4.0)
+    controller = dataclasses.replace(saved.controller, oscillator=ClampedPhase(), tegotae=limited)
+    saved = dataclasses.replace(saved, controller=controller, model=None)
+    save(saved, tmp_path / "controller.json")
+    assert_same(saved, load(tmp_path / "controller.json"))
+
+
+def test_weights_of_double_precision_lose_no_digit(tmp_path):
+    saved = dataclasses.replace(
+        example("V-sector-w4"), weights=np.array([math.nextafter(2.753, 3.0)])
+    )
+    save(saved, tmp_path / "controller.json")
+    assert load(tmp_path / "controller.json").weights[0] == saved.weights[0]
+
+
+def test_the_file_is_plain_json_that_says_what_it_is(tmp_path):
+    save(example(), tmp_path / "controller.json")
+    document = json.loads((tmp_path / "controller.json").read_text())
+    assert (document["format"], document["version"]) == ("tegotae controller", 1)
+    assert document["model"] == "ART-rFv-tphif-w8"
+    assert document["omega_rad_per_s"] == 8.0
+    assert document["body"]["mass_kg"] == 0.2
+    assert document["training"]["best_fitness"] == 1.25
+    assert document["software"] == {"tegotae": "0.1.0"}
+    assert len(document["weights"]) == build("ART-rFv-tphif-w8", 30).n_weights
+
+
+# Not to be written.
+
+
+@dataclass(frozen=True)
+class MyReaction(VanillaReaction):
+    """A user's own term."""
+
+
+def test_a_part_that_is_not_of_this_package_cannot_be_saved(tmp_path):
+    saved = example("V-sector-w4")
+    assert saved.controller.tegotae is not None
+    own = dataclasses.replace(saved.controller.tegotae, reaction=MyReaction())
+    controller = dataclasses.replace(saved.controller, tegotae=own)
+    with pytest.raises(TegotaeError, match=r"^a MyReaction cannot be saved"):
+        save(dataclasses.replace(saved, controller=controller), tmp_path / "controller.json")
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("weights", "said"),
+    [([1.0, 2.0], "has 1 weights"), ([[1.0]], "has 1 weights"), ([math.inf], "1 weights are not")],
+)
+def test_weights_that_could_not_be_read_back_are_not_written(tmp_path, weights, said):
+    saved = dataclasses.replace(example("V-sector-w4"), weights=np.array(weights))
+    with pytest.raises(TegotaeError, match=said):
+        save(saved, tmp_path / "controller.json")
+    assert not list(tmp_path.iterdir())
+
+
+# Not to be read.
+
+
+@cache
+def text() -> str:
+    """A sound file."""
+    saved = example()
+    document: dict[str, Any] = {
+        "format": controller_file.FORMAT,
+        "version": controller_file.VERSION,
+        "model": saved.model,
+        "omega_rad_per_s": saved.omega,
+        "controller": {
+            "action": {"kind": "Network", "inputs": ["phase"], "hidden": 1},
+            "reaction": {"kind": "VanillaReaction"},
+            "gain": {"kind": "ConstantGain", "start": 1.0},
+            "actuation": {"kind": "Sector", "start_rad": 5.5, "width_rad": 0.3, "duration_s": 0.0},
+            "oscillator": {"kind": "PhaseOscillator", "slowest_rad_per_s": None},
+            "limit_rad_per_s": None,
+        },
+        "weights": [0.5, -1, 2.0, 0.25, 3.0],
+        "body": {"kind": "Hopper", **dataclasses.asdict(Hopper())},
+        "training": {"seed": 0},
+        "software": {},
+    }
+    return json.dumps(document, indent=1) + "\n"
+
+
+def refusal(path) -> str:
+    """Why a file is refused."""
+    with pytest.raises(TegotaeError) as raised:
+        load(path)
+    assert "\n" not in str(raised.value)
+    assert str(path) in str(raised.value)
+    return str(raised.value)
+
+
+def test_the_sound_file_is_sound(tmp_path):
+    path = tmp_path / "controller.json"
+    path.write_text(text())
+    np.testing.assert_array_equal(load(path).weights, [0.5, -1.0, 2.0, 0.25, 3.0])
+
+
+def test_a_file_cut_off_anywhere_is_refused(tmp_path):
+    path = tmp_path / "controller.json"
+    for length in range(len(text().rstrip())):
+        path.write_text(text()[:length])
+        said = refusal(path)
+        if length > 200:
+            assert said == f"{path} is damaged or truncated"
+
+
+CHANGES: dict[str, tuple[Callable[[dict], Any], str]] = {
+    "a later version": (lambda d: d.update(version=2), "is of version 2; .* reads version 1"),
+    "no version": (lambda d: d.pop("version"), "is of version None"),
+    "of another program": (lambda d: d.update(format="other"), "is not a controller file"),
+    "too few weights": (lambda d: d["weights"].pop(), "has 5 weights, not shape \\(4,\\)"),
+    "too many weights": (lambda d: d["weights"].append(1.0), "has 5 weights, not shape \\(6,\\)"),
+    "no weights": (lambda d: d.update(weights=None), "its weights is None"),
+    "a weight that is null": (lambda d: d["weights"].__setitem__(0, None), "weights is \\[None"),
+    "a weight that is text": (lambda d: d["weights"].__setitem__(0, "1"), "weights is \\['1'"),
+    "a weight that is NaN": (lambda d: d["weights"].__setitem__(0, math.nan), "not finite"),
+    "a weight that is infinite": (lambda d: d["weights"].__setitem__(0, math.inf), "not finite"),
+    "a weight beyond all floats": (lambda d: d["weights"].__setitem__(0, 10**400), "too large"),
+    "weights in rows": (lambda d: d.update(weights=[[1.0] * 5]), "its weights is"),
+    "no controller": (lambda d: d.pop("controller"), "no entry 'controller'"),
+    "a controller that is a list": (lambda d: d.update(controller=[]), "its controller is \\[\\]"),
+    "half the feedback": (lambda d: d["controller"].pop("gain"), "no entry 'gain'"),
+    "no actuation": (lambda d: d["controller"].pop("actuation"), "no entry 'actuation'"),
+    "no oscillator": (lambda d: d["controller"].pop("oscillator"), "reads 'sin_phase'"),
+    "a term that is null": (lambda d: d["controller"].update(action=None), "its action is None"),
+    "a term of no kind": (lambda d: d["controller"]["action"].pop("kind"), "no entry 'kind'"),
+    "a term that nobody knows": (
+        lambda d: d["controller"]["action"].update(kind="Magic"),
+        "its action is a 'Magic'",
+    ),
+    "a body for a term": (
+        lambda d: d["controller"].update(action=d["body"]),
+        "its action is a 'Hopper', which is no term",
+    ),
+    "a term for an oscillator": (
+        lambda d: d["controller"].update(oscillator=d["controller"]["gain"]),
+        "which is no oscillator",
+    ),
+    "a reaction that cannot actuate": (
+        lambda d: d["controller"].update(actuation=d["controller"]["reaction"]),
+        "which is no actuation",
+    ),
+    "half a neuron": (lambda d: d["controller"]["action"].update(hidden=1.5), "its hidden is 1.5"),
+    "no neuron": (lambda d: d["controller"]["action"].update(hidden=0), "hidden is 0"),
+    "inputs that are text": (
+        lambda d: d["controller"]["action"].update(inputs="phase"),
+        "its inputs is 'phase'",
+    ),
+    "an input that nothing provides": (
+        lambda d: d["controller"]["action"].update(inputs=["phase", "smell"]),
+        "reads 'smell'",
+    ),
+    "a setting that no term has": (
+        lambda d: d["controller"]["reaction"].update(colour=1),
+        "a VanillaReaction has no 'colour'",
+    ),
+    "a sector that is no number": (
+        lambda d: d["controller"]["actuation"].update(start_rad=math.nan),
+        "start_rad is nan",
+    ),
+    "a limit that is negative": (
+        lambda d: d["controller"].update(limit_rad_per_s=-1.0),
+        "limit_rad_per_s is -1",
+    ),
+    "no frequency": (lambda d: d.update(omega_rad_per_s=None), "its omega_rad_per_s is None"),
+    "a frequency that is text": (lambda d: d.update(omega_rad_per_s="8"), "omega_rad_per_s is '8'"),
+    "an infinite frequency": (lambda d: d.update(omega_rad_per_s=math.inf), "frequency is inf"),
+    "no body": (lambda d: d.update(body=None), "its body is None"),
+    "a mass that is text": (lambda d: d["body"].update(mass_kg="0.1"), "its mass_kg is '0.1'"),
+    "a mass that is true": (lambda d: d["body"].update(mass_kg=True), "its mass_kg is True"),
+    "a mass that is null": (lambda d: d["body"].update(mass_kg=None), "its mass_kg is None"),
+    "a mass that is negative": (lambda d: d["body"].update(mass_kg=-0.1), "mass_kg is -0.1"),
+    "a mass beyond all floats": (lambda d: d["body"].update(mass_kg=10**400), "too large"),
+    "a model that is a number": (lambda d: d.update(model=3), "its model is 3"),
+    "a training that is null": (lambda d: d.update(training=None), "its training is None"),
+    "no software": (lambda d: d.pop("software"), "no entry 'software'"),
+}
+
+
+@pytest.mark.parametrize("change", CHANGES)
+def test_a_file_with_a_wrong_entry_is_refused_with_what_is_wrong(tmp_path, change, one_line_error):
+    alter, said = CHANGES[change]
+    document = json.loads(text())
+    alter(document)
+    path = tmp_path / "controller.json"
+    path.write_text(json.dumps(document))
+    with pytest.raises(TegotaeError, match=said):
+        load(path)
+    assert refusal(path) in one_line_error("simulate", "--controller", str(path))
+
+
+BYTES = {
+    "empty": b"",
+    "binary": bytes(range(256)) * 4,
+    "a picture": b"\x89PNG\r\n\x1a\n" + b"\x00" * 64,
+    "a pickle": pickle.dumps({"format": "tegotae controller", "version": 1}),
+    "in another encoding": text().encode("utf-16"),
+    "a list": b"[]",
+    "null": b"null",
+    "a number": b"1",
+    "other JSON": b'{"configuration": {}}',
+    "nested too deep": b"[" * 100_000,
+    "too many digits": b"1" * 100_000,
+    "a table": b"generation,seed\n0,0\n",
+}
+
+
+@pytest.mark.parametrize("name", BYTES)
+def test_what_is_no_controller_file_is_called_none(tmp_path, name, one_line_error):
+    path = tmp_path / "controller.json"
+    path.write_bytes(BYTES[name])
+    assert refusal(path) == f"{path} is not a controller file of tegotae"
+    assert refusal(path) in one_line_error("simulate", "--controller", str(path))
+
+
+def test_a_missing_file_is_called_missing(tmp_path, one_line_error):
+    path = tmp_path / "controller.json"
+    assert refusal(path) == f"no controller file at {path}"
+    assert refusal(path) in one_line_error("simulate", "--controller", str(path))
+
+
+def test_what_cannot_be_read_is_refused(tmp_path, one_line_error):
+    (tmp_path / "file").touch()
+    for path in (tmp_path, tmp_path / "file" / "controller.json"):
+        assert refusal(path).startswith(f"cannot read {path}: ")
+        assert refusal(path) in one_line_error("simulate", "--controller", str(path))
+
+
+def places(value: Any, path: tuple = ()) -> Iterator[tuple]:
+    """Where in a document something could be wrong."""
+    yield path
+    if isinstance(value, (dict, list)):
+        for key, entry in value.items() if isinstance(value, dict) else enumerate(value):
+            yield from places(entry, (*path, key))
+
+
+JSON = st.recursive(
+    st.none()
+    | st.booleans()
+    | st.integers()
+    | st.floats()
+    | st.text(max_size=5)
+    | st.sampled_from(["Network", "Sector", "Hopper", "phase", 10**400]),
+    lambda inner: (
+        st.lists(inner, max_size=3)
+        | st.dictionaries(st.sampled_from(["kind", "inputs", "hidden", "x"]), inner, max_size=3)
+    ),
+    max_leaves=5,
+)
+
+
+@given(st.sampled_from(list(places(json.loads(text())))), JSON)
+def test_whatever_stands_in_a_file_it_is_read_or_refused_in_one_line(tmp_path_factory, at, value):
+    document = {"": copy.deepcopy(json.loads(text()))}
+    inside: Any = document
+    for key in ("", *at)[:-1]:
+        inside = inside[key]
+    inside[("", *at)[-1]] = value
+    path = tmp_path_factory.mktemp("any") / "controller.json"
+    path.write_text(json.dumps(document[""]))
+    try:
+        saved = load(path)
+    except TegotaeError:
+        assert refusal(path)
+    else:
+        assert np.isfinite(saved.weights).all()

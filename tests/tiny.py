@@ -1,0 +1,63 @@
+"""The smallest training that is one: seconds, not minutes. The tests share its compiled program."""
+
+from __future__ import annotations
+
+import csv
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tegotae import Timing, controller_file, find
+from tegotae.cli import main
+from tegotae.training.algorithms import PGPE
+from tegotae.training.run import Run
+
+SEEDS = (0, 1)
+GENERATIONS = 4
+OPTIONS = (
+    *("ART", "--budget", "20", "--seeds", "2", "--population", "8"),
+    *("--duration", "3", "--settle", "1"),
+)
+"""What to give to `tegotae train`, but for the generations and the folder."""
+
+RUN = Run(
+    model=find("ART"),
+    seeds=SEEDS,
+    generations=GENERATIONS,
+    algorithm=PGPE(population=8),
+    timing=Timing(duration_s=3.0, tick_s=0.002),
+    settle_s=1.0,
+    budget=20,
+)
+"""The same for `tegotae.training.run.train`."""
+
+
+def train(out: Path, *more: str, generations: int = GENERATIONS) -> int:
+    """Call `tegotae train`; its exit status."""
+    return main(["train", *OPTIONS, "--generations", str(generations), "--out", str(out), *more])
+
+
+def controllers(folder: Path) -> list[Path]:
+    """The controller files, in the order of the seeds."""
+    return [folder / f"ART-rF-tphif-w8-seed{seed}.json" for seed in SEEDS]
+
+
+def learned(folder: Path) -> dict[str, Any]:
+    """All the numbers that a training ended in."""
+    with np.load(folder / "checkpoint.npz", allow_pickle=False) as stored:
+        checkpoint = {name: stored[name].tolist() for name in stored.files}
+    saved = [controller_file.load(path) for path in controllers(folder)]
+    return {
+        "checkpoint": checkpoint,
+        "curves": list(csv.reader((folder / "curves.csv").open())),
+        "weights": [one.weights.tolist() for one in saved],
+        "training": [one.training for one in saved],
+        "configuration": json.loads((folder / "run.json").read_text())["configuration"],
+    }
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    """Every file in a folder."""
+    return {str(p.relative_to(folder)): p.read_bytes() for p in folder.rglob("*") if p.is_file()}
