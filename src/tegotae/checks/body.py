@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import cache
 from typing import Any
 
 import jax
@@ -44,6 +46,23 @@ def check_body(body: Body) -> None:
         _check_energy(name, _cast(body, "float64"))
 
 
+@cache
+def _method(name: str) -> Callable:
+    """A body's method as a function of the body, which is traced as in a rollout.
+
+    The same function for every trial of it, so that it is compiled once.
+    """
+    return lambda body, *args: getattr(body, name)(*args)
+
+
+def _advance(body: Body, state: Any, force: jax.Array, ground: jax.Array, tick: jax.Array) -> Any:
+    return body.advance(state, Push(force), ground, tick)
+
+
+def _sensed(body: Body, state: Any, ground: jax.Array) -> Any:
+    return body.sense(state, ground).values
+
+
 def _cast(body: Body, dtype: str) -> Body:
     return jax.tree.map(lambda x: jnp.asarray(x, dtype), body)
 
@@ -81,17 +100,14 @@ def _start(body: Body, dtype: str) -> tuple[Any, jax.Array]:
 def _check_methods(name: str, body: Body, dtype: str) -> None:
     height = probing.lanes_of(dtype, 0.9, 1.2, 5) * float(body.rest_length_m)
     velocity = probing.lanes_of(dtype, -1.0, 1.0, 6)
-    # A stranger's body is a traced argument, as in a rollout.
-    state = probing.attempt(f"{name}.release", lambda b, *a: b.release(*a), body, height, velocity)
+    state = probing.attempt(f"{name}.release", _method("release"), body, height, velocity)
     if not isinstance(state, tuple) or not state:
         raise TegotaeError(
             f"{name}.release returns {state!r:.60}; it must return a tuple of arrays"
         )
     probing.require_arrays(f"{name}.release", state, dtype)
     for method, given in (("height", height), ("velocity", velocity)):
-        told = probing.attempt(
-            f"{name}.{method}", lambda b, s, m=method: getattr(b, m)(s), body, state
-        )
+        told = probing.attempt(f"{name}.{method}", _method(method), body, state)
         probing.require_arrays(f"{name}.{method}", told, dtype)
         if not np.allclose(told, given, atol=1e-5):
             raise TegotaeError(
@@ -106,17 +122,17 @@ def _check_methods(name: str, body: Body, dtype: str) -> None:
     _check_predict(name, body, state, force, ground, tick, dtype)
     _check_advance(name, body, state, force, ground, tick, dtype)
 
-    failed = probing.attempt(f"{name}.failed", lambda b, *a: b.failed(*a), body, state, ground)
+    failed = probing.attempt(f"{name}.failed", _method("failed"), body, state, ground)
     probing.require_arrays(f"{name}.failed", failed, "bool")
-    energy = probing.attempt(f"{name}.energy", lambda b, *a: b.energy(*a), body, state, ground)
+    energy = probing.attempt(f"{name}.energy", _method("energy"), body, state, ground)
     probing.require_arrays(f"{name}.energy", energy, dtype)
     for method in ("failed", "energy"):
-        probing.require_independent(f"{name}.{method}", getattr(body, method), state, ground)
+        probing.require_independent(f"{name}.{method}", _method(method), body, state, ground)
 
 
 def _check_sense(name: str, body: Body, state: Any, ground: jax.Array, dtype: str) -> None:
     what = f"{name}.sense"
-    sensation = probing.attempt(what, lambda b, *a: b.sense(*a), body, state, ground)
+    sensation = probing.attempt(what, _method("sense"), body, state, ground)
     if not isinstance(sensation, Sensation):
         raise TegotaeError(
             f"{what} returns a {type(sensation).__name__}; it must return a Sensation"
@@ -133,12 +149,12 @@ def _check_sense(name: str, body: Body, state: Any, ground: jax.Array, dtype: st
                 f"{what} gives no scale for {quantity}; networks see quantity / scale, so add one"
             )
         probing.require_positive(f"{what}'s scale of {quantity}", sensation.scales[quantity])
-    probing.require_independent(what, lambda *a: body.sense(*a).values, state, ground)
+    probing.require_independent(what, _sensed, body, state, ground)
 
 
 def _check_predict(name, body, state, force, ground, tick, dtype) -> None:
     what = f"{name}.predict"
-    result = probing.attempt(what, lambda b, *a: b.predict(*a), body, state, force, ground, tick)
+    result = probing.attempt(what, _method("predict"), body, state, force, ground, tick)
     if not isinstance(result, tuple) or len(result) != 3:
         raise TegotaeError(f"{what} must return (state, stance from, stance to)")
     guess, stance_from, stance_to = result
@@ -149,16 +165,12 @@ def _check_predict(name, body, state, force, ground, tick, dtype) -> None:
             f"{what} returns stance from {probing.listed(stance_from)} to "
             f"{probing.listed(stance_to)}; it must be 0 <= from <= to <= 1 (shares of the tick)"
         )
-    probing.require_independent(
-        what, lambda s, f, g: body.predict(s, f, g, tick), state, force, ground
-    )
+    probing.require_independent(what, _method("predict"), body, state, force, ground, tick)
 
 
 def _check_advance(name, body, state, force, ground, tick, dtype) -> None:
     what = f"{name}.advance"
-    result = probing.attempt(
-        what, lambda b, s, f, g, t: b.advance(s, Push(f), g, t), body, state, force, ground, tick
-    )
+    result = probing.attempt(what, _advance, body, state, force, ground, tick)
     if not isinstance(result, tuple) or len(result) != 2 or not isinstance(result[1], Contact):
         raise TegotaeError(f"{what} must return (state, tegotae.bodies.Contact)")
     end, contact = result
@@ -182,9 +194,7 @@ def _check_advance(name, body, state, force, ground, tick, dtype) -> None:
         raise TegotaeError(f"{what}'s climb_flight_m exceeds climb_m, which includes it")
     if not np.array_equal(np.isnan(contact.apex_share), np.isnan(contact.apex_height_m)):
         raise TegotaeError(f"{what}'s apex_share and apex_height_m must be NaN on the same lanes")
-    probing.require_independent(
-        what, lambda s, f, g: body.advance(s, Push(f), g, tick), state, force, ground
-    )
+    probing.require_independent(what, _advance, body, state, force, ground, tick)
 
 
 def _check_small_ticks(name: str, body: Body) -> None:

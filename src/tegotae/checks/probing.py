@@ -136,15 +136,17 @@ def require_independent(what: str, function: Callable, *args: Any) -> None:
 
     Args:
         what: name of the function in the message.
-        function: of pytrees of arrays, lanes last.
-        args: the arguments; every array of shape [LANES].
+        function: of pytrees of arrays.
+        args: the arguments; of every array of shape [LANES] a lane is spoiled.
     """
     program = jax.jit(function)
     sound = program(*args)
     for poison in (jnp.nan, 17.0):
-        spoiled = jax.tree.map(
-            lambda x, poison=poison: x.at[..., SPOILED].set(jnp.asarray(poison, x.dtype)), args
-        )
+
+        def spoil(x: jax.Array, poison: float = poison) -> jax.Array:
+            return x.at[SPOILED].set(jnp.asarray(poison, x.dtype)) if x.shape == (LANES,) else x
+
+        spoiled = jax.tree.map(spoil, args)
         for before, after in zip(
             jax.tree.leaves(sound), jax.tree.leaves(program(*spoiled)), strict=True
         ):
