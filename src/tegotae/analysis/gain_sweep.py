@@ -27,7 +27,7 @@ class GainSweep:
     """Maps of shape [gains, frequencies]."""
 
 
-def gain_sweep(
+def sweep_gain(
     controller: Controller,
     sigma: np.ndarray,
     omega: np.ndarray,
@@ -51,7 +51,7 @@ def gain_sweep(
 
     Example:
         >>> from tegotae import build
-        >>> sweep = gain_sweep(build("V-sector-w4"), np.array([0.0, 3.0]), np.array([5.0]))
+        >>> sweep = sweep_gain(build("V-sector-w4"), np.array([0.0, 3.0]), np.array([5.0]))
         >>> sweep.outcome.phase_rate[0].round(3)  # σ = 0: the oscillator runs at ω
         array([5.], dtype=float32)
     """

@@ -8,10 +8,9 @@ from dataclasses import dataclass
 import jax
 import numpy as np
 
-from tegotae.analysis.outcome import OutcomeSummary
 from tegotae.controller_file import SavedController
 from tegotae.errors import TegotaeError, require_finite
-from tegotae.metrics.gait import LIMIT_CYCLE, REGIMES
+from tegotae.metrics.gait import LIMIT_CYCLE, REGIMES, GaitSummary
 from tegotae.metrics.hopping import hops
 from tegotae.rollout import Engine, Scenario, Timing, Trajectory
 
@@ -85,30 +84,25 @@ def find_orbit(
     require_finite("height", height_m)
     require_finite("phase", phase_rad)
     timing = Timing(duration_s=settle_s, tick_s=tick_s, frame_s=tick_s)
-    engine = Engine(controller=saved.controller, timing=timing)
+    engine = Engine(controller=saved.controller, timing=timing, summary=_recorded)
     scenario = Scenario(omega=saved.omega, height_m=height_m, phase_rad=phase_rad)
-    lanes = engine.run(saved.weights, scenario, saved.body, dtype="float64")
-    with jax.enable_x64(True):
-        outcome = OutcomeSummary()(lanes, scenario, saved.body, timing)
-        table = hops(lanes, saved.body.rest_length_m)
-        regime = int(np.asarray(outcome.regime)[0])
-        times, heights, phases, frames = (
-            np.asarray(x)[: int(np.asarray(table.count)[0]), 0]
-            for x in (table.time_s, table.height_m, table.phase_rad, table.frame)
-        )
+    recorded = engine.run(saved.weights, scenario, saved.body, dtype="float64")
+    lane, regime, period, table = jax.tree.map(lambda x: x[..., 0], recorded)
     if regime != LIMIT_CYCLE:
         raise NoLimitCycleError(
             f"released from {height_m:g} m at phase {phase_rad:g} rad, the gait has no limit cycle "
             f"after {settle_s:g} s: {REGIMES[regime]}"
         )
-    k = int(np.asarray(outcome.limit_cycle_period)[0])
-    path = Trajectory(*(np.asarray(x)[frames[-k - 1] : frames[-1], 0] for x in lanes))
+    k = int(period)
+    last = int(table.count) - 1
+    first = last - k
+    path = Trajectory(*(x[table.frame[first] : table.frame[last]] for x in lane))
     return Orbit(
         hops=k,
-        period_s=float(times[-1] - times[-k - 1]),
-        apex_height_m=heights[-k - 1 : -1],
-        apex_phase_rad=phases[-k - 1 : -1],
-        time_s=path.time_s - times[-k - 1],
+        period_s=float(table.time_s[last] - table.time_s[first]),
+        apex_height_m=table.height_m[first:last],
+        apex_phase_rad=table.phase_rad[first:last],
+        time_s=path.time_s - table.time_s[first],
         height_m=path.height_m,
         velocity_m_per_s=path.velocity_m_per_s,
         phase_rad=path.phase_rad % (2.0 * math.pi),
@@ -116,3 +110,9 @@ def find_orbit(
         feedback_rad_per_s=path.feedback_rad_per_s,
         actuator_force_n=path.actuator_force_n,
     )
+
+
+def _recorded(trajectory, scenario, body, timing):
+    gait = GaitSummary()(trajectory, scenario, body, timing)
+    table = hops(trajectory, body.rest_length_m)
+    return trajectory, gait.regime, gait.limit_cycle_period, table

@@ -13,7 +13,7 @@ _WINDING_TOLERANCE = 0.02
 
 
 class Ridge(NamedTuple):
-    """The gain of highest CoT⁻¹ per frequency, and its least-squares line `σ = intercept + slope ω`."""
+    """The best gain per frequency, and the least-squares line `σ = intercept + slope ω`."""
 
     omega: np.ndarray
     """Frequencies that have a best gain ω [rad/s], shape [points]."""
@@ -37,7 +37,7 @@ class Ridge(NamedTuple):
         return self.intercept + self.slope * np.asarray(omega)
 
 
-def ridge(sigma: np.ndarray, omega: np.ndarray, value: np.ndarray) -> Ridge:
+def find_ridge(sigma: np.ndarray, omega: np.ndarray, value: np.ndarray) -> Ridge:
     """Where a map is highest along σ, for each ω, and the least-squares line through it.
 
     Args:
@@ -49,7 +49,7 @@ def ridge(sigma: np.ndarray, omega: np.ndarray, value: np.ndarray) -> Ridge:
     Example:
         >>> omega, sigma = np.linspace(2, 6, 5), np.linspace(0, 4, 41)
         >>> hill = np.exp(-(sigma[:, None] - (0.5 * omega + 0.2)) ** 2)
-        >>> found = ridge(sigma, omega, hill)
+        >>> found = find_ridge(sigma, omega, hill)
         >>> f"{found.slope:.2f} {found.intercept:.2f} {found.r_squared:.2f}"
         '0.50 0.20 1.00'
     """
@@ -104,4 +104,4 @@ def one_to_one_ridge(sweep: GainSweep) -> Ridge:
     outcome = sweep.outcome
     is_one_to_one = np.abs(outcome.winding_ratio - 1.0) < _WINDING_TOLERANCE
     value = np.where(is_one_to_one, outcome.cot_inverse, np.nan)
-    return ridge(sweep.sigma, sweep.omega, value)
+    return find_ridge(sweep.sigma, sweep.omega, value)

@@ -63,6 +63,30 @@ def draw_quantity(
     return axes.pcolormesh(x, y, shown, rasterized=True, **how)
 
 
+def draw_categories(
+    axes: Axes, x: np.ndarray, y: np.ndarray, category: np.ndarray, number: int
+) -> list[Any]:
+    """Colour the cells by category, in steps of lightness; returns the colours.
+
+    Args:
+        category: 0 ... number - 1, or -1 for none, shape [rows, columns].
+        number: how many categories there are.
+    """
+    # The most common category first, in the middle of the scale; its neighbours far from it.
+    steps = [0.45, 0.95, 0.1, 0.7, 0.25, 0.85][:number]
+    colours = [quantities()(step) for step in steps]
+    if number:
+        cells = np.ma.masked_where(category < 0, category)
+        mesh = axes.pcolormesh(x, y, cells, cmap=ListedColormap(colours), rasterized=True)
+        mesh.set_clim(-0.5, number - 0.5)
+    return colours
+
+
+def category_patch(colour: Any, label: str) -> Patch:
+    """A category's handle in the legend."""
+    return Patch(facecolor=colour, edgecolor=_HATCH_COLOUR, lw=0.5, label=label)
+
+
 def regime_legend(figure: Figure, present: np.ndarray, *more: Any, **how: Any) -> None:
     """Say below the panels what the colours without a value mean.
 

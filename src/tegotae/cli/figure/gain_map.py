@@ -1,0 +1,61 @@
+"""`tegotae figure gain-map`: CoT⁻¹ over gain and frequency (Fig. 4)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tegotae.cli.figure.output import Output
+from tegotae.cli.options import HopperOptions
+from tegotae.presets import preset
+from tegotae.rollout import Timing
+
+
+@dataclass(frozen=True, kw_only=True)
+class GainMap(Output, HopperOptions):
+    """CoT⁻¹ A and B over gain σ and frequency ω, for sector and reflex actuation (Fig. 4)."""
+
+    sigma: tuple[float, float] = (0.0, 12.0)
+    """Range of the gain σ [rad/(s N)]."""
+    omega: tuple[float, float] = (2.0, 10.0)
+    """Range of the frequency ω [rad/s]."""
+    resolution: int = 100
+    """Points along either axis."""
+    duration: float = 20.0
+    """Simulated time; what has not settled by its end has no limit cycle [s]."""
+    energy: str = "absolute"
+    """Definition of the actuator's work: absolute, positive or net."""
+
+    def run(self) -> None:
+        """Compute, write, and print the fits."""
+        from tegotae.analysis import axis, one_to_one_ridge, sweep_gain
+        from tegotae.figures.gain_map import gain_map_figure, gain_map_tables
+
+        self.check_out()
+        sigma = axis("sigma", *self.sigma, self.resolution)
+        omega = axis("omega", *self.omega, self.resolution)
+        timing, body = Timing(duration_s=self.duration), self.hopper()
+        sweeps = {
+            name: sweep_gain(
+                preset(self.preset).controller(name),
+                sigma,
+                omega,
+                body,
+                timing=timing,
+                work=self.energy,
+            )
+            for name in ("sector", "reflex")
+        }
+        ridges = {name: one_to_one_ridge(sweep) for name, sweep in sweeps.items()}
+        for name, ridge in ridges.items():
+            low, high = ridge.r_squared_interval
+            if np.isfinite(ridge.slope):
+                print(
+                    f"{name}: best σ = {ridge.intercept:.3g} + {ridge.slope:.3g} (± "
+                    f"{ridge.slope_error:.2g}) ω, R² = {ridge.r_squared:.3f} "
+                    f"[{low:.3f}, {high:.3f}], {len(ridge.omega)} frequencies"
+                )
+            else:
+                print(f"{name}: too few frequencies with a limit cycle for a linear fit")
+        self.write(gain_map_figure(sweeps, ridges), gain_map_tables(sweeps, ridges))

@@ -1,0 +1,48 @@
+"""`tegotae figure phase-locking`: Arnold tongues of oscillator and body."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from tegotae.cli.figure.output import Output
+from tegotae.cli.options import HopperOptions
+from tegotae.errors import require_finite
+from tegotae.presets import preset
+from tegotae.rollout import Timing
+
+
+@dataclass(frozen=True, kw_only=True)
+class PhaseLocking(Output, HopperOptions):
+    """Turns of the oscillator per hop over gain σ and frequency ω, and both rates along a cut."""
+
+    actuation: str | None = None
+    """Vanilla actuation: sector, reflex or both."""
+    sigma: tuple[float, float] = (0.0, 12.0)
+    """Range of the gain σ [rad/(s N)]."""
+    omega: tuple[float, float] = (2.0, 10.0)
+    """Range of the frequency ω [rad/s]."""
+    cut: float = 4.0
+    """Gain of the cut [rad/(s N)]."""
+    resolution: int = 100
+    """Points along either axis."""
+    duration: float = 20.0
+    """Simulated time; what has not settled by its end has no limit cycle [s]."""
+
+    def run(self) -> None:
+        """Compute and write."""
+        from tegotae.analysis import axis, sweep_gain
+        from tegotae.figures.phase_locking import phase_locking_figure, phase_locking_table
+
+        self.check_out()
+        require_finite("cut", self.cut)
+        chosen = preset(self.preset)
+        actuation = self.actuation or chosen.actuation
+        sweep = sweep_gain(
+            chosen.controller(actuation),
+            axis("sigma", *self.sigma, self.resolution),
+            axis("omega", *self.omega, self.resolution),
+            self.hopper(),
+            timing=Timing(duration_s=self.duration),
+        )
+        figure = phase_locking_figure(sweep, self.cut, f"{actuation} actuation")
+        self.write(figure, {"": phase_locking_table(sweep)})

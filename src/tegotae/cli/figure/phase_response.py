@@ -1,0 +1,47 @@
+"""`tegotae figure phase-response`: the phase-response curve to a short push."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tegotae.cli.figure.subject import SettledSubject
+
+
+@dataclass(frozen=True, kw_only=True)
+class PhaseResponse(SettledSubject):
+    """How far a short push shifts the rhythm, over when in the limit cycle it comes."""
+
+    push: tuple[float, ...] = (0.005, -0.005)
+    """Impulses, upward if positive [N s]."""
+    points: int = 60
+    """How many points of the limit cycle."""
+    cycles: int = 40
+    """How many turns of the cycle to wait."""
+
+    def run(self) -> None:
+        """Compute, write, and say where the rhythm is most sensitive."""
+        from tegotae.analysis import measure_phase_response
+        from tegotae.figures.phase_response import phase_response_figure, phase_response_table
+
+        self.check_out()
+        saved = self.saved()
+        orbit = self.orbit(saved)
+        found = measure_phase_response(
+            saved, orbit, np.array(self.push), points=self.points, cycles=self.cycles
+        )
+        for push, shift in zip(found.push_ns, found.shift_rad, strict=True):
+            back = np.isfinite(shift)
+            if not back.any():
+                print(f"push of {push:g} N s: never back on the limit cycle")
+                continue
+            most = np.nanargmax(np.abs(shift))
+            where = found.cycle_phase_rad[most] / (2.0 * np.pi)
+            print(
+                f"push of {push:g} N s: largest shift {shift[most]:+.3g} rad at t/T = {where:.2f}"
+                + ("" if back.all() else f"; not back from {np.mean(~back):.0%} of the points")
+            )
+        self.write(
+            phase_response_figure(found, self.title(saved)), {"": phase_response_table(found)}
+        )

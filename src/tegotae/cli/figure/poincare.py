@@ -1,0 +1,45 @@
+"""`tegotae figure poincare`: the apex section, and how fast disturbances die out."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tegotae.cli.figure.subject import SettledSubject
+
+
+@dataclass(frozen=True, kw_only=True)
+class Poincare(SettledSubject):
+    """Apexes from the release on, Floquet multipliers, and the decay of a nudge beside them."""
+
+    step: float = 1e-4
+    """Step of the finite differences [m, rad]."""
+    nudge: float = 0.01
+    """How far off the limit cycle the observed decay starts [m]."""
+    turns: int = 40
+    """How many turns of the cycle the decay is watched for."""
+
+    def run(self) -> None:
+        """Compute, write, and print the multipliers."""
+        from tegotae.analysis import poincare_section, transient
+        from tegotae.figures.poincare import poincare_figure, poincare_tables
+
+        self.check_out()
+        saved = self.saved()
+        orbit = self.orbit(saved)
+        found = poincare_section(saved, orbit, step=self.step, nudge=self.nudge, turns=self.turns)
+        apexes = transient(
+            saved, height_m=self.release_m, phase_rad=self.phase, duration_s=self.settle
+        )
+        hops = "1 hop" if found.hops == 1 else f"{found.hops} hops"
+        print(f"limit cycle of {hops}, {found.period_s:.4f} s")
+        for value in found.multipliers:
+            shown = f"{value.real:.4f}" if value.imag == 0.0 else f"{value:.4f}"
+            print(f"Floquet multiplier {shown}, |λ| = {abs(value):.4f}")
+        if np.isfinite(found.observed):
+            print(f"observed decay: {found.observed:.4f} per turn")
+        if np.isfinite(found.decay_s):
+            print(f"a disturbance shrinks to 1/e in {found.decay_s:.3f} s")
+        figure = poincare_figure(found, apexes, self.title(saved))
+        self.write(figure, poincare_tables(found, apexes))

@@ -1,0 +1,65 @@
+"""What figures of one controller have in common: the controller, and its release."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import tyro
+
+from tegotae.cli.figure.output import Output
+from tegotae.cli.options import ControllerOptions
+from tegotae.presets import preset
+from tegotae.terms import Reflex, Sector, SectorAndReflex
+
+if TYPE_CHECKING:
+    from tegotae.analysis import Orbit
+    from tegotae.controller_file import SavedController
+
+_VANILLA = {Sector: "sector", Reflex: "reflex", SectorAndReflex: "sector and reflex"}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Subject(Output, ControllerOptions):
+    """A figure of one controller: of a file, or a vanilla controller made of options."""
+
+    path: Annotated[Path | None, tyro.conf.Positional] = None
+    """A controller file of `tegotae train`; without it, a vanilla controller made of options."""
+
+    def saved(self) -> SavedController:
+        """The controller, its weights, frequency and hopper."""
+        return self.chosen(self.path)
+
+    def title(self, saved: SavedController) -> str:
+        """The controller in a few words."""
+        at = "" if saved.controller.oscillator is None else f", ω = {saved.omega:g} rad/s"
+        if self.path is None:
+            actuation = _VANILLA[type(saved.controller.actuation)]
+            return f"{actuation}, σ = {saved.weights[0]:g}{at}"
+        return f"{saved.model or self.path.stem}{at}"
+
+
+@dataclass(frozen=True, kw_only=True)
+class SettledSubject(Subject):
+    """A figure of the limit cycle that one controller settles on."""
+
+    height: float | None = None
+    """Release height [m]."""
+    phase: float = 0.0
+    """Phase at release [rad]."""
+    settle: float = 60.0
+    """Simulated time in which to settle [s]."""
+
+    @property
+    def release_m(self) -> float:
+        """Release height, the preset's if none was given [m]."""
+        return preset(self.preset).height_m if self.height is None else self.height
+
+    def orbit(self, saved: SavedController) -> Orbit:
+        """The limit cycle; raises `NoLimitCycleError` if there is none."""
+        from tegotae.analysis import find_orbit
+
+        return find_orbit(
+            saved, height_m=self.release_m, phase_rad=self.phase, settle_s=self.settle
+        )
