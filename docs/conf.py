@@ -2,6 +2,8 @@
 
 import re
 
+from sphinx.ext import napoleon
+
 import tegotae
 
 project = "tegotae"
@@ -12,7 +14,6 @@ release = version = tegotae.__version__
 extensions = [
     "myst_parser",
     "sphinx.ext.autodoc",
-    "sphinx.ext.napoleon",
     "sphinx.ext.mathjax",
     "sphinx.ext.viewcode",
 ]
@@ -27,9 +28,8 @@ html_static_path = ["_static"]
 # Docstrings put code and equations between single backticks.
 default_role = "code"
 autodoc_member_order = "bysource"
+autodoc_default_options = {"special-members": "__call__"}
 autodoc_typehints_format = "short"
-napoleon_google_docstring = True
-napoleon_numpy_docstring = False
 
 # Every reference that a page makes to this package must lead somewhere. Not so those in signatures:
 # they name other packages, and this one's classes by the private modules that define them.
@@ -41,8 +41,11 @@ nitpick_ignore_regex = [
 ]
 
 
-def escape_bars(app, what, name, obj, options, lines):
-    """Write |x| as the absolute value it is in our docstrings, not as a substitution."""
+def read_docstring(app, what, name, obj, options, lines):
+    """Turn a docstring into reStructuredText: its Google sections, and |x| as absolute values."""
+    # Napoleon takes what stands before a colon in an attribute's docstring for its type.
+    kind = "" if what in ("attribute", "data", "property") else what
+    lines[:] = napoleon.GoogleDocstring(lines, napoleon.Config(), app, kind, name, obj).lines()
     for i, line in enumerate(lines):
         parts = re.split(r"(`[^`]*`)", line)
         lines[i] = "".join(p if p.startswith("`") else p.replace("|", r"\|") for p in parts)
@@ -50,4 +53,4 @@ def escape_bars(app, what, name, obj, options, lines):
 
 def setup(app):
     """Connect the hook."""
-    app.connect("autodoc-process-docstring", escape_bars)
+    app.connect("autodoc-process-docstring", read_docstring)

@@ -17,8 +17,8 @@ class PredictorCorrector(Integrator):
     the controller is evaluated there, once; feedback and force over the tick follow from
     Adams-Moulton 3, and the body advances exactly under that force, with its contact events and the
     edges of a sector inside the tick. The evaluation at the predicted point serves the next ticks,
-    so a tick costs one evaluation and not the two of Heun's method, of which it has a fifth of
-    the error at the same tick (see the convergence study in the documentation).
+    so a tick costs one evaluation and not the two of Heun's method. At 1 ms it has half of that
+    method's typical error and a quarter of its largest (convergence study, documentation).
 
     Reference: E. Hairer, S. P. Nørsett, G. Wanner, Solving Ordinary Differential Equations I,
     section III.1.
@@ -42,9 +42,7 @@ class PredictorCorrector(Integrator):
 
         oscillator = tuple(
             x + tick_s * _adams_moulton(*rates)
-            for x, *rates in zip(
-                moment.oscillator, earlier.rate, now.rate, then.rate, strict=True
-            )
+            for x, *rates in zip(moment.oscillator, earlier.rate, now.rate, then.rate, strict=True)
         )
         phase_travel = phase_of(controller, oscillator, now.feedback) - phase
         force = push(
