@@ -2,23 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 import tyro
 
 from tegotae.cli.tables import print_rows
-from tegotae.errors import require_count, unknown
+from tegotae.errors import TegotaeError, require_count, unknown
 from tegotae.extras import require
 from tegotae.models import BUDGET, find
 from tegotae.rollout import Timing
+from tegotae.training.agents import AGENTS, AgentRun, train_agents
 from tegotae.training.algorithms import ALGORITHMS
+from tegotae.training.evolve import Curves
 from tegotae.training.fitness import EPISODE
 from tegotae.training.run import Run, train
+
+if TYPE_CHECKING:
+    from tegotae.training.agents.learner import Point
 
 
 @dataclass(frozen=True)
@@ -27,18 +32,23 @@ class Train:
 
     model: Annotated[str, tyro.conf.Positional]
     """The model's name (see `tegotae models`), or an architecture such as ART."""
-    out: Annotated[Path | None, tyro.conf.arg(help_behavior_hint="(default: runs/MODEL)")] = None
+    out: Annotated[
+        Path | None,
+        tyro.conf.arg(help_behavior_hint="(default: runs/MODEL, or runs/MODEL-ALGORITHM)"),
+    ] = None
     """Folder for controllers, curves and checkpoint."""
     seeds: int = 3
     """How many runs from random weights."""
     first_seed: int = 0
     """The first of the seeds."""
     population: Annotated[int | None, tyro.conf.arg(help_behavior_hint="(default: 64)")] = None
-    """Episodes per generation and seed."""
-    generations: int = 80
-    """Generations in all."""
+    """Episodes per generation and seed, where a population evolves."""
+    generations: Annotated[int | None, tyro.conf.arg(help_behavior_hint="(default: 80)")] = None
+    """Generations in all, where a population evolves."""
+    episodes: Annotated[int | None, tyro.conf.arg(help_behavior_hint="(default: 1000)")] = None
+    """Episodes in all and per seed, where an agent learns."""
     algorithm: str = "pgpe"
-    """How to learn: pgpe, cma-es or openai-es."""
+    """How to learn: a population by pgpe, cma-es or openai-es; an agent by sac or ppo."""
     duration: float = EPISODE.duration_s
     """Length of an episode [s]."""
     tick: float = EPISODE.tick_s
@@ -54,33 +64,75 @@ class Train:
 
     def run(self) -> None:
         """Train, and print how it went."""
-        if self.algorithm not in ALGORITHMS:
-            raise unknown("algorithm", self.algorithm, ALGORITHMS)
+        if self.algorithm not in (*ALGORITHMS, *AGENTS):
+            raise unknown("algorithm", self.algorithm, [*ALGORITHMS, *AGENTS])
         require_count("seeds", self.seeds)
         require_count("first_seed", self.first_seed, least=0)
-        chosen = {} if self.population is None else {"population": self.population}
-        run = Run(
-            model=find(self.model),
-            seeds=tuple(range(self.first_seed, self.first_seed + self.seeds)),
-            generations=self.generations,
-            algorithm=ALGORITHMS[self.algorithm](**chosen),
-            timing=Timing(duration_s=self.duration, tick_s=self.tick),
-            settle_s=self.settle,
-            energy=self.energy,
-            budget=self.budget,
-        )
-        out = Path("runs") / run.model.name if self.out is None else self.out
+        name = find(self.model).name
+        folder = name if self.algorithm == "pgpe" else f"{name}-{self.algorithm}"
+        out = Path("runs") / folder if self.out is None else self.out
+        learns = self.algorithm in AGENTS
         try:
-            paths = train(run, out, on_generation=_logger(out) if self.tensorboard else None)
+            paths = self._agents(out) if learns else self._evolution(out)
         except KeyboardInterrupt:
             raise KeyboardInterrupt(
                 f"interrupted; {out} keeps what was learned, the same command goes on from there"
             ) from None
-        _summarise(paths)
+        _summarise(paths, "episode" if learns else "generation")
+
+    def _evolution(self, out: Path) -> list[Path]:
+        self._refuse("episodes", AGENTS)
+        chosen = {} if self.population is None else {"population": self.population}
+        run = Run(
+            generations=80 if self.generations is None else self.generations,
+            algorithm=ALGORITHMS[self.algorithm](**chosen),
+            **self._common,
+        )
+        log = _logger(out) if self.tensorboard else None
+
+        def on_generation(generation: int, curves: Curves) -> None:
+            if log is not None:
+                log(generation, {k: float(np.mean(v)) for k, v in curves._asdict().items()})
+
+        return train(run, out, on_generation=on_generation)
+
+    def _agents(self, out: Path) -> list[Path]:
+        self._refuse("population", ALGORITHMS)
+        self._refuse("generations", ALGORITHMS)
+        run = AgentRun(
+            episodes=1000 if self.episodes is None else self.episodes,
+            settings=AGENTS[self.algorithm](),
+            **self._common,
+        )
+        log = _logger(out) if self.tensorboard else None
+
+        def on_point(seed: int, point: Point) -> None:
+            if log is not None:
+                log(round(point.episode), {f"cot_inverse/seed{seed}": point.cot_inverse})
+
+        return train_agents(run, out, on_point=on_point)
+
+    @property
+    def _common(self) -> dict[str, Any]:
+        """What all kinds of training are told."""
+        return {
+            "model": find(self.model),
+            "seeds": tuple(range(self.first_seed, self.first_seed + self.seeds)),
+            "timing": Timing(duration_s=self.duration, tick_s=self.tick),
+            "settle_s": self.settle,
+            "energy": self.energy,
+            "budget": self.budget,
+        }
+
+    def _refuse(self, option: str, owners: Iterable[str]) -> None:
+        if getattr(self, option) is not None:
+            raise TegotaeError(
+                f"--{option} belongs to {', '.join(owners)}; {self.algorithm} has no such option"
+            )
 
 
-def _logger(out: Path) -> Callable:
-    """A function that logs a generation's curves for TensorBoard, into a folder made by then.
+def _logger(out: Path) -> Callable[[int, dict[str, float]], None]:
+    """A function that logs numbers at a step for TensorBoard, into a folder made by then.
 
     Raises:
         TegotaeError: at once, if tensorboardX is not installed.
@@ -91,26 +143,27 @@ def _logger(out: Path) -> Callable:
     def writer():
         return tensorboard.SummaryWriter(str(out / "tensorboard"))
 
-    def log(generation: int, curves) -> None:
-        for name, values in curves._asdict().items():
-            writer().add_scalar(name, float(np.mean(values)), generation)
+    def log(step: int, numbers: dict[str, float]) -> None:
+        for name, value in numbers.items():
+            writer().add_scalar(name, value, step)
         writer().flush()
 
     return log
 
 
-def _summarise(paths: list[Path]) -> None:
+def _summarise(paths: list[Path], unit: str) -> None:
+    """How each seed's training went, counted in generations or episodes."""
     from tegotae.controller_file import load
 
     found = [(path, load(path).training) for path in paths]
     print_rows(
-        ("controller", "fitness", "best generation", "generations"),
+        ("controller", "fitness", f"best {unit}", f"{unit}s"),
         (
             (
                 str(path),
                 f"{training['best_fitness']:.4f}",
-                str(training["best_generation"]),
-                str(training["generations"]),
+                f"{training[f'best_{unit}']:g}",
+                f"{training[f'{unit}s']:g}",
             )
             for path, training in found
         ),

@@ -1,0 +1,194 @@
+"""Learning by agents: from random weights, a point of the learning curve now and then."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+import jax.numpy as jnp
+import numpy as np
+
+from tegotae.bodies import Hopper
+from tegotae.controller import Controller
+from tegotae.envs.rewards import HopReward
+from tegotae.envs.settings import TegotaeHopperSettings
+from tegotae.errors import TegotaeError, require_count
+from tegotae.extras import require
+from tegotae.rollout import Engine, Scenario, Timing
+from tegotae.training.agents.actor import Feedback, Observed
+from tegotae.training.agents.policy import initial_weights
+from tegotae.training.agents.ppo import make_ppo
+from tegotae.training.agents.sac import make_sac
+from tegotae.training.agents.settings import AgentSettings, PPOSettings, SACSettings
+from tegotae.training.fitness import EPISODE, Fitness
+
+require("stable_baselines3", "sb3")
+
+import torch  # noqa: E402
+from stable_baselines3.common.base_class import BaseAlgorithm  # noqa: E402
+from stable_baselines3.common.vec_env import VecEnv, VecNormalize  # noqa: E402
+
+from tegotae.envs.sb3 import HopperVecEnv  # noqa: E402
+
+MAKERS: dict[type[AgentSettings], Callable[[Any, VecEnv, Feedback, int], BaseAlgorithm]] = {
+    SACSettings: make_sac,
+    PPOSettings: make_ppo,
+}
+"""Which agent settings stand for."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class AgentTraining:
+    """What an agent learns, and how it is judged.
+
+    Args:
+        controller: the policy, with a limit to its feedback (`agent_controller`).
+        settings: the algorithm and how it is set.
+        omega: prescribed frequency ω_t [rad/s].
+        hopper: the hopper.
+        timing: the episode; its control period is that of the evaluations alone.
+        fitness: the measure of the deterministic policy, the same as for other algorithms; its
+            definition of work is that of the reward, too.
+    """
+
+    controller: Controller
+    settings: AgentSettings
+    omega: float
+    hopper: Hopper = field(default_factory=Hopper)
+    timing: Timing = EPISODE
+    fitness: Fitness = field(default_factory=lambda: Fitness(follow_omega=False))
+
+    def __post_init__(self) -> None:
+        self.fitness.check(self.timing)
+
+    @property
+    def environment(self) -> TegotaeHopperSettings:
+        """The settings of the environment that the agent acts in."""
+        settings, tegotae = self.settings, self.controller.tegotae
+        assert tegotae is not None
+        assert tegotae.limit_rad_per_s is not None
+        read = [name for term in self.controller.terms.values() for name in term.reads]
+        senses = [name for name in self.hopper.SENSES if name in read]
+        senses += [name for name in settings.critic_senses if name not in senses]
+        return TegotaeHopperSettings(
+            body=self.hopper,
+            tick_s=settings.tick_s,
+            decimation=settings.decimation,
+            duration_s=self.timing.duration_s,
+            observation=("phase", *senses),
+            omega=self.omega,
+            actuation=self.controller.actuation,
+            max_feedback_rad_per_s=tegotae.limit_rad_per_s,
+            reward=HopReward(
+                energy=self.fitness.energy,
+                least_work_j=settings.least_work_j,
+                charge_stored=settings.charge_stored,
+            ),
+        )
+
+    @property
+    def engine(self) -> Engine:
+        """The engine that judges a policy."""
+        return Engine(controller=self.controller, timing=self.timing, summary=self.fitness)
+
+
+class Point(NamedTuple):
+    """A point of a learning curve: the deterministic policy, judged."""
+
+    episode: float
+    """Simulated time learned from, in whole episodes: one that failed early counts in part."""
+    simulated_s: float
+    """Simulated time learned from [s]."""
+    cot_inverse: float
+    """CoT⁻¹ of an undisturbed episode [m/J]."""
+    fitness: float
+    """Its fitness."""
+    weights: np.ndarray
+    """The policy's weights, shape [n_weights]."""
+
+
+def learn(
+    training: AgentTraining, *, seed: int, episodes: int, evaluate_every: int = 10
+) -> Iterator[Point]:
+    """Learn from random weights; the same seed gives the same points.
+
+    Args:
+        training: what and how.
+        seed: of the weights and of all that is drawn.
+        episodes: how long, in simulated time of so many whole episodes. Agents that update
+            between such times end a little later.
+        evaluate_every: episodes between points, or the next update after so many.
+
+    Yields:
+        the policy before training, then one point after the other.
+
+    Raises:
+        TegotaeError: for a count that is none, or if the learning diverges.
+    """
+    require_count("seed", seed, least=0)
+    require_count("episodes", episodes)
+    require_count("evaluate_every", evaluate_every)
+    environment = training.environment
+    feedback = Feedback(
+        training.controller,
+        _observed(training, environment),
+        initial_weights(training.controller, seed),
+    )
+    env: VecEnv = HopperVecEnv(environment, training.settings.n_envs)
+    if training.settings.normalize_reward:
+        env = VecNormalize(env, norm_obs=False, norm_reward=True, gamma=training.settings.gamma)
+    agent = MAKERS[type(training.settings)](training.settings, env, feedback, seed)
+    engine, per_episode = training.engine, environment.n_steps
+    while True:
+        yield _judge(training, engine, feedback.flat(), agent.num_timesteps / per_episode)
+        done = agent.num_timesteps // per_episode
+        if done >= episodes:
+            return
+        target = min(episodes, done - done % evaluate_every + evaluate_every)
+        with _one_thread(), _noticing_divergence(feedback, seed, done):
+            agent.learn(target * per_episode - agent.num_timesteps, reset_num_timesteps=False)
+
+
+def _observed(training: AgentTraining, environment: TegotaeHopperSettings) -> Observed:
+    at_rest = training.hopper.release(jnp.ones(()), jnp.zeros(()))
+    scales = training.hopper.sense(at_rest, jnp.zeros(())).scales
+    return Observed(environment.observed, {name: float(scale) for name, scale in scales.items()})
+
+
+def _judge(training: AgentTraining, engine: Engine, weights: np.ndarray, episode: float) -> Point:
+    outcome = engine.run(weights, Scenario(omega=training.omega), training.hopper)
+    return Point(
+        episode,
+        episode * training.timing.duration_s,
+        float(outcome["cot_inverse"][0]),
+        float(outcome["fitness"][0]),
+        weights,
+    )
+
+
+@contextmanager
+def _one_thread() -> Iterator[None]:
+    """torch on one thread: networks as small as these lose by sharing."""
+    threads = torch.get_num_threads()
+    torch.set_num_threads(1)
+    try:
+        yield
+    finally:
+        torch.set_num_threads(threads)
+
+
+@contextmanager
+def _noticing_divergence(feedback: Feedback, seed: int, done: int) -> Iterator[None]:
+    """Weights that are no numbers any more, told as what they mean."""
+    try:
+        yield
+    except ValueError:  # torch's and the environment's for actions that are no numbers
+        if np.isfinite(feedback.flat()).all():
+            raise
+    if not np.isfinite(feedback.flat()).all():
+        raise TegotaeError(
+            f"seed {seed} diverged after {done} episodes: its weights are not finite any more; a "
+            "smaller learning_rate or normalize_reward may help"
+        )

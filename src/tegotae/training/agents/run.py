@@ -1,0 +1,225 @@
+"""An agent's training on disk: controllers and curves, one seed after the other."""
+
+from __future__ import annotations
+
+import csv
+import dataclasses
+import io
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from tegotae.bodies import Hopper
+from tegotae.controller import Controller
+from tegotae.errors import TegotaeError, require_count
+from tegotae.files import output_folder, write_atomically
+from tegotae.models import BUDGET, Model
+from tegotae.progress import reporting
+from tegotae.rollout import Timing
+from tegotae.training.agents.policy import agent_controller
+from tegotae.training.agents.settings import AgentSettings, SACSettings
+from tegotae.training.fitness import EPISODE, Fitness
+from tegotae.training.folder import claim, save_controller, versions_of
+
+if TYPE_CHECKING:
+    from tegotae.training.agents.learner import AgentTraining, Point
+
+COLUMNS = ("episode", "simulated_s", "cot_inverse", "fitness", "seed")
+"""Columns of `curves.csv`; see `tegotae.training.agents.learner.Point`."""
+
+_SECONDS_BETWEEN_WRITES = 5.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class AgentRun:
+    """All that decides what a training run of agents learns.
+
+    Args:
+        timing: the episode; its control period is that of the evaluations.
+        evaluate_every: episodes between two points of the learning curve.
+
+    Raises:
+        TegotaeError: for a count below one, or a model without a meaning for agents.
+    """
+
+    model: Model
+    seeds: tuple[int, ...] = (0, 1, 2)
+    episodes: int = 1000
+    settings: AgentSettings = field(default_factory=SACSettings)
+    timing: Timing = EPISODE
+    settle_s: float = 4.0
+    energy: str = "absolute"
+    budget: int = BUDGET
+    hopper: Hopper = field(default_factory=Hopper)
+    evaluate_every: int = 10
+
+    def __post_init__(self) -> None:
+        require_count("seeds", len(self.seeds))
+        require_count("episodes", self.episodes)
+        require_count("evaluate_every", self.evaluate_every)
+        self.fitness.check(self.timing)
+        _ = self.controller
+
+    @property
+    def controller(self) -> Controller:
+        """The policy."""
+        settings = self.settings
+        limit = settings.max_feedback_rad_per_s
+        return agent_controller(self.model, settings.NAME, limit, self.budget)
+
+    @property
+    def fitness(self) -> Fitness:
+        """The measure of a policy: CoT⁻¹, which is what the agents are paid for."""
+        return Fitness(settle_s=self.settle_s, energy=self.energy, follow_omega=False)
+
+    @property
+    def training(self) -> AgentTraining:
+        """What is learned and how.
+
+        Raises:
+            MissingExtraError: without Stable-Baselines3.
+        """
+        from tegotae.training.agents.learner import AgentTraining
+
+        return AgentTraining(
+            controller=self.controller,
+            settings=self.settings,
+            omega=self.model.omega_t or 0.0,
+            hopper=self.hopper,
+            timing=self.timing,
+            fitness=self.fitness,
+        )
+
+    @property
+    def configuration(self) -> dict[str, Any]:
+        """What decides a seed's result, but for the number of episodes, as JSON values."""
+        return {
+            "model": self.model.name,
+            "algorithm": {"name": self.settings.NAME, **dataclasses.asdict(self.settings)},
+            "timing": dataclasses.asdict(self.timing),
+            "settle_s": self.settle_s,
+            "energy": self.energy,
+            "follow_omega": False,
+            "budget": self.budget,
+            "hopper": dataclasses.asdict(self.hopper),
+            "evaluate_every": self.evaluate_every,
+        }
+
+
+def train_agents(
+    run: AgentRun, out: Path, *, on_point: Callable[[int, Point], None] | None = None
+) -> list[Path]:
+    """Train, or go on, in the folder `out`; return the controller files, one per seed.
+
+    Written are `MODEL-seedN.json` (the policy of the best point of the curve), `curves.csv` and
+    `run.json` (configuration and versions). Interrupted (Ctrl-C), it keeps what has been learned
+    and raises `KeyboardInterrupt` again. Called again on the same folder, it leaves the seeds that
+    are done and begins the one that was interrupted anew, to the same numbers.
+
+    Args:
+        on_point: called with the seed and each new point.
+
+    Raises:
+        TegotaeError: if the folder cannot be written or holds another training, or a seed diverges.
+        MissingExtraError: without Stable-Baselines3.
+    """
+    training = run.training
+    from tegotae.training.agents.learner import learn
+
+    output_folder(out)
+    claim(out, run.configuration, _software())
+    curves = _read_curves(out)
+    with reporting(run.model.name, len(run.seeds) * run.episodes) as reporter:
+        for i, seed in enumerate(run.seeds):
+            if _is_done(run, seed, curves, out):
+                continue
+            points: list[Point] = []
+            saved_at = time.monotonic()
+            steps = learn(
+                training, seed=seed, episodes=run.episodes, evaluate_every=run.evaluate_every
+            )
+            try:
+                for point in steps:
+                    points.append(point)
+                    reporter.update(
+                        i * run.episodes + min(round(point.episode), run.episodes),
+                        f"seed {seed}  CoT⁻¹ {point.cot_inverse:.3f} m/J",
+                    )
+                    if on_point is not None:
+                        on_point(seed, point)
+                    if time.monotonic() - saved_at > _SECONDS_BETWEEN_WRITES:
+                        _write(run, seed, points, curves, out)
+                        saved_at = time.monotonic()
+            finally:
+                if points:
+                    _write(run, seed, points, curves, out)
+    return [_file(run, seed, out) for seed in run.seeds]
+
+
+def _software() -> dict[str, str]:
+    return versions_of("stable-baselines3", "torch", "gymnasium")
+
+
+def _file(run: AgentRun, seed: int, out: Path) -> Path:
+    return out / f"{run.model.name}-seed{seed}.json"
+
+
+_Curves = dict[int, list[list[str]]]
+"""The rows of `curves.csv`, by seed."""
+
+
+def _read_curves(out: Path) -> _Curves:
+    path = out / "curves.csv"
+    curves: _Curves = {}
+    if not path.exists():
+        return curves
+    try:
+        with path.open() as stream:
+            header, *table = csv.reader(stream)
+        if tuple(header) != COLUMNS:
+            raise ValueError("other columns")
+        for row in table:
+            *numbers, seed = row
+            if len([float(x) for x in numbers]) != len(COLUMNS) - 1:
+                raise ValueError("a row is cut off")
+            curves.setdefault(int(seed), []).append(row)
+    except (OSError, ValueError):
+        raise TegotaeError(
+            f"{path} is damaged; remove it to train anew, or choose another folder with --out"
+        ) from None
+    return curves
+
+
+def _is_done(run: AgentRun, seed: int, curves: _Curves, out: Path) -> bool:
+    learned = float(curves[seed][-1][0]) if seed in curves else 0.0
+    return learned >= run.episodes and _file(run, seed, out).exists()
+
+
+def _write(run: AgentRun, seed: int, points: list[Point], curves: _Curves, out: Path) -> None:
+    """Write the best policy of this seed so far, and all curves."""
+    best = max(points, key=lambda point: point.fitness)
+    save_controller(
+        out,
+        model=run.model,
+        hopper=run.hopper,
+        controller=run.controller,
+        weights=best.weights,
+        configuration=run.configuration,
+        outcome={
+            "seed": seed,
+            "episodes": points[-1].episode,
+            "simulated_s": points[-1].simulated_s,
+            "best_fitness": best.fitness,
+            "best_episode": best.episode,
+        },
+        versions=_software(),
+    )
+    curves[seed] = [[*(f"{x:.6g}" for x in point[:4]), str(seed)] for point in points]
+    stream = io.StringIO()
+    table = csv.writer(stream, lineterminator="\n")
+    table.writerow(COLUMNS)
+    for _, rows in sorted(curves.items()):
+        table.writerows(rows)
+    write_atomically(out / "curves.csv", stream.getvalue())
