@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -22,8 +22,8 @@ class Attractor:
 
     hops: int
     """Period k [hops]."""
-    turns: int
-    """Turns of the oscillator in it."""
+    turns: int | None
+    """Turns of the oscillator in it; None without an oscillator."""
     apex_height_m: float
     """Mean height of its apexes [m]."""
     cot_inverse: float
@@ -92,6 +92,8 @@ def map_basin(
     )
     outcome = engine.run(saved.weights, scenario, saved.body)
     attractor, attractors = distinct(outcome)
+    if not with_phase:
+        attractors = tuple(replace(found, turns=None) for found in attractors)
     return Basin(
         height_m=np.asarray(height_m),
         phase_rad=np.asarray(across) if with_phase else None,

@@ -14,7 +14,7 @@ from tegotae.errors import TegotaeError, require_count, require_finite
 from tegotae.metrics.hopping import hops
 from tegotae.rollout import Engine, Scenario, Timing
 
-NUMERICAL = 1e-6
+NUMERICAL = 5e-6
 """Distances below this, in m and rad, are those of the simulation's own errors."""
 
 _NEWTON_STEPS = 6

@@ -9,9 +9,11 @@ import tyro
 from tegotae.cli.bench import Bench
 from tegotae.cli.compare import Compare
 from tegotae.cli.evaluate import Evaluate
+from tegotae.cli.figure import Figure
 from tegotae.cli.models import Models
 from tegotae.cli.simulate import Simulate
 from tegotae.cli.status import exit_status, leave
+from tegotae.cli.study import Study
 from tegotae.cli.train import Train
 
 COMMANDS = {
@@ -20,6 +22,8 @@ COMMANDS = {
     "simulate": Simulate,
     "evaluate": Evaluate,
     "compare": Compare,
+    "figure": Figure,
+    "study": Study,
     "bench": Bench,
 }
 

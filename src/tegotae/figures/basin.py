@@ -48,8 +48,8 @@ def basin_figure(basin: Basin, note: str = "") -> Figure:
 def describe(attractor: Attractor) -> str:
     """A limit cycle in a line: hops, turns, height, share of releases."""
     hops = "1 hop" if attractor.hops == 1 else f"{attractor.hops} hops"
-    turns = "1 turn" if attractor.turns == 1 else f"{attractor.turns} turns"
-    return f"{hops}, {turns}, apex {attractor.apex_height_m:.2f} m ({attractor.share:.1%})"
+    turns = {None: "", 1: ", 1 turn"}.get(attractor.turns, f", {attractor.turns} turns")
+    return f"{hops}{turns}, apex {attractor.apex_height_m:.2f} m ({attractor.share:.1%})"
 
 
 def basin_tables(basin: Basin) -> dict[str, dict[str, np.ndarray]]:
@@ -75,7 +75,7 @@ def basin_tables(basin: Basin) -> dict[str, dict[str, np.ndarray]]:
     cycles = {
         "limit_cycle": np.arange(len(found)),
         "hops": np.array([a.hops for a in found]),
-        "turns": np.array([a.turns for a in found]),
+        "turns": np.array([np.nan if a.turns is None else a.turns for a in found]),
         "apex_height_m": np.array([a.apex_height_m for a in found]),
         "cot_inverse_a_m_per_j": np.array([a.cot_inverse for a in found]),
         "share": np.array([a.share for a in found]),

@@ -41,11 +41,13 @@ class Surface(SettledSubject):
         if most is None:
             typical = 3.0 * body.weight_n if orbit is None else 1.1 * orbit.spring_force_n.max()
             most = min(typical, body.stiffness_n_per_m * body.rest_length_m)
+        fastest = 4.0 if orbit is None else 1.1 * float(np.abs(orbit.velocity_m_per_s).max())
         found = actuation_surface(
             saved,
             np.linspace(0.0, most, self.resolution),
             columns=self.resolution,
             velocity_m_per_s=self.velocity,
+            velocity_range_m_per_s=(-fastest, fastest),
         )
         note = self.title(saved)
         if found.phase_rad is not None and sees_velocity(saved):
