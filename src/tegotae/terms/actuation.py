@@ -27,7 +27,7 @@ class Actuation(Term):
     def full_force(
         self, phase_start: jax.Array, phase_end: jax.Array, omega: jax.Array
     ) -> tuple[jax.Array, jax.Array] | None:
-        """Share of a phase path [rad] spent at full force and that share's centre (0 ... 1), or None."""
+        """Share of a phase path [rad] at full force, and that share's centre (0 ... 1); or None."""
         return None
 
     @abstractmethod
@@ -61,7 +61,7 @@ class Sector(Actuation):
         require_finite("duration_s", self.duration_s, least=0.0)
 
     def full_force(self, phase_start, phase_end, omega) -> tuple[jax.Array, jax.Array]:
-        """Share of the path inside the sector and its centre; exact for paths shorter than a turn."""
+        """Share of the path inside the sector and its centre; exact for paths below one turn."""
         width = self.width_rad + self.duration_s * omega
         low, high = jnp.minimum(phase_start, phase_end), jnp.maximum(phase_start, phase_end)
         # Phase past the sector's start, in its own turn; the path may reach into the next turn.

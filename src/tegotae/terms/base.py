@@ -60,4 +60,4 @@ class Term(ABC):
 
     @abstractmethod
     def __call__(self, weights: Sequence[jax.Array], signals: Signals) -> jax.Array:
-        """The term's value, elementwise: `weights` are n_weights arrays of the shape of the lanes."""
+        """The term's value, elementwise; `weights` are n_weights arrays, each like the lanes."""
