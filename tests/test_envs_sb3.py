@@ -71,6 +71,7 @@ def test_batch_trains_and_evaluates_an_agent():
     assert np.isfinite(mean)
 
 
+@pytest.mark.filterwarnings("ignore:The environment is already wrapped with a `Monitor`")
 def test_batch_works_under_its_wrappers():
     envs = VecMonitor(make_sb3("tegotae/Hopper-v0", 3, duration_s=0.05))
     envs.reset()

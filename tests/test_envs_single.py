@@ -131,6 +131,11 @@ class TestInterface:
         np.testing.assert_allclose(pure * scales, si, rtol=1e-6)
         np.testing.assert_allclose(si, [2.0, 1.0, 0.45], rtol=1e-6)
 
+    def test_hopper_and_reward_may_be_given_by_their_arguments(self):
+        env = HopperEnv(body={"mass_kg": 0.2}, reward={"energy": "net"})
+        assert env.settings.body == Hopper(mass_kg=0.2)
+        assert env.settings.reward == HopReward(energy="net")
+
     def test_observation_stays_in_its_space_whatever_happens(self):
         env = HopperEnv(
             observation=("spring_force", "velocity", "height"), velocity_m_per_s=1e5, height_m=1e5
@@ -316,6 +321,8 @@ class TestMisuse:
             ({"drop_time_s": math.nan}, "finite"),
             ({"drop_time_s": (1.0, math.inf)}, "finite"),
             ({"body": 3}, "must be a Hopper"),
+            ({"body": {"mass": 1.0}}, "did you mean mass_kg"),
+            ({"body": {"mass_kg": -1.0}}, "greater than 0"),
             ({"reward": 3}, "must be a HopReward"),
             ({"render_mode": "ansi"}, "rgb_array"),
         ],

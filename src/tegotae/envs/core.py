@@ -168,7 +168,7 @@ class Hoppers:
         rows = np.asarray(packed)
         n = len(self._program.observed)
         return Step(
-            np.ascontiguousarray(rows[:n].T),
+            rows[:n].T.copy(),
             rows[n].copy(),
             rows[n + 1] > 0.0,
             rows[n + 2] > 0.0,

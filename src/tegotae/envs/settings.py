@@ -43,7 +43,7 @@ class HopperSettings:
     """
 
     body: Hopper = field(default_factory=Hopper)
-    """The hopper, with all its parameters."""
+    """The hopper, with all its parameters; or some of them by name, `{"mass_kg": 0.2}`."""
     tick_s: float = 0.001
     """Control period [s]: how finely the environment is advanced."""
     decimation: int = 10
@@ -64,13 +64,11 @@ class HopperSettings:
     dimensionless: bool = True
     """Whether F_k, ẏ and y - h are over m g, √(g l0) and l0, or in N, m/s and m."""
     reward: HopReward = field(default_factory=HopReward)
-    """The step reward."""
+    """The step reward, or its arguments by name."""
 
     def __post_init__(self) -> None:
-        if not isinstance(self.body, Hopper):
-            raise TegotaeError(f"body is {self.body!r}; it must be a Hopper, such as Hopper()")
-        if not isinstance(self.reward, HopReward):
-            raise TegotaeError(f"reward is {self.reward!r}; it must be a HopReward")
+        object.__setattr__(self, "body", _of_kind(Hopper, "body", self.body))
+        object.__setattr__(self, "reward", _of_kind(HopReward, "reward", self.reward))
         require_finite("tick_s", self.tick_s, above=0.0)
         require_count("decimation", self.decimation)
         require_finite("duration_s", self.duration_s, above=0.0)
@@ -232,17 +230,30 @@ def _check_number(name: str, value: Any) -> None:
         require_finite(name, value)
 
 
+def _of_kind(kind: type[Any], name: str, value: Any) -> Any:
+    """The value, which may be given as a mapping of the constructor's arguments."""
+    if isinstance(value, Mapping):
+        return _construct(kind, f"argument of {name}", value)
+    if not isinstance(value, kind):
+        raise TegotaeError(f"{name} is {value!r}; it must be a {kind.__name__}, or its arguments")
+    return value
+
+
+def _construct(kind: type[Any], what: str, arguments: Mapping[str, Any]) -> Any:
+    known = kind.__dataclass_fields__
+    for name in arguments:
+        if name not in known:
+            raise unknown(what, str(name), known)
+    return kind(**arguments)
+
+
 def settings_of(kind: type[HopperSettings], arguments: Mapping[str, Any]) -> HopperSettings:
     """The settings that these keyword arguments of an environment stand for.
 
     Raises:
         TegotaeError: for an argument that the environment does not have.
     """
-    known = kind.__dataclass_fields__
-    for name in arguments:
-        if name not in known:
-            raise unknown("argument of this environment", name, known)
-    return kind(**arguments)
+    return _construct(kind, "argument of this environment", arguments)
 
 
 ENVIRONMENTS: dict[str, type[HopperSettings]] = {
