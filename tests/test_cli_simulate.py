@@ -1,0 +1,335 @@
+"""`tegotae simulate`: numbers, a plot, an animation; and one line for what it cannot simulate."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import xml.etree.ElementTree
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from PIL import Image
+
+import tiny
+from tegotae import Engine, Hopper, Scenario, Timing, controller_file
+from tegotae.cli import main
+from tegotae.presets import preset
+from tegotae.simulation import Simulation
+
+SHORT = ("--duration", "4")
+"""One duration for all: another one compiles another program."""
+
+
+@pytest.fixture
+def simulate(capsys):
+    """A function that runs `tegotae simulate --json` and returns the object."""
+
+    def run(*options: str) -> dict[str, Any]:
+        assert main(["simulate", "--json", *SHORT, *options]) == 0
+        out, err = capsys.readouterr()
+        assert err == ""
+        assert len(out.splitlines()) == 1
+        return json.loads(out)
+
+    return run
+
+
+@pytest.fixture
+def no_rollouts(monkeypatch):
+    """Makes any rollout fail the test."""
+
+    def run(*_, **__):
+        raise AssertionError("a rollout was started before the input was checked")
+
+    monkeypatch.setattr(Engine, "run", run)
+
+
+# What comes out.
+
+
+def test_json_is_one_object_with_the_result_and_the_parameters_used(simulate):
+    found = simulate()
+    assert found["apex_time_s"]
+    assert len(found["apex_time_s"]) == len(found["apex_height_m"]) == len(found["apex_phase_rad"])
+    assert found["work_j"] > 0.0
+    assert found["cot_inverse_total"] > found["cot_inverse_flight"] > 0.0
+    assert found["energy"] == "absolute"
+    assert found["window_s"] == [2.0, 4.0]
+    assert (found["failed"], found["failed_time_s"]) == (False, None)
+    assert found["parameters"] == {
+        "controller": None,
+        "preset": "paper",
+        "actuation": "sector",
+        "sigma": 2.753,
+        "omega": 5.0,
+        "height_m": 1.2,
+        "velocity_m_per_s": 0.0,
+        "phase_rad": 0.0,
+        "drop_m": 0.0,
+        "drop_time_s": None,
+        **dataclasses.asdict(Hopper()),
+        "duration_s": 4.0,
+        "tick_s": 0.001,
+        "frame_s": 0.01,
+        "dtype": "float32",
+    }
+
+
+def test_without_json_people_read_apexes_cot_and_work(capsys, simulate):
+    found = simulate()
+    assert main(["simulate", *SHORT]) == 0
+    out = capsys.readouterr().out
+    heights = ", ".join(f"{height:.4f}" for height in found["apex_height_m"][-4:])
+    assert f"{len(found['apex_height_m'])} apexes; the last at {heights} m" in out
+    assert "from 2 to 4 s" in out
+    assert f"CoT⁻¹ (flight)   {found['cot_inverse_flight']:.4f} m/J" in out
+    assert f"work (absolute)  {found['work_j']:.4f} J" in out
+
+
+def test_every_option_reaches_the_rollout(simulate):
+    options = {
+        "--preset": "pyTegotaeCPG",
+        "--actuation": "both",
+        "--omega": "6",
+        "--sigma": "1.5",
+        "--height": "1.3",
+        "--velocity": "0.1",
+        "--phase": "0.5",
+        "--drop": "0.2",
+        "--drop-time": "2",
+        "--mass": "0.12",
+        "--stiffness": "6",
+        "--damping": "0.15",
+        "--flight-damping": "0.05",
+        "--rest-length": "0.9",
+        "--gravity": "9.8",
+        "--max-force": "3.5",
+        "--energy": "positive",
+        "--measure-from": "1",
+        "--tick": "0.002",
+    }
+    found = simulate(*(word for option in options.items() for word in option))
+    chosen = preset("pyTegotaeCPG")
+    expected = Simulation(
+        chosen.controller("both"),
+        np.array([1.5]),
+        Scenario(6.0, 1.3, 0.1, 0.5, 0.2, 2.0),
+        Hopper(
+            mass_kg=0.12,
+            stiffness_n_per_m=6.0,
+            damping_ns_per_m=0.15,
+            flight_damping_ns_per_m=0.05,
+            rest_length_m=0.9,
+            gravity_m_per_s2=9.8,
+            max_force_n=3.5,
+        ),
+        Timing(duration_s=4.0, tick_s=0.002, frame_s=0.01),
+        "positive",
+        1.0,
+    )
+    parameters = found.pop("parameters")
+    assert found == json.loads(json.dumps(expected.run().summary()))
+    used = {"preset": "pyTegotaeCPG", "actuation": "sectorandreflex", "omega": 6.0, "drop_m": 0.2}
+    assert parameters == {**parameters, **used, **dataclasses.asdict(expected.hopper)}
+    assert (parameters["sigma"], parameters["drop_time_s"], parameters["tick_s"]) == (1.5, 2, 0.002)
+
+
+def test_a_drop_moves_the_apexes_after_it_and_none_before(simulate):
+    even, dropped = simulate(), simulate("--drop", "0.2", "--drop-time", "2")
+    before = sum(time <= 2.0 for time in even["apex_time_s"])
+    assert 0 < before < len(even["apex_time_s"])
+    assert dropped["apex_height_m"][:before] == even["apex_height_m"][:before]
+    assert dropped["apex_height_m"][before] != even["apex_height_m"][before]
+
+
+def test_double_precision_is_an_option_and_agrees(simulate):
+    single, double = simulate(), simulate("--float64")
+    assert double["parameters"]["dtype"] == "float64"
+    np.testing.assert_allclose(single["apex_height_m"], double["apex_height_m"], atol=1e-4)
+
+
+def test_a_failed_rollout_is_a_result_not_an_error(capsys, simulate):
+    found = simulate("--stiffness", "0.5")
+    assert found["failed"]
+    assert 0.0 < found["failed_time_s"] < 2.0
+    assert found["cot_inverse_flight"] is None
+    assert main(["simulate", *SHORT, "--stiffness", "0.5"]) == 0
+    out = capsys.readouterr().out
+    assert f"failed at {found['failed_time_s']:.2f} s" in out
+    assert "0 apexes\n" in out
+    assert "–" in out
+
+
+# Trained controllers.
+
+
+def test_a_controller_file_is_simulated_as_it_was_trained(simulate, tiny_training):
+    for path in tiny.controllers(tiny_training):
+        saved = controller_file.load(path)
+        assert isinstance(saved.body, Hopper)
+        found = simulate("--controller", str(path))
+        expected = Simulation(
+            saved.controller,
+            saved.weights,
+            Scenario(omega=saved.omega),
+            saved.body,
+            Timing(duration_s=4.0, frame_s=0.01),
+        )
+        parameters = found.pop("parameters")
+        assert found == json.loads(json.dumps(expected.run().summary()))
+        assert parameters["controller"] == str(path)
+        assert parameters["omega"] == saved.omega == 8.0
+        assert parameters["sigma"] is None
+
+
+def test_a_trained_controller_can_be_driven_at_another_frequency_on_another_hopper(
+    simulate, tiny_training
+):
+    path = str(tiny.controllers(tiny_training)[0])
+    found = simulate("--controller", path, "--omega", "6", "--mass", "0.12")
+    assert (found["parameters"]["omega"], found["parameters"]["mass_kg"]) == (6.0, 0.12)
+    assert found["work_j"] != simulate("--controller", path)["work_j"]
+
+
+@pytest.mark.parametrize("option", [("--sigma", "2"), ("--actuation", "reflex")])
+def test_options_of_vanilla_controllers_are_refused_beside_a_file(
+    tiny_training, one_line_error, no_rollouts, option
+):
+    path = str(tiny.controllers(tiny_training)[0])
+    assert f"{option[0]} belongs to vanilla controllers" in one_line_error(
+        "simulate", "--controller", path, *option
+    )
+
+
+# Pictures.
+
+
+def is_readable(path: Path) -> bool:
+    """Whether a picture is what its ending says."""
+    if path.suffix == ".svg":
+        return xml.etree.ElementTree.parse(path).getroot().tag.endswith("svg")
+    if path.suffix == ".pdf":
+        return path.read_bytes().startswith(b"%PDF-") and b"%%EOF" in path.read_bytes()[-16:]
+    with Image.open(path) as picture:
+        picture.load()
+        return min(picture.size) > 100
+
+
+@pytest.mark.parametrize("ending", [".png", ".pdf", ".svg", ".PNG"])
+def test_a_plot_is_written_in_the_format_of_its_ending(simulate, tmp_path, ending):
+    path = tmp_path / "new" / f"hop{ending}"
+    simulate("--plot", str(path))
+    assert is_readable(path)
+
+
+def test_an_animation_moves(tmp_path):
+    path = tmp_path / "hop.gif"
+    assert main(["simulate", "--duration", "0.4", "--animate", str(path)]) == 0
+    with Image.open(path) as picture:
+        assert picture.n_frames == 10
+        first = np.asarray(picture.convert("RGB"))
+        picture.seek(5)
+        assert (np.asarray(picture.convert("RGB")) != first).any()
+
+
+def test_a_controller_without_oscillator_has_pictures_too(simulate, tmp_path):
+    from tegotae import build
+    from tegotae.controller_file import SavedController, save
+
+    single = build("T-Fv", 8)
+    save(SavedController(single, np.full(single.n_weights, 0.5), 0.0), tmp_path / "t.json")
+    picture = tmp_path / "t.png"
+    simulate("--controller", str(tmp_path / "t.json"), "--plot", str(picture))
+    assert is_readable(picture)
+
+
+def test_the_shortest_rollout_has_pictures_too(capsys, tmp_path):
+    plot, film = tmp_path / "hop.png", tmp_path / "hop.gif"
+    words = ["simulate", "--duration", "0.01", "--plot", str(plot), "--animate", str(film)]
+    assert main(words) == 0
+    assert is_readable(plot)
+    assert is_readable(film)
+    assert "0 apexes" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("option", "name", "said"),
+    [
+        ("--plot", "hop.xyz", "use an ending such as .png, .pdf or .svg"),
+        ("--plot", "hop", "use an ending such as .png, .pdf or .svg"),
+        ("--plot", "hop.html", "use an ending such as .png, .pdf or .svg"),
+        ("--animate", "hop.avi", "use .gif or .mp4"),
+        ("--animate", "hop", "use .gif or .mp4"),
+        ("--plot", "file/hop.png", "cannot write to the folder"),
+        ("--animate", "file/hop.gif", "cannot write to the folder"),
+        ("--plot", "folder.png", "it is a folder"),
+        ("--animate", "folder.gif", "it is a folder"),
+    ],
+)
+def test_pictures_that_could_not_be_written_are_refused_before_the_rollout(
+    tmp_path, one_line_error, no_rollouts, option, name, said
+):
+    (tmp_path / "file").touch()
+    for folder in ("folder.png", "folder.gif"):
+        (tmp_path / folder).mkdir()
+    assert said in one_line_error("simulate", option, str(tmp_path / name))
+
+
+def test_a_film_without_ffmpeg_is_refused(tmp_path, monkeypatch, one_line_error):
+    monkeypatch.setattr("matplotlib.animation.FFMpegWriter.isAvailable", lambda: False)
+    said = one_line_error("simulate", *SHORT, "--animate", str(tmp_path / "hop.mp4"))
+    assert "ffmpeg" in said
+    assert not (tmp_path / "hop.mp4").exists()
+
+
+# Bad input.
+
+REFUSED = {
+    "--preset papre": "no preset is called 'papre'; did you mean paper?",
+    "--actuation refelx": "no actuation is called 'refelx'; did you mean reflex?",
+    "--energy kinetic": "work is 'kinetic'; it must be one of absolute, positive, net",
+    **{
+        f"--{option} {value}": f"is {float(value):g}"
+        for option in ("mass", "stiffness", "rest-length", "gravity", "max-force", "tick")
+        for value in ("-1", "0", "nan", "inf")
+    },
+    **{
+        f"--{option} {value}": f"is {float(value):g}"
+        for option in ("damping", "flight-damping", "measure-from", "drop-time")
+        for value in ("-1", "nan", "inf")
+    },
+    **{
+        f"--{option} {value}": f"is {float(value):g}"
+        for option in ("omega", "sigma", "velocity", "phase", "drop", "height")
+        for value in ("nan", "inf", "-inf")
+    },
+    **{f"--duration {value}": f"duration_s is {value}" for value in ("0", "-1", "nan", "inf")},
+    "--duration 0.001": "it must be at least one frame",
+    "--duration 1e9": "it must be at most 16777.2",
+    "--duration 1e300": "it must be at most 16777.2",
+    "--height 0": "height_m is 0; it must be greater than 0",
+    "--height -1": "height_m is -1; it must be greater than 0",
+    "--height 1e300": "height_m is 1e+300; the largest float32",
+    "--mass 1e300": "mass_kg is 1e+300; the largest float32",
+    "--mass 1e-300": "the control tick of 0.001 s is too long",
+    "--damping 1e6": "the control tick of 0.001 s is too long",
+    "--sigma 1e300": "weight 0 is 1e+300; the largest float32",
+    "--tick 1": "the control tick of 1 s is too long for this hopper",
+    "--tick 1e-9": "at 1e-09 s per control tick it must be at most",
+    "--tick 5e-324": "per control tick it must be at most",
+    "--measure-from 20": "begins at 20 s, but the rollout ends at 20 s",
+    "--drop 0.2 --drop-time 20": "to drop at 20 s, but the rollout ends at 20 s",
+    "--drop 0.2 --duration 5": "to drop at 10 s, but the rollout ends at 5 s",
+    "--controller no/such/file.json": "no controller file at no/such/file.json",
+}
+
+
+@pytest.mark.parametrize("options", REFUSED)
+def test_unusable_options_are_refused_in_one_line_before_the_rollout(
+    one_line_error, no_rollouts, options
+):
+    words = options.split()
+    pairs = [f"{words[i]}={words[i + 1]}" for i in range(0, len(words), 2)]
+    assert REFUSED[options] in one_line_error("simulate", *pairs)

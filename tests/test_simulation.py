@@ -1,0 +1,194 @@
+"""One rollout for people: what its summary says, and what is refused before it begins."""
+
+from __future__ import annotations
+
+import json
+import math
+
+import numpy as np
+import pytest
+
+from tegotae import Engine, Hopper, Scenario, TegotaeError, Timing, build
+from tegotae.presets import preset
+from tegotae.simulation import Simulation
+
+TIMING = Timing(duration_s=4.0, tick_s=0.002, frame_s=0.01)
+PAPER = preset("paper")
+ENERGIES = ("absolute", "positive", "net")
+
+
+def simulation(scenario: Scenario | None = None, **changed) -> Simulation:
+    """The paper's hopper with sector actuation, for four seconds."""
+    chosen = {
+        "controller": PAPER.controller("sector"),
+        "weights": np.array([PAPER.sigma]),
+        "scenario": scenario or Scenario(omega=PAPER.omega_rad_per_s),
+        "timing": TIMING,
+        **changed,
+    }
+    return Simulation(**chosen)
+
+
+def test_the_summary_is_json_and_lists_the_apexes_of_the_trajectory():
+    result = simulation().run()
+    summary = json.loads(json.dumps(result.summary(), allow_nan=False))
+    t = result.trajectory
+    at = np.isfinite(t.apex_time_s)
+    assert at.sum() >= 2
+    np.testing.assert_array_equal(summary["apex_time_s"], t.apex_time_s[at])
+    np.testing.assert_array_equal(summary["apex_height_m"], t.apex_height_m[at])
+    assert (np.diff(summary["apex_time_s"]) > 0.0).all()
+    assert max(summary["apex_height_m"]) == pytest.approx(t.height_m[at].max(), abs=2e-3)
+    assert (summary["failed"], summary["failed_time_s"]) == (False, None)
+
+
+def test_work_and_climbs_are_those_of_the_window():
+    result = simulation(measure_from_s=1.0).run()
+    summary, t = result.summary(), result.trajectory
+    before = 99  # the frame that ends at 1 s
+    assert t.time_s[before] == pytest.approx(1.0)
+    assert summary["window_s"] == [1.0, 4.0]
+    work = t.work_absolute_j[-1] - t.work_absolute_j[before]
+    flight = t.climb_flight_m[-1] - t.climb_flight_m[before]
+    total = t.climb_m[-1] - t.climb_m[before]
+    assert summary["work_j"] == pytest.approx(work)
+    assert summary["cot_inverse_flight"] == pytest.approx(flight / work)
+    assert summary["cot_inverse_total"] == pytest.approx(total / work)
+    assert total > flight > 0.0
+
+
+def test_the_window_is_the_second_half_unless_asked_for():
+    assert simulation().run().summary()["window_s"] == [2.0, 4.0]
+
+
+def test_a_window_from_the_release_on_holds_everything():
+    result = simulation(measure_from_s=0.0).run()
+    assert result.summary()["work_j"] == pytest.approx(result.trajectory.work_absolute_j[-1])
+
+
+def test_the_definition_of_work_is_a_choice_and_is_named():
+    found = {energy: simulation(energy=energy).run().summary() for energy in ENERGIES}
+    assert all(found[energy]["energy"] == energy for energy in ENERGIES)
+    absolute, positive, net = (found[energy]["work_j"] for energy in ENERGIES)
+    assert absolute >= positive >= net
+    assert absolute > 0.0
+    assert absolute - positive == pytest.approx(positive - net, abs=1e-5)
+
+
+def test_without_work_there_is_no_cot_to_speak_of():
+    summary = simulation(weights=np.array([0.0]), controller=PAPER.controller("reflex")).run()
+    assert summary.summary()["work_j"] == 0.0
+    assert summary.summary()["cot_inverse_flight"] == 0.0
+
+
+def test_a_failed_rollout_says_when_and_has_no_cot():
+    # Too soft a spring: the leg is at its end before it turns the body.
+    summary = simulation(hopper=Hopper(stiffness_n_per_m=0.5)).run().summary()
+    assert summary["failed"]
+    assert 0.0 < summary["failed_time_s"] < 1.0
+    assert summary["cot_inverse_flight"] is None
+    assert summary["cot_inverse_total"] is None
+    json.dumps(summary, allow_nan=False)
+
+
+def test_the_ground_drops_when_and_as_far_as_asked():
+    scenario = Scenario(omega=5.0, drop_m=0.2, drop_time_s=2.5)
+    dropped, even = simulation(scenario).run(), simulation().run()
+    t = dropped.trajectory
+    np.testing.assert_allclose(t.ground_m, np.where(t.time_s > 2.5001, -0.2, 0.0), atol=1e-7)
+    before = dropped.trajectory.time_s <= 2.5
+    np.testing.assert_array_equal(t.height_m[before], even.trajectory.height_m[before])
+    assert t.height_m[-1] != even.trajectory.height_m[-1]
+
+
+def test_a_phase_counts_only_modulo_a_turn_however_large():
+    once = simulation(Scenario(omega=5.0, phase_rad=1.0)).run()
+    turned = simulation(Scenario(omega=5.0, phase_rad=1.0 + 2.0 * math.pi * 100_000)).run()
+    np.testing.assert_allclose(
+        turned.trajectory.height_m, once.trajectory.height_m, rtol=0.0, atol=1e-5
+    )
+
+
+def test_single_and_double_precision_agree():
+    single, double = simulation().run(), simulation(dtype="float64").run()
+    assert single.trajectory.height_m.dtype == np.float32
+    assert double.trajectory.height_m.dtype == np.float64
+    np.testing.assert_allclose(
+        single.trajectory.height_m, double.trajectory.height_m, rtol=0.0, atol=1e-4
+    )
+
+
+REFUSED = {
+    "a frequency that is NaN": ({"omega": math.nan}, {}, "omega is nan"),
+    "an infinite frequency": ({"omega": math.inf}, {}, "omega is inf"),
+    "an infinite velocity": ({"velocity_m_per_s": -math.inf}, {}, "velocity_m_per_s is -inf"),
+    "a height that is NaN": ({"height_m": math.nan}, {}, "height_m is nan"),
+    "a release on the ground": ({"height_m": 0.0}, {}, "height_m is 0; it must be greater than 0"),
+    "a release below it": ({"height_m": -1.0}, {}, "height_m is -1; it must be greater than 0"),
+    "a phase that is NaN": ({"phase_rad": math.nan}, {}, "phase_rad is nan"),
+    "an infinite drop": ({"drop_m": math.inf}, {}, "drop_m is inf"),
+    "a drop at no time": ({"drop_m": 0.1, "drop_time_s": math.nan}, {}, "drop_time_s is nan"),
+    "a drop before all time": ({"drop_time_s": -math.inf}, {}, "drop_time_s is -inf"),
+    "a height beyond float32": ({"height_m": 1e39}, {}, "height_m is 1e\\+39; the largest float32"),
+    "a mass beyond float32": ({}, {"hopper": Hopper(mass_kg=1e300)}, "mass_kg is 1e\\+300; the l"),
+    "a weight beyond float32": ({}, {"weights": np.array([1e200])}, "weight 0 is 1e\\+200"),
+    "an unknown energy": ({}, {"energy": "kinetic"}, "work is 'kinetic'; it must be one of absol"),
+    "an unknown dtype": ({}, {"dtype": "float16"}, "dtype is 'float16'"),
+    "a window after the end": ({}, {"measure_from_s": 4.0}, "window begins at 4 s, .* ends at 4 s"),
+    "a window before the release": ({}, {"measure_from_s": -1.0}, "measure_from_s is -1"),
+    "a window from NaN": ({}, {"measure_from_s": math.nan}, "measure_from_s is nan"),
+}
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_what_cannot_be_simulated_is_refused_at_once(name):
+    scenario, changed, said = REFUSED[name]
+    with pytest.raises(TegotaeError, match=f"^{said}|^the measuring {said}") as raised:
+        simulation(Scenario(**{"omega": 5.0, **scenario}), **changed)
+    assert "\n" not in str(raised.value)
+
+
+def test_a_number_too_large_for_single_precision_may_fit_into_double():
+    assert simulation(Scenario(omega=5.0, height_m=1e39), dtype="float64").dtype == "float64"
+
+
+@pytest.mark.parametrize("weights", [np.zeros(0), np.zeros(2)])
+def test_weights_of_the_wrong_number_are_refused(weights):
+    with pytest.raises(TegotaeError, match=r"this controller needs \[lanes, 1\]"):
+        simulation(weights=weights).run()
+
+
+@pytest.mark.parametrize(
+    ("timing", "said"),
+    [
+        (
+            {"duration_s": 1e7},
+            "duration_s is 1e\\+07; at 0.001 s per control tick it must be at mo",
+        ),
+        ({"tick_s": 1e-300, "frame_s": 0.02}, "duration_s is 20; at 1e-300 s per control tick"),
+        ({"duration_s": 0.001}, "duration_s is 0.001; it must be at least one frame"),
+        ({"frame_s": 0.0015}, "frame_s is 0.0015; it must be a whole multiple of tick_s"),
+        ({"tick_s": 0.0}, "tick_s is 0; it must be greater than 0"),
+        ({"duration_s": math.inf}, "duration_s is inf"),
+    ],
+)
+def test_times_that_make_no_rollout_are_refused(timing, said):
+    with pytest.raises(TegotaeError, match=f"^{said}"):
+        Timing(**timing)
+
+
+def test_a_tick_too_long_for_the_hopper_is_refused():
+    timing = Timing(duration_s=4.0, tick_s=0.05, frame_s=0.05)
+    with pytest.raises(
+        TegotaeError, match=r"control tick of 0\.05 s is too long .* at most 0\.035"
+    ):
+        simulation(timing=timing).run()
+
+
+def test_a_simulation_is_a_lane_of_the_engine():
+    controller = build("V-reflex-w8")
+    alone = simulation(controller=controller, weights=np.array([2.0])).run()
+    lanes = Engine(controller=controller, timing=TIMING).run(
+        np.array([[2.0], [3.0]]), Scenario(omega=PAPER.omega_rad_per_s)
+    )
+    np.testing.assert_allclose(alone.trajectory.height_m, lanes.height_m[:, 0], atol=1e-5)
