@@ -16,7 +16,8 @@ import pytest
 from oracle import Flown, Law, Leg, fly, is_non_chaotic, learned_art, learned_single, vanilla
 from tegotae import Controller, Engine, Hopper, Scenario, Timing, Trajectory, build
 
-WITHIN_M = 1e-3
+WITHIN_M = {"float32": 1e-3, "float64": 2.5e-4}
+"""In double precision, with the integrator's own error alone, a quarter of what is promised."""
 DURATION_S = 20.0
 DTYPES = ["float64", "float32"]
 CASES = list(itertools.product((4.0, 5.0, 6.0, 7.0, 8.0), (1.0, 2.0, 4.0, 8.0)))
@@ -89,7 +90,7 @@ def test_vanilla_controllers(actuation, dtype):
         if ordered
     }
     assert len(errors) >= 12, "most cases are non-chaotic"
-    assert {case: error for case, error in errors.items() if not error < WITHIN_M} == {}
+    assert {case: error for case, error in errors.items() if not error < WITHIN_M[dtype]} == {}
     hops = sum(len(exact.apex_time) for exact, ordered in solved(actuation) if ordered)
     assert hops > 200, "they hop"
     for lane, (exact, ordered) in enumerate(solved(actuation)):
@@ -129,7 +130,7 @@ def test_the_ground_drops(actuation, dtype):
         if not is_non_chaotic(law, exact, **how):
             continue
         compared += 1
-        assert worst_apex_error_m(out, lane, exact, rest=0.8) < WITHIN_M
+        assert worst_apex_error_m(out, lane, exact, rest=0.8) < WITHIN_M[dtype]
         touchdown = out.touchdown_time_s[:, lane]
         after = touchdown[touchdown > 10.0][0]
         assert after == pytest.approx(
@@ -161,7 +162,7 @@ def test_another_hopper_released_elsewhere(dtype):
         exact = fly(law, **how)
         if is_non_chaotic(law, exact, **how):
             compared += len(exact.apex_time) > 5
-            assert worst_apex_error_m(out, lane, exact, rest=0.8) < WITHIN_M
+            assert worst_apex_error_m(out, lane, exact, rest=0.8) < WITHIN_M[dtype]
     assert compared >= 2
 
 
@@ -205,7 +206,7 @@ def test_learned_controllers(name, seeds, dtype):
     for lane, (exact, ordered) in enumerate(solved_learned(name, seeds)):
         assert ordered, f"seed {seeds[lane]} was chosen for being non-chaotic"
         assert len(exact.apex_time) >= 3
-        assert worst_apex_error_m(out, lane, exact) < WITHIN_M, f"seed {seeds[lane]}"
+        assert worst_apex_error_m(out, lane, exact) < WITHIN_M[dtype], f"seed {seeds[lane]}"
         assert out.failed[-1, lane] == exact.failed
 
 

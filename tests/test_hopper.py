@@ -14,8 +14,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from tegotae import Engine, Hopper, Scenario, TegotaeError, Timing, build
+from tegotae import Controller, Engine, Hopper, Scenario, TegotaeError, Timing, build
 from tegotae.bodies import Contact, Push
+from tegotae.integrators.base import push
+from tegotae.terms import Sector
 
 TICK_S = 0.001
 
@@ -132,6 +134,25 @@ def test_a_force_that_rises_over_the_tick_is_advanced_exactly():
     exact = solve_ivp(rate, (0, TICK_S), [-0.3, 0.1], method="DOP853", rtol=1e-13, atol=1e-15)
     np.testing.assert_allclose(motion.height[0], 1.0 + exact.y[0, -1], atol=1e-14)
     np.testing.assert_allclose(motion.velocity[0], exact.y[1, -1], atol=1e-12)
+
+
+def test_a_sector_that_begins_inside_a_tick_displaces_the_body_as_it_does():
+    """Force for the last 30 % of a tick: against a tick without it and a tick with it."""
+    tick, sector = 0.01, Sector(start_rad=1.0, width_rad=1.0)
+    without = advance(Hopper(), 0.8, 0.2, 0.7 * tick, tick=0.7 * tick)
+    exact = advance(
+        Hopper(), without.height[0], without.velocity[0], 0.3 * tick, force=4.0, tick=0.3 * tick
+    )
+    with jax.enable_x64(True):
+        path = (jnp.asarray([x], "float64") for x in (0.93, 1.03, 5.0))
+        said = push(Controller(sector), Hopper(), jnp.zeros(1), *path)
+        mean, rise = float(said.mean_n[0]), float(said.rise_n[0])
+    assert mean == pytest.approx(0.3 * 4.0)
+    moved = advance(Hopper(), 0.8, 0.2, tick, force=mean, rise=rise, tick=tick)
+    without_rise = advance(Hopper(), 0.8, 0.2, tick, force=mean, tick=tick)
+    error = abs(moved.height[0] - exact.height[0])
+    assert error < 0.05 * abs(without_rise.height[0] - exact.height[0])
+    assert moved.velocity[0] == pytest.approx(exact.velocity[0], abs=2e-4)
 
 
 def test_touchdown_is_located_inside_the_tick():

@@ -192,6 +192,14 @@ def test_after_a_drop_in_flight_touchdown_is_later_and_lower():
     np.testing.assert_array_equal(out.ground_m[:, 0], 0.0)
 
 
+@pytest.mark.parametrize(("drop_time_s", "tick"), [(0.005, 5), (0.0052, 6), (0.0, 0)])
+def test_the_ground_drops_at_the_first_tick_not_earlier_than_told(drop_time_s, tick):
+    timing = Timing(duration_s=0.01, frame_s=0.001)
+    engine = Engine(controller=VANILLA.controller, timing=timing)
+    out = engine.run([[0.0]], Scenario(omega=5.0, drop_m=0.2, drop_time_s=drop_time_s))
+    np.testing.assert_array_equal(out.ground_m[:, 0] < 0.0, np.arange(10) >= tick)
+
+
 def test_nothing_changes_before_the_ground_drops():
     out = VANILLA.run([[2.753]], Scenario(omega=5.0, drop_m=[0.0, 0.2], drop_time_s=1.5))
     np.testing.assert_array_equal(out.height_m[:75, 0], out.height_m[:75, 1])
