@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tegotae.analysis.outcome import Outcome, OutcomeSummary
-from tegotae.analysis.sweep import as_maps, lanes
+from tegotae.analysis.sweep import SETTLE_S, as_maps, lanes
 from tegotae.controller_file import SavedController
 from tegotae.metrics.gait import LIMIT_CYCLE
 from tegotae.rollout import Engine, Scenario, Timing
@@ -81,7 +81,7 @@ def map_basin(
     height, column = lanes(height_m, across)
     engine = Engine(
         controller=saved.controller,
-        timing=timing or Timing(duration_s=40.0),
+        timing=timing or Timing(duration_s=SETTLE_S),
         summary=OutcomeSummary(),
     )
     scenario = Scenario(

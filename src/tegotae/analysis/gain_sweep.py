@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tegotae.analysis.outcome import Outcome, OutcomeSummary
-from tegotae.analysis.sweep import as_maps, lanes
+from tegotae.analysis.sweep import SETTLE_S, as_maps, lanes
 from tegotae.bodies import Body
 from tegotae.controller import Controller
 from tegotae.errors import TegotaeError
@@ -43,7 +43,7 @@ def sweep_gain(
         sigma: gains σ [rad/(s N)], shape [gains].
         omega: frequencies ω [rad/s], shape [frequencies].
         body: the paper's hopper by default.
-        timing: 20 s by default. What has not settled by its end counts as without limit cycle.
+        timing: 40 s by default. What has not settled by its end counts as without limit cycle.
         work: definition of work, one of "absolute", "positive", "net".
 
     Raises:
@@ -62,7 +62,7 @@ def sweep_gain(
         )
     engine = Engine(
         controller=controller,
-        timing=timing or Timing(),
+        timing=timing or Timing(duration_s=SETTLE_S),
         summary=OutcomeSummary(GaitSummary(work=work)),
     )
     gains, frequencies = lanes(sigma, omega)

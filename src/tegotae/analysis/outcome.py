@@ -9,7 +9,7 @@ import jax.numpy as jnp
 
 from tegotae.bodies import Body
 from tegotae.maths import TWO_PI
-from tegotae.metrics.gait import GaitSummary
+from tegotae.metrics.gait import FAILED, GaitSummary
 from tegotae.metrics.hopping import hops
 from tegotae.metrics.limit_cycle import settled
 from tegotae.rollout import Scenario, Timing, Trajectory
@@ -76,15 +76,15 @@ class OutcomeSummary:
         middle = (timing.n_frames - 1) // 2
         cycle = settled(table, self.gait.limit_cycle, -jnp.inf, end_s)
         found = jnp.isfinite(gait.limit_cycle_period)
-        late = jnp.sum(table.time_s <= trajectory.time_s[middle], axis=0)
-        first = jnp.where(found, cycle.from_hop, jnp.minimum(late, table.count - 1))
-        last = jnp.where(found, cycle.to_hop, table.count - 1)
-        first, last = jnp.maximum(first, 0), jnp.maximum(last, 0)
+        final = jnp.maximum(table.count - 1, 0)
+        early = jnp.sum(table.time_s <= trajectory.time_s[middle][None], axis=0, dtype=final.dtype)
+        first = jnp.where(found, cycle.from_hop.astype(final.dtype), jnp.minimum(early, final))
+        last = jnp.where(found, cycle.to_hop.astype(final.dtype), final)
         number = (last - first).astype(end_s.dtype)
 
         travelled = unwrapped(trajectory.phase_rad)
-        steps = jnp.arange(timing.n_frames)[:, None]
-        counts = (steps > first) & (steps <= last)
+        row = jnp.arange(timing.n_frames, dtype=last.dtype)[:, None]
+        counts = (row > first[None]) & (row <= last[None])
         apex_height = jnp.sum(jnp.where(counts, table.height_m, 0.0), axis=0)
 
         def at(x: Any, row: Any) -> Any:
@@ -99,7 +99,7 @@ class OutcomeSummary:
         lasted = jnp.where(hopping, at(table.time_s, last) - at(table.time_s, first), 1.0)
         over_hops = (travelled_at(last) - travelled_at(first)) / lasted
         over_half = (travelled[-1] - travelled[middle]) / (end_s - trajectory.time_s[middle])
-        sound = gait.regime != 0
+        sound = gait.regime != FAILED
         return Outcome(
             regime=gait.regime,
             limit_cycle_period=gait.limit_cycle_period,

@@ -152,10 +152,11 @@ def fixed_point(image: Map, start: np.ndarray, step: float) -> tuple[np.ndarray,
         miss = _apart(at, point)
         if np.linalg.norm(miss) < _CLOSE:
             break
-        solvable = np.linalg.cond(np.eye(len(point)) - matrix) < _SINGULAR
-        if not solvable or not np.all(np.isfinite(miss)):
+        slope = np.eye(len(point)) - matrix
+        defined = np.all(np.isfinite(miss)) and np.all(np.isfinite(slope))
+        if not defined or np.linalg.cond(slope) > _SINGULAR:
             return start, at_start[1]
-        point = point + np.linalg.solve(np.eye(len(point)) - matrix, miss)
+        point = point + np.linalg.solve(slope, miss)
         if np.linalg.norm(_apart(point, start)) > _ASTRAY:
             return start, at_start[1]
         at, matrix = linearised(image, point, step)

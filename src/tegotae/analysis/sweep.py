@@ -9,6 +9,11 @@ import numpy as np
 from tegotae.errors import TegotaeError, require_count, require_finite
 
 
+SETTLE_S = 40.0
+"""Simulated time of every rollout of a map [s], as of the undisturbed part of an evaluation: what
+has not settled by its end counts as without limit cycle."""
+
+
 def axis(name: str, low: float, high: float, points: int) -> np.ndarray:
     """`points` evenly spaced values from `low` to `high`.
 

@@ -22,7 +22,7 @@ class GainMap(Output, HopperOptions):
     """Range of the frequency ω [rad/s]."""
     resolution: int = 100
     """Points along either axis."""
-    duration: float = 20.0
+    duration: float = 40.0
     """Simulated time; what has not settled by its end has no limit cycle [s]."""
     energy: str = "absolute"
     """Definition of the actuator's work: absolute, positive or net."""

@@ -25,7 +25,7 @@ class PhaseLocking(Output, HopperOptions):
     """Gain of the cut [rad/(s N)]."""
     resolution: int = 100
     """Points along either axis."""
-    duration: float = 20.0
+    duration: float = 40.0
     """Simulated time; what has not settled by its end has no limit cycle [s]."""
 
     def run(self) -> None:
