@@ -88,14 +88,16 @@ def test_the_gain_starts_where_it_is_told_to():
     np.testing.assert_array_equal(ConstantGain(start=2.5).initial(jax.random.key(0)), [2.5])
 
 
-def test_a_network_is_one_tanh_layer_on_sine_cosine_and_dimensionless_signals():
-    term = Network(("phase", "spring_force", "velocity"), hidden=5)
-    weights = np.random.default_rng(0).normal(size=(5, 6, 3))  # neurons, (w..., b, v), lanes
+@pytest.mark.parametrize("width", [1, 5, 40, 41, 300])
+def test_a_network_is_one_tanh_layer_on_sine_cosine_and_dimensionless_signals(width):
+    term = Network(("phase", "spring_force", "velocity"), hidden=width)
+    weights = np.random.default_rng(0).normal(size=(width, 6, 3))  # neurons, (w..., b, v), lanes
     inputs = np.stack([np.sin(PHASE), np.cos(PHASE), SPRING / 0.981, [-1 / 3, 0.5 / 3, 2 / 3]])
     hidden = np.tanh(np.einsum("jil,il->jl", weights[:, :4], inputs) + weights[:, 4])
     expected = np.sum(weights[:, 5] * hidden, axis=0)
-    flat = [jnp.asarray(w, "float32") for w in weights.reshape(30, 3)]
-    np.testing.assert_allclose(term(flat, signals()), expected, rtol=1e-5)
+    flat = [jnp.asarray(w, "float32") for w in weights.reshape(-1, 3)]
+    np.testing.assert_allclose(term(flat, signals()), expected, rtol=1e-5, atol=1e-5)
+    np.testing.assert_allclose(term(jnp.stack(flat), signals()), expected, rtol=1e-5, atol=1e-5)
 
 
 def test_a_network_sees_the_same_phase_a_turn_later():

@@ -328,8 +328,6 @@ def _advance_block(engine: Engine, weights: jax.Array, scenario: Scenario, body:
     """Roll out one block: weights [n_weights, block], scenario of [block] arrays."""
     controller, timing = engine.controller, engine.timing
     dtype = weights.dtype
-    # One array per weight: a row of a matrix would be cut out anew at every tick.
-    unpacked = tuple(weights[i] for i in range(weights.shape[0]))
     tick_s = jnp.asarray(timing.tick_s, dtype)
     zero = jnp.zeros_like(scenario.omega)
     drop_tick = jnp.ceil(scenario.drop_time_s / tick_s - 1e-3)
@@ -341,7 +339,7 @@ def _advance_block(engine: Engine, weights: jax.Array, scenario: Scenario, body:
         lane, events = lane_events
         ground = ground_at(index)
         moment, contact, push = engine.integrator.tick(
-            controller, body, unpacked, scenario.omega, lane.moment, ground, tick_s
+            controller, body, weights, scenario.omega, lane.moment, ground, tick_s
         )
         phase = phase_of(controller, lane.moment.oscillator, zero)
         travel = phase_of(controller, moment.oscillator, zero) - phase
@@ -421,7 +419,7 @@ def _advance_block(engine: Engine, weights: jax.Array, scenario: Scenario, body:
         () if controller.oscillator is None else controller.oscillator.start(scenario.phase_rad)
     )
     said = drive(
-        controller, body, unpacked, scenario.omega, start, oscillator, ground_at(jnp.asarray(0))
+        controller, body, weights, scenario.omega, start, oscillator, ground_at(jnp.asarray(0))
     )
     lane = _Lane(
         Moment(start, oscillator, said, said),
