@@ -120,7 +120,8 @@ def train(
     Written are `MODEL-seedN.json` (the controllers), `curves.csv`, `run.json` (configuration and
     versions) and `checkpoint.npz`. Interrupted (Ctrl-C), it keeps what has been learned and
     raises `KeyboardInterrupt` again; called again on the same folder, it goes on from there, and
-    ends in the same numbers. A pure V model has no network: its σ is found by search.
+    ends in the same numbers. A pure V model has no network: its σ is found by search, which is one
+    run whatever the seeds.
 
     Raises:
         TegotaeError: if the folder cannot be written or holds another training.
@@ -233,8 +234,11 @@ def _search(run: Run, out: Path) -> list[Path]:
     gain, fitness = best_gain(
         controller, run.model.omega_t or 0.0, run.hopper, fitness=run.fitness, timing=run.timing
     )
-    outcome = {"best_fitness": fitness, "generations": 0, "best_generation": 0}
-    return [
-        _save(run, controller, np.array([gain]), {"seed": seed, **outcome}, out)
-        for seed in run.seeds
-    ]
+    # The search has no randomness: it is one run, whatever the seeds.
+    outcome = {
+        "seed": run.seeds[0],
+        "best_fitness": fitness,
+        "generations": 0,
+        "best_generation": 0,
+    }
+    return [_save(run, controller, np.array([gain]), outcome, out)]
