@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import tegotae  # noqa: F401 - first, for it asks JAX for one device per core
+
+# isort: split
 import functools
 from pathlib import Path
 
@@ -9,8 +12,6 @@ import evosax.algorithms.base
 import jax
 import pytest
 from hypothesis import settings
-
-import tegotae  # noqa: F401 - first, for it asks JAX for one device per core
 
 jax.config.update("jax_numpy_dtype_promotion", "strict")
 jax.config.update("jax_numpy_rank_promotion", "raise")

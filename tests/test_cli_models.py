@@ -1,0 +1,129 @@
+"""`tegotae models`: the 218 models of the study, as a table or as JSON."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from tegotae import all_models, find
+from tegotae.cli import main
+
+
+@pytest.fixture
+def listed(capsys):
+    """A function that runs `tegotae models --json` and returns the list."""
+
+    def run(*options: str) -> list[dict]:
+        assert main(["models", "--json", *options]) == 0
+        out, err = capsys.readouterr()
+        assert err == ""
+        return json.loads(out)
+
+    return run
+
+
+@pytest.fixture
+def table(capsys):
+    """A function that runs `tegotae models` and returns the table's rows and the last line."""
+
+    def run(*options: str) -> tuple[list[list[str]], str]:
+        assert main(["models", *options]) == 0
+        *lines, last = capsys.readouterr().out.splitlines()
+        rows = [line.split() for line in lines if line.strip() and "─" not in line]
+        assert rows[0][0] == "model"
+        return rows[1:], last
+
+    return run
+
+
+def test_there_are_218_models(listed, table):
+    assert len(listed()) == 218
+    rows, last = table()
+    assert len(rows) == 218
+    assert last == "218 models"
+
+
+def test_table_and_json_name_the_same_models_in_the_same_order(listed, table):
+    names = [model["name"] for model in listed()]
+    assert names == [row[0] for row in table()[0]] == list(all_models())
+    assert len(set(names)) == 218
+
+
+def test_an_entry_tells_the_models_design(listed):
+    assert listed("ARGT-rF-gFv-tphif-w4") == [
+        {
+            "name": "ARGT-rF-gFv-tphif-w4",
+            "architecture": "ARGT",
+            "learned_terms": ["A", "R", "G", "T"],
+            "observation": ["spring_force", "velocity"],
+            "reaction_observation": "F",
+            "gain_observation": "Fv",
+            "actuation": "tphif",
+            "omega_t_rad_per_s": 4.0,
+            "parameters": find("ARGT-rF-gFv-tphif-w4").controller().n_weights,
+        }
+    ]
+    (vanilla,) = listed("V-sector-w8")
+    assert (vanilla["learned_terms"], vanilla["parameters"]) == ([], 1)
+    assert (vanilla["reaction_observation"], vanilla["gain_observation"]) == (None, None)
+    (single,) = listed("T-F")
+    assert (single["architecture"], single["omega_t_rad_per_s"]) == ("T", None)
+
+
+def test_all_entries_have_the_same_keys_and_respect_the_budget(listed):
+    models = listed()
+    assert {tuple(model) for model in models} == {tuple(models[0])}
+    assert all(1 <= model["parameters"] <= 96 for model in models)
+    assert {model["omega_t_rad_per_s"] for model in models} == {4.0, 8.0, None}
+
+
+def test_a_table_is_never_cut_to_the_width_of_the_terminal(table, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "20")
+    rows, _ = table("ARGT-rFv-gFv-*")
+    assert "ARGT-rFv-gFv-tphif-w8" in [row[0] for row in rows]
+    assert all("…" not in word for row in rows for word in row)
+
+
+@pytest.mark.parametrize(
+    ("pattern", "count"),
+    [("*-w4", 108), ("V-*", 6), ("T-F*", 2), ("ART-r?-tphif-w8", 1), ("*", 218)],
+)
+def test_a_pattern_chooses_as_in_a_shell(listed, table, pattern, count):
+    assert len(listed(pattern)) == count
+    rows, last = table(pattern)
+    assert len(rows) == count
+    assert last == f"{count} models"
+
+
+@pytest.mark.parametrize(("architecture", "count"), [("V", 6), ("ART", 12), ("T", 2), ("VG", 12)])
+def test_an_architecture_chooses_its_models(listed, architecture, count):
+    models = listed(architecture)
+    assert len(models) == count
+    assert {model["architecture"] for model in models} == {architecture}
+    assert find(architecture).name in [model["name"] for model in models]
+
+
+def test_the_budget_is_an_option(listed):
+    small = listed("ART", "--budget", "20")
+    assert all(13 <= model["parameters"] <= 20 for model in small)
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["ART-rF-tphif-w9"], "no model is called 'ART-rF-tphif-w9'; did you mean ART-rF-tphif-w"),
+        (["V-sectro-w4"], "did you mean V-sector-w4"),
+        (["xyz"], "no model is called 'xyz'; some that are: V-sector-w4"),
+        ([""], "no model is called ''"),
+        (
+            ["ART", "--budget", "5"],
+            "budget is 5, too small: ART-rF-tphi-w4 has at least 12 weights",
+        ),
+        (["--budget", "0"], "budget is 0; it must be a whole number of at least 1"),
+        (["--budget", "-3"], "budget is -3; it must be a whole number of at least 1"),
+    ],
+)
+def test_what_names_no_model_is_refused_in_one_line(one_line_error, words, said):
+    assert said in one_line_error("models", *words)
+    assert said in one_line_error("models", "--json", *words)

@@ -1,0 +1,295 @@
+"""A training on disk: stopped in any way it goes on, and ends in the same numbers."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import tiny
+from tegotae import Engine, Hopper, Scenario, TegotaeError, Timing, controller_file, find
+from tegotae.training import run as training_run
+from tegotae.training.algorithms import PGPE
+from tegotae.training.fitness import Fitness
+from tegotae.training.run import Run, train
+from tegotae.training.search import GAINS
+
+# What is written.
+
+
+def test_a_controller_per_seed_is_returned_with_how_it_was_trained(tiny_training, tmp_path):
+    paths = train(tiny.RUN, tmp_path)
+    assert [path.name for path in paths] == [p.name for p in tiny.controllers(tiny_training)]
+    for seed, path in zip(tiny.SEEDS, paths, strict=True):
+        saved = controller_file.load(path)
+        assert saved.model == "ART-rF-tphif-w8"
+        assert saved.controller == find("ART").controller(20)
+        assert (saved.omega, saved.body) == (8.0, Hopper())
+        assert saved.training["seed"] == seed
+        assert saved.training["generations"] == tiny.GENERATIONS
+        assert 0 <= saved.training["best_generation"] < tiny.GENERATIONS
+        assert {"tegotae", "jax", "evosax", "numpy"} <= set(saved.software)
+
+
+def test_the_best_distribution_of_the_curves_is_the_one_kept(tiny_training):
+    found = tiny.learned(tiny_training)
+    header, *rows = found["curves"]
+    assert header[:3] == ["generation", "seed", "centre_fitness"]
+    for seed, outcome in zip(tiny.SEEDS, found["training"], strict=True):
+        fitness = [float(row[2]) for row in rows if int(row[1]) == seed]
+        assert len(fitness) == tiny.GENERATIONS
+        assert outcome["best_generation"] == int(np.argmax(fitness))
+        assert outcome["best_fitness"] == pytest.approx(max(fitness), rel=1e-5)
+
+
+def test_two_runs_end_in_the_same_numbers(tiny_training, tmp_path):
+    train(tiny.RUN, tmp_path)
+    assert tiny.learned(tmp_path) == tiny.learned(tiny_training)
+
+
+def test_a_seeds_result_does_not_depend_on_the_others(tiny_training, tmp_path):
+    (path,) = train(dataclasses.replace(tiny.RUN, seeds=(1,)), tmp_path)
+    together = controller_file.load(tiny.controllers(tiny_training)[1])
+    alone = controller_file.load(path)
+    # Lanes are computed alike, but for rounding in a vector that is filled otherwise.
+    np.testing.assert_allclose(alone.weights, together.weights, rtol=0.0, atol=1e-4)
+    for name in ("best_fitness", "best_generation"):
+        assert alone.training[name] == pytest.approx(together.training[name], abs=1e-3)
+
+
+def test_every_generation_is_told(tmp_path):
+    told = []
+    train(tiny.RUN, tmp_path, on_generation=lambda done, curves: told.append((done, curves)))
+    assert [done for done, _ in told] == [1, 2, 3, 4]
+    assert all(np.shape(curves.centre_fitness) == (2,) for _, curves in told)
+
+
+# Stopped and going on.
+
+
+def stop_at(generation: int, stop):
+    """A function that stops the training after that generation."""
+
+    def on_generation(done, _):
+        if done == generation:
+            stop()
+
+    return on_generation
+
+
+def interrupt():
+    raise KeyboardInterrupt
+
+
+@pytest.mark.parametrize("generation", [1, 3])
+def test_an_interrupted_training_keeps_what_it_learned_and_goes_on(
+    tiny_training, tmp_path, generation
+):
+    with pytest.raises(KeyboardInterrupt):
+        train(tiny.RUN, tmp_path, on_generation=stop_at(generation, interrupt))
+    kept = tiny.learned(tmp_path)
+    whole = tiny.learned(tiny_training)
+    assert kept["curves"] == whole["curves"][: 1 + 2 * generation]
+    assert [t["generations"] for t in kept["training"]] == [generation] * 2
+
+    told = []
+    train(tiny.RUN, tmp_path, on_generation=lambda done, _: told.append(done))
+    assert told == list(range(generation + 1, tiny.GENERATIONS + 1))
+    assert tiny.learned(tmp_path) == whole
+
+
+def test_a_training_made_longer_is_the_same_as_a_long_one(tiny_training, tmp_path):
+    train(dataclasses.replace(tiny.RUN, generations=2), tmp_path)
+    assert tiny.learned(tmp_path) != tiny.learned(tiny_training)
+    train(tiny.RUN, tmp_path)
+    assert tiny.learned(tmp_path) == tiny.learned(tiny_training)
+
+
+@pytest.mark.parametrize("generations", [tiny.GENERATIONS, 2])
+def test_a_finished_training_is_left_as_it_is(tmp_path, generations):
+    train(tiny.RUN, tmp_path)
+    before = tiny.contents(tmp_path)
+    train(dataclasses.replace(tiny.RUN, generations=generations), tmp_path)
+    assert tiny.contents(tmp_path) == before
+
+
+KILLED = """
+import os, signal, sys
+from pathlib import Path
+import conftest  # the tests' promotion rules: with others XLA may round otherwise
+import tiny
+from tegotae.training.run import train
+
+def kill(done, curves):
+    if done == 3:
+        os.kill(os.getpid(), signal.SIGKILL)
+
+train(tiny.RUN, Path(sys.argv[1]), on_generation=kill)
+"""
+
+
+def test_a_killed_training_goes_on_and_ends_in_the_same_numbers(tiny_training, tmp_path):
+    killed = subprocess.run(
+        [sys.executable, "-c", KILLED, str(tmp_path)],
+        env={**os.environ, "PYTHONPATH": str(Path(__file__).parent)},
+        capture_output=True,
+    )
+    assert killed.returncode == -signal.SIGKILL, killed.stderr
+    with np.load(tmp_path / "checkpoint.npz", allow_pickle=False) as stored:
+        assert 1 <= len(stored["curve_centre_fitness"]) < tiny.GENERATIONS
+    train(tiny.RUN, tmp_path)
+    assert tiny.learned(tmp_path) == tiny.learned(tiny_training)
+
+
+def test_an_interrupt_while_results_are_written_loses_nothing(tiny_training, tmp_path, monkeypatch):
+    with monkeypatch.context() as patch:
+        patch.setattr(training_run, "_write_results", lambda *_: interrupt())
+        with pytest.raises(KeyboardInterrupt):
+            train(tiny.RUN, tmp_path)
+    assert not list(tmp_path.glob("*-seed*.json"))
+    train(tiny.RUN, tmp_path)
+    assert tiny.learned(tmp_path) == tiny.learned(tiny_training)
+
+
+# Whose folder it is.
+
+OTHERS = {
+    "model": {"model": find("AR")},
+    "seeds": {"seeds": (0, 1, 2)},
+    "algorithm": {"algorithm": PGPE(population=10)},
+    "timing": {"timing": Timing(duration_s=4.0, tick_s=0.002)},
+    "settle_s": {"settle_s": 0.5},
+    "energy": {"energy": "positive"},
+    "budget": {"budget": 30},
+    "hopper": {"hopper": Hopper(mass_kg=0.2)},
+}
+
+
+@pytest.mark.parametrize("name", OTHERS)
+def test_a_folder_of_another_training_is_refused_and_left_as_it_is(tiny_training, name):
+    before = tiny.contents(tiny_training)
+    said = f"^{tiny_training} holds a training of ART-rF-tphif-w8 that differs in {name}; "
+    with pytest.raises(TegotaeError, match=said):
+        train(dataclasses.replace(tiny.RUN, **OTHERS[name]), tiny_training)
+    assert tiny.contents(tiny_training) == before
+
+
+def test_a_training_that_learned_nothing_does_not_claim_its_folder(tmp_path, monkeypatch):
+    with monkeypatch.context() as patch:
+        patch.setattr(training_run, "evolve", lambda *_: interrupt())
+        with pytest.raises(KeyboardInterrupt):
+            train(dataclasses.replace(tiny.RUN, budget=30), tmp_path)
+    assert os.listdir(tmp_path) == ["run.json"]
+    train(tiny.RUN, tmp_path)
+    assert tiny.learned(tmp_path)["configuration"]["budget"] == 20
+
+
+def copy_of(folder: Path, to: Path) -> Path:
+    for name, content in tiny.contents(folder).items():
+        (to / name).write_bytes(content)
+    return to
+
+
+DAMAGE = {
+    "empty": lambda content: b"",
+    "cut off": lambda content: content[: len(content) // 2],
+    "without its end": lambda content: content[:-1],
+    "of something else": lambda content: b"hello",
+    "with bytes changed": lambda content: content.replace(b"\x93NUMPY", b"\x93NUMPI"),
+}
+
+
+@pytest.mark.parametrize("name", DAMAGE)
+def test_a_damaged_checkpoint_is_refused_and_left_as_it_is(tiny_training, tmp_path, name):
+    folder = copy_of(tiny_training, tmp_path)
+    checkpoint = folder / "checkpoint.npz"
+    checkpoint.write_bytes(DAMAGE[name](checkpoint.read_bytes()))
+    before = tiny.contents(folder)
+    with pytest.raises(TegotaeError, match=f"^{checkpoint} is damaged; [^\n]+$"):
+        train(tiny.RUN, folder)
+    assert {**tiny.contents(folder), "run.json": b""} == {**before, "run.json": b""}
+
+
+@pytest.mark.parametrize("text", ["", "{", "[]", "null", '{"configuration": [1]}', "\udcff"])
+def test_a_damaged_account_of_the_run_is_refused(tiny_training, tmp_path, text):
+    folder = copy_of(tiny_training, tmp_path)
+    (folder / "run.json").write_text(text, errors="surrogateescape")
+    with pytest.raises(TegotaeError, match=f"^{folder / 'run.json'} is damaged; [^\n]+$"):
+        train(tiny.RUN, folder)
+
+
+def test_controllers_that_nothing_tells_of_are_not_overwritten(tiny_training, tmp_path):
+    folder = copy_of(tiny_training, tmp_path)
+    (folder / "run.json").unlink()
+    with pytest.raises(TegotaeError, match=r"holds a training but no run\.json"):
+        train(tiny.RUN, folder)
+
+
+# The search of a pure V model.
+
+
+def test_a_vanilla_models_gain_is_the_fittest_of_the_grid(tmp_path):
+    run = dataclasses.replace(tiny.RUN, model=find("V-sector-w4"))
+    paths = train(run, tmp_path)
+    # A search has no randomness: it is one run, whatever the seeds.
+    assert [path.name for path in paths] == [f"V-sector-w4-seed{tiny.SEEDS[0]}.json"]
+    (sigma,) = controller_file.load(paths[0]).weights
+    fitness = Engine(
+        controller=run.model.controller(), timing=run.timing, summary=Fitness(settle_s=1.0)
+    ).run(GAINS[:, None], Scenario(omega=4.0))["fitness"]
+    assert sigma == GAINS[np.argmax(fitness)]
+    outcome = controller_file.load(paths[0]).training
+    assert outcome["best_fitness"] == pytest.approx(fitness.max())
+    assert (
+        json.loads((tmp_path / "run.json").read_text())["configuration"]["model"] == run.model.name
+    )
+
+
+# What is refused before anything is written.
+
+
+@pytest.mark.parametrize(
+    ("changed", "said"),
+    [
+        ({"seeds": ()}, "seeds is 0; it must be a whole number of at least 1"),
+        ({"seeds": (0, 0)}, r"seeds are \(0, 0\); each may be given only once"),
+        ({"seeds": (-1,)}, "seed is -1; it must be a whole number of at least 0"),
+        ({"seeds": (2**31,)}, r"seed is 2147483648; it must be below 2\^31"),
+        ({"seeds": (0.5,)}, r"seed is 0\.5; it must be a whole number"),
+        ({"generations": 0}, "generations is 0; it must be a whole number of at least 1"),
+        ({"hopper": Hopper(stiffness_n_per_m=1e6)}, r"the control tick of 0\.002 s is too long"),
+    ],
+)
+def test_a_run_of_unusable_numbers_is_refused(changed, said):
+    with pytest.raises(TegotaeError, match=f"^{said}"):
+        dataclasses.replace(tiny.RUN, **changed)
+
+
+@pytest.mark.parametrize(
+    ("changed", "said"),
+    [
+        ({"settle_s": 2.5}, "an episode of 3 s leaves less than 1 s after settling for 2.5 s"),
+        ({"settle_s": -1.0}, "settle_s is -1"),
+        ({"energy": "kinetic"}, "energy is 'kinetic'"),
+        ({"budget": 5}, "budget is 5, too small"),
+    ],
+)
+def test_a_training_that_cannot_be_judged_is_refused(tmp_path, changed, said):
+    with pytest.raises(TegotaeError, match=f"^{said}"):
+        train(dataclasses.replace(tiny.RUN, **changed), tmp_path / "new")
+    assert not (tmp_path / "new").exists()
+
+
+def test_a_run_of_defaults_is_the_papers():
+    run = Run(model=find("ART"))
+    assert isinstance(run.algorithm, PGPE)
+    assert (run.generations, run.budget, run.energy) == (80, 96, "absolute")
+    assert run.fitness.follow_omega
+    assert not Run(model=find("T")).fitness.follow_omega
