@@ -109,6 +109,26 @@ class Point(NamedTuple):
     """The policy's weights, shape [n_weights]."""
 
 
+def make_agent(
+    training: AgentTraining, *, seed: int, weights: np.ndarray | None = None
+) -> tuple[BaseAlgorithm, Feedback]:
+    """The Stable-Baselines3 agent, not yet trained, and the part of it that is the policy.
+
+    Args:
+        training: what and how.
+        seed: of the weights and of all that is drawn.
+        weights: of the policy, shape [n_weights]; `initial_weights` of the seed by default.
+    """
+    if weights is None:
+        weights = initial_weights(training.controller, seed)
+    environment, settings = training.environment, training.settings
+    feedback = Feedback(training.controller, _observed(training, environment), weights)
+    env: VecEnv = HopperVecEnv(environment, settings.n_envs)
+    if settings.normalize_reward:
+        env = VecNormalize(env, norm_obs=False, norm_reward=True, gamma=settings.gamma)
+    return MAKERS[type(settings)](settings, env, feedback, seed), feedback
+
+
 def learn(
     training: AgentTraining, *, seed: int, episodes: int, evaluate_every: int = 10
 ) -> Iterator[Point]:
@@ -130,17 +150,8 @@ def learn(
     require_count("seed", seed, least=0)
     require_count("episodes", episodes)
     require_count("evaluate_every", evaluate_every)
-    environment = training.environment
-    feedback = Feedback(
-        training.controller,
-        _observed(training, environment),
-        initial_weights(training.controller, seed),
-    )
-    env: VecEnv = HopperVecEnv(environment, training.settings.n_envs)
-    if training.settings.normalize_reward:
-        env = VecNormalize(env, norm_obs=False, norm_reward=True, gamma=training.settings.gamma)
-    agent = MAKERS[type(training.settings)](training.settings, env, feedback, seed)
-    engine, per_episode = training.engine, environment.n_steps
+    agent, feedback = make_agent(training, seed=seed)
+    engine, per_episode = training.engine, training.environment.n_steps
     while True:
         yield _judge(training, engine, feedback.flat(), agent.num_timesteps / per_episode)
         done = agent.num_timesteps // per_episode
