@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import partial
@@ -97,7 +98,7 @@ def start(training: Training, seeds: Sequence[int]) -> Progress:
             jnp.asarray(0),
         )
 
-    return jax.jit(jax.vmap(one))(jnp.asarray(seeds))
+    return jax.vmap(one)(jnp.asarray(seeds))
 
 
 def evolve(
@@ -126,11 +127,14 @@ def evolve(
     driven.check_tick(training.timing.tick_s)
     driven = jax.tree.map(lambda x: jnp.asarray(x, "float32"), driven)
     done = int(np.asarray(progress.generation)[0])
+    # Settings are data: trainings that differ in them alone are one compiled program.
+    parameters = training.algorithm.parameters(training.controller.n_weights)
+    program = dataclasses.replace(training, algorithm=training.algorithm.program)
     for _ in range(done, generations):
         # As host arrays the start and later progress are of the same type: one compilation.
         progress = jax.tree.map(np.asarray, progress)
         progress, curves = _generation(
-            training, progress, jnp.asarray(seeds), jnp.float32(omega), driven
+            program, parameters, progress, jnp.asarray(seeds), jnp.float32(omega), driven
         )
         yield progress, jax.tree.map(np.asarray, curves)
 
@@ -142,11 +146,15 @@ def _per_weight(std: jax.Array, centre: jax.Array) -> jax.Array:
 
 @partial(jax.jit, static_argnums=0)
 def _generation(
-    training: Training, progress: Progress, seeds: jax.Array, omega: jax.Array, body: Body
+    training: Training,
+    parameters: Any,
+    progress: Progress,
+    seeds: jax.Array,
+    omega: jax.Array,
+    body: Body,
 ) -> tuple[Progress, Curves]:
     n_weights = training.controller.n_weights
     strategy = training.algorithm.strategy(n_weights)
-    parameters = training.algorithm.parameters(n_weights)
 
     def keys(seed: jax.Array, generation: jax.Array) -> jax.Array:
         return jax.random.split(jax.random.fold_in(jax.random.key(seed), generation), 2)

@@ -7,24 +7,32 @@ from functools import cache
 from typing import Any
 
 import jax
+import jax.numpy as jnp
 
 
 class Algorithm(ABC):
     """An optimiser of weights from episode fitness alone: a frozen dataclass of its settings.
 
     It wraps an evosax strategy. Strategies minimise; the trainer hands them the negative fitness.
+    Only the population decides what is compiled. All other settings are data, in `parameters` or in
+    the state that `start` returns: another learning rate compiles nothing anew.
     """
 
     population: int
     """Episodes per generation and seed."""
 
+    @property
+    def program(self) -> Algorithm:
+        """The same algorithm and population at default settings: what is compiled."""
+        return type(self)(population=self.population)  # type: ignore[call-arg]
+
     @abstractmethod
     def make(self, n_weights: int) -> Any:
-        """A new evosax strategy for this many weights."""
+        """A new evosax strategy for this many weights and this population."""
 
     def strategy(self, n_weights: int) -> Any:
         """The evosax strategy for this many weights (always the same: a new one compiles anew)."""
-        return _made(self, n_weights)
+        return _made(self.program, n_weights)
 
     def parameters(self, n_weights: int) -> Any:
         """The strategy's parameters."""
@@ -34,6 +42,12 @@ class Algorithm(ABC):
         """State of a search that starts from `weights`, shape [n_weights]."""
         n = weights.shape[0]
         return self.strategy(n).init(key, weights, self.parameters(n))
+
+
+def with_hyperparameters(state: Any, **values: float) -> Any:
+    """A strategy's state with these settings of its `optax.inject_hyperparams` optimiser."""
+    settings = {name: jnp.asarray(value, "float32") for name, value in values.items()}
+    return state.replace(opt_state=state.opt_state._replace(hyperparams=settings))
 
 
 @cache

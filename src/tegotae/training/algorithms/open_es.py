@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import jax
 import jax.numpy as jnp
 import optax
 from evosax.algorithms import Open_ES
 
 from tegotae.errors import TegotaeError, require_count, require_finite
-from tegotae.training.algorithms.base import Algorithm
+from tegotae.training.algorithms.base import Algorithm, with_hyperparameters
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -41,9 +42,19 @@ class OpenES(Algorithm):
 
     def make(self, n_weights: int) -> Open_ES:
         """evosax's OpenAI-ES."""
-        return Open_ES(
-            self.population,
-            jnp.zeros(n_weights),
-            optimizer=optax.adam(self.learning_rate),
-            std_schedule=optax.constant_schedule(self.std),
-        )
+        optimizer = optax.inject_hyperparams(optax.adam)(learning_rate=self.learning_rate)
+        return _FixedDeviation(self.population, jnp.zeros(n_weights), optimizer=optimizer)
+
+    def start(self, key: jax.Array, weights: jax.Array):
+        """State of a search that starts from `weights`, with its deviation and Adam's step size."""
+        state = super().start(key, weights)
+        optimizer = {**state.opt_state.hyperparams, "learning_rate": self.learning_rate}
+        state = with_hyperparameters(state, **optimizer)
+        return state.replace(std=jnp.asarray(self.std, "float32"))
+
+
+class _FixedDeviation(Open_ES):
+    """OpenAI-ES that keeps the deviation in its state: evosax's is a part of the program."""
+
+    def _tell(self, key, population, fitness, state, params):
+        return super()._tell(key, population, fitness, state, params).replace(std=state.std)

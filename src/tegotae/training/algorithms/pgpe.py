@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import jax
 import jax.numpy as jnp
+import optax
 from evosax.algorithms import PGPE as EvosaxPGPE  # noqa: N811
 from evosax.core.optimizer import clipup
 
 from tegotae.errors import TegotaeError, require_count, require_finite
-from tegotae.training.algorithms.base import Algorithm
+from tegotae.training.algorithms.base import Algorithm, with_hyperparameters
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -58,11 +60,24 @@ class PGPE(Algorithm):
 
     def make(self, n_weights: int) -> EvosaxPGPE:
         """evosax's PGPE."""
-        optimizer = clipup(self.learning_rate, self.max_speed, self.momentum)
+        optimizer = optax.inject_hyperparams(clipup, static_args=("eps",))(
+            learning_rate=self.learning_rate,
+            max_velocity=self.max_speed,
+            momentum=self.momentum,
+        )
         return EvosaxPGPE(self.population, jnp.zeros(n_weights), optimizer=optimizer)
 
     def parameters(self, n_weights: int):
         """evosax's parameters."""
         return self.strategy(n_weights).default_params.replace(
             std_init=self.std, std_lr=self.std_lr, std_max_change=self.std_max_change
+        )
+
+    def start(self, key: jax.Array, weights: jax.Array):
+        """State of a search that starts from `weights`, with ClipUp's settings."""
+        return with_hyperparameters(
+            super().start(key, weights),
+            learning_rate=self.learning_rate,
+            max_velocity=self.max_speed,
+            momentum=self.momentum,
         )
