@@ -1,0 +1,168 @@
+"""The command as a whole: help for people, one line for what goes wrong, and the exit status."""
+
+from __future__ import annotations
+
+import errno
+import os
+import re
+import subprocess
+import sys
+
+import pytest
+from jax.errors import JaxRuntimeError
+
+from tegotae import Engine, TegotaeError
+from tegotae.cli import COMMANDS, main
+from tegotae.cli.status import exit_status
+
+
+def refused(capsys, *words: str) -> str:
+    """What is said of words that make no command."""
+    with pytest.raises(SystemExit) as raised:
+        main(words)
+    out, err = capsys.readouterr()
+    assert raised.value.code == 2
+    assert out == ""
+    assert "Traceback" not in err
+    return re.sub(r"[│╭╮╰╯─\s]+", " ", err)
+
+
+def test_without_a_subcommand_they_are_listed(capsys):
+    said = refused(capsys)
+    assert all(name in said for name in COMMANDS)
+    assert "tegotae --help" in said
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["simulte"], "simulate"),
+        (["simulate", "--sgima", "2"], "--sigma"),
+        (["simulate", "--duration", "long"], "--duration: could not convert string to float"),
+        (["simulate", "--duration"], "--duration"),
+        (["simulate", "extra"], "Unrecognized options: extra"),
+        (["train"], "MODEL"),
+        (["train", "ART", "--seeds", "1.5"], "--seeds"),
+        (["train", "ART", "--seeds", "many"], "--seeds"),
+        (["models", "--json", "true", "false"], "false"),
+        (["bench", "--lanes", "1e3"], "--lanes"),
+    ],
+)
+def test_words_that_make_no_command_are_refused_with_what_was_meant(capsys, words, said):
+    assert said in refused(capsys, *words)
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_every_command_explains_itself_and_its_options(capsys, command):
+    with pytest.raises(SystemExit) as raised:
+        main([command, "--help"])
+    assert raised.value.code == 0
+    out = capsys.readouterr().out
+    assert out.startswith(f"usage: tegotae {command} ")
+    # Plain words: no Python in it.
+    assert "None" not in out
+
+
+def test_the_program_explains_itself(capsys):
+    with pytest.raises(SystemExit) as raised:
+        main(["--help"])
+    assert raised.value.code == 0
+    out = capsys.readouterr().out
+    assert all(f"• {name} " in out for name in COMMANDS)
+
+
+def test_it_can_be_run_as_a_module():
+    done = subprocess.run(
+        [sys.executable, "-m", "tegotae", "models", "T-F"], capture_output=True, text=True
+    )
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.splitlines()[-1] == "1 models"
+
+
+# How a command ends.
+
+
+def raising(error: BaseException):
+    def command() -> None:
+        raise error
+
+    return command
+
+
+OUT_OF_MEMORY = "RESOURCE_EXHAUSTED: Out of memory allocating 77000003792 bytes."
+
+
+@pytest.mark.parametrize(
+    ("error", "status", "line"),
+    [
+        (TegotaeError("mass_kg is 0"), 2, "mass_kg is 0"),
+        (MemoryError(), 2, "out of memory; use fewer lanes or a shorter duration"),
+        (JaxRuntimeError(OUT_OF_MEMORY), 2, "out of memory; use fewer lanes or a shorter duration"),
+        (OSError(errno.ENOSPC, "No space left on device"), 2, "[Errno 28] No space left on device"),
+        (KeyboardInterrupt(), 130, "interrupted"),
+        (KeyboardInterrupt("interrupted; runs keeps it"), 130, "interrupted; runs keeps it"),
+    ],
+)
+def test_what_goes_wrong_is_said_in_one_line(capsys, error, status, line):
+    assert exit_status(raising(error)) == status
+    assert capsys.readouterr() == ("", f"tegotae: {line}\n")
+
+
+def test_a_reader_that_has_seen_enough_is_no_error(capsys):
+    assert exit_status(raising(BrokenPipeError())) == 0
+    assert capsys.readouterr().err == ""
+
+
+@pytest.mark.parametrize("error", [ValueError("a bug"), JaxRuntimeError("INTERNAL: a bug")])
+def test_a_bug_is_not_hidden(error):
+    with pytest.raises(type(error), match="a bug"):
+        exit_status(raising(error))
+
+
+@pytest.mark.parametrize(
+    "command", ["simulate", "evaluate V-reflex-w8", "compare V-a V-b", "bench"]
+)
+def test_ctrl_c_anywhere_ends_in_one_line(capsys, monkeypatch, command):
+    def interrupt(*_, **__):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(Engine, "run", interrupt)
+    monkeypatch.setattr("tegotae.cli.compare.read", interrupt)
+    monkeypatch.setattr("tegotae.benchmarks.engine.ticks_per_second", interrupt)
+    assert main(command.split()) == 130
+    assert capsys.readouterr() == ("", "tegotae: interrupted\n")
+
+
+LEAVING = """
+import os, sys, threading
+from tegotae.cli.status import leave
+threading.Thread(target=threading.Event().wait).start()  # work that would never let Python end
+print("kept", end="")
+leave(130)
+"""
+
+
+def test_after_ctrl_c_nothing_that_still_works_holds_the_process_up():
+    done = subprocess.run(
+        [sys.executable, "-c", LEAVING], capture_output=True, text=True, timeout=120
+    )
+    assert (done.returncode, done.stdout, done.stderr) == (130, "kept", "")
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="this system has no full device")
+def test_a_full_disk_behind_stdout_is_said_in_one_line():
+    with open("/dev/full", "w") as full:
+        done = subprocess.run(
+            [sys.executable, "-m", "tegotae", "models", "V", "--json"],
+            stdout=full,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+    assert done.returncode == 2
+    assert done.stderr == "tegotae: [Errno 28] No space left on device\n"
+
+
+def test_bench_refuses_lanes_that_are_none(one_line_error):
+    assert "lanes is 0; it must be a whole number of at least 1" in one_line_error(
+        "bench", "--lanes", "0"
+    )

@@ -1,0 +1,243 @@
+"""`tegotae train`: controllers and what they are made of, in a folder; Ctrl-C loses nothing."""
+
+from __future__ import annotations
+
+import csv
+import dataclasses
+import importlib.metadata
+import json
+import os
+import signal
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+import tiny
+from tegotae import controller_file
+from tegotae.cli import main
+from tegotae.training import run as training_run
+from tegotae.training.run import train
+from tegotae.training.search import GAINS
+
+
+@pytest.fixture
+def no_training(monkeypatch):
+    """Makes any training, search or start of one fail the test."""
+
+    def begin(*_, **__):
+        raise AssertionError("a training was started before the input was checked")
+
+    for name in ("start", "evolve", "best_gain"):
+        monkeypatch.setattr(training_run, name, begin)
+
+
+# What it leaves.
+
+
+def test_controllers_curves_configuration_and_versions_are_written(tiny_training):
+    assert sorted(os.listdir(tiny_training)) == [
+        "ART-rF-tphif-w8-seed0.json",
+        "ART-rF-tphif-w8-seed1.json",
+        "checkpoint.npz",
+        "curves.csv",
+        "run.json",
+    ]
+    document = json.loads((tiny_training / "run.json").read_text())
+    assert document["configuration"] == json.loads(json.dumps(tiny.RUN.configuration))
+    assert document["software"]["jax"] == importlib.metadata.version("jax")
+    assert document["software"]["tegotae"] == importlib.metadata.version("tegotae")
+    with (tiny_training / "curves.csv").open() as stream:
+        rows = list(csv.DictReader(stream))
+    assert [(int(row["generation"]), int(row["seed"])) for row in rows] == [
+        (generation, seed) for generation in range(tiny.GENERATIONS) for seed in tiny.SEEDS
+    ]
+    curves = {"centre_fitness", "centre_cot_inverse", "mean_fitness", "best_fitness"}
+    assert all(np.isfinite(float(row[name])) for row in rows for name in curves)
+    assert all(0.0 <= float(row["failed_share"]) <= 1.0 for row in rows)
+
+
+def test_nothing_that_is_written_needs_pickle(tiny_training):
+    with np.load(tiny_training / "checkpoint.npz", allow_pickle=False) as stored:
+        assert all(stored[name].dtype != object for name in stored.files)
+    for path in tiny_training.glob("*.json"):
+        json.loads(path.read_text())
+
+
+def test_how_it_went_is_printed_and_how_far_it_is_goes_to_stderr(capsys, tmp_path):
+    assert tiny.train(tmp_path, "--seeds", "2") == 0
+    out, err = capsys.readouterr()
+    for path in tiny.controllers(tmp_path):
+        (line,) = (line for line in out.splitlines() if path.name in line)
+        training = controller_file.load(path).training
+        assert line.split()[1:] == [
+            f"{training['best_fitness']:.4f}",
+            str(training["best_generation"]),
+            str(tiny.GENERATIONS),
+        ]
+    first, *_, last = err.splitlines()
+    assert first.startswith("ART-rF-tphif-w8  1/4  fitness ")
+    assert "CoT⁻¹" in first
+    assert last.startswith("ART-rF-tphif-w8  4/4  ")
+    assert last.endswith(" s left")
+
+
+@pytest.mark.parametrize("seed", tiny.SEEDS)
+def test_simulate_reads_a_trained_controller(capsys, tiny_training, seed):
+    path = tiny.controllers(tiny_training)[seed]
+    assert main(["simulate", "--controller", str(path), "--duration", "2", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["parameters"]["controller"] == str(path)
+
+
+def test_the_folder_is_named_after_the_model_unless_asked_for(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    words = [*tiny.OPTIONS, "--generations", "1"]
+    assert main(["train", *words]) == 0
+    assert (tmp_path / "runs" / "ART-rF-tphif-w8" / "run.json").exists()
+
+
+def test_the_first_seed_is_an_option(tmp_path, tiny_training):
+    assert tiny.train(tmp_path, "--first-seed", "1") == 0
+    names = sorted(path.name for path in tmp_path.glob("*-seed*.json"))
+    assert names == [f"ART-rF-tphif-w8-seed{seed}.json" for seed in (1, 2)]
+    one = controller_file.load(tmp_path / names[0]).weights
+    np.testing.assert_array_equal(one, tiny.learned(tiny_training)["weights"][1])
+
+
+def test_a_vanilla_models_gain_is_found_by_search(capsys, tmp_path):
+    words = ["--seeds", "2", "--duration", "3", "--settle", "1", "--out", str(tmp_path)]
+    assert main(["train", "V-reflex-w8", *words]) == 0
+    # A search is the same for every seed: one controller.
+    (path,) = tmp_path.glob("*-seed*.json")
+    (sigma,) = controller_file.load(path).weights
+    assert sigma in GAINS
+    assert str(path) in capsys.readouterr().out
+
+
+# Going on.
+
+
+def test_training_in_two_parts_equals_training_in_one_bit_for_bit(tiny_training, tmp_path):
+    assert tiny.train(tmp_path, generations=2) == 0
+    assert tiny.learned(tmp_path)["curves"] == tiny.learned(tiny_training)["curves"][:5]
+    assert tiny.train(tmp_path) == 0
+    assert tiny.learned(tmp_path) == tiny.learned(tiny_training)
+
+
+def test_a_folder_of_another_training_is_refused(tiny_training, one_line_error, no_training):
+    before = tiny.contents(tiny_training)
+    words = [*tiny.OPTIONS, "--out", str(tiny_training)]
+    assert "differs in seeds; choose another folder with --out" in one_line_error(
+        "train", *words, "--seeds", "3"
+    )
+    assert "differs in model" in one_line_error("train", "AR", *words[1:])
+    assert tiny.contents(tiny_training) == before
+
+
+def test_ctrl_c_keeps_what_was_learned_and_says_so_in_one_line(tmp_path):
+    words = [*tiny.OPTIONS, "--generations", "1000000", "--out", str(tmp_path)]
+    script = "import conftest; from tegotae.cli import entry; entry()"
+    process = subprocess.Popen(
+        [sys.executable, "-c", script, "train", *words],
+        env={**os.environ, "PYTHONPATH": os.path.dirname(__file__)},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    assert process.stderr is not None
+    # The first line about progress: a generation is done, and a million are to come.
+    first = next(line for line in process.stderr if " 1/1000000 " in line)
+    process.send_signal(signal.SIGINT)
+    out, err = process.communicate(timeout=300)
+    assert process.returncode == 130
+    assert out == ""
+    *progress, last = [first, *err.splitlines()]
+    assert last == (
+        f"tegotae: interrupted; {tmp_path} keeps what was learned, "
+        "the same command goes on from there"
+    )
+    assert all(line.startswith("ART-rF-tphif-w8  ") for line in progress)
+
+    kept = tiny.learned(tmp_path)
+    generations = kept["training"][0]["generations"]
+    assert 1 <= generations < 1_000_000
+    undisturbed = tmp_path / "undisturbed"
+    train(dataclasses.replace(tiny.RUN, generations=generations), undisturbed)
+    assert tiny.learned(undisturbed) == kept
+
+
+# TensorBoard.
+
+
+def test_tensorboard_logs_lie_beside_the_controllers(tiny_training, tmp_path):
+    pytest.importorskip("tensorboardX")
+    assert tiny.train(tmp_path, "--tensorboard") == 0
+    (events,) = (tmp_path / "tensorboard").iterdir()
+    assert events.name.startswith("events.out.tfevents")
+    assert b"centre_cot_inverse" in events.read_bytes()
+    assert tiny.learned(tmp_path) == tiny.learned(tiny_training)
+
+
+def test_without_tensorboardx_its_option_names_the_extra_at_once(
+    tmp_path, monkeypatch, one_line_error, no_training
+):
+    monkeypatch.setitem(sys.modules, "tensorboardX", None)
+    words = [*tiny.OPTIONS, "--tensorboard", "--out", str(tmp_path / "new")]
+    assert "pip install 'tegotae[tensorboard]'" in one_line_error("train", *words)
+    assert not (tmp_path / "new").exists()
+
+
+# Bad input.
+
+REFUSED = {
+    "ARTX": "no model is called 'ARTX'; did you mean ART",
+    "ART --population 7": "population is 7; PGPE samples pairs, so it must be even",
+    "ART --population 0": "population is 0; it must be a whole number of at least 2",
+    "ART --population -2": "population is -2",
+    "ART --seeds 0": "seeds is 0; it must be a whole number of at least 1",
+    "ART --seeds -1": "seeds is -1",
+    "ART --first-seed -1": "first_seed is -1; it must be a whole number of at least 0",
+    "ART --first-seed 2147483647 --seeds 2": "seed is 2147483648; it must be below 2^31",
+    "ART --generations 0": "generations is 0; it must be a whole number of at least 1",
+    "ART --algorithm pgp": "no algorithm is called 'pgp'; did you mean pgpe",
+    "ART --episodes 10": "--episodes belongs to sac, ppo; pgpe has no such option",
+    "AR --algorithm sac --population 8": "--population belongs to pgpe",
+    "AR --algorithm sac --episodes 0": "episodes is 0",
+    "ART --energy kinetic": "energy is 'kinetic'; it must be one of absolute, positive, net",
+    "ART --budget 5": "budget is 5, too small",
+    "ART --budget 0": "budget is 0",
+    "V --budget 0": "budget is 0",
+    "ART --duration 4.5": "an episode of 4.5 s leaves less than 1 s after settling for 4 s",
+    "V --duration 4.5": "an episode of 4.5 s leaves less than 1 s after settling for 4 s",
+    "ART --duration nan": "duration_s is nan",
+    "ART --duration 1e9": "duration_s is 1e+09; at 0.002 s per control tick it must be at most",
+    "ART --settle nan": "settle_s is nan",
+    "ART --settle -1": "settle_s is -1",
+    "ART --tick 0": "tick_s is 0",
+    "ART --tick nan": "tick_s is nan",
+    "ART --tick 0.003": "frame_s is 0.02; it must be a whole multiple of tick_s (0.003)",
+}
+
+
+@pytest.mark.parametrize("words", REFUSED)
+def test_unusable_options_are_refused_in_one_line_before_the_training(
+    tmp_path, one_line_error, no_training, words
+):
+    out = tmp_path / "new"
+    assert REFUSED[words] in one_line_error("train", *words.split(), "--out", str(out))
+    assert not out.exists()
+
+
+@pytest.mark.parametrize("model", ["ART", "V"])
+@pytest.mark.parametrize(
+    ("place", "said"), [("file", "it is a file"), ("file/folder", "Not a directory")]
+)
+def test_a_folder_that_cannot_be_written_is_refused_before_the_training(
+    tmp_path, one_line_error, no_training, model, place, said
+):
+    (tmp_path / "file").touch()
+    out = str(tmp_path / place)
+    for more in ([], ["--tensorboard"]):
+        error = one_line_error("train", model, "--out", out, *more)
+        assert f"cannot write to the folder {out}: {said}" in error
