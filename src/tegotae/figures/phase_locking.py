@@ -62,7 +62,7 @@ def phase_locking_figure(sweep: GainSweep, cut_sigma: float, note: str = "") -> 
             )
         below.set_xlabel("frequency ω [rad/s]")
         below.set_ylabel(f"rate [rad/s] at σ = {sweep.sigma[cut]:.3g}")
-        below.legend(loc="upper left", handletextpad=0.3)
+        below.legend(loc="lower center", bbox_to_anchor=(0.5, 0.98), ncols=3, handletextpad=0.3)
         regime_legend(figure, sweep.outcome.regime, *patches, ncols=3)
     return figure
 

@@ -9,6 +9,7 @@ import tyro
 
 from tegotae.cli.figure.basin import Basin
 from tegotae.cli.figure.gain_map import GainMap
+from tegotae.cli.figure.learning_curves import LearningCurves
 from tegotae.cli.figure.phase_locking import PhaseLocking
 from tegotae.cli.figure.phase_response import PhaseResponse
 from tegotae.cli.figure.poincare import Poincare
@@ -27,7 +28,8 @@ class Figure:
         | Annotated[PhaseLocking, subcommand("phase-locking")]
         | Annotated[PhaseResponse, subcommand("phase-response")]
         | Annotated[Basin, subcommand("basin")]
-        | Annotated[Poincare, subcommand("poincare")],
+        | Annotated[Poincare, subcommand("poincare")]
+        | Annotated[LearningCurves, subcommand("learning-curves")],
         tyro.conf.arg(name=""),
     ]
 

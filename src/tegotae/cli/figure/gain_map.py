@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -10,6 +11,9 @@ from tegotae.cli.figure.output import Output
 from tegotae.cli.options import HopperOptions
 from tegotae.presets import preset
 from tegotae.rollout import Timing
+
+if TYPE_CHECKING:
+    from tegotae.analysis import Ridge
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -29,7 +33,7 @@ class GainMap(Output, HopperOptions):
 
     def run(self) -> None:
         """Compute, write, and print the fits."""
-        from tegotae.analysis import axis, one_to_one_ridge, sweep_gain
+        from tegotae.analysis import axis, find_ridge, one_to_one_ridge, sweep_gain
         from tegotae.figures.gain_map import gain_map_figure, gain_map_tables
 
         self.check_out()
@@ -48,14 +52,19 @@ class GainMap(Output, HopperOptions):
             for name in ("sector", "reflex")
         }
         ridges = {name: one_to_one_ridge(sweep) for name, sweep in sweeps.items()}
-        for name, ridge in ridges.items():
-            low, high = ridge.r_squared_interval
-            if np.isfinite(ridge.slope):
-                print(
-                    f"{name}: best σ = {ridge.intercept:.3g} + {ridge.slope:.3g} (± "
-                    f"{ridge.slope_error:.2g}) ω, R² = {ridge.r_squared:.3f} "
-                    f"[{low:.3f}, {high:.3f}], {len(ridge.omega)} frequencies"
-                )
-            else:
-                print(f"{name}: too few frequencies with a limit cycle for a linear fit")
+        for name, sweep in sweeps.items():
+            print(f"{name}, one turn a hop: {_fit(ridges[name])}")
+            overall = find_ridge(sigma, omega, sweep.outcome.cot_inverse)
+            print(f"{name}, all limit cycles: {_fit(overall)}")
         self.write(gain_map_figure(sweeps, ridges), gain_map_tables(sweeps, ridges))
+
+
+def _fit(ridge: Ridge) -> str:
+    """A ridge's line in words: slope ± standard error, R² and its 95 % interval."""
+    if not np.isfinite(ridge.slope):
+        return "too few frequencies with a limit cycle for a line"
+    low, high = ridge.r_squared_interval
+    return (
+        f"best σ = {ridge.intercept:.3g} + ({ridge.slope:.3g} ± {ridge.slope_error:.2g}) ω, "
+        f"R² = {ridge.r_squared:.3f} [{low:.3f}, {high:.3f}], {len(ridge.omega)} frequencies"
+    )
