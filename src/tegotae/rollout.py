@@ -7,7 +7,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 
 import jax
 import jax.numpy as jnp
@@ -15,7 +15,7 @@ import numpy as np
 from jax.sharding import Mesh, PartitionSpec
 
 from tegotae.bodies import Body, Hopper
-from tegotae.controller import Controller
+from tegotae.controller import Controller, Weights
 from tegotae.devices import lane_devices
 from tegotae.errors import TegotaeError, require_finite
 from tegotae.integrators import Integrator, Moment, PredictorCorrector
@@ -328,6 +328,7 @@ def _advance_block(engine: Engine, weights: jax.Array, scenario: Scenario, body:
     """Roll out one block: weights [n_weights, block], scenario of [block] arrays."""
     controller, timing = engine.controller, engine.timing
     dtype = weights.dtype
+    rows = cast(Weights, weights)  # an array is a sequence of its rows
     tick_s = jnp.asarray(timing.tick_s, dtype)
     zero = jnp.zeros_like(scenario.omega)
     drop_tick = jnp.ceil(scenario.drop_time_s / tick_s - 1e-3)
@@ -339,7 +340,7 @@ def _advance_block(engine: Engine, weights: jax.Array, scenario: Scenario, body:
         lane, events = lane_events
         ground = ground_at(index)
         moment, contact, push = engine.integrator.tick(
-            controller, body, weights, scenario.omega, lane.moment, ground, tick_s
+            controller, body, rows, scenario.omega, lane.moment, ground, tick_s
         )
         phase = phase_of(controller, lane.moment.oscillator, zero)
         travel = phase_of(controller, moment.oscillator, zero) - phase
@@ -419,7 +420,7 @@ def _advance_block(engine: Engine, weights: jax.Array, scenario: Scenario, body:
         () if controller.oscillator is None else controller.oscillator.start(scenario.phase_rad)
     )
     said = drive(
-        controller, body, weights, scenario.omega, start, oscillator, ground_at(jnp.asarray(0))
+        controller, body, rows, scenario.omega, start, oscillator, ground_at(jnp.asarray(0))
     )
     lane = _Lane(
         Moment(start, oscillator, said, said),
