@@ -53,7 +53,7 @@ def read(place: str | Path) -> list[Runs]:
         if not files:
             raise TegotaeError(f"{path} holds no controller files")
         return group([(file, controller_file.load(file)) for file in files])
-    if path.exists() or path.suffix:
+    if path.exists() or path.suffix or len(path.parts) > 1:
         return group([(path, controller_file.load(path))])
     return [_searched(str(place))]
 

@@ -46,12 +46,13 @@ class Compare:
 
     def run(self) -> None:
         """Evaluate, compare, and print."""
+        protocol = Protocol(drop_m=self.drop, work=self.energy)
         sets = [runs for place in self.places for runs in read(place)]
         if len(sets) < 2:
             raise TegotaeError(
-                f"{len(sets)} set of controllers was found; a comparison needs at least two"
+                f"a comparison needs at least two sets of controllers; {len(sets)} found"
             )
-        found = evaluate_all(sets, Protocol(drop_m=self.drop, work=self.energy))
+        found = evaluate_all(sets, protocol)
         (base, base_evaluation), others = found[0], found[1:]
         differences = [
             (runs, paired(runs, base), compare(runs, evaluation, base, base_evaluation))
