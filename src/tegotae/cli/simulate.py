@@ -29,7 +29,7 @@ class Simulate(ControllerOptions):
     duration: float = 20.0
     """Simulated time [s]."""
     drop: float = 0.0
-    """How far the ground drops [m]."""
+    """How far the ground drops [m]; a negative drop raises it."""
     drop_time: float = 10.0
     """When it drops [s]."""
     height: FromPreset = None
