@@ -79,7 +79,7 @@ def find_orbit(
         >>> saved = SavedController(build("V-reflex-w8"), np.array([2.0]), 8.0)
         >>> found = find_orbit(saved)
         >>> found.hops, round(found.period_s, 3)
-        (1, 0.868)
+        (1, 0.846)
     """
     require_finite("height", height_m)
     require_finite("phase", phase_rad)

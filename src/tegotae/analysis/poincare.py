@@ -90,7 +90,7 @@ def poincare_section(
     Reference: S. H. Strogatz, Nonlinear Dynamics and Chaos, section 8.7.
     """
     require_finite("step", step, above=0.0)
-    require_finite("nudge", nudge, above=0.0)
+    require_finite("nudge", nudge, above=NUMERICAL)
     require_count("turns", turns, least=3)
     with_phase = saved.controller.oscillator is not None
     start = np.array([orbit.apex_height_m[0], orbit.apex_phase_rad[0]][: 1 + with_phase])

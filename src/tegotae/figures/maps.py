@@ -73,7 +73,7 @@ def draw_categories(
         number: how many categories there are.
     """
     # The most common category first, in the middle of the scale; its neighbours far from it.
-    steps = [0.45, 0.95, 0.1, 0.7, 0.25, 0.85][:number]
+    steps = [0.5, 1.0, 0.0, 0.75, 0.25, 0.88][:number]
     colours = [quantities()(step) for step in steps]
     if number:
         cells = np.ma.masked_where(category < 0, category)
