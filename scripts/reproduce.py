@@ -15,8 +15,9 @@ import tyro
 from rich.console import Console
 
 from tegotae import controller_file
-from tegotae.cli.evaluate import evaluate_all, print_table
-from tegotae.collection import read
+from tegotae.cli.evaluate import evaluate_all, print_table, show
+from tegotae.cli.tables import print_rows
+from tegotae.collection import Runs, read
 from tegotae.evaluation import Evaluation, Protocol
 from tegotae.figures.animation import write_animation
 from tegotae.figures.comparison import comparison_figure, learning_curves_figure
@@ -27,6 +28,8 @@ from tegotae.metrics.statistics import Interval
 from tegotae.models import find
 from tegotae.rollout import Scenario, Timing
 from tegotae.simulation import Result, Simulation
+from tegotae.study.claims import verdicts
+from tegotae.study.table import of_runs
 from tegotae.training.run import Run, train
 
 ARCHITECTURES = (
@@ -84,6 +87,7 @@ class Reproduce:
         found = evaluate_all(sets, Protocol())
         console.print(f"\n{self.seeds} runs per model, {self.generations} generations of PGPE:")
         print_table(found)
+        _print_claims(found)
         self._write_table([(runs.name, evaluation) for runs, evaluation in found])
         self._draw([(runs.name, evaluation) for runs, evaluation in found], curves)
         minutes = (time.monotonic() - begun) / 60.0
@@ -118,6 +122,20 @@ class Reproduce:
         best = _best_hop(self.out / "controllers" / "ART-rF-tphif-w4")
         save_figure(rollout_figure(best), self.out / "best_art.png")
         write_animation(best, self.out / "best_art.gif")
+
+
+def _print_claims(found: list[tuple[Runs, Evaluation]]) -> None:
+    """What these few runs say about the paper's claims."""
+    table = of_runs(
+        (runs.name, np.full(evaluation.n_runs, np.nan), evaluation.runs())
+        for runs, evaluation in found
+    )
+    rows = []
+    for verdict in verdicts(table):
+        for i, part in enumerate(verdict.parts):
+            claim = (f"{verdict.number}", verdict.verdict) if i == 0 else ("", "")
+            rows.append((*claim, part.what, show(part.effect), part.verdict))
+    print_rows(("claim", "verdict", "effect", "mean [95 % interval]", "part"), rows)
 
 
 def _curves(path: Path) -> np.ndarray:

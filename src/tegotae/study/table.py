@@ -10,7 +10,7 @@ import numpy as np
 
 from tegotae.evaluation import METRICS
 from tegotae.metrics.statistics import mean_defined
-from tegotae.models import Model, all_models
+from tegotae.models import Model, all_models, find
 from tegotae.study.record import Record
 
 
@@ -57,21 +57,31 @@ class Table:
 def tabulate(records: Iterable[Record]) -> Table:
     """The table of some records, in the order of the registry of models."""
     by_model = {record.model: record for record in records}
+    known = [by_model[name] for name in all_models() if name in by_model]
+    return of_runs(
+        (
+            record.model,
+            record.best_fitness,
+            {m: mean_defined(values) for m, values in record.episodes.items()},
+        )
+        for record in known
+    )
+
+
+def of_runs(sets: Iterable[tuple[str, np.ndarray, dict[str, np.ndarray]]]) -> Table:
+    """The table of (model's name, fitness of its runs [runs], metrics of its runs [runs] each)."""
     rows: dict[str, list] = {}
-    for name, model in all_models().items():
-        if name not in by_model:
-            continue
-        record = by_model[name]
-        runs = {m: mean_defined(values) for m, values in record.episodes.items()}
-        for i in range(len(record.weights)):
+    for name, fitness, metrics in sets:
+        place = design(find(name))
+        for i, value in enumerate(fitness):
             row = {
-                **design(model),
+                **place,
                 "run": i,
-                "best_fitness": float(record.best_fitness[i]),
-                **{m: float(runs[m][i]) for m in METRICS},
+                "best_fitness": float(value),
+                **{m: float(metrics[m][i]) for m in METRICS},
             }
-            for key, value in row.items():
-                rows.setdefault(key, []).append(value)
+            for key, entry in row.items():
+                rows.setdefault(key, []).append(entry)
     return Table({key: np.array(values) for key, values in rows.items()})
 
 
