@@ -16,7 +16,7 @@ _XLA_FLAGS = {
 }
 
 
-def _cores() -> int:
+def available_cores() -> int:
     """Cores that this process may use; `TEGOTAE_CORES` asks for fewer or more."""
     asked = os.environ.get("TEGOTAE_CORES", "")
     if asked.isdigit() and int(asked) > 0:
@@ -43,7 +43,7 @@ def use_all_cores() -> None:
     if "xla_force_host_platform_device_count" in flags:
         return
     try:
-        jax.config.update("jax_num_cpu_devices", _cores())
+        jax.config.update("jax_num_cpu_devices", available_cores())
     except RuntimeError:
         return  # JAX is running already: the devices it has are the ones we use
 

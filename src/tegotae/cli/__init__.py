@@ -15,10 +15,12 @@ from tegotae.cli.simulate import Simulate
 from tegotae.cli.status import exit_status, leave
 from tegotae.cli.study import Study
 from tegotae.cli.train import Train
+from tegotae.cli.tune import Tune
 
 COMMANDS = {
     "models": Models,
     "train": Train,
+    "tune": Tune,
     "simulate": Simulate,
     "evaluate": Evaluate,
     "compare": Compare,

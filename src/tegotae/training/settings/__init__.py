@@ -1,0 +1,90 @@
+"""Named configurations: settings of the algorithms that were found by tuning, and how.
+
+Each is a file of this folder, as `tegotae tune --keep` writes it.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from importlib import resources
+from importlib.resources.abc import Traversable
+from pathlib import Path
+from typing import Any
+
+from tegotae.errors import TegotaeError, unknown
+from tegotae.training.agents.settings import AgentSettings, PPOSettings, SACSettings
+from tegotae.training.algorithms import ALGORITHMS, Algorithm
+
+KINDS: dict[str, Any] = {**ALGORITHMS, **{kind.NAME: kind for kind in (SACSettings, PPOSettings)}}
+"""The settings' classes by the name of the algorithm."""
+
+
+@dataclass(frozen=True)
+class Configuration:
+    """Settings of an algorithm, and how they were found."""
+
+    algorithm: str
+    """The algorithm's name, as `tegotae train --algorithm` takes it."""
+    settings: Algorithm | AgentSettings
+    """Its settings."""
+    found: dict[str, Any]
+    """On what, by how many trials, how good; see `tegotae.tuning.describe`."""
+
+
+def names() -> list[str]:
+    """Names of the configurations that come with the package."""
+    files = resources.files(__name__).iterdir()
+    return sorted(file.name[:-5] for file in files if file.name.endswith(".json"))
+
+
+def configuration(name: str) -> Configuration:
+    """The named configuration that comes with the package.
+
+    Raises:
+        TegotaeError: for an unknown name.
+    """
+    if name not in names():
+        raise unknown("configuration", name, names())
+    return _read(resources.files(__name__) / f"{name}.json")
+
+
+def load(path: Path | str) -> Configuration:
+    """A configuration that `tegotae tune --keep` wrote.
+
+    Raises:
+        TegotaeError: if the file cannot be read, or holds no settings of a known algorithm.
+    """
+    return _read(Path(path))
+
+
+def tuned(algorithm: str) -> Any:
+    """The tuned settings of an algorithm; those of its class where none are kept.
+
+    Raises:
+        TegotaeError: for an unknown algorithm.
+
+    Example:
+        >>> tuned("cma-es").population > 0
+        True
+    """
+    if algorithm not in KINDS:
+        raise unknown("algorithm", algorithm, KINDS)
+    if algorithm in names():
+        return configuration(algorithm).settings
+    return KINDS[algorithm]()
+
+
+def _read(file: Path | Traversable) -> Configuration:
+    try:
+        document = json.loads(file.read_text(encoding="utf-8"))
+        algorithm, settings = document["algorithm"], dict(document["settings"])
+        kind, found = KINDS[algorithm], dict(document["found"])
+    except OSError as error:
+        raise TegotaeError(f"cannot read {file}: {error.strerror}") from None
+    except (ValueError, KeyError, TypeError):
+        raise TegotaeError(f"{file} is no configuration that tegotae tune --keep wrote") from None
+    try:
+        return Configuration(algorithm, kind(**settings), found)
+    except TypeError:
+        raise TegotaeError(f"{file} has settings that {algorithm} does not have") from None

@@ -1,0 +1,63 @@
+"""What the spaces of all evolution strategies share."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from tegotae.models import Model
+from tegotae.training.algorithms import Algorithm
+from tegotae.training.evolve import evolve, start
+from tegotae.training.run import Run
+from tegotae.tuning.spaces.base import Space
+from tegotae.tuning.task import Task
+
+if TYPE_CHECKING:
+    from optuna.trial import BaseTrial
+
+_LOG2_SMALLEST, _LOG2_LARGEST = 4, 8
+
+
+def suggest_population(trial: BaseTrial) -> int:
+    """16, 32, 64, 128 or 256 episodes per generation: each is a program to compile."""
+    return 2 ** trial.suggest_int("log2_population", _LOG2_SMALLEST, _LOG2_LARGEST)
+
+
+def suggest_std(trial: BaseTrial) -> float:
+    """Initial standard deviation of the weights, themselves of order one."""
+    return trial.suggest_float("std", 0.02, 1.0, log=True)
+
+
+def evolved(settings: Algorithm, task: Task, model: Model, seeds: tuple[int, ...]) -> list[float]:
+    """Fitness of each seed's best distribution, of as many whole generations as the budget has."""
+    run = Run(
+        model=model,
+        seeds=seeds,
+        generations=task.episodes(least=settings.population) // settings.population,
+        algorithm=settings,
+        timing=task.timing,
+        settle_s=task.settle_s,
+        energy=task.energy,
+        follow_omega=task.follow_omega,
+        budget=task.budget,
+        hopper=task.hopper,
+    )
+    training = run.training
+    begun = start(training, seeds)
+    steps = evolve(training, begun, seeds, model.omega_t or 0.0, run.generations, run.hopper)
+    ((progress, _),) = deque(steps, maxlen=1)
+    return [float(fitness) for fitness in np.asarray(progress.best_fitness)]
+
+
+def evolution(*, suggest: Callable[[BaseTrial], Algorithm], first: Mapping[str, Any]) -> Space:
+    """The space of an evolution strategy."""
+    return Space(
+        suggest=suggest,
+        learn=evolved,
+        first=first,
+        least_episodes=2**_LOG2_LARGEST,
+        seeds_at_once=2,
+    )

@@ -1,0 +1,165 @@
+"""The search: trials of settings, judged seed by seed in parallel, pruned, and never lost."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from tegotae.errors import require_count
+from tegotae.extras import require
+from tegotae.progress import reporting
+from tegotae.tuning.crew import Crew
+from tegotae.tuning.spaces import SPACES, Space
+from tegotae.tuning.storage import opened
+from tegotae.tuning.task import Task
+
+if TYPE_CHECKING:
+    from optuna.study import Study
+    from optuna.trial import FrozenTrial, Trial
+
+P_PRUNED = 0.1
+"""A trial is given up once it is worse than the best one at this p-value."""
+
+
+def tune(
+    algorithm: str, task: Task, storage: Path, *, trials: int, workers: int = 1
+) -> list[FrozenTrial]:
+    """Try settings until `trials` of them are judged, those of earlier calls included.
+
+    A trial's value is the mean, over models and seeds, of the best fitness found within the task's
+    budget. Values are reported one by one, and a trial is pruned once a signed-rank test over what
+    it has in common with the best trial says that it is worse (`optuna.pruners.WilcoxonPruner`).
+    The next settings are drawn by `optuna.samplers.TPESampler`.
+
+    Everything is in the storage file as soon as it is known: interrupted or killed, and called
+    again, it goes on from there.
+
+    Args:
+        algorithm: a name of `SPACES`.
+        task: what settings are judged on.
+        storage: an Optuna journal, made if it does not exist.
+        trials: judged settings in all, completed or pruned.
+        workers: processes, each with its share of the cores.
+
+    Returns:
+        all trials of the study.
+
+    Raises:
+        TegotaeError: for a count below one, a budget too small for the algorithm, or a storage file
+            that is not of this tuning.
+        MissingExtraError: without Optuna.
+    """
+    optuna = require("optuna", "tune")
+    require_count("trials", trials)
+    space = SPACES[algorithm]
+    task.episodes(least=space.least_episodes)
+    configuration = {"algorithm": algorithm, **task.configuration}
+    optuna.logging.set_verbosity(optuna.logging.ERROR)
+    with opened(storage, configuration) as study:
+        _prepare(optuna, study, space)
+        if _judged(study) < trials:
+            with Crew(workers) as crew, reporting(f"tune {algorithm}", trials) as reporter:
+                _search(study, space, task, trials, crew, reporter)
+        return study.get_trials()
+
+
+def judge(space: Space, settings: Sequence[Any], task: Task, *, workers: int = 1) -> np.ndarray:
+    """Fitness of each setting on all of a task's trainings, shape [settings, instances]."""
+    values = np.full((len(settings), task.instances), np.nan)
+    jobs = [(row, job) for row in range(len(settings)) for job in task.jobs(space.seeds_at_once)]
+    at: dict[int, Any] = {}
+    with Crew(workers) as crew, reporting("judge", len(jobs)) as reporter:
+        waiting = iter(jobs)
+        for done in range(len(jobs)):
+            while crew.has_idle and (job := next(waiting, None)) is not None:
+                worker = crew.give(space.learn, settings[job[0]], *_training(task, job[1]))
+                at[worker] = job
+            worker, found = crew.next_answer()
+            row, (model, seeds) = at.pop(worker)
+            values[row, [_instance(task, model, seed) for seed in seeds]] = found
+            reporter.update(done + 1)
+    return values
+
+
+def _prepare(optuna: Any, study: Study, space: Space) -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", optuna.exceptions.ExperimentalWarning)
+        study.pruner = optuna.pruners.WilcoxonPruner(p_threshold=P_PRUNED)
+        # Seeded by the trials so far: one seed would draw the same settings after every restart.
+        study.sampler = optuna.samplers.TPESampler(
+            seed=len(study.trials), multivariate=True, constant_liar=True
+        )
+    if not study.trials:
+        study.enqueue_trial(dict(space.first))
+
+
+def _judged(study: Study) -> int:
+    return sum(t.state.name in ("COMPLETE", "PRUNED") for t in study.get_trials(deepcopy=False))
+
+
+@dataclass
+class _Attempt:
+    """A trial that a worker is at."""
+
+    trial: Trial
+    settings: Any
+    jobs: list[tuple[int, tuple[int, ...]]]
+    values: list[float]
+
+
+def _search(study: Study, space: Space, task: Task, trials: int, crew: Crew, reporter: Any) -> None:
+    at: dict[int, _Attempt] = {}
+    while True:
+        while crew.has_idle and (judged := _judged(study)) + len(at) < trials:
+            trial = study.ask()
+            attempt = _Attempt(trial, space.suggest(trial), task.jobs(space.seeds_at_once), [])
+            trial.set_user_attr("settings", repr(attempt.settings))
+            at[_go_on(crew, space, task, attempt)] = attempt
+        if not at:
+            return
+        worker, found = crew.next_answer()
+        attempt = at.pop(worker)
+        model, seeds = attempt.jobs.pop(0)
+        for seed, value in zip(seeds, found, strict=True):
+            attempt.trial.report(value, _instance(task, model, seed))
+        attempt.values += found
+        if attempt.jobs and not attempt.trial.should_prune():
+            at[_go_on(crew, space, task, attempt)] = attempt
+            continue
+        _finish(study, attempt)
+        judged = _judged(study)
+        reporter.update(judged, _note(study))
+
+
+def _go_on(crew: Crew, space: Space, task: Task, attempt: _Attempt) -> int:
+    return crew.give(space.learn, attempt.settings, *_training(task, attempt.jobs[0]))
+
+
+def _training(task: Task, job: tuple[int, tuple[int, ...]]) -> tuple[Any, ...]:
+    """Task, model and seeds, as `Space.learn` takes them."""
+    model, seeds = job
+    return task, task.models[model], tuple(task.first_seed + seed for seed in seeds)
+
+
+def _instance(task: Task, model: int, seed: int) -> int:
+    """The number under which a training's value is reported: the same in every trial."""
+    return model * task.seeds + seed
+
+
+def _finish(study: Study, attempt: _Attempt) -> None:
+    from optuna.trial import TrialState
+
+    if attempt.jobs:
+        study.tell(attempt.trial, state=TrialState.PRUNED)
+    else:
+        study.tell(attempt.trial, float(np.mean(attempt.values)))
+
+
+def _note(study: Study) -> str:
+    values = [trial.value for trial in study.get_trials(deepcopy=False) if trial.value is not None]
+    return f"best {max(values):.4f}" if values else ""
