@@ -1,0 +1,91 @@
+"""Fig. 3: PGPE, SAC and PPO on the same policies, with sector and with reflex actuation.
+
+    python scripts/figure3.py --out results/figure3              # the paper's size
+    python scripts/figure3.py --out /tmp/figure3 --scale 0.01    # to see that everything works
+
+Trainings that are done are not done again, and those that were interrupted go on; `--algorithms`
+and `--models` train a part, so that several processes can share the work. The figure shows what
+there is: `figure3.png`, with all its numbers in `figure3.csv`.
+"""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+import tyro
+
+from tegotae.cli.figure.learning_curves import LearningCurves
+from tegotae.errors import require_finite, unknown
+from tegotae.files import output_folder
+from tegotae.models import find
+from tegotae.training.agents import AGENTS, AgentRun, train_agents
+from tegotae.training.algorithms import PGPE
+from tegotae.training.run import Run, train
+
+MODELS = ("AR-rF-sector-w8", "AR-rF-reflex-w8")
+"""The paper's policies I and II: learned A and R, constant gain, actuation (6) or (7)."""
+ALGORITHMS = ("pgpe", *AGENTS)
+GENERATIONS, EPISODES = 80, 1000
+
+
+@dataclass(frozen=True)
+class Figure3:
+    """Train and draw Fig. 3."""
+
+    out: Path = Path("results/figure3")
+    """Folder for controllers, curves and the figure."""
+    seeds: int = 3
+    """Runs per policy and algorithm."""
+    scale: float = 1.0
+    """Share of the paper's 80 generations and 1000 episodes."""
+    algorithms: tuple[str, ...] = ALGORITHMS
+    """Which to train."""
+    models: tuple[str, ...] = MODELS
+    """Which policies to train."""
+
+    def run(self) -> None:
+        """Do it all."""
+        require_finite("scale", self.scale, above=0.0)
+        output_folder(self.out)
+        for algorithm in self.algorithms:
+            if algorithm not in ALGORITHMS:
+                raise unknown("algorithm", algorithm, ALGORITHMS)
+            for model in self.models:
+                begun = time.monotonic()
+                self.train(algorithm, model)
+                print(f"{algorithm} {model}: {(time.monotonic() - begun) / 60:.1f} min", flush=True)
+        LearningCurves(runs=(self.out,), out=self.out / "figure3.png").run()
+
+    def train(self, algorithm: str, model: str) -> None:
+        """All seeds of one policy by one algorithm."""
+        out = self.out / algorithm / model
+        seeds = tuple(range(self.seeds))
+        if algorithm == "pgpe":
+            generations = max(2, round(GENERATIONS * self.scale))
+            train(
+                Run(
+                    model=find(model),
+                    seeds=seeds,
+                    generations=generations,
+                    algorithm=PGPE(),
+                    follow_omega=False,
+                ),
+                out,
+            )
+            return
+        train_agents(
+            AgentRun(
+                model=find(model),
+                seeds=seeds,
+                episodes=max(2, round(EPISODES * self.scale)),
+                settings=AGENTS[algorithm](),
+                evaluate_every=max(1, round(10 * self.scale)),
+            ),
+            out,
+        )
+
+
+if __name__ == "__main__":
+    tyro.cli(Figure3).run()

@@ -1,0 +1,84 @@
+"""`tegotae figure learning-curves`: algorithms on the same policies (Fig. 3)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import numpy as np
+import tyro
+
+from tegotae.cli.figure.output import Output
+from tegotae.cli.tables import print_rows
+
+if TYPE_CHECKING:
+    from tegotae.metrics.statistics import Interval
+    from tegotae.training.curves import LearningCurve
+
+
+@dataclass(frozen=True, kw_only=True)
+class LearningCurves(Output):
+    """CoT⁻¹ during training, over episodes and over simulated time (Fig. 3)."""
+
+    runs: Annotated[tuple[Path, ...], tyro.conf.Positional]
+    """Folders of trainings, searched with their subfolders, or tables that this command wrote."""
+
+    def run(self) -> None:
+        """Read, write, and print how the algorithms compare."""
+        from tegotae.errors import TegotaeError
+        from tegotae.figures.learning_curves import algorithms_figure, algorithms_tables
+        from tegotae.training.curves import read_curves
+
+        if not self.runs:
+            raise TegotaeError("no trainings to draw; name their folders")
+        self.check_out()
+        curves = read_curves(self.runs)
+        self.write(algorithms_figure(curves), algorithms_tables(curves))
+        print_comparison(curves)
+
+
+def print_comparison(curves: list[LearningCurve]) -> None:
+    """Late in training: each algorithm, and how far PGPE is above it on the same model."""
+    from tegotae.metrics.statistics import difference, interval
+    from tegotae.training.curves import groups
+
+    found = groups(curves)
+    until = {
+        model: min(c.simulated_s[-1] for c in curves if c.model == model) for model, _ in found
+    }
+
+    def row(model: str, algorithm: str) -> tuple[str, ...]:
+        runs, pgpe = found[model, algorithm], found.get((model, "pgpe"), [])
+        cells = [model, algorithm, str(len(runs))]
+        for time in (np.inf, until[model]):
+            own = [run.late_mean(time) for run in runs]
+            cells.append(_words(interval(own)))
+            other = [run.late_mean(time) for run in pgpe]
+            compares = bool(pgpe) and algorithm != "pgpe"
+            cells.append(_words(difference(other, own)) if compares else "")
+        return (*cells[:3], f"{runs[0].simulated_s[-1]:.0f} s", *cells[3:])
+
+    print_rows(
+        (
+            "model",
+            "algorithm",
+            "runs",
+            "learned from",
+            "CoT⁻¹ at the end",
+            "PGPE's lead",
+            "CoT⁻¹ after equal simulated time",
+            "PGPE's lead",
+        ),
+        (row(*key) for key in sorted(found)),
+    )
+    print(
+        "Mean over runs of the mean over the last tenth of training [95 % bootstrap interval]; "
+        "equal time: that of the shortest run of the model."
+    )
+
+
+def _words(found: Interval) -> str:
+    if np.isnan(found.low):
+        return f"{found.mean:.3f}"
+    return f"{found.mean:.3f} [{found.low:.3f}, {found.high:.3f}]"

@@ -1,0 +1,219 @@
+"""Learning curves of any algorithm, read from what trainings left, on the same two scales."""
+
+from __future__ import annotations
+
+import csv
+import json
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tegotae.errors import TegotaeError
+
+COLUMNS = ("algorithm", "model", "seed", "episode", "simulated_s", "cot_inverse")
+"""Columns of a table of learning curves, one row a point."""
+
+LATE = 0.1
+"""Share of a run that its late mean is over."""
+
+
+@dataclass(frozen=True)
+class LearningCurve:
+    """CoT⁻¹ of the policy in the course of one run, shape [points] each.
+
+    Args:
+        algorithm: which, and what sets it apart from others of the same name.
+        model: the model's name.
+        seed: the run's.
+        episode: where in training, as the paper counts: episodes of an agent, generations of an
+            evolution.
+        simulated_s: simulated time that was learned from until there [s]; evaluations, which
+            nothing is learned from, do not count.
+        cot_inverse: CoT⁻¹ of the deterministic policy, or of the distribution's mean, over the
+            settled part of an undisturbed episode [m/J].
+    """
+
+    algorithm: str
+    model: str
+    seed: int
+    episode: np.ndarray
+    simulated_s: np.ndarray
+    cot_inverse: np.ndarray
+
+    def late_mean(self, until_s: float = np.inf) -> float:
+        """Mean CoT⁻¹ over the last tenth of the run [m/J], or of its part until `until_s`."""
+        time = self.simulated_s[self.simulated_s <= until_s]
+        late = time >= (1.0 - LATE) * time[-1]
+        return float(self.cot_inverse[: len(time)][late].mean())
+
+
+def read_curves(places: Sequence[Path]) -> list[LearningCurve]:
+    """The learning curves at some places, ordered by model, algorithm and seed.
+
+    Args:
+        places: folders of trainings, searched with their subfolders, and tables (.csv) such as
+            `tegotae figure learning-curves` writes.
+
+    Raises:
+        TegotaeError: if there are none, a file is damaged, or two runs cannot be told apart.
+    """
+    trainings: list[_Training] = []
+    curves: list[LearningCurve] = []
+    for place in places:
+        if place.suffix == ".csv":
+            curves += _from_table(place)
+        else:
+            found = [_Training.read(path) for path in _folders(place)]
+            if not found:
+                raise TegotaeError(f"{place} holds no learning curves (run.json and curves.csv)")
+            trainings += found
+    curves += _labelled(trainings)
+    curves.sort(key=lambda curve: (curve.model, curve.algorithm, curve.seed))
+    for first, second in pairwise(curves):
+        if _identity(first) == _identity(second):
+            raise TegotaeError(
+                f"there are two runs of {first.algorithm} on {first.model} with seed {first.seed}; "
+                "draw their folders apart"
+            )
+    return curves
+
+
+def groups(curves: Iterable[LearningCurve]) -> dict[tuple[str, str], list[LearningCurve]]:
+    """Runs of the same model and algorithm together, by (model, algorithm)."""
+    found: dict[tuple[str, str], list[LearningCurve]] = {}
+    for curve in curves:
+        found.setdefault((curve.model, curve.algorithm), []).append(curve)
+    return found
+
+
+def shared(curves: Sequence[LearningCurve]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The points that all of some runs have: episode, simulated time [s], CoT⁻¹ [points, runs].
+
+    Raises:
+        TegotaeError: if there are none.
+    """
+    episode = curves[0].episode
+    for curve in curves[1:]:
+        episode = np.intersect1d(episode, curve.episode)
+    if len(episode) == 0:
+        first = curves[0]
+        raise TegotaeError(f"the runs of {first.algorithm} on {first.model} share no episode")
+    rows = [np.isin(curve.episode, episode) for curve in curves]
+    values = [curve.cot_inverse[row] for curve, row in zip(curves, rows, strict=True)]
+    return episode, curves[0].simulated_s[rows[0]], np.stack(values, axis=1)
+
+
+def table(curves: Sequence[LearningCurve]) -> dict[str, np.ndarray]:
+    """All points of all runs, in the columns `COLUMNS`."""
+    lengths = [len(curve.episode) for curve in curves]
+    return {
+        name: np.repeat([getattr(curve, name) for curve in curves], lengths)
+        if name in ("algorithm", "model", "seed")
+        else np.concatenate([getattr(curve, name) for curve in curves])
+        for name in COLUMNS
+    }
+
+
+@dataclass(frozen=True)
+class _Training:
+    """What a training left in its folder."""
+
+    configuration: dict[str, Any]
+    rows: list[dict[str, str]]
+    path: Path
+
+    @classmethod
+    def read(cls, folder: Path) -> _Training:
+        path = folder / "run.json"
+        try:
+            configuration = json.loads(path.read_text(encoding="utf-8"))["configuration"]
+            return cls(configuration, _rows(folder / "curves.csv"), folder)
+        except (OSError, ValueError, KeyError, TypeError):
+            raise TegotaeError(f"{path} or the curves beside it are damaged") from None
+
+    @property
+    def settings(self) -> Mapping[str, Any]:
+        """Those of the algorithm."""
+        return self.configuration["algorithm"]
+
+    def curves(self, label: str) -> list[LearningCurve]:
+        """One curve per seed."""
+        duration_s = self.configuration["timing"]["duration_s"]
+        per_generation = self.settings.get("population", 0) * duration_s
+        points: dict[int, list[tuple[float, float, float]]] = {}
+        for row in self.rows:
+            if "generation" in row:
+                # What a generation's row tells of is the distribution that it began with.
+                episode = float(row["generation"])
+                simulated_s, cot_inverse = episode * per_generation, row["centre_cot_inverse"]
+            else:
+                episode, simulated_s = float(row["episode"]), float(row["simulated_s"])
+                cot_inverse = row["cot_inverse"]
+            point = (episode, simulated_s, float(cot_inverse))
+            points.setdefault(int(row["seed"]), []).append(point)
+        return [
+            LearningCurve(label, self.configuration["model"], seed, *np.array(rows).T)
+            for seed, rows in points.items()
+        ]
+
+
+def _identity(curve: LearningCurve) -> tuple[str, str, int]:
+    return curve.model, curve.algorithm, curve.seed
+
+
+def _folders(place: Path) -> list[Path]:
+    if not place.is_dir():
+        raise TegotaeError(f"there is no folder {place}")
+    return [p.parent for p in sorted(place.rglob("curves.csv")) if (p.parent / "run.json").exists()]
+
+
+def _rows(path: Path) -> list[dict[str, str]]:
+    with path.open(encoding="utf-8", newline="") as stream:
+        rows = list(csv.DictReader(stream))
+    if not rows or any(None in row or None in row.values() for row in rows):
+        raise ValueError("no rows, or a row of another length")
+    return rows
+
+
+def _labelled(trainings: Sequence[_Training]) -> list[LearningCurve]:
+    """The curves, each algorithm named with those settings in which it differs among them."""
+    curves = []
+    for training in trainings:
+        try:
+            own = training.settings
+            label = own["name"]
+            others = [t.settings for t in trainings if t.settings["name"] == own["name"]]
+            for name, value in own.items():
+                if any(other.get(name) != value for other in others):
+                    label += f", {name} {_words(value)}"
+            curves += training.curves(label)
+        except (KeyError, ValueError, TypeError) as error:
+            raise TegotaeError(f"{training.path} is damaged: {error!r}") from None
+    return curves
+
+
+def _words(value: Any) -> str:
+    return "+".join(map(str, value)) if isinstance(value, list) else str(value)
+
+
+def _from_table(path: Path) -> list[LearningCurve]:
+    points: dict[tuple[str, str, int], list[tuple[float, ...]]] = {}
+    try:
+        for row in _rows(path):
+            key = (row["algorithm"], row["model"], int(row["seed"]))
+            numbers = (float(row["episode"]), float(row["simulated_s"]), float(row["cot_inverse"]))
+            points.setdefault(key, []).append(numbers)
+    except FileNotFoundError:
+        raise TegotaeError(f"there is no table {path}") from None
+    except (OSError, ValueError, KeyError):
+        raise TegotaeError(
+            f"{path} is no table of learning curves; its columns are {', '.join(COLUMNS)}"
+        ) from None
+    return [
+        LearningCurve(algorithm, model, seed, *np.array(rows).T)
+        for (algorithm, model, seed), rows in points.items()
+    ]
