@@ -52,22 +52,25 @@ def test_words_that_make_no_command_are_refused_with_what_was_meant(capsys, word
     assert said in refused(capsys, *words)
 
 
+def explanation(capsys, *words: str) -> str:
+    with pytest.raises(SystemExit) as raised:
+        main([*words, "--help"])
+    assert raised.value.code == 0
+    return capsys.readouterr().out
+
+
 @pytest.mark.parametrize("command", COMMANDS)
 def test_every_command_explains_itself_and_its_options(capsys, command):
-    with pytest.raises(SystemExit) as raised:
-        main([command, "--help"])
-    assert raised.value.code == 0
-    out = capsys.readouterr().out
+    out = explanation(capsys, command)
     assert out.startswith(f"usage: tegotae {command} ")
-    # Plain words: no Python in it.
-    assert "None" not in out
+    parts = re.match(r"usage: tegotae \w+ \[-h\] \{(.*)\}", out)
+    for part in parts[1].split(",") if parts else ():
+        out += explanation(capsys, command, part)
+    assert "None" not in out  # plain words, no Python
 
 
 def test_the_program_explains_itself(capsys):
-    with pytest.raises(SystemExit) as raised:
-        main(["--help"])
-    assert raised.value.code == 0
-    out = capsys.readouterr().out
+    out = explanation(capsys)
     assert all(f"• {name} " in out for name in COMMANDS)
 
 

@@ -18,6 +18,8 @@ from tegotae.presets import preset
 
 FromPreset = Annotated[float | None, tyro.conf.arg(help_behavior_hint="(default: the preset's)")]
 """A number that a preset, or a controller file, has too."""
+Vanilla = Annotated[str | None, tyro.conf.arg(help_behavior_hint="(default: the preset's)")]
+"""The name of a vanilla actuation."""
 UNSET = tyro.conf.arg(help_behavior_hint="")
 """For an option whose help says what leaving it out means."""
 
@@ -62,7 +64,7 @@ class HopperOptions:
 class ControllerOptions(HopperOptions):
     """A controller file, or else a vanilla controller made of options, and its hopper."""
 
-    actuation: Annotated[str | None, tyro.conf.arg(help_behavior_hint="(default: sector)")] = None
+    actuation: Vanilla = None
     """Vanilla actuation: sector, reflex or both."""
     omega: FromPreset = None
     """Frequency ω [rad/s]."""

@@ -8,6 +8,7 @@ from typing import Annotated
 
 import tyro
 
+from tegotae.cli.options import UNSET
 from tegotae.errors import TegotaeError
 from tegotae.files import output_file, write_atomically
 from tegotae.study.folder import Folder
@@ -25,9 +26,9 @@ class StudyRun:
     """smoke (seconds), quick (all architectures, few runs) or paper (218 models, 15 runs)."""
     models: str = "*"
     """Only these models, with * and ? as in a shell."""
-    workers: int | None = None
+    workers: Annotated[int | None, UNSET] = None
     """Worker processes of one core each; one per core by default."""
-    cluster: str | None = None
+    cluster: Annotated[str | None, UNSET] = None
     """Address of a Dask scheduler to work on, or local."""
 
     def run(self) -> None:
@@ -74,7 +75,7 @@ class StudyReport:
 
     dir: Path
     """The study's folder."""
-    out: Path | None = None
+    out: Annotated[Path | None, UNSET] = None
     """Where to write it; report.html in the study's folder by default."""
 
     def run(self) -> None:

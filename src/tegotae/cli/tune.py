@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
+from tegotae.cli.options import UNSET
 from tegotae.cli.tables import print_rows
 from tegotae.errors import require_count, unknown
 from tegotae.files import output_file, write_atomically
@@ -46,7 +47,7 @@ class Tune:
     """Simulated time that one training may spend [s], the same for every algorithm."""
     confirm: int = 4
     """Fresh seeds on which the best settings are compared with those tried first; 0 for none."""
-    keep: Path | None = None
+    keep: Annotated[Path | None, UNSET] = None
     """Write the best settings, with how they were found, to this file (.json)."""
     duration: float = EPISODE.duration_s
     """Length of an episode [s]."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from tegotae.cli.figure.output import Output
-from tegotae.cli.options import HopperOptions
+from tegotae.cli.options import HopperOptions, Vanilla
 from tegotae.errors import require_finite
 from tegotae.presets import preset
 from tegotae.rollout import Timing
@@ -15,7 +15,7 @@ from tegotae.rollout import Timing
 class PhaseLocking(Output, HopperOptions):
     """Turns of the oscillator per hop over gain σ and frequency ω, and both rates along a cut."""
 
-    actuation: str | None = None
+    actuation: Vanilla = None
     """Vanilla actuation: sector, reflex or both."""
     sigma: tuple[float, float] = (0.0, 12.0)
     """Range of the gain σ [rad/(s N)]."""

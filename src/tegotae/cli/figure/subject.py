@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import tyro
 
 from tegotae.cli.figure.output import Output
-from tegotae.cli.options import ControllerOptions
+from tegotae.cli.options import UNSET, ControllerOptions, FromPreset
 from tegotae.presets import preset
 from tegotae.terms import Reflex, Sector, SectorAndReflex
 
@@ -24,7 +24,7 @@ _VANILLA = {Sector: "sector", Reflex: "reflex", SectorAndReflex: "sector and ref
 class Subject(Output, ControllerOptions):
     """A figure of one controller: of a file, or a vanilla controller made of options."""
 
-    path: Annotated[Path | None, tyro.conf.Positional] = None
+    path: Annotated[Path | None, tyro.conf.Positional, UNSET] = None
     """A controller file of `tegotae train`; without it, a vanilla controller made of options."""
 
     def saved(self) -> SavedController:
@@ -44,7 +44,7 @@ class Subject(Output, ControllerOptions):
 class SettledSubject(Subject):
     """A figure of the limit cycle that one controller settles on."""
 
-    height: float | None = None
+    height: FromPreset = None
     """Release height [m]."""
     phase: float = 0.0
     """Phase at release [rad]."""

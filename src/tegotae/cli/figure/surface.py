@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
 from tegotae.bodies import Hopper
 from tegotae.cli.figure.subject import SettledSubject
+from tegotae.cli.options import UNSET
 from tegotae.errors import require_count
 
 
@@ -17,7 +19,7 @@ class Surface(SettledSubject):
 
     velocity: float = 0.0
     """Velocity that controllers which sense it are shown: the slice [m/s]."""
-    spring_force: float | None = None
+    spring_force: Annotated[float | None, UNSET] = None
     """Largest spring force [N]; a tenth above the limit cycle's by default."""
     resolution: int = 200
     """Points along either axis."""
