@@ -27,7 +27,6 @@ from tegotae.training.run import Run, train
 MODELS = ("AR-rF-sector-w8", "AR-rF-reflex-w8")
 """The paper's policies I and II: learned A and R, constant gain, actuation (6) or (7)."""
 ALGORITHMS = ("pgpe", *AGENTS)
-GENERATIONS, EPISODES = 80, 1000
 
 
 @dataclass(frozen=True)
@@ -38,8 +37,12 @@ class Figure3:
     """Folder for controllers, curves and the figure."""
     seeds: int = 3
     """Runs per policy and algorithm."""
+    generations: int = 80
+    """Generations of PGPE."""
+    episodes: int = 1000
+    """Episodes of SAC and PPO; 5120 are the simulated time of 80 generations."""
     scale: float = 1.0
-    """Share of the paper's 80 generations and 1000 episodes."""
+    """Share of these that is done."""
     algorithms: tuple[str, ...] = ALGORITHMS
     """Which to train."""
     models: tuple[str, ...] = MODELS
@@ -63,7 +66,7 @@ class Figure3:
         out = self.out / algorithm / model
         seeds = tuple(range(self.seeds))
         if algorithm == "pgpe":
-            generations = max(2, round(GENERATIONS * self.scale))
+            generations = max(2, round(self.generations * self.scale))
             train(
                 Run(
                     model=find(model),
@@ -79,7 +82,7 @@ class Figure3:
             AgentRun(
                 model=find(model),
                 seeds=seeds,
-                episodes=max(2, round(EPISODES * self.scale)),
+                episodes=max(2, round(self.episodes * self.scale)),
                 settings=AGENTS[algorithm](),
                 evaluate_every=max(1, round(10 * self.scale)),
             ),

@@ -32,6 +32,7 @@ from tegotae.training.agents import (  # noqa: E402
     train_agents,
 )
 from tegotae.training.agents.learner import AgentTraining, learn, make_agent  # noqa: E402
+from tegotae.training.curves import read_curves  # noqa: E402
 from tegotae.training.evolve import Training, start  # noqa: E402
 from tegotae.training.fitness import Fitness  # noqa: E402
 
@@ -273,6 +274,11 @@ class TestFolder:
     def test_its_controllers_are_read_by_what_reads_controllers(self, folder):
         path = folder / "AR-rF-sector-w8-seed0.json"
         assert main(["simulate", "--controller", str(path), "--duration", "2"]) == 0
+
+    def test_its_curves_are_read_beside_pgpes(self, folder):
+        curves = read_curves([folder])
+        assert [(c.algorithm, c.seed) for c in curves] == [("ppo", 0), ("ppo", 1)]
+        assert curves[0].simulated_s.tolist() == [0.0, 12.0, 24.0]
 
     def test_seeds_that_are_done_are_left_as_they_are(self, folder):
         before = (folder / "curves.csv").read_text()

@@ -197,7 +197,7 @@ def _labelled(trainings: Sequence[_Training]) -> list[LearningCurve]:
 
 
 def _words(value: Any) -> str:
-    return "+".join(map(str, value)) if isinstance(value, list) else str(value)
+    return ("+".join(map(str, value)) or "none") if isinstance(value, list) else str(value)
 
 
 def _from_table(path: Path) -> list[LearningCurve]:

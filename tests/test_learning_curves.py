@@ -1,0 +1,202 @@
+"""Learning curves of any algorithm are read onto the same scales, compared, and drawn."""
+
+from __future__ import annotations
+
+import csv
+import json
+
+import numpy as np
+import pytest
+
+import tiny
+from tegotae import TegotaeError
+from tegotae.cli import main
+from tegotae.figures.data import write_tables
+from tegotae.figures.learning_curves import algorithms_figure, algorithms_tables
+from tegotae.training.curves import COLUMNS, LearningCurve, groups, read_curves, shared
+
+MODEL = "AR-rF-sector-w8"
+
+
+def leave(folder, algorithm, header, rows, model=MODEL):
+    """What a training leaves behind, as far as its curves go."""
+    folder.mkdir(parents=True)
+    configuration = {"model": model, "algorithm": algorithm, "timing": {"duration_s": 10.0}}
+    (folder / "run.json").write_text(json.dumps({"configuration": configuration}))
+    lines = [header, *(",".join(map(str, row)) for row in rows)]
+    (folder / "curves.csv").write_text("\n".join(lines) + "\n")
+
+
+def leave_agent(folder, values, seed=0, **settings):
+    rows = [(5 * i, 50 * i, value, value, seed) for i, value in enumerate(values)]
+    header = "episode,simulated_s,cot_inverse,fitness,seed"
+    leave(folder, {"name": "ppo", "gamma": 0.99, **settings}, header, rows)
+
+
+def leave_pgpe(folder, values, seed=0):
+    rows = [(i, seed, value) for i, value in enumerate(values)]
+    header = "generation,seed,centre_cot_inverse"
+    leave(folder, {"name": "pgpe", "population": 4}, header, rows)
+
+
+def curve(values, algorithm="ppo", seed=0, model=MODEL, every=10.0):
+    episode = every * np.arange(len(values))
+    return LearningCurve(algorithm, model, seed, episode, 12.0 * episode, np.array(values))
+
+
+# Reading.
+
+
+def test_generations_and_episodes_are_put_on_the_same_scale_of_simulated_time(tmp_path):
+    leave_pgpe(tmp_path / "a", [0.1, 0.2, 0.3])
+    leave_agent(tmp_path / "b", [0.4, 0.5])
+    pgpe, ppo = read_curves([tmp_path])
+    assert (pgpe.algorithm, ppo.algorithm) == ("pgpe", "ppo")
+    # A row tells of the distribution that its generation of 4 episodes of 10 s began with.
+    assert pgpe.simulated_s.tolist() == [0.0, 40.0, 80.0]
+    assert pgpe.episode.tolist() == [0.0, 1.0, 2.0]
+    assert pgpe.cot_inverse.tolist() == [0.1, 0.2, 0.3]
+    assert ppo.simulated_s.tolist() == [0.0, 50.0]
+    assert ppo.episode.tolist() == [0.0, 5.0]
+
+
+def test_a_training_of_pgpe_is_read(tiny_training):
+    curves = read_curves([tiny_training])
+    assert [c.seed for c in curves] == list(tiny.SEEDS)
+    for found in curves:
+        assert (found.algorithm, found.model) == ("pgpe", "ART-rF-tphif-w8")
+        assert found.episode.tolist() == list(range(tiny.GENERATIONS))
+        assert found.simulated_s[1] == 8 * 3.0
+
+
+def test_settings_that_differ_are_part_of_the_name(tmp_path):
+    leave_agent(tmp_path / "a", [0.1], critic_senses=[])
+    leave_agent(tmp_path / "b", [0.2], critic_senses=["velocity", "height"])
+    leave_agent(tmp_path / "c", [0.3], critic_senses=[], seed=1)
+    assert [(c.algorithm, c.seed) for c in read_curves([tmp_path])] == [
+        ("ppo, critic_senses none", 0),
+        ("ppo, critic_senses none", 1),
+        ("ppo, critic_senses velocity+height", 0),
+    ]
+
+
+def test_runs_that_cannot_be_told_apart_are_refused(tmp_path):
+    leave_agent(tmp_path / "a", [0.1])
+    leave_agent(tmp_path / "b", [0.2])
+    with pytest.raises(TegotaeError, match=f"two runs of ppo on {MODEL} with seed 0"):
+        read_curves([tmp_path])
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("run.json", "{"),
+        ("run.json", '{"configuration": []}'),
+        ("run.json", '{"configuration": {"algorithm": {}}}'),
+        ("curves.csv", ""),
+        ("curves.csv", "episode,simulated_s,cot_inverse,fitness,seed\n1,2,3\n"),
+        ("curves.csv", "episode,simulated_s,cot_inverse,fitness,seed\n1,2,x,4,0\n"),
+    ],
+)
+def test_damage_is_named(tmp_path, name, text):
+    leave_agent(tmp_path / "a", [0.1])
+    (tmp_path / "a" / name).write_text(text)
+    with pytest.raises(TegotaeError, match=r"a.* (is|are) damaged"):
+        read_curves([tmp_path])
+
+
+@pytest.mark.parametrize("place", ["nowhere", "nowhere.csv", "."])
+def test_a_place_without_curves_is_named(tmp_path, place):
+    with pytest.raises(TegotaeError, match=r"there is no|holds no learning curves"):
+        read_curves([tmp_path / place])
+
+
+def test_another_table_is_refused(tmp_path):
+    (tmp_path / "a.csv").write_text("x,y\n1,2\n")
+    with pytest.raises(TegotaeError, match=r"a\.csv is no table of learning curves"):
+        read_curves([tmp_path / "a.csv"])
+
+
+def test_a_written_table_is_read_back(tmp_path):
+    curves = [curve([0.0, 1 / 3, 0.5]), curve([0.1, 0.2], "sac, gamma 0.9", 3)]
+    write_tables(tmp_path / "f.png", algorithms_tables(curves))
+    for ours, theirs in zip(read_curves([tmp_path / "f.csv"]), curves, strict=True):
+        assert (ours.algorithm, ours.seed) == (theirs.algorithm, theirs.seed)
+        np.testing.assert_allclose(ours.cot_inverse, theirs.cot_inverse, rtol=1e-8)
+        np.testing.assert_array_equal(ours.simulated_s, theirs.simulated_s)
+
+
+# Comparing.
+
+
+def test_the_late_mean_is_over_the_last_tenth_of_simulated_time():
+    found = curve(np.arange(21.0))
+    assert found.late_mean() == pytest.approx(np.mean([18, 19, 20]))
+    # Of the first 10 points' time only: the last tenth begins at 9.
+    assert found.late_mean(until_s=10 * 120.0) == pytest.approx(np.mean([9, 10]))
+    assert curve([0.7]).late_mean() == 0.7
+
+
+def test_runs_are_compared_where_all_have_points():
+    episode, simulated_s, values = shared([curve([0.0, 1.0, 2.0]), curve([3.0, 4.0], seed=1)])
+    assert episode.tolist() == [0.0, 10.0]
+    assert simulated_s.tolist() == [0.0, 120.0]
+    assert values.tolist() == [[0.0, 3.0], [1.0, 4.0]]
+
+
+def test_runs_of_a_model_and_an_algorithm_belong_together():
+    curves = [curve([0.0]), curve([0.0], seed=1), curve([0.0], "sac"), curve([0.0], model="AR")]
+    assert {key: len(runs) for key, runs in groups(curves).items()} == {
+        (MODEL, "ppo"): 2,
+        (MODEL, "sac"): 1,
+        ("AR", "ppo"): 1,
+    }
+
+
+# Drawing.
+
+
+def test_a_row_a_model_with_the_mean_over_episodes_and_over_time():
+    curves = [curve([0.0, 0.2, 0.4]), curve([0.0, 0.4, 0.8], seed=1), curve([0.1, 0.1], "sac")]
+    curves.append(curve([0.0, 0.5], "pgpe", model="AR-rF-reflex-w8", every=1.0))
+    figure = algorithms_figure(curves)
+    assert len(figure.axes) == 4
+    by_episode, by_time = figure.axes[2:]
+    ppo = next(line for line in by_episode.get_lines() if line.get_label() == "ppo")
+    # The point before training has no place on a logarithmic axis.
+    assert by_episode.get_xscale() == by_time.get_xscale() == "log"
+    np.testing.assert_allclose(ppo.get_xdata(), [10.0, 20.0])
+    np.testing.assert_allclose(ppo.get_ydata(), [0.3, 0.6])
+    over_time = next(line for line in by_time.get_lines() if line.get_label() == "ppo")
+    np.testing.assert_allclose(over_time.get_xdata(), [120.0, 240.0])
+    assert [text.get_text() for text in figure.legends[0].get_texts()] == ["pgpe", "ppo", "sac"]
+    assert "[m/J]" in by_episode.get_ylabel()
+    assert "[s]" in by_time.get_xlabel()
+
+
+def test_the_interval_of_the_mean_is_in_the_table_and_empty_for_a_single_run():
+    curves = [curve([0.0, 0.2]), curve([0.0, 0.4], seed=1), curve([0.1, 0.1], "sac")]
+    mean = algorithms_tables(curves)["mean"]
+    rows = dict(zip(zip(mean["algorithm"], mean["episode"], strict=True), mean["low"], strict=True))
+    assert rows["ppo", 10.0] == pytest.approx(0.2)
+    assert np.isnan(rows["sac", 10.0])
+
+
+def test_the_command_draws_and_says_how_far_pgpe_leads(tmp_path, capsys):
+    for seed in (0, 1):
+        leave_pgpe(tmp_path / f"pgpe{seed}", [0.0, 0.2, 0.9, 0.9], seed)
+        leave_agent(tmp_path / f"ppo{seed}", [0.1, 0.4], seed)
+    out = tmp_path / "figure.svg"
+    assert main(["figure", "learning-curves", str(tmp_path), "--out", str(out)]) == 0
+    assert out.exists()
+    said = " ".join(capsys.readouterr().out.split())
+    # At the end PGPE is at 0.9 and PPO at 0.4; after PPO's 50 s, PGPE is at 0.2.
+    assert "ppo 2 50 s 0.400 [0.400, 0.400] 0.500 [0.500, 0.500]" in said
+    assert "-0.200 [-0.200, -0.200]" in said
+    with (tmp_path / "figure.csv").open() as stream:
+        assert tuple(next(csv.reader(stream))) == COLUMNS
+
+
+def test_the_command_asks_for_trainings(tmp_path, capsys):
+    assert main(["figure", "learning-curves", "--out", str(tmp_path / "a.png")]) == 2
+    assert "name their folders" in capsys.readouterr().err
