@@ -9,7 +9,7 @@ from typing import Annotated
 import tyro
 
 from tegotae.cli.options import UNSET
-from tegotae.errors import TegotaeError
+from tegotae.errors import TegotaeError, require_count
 from tegotae.files import output_file, write_atomically
 from tegotae.study.folder import Folder
 from tegotae.study.plan import plan
@@ -38,6 +38,8 @@ class StudyRun:
         from tegotae.study import runner
 
         chosen = plan(self.scale, self.models)
+        if self.workers is not None:
+            require_count("workers", self.workers)
         results = partial(runner.on_cores, workers=self.workers)
         if self.cluster is not None:
             from tegotae.study.cluster import on_cluster
