@@ -169,3 +169,30 @@ def test_bench_refuses_lanes_that_are_none(one_line_error):
     assert "lanes is 0; it must be a whole number of at least 1" in one_line_error(
         "bench", "--lanes", "0"
     )
+
+
+def test_a_study_refuses_workers_that_are_none(tmp_path, one_line_error):
+    words = ["--dir", str(tmp_path / "study"), "--workers", "0"]
+    assert "workers is 0; it must be a whole number" in one_line_error("study", "run", *words)
+    assert not (tmp_path / "study").exists()
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["evaluate", "V-sector-w4", "--energy", "kinetic"], "work is 'kinetic'"),
+        (["evaluate", "V-sector-w4", "--undisturbed", "nan"], "undisturbed_s is nan"),
+        (["evaluate", "runs/none"], "no controller file at runs/none"),
+        (["evaluate", "ART"], "has weights to train and no file was given"),
+        (["compare"], "a comparison needs at least two sets of controllers; 0 found"),
+        (["compare", "V-sector-w4", "V-reflex-w4", "--drop", "-1"], "drop_m is -1"),
+    ],
+)
+def test_an_evaluation_of_nothing_is_refused_before_any_rollout(
+    monkeypatch, one_line_error, words, said
+):
+    def run(*_, **__):
+        raise AssertionError("a rollout was started before the input was checked")
+
+    monkeypatch.setattr(Engine, "run", run)
+    assert said in one_line_error(*words)
