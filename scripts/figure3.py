@@ -5,7 +5,8 @@
 
 Trainings that are done are not done again, and those that were interrupted go on; `--algorithms`
 and `--models` train a part, so that several processes can share the work. The figure shows what
-there is: `figure3.png`, with all its numbers in `figure3.csv`.
+there is: `figure3.png`, with all its numbers in `figure3.csv`. All algorithms have their tuned
+settings, where there are any.
 """
 
 from __future__ import annotations
@@ -21,8 +22,8 @@ from tegotae.errors import require_finite, unknown
 from tegotae.files import output_folder
 from tegotae.models import find
 from tegotae.training.agents import AGENTS, AgentRun, train_agents
-from tegotae.training.algorithms import PGPE
 from tegotae.training.run import Run, train
+from tegotae.training.settings import tuned
 
 MODELS = ("AR-rF-sector-w8", "AR-rF-reflex-w8")
 """The paper's policies I and II: learned A and R, constant gain, actuation (6) or (7)."""
@@ -72,7 +73,7 @@ class Figure3:
                     model=find(model),
                     seeds=seeds,
                     generations=generations,
-                    algorithm=PGPE(),
+                    algorithm=tuned("pgpe"),
                     follow_omega=False,
                 ),
                 out,
@@ -83,7 +84,7 @@ class Figure3:
                 model=find(model),
                 seeds=seeds,
                 episodes=max(2, round(self.episodes * self.scale)),
-                settings=AGENTS[algorithm](),
+                settings=tuned(algorithm),
                 evaluate_every=max(1, round(10 * self.scale)),
             ),
             out,

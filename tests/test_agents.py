@@ -35,6 +35,7 @@ from tegotae.training.agents.learner import AgentTraining, learn, make_agent  # 
 from tegotae.training.curves import read_curves  # noqa: E402
 from tegotae.training.evolve import Training, start  # noqa: E402
 from tegotae.training.fitness import Fitness  # noqa: E402
+from tegotae.tuning import SPACES, Task  # noqa: E402
 
 TIMING = Timing(duration_s=6.0, tick_s=0.002)
 SETTLE_S = 2.0
@@ -318,6 +319,35 @@ class TestFolder:
         (tmp_path / "curves.csv").write_text(text.replace("{header}", header))
         with pytest.raises(TegotaeError, match=r"curves\.csv is damaged"):
             train_agents(run(), tmp_path)
+
+
+class TestTuning:
+    @pytest.mark.parametrize("algorithm", ["sac", "ppo"])
+    def test_a_search_begins_with_the_default_settings(self, algorithm):
+        optuna = pytest.importorskip("optuna")
+        space = SPACES[algorithm]
+        first = space.suggest(optuna.trial.FixedTrial(dict(space.first)))
+        assert first == agents.AGENTS[algorithm]()
+
+    def test_settings_are_judged_by_each_seeds_best_policy_within_the_budget(self):
+        model = find("AR-rF-sector-w8")
+        task = Task(
+            models=(model,), budget_s=24.0, timing=TIMING, settle_s=SETTLE_S, follow_omega=False
+        )
+        found = SPACES["ppo"].learn(PPO, task, model, (0, 1))
+        for seed, best in zip((0, 1), found, strict=True):
+            points = learn(training(PPO), seed=seed, episodes=4, evaluate_every=1)
+            assert best == max(point.fitness for point in points)
+
+    def test_settings_that_diverge_are_worth_what_they_had_reached(self):
+        model = find("AR-rF-sector-w8")
+        task = Task(
+            models=(model,), budget_s=24.0, timing=TIMING, settle_s=SETTLE_S, follow_omega=False
+        )
+        wild = dataclasses.replace(PPO, learning_rate=1e30)
+        (found,) = SPACES["ppo"].learn(wild, task, model, (0,))
+        start = next(learn(training(PPO), seed=0, episodes=1))
+        assert found >= start.fitness
 
 
 class TestBadInput:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -21,6 +21,7 @@ from tegotae.training.algorithms import ALGORITHMS
 from tegotae.training.evolve import Curves
 from tegotae.training.fitness import EPISODE
 from tegotae.training.run import Run, train
+from tegotae.training.settings import tuned
 
 if TYPE_CHECKING:
     from tegotae.training.agents.learner import Point
@@ -85,7 +86,7 @@ class Train:
         chosen = {} if self.population is None else {"population": self.population}
         run = Run(
             generations=80 if self.generations is None else self.generations,
-            algorithm=ALGORITHMS[self.algorithm](**chosen),
+            algorithm=replace(tuned(self.algorithm), **chosen),
             **self._common,
         )
         log = _logger(out) if self.tensorboard else None
@@ -101,7 +102,7 @@ class Train:
         self._refuse("generations", ALGORITHMS)
         run = AgentRun(
             episodes=1000 if self.episodes is None else self.episodes,
-            settings=AGENTS[self.algorithm](),
+            settings=tuned(self.algorithm),
             **self._common,
         )
         log = _logger(out) if self.tensorboard else None

@@ -94,6 +94,10 @@ class AgentTraining:
         return Engine(controller=self.controller, timing=self.timing, summary=self.fitness)
 
 
+class DivergedError(TegotaeError):
+    """The learning led to weights that are no numbers."""
+
+
 class Point(NamedTuple):
     """A point of a learning curve: the deterministic policy, judged."""
 
@@ -145,7 +149,8 @@ def learn(
         the policy before training, then one point after the other.
 
     Raises:
-        TegotaeError: for a count that is none, or if the learning diverges.
+        TegotaeError: for a count that is none.
+        DivergedError: if the learning leads to weights that are no numbers.
     """
     require_count("seed", seed, least=0)
     require_count("episodes", episodes)
@@ -199,7 +204,7 @@ def _noticing_divergence(feedback: Feedback, seed: int, done: int) -> Iterator[N
         if np.isfinite(feedback.flat()).all():
             raise
     if not np.isfinite(feedback.flat()).all():
-        raise TegotaeError(
+        raise DivergedError(
             f"seed {seed} diverged after {done} episodes: its weights are not finite any more; a "
             "smaller learning_rate or normalize_reward may help"
         )
