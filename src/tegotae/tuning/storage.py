@@ -102,9 +102,10 @@ def _study(optuna: Any, path: Path, configuration: dict[str, Any]) -> Study:
         raise _foreign(path, "a damaged study") from None
     if any(name != STUDY for name in names):
         raise _foreign(path, f"the study {names[0]!r}")
-    study = optuna.create_study(
-        storage=storage, study_name=STUDY, direction="maximize", load_if_exists=True
-    )
+    if names:
+        study = optuna.load_study(storage=storage, study_name=STUDY)
+    else:
+        study = optuna.create_study(storage=storage, study_name=STUDY, direction="maximize")
     found = study.user_attrs.get(_CONFIGURATION)
     if found is None and not study.trials:
         study.set_user_attr(_CONFIGURATION, configuration)
