@@ -2,13 +2,30 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
+from tegotae.errors import TegotaeError
 from tegotae.evaluation import METRICS
+from tegotae.figures.data import write_tables
+from tegotae.figures.learning_curves import algorithms_tables
 from tegotae.models import all_models
-from tegotae.study.claims import FAILS, HOLDS, UNDECIDED, correlation, verdicts
+from tegotae.study.claims import (
+    EXPERIMENTS,
+    FAILS,
+    HOLDS,
+    NOT_MEASURED,
+    UNDECIDED,
+    claim_1,
+    claim_11,
+    correlation,
+    experiment_verdicts,
+    verdicts,
+)
 from tegotae.study.table import Table, design
+from tegotae.training.curves import LearningCurve
 
 
 def results(effects: dict[str, dict[str, float]], *, noise: float = 0.02, seed: int = 0) -> Table:
@@ -84,3 +101,115 @@ def test_the_correlation_of_a_line_is_one_and_its_interval_knows_its_sample() ->
     with_holes = Table({"a": x, "b": np.where(x < 2, np.nan, x)})
     found = correlation(with_holes, "a", "b")
     assert (found.count, found.undefined) == (8, 2)
+
+
+def test_the_runs_behind_a_part_are_counted_with_those_without_a_limit_cycle() -> None:
+    table = results({})
+    lost = (table["architecture"] == "AR") & (table["observation"] == "F") & (table["run"] == 0)
+    table["limit_cycle_share"][lost] = 0.0
+    table["cot_inverse"][lost] = np.nan
+    part = next(v for v in verdicts(table) if v.number == 4).parts[0]
+    on_f = table["observation"] == "F"
+    assert part.n == (on_f & np.isin(table["architecture"], ("AR", "V"))).sum()
+    assert part.without_cycle == part.effect.undefined == lost.sum() > 0
+
+
+# Claims with experiments of their own.
+
+
+def curves(algorithm: str, late: float, *, points: int = 100, model: str = "m", noise: float = 0.0):
+    """Three runs that rise to `late` along a line; an episode is 10 s."""
+    random = np.random.default_rng(0)
+    episode = np.arange(points, dtype=float)
+    rise = np.linspace(0.0, late, points)
+    return [
+        LearningCurve(algorithm, model, seed, episode, 10.0 * episode, rise + noise * shift)
+        for seed, shift in enumerate(random.normal(size=3))
+    ]
+
+
+def test_pgpe_beats_the_others_if_it_does_on_every_policy_and_scale() -> None:
+    others = [*curves("sac", 0.5), *curves("ppo", 0.2)]
+    assert claim_1([*curves("pgpe", 1.0), *others]).verdict == HOLDS
+    assert claim_1([*curves("pgpe", 0.1), *others]).verdict == FAILS
+    assert claim_1([*curves("pgpe", 0.5, noise=1.0), *curves("sac", 0.5, noise=2.0)]).verdict == (
+        UNDECIDED
+    )
+
+
+def test_a_longer_training_is_no_advantage() -> None:
+    # The agent ends higher, but is below where the evolution ends.
+    verdict = claim_1([*curves("pgpe", 1.0), *curves("sac", 2.0, points=1000)])
+    assert verdict.verdict == HOLDS
+    assert len(verdict.parts) == 2
+
+
+def test_pgpe_alone_beats_nobody() -> None:
+    assert claim_1(curves("pgpe", 1.0)).verdict == NOT_MEASURED
+
+
+def leave_sizes(folder: Path, fitness: dict[int, float]) -> None:
+    """`parameter_limit.csv`: three trainings of each size, one of which began with a failure."""
+    random = np.random.default_rng(0)
+    rows = ["way,parameters,seed,untrained_fitness,fitness"]
+    for size, value in fitness.items():
+        for seed, start in enumerate((-1e6, -2.0, -2.1)):
+            rows.append(f"scaled,{size},{seed},{start},{value + 0.01 * random.normal()}")
+    (folder / "parameter_limit.csv").write_text("\n".join(rows) + "\n")
+
+
+@pytest.mark.parametrize(
+    ("fitness", "expected"),
+    [
+        ({96: 1.0, 256: 0.9, 4096: 0.8}, FAILS),
+        ({96: 1.0, 256: 0.9, 4096: -1.9}, FAILS),
+        ({96: 1.0, 256: -1.8, 4096: -1e6}, HOLDS),
+        ({96: 1.0, 128: 1.0}, NOT_MEASURED),
+    ],
+)
+def test_many_parameters_cannot_be_trained_if_they_stay_near_random_weights(
+    tmp_path, fitness, expected
+) -> None:
+    leave_sizes(tmp_path, fitness)
+    assert experiment_verdicts(tmp_path)[1].verdict == expected
+
+
+def test_a_gain_that_grows_along_a_line_for_the_sector_alone() -> None:
+    random = np.random.default_rng(0)
+    omega = np.linspace(2.0, 10.0, 60)
+    line, cloud = 1.3 * omega + 0.1 * random.normal(size=60), random.uniform(0.0, 10.0, 60)
+    assert claim_11({"sector": (omega, line), "reflex": (omega, cloud)}).verdict == HOLDS
+    assert claim_11({"sector": (omega, -line), "reflex": (omega, cloud)}).verdict == FAILS
+    assert claim_11({"sector": (omega, line), "reflex": (omega, line)}).verdict == FAILS
+    few = {"sector": (omega[:2], line[:2]), "reflex": (omega, cloud)}
+    assert claim_11(few).verdict == UNDECIDED
+
+
+def test_experiments_are_read_from_the_tables_that_their_commands_write(tmp_path) -> None:
+    runs = [*curves("pgpe", 1.0), *curves("sac", 0.5)]
+    write_tables(tmp_path / "figure3.png", algorithms_tables(runs))
+    omega = np.linspace(2.0, 10.0, 9)
+    ridge = {
+        "actuation": np.repeat(["sector", "reflex"], 9),
+        "omega_rad_per_s": np.tile(omega, 2),
+        "best_sigma_rad_per_s_n": np.concatenate([omega, np.sin(5.0 * omega)]),
+    }
+    write_tables(tmp_path / "gain_map.png", {"ridge": ridge})
+    assert [v.verdict for v in experiment_verdicts(tmp_path)] == [HOLDS, NOT_MEASURED, HOLDS]
+
+
+def test_an_experiment_that_is_missing_says_what_measures_it(tmp_path) -> None:
+    for verdict in (*experiment_verdicts(), *experiment_verdicts(tmp_path)):
+        assert verdict.verdict == NOT_MEASURED
+        assert "to measure: " in verdict.note
+    with pytest.raises(TegotaeError, match="there is no folder"):
+        experiment_verdicts(tmp_path / "nowhere")
+
+
+@pytest.mark.parametrize("table", [e.table for e in EXPERIMENTS])
+@pytest.mark.parametrize("content", ["", "a,b\n1,2\n", "\x00\x01", "actuation,way\nsector\n"])
+def test_a_table_that_is_none_is_named_in_one_line(tmp_path, table, content) -> None:
+    (tmp_path / table).write_text(content)
+    with pytest.raises(TegotaeError, match=table) as error:
+        experiment_verdicts(tmp_path)
+    assert len(str(error.value).splitlines()) == 1

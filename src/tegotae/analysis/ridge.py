@@ -62,11 +62,11 @@ def find_ridge(sigma: np.ndarray, omega: np.ndarray, value: np.ndarray) -> Ridge
     value = np.asarray(value, float)[best, column]
     if len(x) < 3:
         return Ridge(x, y, value, np.nan, np.nan, np.nan, np.nan, (np.nan, np.nan))
-    slope, intercept, r_squared = _line(x, y)
+    slope, intercept, r_squared = line(x, y)
     residual = np.sum((y - intercept - slope * x) ** 2)
     error = np.sqrt(residual / (len(x) - 2) / np.sum((x - x.mean()) ** 2))
     draws = np.random.default_rng(0).integers(len(x), size=(_RESAMPLES, len(x)))
-    resampled = _line(x[draws], y[draws])[2]
+    resampled = line(x[draws], y[draws])[2]
     low, high = (
         np.nanquantile(resampled, (0.025, 0.975)) if r_squared == r_squared else 2 * [np.nan]
     )
@@ -82,7 +82,7 @@ def find_ridge(sigma: np.ndarray, omega: np.ndarray, value: np.ndarray) -> Ridge
     )
 
 
-def _line(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def line(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Slope, intercept and R² of the least-squares line, along the last axis."""
     dx, dy = x - x.mean(axis=-1, keepdims=True), y - y.mean(axis=-1, keepdims=True)
     xx, xy, yy = (np.sum(a * b, axis=-1) for a, b in ((dx, dx), (dx, dy), (dy, dy)))

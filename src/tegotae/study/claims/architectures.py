@@ -1,21 +1,14 @@
-"""The paper's claims, each a function from the results to a verdict.
-
-A claim is made of parts, each an effect with its 95 % interval. It holds if every part does, fails
-if the interval of any part lies on the wrong side, and is undecided otherwise. Runs without a limit
-cycle have no CoT⁻¹ and no transients; they are left out of those and counted beside them.
-"""
+"""Claims 2 to 9, decided by the study's table."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 
 from tegotae.metrics.statistics import Interval, difference, interval
+from tegotae.study.claims.verdict import Part, Verdict
 from tegotae.study.table import Table
-
-HOLDS, FAILS, UNDECIDED = "holds", "fails", "undecided"
 
 NEAR = 0.2
 """Two efficiencies are near each other, or on par, within this share of the second."""
@@ -24,60 +17,22 @@ FAR = 0.5
 """An efficiency is far above another if it is greater by more than this share of it."""
 
 
-@dataclass(frozen=True)
-class Part:
-    """One measurable part of a claim.
-
-    Args:
-        what: what is measured, with its unit.
-        effect: the measured effect with its interval.
-        low: the effect must lie above this ...
-        high: ... and below this.
-    """
-
-    what: str
-    effect: Interval
-    low: float = -np.inf
-    high: float = np.inf
-
-    @property
-    def verdict(self) -> str:
-        """Whether the interval lies inside the bounds, outside, or across one."""
-        e = self.effect
-        if np.isnan(e.low) or np.isnan(e.high):
-            return UNDECIDED
-        if self.low <= e.low and e.high <= self.high:
-            return HOLDS
-        if e.high < self.low or e.low > self.high:
-            return FAILS
-        return UNDECIDED
+def _minus(
+    what: str,
+    metric: str,
+    ours: Table,
+    theirs: Table,
+    *,
+    low: float = -np.inf,
+    high: float = np.inf,
+) -> Part:
+    without = _without_cycle(ours) + _without_cycle(theirs)
+    effect = difference(ours[metric], theirs[metric])
+    return Part(what, effect, low, high, without_cycle=without)
 
 
-@dataclass(frozen=True)
-class Verdict:
-    """A claim and what the results say about it."""
-
-    number: int
-    claim: str
-    parts: tuple[Part, ...]
-    note: str = ""
-
-    @property
-    def verdict(self) -> str:
-        """holds, fails, or undecided."""
-        each = [part.verdict for part in self.parts]
-        if FAILS in each:
-            return FAILS
-        return HOLDS if each and all(v == HOLDS for v in each) else UNDECIDED
-
-    @property
-    def n_runs(self) -> int:
-        """The largest number of runs behind one of its parts, defined or not."""
-        return max((p.effect.count + p.effect.undefined for p in self.parts), default=0)
-
-
-def _minus(what: str, metric: str, ours: Table, theirs: Table, **bounds: float) -> Part:
-    return Part(what, difference(ours[metric], theirs[metric]), **bounds)
+def _without_cycle(table: Table) -> int:
+    return int((table["limit_cycle_share"] == 0.0).sum())
 
 
 def _mean(table: Table, metric: str) -> float:
@@ -162,7 +117,10 @@ def claim_7(table: Table) -> Verdict:
         "The single network fails on [F_k]; on [F_k, ẏ] it equals ART, with long transients",
         (
             Part(
-                "share of limit cycles, T on [F_k]", interval(blind["limit_cycle_share"]), high=0.1
+                "share of limit cycles, T on [F_k]",
+                interval(blind["limit_cycle_share"]),
+                high=0.1,
+                without_cycle=_without_cycle(blind),
             ),
             _minus(
                 "CoT⁻¹, T - ART, [F_k, ẏ] [m/J]", "cot_inverse", seeing, art, low=-par, high=par
@@ -190,17 +148,18 @@ def claim_8(table: Table) -> Verdict:
 def claim_9(table: Table) -> Verdict:
     """Over all models efficiency goes with slow convergence, and CPGu with fast."""
     models = table.per_model()
+
+    def together(what: str, a: str, b: str, low: float = -np.inf, high: float = np.inf) -> Part:
+        effect, without = correlation(models, a, b), _without_cycle(models)
+        return Part(what, effect, low, high, "models", without)
+
     return Verdict(
         9,
         "Over all models, efficiency goes with slow convergence, and CPGu with fast",
         (
-            Part(
-                "correlation of CoT⁻¹ and T0", correlation(models, "cot_inverse", "t0_s"), low=0.0
-            ),
-            Part(
-                "correlation of CoT⁻¹ and T1", correlation(models, "cot_inverse", "t1_s"), low=0.0
-            ),
-            Part("correlation of CPGu and T1", correlation(models, "cpgu", "t1_s"), high=0.0),
+            together("correlation of CoT⁻¹ and T0", "cot_inverse", "t0_s", low=0.0),
+            together("correlation of CoT⁻¹ and T1", "cot_inverse", "t1_s", low=0.0),
+            together("correlation of CPGu and T1", "cpgu", "t1_s", high=0.0),
         ),
         "one value per model",
     )
@@ -216,8 +175,7 @@ CLAIMS: tuple[Callable[[Table], Verdict], ...] = (
     claim_8,
     claim_9,
 )
-"""The claims that the study's table decides. Claims 1 (algorithms), 10 (number of parameters) and
-11 (gain and frequency) have experiments of their own."""
+"""The claims that the study's table decides."""
 
 
 def verdicts(table: Table) -> list[Verdict]:

@@ -1,0 +1,47 @@
+"""The paper's claims, each a function from results to a verdict.
+
+A claim is made of parts, each an effect with its 95 % interval. It holds if every part does, fails
+if the interval of any part lies on the wrong side, and is undecided otherwise. Runs without a limit
+cycle have no CoT⁻¹ and no transients; they are left out of those and counted beside them.
+
+Claims 2 to 9 are decided by the study's table (`verdicts`); claims 1 (algorithms), 10 (number of
+parameters) and 11 (gain and frequency) by experiments of their own (`experiment_verdicts`).
+"""
+
+from tegotae.study.claims.architectures import CLAIMS, FAR, NEAR, correlation, verdicts
+from tegotae.study.claims.experiments import (
+    EXPERIMENTS,
+    Experiment,
+    claim_1,
+    claim_10,
+    claim_11,
+    experiment_verdicts,
+)
+from tegotae.study.claims.verdict import (
+    FAILS,
+    HOLDS,
+    NOT_MEASURED,
+    UNDECIDED,
+    Part,
+    Verdict,
+)
+
+__all__ = [
+    "CLAIMS",
+    "EXPERIMENTS",
+    "FAILS",
+    "FAR",
+    "HOLDS",
+    "NEAR",
+    "NOT_MEASURED",
+    "UNDECIDED",
+    "Experiment",
+    "Part",
+    "Verdict",
+    "claim_1",
+    "claim_10",
+    "claim_11",
+    "correlation",
+    "experiment_verdicts",
+    "verdicts",
+]
