@@ -66,6 +66,8 @@ def make_sac(settings: SACSettings, env: VecEnv, feedback: Feedback, seed: int) 
             "feedback": feedback,
             "noise": settings.noise,
             "net_arch": {"pi": [], "qf": list(settings.critic_layers)},
+            # One call for all parameters: networks as small as these are all overhead.
+            "optimizer_kwargs": {"fused": True},
         },
         seed=seed,
         device="cpu",
