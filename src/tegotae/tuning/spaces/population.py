@@ -18,11 +18,11 @@ from tegotae.tuning.task import Task
 if TYPE_CHECKING:
     from optuna.trial import BaseTrial
 
-_LOG2_SMALLEST, _LOG2_LARGEST = 4, 8
+_LOG2_SMALLEST, _LOG2_LARGEST = 4, 7
 
 
 def suggest_population(trial: BaseTrial) -> int:
-    """16, 32, 64, 128 or 256 episodes per generation: each is a program to compile."""
+    """16, 32, 64 or 128 episodes per generation: each is a program to compile."""
     return 2 ** trial.suggest_int("log2_population", _LOG2_SMALLEST, _LOG2_LARGEST)
 
 
