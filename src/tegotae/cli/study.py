@@ -79,6 +79,9 @@ class StudyReport:
     """The study's folder."""
     out: Annotated[Path | None, UNSET] = None
     """Where to write it; report.html in the study's folder by default."""
+    experiments: Annotated[Path | None, UNSET] = None
+    """Folder of the experiments on claims 1, 10 and 11: figure3, parameter_limit and
+    gain_map, as .csv and .png; without it the report says how to measure them."""
 
     def run(self) -> None:
         """Write it, and say where it is."""
@@ -89,10 +92,10 @@ class StudyReport:
         path = output_file(self.out or self.dir / "report.html")
         seeds, generations = document["seeds"], document["generations"]
         about = (
-            f"{len(records)} models, {seeds} runs each, {generations} generations of "
-            f"{document['algorithm']['name']}; scale {document['scale']}."
+            f"Scale {document['scale']}: {len(records)} models, {seeds} runs each, {generations} "
+            f"generations of {document['algorithm']['name']}."
         )
-        write_atomically(path, report(records, about))
+        write_atomically(path, report(records, about, self.experiments))
         print(f"The report is {path.resolve()}")
 
 
@@ -136,7 +139,7 @@ class StudyMerge:
 def _records(folder: Folder) -> list[Record]:
     records, damaged = folder.all()
     for message in damaged:
-        print(f"{message}; run the study again to replace it")
+        print(message)
     if not records:
         raise TegotaeError(f"{folder.path} holds no records yet; first: tegotae study run")
     return records

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.figure import Figure
 
-from tegotae.figures.style import COLOURS, DIVERGING, PAGE_IN, new_figure, styled
+from tegotae.evaluation import METRICS
+from tegotae.figures.style import COLOURS, COLUMN_IN, DIVERGING, PAGE_IN, new_figure, styled
 from tegotae.metrics.statistics import Interval, interval
 from tegotae.study.claims import correlation
 from tegotae.study.table import Table
@@ -22,6 +23,8 @@ SHOWN = {
     "limit_cycle_share": "limit cycles",
 }
 """Metrics of the figure, and how they are called there."""
+
+_TOP = 1.5
 
 OBSERVATIONS = {"F": "$s = [F_k]$", "Fv": r"$s = [F_k, \dot y]$"}
 
@@ -47,37 +50,43 @@ def architectures_figure(table: Table) -> Figure:
     """Fig. 2, II: per architecture every metric over its largest mean, with 95 % intervals."""
     found = architecture_metrics(table)
     with styled():
-        figure = new_figure(PAGE_IN, 5.4)
+        figure = new_figure(PAGE_IN, 5.6)
         panels = figure.subplots(len(SHOWN), 2, sharex=True, sharey=True)
         places = np.arange(len(ARCHITECTURES))
         for row, (metric, label) in zip(panels, SHOWN.items(), strict=True):
             means = [i.mean for (_, m, _), i in found.items() if m == metric]
-            largest = np.nanmax(np.abs(means)) if np.isfinite(means).any() else 1.0
+            largest = np.nanmax(np.abs(means)) if np.isfinite(means).any() else np.nan
             scale = largest if largest > 0.0 else 1.0
             for panel, observation in zip(row, OBSERVATIONS, strict=True):
                 _bars(panel, places, [found[observation, metric, a] for a in ARCHITECTURES], scale)
-            row[0].set_ylabel(label)
+            row[0].set_ylabel(f"{label}\n1 is {_of_unit(largest, METRICS[metric])}")
         for panel, title in zip(panels[0], OBSERVATIONS.values(), strict=True):
             panel.set_title(title)
+        for panel in panels.flat:
+            panel.tick_params(axis="x", length=0)
         for panel in panels[-1]:
             panel.set_xticks(places, ARCHITECTURES)
-        panels[0][0].set_ylim(0.0, 1.25)
-        figure.supylabel("metric / its largest mean", fontsize=8)
+        panels[0][0].set(ylim=(0.0, _TOP), yticks=(0.0, 0.5, 1.0))
+        figure.align_ylabels(panels[:, 0])
     return figure
+
+
+def _of_unit(value: float, unit: str) -> str:
+    return "–" if np.isnan(value) else f"{value:.2g} {unit}".strip()
 
 
 def _bars(panel, places: np.ndarray, values: list[Interval], scale: float) -> None:
     for place, value in zip(places, values, strict=True):
         if np.isnan(value.mean):
-            panel.text(place, 0.04, "–", ha="center")
+            panel.text(place, 0.06, "–", ha="center")
             continue
-        panel.bar(place, abs(value.mean) / scale, width=0.7, color="0.75")
+        panel.bar(place, abs(value.mean) / scale, width=0.72, color=COLOURS[3], alpha=0.75, lw=0)
         if not np.isnan(value.low):
             ends = np.abs([value.low, value.high]) / scale
-            panel.plot([place, place], ends, color=COLOURS[2], lw=1.2)
+            panel.plot([place, place], np.minimum(ends, _TOP), color="black", lw=1.2)
         share = value.undefined / max(value.undefined + value.count, 1)
         if share > 0.005:
-            panel.text(place, 1.08, f"{share:.0%}", ha="center", fontsize=5.5, color="0.35")
+            panel.text(place, 1.3, f"{share:.0%}", ha="center", fontsize=6, color="0.35")
 
 
 def correlations(table: Table) -> np.ndarray:
@@ -93,9 +102,9 @@ def correlation_figure(table: Table) -> Figure:
     values = correlations(table)
     labels = list(SHOWN.values())
     with styled():
-        figure = new_figure(3.5, 3.0)
+        figure = new_figure(COLUMN_IN, 2.8)
         panel = figure.subplots()
-        image = panel.imshow(values, cmap=DIVERGING, vmin=-1.0, vmax=1.0)
+        image = panel.imshow(values, cmap=DIVERGING, vmin=-1.0, vmax=1.0, aspect="auto")
         panel.set_xticks(range(len(labels)), labels, rotation=45, ha="right")
         panel.set_yticks(range(len(labels)), labels)
         for i, row in enumerate(values):
@@ -108,18 +117,20 @@ def correlation_figure(table: Table) -> Figure:
                     text,
                     ha="center",
                     va="center",
-                    fontsize=6,
+                    fontsize=7,
                     color="white" if dark else "black",
                 )
         panel.spines[:].set_visible(False)
-        figure.colorbar(image, label="correlation", shrink=0.85)
+        panel.tick_params(length=0)
+        bar = figure.colorbar(image, label="correlation", ticks=(-1.0, -0.5, 0.0, 0.5, 1.0))
+        bar.ax.spines[:].set_visible(False)
     return figure
 
 
 def pictograms_figure() -> Figure:
     """Fig. 2, I: the architectures; vanilla terms in outline, learned ones filled."""
     with styled():
-        figure = new_figure(PAGE_IN, 2.3)
+        figure = new_figure(PAGE_IN, 2.2)
         panels = figure.subplots(1, len(ARCHITECTURES))
         for panel, name in zip(panels, ARCHITECTURES, strict=True):
             _pictogram(panel, name)
@@ -127,7 +138,8 @@ def pictograms_figure() -> Figure:
 
 
 def _pictogram(panel, name: str) -> None:
-    panel.set(xlim=(0.0, 1.0), ylim=(0.0, 1.0), xticks=[], yticks=[], title=name)
+    panel.set(xlim=(0.0, 1.0), ylim=(0.0, 0.96), xticks=[], yticks=[])
+    panel.set_title(name, fontweight="bold")
     panel.spines[:].set_visible(False)
     single = name == "T"
 

@@ -2,92 +2,103 @@
 
 from __future__ import annotations
 
-import base64
-import io
 import json
-import math
 from importlib.resources import files
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
 
-from tegotae.analysis.orbit import NoLimitCycleError, find_orbit
-from tegotae.analysis.surface import actuation_surface
-from tegotae.bodies import Hopper
-from tegotae.controller_file import SavedController
-from tegotae.figures.study import (
-    ARCHITECTURES,
-    architectures_figure,
-    correlation_figure,
-    pictograms_figure,
-)
-from tegotae.figures.style import styled
-from tegotae.figures.surface import surface_figure
-from tegotae.models import find
-from tegotae.rollout import Scenario, Timing
-from tegotae.simulation import Simulation
-from tegotae.study.claims import Part, Verdict, verdicts
+from tegotae.figures.study import architectures_figure, correlation_figure, pictograms_figure
+from tegotae.report.best import best_controllers
+from tegotae.report.values import embedded_figure, embedded_file, number
+from tegotae.study.claims import EXPERIMENTS, Part, Verdict, experiment_verdicts, verdicts
 from tegotae.study.record import Record
 from tegotae.study.table import Table, tabulate
 
-_COLUMNS = {
-    "model": "model",
-    "cot_inverse": "CoT⁻¹ A [m/J]",
-    "cot_inverse_total": "CoT⁻¹ B [m/J]",
-    "t0_s": "T0 [s]",
-    "t1_s": "T1 [s]",
-    "delta_omega": "ΔΩ",
-    "delta_w": "Δw [rad/s]",
-    "cpgu": "CPGu",
-    "limit_cycle_share": "limit cycles",
-    "smoothness": "dF/dt [1/s]",
-    "best_fitness": "fitness",
+_DESIGN = {
+    "model": ("Model", "its name in this software"),
+    "architecture": ("Arch.", "which terms are learned"),
+    "observation": ("Senses", "what is sensed: F_k, the spring force, and ẏ, the velocity"),
+    "actuation": ("Actuation", "what the actuator force follows"),
+    "omega_t": ("ω_t", "frequency in training [rad/s]"),
 }
-_HOP_S = 8.0
-_FRAMES_PER_S = 50
+_METRICS = {
+    "cot_inverse": ("CoT⁻¹", "height climbed in flight per work [m/J]"),
+    "cot_inverse_total": ("CoT⁻¹ B", "height climbed per work [m/J]"),
+    "t0_s": ("T0", "time from release until settled [s]"),
+    "t1_s": ("T1", "time from a drop of the ground until settled again [s]"),
+    "delta_omega": ("ΔΩ", "deviation from a pure oscillation at ω [rad²/s²]"),
+    "delta_w": ("Δw", "distance of the spectrum's peaks from ω [rad/s]"),
+    "cpgu": ("CPGu", "share of clamped phases without a limit cycle"),
+    "smoothness": ("dF/dt", "rate of change of the actuator force [1/s]"),
+    "limit_cycle_share": ("Cycles", "share of the episodes with a limit cycle"),
+    "best_fitness": ("Fitness", "of the best distribution in training"),
+}
+_COUNTS = {
+    "runs": ("Runs", "trainings from random weights"),
+    "without": ("No cycle", "runs without a limit cycle in any episode"),
+}
+_OBSERVATIONS = {"F": "F_k", "Fv": "F_k, ẏ"}
 
 
-def report(records: list[Record], about: str) -> str:
+def report(records: list[Record], about: str, experiments: Path | None = None) -> str:
     """The page, as HTML with everything in it.
 
     Args:
         records: the study's records.
         about: one line on what study this is.
+        experiments: folder with tables and figures of the experiments that decide claims 1, 10
+            and 11 (`tegotae.study.claims.EXPERIMENTS`); what is not there is said to be missing.
+
+    Raises:
+        TegotaeError: if there is no such folder, or it holds a table or figure that is none.
     """
     table = tabulate(records)
+    claims = sorted(
+        [*verdicts(table), *experiment_verdicts(experiments)], key=lambda verdict: verdict.number
+    )
     data = {
         "about": about,
-        "figures": [
-            [caption, _embedded(figure)]
-            for caption, figure in (
-                ("I. The architectures: learned terms are filled.", pictograms_figure()),
-                (
-                    "II. Metrics per architecture over their largest mean, with 95 % intervals "
-                    "over runs; above the bars, the share of runs that do not define a metric.",
-                    architectures_figure(table),
-                ),
-                ("III. Correlation of the metrics over all models.", correlation_figure(table)),
-            )
+        "software": records[0].software,
+        "runs": len(table),
+        "without_cycle": int((table["limit_cycle_share"] == 0.0).sum()),
+        "figures": _figures(table),
+        "claims": [_claim(verdict) for verdict in claims],
+        "experiments": [
+            {"caption": f"{e.caption}.", **embedded_file(experiments / e.figure)}
+            for e in EXPERIMENTS
+            if experiments is not None and (experiments / e.figure).exists()
         ],
-        "claims": [_claim(verdict) for verdict in verdicts(table)],
         "models": _models(table),
-        "best": _best_controllers(records, table),
+        "best": {
+            "metrics": list(_METRICS.values()),
+            "controllers": best_controllers(records, table, tuple(_METRICS)),
+        },
     }
     page = files("tegotae.report").joinpath("page.html").read_text(encoding="utf-8")
     # "</" would end the script element that holds the data.
-    return page.replace("__DATA__", json.dumps(data).replace("</", "<\\/"))
+    return page.replace("__DATA__", json.dumps(data, ensure_ascii=False).replace("</", "<\\/"))
 
 
-def _embedded(figure: Figure, dpi: int = 150) -> str:
-    stream = io.BytesIO()
-    with styled():
-        figure.savefig(stream, format="png", dpi=dpi)
-    return "data:image/png;base64," + base64.b64encode(stream.getvalue()).decode()
+def _figures(table: Table) -> list[dict[str, Any]]:
+    def one(caption: str, figure: Figure) -> dict[str, Any]:
+        return {"caption": caption, **embedded_figure(figure)}
 
-
-def _number(value: float) -> float | None:
-    return float(f"{value:.6g}") if math.isfinite(value) else None
+    return [
+        one(
+            "I. The architectures. Filled terms are learned networks, outlined ones are vanilla.",
+            pictograms_figure(),
+        ),
+        one(
+            "II. Each metric per architecture, over the largest mean of that metric, with 95 % "
+            "bootstrap intervals over runs. Above a bar, the share of runs that do not define the "
+            "metric, because they have no limit cycle.",
+            architectures_figure(table),
+        ),
+        one("III. Correlation of the metrics over all models.", correlation_figure(table)),
+    ]
 
 
 def _claim(verdict: Verdict) -> dict[str, Any]:
@@ -95,102 +106,44 @@ def _claim(verdict: Verdict) -> dict[str, Any]:
         "number": verdict.number,
         "claim": verdict.claim,
         "verdict": verdict.verdict,
+        "note": verdict.note,
         "parts": [_part(part) for part in verdict.parts],
     }
 
 
 def _part(part: Part) -> dict[str, Any]:
-    bounds = []
-    if math.isfinite(part.low):
-        bounds.append(f"> {part.low:.3g}")
-    if math.isfinite(part.high):
-        bounds.append(f"< {part.high:.3g}")
+    effect = part.effect
     return {
         "what": part.what,
         "verdict": part.verdict,
-        "wanted": ", ".join(bounds),
-        "mean": _number(part.effect.mean),
-        "low": _number(part.effect.low),
-        "high": _number(part.effect.high),
-        "count": part.effect.count,
-        "undefined": part.effect.undefined,
+        "bounds": [number(part.low), number(part.high)],
+        "mean": number(effect.mean),
+        "low": number(effect.low),
+        "high": number(effect.high),
+        "n": part.n,
+        "unit": part.unit,
+        "without_cycle": part.without_cycle,
+        "undefined": effect.undefined,
     }
 
 
 def _models(table: Table) -> dict[str, Any]:
     models = table.per_model()
-    rows = [
-        [str(models[c][i]) if c == "model" else _number(float(models[c][i])) for c in _COLUMNS]
-        for i in range(len(models))
-    ]
-    return {"columns": list(_COLUMNS.values()), "rows": rows}
-
-
-def best_controller(
-    records: list[Record], table: Table, architecture: str
-) -> SavedController | None:
-    """The run of an architecture with the highest fitness; None if there is no run."""
-    rows = table.where(architecture=architecture)
-    if not len(rows):
-        return None
-    at = int(np.argmax(rows["best_fitness"]))
-    model = find(str(rows["model"][at]))
-    record = next(record for record in records if record.model == model.name)
-    configuration = record.configuration
-    return SavedController(
-        model.controller(configuration["budget"]),
-        np.asarray(record.weights[int(rows["run"][at])], float),
-        model.omega_t or 0.0,
-        Hopper(**configuration["hopper"]),
-        model.name,
-        {"seed": int(rows["run"][at]), "best_fitness": float(rows["best_fitness"][at])},
-        record.software,
-    )
-
-
-def _best_controllers(records: list[Record], table: Table) -> dict[str, Any]:
-    found = {}
-    for architecture in ARCHITECTURES:
-        saved = best_controller(records, table, architecture)
-        if saved is not None:
-            fitness = saved.training["best_fitness"]
-            found[architecture] = {
-                "label": f"{saved.model}, run {saved.training['seed']}, fitness {fitness:.3f}",
-                "surface": _surface(saved),
-                "hop": _hop(saved),
-            }
-    return found
-
-
-def _surface(saved: SavedController) -> str:
-    assert isinstance(saved.body, Hopper)
-    try:
-        orbit = find_orbit(saved)
-        most = 1.1 * float(orbit.spring_force_n.max())
-    except NoLimitCycleError:
-        orbit, most = None, 3.5 * saved.body.weight_n
-    most = min(most, saved.body.stiffness_n_per_m * saved.body.rest_length_m)
-    surface = actuation_surface(saved, np.linspace(0.0, most, 120))
-    return _embedded(surface_figure(surface, orbit, max_force_n=saved.body.max_force_n))
-
-
-def _hop(saved: SavedController) -> dict[str, Any]:
-    """The last seconds of a rollout, for the page's canvas."""
-    assert isinstance(saved.body, Hopper)
-    timing = Timing(duration_s=30.0, frame_s=1.0 / _FRAMES_PER_S)
-    result = Simulation(
-        saved.controller, saved.weights, Scenario(omega=saved.omega), saved.body, timing
-    ).run()
-    last = slice(-int(_HOP_S * _FRAMES_PER_S), None)
-    t = result.trajectory
-
-    def rounded(values: np.ndarray) -> list[float]:
-        return np.round(values[last].astype(float), 4).tolist()
-
+    names = models["model"]
+    runs = {name: table["model"] == name for name in names}
+    settled = table["limit_cycle_share"] > 0.0
+    columns = {name: models[name] for name in (*_DESIGN, *_METRICS)}
+    columns["observation"] = np.array([_OBSERVATIONS[o] for o in models["observation"]])
+    columns["runs"] = np.array([float(runs[name].sum()) for name in names])
+    columns["without"] = np.array([float((runs[name] & ~settled).sum()) for name in names])
+    labels = _DESIGN | _METRICS | _COUNTS
     return {
-        "per_s": _FRAMES_PER_S,
-        "rest_length": saved.body.rest_length_m,
-        "height": rounded(t.height_m),
-        "force": rounded(t.actuator_force_n / saved.body.max_force_n),
-        "phase": None if saved.controller.oscillator is None else rounded(t.phase_rad),
+        "columns": [
+            {"key": key, "label": labels[key][0], "about": labels[key][1]} for key in columns
+        ],
+        "rows": [list(map(_cell, row)) for row in zip(*columns.values(), strict=True)],
     }
+
+
+def _cell(value: Any) -> str | float | None:
+    return str(value) if isinstance(value, str) else number(float(value))

@@ -1,0 +1,107 @@
+"""The best controller of an architecture: its numbers, its surface and its hop."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from tegotae.analysis.orbit import NoLimitCycleError, find_orbit
+from tegotae.analysis.surface import actuation_surface
+from tegotae.bodies import Hopper
+from tegotae.controller_file import SavedController
+from tegotae.figures.study import ARCHITECTURES
+from tegotae.figures.surface import surface_figure
+from tegotae.models import find
+from tegotae.report.values import embedded_figure, number
+from tegotae.rollout import Scenario, Timing
+from tegotae.simulation import Simulation
+from tegotae.study.record import Record
+from tegotae.study.table import Table
+
+_HOP_S = 8.0
+_UNTIL_S = 30.0
+_FRAMES_PER_S = 50
+
+
+def best_controllers(
+    records: list[Record], table: Table, metrics: tuple[str, ...]
+) -> dict[str, dict[str, Any]]:
+    """What the page shows of each architecture that has runs.
+
+    Args:
+        records: the study's records.
+        table: their table.
+        metrics: columns of the table whose value for the best run is shown.
+    """
+    found = {}
+    for architecture in ARCHITECTURES:
+        row = best_row(table, architecture)
+        if row is not None:
+            saved = _controller(records, table, row)
+            found[architecture] = {
+                "model": saved.model,
+                "run": int(table["run"][row]),
+                "metrics": [number(float(table[name][row])) for name in metrics],
+                "surface": _surface(saved),
+                "hop": _hop(saved),
+            }
+    return found
+
+
+def best_row(table: Table, architecture: str) -> int | None:
+    """The row of the architecture's run with the highest fitness; None if it has no run."""
+    rows = np.flatnonzero(table["architecture"] == architecture)
+    return int(rows[np.argmax(table["best_fitness"][rows])]) if len(rows) else None
+
+
+def _controller(records: list[Record], table: Table, row: int) -> SavedController:
+    model, run = find(str(table["model"][row])), int(table["run"][row])
+    record = next(record for record in records if record.model == model.name)
+    configuration = record.configuration
+    return SavedController(
+        model.controller(configuration["budget"]),
+        np.asarray(record.weights[run], float),
+        model.omega_t or 0.0,
+        Hopper(**configuration["hopper"]),
+        model.name,
+        {"seed": run, "best_fitness": float(table["best_fitness"][row])},
+        record.software,
+    )
+
+
+def _surface(saved: SavedController) -> dict[str, Any]:
+    assert isinstance(saved.body, Hopper)
+    try:
+        orbit = find_orbit(saved)
+        most = 1.1 * float(orbit.spring_force_n.max())
+    except NoLimitCycleError:
+        orbit, most = None, 3.5 * saved.body.weight_n
+    most = min(most, saved.body.stiffness_n_per_m * saved.body.rest_length_m)
+    surface = actuation_surface(saved, np.linspace(0.0, most, 120))
+    figure = surface_figure(surface, orbit, max_force_n=saved.body.max_force_n)
+    return embedded_figure(figure) | {"has_cycle": orbit is not None}
+
+
+def _hop(saved: SavedController) -> dict[str, Any]:
+    """The last seconds of a rollout, for the page's canvas."""
+    assert isinstance(saved.body, Hopper)
+    timing = Timing(duration_s=_UNTIL_S, frame_s=1.0 / _FRAMES_PER_S)
+    result = Simulation(
+        saved.controller, saved.weights, Scenario(omega=saved.omega), saved.body, timing
+    ).run()
+    last = slice(-int(_HOP_S * _FRAMES_PER_S), None)
+    t = result.trajectory
+
+    def rounded(values: np.ndarray) -> list[float]:
+        return np.round(values[last].astype(float), 4).tolist()
+
+    return {
+        "per_s": _FRAMES_PER_S,
+        "from_s": _UNTIL_S - _HOP_S,
+        "rest_length": saved.body.rest_length_m,
+        "max_force": saved.body.max_force_n,
+        "height": rounded(t.height_m),
+        "force": rounded(t.actuator_force_n),
+        "phase": None if saved.controller.oscillator is None else rounded(t.phase_rad),
+    }
