@@ -5,8 +5,8 @@
 
 Trainings that are done are not done again, and those that were interrupted go on; `--algorithms`
 and `--models` train a part, so that several processes can share the work. The figure shows what
-there is: `figure3.png`, with all its numbers in `figure3.csv`. All algorithms have their tuned
-settings, where there are any.
+there is: `figure3.png`, with all its numbers in `figure3.csv`. All algorithms have settings that
+were tuned on these policies within the same simulated time.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from __future__ import annotations
 import time
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import tyro
 
@@ -21,13 +22,19 @@ from tegotae.cli.figure.learning_curves import LearningCurves
 from tegotae.errors import require_finite, unknown
 from tegotae.files import output_folder
 from tegotae.models import find
+from tegotae.rollout import Timing
 from tegotae.training.agents import AGENTS, AgentRun, train_agents
 from tegotae.training.run import Run, train
-from tegotae.training.settings import tuned
+from tegotae.training.settings import configuration
 
 MODELS = ("AR-rF-sector-w8", "AR-rF-reflex-w8")
 """The paper's policies I and II: learned A and R, constant gain, actuation (6) or (7)."""
-ALGORITHMS = ("pgpe", *AGENTS)
+SETTINGS = {"pgpe": "pgpe-figure3", **{name: name for name in AGENTS}}
+"""Named configurations of the algorithms."""
+EPISODE = Timing(duration_s=12.0, tick_s=0.002)
+SETTLE_S = 4.0
+"""Of an episode [s]. Shorter than in all other trainings: the agents' time is simulated step by
+step, and is what the comparison costs."""
 
 
 @dataclass(frozen=True)
@@ -44,7 +51,7 @@ class Figure3:
     """Episodes of SAC and PPO; 5120 are the simulated time of 80 generations."""
     scale: float = 1.0
     """Share of these that is done."""
-    algorithms: tuple[str, ...] = ALGORITHMS
+    algorithms: tuple[str, ...] = tuple(SETTINGS)
     """Which to train."""
     models: tuple[str, ...] = MODELS
     """Which policies to train."""
@@ -54,8 +61,8 @@ class Figure3:
         require_finite("scale", self.scale, above=0.0)
         output_folder(self.out)
         for algorithm in self.algorithms:
-            if algorithm not in ALGORITHMS:
-                raise unknown("algorithm", algorithm, ALGORITHMS)
+            if algorithm not in SETTINGS:
+                raise unknown("algorithm", algorithm, SETTINGS)
             for model in self.models:
                 begun = time.monotonic()
                 self.train(algorithm, model)
@@ -65,30 +72,22 @@ class Figure3:
     def train(self, algorithm: str, model: str) -> None:
         """All seeds of one policy by one algorithm."""
         out = self.out / algorithm / model
-        seeds = tuple(range(self.seeds))
+        settings: Any = configuration(SETTINGS[algorithm]).settings
+        shared: dict[str, Any] = {
+            "model": find(model),
+            "seeds": tuple(range(self.seeds)),
+            "timing": EPISODE,
+            "settle_s": SETTLE_S,
+        }
         if algorithm == "pgpe":
             generations = max(2, round(self.generations * self.scale))
-            train(
-                Run(
-                    model=find(model),
-                    seeds=seeds,
-                    generations=generations,
-                    algorithm=tuned("pgpe"),
-                    follow_omega=False,
-                ),
-                out,
-            )
+            run = Run(**shared, generations=generations, algorithm=settings, follow_omega=False)
+            train(run, out)
             return
-        train_agents(
-            AgentRun(
-                model=find(model),
-                seeds=seeds,
-                episodes=max(2, round(self.episodes * self.scale)),
-                settings=tuned(algorithm),
-                evaluate_every=max(1, round(10 * self.scale)),
-            ),
-            out,
-        )
+        episodes = max(2, round(self.episodes * self.scale))
+        every = max(1, round(10 * self.scale))
+        agents = AgentRun(**shared, episodes=episodes, settings=settings, evaluate_every=every)
+        train_agents(agents, out)
 
 
 if __name__ == "__main__":

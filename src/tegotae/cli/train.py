@@ -19,7 +19,7 @@ from tegotae.rollout import Timing
 from tegotae.training.agents import AGENTS, AgentRun, train_agents
 from tegotae.training.algorithms import ALGORITHMS
 from tegotae.training.evolve import Curves
-from tegotae.training.fitness import EPISODE
+from tegotae.training.fitness import EPISODE, SETTLE_S
 from tegotae.training.run import Run, train
 from tegotae.training.settings import tuned
 
@@ -54,7 +54,7 @@ class Train:
     """Length of an episode [s]."""
     tick: float = EPISODE.tick_s
     """Control period [s]."""
-    settle: float = 4.0
+    settle: float = SETTLE_S
     """Time in an episode before it is judged [s]."""
     energy: str = "absolute"
     """Definition of the actuator's work: absolute, positive or net."""

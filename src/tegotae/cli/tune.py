@@ -16,7 +16,7 @@ from tegotae.errors import require_count, unknown
 from tegotae.files import output_file, write_atomically
 from tegotae.models import BUDGET, find
 from tegotae.rollout import Timing
-from tegotae.training.fitness import EPISODE
+from tegotae.training.fitness import EPISODE, SETTLE_S
 from tegotae.tuning.spaces import SPACES
 from tegotae.tuning.task import BUDGET_S, FIRST_SEED, Task
 
@@ -53,7 +53,7 @@ class Tune:
     """Length of an episode [s]."""
     tick: float = EPISODE.tick_s
     """Control period [s]."""
-    settle: float = 4.0
+    settle: float = SETTLE_S
     """Time in an episode before it is judged [s]."""
     energy: str = "absolute"
     """Definition of the actuator's work: absolute, positive or net."""

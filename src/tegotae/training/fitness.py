@@ -17,9 +17,12 @@ from tegotae.rollout import Scenario, Timing, Trajectory
 FAILED = -1e6
 """Fitness of a rollout that failed: below any that did not."""
 
-EPISODE = Timing(duration_s=12.0, tick_s=0.002)
+EPISODE = Timing(duration_s=24.0, tick_s=0.002)
 """An episode of training. At 2 ms regular apexes stay within 0.6 mm of an adaptive solver
 (see the convergence study), at half the price of the 1 ms of everything else."""
+
+SETTLE_S = 12.0
+"""Time of an episode that is left to settle [s]: transients last 10 s and more."""
 
 _TIE_BREAK = 1e-3
 
@@ -42,7 +45,7 @@ class Fitness:
         TegotaeError: for an unknown definition or a negative settling time.
     """
 
-    settle_s: float = 4.0
+    settle_s: float = SETTLE_S
     energy: str = "absolute"
     follow_omega: bool = True
 

@@ -25,7 +25,7 @@ from tegotae.progress import reporting
 from tegotae.rollout import Timing
 from tegotae.training.algorithms import PGPE, Algorithm
 from tegotae.training.evolve import Curves, Progress, Training, evolve, start
-from tegotae.training.fitness import EPISODE, Fitness
+from tegotae.training.fitness import EPISODE, SETTLE_S, Fitness
 from tegotae.training.folder import claim, save_controller, versions_of
 from tegotae.training.search import best_gain
 
@@ -49,7 +49,7 @@ class Run:
     generations: int = 80
     algorithm: Algorithm = field(default_factory=PGPE)
     timing: Timing = EPISODE
-    settle_s: float = 4.0
+    settle_s: float = SETTLE_S
     energy: str = "absolute"
     follow_omega: bool = True
     budget: int = BUDGET

@@ -10,14 +10,14 @@ from tegotae.bodies import Hopper
 from tegotae.errors import TegotaeError, require_count, require_finite
 from tegotae.models import BUDGET, Model
 from tegotae.rollout import Timing
-from tegotae.training.fitness import EPISODE, Fitness
+from tegotae.training.fitness import EPISODE, SETTLE_S, Fitness
 
 FIRST_SEED = 10_000
 """The first seed of a tuning: far from those that trainings start at, so that settings are not
 chosen for the initial weights that they are used on later."""
 
 BUDGET_S = 61_440.0
-"""Simulated time of one training [s]: 80 generations of 64 episodes of 12 s."""
+"""Simulated time of one training [s]: 80 generations of 32 episodes of 24 s."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -54,7 +54,7 @@ class Task:
     first_seed: int = FIRST_SEED
     budget_s: float = BUDGET_S
     timing: Timing = EPISODE
-    settle_s: float = 4.0
+    settle_s: float = SETTLE_S
     energy: str = "absolute"
     follow_omega: bool = True
     budget: int = BUDGET

@@ -20,7 +20,7 @@ from tegotae.progress import reporting
 from tegotae.rollout import Timing
 from tegotae.training.agents.policy import agent_controller
 from tegotae.training.agents.settings import AgentSettings, SACSettings
-from tegotae.training.fitness import EPISODE, Fitness
+from tegotae.training.fitness import EPISODE, SETTLE_S, Fitness
 from tegotae.training.folder import claim, save_controller, versions_of
 
 if TYPE_CHECKING:
@@ -49,7 +49,7 @@ class AgentRun:
     episodes: int = 1000
     settings: AgentSettings = field(default_factory=SACSettings)
     timing: Timing = EPISODE
-    settle_s: float = 4.0
+    settle_s: float = SETTLE_S
     energy: str = "absolute"
     budget: int = BUDGET
     hopper: Hopper = field(default_factory=Hopper)
