@@ -3,8 +3,8 @@
     python docs/studies/parameter_limit.py
 
 writes `parameter_limit.csv`, `parameter_limit_curves.csv` and `parameter_limit.png` to
-`docs/_static/experiments`, and prints a summary. The trainings are kept in `results/parameter_limit`: interrupted and called
-again, it goes on from there.
+`docs/_static/experiments`, and prints a summary. The trainings are kept in
+`results/parameter_limit`: interrupted and called again, it goes on from there.
 
 One model is trained at every size, from random weights, with the fitness of all trainings
 (CoT⁻¹ + ΔΩ), and for the same simulated time. Compared are three ways to choose PGPE's settings:
@@ -113,7 +113,7 @@ class ParameterLimit:
     """Parameters."""
     ways: tuple[str, ...] = tuple(WAYS)
     """How PGPE's settings are chosen."""
-    seeds: int = 10
+    seeds: int = 6
     """Trainings of each."""
     simulated_s: float = 61_440.0
     """Simulated time of a training [s]; 80 generations of 32 episodes of 24 s."""
