@@ -2,48 +2,87 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+import logging
+import socket
+from collections.abc import Generator, Iterator, Sequence
+from contextlib import contextmanager
+from typing import Any
 
 from tegotae.errors import TegotaeError
 from tegotae.extras import require
 from tegotae.study.record import Record
-from tegotae.study.runner import Results, work_all
+from tegotae.study.runner import Results, WorkersDiedError, work_all
 from tegotae.study.unit import Unit
 
-_RETRIES = 5
-_TIMEOUT_S = 20
+LOCAL = "local"
+"""In place of an address: workers on this machine, one per core."""
+
+_TIMEOUT_S = 10.0
 
 
-def on_cluster(address: str) -> Results:
+def on_cluster(address: str, timeout_s: float = _TIMEOUT_S) -> Results:
     """Do bundles on the Dask workers of the scheduler at `address`; `local` starts some here.
 
     Workers should have one thread each. They are told to use one core, so that every unit's
     numbers are those of a run without Dask. A bundle whose worker dies goes to another.
 
+    Args:
+        address: such as tcp://host:8786.
+        timeout_s: how long to wait for the scheduler to answer [s].
+
     Raises:
-        TegotaeError: if `distributed` is not installed or the scheduler cannot be reached.
+        TegotaeError: if `distributed` is not installed or the scheduler cannot be reached; from
+            the results, if it goes away.
     """
     distributed = require("distributed", "cluster")
-    try:
-        if address == "local":
-            client = distributed.Client(
-                threads_per_worker=1, processes=True, dashboard_address=None
-            )
-        else:
-            client = distributed.Client(address, timeout=_TIMEOUT_S)
-    except (OSError, TimeoutError, ValueError) as error:
-        why = (str(error).splitlines() or [type(error).__name__])[0]
-        raise TegotaeError(f"no Dask scheduler can be reached at {address}: {why}") from None
-    environment = require("distributed.diagnostics.plugin", "cluster").Environ
-    client.register_plugin(environment({"TEGOTAE_CORES": "1"}))
+    if address != LOCAL:
+        _knock(address, timeout_s)
 
-    def results(work_to_do: Sequence[list[Unit]]) -> Iterator[tuple[Unit, Record]]:
-        with client:
-            futures = {
-                client.submit(work_all, bundle, retries=_RETRIES, pure=False): bundle
-                for bundle in work_to_do
-            }
+    def results(work_to_do: Sequence[list[Unit]]) -> Generator[tuple[Unit, Record], None, None]:
+        with _client(distributed, address, timeout_s) as client:
+            futures = {client.submit(work_all, bundle, pure=False): bundle for bundle in work_to_do}
             for future in distributed.as_completed(futures):
-                yield from zip(futures[future], future.result(), strict=True)
+                try:
+                    records = future.result()
+                except distributed.KilledWorker:
+                    raise WorkersDiedError from None
+                except (distributed.CancelledError, distributed.comm.CommClosedError):
+                    raise TegotaeError(f"the Dask scheduler at {address} went away") from None
+                yield from zip(futures[future], records, strict=True)
 
     return results
+
+
+@contextmanager
+def _client(distributed: Any, address: str, timeout_s: float) -> Iterator[Any]:
+    try:
+        if address == LOCAL:
+            client = distributed.Client(
+                threads_per_worker=1,
+                processes=True,
+                dashboard_address=None,
+                silence_logs=logging.ERROR,
+            )
+        else:
+            client = distributed.Client(address, timeout=timeout_s)
+    except (OSError, TimeoutError, ValueError) as error:
+        raise _unreachable(address, error) from None
+    with client:
+        environment = require("distributed.diagnostics.plugin", "cluster").Environ
+        client.register_plugin(environment({"TEGOTAE_CORES": "1"}))
+        yield client
+
+
+def _knock(address: str, timeout_s: float) -> None:
+    """See that something listens: Dask itself tries again for long, and does not say why."""
+    place = require("distributed.comm", "cluster").get_address_host_port
+    try:
+        with socket.create_connection(place(address), timeout_s):
+            pass
+    except (OSError, OverflowError, ValueError) as error:
+        raise _unreachable(address, error) from None
+
+
+def _unreachable(address: str, error: Exception) -> TegotaeError:
+    said = getattr(error, "strerror", None) or str(error) or type(error).__name__
+    return TegotaeError(f"no Dask scheduler can be reached at {address!r}: {said.splitlines()[0]}")

@@ -12,8 +12,9 @@ from tegotae.errors import TegotaeError
 from tegotae.extras import require
 from tegotae.files import output_file, output_folder, write_atomically
 from tegotae.study.folder import Folder
-from tegotae.study.record import SUFFIX, DamagedRecordError, read
+from tegotae.study.record import SUFFIX, write
 from tegotae.study.table import Table
+from tegotae.study.unit import key_of
 
 
 def write_csv(table: Table, path: Path) -> None:
@@ -28,7 +29,7 @@ def write_csv(table: Table, path: Path) -> None:
 
 def _cell(value) -> str:
     if isinstance(value, np.floating | float):
-        return "" if np.isnan(value) else f"{value:.6g}"
+        return "" if np.isnan(value) else repr(float(value))
     return str(value)
 
 
@@ -50,24 +51,20 @@ def merge(source: Folder, target: Folder) -> int:
     """Copy the records of one folder that another lacks; return how many.
 
     Raises:
-        TegotaeError: if the folders hold different studies, or the target is in use.
+        TegotaeError: if the folders hold different studies, or the target is in use or cannot be
+            written.
     """
     if source.document != target.document:
         raise TegotaeError(
             f"{source.path} and {target.path} hold different studies; they cannot be merged"
         )
     output_folder(target.records)
-    copied = 0
     with target.locked():
-        for path in sorted(source.records.glob(f"*{SUFFIX}")):
-            place = target.records / path.name
-            if place.exists():
-                continue
-            try:
-                read(path)
-            except DamagedRecordError as error:
-                print(f"{error}; it is left out")
-                continue
-            write_atomically(place, path.read_bytes())
-            copied += 1
-    return copied
+        whole, others = source.all()
+        for message in others:
+            print(f"{source.path}: {message}")
+        there = {key_of(record.configuration) for record in target.all()[0]}
+        lacking = [r for r in whole if key_of(r.configuration) not in there]
+        for record in lacking:
+            write(record, target.records / f"{key_of(record.configuration)}{SUFFIX}")
+    return len(lacking)

@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
-import fcntl
 import json
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 from tegotae.errors import TegotaeError
 from tegotae.files import output_folder, write_atomically
-from tegotae.study.plan import Plan
+from tegotae.study.plan import Plan, is_of
 from tegotae.study.record import SUFFIX, DamagedRecordError, Record, read, write
-from tegotae.study.unit import Unit
+from tegotae.study.unit import Unit, key_of
+
+try:
+    import fcntl
+except ImportError:  # not on Windows
+    fcntl = None
 
 
 class Folder:
@@ -31,33 +36,41 @@ class Folder:
         """Where the records are."""
         return self.path / "records"
 
-    def claim(self, plan: Plan) -> None:
-        """Make the folder this plan's, or see that it is.
+    @contextmanager
+    def claimed(self, plan: Plan) -> Iterator[None]:
+        """Keep others out, and make the folder this plan's or see that it is.
 
         Raises:
-            TegotaeError: if it cannot be written or holds another study.
+            TegotaeError: if it cannot be written, is in use, or holds another study.
         """
         output_folder(self.path)
-        output_folder(self.records)
+        with self.locked():
+            self._claim(plan)
+            yield
+
+    def _claim(self, plan: Plan) -> None:
         place = self.path / "study.json"
-        if not place.exists():
+        if place.exists():
+            found = self.document
+            if found != plan.document:
+                names = sorted(
+                    n for n in {*found, *plan.document} if found.get(n) != plan.document.get(n)
+                )
+                raise TegotaeError(
+                    f"{self.path} holds a study with another {', '.join(names)}; "
+                    "choose another folder"
+                )
+            output_folder(self.records)
+        else:
+            output_folder(self.records)
             if any(self.records.iterdir()):
                 raise TegotaeError(
                     f"{self.path} holds records but no study.json; choose another folder"
                 )
             write_atomically(place, json.dumps(plan.document, indent=1) + "\n")
-            return
-        found = self.document
-        if found != plan.document:
-            names = sorted(
-                n for n in {*found, *plan.document} if found.get(n) != plan.document.get(n)
-            )
-            raise TegotaeError(
-                f"{self.path} holds a study with another {', '.join(names)}; choose another folder"
-            )
 
     @property
-    def document(self) -> dict:
+    def document(self) -> dict[str, Any]:
         """What the folder's study is.
 
         Raises:
@@ -65,15 +78,18 @@ class Folder:
         """
         place = self.path / "study.json"
         try:
-            return json.loads(place.read_text())
+            found = dict(json.loads(place.read_text()))
         except FileNotFoundError:
             raise TegotaeError(
                 f"{self.path} holds no study; start one with tegotae study run"
             ) from None
         except OSError as error:
             raise TegotaeError(f"cannot read {place}: {error.strerror}") from None
-        except ValueError:
-            raise TegotaeError(f"{place} is damaged; choose another folder") from None
+        except (ValueError, TypeError):
+            found = {}
+        if not {"scale", "seeds", "generations", "algorithm"} <= found.keys():
+            raise TegotaeError(f"{place} is damaged; choose another folder")
+        return found
 
     def place(self, unit: Unit) -> Path:
         """Where a unit's record is or will be."""
@@ -85,29 +101,37 @@ class Folder:
         if not path.exists():
             return False
         try:
-            return read(path).configuration == unit.configuration
+            _named(path)
         except DamagedRecordError as error:
-            self._set_aside(path, error)
+            aside = output_folder(self.path / "damaged")
+            os.replace(path, aside / path.name)
+            print(f"{error}; it is set aside in {aside} and done again")
             return False
+        return True
 
     def add(self, unit: Unit, record: Record) -> None:
         """Write a unit's record."""
         write(record, self.place(unit))
 
     def all(self) -> tuple[list[Record], list[str]]:
-        """All whole records, in the order of their names, and what is wrong with the others."""
-        found, damaged = [], []
+        """The study's whole records, in the order of their names, and what is wrong with others.
+
+        Raises:
+            TegotaeError: if there is no study.
+        """
+        document = self.document
+        found, others = [], []
         for path in sorted(self.records.glob(f"*{SUFFIX}")):
             try:
-                found.append(read(path))
+                record = _named(path)
             except DamagedRecordError as error:
-                damaged.append(str(error))
-        return found, damaged
-
-    def _set_aside(self, path: Path, error: Exception) -> None:
-        aside = output_folder(self.path / "damaged")
-        os.replace(path, aside / path.name)
-        print(f"{error}; it is set aside in {aside} and done again")
+                others.append(f"{error}; run the study again to replace it")
+                continue
+            if is_of(document, record.configuration):
+                found.append(record)
+            else:
+                others.append(f"{path.name} is of another study; it is left out")
+        return found, others
 
     @contextmanager
     def locked(self) -> Iterator[None]:
@@ -123,7 +147,25 @@ class Folder:
             raise TegotaeError(f"cannot write {place}: {error.strerror}") from None
         with stream:
             try:
-                fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            except OSError:
+                if fcntl is not None:
+                    fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError:
                 raise TegotaeError(f"another run is at work in {self.path}; wait for it") from None
+            except OSError:
+                pass  # a file system without locks
+            # Nobody else is here: half-written files are what a killed run left.
+            for leftover in self.records.glob(f".*{SUFFIX}.*"):
+                leftover.unlink(missing_ok=True)
             yield
+
+
+def _named(path: Path) -> Record:
+    """The record at a place, if it is the one that its name promises."""
+    record = read(path)
+    try:
+        key = key_of(record.configuration)
+    except (KeyError, TypeError):
+        key = ""
+    if path.name != f"{key}{SUFFIX}":
+        raise DamagedRecordError(f"{path.name} is damaged: it holds another configuration")
+    return record

@@ -6,16 +6,18 @@ import dataclasses
 import fnmatch
 import json
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any
 
 from tegotae.errors import require_count, unknown
 from tegotae.evaluation import Protocol
 from tegotae.models import BUDGET, Model, all_models
 from tegotae.rollout import Timing
-from tegotae.study.unit import Unit
+from tegotae.study.unit import FORMAT, Unit
 from tegotae.training.algorithms import PGPE, Algorithm
-from tegotae.training.fitness import EPISODE
+from tegotae.training.fitness import EPISODE, SETTLE_S
 from tegotae.training.run import Run
+from tegotae.training.settings import tuned
 
 _PLAIN = ("reflex", "sector", "tphif")
 
@@ -36,9 +38,9 @@ class Plan:
     """Runs per model."""
     generations: int
     """Generations of training."""
-    algorithm: Algorithm = field(default_factory=PGPE)
+    algorithm: Algorithm = field(default_factory=partial(tuned, "pgpe"))
     timing: Timing = EPISODE
-    settle_s: float = 4.0
+    settle_s: float = SETTLE_S
     budget: int = BUDGET
     protocol: Protocol = field(default_factory=Protocol)
 
@@ -79,6 +81,15 @@ class Plan:
         }
         document["algorithm"]["name"] = type(self.algorithm).__name__
         return json.loads(json.dumps(document))
+
+
+def is_of(document: dict[str, Any], configuration: dict[str, Any]) -> bool:
+    """Whether a unit of this configuration is one of the study of this `Plan.document`."""
+    ours = {name: value for name, value in document.items() if name != "scale"}
+    ours["format"] = FORMAT
+    ours["seeds"] = list(range(document["seeds"]))
+    ours["algorithm"] = {**document["algorithm"], "name": document["algorithm"]["name"].lower()}
+    return all(configuration.get(name) == value for name, value in ours.items())
 
 
 def plan(scale: str, pattern: str = "*") -> Plan:

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import multiprocessing
 import os
+import signal
 import threading
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from pathlib import Path
 
+from tegotae.devices import available_cores
 from tegotae.errors import TegotaeError
 from tegotae.progress import reporting
 from tegotae.study.folder import Folder
@@ -21,9 +23,12 @@ from tegotae.study.unit import Unit, work
 
 _MOST_DEATHS = 5
 
-
-Results = Callable[[Sequence[list[Unit]]], Iterator[tuple[Unit, Record]]]
+Results = Callable[[Sequence[list[Unit]]], Generator[tuple[Unit, Record], None, None]]
 """Does bundles of units somewhere, and yields records as they come."""
+
+
+class WorkersDiedError(Exception):
+    """Workers ended before their work did; it can be given to others."""
 
 
 def run(plan: Plan, path: Path, results: Results | None = None) -> int:
@@ -39,32 +44,51 @@ def run(plan: Plan, path: Path, results: Results | None = None) -> int:
         results: where to work; worker processes on all cores of this machine by default.
 
     Raises:
-        TegotaeError: if the folder holds another study or is in use, if a unit cannot be done, or
-            if workers die again and again.
+        TegotaeError: if the folder holds another study or is in use, if a unit cannot be done or
+            its record not be written, or if workers die again and again.
+        KeyboardInterrupt: after Ctrl-C. This and the former say what is kept.
     """
     folder = Folder(path)
-    folder.claim(plan)
-    results = on_cores if results is None else results
-    with folder.locked():
+    with folder.claimed(plan):
         units = plan.units
         missing = [unit for unit in units if not folder.has(unit)]
-        with reporting("study", len(units)) as reporter:
-            reporter.update(len(units) - len(missing), "done before")
-            deaths = 0
-            while missing:
-                try:
-                    for unit, record in results(bundles(missing)):
+        try:
+            with reporting("study", len(units)) as reporter:
+                reporter.update(len(units) - len(missing), "done before")
+                with closing(_persistently(missing, results or on_cores)) as found:
+                    for unit, record in found:
                         folder.add(unit, record)
                         missing.remove(unit)
                         reporter.update(len(units) - len(missing), record.model)
-                except BrokenProcessPool:
-                    deaths += 1
-                    if deaths > _MOST_DEATHS:
-                        raise TegotaeError(
-                            f"workers died {deaths} times; is there enough memory? {len(missing)} "
-                            f"of {len(units)} units are missing, what is done is kept"
-                        ) from None
+        except (TegotaeError, KeyboardInterrupt) as stop:
+            why = str(stop) or "interrupted"
+            raise type(stop)(
+                f"{why}; {path} keeps {len(units) - len(missing)} of {len(units)} models, "
+                "the same command goes on from there"
+            ) from None
         return len(units)
+
+
+def _persistently(
+    missing: list[Unit], results: Results
+) -> Generator[tuple[Unit, Record], None, None]:
+    """The records of what is missing, asked for again when workers die.
+
+    What is handed out is to be taken off `missing`.
+    """
+    deaths = 0
+    while missing:
+        try:
+            with closing(results(bundles(missing))) as found:
+                for unit, record in found:
+                    yield unit, record
+                    deaths = 0
+        except WorkersDiedError:
+            deaths += 1
+            if deaths == _MOST_DEATHS:
+                raise TegotaeError(
+                    f"workers died {deaths} times without a result; is there enough memory?"
+                ) from None
 
 
 def bundles(units: Sequence[Unit]) -> list[list[Unit]]:
@@ -80,38 +104,62 @@ def work_all(units: list[Unit]) -> list[Record]:
     return [work(unit) for unit in units]
 
 
-def on_cores(work_to_do: Sequence[list[Unit]], workers: int | None = None) -> Iterator:
-    """Do bundles in worker processes of one core each, which compile while others compute."""
-    with _pool(min(workers or _cores(), len(work_to_do))) as pool:
-        pending = {pool.submit(work_all, bundle): bundle for bundle in work_to_do}
-        try:
-            for future in as_completed(pending):
-                yield from zip(pending[future], future.result(), strict=True)
-        except BaseException:
-            pool.shutdown(wait=False, cancel_futures=True)
-            for process in list((pool._processes or {}).values()):
-                process.terminate()
-            raise
+def on_cores(
+    work_to_do: Sequence[list[Unit]], workers: int | None = None
+) -> Generator[tuple[Unit, Record], None, None]:
+    """Do bundles in worker processes of one core each, which compile while others compute.
+
+    Raises:
+        WorkersDiedError: if one of them dies; the others are ended.
+    """
+    with _pool(min(workers or available_cores(), len(work_to_do))) as pool:
+        with _ctrl_c_held_back():  # which the workers, started here, inherit for good
+            pending = {pool.submit(work_all, bundle): bundle for bundle in work_to_do}
+        for future in as_completed(pending):
+            try:
+                records = future.result()
+            except BrokenProcessPool:
+                raise WorkersDiedError from None
+            yield from zip(pending[future], records, strict=True)
 
 
 @contextmanager
 def _pool(workers: int) -> Iterator[ProcessPoolExecutor]:
-    """Worker processes of one core each, that end when this process does."""
+    """Worker processes of one core each, that end when this process does or leaves early."""
     before = os.environ.get("TEGOTAE_CORES")
     os.environ["TEGOTAE_CORES"] = "1"  # read by the workers when they import JAX
+    pool = ProcessPoolExecutor(
+        workers,
+        mp_context=multiprocessing.get_context("spawn"),
+        initializer=_end_with_parent,
+        initargs=(os.getpid(),),
+    )
     try:
-        with ProcessPoolExecutor(
-            workers,
-            mp_context=multiprocessing.get_context("spawn"),
-            initializer=_end_with_parent,
-            initargs=(os.getpid(),),
-        ) as pool:
-            yield pool
+        yield pool
+    except BaseException:
+        # A shutdown alone would wait for the work in flight, and forgets the processes.
+        for process in list((pool._processes or {}).values()):
+            process.terminate()
+        raise
     finally:
+        pool.shutdown(cancel_futures=True)
         if before is None:
             del os.environ["TEGOTAE_CORES"]
         else:
             os.environ["TEGOTAE_CORES"] = before
+
+
+@contextmanager
+def _ctrl_c_held_back() -> Iterator[None]:
+    """Ctrl-C reaches all processes of a terminal; processes started in here never see it."""
+    if not hasattr(signal, "pthread_sigmask"):  # Windows
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _end_with_parent(parent: int) -> None:
@@ -123,10 +171,3 @@ def _end_with_parent(parent: int) -> None:
         os._exit(1)
 
     threading.Thread(target=watch, daemon=True).start()
-
-
-def _cores() -> int:
-    try:
-        return len(os.sched_getaffinity(0))
-    except AttributeError:  # not on macOS or Windows
-        return os.cpu_count() or 1

@@ -41,8 +41,13 @@ class Unit:
     @property
     def key(self) -> str:
         """The record's name: the model's, and a hash of the configuration."""
-        canonical = json.dumps(self.configuration, sort_keys=True)
-        return f"{self.run.model.name}-{hashlib.sha256(canonical.encode()).hexdigest()[:12]}"
+        return key_of(self.configuration)
+
+
+def key_of(configuration: dict[str, Any]) -> str:
+    """The name of a record with this configuration: the model's, and a hash of it all."""
+    canonical = json.dumps(configuration, sort_keys=True)
+    return f"{configuration['model']}-{hashlib.sha256(canonical.encode()).hexdigest()[:12]}"
 
 
 def work(unit: Unit) -> Record:
