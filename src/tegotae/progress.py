@@ -8,7 +8,16 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.progress import (
+    BarColumn,
+    MofNCompleteColumn,
+    Progress,
+    ProgressColumn,
+    Task,
+    TextColumn,
+    TimeRemainingColumn,
+)
+from rich.text import Text
 
 _SECONDS_BETWEEN_LINES = 10.0
 
@@ -34,9 +43,19 @@ class Reporter:
         # The first step often compiles: the pace is that of the steps after it.
         first, begun = self._first = self._first or (done, now)
         parts = [self._title, f"{done}/{self._total}", note]
-        if done > first:
-            parts.append(f"{(now - begun) / (done - first) * (self._total - done):.0f} s left")
+        if done > first and now > begun:
+            per_s = (done - first) / (now - begun)
+            parts += [_rate(per_s), f"{(self._total - done) / per_s:.0f} s left"]
         self._console.print("  ".join(filter(None, parts)), highlight=False)
+
+
+def _rate(per_s: float) -> str:
+    return f"{per_s:.1f}/s" if per_s >= 1.0 else f"{60.0 * per_s:.1f}/min"
+
+
+class _RateColumn(ProgressColumn):
+    def render(self, task: Task) -> Text:
+        return Text(_rate(task.speed) if task.speed else "")
 
 
 @contextmanager
@@ -51,6 +70,7 @@ def reporting(title: str, total: int) -> Iterator[Reporter]:
         BarColumn(bar_width=24),
         MofNCompleteColumn(),
         TextColumn("{task.fields[note]}"),
+        _RateColumn(),
         TimeRemainingColumn(),
     )
     with Progress(*columns, console=console) as bar:
