@@ -6,6 +6,7 @@ import tegotae  # noqa: F401 - first, for it asks JAX for one device per core
 
 # isort: split
 import functools
+import os
 from pathlib import Path
 
 import evosax.algorithms.base
@@ -44,6 +45,18 @@ def tiny_training(tmp_path_factory) -> Path:
     folder = tmp_path_factory.mktemp("tiny") / "training"
     assert tiny.train(folder) == 0
     return folder
+
+
+@pytest.fixture(scope="session")
+def smoke_study(tmp_path_factory) -> Path:
+    """The folder of an undisturbed smoke study, to be read only."""
+    import studies
+
+    # One for all processes of pytest-xdist.
+    place = tmp_path_factory.getbasetemp()
+    if "PYTEST_XDIST_WORKER" in os.environ:
+        place = place.parent
+    return studies.undisturbed(place)
 
 
 @pytest.fixture

@@ -1,0 +1,139 @@
+"""Smoke studies in processes of their own, to be disturbed."""
+
+from __future__ import annotations
+
+import fcntl
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import psutil
+
+from tegotae.study.folder import Folder
+from tegotae.study.record import SUFFIX
+
+MODELS = ("V-sector-w8", "ART-rF-tphif-w8", "T-Fv")
+"""The models of the smoke scale."""
+
+
+def environment(cache: Path) -> dict[str, str]:
+    """Variables that let all processes of a test run share what they compiled."""
+    return {
+        "JAX_COMPILATION_CACHE_DIR": str(cache),
+        "JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS": "0",
+        "JAX_PERSISTENT_CACHE_MIN_ENTRY_SIZE_BYTES": "-1",
+    }
+
+
+def cache_of(undisturbed: Path) -> Path:
+    """Where the compiled programs of the undisturbed study are."""
+    return undisturbed.with_name("compiled")
+
+
+def start(folder: Path, undisturbed: Path, *more: str) -> subprocess.Popen[str]:
+    """Start `tegotae study run` in a session of its own, as in a terminal of its own."""
+    words = ["study", "run", "--dir", str(folder), "--scale", "smoke", *more]
+    return subprocess.Popen(
+        [sys.executable, "-m", "tegotae", *words],
+        env={**os.environ, **environment(cache_of(undisturbed))},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+
+
+def finish(process: subprocess.Popen[str]) -> tuple[str, str]:
+    """Wait for a run that is to end well: what it printed to stdout and to stderr."""
+    out, err = process.communicate(timeout=300)
+    assert process.returncode == 0, err
+    return out, err
+
+
+def undisturbed(place: Path) -> Path:
+    """The folder `smoke` in `place`, holding a study that was run to its end in one go."""
+    folder = place / "smoke"
+    with (place / "smoke.lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        if not (place / "smoke.printed").exists():
+            out, err = finish(start(folder, folder))
+            (place / "smoke.printed").write_text(out + err)
+    return folder
+
+
+def records(folder: Path) -> list[Path]:
+    """The files of a study's records."""
+    return sorted((folder / "records").glob(f"*{SUFFIX}"))
+
+
+def copy(undisturbed: Path, folder: Path, *models: str) -> Path:
+    """A folder in which only some models of the undisturbed study are done."""
+    (folder / "records").mkdir(parents=True)
+    (folder / "study.json").write_bytes((undisturbed / "study.json").read_bytes())
+    for path in records(undisturbed):
+        if path.name.startswith(models):
+            (folder / "records" / path.name).write_bytes(path.read_bytes())
+    return folder
+
+
+def numbers(folder: Path) -> dict[str, Any]:
+    """Everything a study found, model by model: configuration, weights, curves, metrics."""
+    found, wrong = Folder(folder).all()
+    assert wrong == []
+    return {
+        record.model: {
+            "configuration": record.configuration,
+            "weights": record.weights,
+            "best_fitness": record.best_fitness,
+            "omega": record.omega,
+            "curves": record.curves,
+            "episodes": record.episodes,
+        }
+        for record in found
+    }
+
+
+def assert_same(folder: Path, undisturbed: Path) -> None:
+    """Two studies found the same, to the last bit, and left nothing half-done."""
+    ours, theirs = numbers(folder), numbers(undisturbed)
+    assert sorted(ours) == sorted(MODELS)
+    np.testing.assert_equal(ours, theirs)
+    assert {path.name for path in (folder / "records").iterdir()} == {
+        path.name for path in records(undisturbed)
+    }
+
+
+def workers(process: subprocess.Popen[str]) -> list[psutil.Process]:
+    """The worker processes of a run."""
+    found = []
+    for child in psutil.Process(process.pid).children(recursive=True):
+        try:
+            if "spawn_main" in " ".join(child.cmdline()):
+                found.append(child)
+        except psutil.NoSuchProcess:
+            continue
+    return found
+
+
+def wait_for(event: Callable[[], Any], what: str, process: Any = None) -> Any:
+    """What an event returns once that is true; fails if it never is, or once a run has ended."""
+    deadline = time.monotonic() + 120.0
+    while not (seen := event()):
+        assert time.monotonic() < deadline, f"never seen: {what}"
+        assert process is None or process.poll() is None, f"the run ended before {what}"
+        time.sleep(0.01)
+    return seen
+
+
+def assert_ended(processes: list[psutil.Process]) -> None:
+    """All of these end, or are gone."""
+
+    def gone() -> bool:
+        return not any(p.is_running() and p.status() != psutil.STATUS_ZOMBIE for p in processes)
+
+    wait_for(gone, "the end of all workers")

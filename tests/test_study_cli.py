@@ -1,0 +1,325 @@
+"""`tegotae study`: what a folder holds, its table, two made one, and what is refused."""
+
+from __future__ import annotations
+
+import csv
+import errno
+import json
+import os
+import resource
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import studies
+from tegotae.cli import main
+from tegotae.errors import TegotaeError
+from tegotae.study import runner
+from tegotae.study.folder import Folder
+from tegotae.study.plan import plan
+from tegotae.study.record import SUFFIX, read, write
+from tegotae.study.unit import key_of
+
+
+@pytest.fixture
+def half(smoke_study, tmp_path) -> Path:
+    """A study of which one of three models is missing."""
+    return studies.copy(smoke_study, tmp_path / "half", "V", "A")
+
+
+@pytest.fixture
+def damaged(smoke_study, tmp_path) -> Path:
+    """A study of which one of three records was cut short."""
+    folder = studies.copy(smoke_study, tmp_path / "damaged", *studies.MODELS)
+    path = studies.records(folder)[0]
+    path.write_bytes(path.read_bytes()[:-100])
+    return folder
+
+
+@pytest.fixture
+def no_work(monkeypatch):
+    """Makes any work on a study fail the test."""
+
+    def begin(*_, **__):
+        raise AssertionError("work was begun before the input was checked")
+
+    monkeypatch.setattr(runner, "on_cores", begin)
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    return {
+        str(path.relative_to(folder)): path.read_bytes()
+        for path in folder.rglob("*")
+        if path.is_file() and path.name != ".lock"
+    }
+
+
+def export(folder: Path, out: Path) -> Path:
+    assert main(["study", "export", "--dir", str(folder), "--out", str(out)]) == 0
+    return out
+
+
+# A study from the command line.
+
+
+def test_a_run_says_how_far_it_is_and_what_comes_next(smoke_study):
+    said = smoke_study.with_name("smoke.printed").read_text().splitlines()
+    assert said[0] == f"3 records in {smoke_study}; next: tegotae study report --dir {smoke_study}"
+    assert said[1] == "study  0/3  done before"
+    _, done, model, rate, left = said[-1].split("  ")
+    assert (done, left) == ("3/3", "0 s left")
+    assert model in studies.MODELS
+    assert float(rate.removesuffix("/min").removesuffix("/s")) > 0.0
+
+
+def test_a_finished_study_has_nothing_to_do(smoke_study, no_work, capsys):
+    before = contents(smoke_study)
+    assert main(["study", "run", "--dir", str(smoke_study), "--scale", "smoke"]) == 0
+    assert capsys.readouterr().out.startswith("3 records in ")
+    assert contents(smoke_study) == before
+
+
+def test_status_says_what_is_done_and_what_is_missing(half, smoke_study, capsys):
+    assert main(["study", "status", "--dir", str(smoke_study)]) == 0
+    assert capsys.readouterr().out == "scale smoke: 3 of 3 models done\n"
+    assert main(["study", "status", "--dir", str(half)]) == 0
+    assert capsys.readouterr().out == "scale smoke: 2 of 3 models done\nmissing: T-Fv\n"
+
+
+def test_both_kinds_of_table_hold_the_same(smoke_study, tmp_path):
+    parquet = pytest.importorskip("pyarrow.parquet")
+    columns = parquet.read_table(export(smoke_study, tmp_path / "a.parquet")).to_pydict()
+    with export(smoke_study, tmp_path / "a.csv").open() as stream:
+        rows = list(csv.DictReader(stream))
+    assert list(rows[0]) == list(columns)
+    # A row a run: T-Fv and ART have two, the searched gain of V one.
+    assert len(rows) == 5
+    for name, values in columns.items():
+        written = [row[name] for row in rows]
+        if isinstance(values[0], float):
+            np.testing.assert_array_equal([float(x or "nan") for x in written], values)
+        else:
+            assert written == [str(value) for value in values]
+
+
+def test_two_halves_merge_into_the_whole(half, smoke_study, tmp_path, capsys):
+    other = studies.copy(smoke_study, tmp_path / "other", "T", "A")
+    assert main(["study", "merge", str(other), "--dir", str(half)]) == 0
+    assert capsys.readouterr().out == f"1 records copied to {half}\n"
+    studies.assert_same(half, smoke_study)
+    whole = export(smoke_study, tmp_path / "whole.csv").read_text()
+    assert export(half, tmp_path / "merged.csv").read_text() == whole
+
+
+# Records that are not what they should be.
+
+
+def test_status_tells_of_a_damaged_record(damaged, capsys):
+    name = studies.records(damaged)[0].name
+    assert main(["study", "status", "--dir", str(damaged)]) == 0
+    first, missing, said = capsys.readouterr().out.splitlines()
+    assert first == "scale smoke: 2 of 3 models done"
+    assert missing == "missing: ART-rF-tphif-w8"
+    assert said.startswith(f"{name} is damaged: ")
+    assert said.endswith("; run the study again to replace it")
+
+
+def test_a_report_leaves_a_damaged_record_out_and_says_so(damaged, monkeypatch, capsys):
+    def page(records, *_) -> str:
+        return " ".join(sorted(record.model for record in records))
+
+    monkeypatch.setattr("tegotae.report.page.report", page)
+    assert main(["study", "report", "--dir", str(damaged)]) == 0
+    first, last = capsys.readouterr().out.splitlines()
+    assert "is damaged" in first
+    assert last == f"The report is {damaged.resolve() / 'report.html'}"
+    assert (damaged / "report.html").read_text() == "T-Fv V-sector-w8"
+
+
+def test_a_whole_record_replaces_a_damaged_one_in_a_merge(damaged, smoke_study, tmp_path, capsys):
+    other = studies.copy(smoke_study, tmp_path / "other", *studies.MODELS)
+    assert main(["study", "merge", str(other), "--dir", str(damaged)]) == 0
+    assert capsys.readouterr().out == f"1 records copied to {damaged}\n"
+    studies.assert_same(damaged, smoke_study)
+
+
+def test_a_damaged_record_is_not_merged(damaged, half, capsys):
+    assert main(["study", "merge", str(damaged), "--dir", str(half)]) == 0
+    said = capsys.readouterr().out
+    assert "is damaged" in said
+    assert f"1 records copied to {half}" in said
+
+
+def test_a_record_under_a_wrong_name_is_damaged(half, smoke_study, capsys):
+    units = {unit.run.model.name: unit for unit in plan("smoke").units}
+    wrong = Folder(half).place(units["T-Fv"])
+    shutil.copy(Folder(half).place(units["V-sector-w8"]), wrong)
+    assert main(["study", "status", "--dir", str(half)]) == 0
+    assert f"{wrong.name} is damaged: it holds another configuration" in capsys.readouterr().out
+    known = {record.model: record for record in Folder(smoke_study).all()[0]}
+    runner.run(plan("smoke"), half, lambda todo: ((u, known["T-Fv"]) for [u] in todo))
+    assert "is set aside" in capsys.readouterr().out
+    studies.assert_same(half, smoke_study)
+
+
+@pytest.mark.parametrize(
+    "change", [{"format": 0}, {"generations": 4}, {"seeds": [0, 1, 2]}, {"budget": 20}]
+)
+def test_a_whole_record_of_other_settings_is_never_mixed_in(half, smoke_study, change, capsys):
+    record = read(next(half.glob("records/V-*")))
+    record.configuration.update(change)
+    name = f"{key_of(record.configuration)}{SUFFIX}"
+    write(record, half / "records" / name)
+    found, said = Folder(half).all()
+    assert sorted(r.model for r in found) == ["ART-rF-tphif-w8", "V-sector-w8"]
+    assert said == [f"{name} is of another study; it is left out"]
+
+
+# What is refused: in one line, and nothing is lost.
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--scale", "quick"], "holds a study with another "),
+        (["--scale", "smoke", "--models", "Z*"], "no model of this scale is called 'Z*'"),
+        (["--scale", "huge"], "no scale is called 'huge'"),
+        (["--scale", "smoke", "--workers", "0"], "workers is 0"),
+    ],
+)
+def test_a_run_that_cannot_be_is_refused_before_any_work(
+    half, no_work, one_line_error, words, said
+):
+    before = contents(half)
+    assert said in one_line_error("study", "run", "--dir", str(half), *words)
+    assert contents(half) == before
+
+
+@pytest.mark.parametrize("place", ["file", "file/study"])
+def test_a_place_that_cannot_be_written_is_refused(tmp_path, no_work, one_line_error, place):
+    (tmp_path / "file").touch()
+    words = ["--dir", str(tmp_path / place), "--scale", "smoke"]
+    assert f"cannot write to the folder {tmp_path / place}: " in one_line_error(
+        "study", "run", *words
+    )
+
+
+def test_a_folder_without_permission_is_refused(half, no_work, one_line_error, monkeypatch):
+    def denied(*_, **__):
+        raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
+
+    monkeypatch.setattr("tegotae.files.tempfile.TemporaryFile", denied)
+    assert f"cannot write to the folder {half}: Permission denied" in one_line_error(
+        "study", "run", "--dir", str(half), "--scale", "smoke"
+    )
+
+
+def test_a_second_run_in_the_folder_is_refused_and_the_first_goes_on(
+    half, smoke_study, one_line_error
+):
+    first = studies.start(half, smoke_study)
+    studies.wait_for(lambda: studies.workers(first), "workers", first)
+    for words in (["run", "--scale", "smoke"], ["merge", str(smoke_study)]):
+        said = one_line_error("study", *words, "--dir", str(half))
+        assert f"another run is at work in {half}; wait for it" in said
+    studies.finish(first)
+    studies.assert_same(half, smoke_study)
+
+
+def test_a_full_disk_keeps_what_is_done(smoke_study, tmp_path, monkeypatch):
+    known = {record.model: record for record in Folder(smoke_study).all()[0]}
+    ended = []
+
+    def results(bundles):
+        try:
+            for bundle in bundles:
+                for unit in bundle:
+                    yield unit, known[unit.run.model.name]
+        finally:
+            ended.append(True)
+
+    written = []
+
+    def fsync(_) -> None:
+        written.append(True)
+        if len(written) == 3:  # study.json, a record, and now
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    with monkeypatch.context() as disk:
+        disk.setattr("tegotae.files.os.fsync", fsync)
+        with pytest.raises(TegotaeError) as raised:
+            runner.run(plan("smoke"), tmp_path / "study", results)
+        assert ended == [True]
+    said = str(raised.value)
+    assert said.startswith("cannot write ")
+    assert said.endswith(
+        f": No space left on device; {tmp_path / 'study'} keeps 1 of 3 models, "
+        "the same command goes on from there"
+    )
+    assert len(list((tmp_path / "study" / "records").iterdir())) == 1
+    runner.run(plan("smoke"), tmp_path / "study", results)
+    studies.assert_same(tmp_path / "study", smoke_study)
+
+
+def test_a_record_that_cannot_be_written_ends_the_workers_too(half, smoke_study, monkeypatch):
+    # For this process and those that it starts no file may grow beyond one kilobyte.
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    process = studies.start(half, smoke_study)
+    resource.prlimit(process.pid, resource.RLIMIT_FSIZE, (1024, limits[1]))
+    seen = studies.wait_for(lambda: studies.workers(process), "workers", process)
+    out, err = process.communicate(timeout=300)
+    studies.assert_ended(seen)
+    assert (process.returncode, out) == (2, "")
+    assert err.splitlines()[-1].endswith(
+        f": File too large; {half} keeps 2 of 3 models, the same command goes on from there"
+    )
+    assert "Traceback" not in err
+
+
+@pytest.mark.parametrize("command", ["status", "report", "export --out table.csv", "merge ."])
+def test_a_folder_that_holds_no_study_is_refused(tmp_path, one_line_error, monkeypatch, command):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "folder").mkdir()
+    (tmp_path / "file").touch()
+    for place in ("folder", "nowhere"):
+        said = one_line_error("study", *command.split(), "--dir", place)
+        assert "holds no study; start one with tegotae study run" in said
+    if command != "merge .":
+        assert "Not a directory" in one_line_error("study", *command.split(), "--dir", "file")
+    assert sorted(os.listdir(tmp_path)) == ["file", "folder"]
+    assert os.listdir(tmp_path / "folder") == []
+
+
+@pytest.mark.parametrize("text", ["", "{", "[]", "7", "{}", '{"scale": "smoke"}'])
+def test_a_damaged_description_of_a_study_is_refused(half, one_line_error, text):
+    (half / "study.json").write_text(text)
+    for words in (["run", "--scale", "smoke"], ["status"]):
+        said = one_line_error("study", *words, "--dir", str(half))
+        assert f"{half / 'study.json'} is damaged; choose another folder" in said
+    assert len(studies.records(half)) == 2
+
+
+def test_a_study_without_records_has_no_table(half, one_line_error, tmp_path):
+    for path in studies.records(half):
+        path.unlink()
+    out = tmp_path / "table.csv"
+    said = one_line_error("study", "export", "--dir", str(half), "--out", str(out))
+    assert f"{half} holds no records yet; first: tegotae study run" in said
+    assert not out.exists()
+
+
+def test_a_table_of_unknown_kind_is_refused(half, one_line_error, tmp_path):
+    words = ["--dir", str(half), "--out", str(tmp_path / "table.xlsx")]
+    said = one_line_error("study", "export", *words)
+    assert "cannot write a table as 'table.xlsx'; use .csv or .parquet" in said
+
+
+def test_different_studies_are_not_merged(half, smoke_study, one_line_error):
+    document = json.loads((half / "study.json").read_text())
+    (half / "study.json").write_text(json.dumps({**document, "generations": 4}))
+    before = contents(half)
+    said = one_line_error("study", "merge", str(smoke_study), "--dir", str(half))
+    assert "hold different studies; they cannot be merged" in said
+    assert contents(half) == before
