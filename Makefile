@@ -1,13 +1,18 @@
 # Two commands do all set-up, on a machine with only Python and make:
 #   make test        check the code
-#   make reproduce   train and compare the paper's controllers; figures in results/
+#   make reproduce   the paper's study, small; `make reproduce SCALE=paper` the whole of it.
+#                    It ends with the path of a report. Stopped, it goes on where it was.
 
 PYTHON ?= python3
 VENV ?= .venv
+SCALE ?= quick
+STUDY := results/$(SCALE)
+# Experiments on single claims, which take longer than the study: a small scale shows those kept.
+EXPERIMENTS := $(if $(filter paper,$(SCALE)),results/experiments,docs/_static/experiments)
 BIN := $(VENV)/bin
 INSTALLED := $(VENV)/.installed
 
-.PHONY: test lint reproduce docs bench clean
+.PHONY: test lint reproduce experiments docs bench clean
 
 $(INSTALLED): pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)
@@ -24,7 +29,19 @@ lint: $(INSTALLED)
 	$(BIN)/pyright --pythonpath $(BIN)/python
 
 reproduce: $(INSTALLED)
-	$(BIN)/python scripts/reproduce.py --out results
+	$(BIN)/tegotae study run --dir $(STUDY) --scale $(SCALE)
+ifeq ($(SCALE),paper)
+	$(MAKE) experiments
+endif
+	$(BIN)/tegotae study report --dir $(STUDY) --experiments $(EXPERIMENTS)
+
+experiments: $(INSTALLED)
+	mkdir -p $(EXPERIMENTS)
+	$(BIN)/python scripts/figure3.py --out results/figure3
+	$(BIN)/tegotae figure learning-curves results/figure3 --out $(EXPERIMENTS)/figure3.png
+	$(BIN)/python scripts/second_look.py --first $(EXPERIMENTS)/figure3.csv
+	$(BIN)/python docs/studies/parameter_limit.py --out $(EXPERIMENTS)
+	$(BIN)/tegotae figure gain-map --out $(EXPERIMENTS)/gain_map.png
 
 docs: $(INSTALLED)
 	$(BIN)/sphinx-build -W --keep-going -b html docs docs/_build/html
