@@ -12,11 +12,12 @@ from browser import CHROMIUM, DRIVER, MISSING, chromium, prefer, requested, resi
 from tegotae.errors import TegotaeError
 from tegotae.figures.style import new_figure, save_figure
 from tegotae.report.page import report
+from tegotae.study import runner
 from tegotae.study.claims import EXPERIMENTS
 from tegotae.study.plan import plan
 from tegotae.study.record import Record
 from tegotae.study.table import tabulate
-from test_study_records import made_up
+from test_study_records import instant, made_up
 
 in_browser = pytest.mark.skipif(CHROMIUM is None or DRIVER is None, reason=MISSING)
 
@@ -284,3 +285,13 @@ def test_a_picture_that_is_none_is_named_in_one_line(tmp_path: Path) -> None:
     (tmp_path / EXPERIMENTS[0].figure).write_text("no picture")
     with pytest.raises(TegotaeError, match=r"figure3\.png is no PNG picture"):
         report(RECORDS[:1], "", tmp_path)
+
+
+def test_a_folder_of_experiments_that_is_not_there_is_refused(
+    tmp_path: Path, capsys, one_line_error
+) -> None:
+    runner.run(plan("smoke", "V*"), tmp_path / "study", instant)
+    capsys.readouterr()
+    options = ("--dir", str(tmp_path / "study"), "--experiments", str(tmp_path / "nowhere"))
+    assert "there is no folder" in one_line_error("study", "report", *options)
+    assert not (tmp_path / "study" / "report.html").exists()
