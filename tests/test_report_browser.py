@@ -165,7 +165,7 @@ def test_every_claim_says_what_is_behind_it(page) -> None:
     row = (
         element(page, "#claims").find_element("xpath", ".//tr[td[contains(., 'T0, T − ART')]]").text
     )
-    # Two runs of the network; none of the other model on both observations.
+    # Two runs of the network, and none of ART on both observations.
     assert "2 runs" in row
     assert row.split()[-2:] == ["2", "2"]
 
