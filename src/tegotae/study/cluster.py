@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import logging
 import socket
 from collections.abc import Generator, Iterator, Sequence
@@ -66,7 +67,7 @@ def _client(distributed: Any, address: str, timeout_s: float) -> Iterator[Any]:
         else:
             client = distributed.Client(address, timeout=timeout_s)
     except (OSError, TimeoutError, ValueError) as error:
-        raise _unreachable(address, error) from None
+        raise _unreachable(address, str(error) or type(error).__name__) from None
     with client:
         environment = require("distributed.diagnostics.plugin", "cluster").Environ
         client.register_plugin(environment({"TEGOTAE_CORES": "1"}))
@@ -74,15 +75,26 @@ def _client(distributed: Any, address: str, timeout_s: float) -> Iterator[Any]:
 
 
 def _knock(address: str, timeout_s: float) -> None:
-    """See that something listens: Dask itself tries again for long, and does not say why."""
+    """See that a scheduler answers: a client tries again for long, and does not say why."""
+    distributed = require("distributed", "cluster")
     place = require("distributed.comm", "cluster").get_address_host_port
+
+    async def greet() -> None:
+        options = distributed.Security().get_connection_args("client")
+        greeting = require("distributed.core", "cluster").connect(address, **options)
+        await (await asyncio.wait_for(greeting, timeout_s)).close()
+
     try:
         with socket.create_connection(place(address), timeout_s):
             pass
-    except (OSError, OverflowError, ValueError) as error:
-        raise _unreachable(address, error) from None
+        asyncio.run(greet())
+    except TimeoutError:
+        raise _unreachable(address, f"no answer within {timeout_s:g} s") from None
+    except OSError as error:
+        raise _unreachable(address, error.strerror or str(error)) from None
+    except (OverflowError, TypeError, ValueError) as error:  # no address, or no certificates
+        raise _unreachable(address, str(error)) from None
 
 
-def _unreachable(address: str, error: Exception) -> TegotaeError:
-    said = getattr(error, "strerror", None) or str(error) or type(error).__name__
-    return TegotaeError(f"no Dask scheduler can be reached at {address!r}: {said.splitlines()[0]}")
+def _unreachable(address: str, why: str) -> TegotaeError:
+    return TegotaeError(f"no Dask scheduler can be reached at {address!r}: {why.splitlines()[0]}")
