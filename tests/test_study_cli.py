@@ -104,6 +104,27 @@ def test_both_kinds_of_table_hold_the_same(smoke_study, tmp_path):
             assert written == [str(value) for value in values]
 
 
+def test_an_exported_table_gives_the_same_claims_and_figures_as_the_study(smoke_study, tmp_path):
+    table = export(smoke_study, tmp_path / "a.csv")
+    for source, out in ((smoke_study, "study"), (table, "table")):
+        assert main(["study", "figures", str(source), "--out", str(tmp_path / out)]) == 0
+    written = contents(tmp_path / "study")
+    assert sorted(written) == ["architectures.png", "claims.md", "correlations.png", "metrics.png"]
+    assert contents(tmp_path / "table") == written
+    rows = written["claims.md"].decode().splitlines()
+    assert [row.split("|")[1].strip() for row in rows[2:]] == [str(n) for n in range(1, 12)]
+
+
+@pytest.mark.parametrize("content", [None, "", "model,run\n", "model,run\nART,0\n", "a,b\n1\n"])
+def test_what_is_no_table_is_refused(tmp_path, one_line_error, content):
+    path = tmp_path / "table.csv"
+    if content is not None:
+        path.write_text(content)
+    said = one_line_error("study", "figures", str(path), "--out", str(tmp_path / "out"))
+    assert str(path) in said
+    assert not (tmp_path / "out").exists()
+
+
 def test_two_halves_merge_into_the_whole(half, smoke_study, tmp_path, capsys):
     other = studies.copy(smoke_study, tmp_path / "other", "T", "A")
     assert main(["study", "merge", str(other), "--dir", str(half)]) == 0

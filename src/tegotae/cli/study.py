@@ -10,7 +10,7 @@ import tyro
 
 from tegotae.cli.options import UNSET
 from tegotae.errors import TegotaeError, require_count
-from tegotae.files import output_file, write_atomically
+from tegotae.files import output_file, output_folder, write_atomically
 from tegotae.study.folder import Folder
 from tegotae.study.plan import plan
 from tegotae.study.record import Record
@@ -120,6 +120,43 @@ class StudyExport:
 
 
 @dataclass(frozen=True)
+class StudyFigures:
+    """Draw Fig. 2 and judge the claims, from an exported table or a study's folder."""
+
+    source: Annotated[Path, tyro.conf.Positional]
+    """A table that `tegotae study export` wrote (.csv), or a study's folder."""
+    out: Path
+    """Folder for the pictures and for claims.md."""
+    experiments: Annotated[Path | None, UNSET] = None
+    """Folder of the experiments on claims 1, 10 and 11, as for the report."""
+
+    def run(self) -> None:
+        """Draw and judge."""
+        from tegotae.figures.study import (
+            architectures_figure,
+            correlation_figure,
+            pictograms_figure,
+        )
+        from tegotae.figures.style import save_figure
+        from tegotae.report.markdown import claims_table
+        from tegotae.study.claims import all_verdicts
+        from tegotae.study.export import read_csv
+        from tegotae.study.table import tabulate
+
+        if self.source.is_dir():
+            table = tabulate(_records(Folder(self.source)))
+        else:
+            table = read_csv(self.source)
+        claims = claims_table(all_verdicts(table, self.experiments))
+        output_folder(self.out)
+        save_figure(pictograms_figure(), self.out / "architectures.png")
+        save_figure(architectures_figure(table), self.out / "metrics.png")
+        save_figure(correlation_figure(table), self.out / "correlations.png")
+        write_atomically(self.out / "claims.md", claims)
+        print(f"wrote architectures.png, metrics.png, correlations.png, claims.md to {self.out}")
+
+
+@dataclass(frozen=True)
 class StudyMerge:
     """Copy the records that another folder of the same study has."""
 
@@ -154,6 +191,7 @@ class Study:
         | Annotated[StudyStatus, tyro.conf.subcommand("status")]
         | Annotated[StudyReport, tyro.conf.subcommand("report")]
         | Annotated[StudyExport, tyro.conf.subcommand("export")]
+        | Annotated[StudyFigures, tyro.conf.subcommand("figures")]
         | Annotated[StudyMerge, tyro.conf.subcommand("merge")],
         tyro.conf.arg(name=""),
     ]

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from tegotae.figures.study import architectures_figure, correlation_figure, pictograms_figure
 from tegotae.report.best import best_controllers
 from tegotae.report.values import embedded_figure, embedded_file, number
-from tegotae.study.claims import EXPERIMENTS, Part, Verdict, experiment_verdicts, verdicts
+from tegotae.study.claims import EXPERIMENTS, Part, Verdict, all_verdicts
 from tegotae.study.record import Record
 from tegotae.study.table import Table, tabulate
 
@@ -56,16 +56,13 @@ def report(records: list[Record], about: str, experiments: Path | None = None) -
         TegotaeError: if there is no such folder, or it holds a table or figure that is none.
     """
     table = tabulate(records)
-    claims = sorted(
-        [*verdicts(table), *experiment_verdicts(experiments)], key=lambda verdict: verdict.number
-    )
     data = {
         "about": about,
         "software": records[0].software,
         "runs": len(table),
         "without_cycle": int((table["limit_cycle_share"] == 0.0).sum()),
         "figures": _figures(table),
-        "claims": [_claim(verdict) for verdict in claims],
+        "claims": [_claim(verdict) for verdict in all_verdicts(table, experiments)],
         "experiments": [
             {"caption": f"{e.caption}.", **embedded_file(experiments / e.figure)}
             for e in EXPERIMENTS

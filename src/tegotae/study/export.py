@@ -9,12 +9,16 @@ from pathlib import Path
 import numpy as np
 
 from tegotae.errors import TegotaeError
+from tegotae.evaluation import METRICS
 from tegotae.extras import require
 from tegotae.files import output_file, output_folder, write_atomically
 from tegotae.study.folder import Folder
 from tegotae.study.record import SUFFIX, write
 from tegotae.study.table import Table
 from tegotae.study.unit import key_of
+
+_WORDS = ("model", "architecture", "learned", "reaction", "gain", "actuation", "observation")
+"""Columns of the table that are no numbers."""
 
 
 def write_csv(table: Table, path: Path) -> None:
@@ -45,6 +49,34 @@ def write_parquet(table: Table, path: Path) -> None:
     stream = io.BytesIO()
     parquet.write_table(arrow.table(columns), stream)
     write_atomically(output_file(path), stream.getvalue())
+
+
+def read_csv(path: Path) -> Table:
+    """The table that `write_csv` wrote.
+
+    Raises:
+        TegotaeError: if the file cannot be read or is no such table.
+    """
+    try:
+        with path.open(encoding="utf-8", newline="") as stream:
+            rows = list(csv.reader(stream))
+        names, *cells = rows
+        if not {"model", "run", *METRICS} <= set(names) or not cells:
+            raise ValueError("columns are missing")
+        columns = dict(zip(names, zip(*cells, strict=True), strict=True))
+        return Table({name: _column(name, list(values)) for name, values in columns.items()})
+    except OSError as error:
+        raise TegotaeError(f"cannot read {path}: {error.strerror}") from None
+    except ValueError:
+        raise TegotaeError(f"{path} is no table that tegotae study export wrote") from None
+
+
+def _column(name: str, cells: list[str]) -> np.ndarray:
+    if name in _WORDS:
+        return np.array(cells)
+    if name == "run":
+        return np.array(cells, int)
+    return np.array([cell or "nan" for cell in cells], float)
 
 
 def merge(source: Folder, target: Folder) -> int:

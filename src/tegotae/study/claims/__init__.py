@@ -8,6 +8,8 @@ Claims 2 to 9 are decided by the study's table (`verdicts`); claims 1 (algorithm
 parameters) and 11 (gain and frequency) by experiments of their own (`experiment_verdicts`).
 """
 
+from pathlib import Path
+
 from tegotae.study.claims.architectures import CLAIMS, FAR, NEAR, correlation, verdicts
 from tegotae.study.claims.experiments import (
     EXPERIMENTS,
@@ -25,6 +27,18 @@ from tegotae.study.claims.verdict import (
     Part,
     Verdict,
 )
+from tegotae.study.table import Table
+
+
+def all_verdicts(table: Table, experiments: Path | None = None) -> list[Verdict]:
+    """What a study's table and the experiments' tables in a folder say, in the order of claims.
+
+    Raises:
+        TegotaeError: if there is no such folder, or a table cannot be read.
+    """
+    found = [*verdicts(table), *experiment_verdicts(experiments)]
+    return sorted(found, key=lambda verdict: verdict.number)
+
 
 __all__ = [
     "CLAIMS",
@@ -38,6 +52,7 @@ __all__ = [
     "Experiment",
     "Part",
     "Verdict",
+    "all_verdicts",
     "claim_1",
     "claim_10",
     "claim_11",
