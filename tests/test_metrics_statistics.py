@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tegotae import TegotaeError
-from tegotae.metrics import difference, interval, paired_difference
+from tegotae.metrics import difference, interval, paired_difference, stratified_difference
 
 
 def test_the_interval_covers_the_true_mean_about_as_often_as_it_says():
@@ -72,3 +72,22 @@ def test_rows_need_not_be_of_one_length_unless_paired():
 def test_anything_but_a_row_of_numbers_is_refused(values):
     with pytest.raises(TegotaeError, match="values must be"):
         interval(values)
+
+
+def test_a_stratified_difference_is_not_fooled_by_which_stratum_is_undefined():
+    """No difference in either stratum, but one row is mostly undefined where values are high."""
+    random = np.random.default_rng(0)
+    low, high = random.normal(0.0, 0.1, (2, 40)), random.normal(5.0, 0.1, (2, 40))
+    high[0, 5:] = np.nan
+    pooled = difference([*low[0], *high[0]], [*low[1], *high[1]])
+    found = stratified_difference([(low[0], low[1]), (high[0], high[1])])
+    assert pooled.high < -1.0
+    assert -0.1 < found.low < found.high < 0.1
+    assert (found.count, found.undefined) == (pooled.count, pooled.undefined) == (125, 35)
+
+
+def test_a_stratum_without_a_counterpart_is_left_out():
+    found = stratified_difference([([1.0, 2.0], [0.0, 1.0]), ([9.0, 9.0], [math.nan, math.nan])])
+    assert found.mean == 1.0
+    assert (found.count, found.undefined) == (6, 2)
+    assert math.isnan(stratified_difference([]).mean)

@@ -103,6 +103,16 @@ def test_the_correlation_of_a_line_is_one_and_its_interval_knows_its_sample() ->
     assert (found.count, found.undefined) == (8, 2)
 
 
+def test_an_architecture_that_settles_at_one_frequency_alone_is_judged_there() -> None:
+    table = results({"ART": {"cot_inverse": 0.5}})
+    table["cot_inverse"][table["omega_t"] == 4.0] += 5.0
+    at_4 = (table["architecture"] == "ART") & (table["omega_t"] == 4.0)
+    table["cot_inverse"][at_4] = np.nan
+    part = next(v for v in verdicts(table) if v.number == 5).parts[0]
+    assert part.verdict == HOLDS
+    assert 0.4 < part.effect.mean < 0.6
+
+
 def test_the_runs_behind_a_part_are_counted_with_those_without_a_limit_cycle() -> None:
     table = results({})
     lost = (table["architecture"] == "AR") & (table["observation"] == "F") & (table["run"] == 0)

@@ -7,7 +7,13 @@ from tegotae.metrics.limit_cycle import LimitCycle, Settled, settled
 from tegotae.metrics.recording import from_samples
 from tegotae.metrics.smoothness import FORCE_PERIOD_S, smoothness
 from tegotae.metrics.spectrum import Spectrum, delta_omega, delta_w, peak, spectrum
-from tegotae.metrics.statistics import Interval, difference, interval, paired_difference
+from tegotae.metrics.statistics import (
+    Interval,
+    difference,
+    interval,
+    paired_difference,
+    stratified_difference,
+)
 
 __all__ = [
     "FORCE_PERIOD_S",
@@ -36,5 +42,6 @@ __all__ = [
     "settled",
     "smoothness",
     "spectrum",
+    "stratified_difference",
     "work_total",
 ]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
@@ -99,16 +100,42 @@ def difference(values: Any, baseline: Any, *, seed: int = 0) -> Interval:
         >>> f"{found.mean:.2f}", found.low > 0.0
         ('1.00', True)
     """
-    rows = [_row("values", values), _row("baseline", baseline)]
-    defined = [row[~np.isnan(row)] for row in rows]
-    count = sum(map(len, defined))
-    undefined = sum(map(len, rows)) - count
-    if min(map(len, defined)) == 0:
+    return stratified_difference([(values, baseline)], seed=seed)
+
+
+def stratified_difference(strata: Iterable[tuple[Any, Any]], *, seed: int = 0) -> Interval:
+    """Mean over strata of the difference of means within each, and its interval.
+
+    Like is compared with like: where strata differ in level and in how much is undefined, the
+    difference of the overall means is that of the mixtures. Strata count alike; one in which a row
+    has nothing defined is left out. `std`, `count` and `undefined` are as in `difference`.
+
+    Args:
+        strata: pairs of independent rows, values and baseline.
+        seed: of the resampling.
+
+    Example:
+        >>> found = stratified_difference([([1.0, 1.2], [0.0, 0.2]), ([9.0], [8.0])])
+        >>> f"{found.mean:.2f}"
+        '1.00'
+    """
+    pairs = [(_row("values", values), _row("baseline", base)) for values, base in strata]
+    whole = [tuple(row[~np.isnan(row)] for row in pair) for pair in pairs]
+    count = sum(len(row) for pair in whole for row in pair)
+    undefined = sum(len(row) for pair in pairs for row in pair) - count
+    used = [(values, base) for values, base in whole if len(values) and len(base)]
+    if not used:
         return Interval(np.nan, np.nan, np.nan, np.nan, count, undefined)
-    mean = float(defined[0].mean() - defined[1].mean())
-    if min(map(len, defined)) == 1:
+    mean = float(np.mean([values.mean() - base.mean() for values, base in used]))
+    if min(len(row) for pair in used for row in pair) == 1:
         return Interval(mean, np.nan, np.nan, np.nan, count, undefined)
-    drawn = _resampled_means(defined[0], seed) - _resampled_means(defined[1], seed + 1)
+    drawn = np.mean(
+        [
+            _resampled_means(values, seed + 2 * i) - _resampled_means(base, seed + 2 * i + 1)
+            for i, (values, base) in enumerate(used)
+        ],
+        axis=0,
+    )
     low, high = np.quantile(drawn, [(1 - LEVEL) / 2, (1 + LEVEL) / 2])
     return Interval(mean, float(drawn.std(ddof=1)), float(low), float(high), count, undefined)
 

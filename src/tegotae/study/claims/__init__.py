@@ -3,6 +3,7 @@
 A claim is made of parts, each an effect with its 95 % interval. It holds if every part does, fails
 if the interval of any part lies on the wrong side, and is undecided otherwise. Runs without a limit
 cycle have no CoT⁻¹ and no transients; they are left out of those and counted beside them.
+Architectures are compared at each ω_t, and the differences averaged.
 
 Claims 2 to 9 are decided by the study's table (`verdicts`); claims 1 (algorithms), 10 (number of
 parameters) and 11 (gain and frequency) by experiments of their own (`experiment_verdicts`).
