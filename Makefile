@@ -39,7 +39,8 @@ experiments: $(INSTALLED)
 	mkdir -p $(EXPERIMENTS)
 	$(BIN)/python scripts/figure3.py --out results/figure3
 	$(BIN)/tegotae figure learning-curves results/figure3 --out $(EXPERIMENTS)/figure3.png
-	$(BIN)/python scripts/second_look.py --first $(EXPERIMENTS)/figure3.csv
+	$(BIN)/python scripts/second_look.py --first $(EXPERIMENTS)/figure3.csv \
+	  --figure $(EXPERIMENTS)/second_look.png
 	$(BIN)/python docs/studies/parameter_limit.py --out $(EXPERIMENTS)
 	$(BIN)/tegotae figure gain-map --out $(EXPERIMENTS)/gain_map.png
 
