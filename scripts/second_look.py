@@ -15,8 +15,8 @@ for comparison. What a sceptic would change:
 
 And PGPE with the settings that all other trainings have, which were tuned on whole trainings.
 
-Trainings that are done are not done again. Writes `second_look.png` and `second_look.csv`, which has
-the curves of Fig. 3 too.
+Trainings that are done are not done again. Writes `second_look.png` and, with the curves of Fig. 3,
+`second_look.csv`.
 """
 
 from __future__ import annotations
@@ -39,6 +39,7 @@ from tegotae.training.curves import read_curves
 from tegotae.training.run import Run, train
 from tegotae.training.settings import tuned
 
+LABELS = {"pgpe": "pgpe, usual settings", "sac": "sac, suited", "ppo": "ppo, suited"}
 DECIMATION = 50
 HORIZON_S = 5.0
 
@@ -82,7 +83,7 @@ class SecondLook:
             for model in MODELS:
                 self.train(algorithm, model, self.out / algorithm / model)
         second = [
-            dataclasses.replace(curve, algorithm=f"{curve.algorithm}, suited")
+            dataclasses.replace(curve, algorithm=LABELS[curve.algorithm])
             for curve in read_curves([self.out])
         ]
         curves = [*read_curves([self.first]), *second]
