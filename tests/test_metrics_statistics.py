@@ -8,7 +8,13 @@ import numpy as np
 import pytest
 
 from tegotae import TegotaeError
-from tegotae.metrics import difference, interval, paired_difference, stratified_difference
+from tegotae.metrics import (
+    balanced_difference,
+    difference,
+    interval,
+    paired_difference,
+    stratified_difference,
+)
 
 
 def test_the_interval_covers_the_true_mean_about_as_often_as_it_says():
@@ -89,5 +95,40 @@ def test_a_stratified_difference_is_not_fooled_by_which_stratum_is_undefined():
 def test_a_stratum_without_a_counterpart_is_left_out():
     found = stratified_difference([([1.0, 2.0], [0.0, 1.0]), ([9.0, 9.0], [math.nan, math.nan])])
     assert found.mean == 1.0
-    assert (found.count, found.undefined) == (6, 2)
+    assert (found.count, found.undefined) == (4, 0)
     assert math.isnan(stratified_difference([]).mean)
+
+
+def test_a_single_value_is_left_out_unless_it_is_exact():
+    strata = [([1.0, 2.0], [0.0, 1.0]), ([9.0, 9.0, 9.3], [1.0])]
+    assert stratified_difference(strata).mean == pytest.approx(1.0)
+    exact = stratified_difference(strata, single_is_exact=True)
+    assert exact.mean == pytest.approx((1.0 + 8.1) / 2.0)
+    assert exact.low < exact.mean < exact.high
+    assert math.isnan(stratified_difference([([9.0], [1.0])], single_is_exact=True).low)
+
+
+def test_of_a_sample_that_lost_all_but_one_value_nothing_is_known():
+    strata = [([1.0, 2.0], [0.0, 1.0]), ([9.0, math.nan], [1.0])]
+    assert stratified_difference(strata, single_is_exact=True).mean == pytest.approx(1.0)
+
+
+def test_a_multiple_of_the_baseline_is_subtracted():
+    found = stratified_difference([([3.0, 3.2], [1.0, 1.2])], factor=1.5)
+    assert found.mean == pytest.approx(3.1 - 1.5 * 1.1)
+
+
+@pytest.mark.parametrize("n", [2, 3, 5, 7])
+def test_intervals_of_few_values_are_wide_enough(n):
+    random = np.random.default_rng(n)
+    found = [interval(random.normal(3.0, 1.0, n)) for _ in range(1000)]
+    assert 0.92 < np.mean([f.low <= 3.0 <= f.high for f in found]) < 0.98
+    pairs = [difference(random.normal(3.0, 1.0, n), random.normal(0.0, 2.0, 15)) for _ in found]
+    assert 0.92 < np.mean([f.low <= 3.0 <= f.high for f in pairs]) < 0.98
+
+
+def test_rows_count_alike_however_long_they_are():
+    found = balanced_difference([[1.0] * 50 + [1.2] * 50, [9.0, 9.2]], [[1.0, 2.0]])
+    assert found.mean == pytest.approx(5.1 - 1.5)
+    assert balanced_difference([[1.0, 1.2], [9.0, 9.2]]).mean == pytest.approx(5.1)
+    assert math.isnan(balanced_difference([[1.0, 1.2]], [[3.0]]).mean)

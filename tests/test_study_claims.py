@@ -16,6 +16,7 @@ from tegotae.study.claims import (
     EXPERIMENTS,
     FAILS,
     HOLDS,
+    INFORMATION,
     NOT_MEASURED,
     UNDECIDED,
     claim_1,
@@ -61,6 +62,52 @@ def test_a_clear_effect_in_the_claimed_direction_holds() -> None:
 def test_a_clear_effect_against_the_claim_fails() -> None:
     table = results({"VG": {"cot_inverse": 1.0, "t0_s": -0.5, "t1_s": 1.0}})
     assert verdict(table, 2) == FAILS
+
+
+KNOWN = [
+    # AR is compared with V in efficiency and with VG in the rest.
+    (4, {"AR": {"cot_inverse": 0.5, "t0_s": -0.5, "t1_s": -0.5, "delta_w": -0.5}}, HOLDS),
+    (4, {"AR": {"cot_inverse": 0.5, "t0_s": 0.5, "t1_s": -0.5, "delta_w": -0.5}}, FAILS),
+    (5, {"ART": {"cot_inverse": 0.5}}, HOLDS),
+    (5, {"AR": {"cot_inverse": 0.5}}, FAILS),
+    (6, {"ARG": {"cot_inverse": -0.5}, "ARGT": {"cot_inverse": -0.5}}, HOLDS),
+    (6, {"ARG": {"cot_inverse": -0.5}, "ART": {"cot_inverse": -0.5}}, FAILS),
+    (
+        8,
+        {
+            f"{a}/Fv": {"cpgu": -0.3, "cot_inverse": 0.3, "t1_s": 0.3}
+            for a in ("AR", "ART", "ARG", "ARGT")
+        },
+        HOLDS,
+    ),
+    (8, {f"{a}/Fv": {"cot_inverse": -0.3} for a in ("AR", "ART", "ARG", "ARGT")}, FAILS),
+    # Efficient models that are slow, and dependent ones that are quick.
+    (
+        9,
+        {
+            "VG": {"cot_inverse": 1.0, "t0_s": 1.0, "t1_s": 1.0},
+            "AR": {"cpgu": 0.5, "t1_s": -0.5},
+        },
+        HOLDS,
+    ),
+    (9, {"VG": {"cot_inverse": 1.0, "t0_s": -1.0, "t1_s": -1.0}}, FAILS),
+]
+
+
+@pytest.mark.parametrize(("number", "effects", "expected"), KNOWN)
+def test_made_up_results_have_the_verdicts_that_they_were_made_for(number, effects, expected):
+    assert verdict(results(effects), number) == expected
+
+
+def test_efficiencies_of_frequencies_that_differ_do_not_mix_in_a_correlation() -> None:
+    """Within each ω_t no correlation; over all, one that the frequencies alone make."""
+    table = results({}, noise=0.05)
+    for metric in ("cot_inverse", "t0_s"):
+        table[metric][table["omega_t"] == 4.0] += 1.0
+    overall, within = next(v for v in verdicts(table) if v.number == 9).parts[:2]
+    assert overall.effect.low > 0.8
+    assert within.effect.low < 0.2
+    assert within.verdict == INFORMATION
 
 
 def test_no_effect_is_undecided_or_fails_but_never_holds() -> None:

@@ -132,7 +132,7 @@ class Evaluation:
         return {name: mean_defined(values) for name, values in self.episodes.items()}
 
     def summary(self, *, seed: int = 0) -> dict[str, Interval]:
-        """Mean over runs of each metric, with its spread and 95 % bootstrap interval."""
+        """Mean over runs of each metric, with its spread and 95 % interval."""
         return {name: interval(values, seed=seed) for name, values in self.runs().items()}
 
     def to_dict(self) -> dict[str, Any]:

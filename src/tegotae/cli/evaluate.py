@@ -102,7 +102,7 @@ def print_table(found: list[tuple[Runs, Evaluation]]) -> None:
         ),
     )
     print(
-        "Mean over runs [95 % bootstrap interval]. A body at rest has CoT⁻¹ 0; hopping without a "
+        "Mean over runs [95 % interval]. A body at rest has CoT⁻¹ 0; hopping without a "
         "limit cycle has neither CoT⁻¹ nor transients, and counts in the share of limit cycles. "
         "– is undefined, * means that some runs are."
     )

@@ -17,7 +17,7 @@ _LINES = ("-", "--", "-.", ":")
 
 
 def algorithms_figure(curves: Sequence[LearningCurve]) -> Figure:
-    """CoT⁻¹ during training, mean and 95 % bootstrap interval over runs (Fig. 3 of the paper).
+    """CoT⁻¹ during training, mean and 95 % interval over runs (Fig. 3 of the paper).
 
     One row of panels a model: on the left over episodes (of an agent) or generations (of an
     evolution), as in the paper; on the right over the simulated time that was learned from. Both

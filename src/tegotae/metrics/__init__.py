@@ -9,6 +9,7 @@ from tegotae.metrics.smoothness import FORCE_PERIOD_S, smoothness
 from tegotae.metrics.spectrum import Spectrum, delta_omega, delta_w, peak, spectrum
 from tegotae.metrics.statistics import (
     Interval,
+    balanced_difference,
     difference,
     interval,
     paired_difference,
@@ -27,6 +28,7 @@ __all__ = [
     "LimitCycle",
     "Settled",
     "Spectrum",
+    "balanced_difference",
     "cot_inverse",
     "delta_omega",
     "delta_w",

@@ -90,8 +90,8 @@ def _figures(table: Table) -> list[dict[str, Any]]:
         ),
         one(
             "II. Each metric per architecture, over the largest mean of that metric, with 95 % "
-            "bootstrap intervals over runs. Above a bar, the share of runs that do not define the "
-            "metric, because they have no limit cycle.",
+            "intervals over runs. ω_t and inputs of the actuation count alike. Above a bar, the "
+            "share of runs that do not define the metric, because they do not settle or recover.",
             architectures_figure(table),
         ),
         one("III. Correlation of the metrics over all models.", correlation_figure(table)),

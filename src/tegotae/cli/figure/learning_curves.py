@@ -73,7 +73,7 @@ def print_comparison(curves: list[LearningCurve]) -> None:
         (row(*key) for key in sorted(found)),
     )
     print(
-        "Mean over runs of the mean over the last tenth of training [95 % bootstrap interval]; "
+        "Mean over runs of the mean over the last tenth of training [95 % interval]; "
         "equal time: that of the shortest run of the model."
     )
 

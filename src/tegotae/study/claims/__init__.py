@@ -1,9 +1,13 @@
 """The paper's claims, each a function from results to a verdict.
 
 A claim is made of parts, each an effect with its 95 % interval. It holds if every part does, fails
-if the interval of any part lies on the wrong side, and is undecided otherwise. Runs without a limit
-cycle have no CoT⁻¹ and no transients; they are left out of those and counted beside them.
-Architectures are compared at each ω_t, and the differences averaged.
+if the interval of any part lies on the wrong side, and is undecided otherwise. Parts without bounds
+are for information.
+
+A gait without a limit cycle has no CoT⁻¹ and no transients, and is left out of those and counted
+beside them; a body at rest has a CoT⁻¹ of zero. T0 and T1 are thus of those that settle and
+recover, whose shares stand beside. Architectures are compared design by design, that is, at equal
+ω_t and input of the actuation, and the differences averaged.
 
 Claims 2 to 9 are decided by the study's table (`verdicts`); claims 1 (algorithms), 10 (number of
 parameters) and 11 (gain and frequency) by experiments of their own (`experiment_verdicts`).
@@ -11,7 +15,7 @@ parameters) and 11 (gain and frequency) by experiments of their own (`experiment
 
 from pathlib import Path
 
-from tegotae.study.claims.architectures import CLAIMS, FAR, NEAR, correlation, verdicts
+from tegotae.study.claims.architectures import CLAIMS, FAR, NEAR, correlation, designs, verdicts
 from tegotae.study.claims.experiments import (
     EXPERIMENTS,
     Experiment,
@@ -23,6 +27,7 @@ from tegotae.study.claims.experiments import (
 from tegotae.study.claims.verdict import (
     FAILS,
     HOLDS,
+    INFORMATION,
     NOT_MEASURED,
     UNDECIDED,
     Part,
@@ -47,6 +52,7 @@ __all__ = [
     "FAILS",
     "FAR",
     "HOLDS",
+    "INFORMATION",
     "NEAR",
     "NOT_MEASURED",
     "UNDECIDED",
@@ -58,6 +64,7 @@ __all__ = [
     "claim_10",
     "claim_11",
     "correlation",
+    "designs",
     "experiment_verdicts",
     "verdicts",
 ]

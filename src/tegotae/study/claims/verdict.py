@@ -9,6 +9,8 @@ import numpy as np
 from tegotae.metrics.statistics import Interval
 
 HOLDS, FAILS, UNDECIDED, NOT_MEASURED = "holds", "fails", "undecided", "not measured"
+INFORMATION = ""
+"""What is not claimed, and tells how to read what is."""
 
 
 @dataclass(frozen=True)
@@ -41,6 +43,8 @@ class Part:
     def verdict(self) -> str:
         """Whether the interval lies inside the bounds, outside, or across one."""
         e = self.effect
+        if self.low == -np.inf and self.high == np.inf:
+            return INFORMATION
         if np.isnan([e.low, e.high, self.low, self.high]).any():
             return UNDECIDED
         if self.low <= e.low and e.high <= self.high:
@@ -62,14 +66,9 @@ class Verdict:
     @property
     def verdict(self) -> str:
         """holds, fails, undecided, or not measured."""
-        each = [part.verdict for part in self.parts]
+        each = [part.verdict for part in self.parts if part.verdict != INFORMATION]
         if not each:
             return NOT_MEASURED
         if FAILS in each:
             return FAILS
         return HOLDS if all(v == HOLDS for v in each) else UNDECIDED
-
-    @property
-    def n_runs(self) -> int:
-        """The largest number of runs behind one of its parts, defined or not."""
-        return max((part.n for part in self.parts), default=0)
