@@ -8,6 +8,7 @@ VENV ?= .venv
 SCALE ?= quick
 STUDY := results/$(SCALE)
 # Experiments on single claims, which take longer than the study: a small scale shows those kept.
+# To keep new ones: make experiments EXPERIMENTS=docs/_static/experiments
 EXPERIMENTS := $(if $(filter paper,$(SCALE)),results/experiments,docs/_static/experiments)
 BIN := $(VENV)/bin
 INSTALLED := $(VENV)/.installed
@@ -31,10 +32,11 @@ lint: $(INSTALLED)
 reproduce: $(INSTALLED)
 	$(BIN)/tegotae study run --dir $(STUDY) --scale $(SCALE)
 ifeq ($(SCALE),paper)
-	$(MAKE) experiments
+	$(MAKE) experiments EXPERIMENTS=$(EXPERIMENTS)
 endif
 	$(BIN)/tegotae study report --dir $(STUDY) --experiments $(EXPERIMENTS)
 
+experiments: EXPERIMENTS := results/experiments
 experiments: $(INSTALLED)
 	mkdir -p $(EXPERIMENTS)
 	$(BIN)/python scripts/figure3.py --out results/figure3
@@ -51,4 +53,4 @@ bench: $(INSTALLED)
 	$(BIN)/tegotae bench
 
 clean:
-	rm -rf $(VENV) results docs/_build
+	rm -rf $(VENV) docs/_build

@@ -11,6 +11,7 @@ were tuned on these policies within the same simulated time.
 
 from __future__ import annotations
 
+import sys
 import time
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,6 +20,7 @@ from typing import Any
 import tyro
 
 from tegotae.cli.figure.learning_curves import LearningCurves
+from tegotae.cli.status import exit_status
 from tegotae.errors import require_finite, unknown
 from tegotae.files import output_folder
 from tegotae.models import find
@@ -91,4 +93,4 @@ class Figure3:
 
 
 if __name__ == "__main__":
-    tyro.cli(Figure3).run()
+    sys.exit(exit_status(tyro.cli(Figure3).run))

@@ -9,7 +9,8 @@ for comparison. What a sceptic would change:
 - an action is held for 50 ms: exploration is slower than what it excites, and a hop is tens of
   actions instead of hundreds;
 - the horizon is 5 s, several hops;
-- SAC takes twice as many gradient steps per action;
+- SAC takes twice as many gradient steps per action, and PPO updates after as much simulated time as
+  in Fig. 3;
 - rewards are honest: energy that the body lost since the last apex is charged as work too (with the
   paper's reward, a first hop that lives on the release pays most).
 
@@ -22,6 +23,7 @@ Trainings that are done are not done again. Writes `second_look.png` and, with t
 from __future__ import annotations
 
 import dataclasses
+import sys
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -31,10 +33,18 @@ from figure3 import EPISODE, MODELS, SETTLE_S
 
 from tegotae.cli.figure.learning_curves import print_comparison
 from tegotae.cli.figure.output import Output
+from tegotae.cli.status import exit_status
 from tegotae.figures.learning_curves import algorithms_figure, algorithms_tables
 from tegotae.files import output_folder
 from tegotae.models import find
-from tegotae.training.agents import AGENTS, AgentRun, AgentSettings, SACSettings, train_agents
+from tegotae.training.agents import (
+    AGENTS,
+    AgentRun,
+    AgentSettings,
+    PPOSettings,
+    SACSettings,
+    train_agents,
+)
 from tegotae.training.curves import read_curves
 from tegotae.training.run import Run, train
 from tegotae.training.settings import tuned
@@ -56,7 +66,9 @@ def suited(settings: AgentSettings) -> AgentSettings:
     )
     if isinstance(changed, SACSettings):
         return dataclasses.replace(changed, gradient_steps=4, learning_starts=2_400)
-    return changed
+    assert isinstance(changed, PPOSettings)
+    n_steps = changed.n_steps * settings.decimation // DECIMATION
+    return dataclasses.replace(changed, n_steps=n_steps, gae_lambda=0.95)
 
 
 @dataclass(frozen=True)
@@ -107,4 +119,4 @@ class SecondLook:
 
 
 if __name__ == "__main__":
-    tyro.cli(SecondLook).run()
+    sys.exit(exit_status(tyro.cli(SecondLook).run))

@@ -9,6 +9,7 @@ but a training episode judges what follows a fixed time. Both ways spend the sam
 from __future__ import annotations
 
 import csv
+import sys
 from collections import deque
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,6 +17,7 @@ from pathlib import Path
 import numpy as np
 import tyro
 
+from tegotae.cli.status import exit_status
 from tegotae.cli.tables import print_rows
 from tegotae.evaluation import Protocol, evaluate
 from tegotae.metrics.statistics import mean_defined
@@ -80,4 +82,4 @@ class EpisodeLength:
 
 
 if __name__ == "__main__":
-    tyro.cli(EpisodeLength).run()
+    sys.exit(exit_status(tyro.cli(EpisodeLength).run))

@@ -22,6 +22,7 @@ from __future__ import annotations
 import csv
 import dataclasses
 import math
+import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -29,10 +30,13 @@ from pathlib import Path
 import numpy as np
 import tyro
 
+from tegotae.cli.status import exit_status
 from tegotae.figures.style import PAGE_IN, new_figure, save_figure, styled
+from tegotae.files import output_folder
 from tegotae.metrics.statistics import Interval, difference, interval
 from tegotae.models import BUDGET, find
 from tegotae.training.algorithms import PGPE
+from tegotae.training.fitness import FAILED
 from tegotae.training.run import Run, train
 from tegotae.training.settings import tuned
 
@@ -83,7 +87,7 @@ class Trained:
     settings: PGPE
     episode_s: float
     best: np.ndarray
-    """Fitness of the best distribution so far, shape [generations, seeds]."""
+    """Fitness of the best distribution so far, shape [generations, seeds]; NaN if all failed."""
     cot_inverse: np.ndarray
     """CoT⁻¹ of the best distribution in the end [m/J], shape [seeds]."""
 
@@ -124,6 +128,7 @@ class ParameterLimit:
 
     def run(self) -> None:
         """Do it all."""
+        output_folder(self.out)
         found = [self._train(way, size) for size in self.sizes for way in self.ways]
         write_tables(found, self.out)
         save_figure(draw(found), self.out / "parameter_limit.png")
@@ -144,14 +149,16 @@ class ParameterLimit:
             return np.array([float(row[name]) for row in rows]).reshape(-1, self.seeds)
 
         fitness = column("centre_fitness")
-        best = (fitness.argmax(axis=0), np.arange(self.seeds))
+        # A rollout that failed has a fitness of minus a million, which says nothing in a mean.
+        fitness = np.where(fitness > 0.5 * FAILED, fitness, np.nan)
+        best = (np.nan_to_num(fitness, nan=FAILED).argmax(axis=0), np.arange(self.seeds))
         return Trained(
             way,
             size,
             model.controller(size).n_weights,
             settings,
             episode_s,
-            np.maximum.accumulate(fitness, axis=0),
+            np.fmax.accumulate(fitness, axis=0),
             column("centre_cot_inverse")[best],
         )
 
@@ -164,7 +171,8 @@ def write_tables(found: list[Trained], out: Path) -> None:
         for t in found:
             s = t.settings
             for seed in range(t.best.shape[1]):
-                numbers = (t.best[0, seed], t.best[-1, seed], t.cot_inverse[seed])
+                numbers = np.nan_to_num([t.best[0, seed], t.best[-1, seed]], nan=FAILED)
+                numbers = (*numbers, t.cot_inverse[seed])
                 row = (t.way, t.n_weights, s.population, f"{s.std:.4g}", f"{s.learning_rate:.4g}")
                 table.writerow([*row, seed, *(f"{x:.5g}" for x in numbers)])
     with (out / "parameter_limit_curves.csv").open("w", newline="", encoding="utf-8") as stream:
@@ -199,7 +207,7 @@ def draw(found: list[Trained]):
         shown = "scaled" if any(t.way == "scaled" for t in found) else found[0].way
         for t in found:
             if t.way == shown:
-                right.plot(t.simulated_s, t.best.mean(axis=1), label=f"{t.n_weights}")
+                right.plot(t.simulated_s, np.nanmean(t.best, axis=1), label=f"{t.n_weights}")
         right.set(xlabel="simulated time [s]", title=f"settings {shown}", yscale="symlog")
         right.legend(title="parameters")
     return figure
@@ -218,4 +226,4 @@ def print_summary(found: list[Trained]) -> None:
 
 
 if __name__ == "__main__":
-    tyro.cli(ParameterLimit).run()
+    sys.exit(exit_status(tyro.cli(ParameterLimit).run))

@@ -179,6 +179,10 @@ def _records(folder: Folder) -> list[Record]:
         print(message)
     if not records:
         raise TegotaeError(f"{folder.path} holds no records yet; first: tegotae study run")
+    for name in records[0].software:
+        versions = sorted({record.software.get(name, "none") for record in records})
+        if len(versions) > 1:
+            print(f"the records were made with different versions of {name}: {', '.join(versions)}")
     return records
 
 

@@ -42,7 +42,7 @@ class Train:
     """How many runs from random weights."""
     first_seed: int = 0
     """The first of the seeds."""
-    population: Annotated[int | None, tyro.conf.arg(help_behavior_hint="(default: 64)")] = None
+    population: Annotated[int | None, tyro.conf.arg(help_behavior_hint="(as tuned)")] = None
     """Episodes per generation and seed, where a population evolves."""
     generations: Annotated[int | None, tyro.conf.arg(help_behavior_hint="(default: 80)")] = None
     """Generations in all, where a population evolves."""

@@ -16,6 +16,7 @@ from tegotae.errors import require_count, unknown
 from tegotae.files import output_file, write_atomically
 from tegotae.models import BUDGET, find
 from tegotae.rollout import Timing
+from tegotae.training.agents import AGENTS
 from tegotae.training.fitness import EPISODE, SETTLE_S
 from tegotae.tuning.spaces import SPACES
 from tegotae.tuning.task import BUDGET_S, FIRST_SEED, Task
@@ -58,7 +59,7 @@ class Tune:
     energy: str = "absolute"
     """Definition of the actuator's work: absolute, positive or net."""
     cot_only: bool = False
-    """Judge CoT⁻¹ alone, without ΔΩ, as in the paper's comparison of algorithms."""
+    """Judge CoT⁻¹ alone, without ΔΩ, as in the paper's comparison of algorithms (agents always)."""
     budget: int = BUDGET
     """Largest number of trained parameters."""
 
@@ -104,7 +105,8 @@ class Tune:
             timing=Timing(duration_s=self.duration, tick_s=self.tick),
             settle_s=self.settle,
             energy=self.energy,
-            follow_omega=not self.cot_only,
+            # An agent's reward has no ΔΩ, and so it is judged without.
+            follow_omega=not self.cot_only and self.algorithm not in AGENTS,
             budget=self.budget,
         )
 

@@ -47,6 +47,10 @@ def on_cluster(address: str, timeout_s: float = _TIMEOUT_S) -> Results:
                     records = future.result()
                 except distributed.KilledWorker:
                     raise WorkersDiedError from None
+                except ImportError as error:
+                    raise TegotaeError(
+                        f"a Dask worker cannot run the study, as it lacks a package: {error}"
+                    ) from None
                 except (distributed.CancelledError, distributed.comm.CommClosedError):
                     raise TegotaeError(f"the Dask scheduler at {address} went away") from None
                 yield from zip(futures[future], records, strict=True)

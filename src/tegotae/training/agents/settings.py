@@ -68,7 +68,7 @@ class SACSettings(AgentSettings):
 
     Of Stable-Baselines3's own defaults it differs in the number of gradient steps: one for every
     `n_envs · train_freq / gradient_steps` transitions (SB3: one for each), so that a run of 1000
-    episodes, 1.2 million transitions, is a matter of minutes on one core.
+    episodes of 12 s, 1.2 million transitions, is a matter of minutes on one core.
 
     Reference: T. Haarnoja et al., Soft actor-critic, ICML 2018.
     """
