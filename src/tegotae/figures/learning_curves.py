@@ -17,7 +17,7 @@ _LINES = ("-", "--", "-.", ":")
 
 
 def algorithms_figure(curves: Sequence[LearningCurve]) -> Figure:
-    """CoT⁻¹ during training, mean and 95 % interval over runs (Fig. 3 of the paper).
+    """CoT⁻¹ during training: runs, their mean and its 95 % interval (Fig. 3 of the paper).
 
     One row of panels a model: on the left over episodes (of an agent) or generations (of an
     evolution), as in the paper; on the right over the simulated time that was learned from. Both
@@ -50,13 +50,19 @@ def algorithms_figure(curves: Sequence[LearningCurve]) -> Figure:
                         mean["low"][trained],
                         mean["high"][trained],
                         color=look["color"],
-                        alpha=0.2,
+                        alpha=0.1,
                         lw=0,
                     )
+                    for run in found[model, algorithm]:
+                        moved = run.simulated_s > 0.0
+                        x_run, y_run = getattr(run, x)[moved], run.cot_inverse[moved]
+                        panel.plot(x_run, y_run, color=look["color"], lw=0.4, alpha=0.6)
                     panel.plot(at, mean["cot_inverse"][trained], label=algorithm, **look)
                     panel.set_xscale("log")
             by_episode.set_ylabel("CoT⁻¹ [m/J]")
-            by_episode.set_ylim(bottom=0.0)
+            # Intervals of few runs reach far beyond what any run did.
+            most = max(c.cot_inverse.max() for c in curves if c.model == model)
+            by_episode.set_ylim(0.0, 1.1 * most if most > 0.0 else 1.0)
             by_episode.set_title(model, loc="left")
         panels[-1, 0].set_xlabel("episode, or generation of an evolution")
         panels[-1, 1].set_xlabel("simulated time learned from [s]")
