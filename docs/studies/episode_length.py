@@ -42,7 +42,7 @@ COLUMNS = ("model", "episode_s", "settle_s", "population", "share_at_omega_t", *
 class EpisodeLength:
     """Train, evaluate, and write the table."""
 
-    seeds: int = 15
+    seeds: int = 8
     """Trainings of each model."""
     generations: int = 80
     """Generations of PGPE."""
