@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import dataclasses
 import errno
 import json
 import os
@@ -329,6 +330,16 @@ def test_a_study_without_records_has_no_table(half, one_line_error, tmp_path):
     said = one_line_error("study", "export", "--dir", str(half), "--out", str(out))
     assert f"{half} holds no records yet; first: tegotae study run" in said
     assert not out.exists()
+
+
+def test_records_of_different_versions_are_told_of(half, tmp_path, capsys):
+    path = studies.records(half)[0]
+    record = read(path)
+    write(dataclasses.replace(record, software={**record.software, "jax": "0.0.1"}), path)
+    export(half, tmp_path / "table.csv")
+    assert (
+        "the records were made with different versions of jax: 0.0.1, " in capsys.readouterr().out
+    )
 
 
 def test_a_table_of_unknown_kind_is_refused(half, one_line_error, tmp_path):

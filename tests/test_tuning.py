@@ -16,6 +16,7 @@ import pytest
 import toy_tuning
 from tegotae import TegotaeError, Timing, find
 from tegotae.cli import main
+from tegotae.cli.tune import Tune
 from tegotae.training import evolve
 from tegotae.training import settings as configurations
 from tegotae.training.agents import AGENTS
@@ -403,3 +404,9 @@ def test_without_optuna_the_extra_is_named(one_line_error, tmp_path, monkeypatch
     monkeypatch.setitem(sys.modules, "optuna", None)
     said = one_line_error("tune", "ART", "--storage", str(tmp_path / "s"))
     assert "pip install 'tegotae[tune]'" in said
+
+
+@pytest.mark.parametrize(("algorithm", "follows"), [("pgpe", True), ("sac", False), ("ppo", False)])
+def test_agents_are_tuned_for_what_they_are_paid(algorithm, follows, tmp_path):
+    command = Tune(models=("AR",), storage=tmp_path / "s", algorithm=algorithm)
+    assert command.task.follow_omega is follows

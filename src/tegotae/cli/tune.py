@@ -73,7 +73,7 @@ class Tune:
         require_count("confirm", self.confirm, least=0)
         if self.keep is not None:
             output_file(self.keep)
-        task, space = self._task(), SPACES[self.algorithm]
+        task, space = self.task, SPACES[self.algorithm]
         try:
             trials = tune(
                 self.algorithm, task, self.storage, trials=self.trials, workers=self.workers
@@ -97,7 +97,9 @@ class Tune:
             write_atomically(self.keep, json.dumps(document, indent=1) + "\n")
             print(f"wrote {self.keep}")
 
-    def _task(self) -> Task:
+    @property
+    def task(self) -> Task:
+        """What settings are judged on."""
         return Task(
             models=tuple(find(name) for name in self.models),
             seeds=self.seeds,
