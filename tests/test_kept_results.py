@@ -1,0 +1,52 @@
+"""The results that come with the project: pages show what their tables say."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from tegotae.models import all_models
+from tegotae.report.markdown import claims_table
+from tegotae.study.claims import NOT_MEASURED, all_verdicts
+from tegotae.study.export import read_csv
+
+ROOT = Path(__file__).parents[1]
+KEPT = ROOT / "docs" / "_static"
+
+
+@pytest.fixture(scope="module")
+def table():
+    return read_csv(KEPT / "study" / "paper.csv")
+
+
+@pytest.fixture(scope="module")
+def verdicts(table):
+    return all_verdicts(table, KEPT / "experiments")
+
+
+def test_the_table_has_fifteen_runs_of_every_model_that_learns(table):
+    for name, model in all_models().items():
+        assert (table["model"] == name).sum() == (15 if model.is_trained else 1)
+
+
+def test_every_claim_is_measured(verdicts):
+    assert [verdict.number for verdict in verdicts] == list(range(1, 12))
+    assert all(verdict.verdict != NOT_MEASURED for verdict in verdicts)
+
+
+def test_the_page_of_the_claims_shows_what_the_tables_say(verdicts):
+    kept = (KEPT / "study" / "claims.md").read_text(encoding="utf-8")
+    assert kept == claims_table(verdicts)
+
+
+@pytest.mark.parametrize("page", ["README.md", "docs/claims.md"])
+def test_verdicts_in_prose_are_those_of_the_tables(page, verdicts):
+    text = (ROOT / page).read_text(encoding="utf-8")
+    pattern = {
+        "README.md": r"^\| (\d+) \|.*?\*\*(\w+)\*\*",
+        "docs/claims.md": r"^\*\*(\d+)\. .*?: (holds|fails|undecided)",
+    }[page]
+    said = {int(number): word for number, word in re.findall(pattern, text, re.MULTILINE)}
+    assert said == {verdict.number: verdict.verdict for verdict in verdicts}
