@@ -30,6 +30,7 @@ def embedded_figure(figure: Figure) -> dict[str, Any]:
     """A figure as a picture that is part of the page, with its size there."""
     stream = io.BytesIO()
     with styled():
+        figure.draw_without_rendering()  # a second axis is laid out by the ticks of the first draw
         figure.savefig(stream, format="png", dpi=_DPI)
     return _embedded(stream.getvalue(), _DPI)
 
