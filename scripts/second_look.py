@@ -16,8 +16,7 @@ for comparison. What a sceptic would change:
 
 And PGPE with the settings that all other trainings have, which were tuned on whole trainings.
 
-Trainings that are done are not done again. Writes `second_look.png` and, with the curves of Fig. 3,
-`second_look.csv`.
+Trainings that are done are not done again. Writes `second_look.png` and `second_look.csv`.
 """
 
 from __future__ import annotations
@@ -98,10 +97,9 @@ class SecondLook:
             dataclasses.replace(curve, algorithm=LABELS[curve.algorithm])
             for curve in read_curves([self.out])
         ]
-        curves = [*read_curves([self.first]), *second]
         output = Output(out=self.figure)
-        output.write(algorithms_figure(curves), algorithms_tables(curves))
-        print_comparison(curves)
+        output.write(algorithms_figure(second), algorithms_tables(second))
+        print_comparison([*read_curves([self.first]), *second])
 
     def train(self, algorithm: str, model: str, out: Path) -> None:
         """All seeds of one policy by one algorithm."""
