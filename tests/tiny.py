@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import dataclasses
 import json
 from pathlib import Path
 from typing import Any
@@ -11,8 +12,8 @@ import numpy as np
 
 from tegotae import Timing, controller_file, find
 from tegotae.cli import main
-from tegotae.training.algorithms import PGPE
 from tegotae.training.run import Run
+from tegotae.training.settings import tuned
 
 SEEDS = (0, 1)
 GENERATIONS = 4
@@ -26,7 +27,7 @@ RUN = Run(
     model=find("ART"),
     seeds=SEEDS,
     generations=GENERATIONS,
-    algorithm=PGPE(population=8),
+    algorithm=dataclasses.replace(tuned("pgpe"), population=8),
     timing=Timing(duration_s=3.0, tick_s=0.002),
     settle_s=1.0,
     budget=20,
