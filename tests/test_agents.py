@@ -425,7 +425,7 @@ class TestBadInput:
 
 def test_the_command_trains_and_prints(tmp_path, capsys):
     arguments = ["--algorithm", "ppo", "--episodes", "2", "--seeds", "1", "--out", str(tmp_path)]
-    assert main(["train", "AR-rF-sector-w8", *arguments, "--duration", "6"]) == 0
+    assert main(["train", "AR-rF-sector-w8", *arguments, "--duration", "6", "--settle", "2"]) == 0
     said = capsys.readouterr().out
     assert "best episode" in said
     assert (tmp_path / "AR-rF-sector-w8-seed0.json").exists()

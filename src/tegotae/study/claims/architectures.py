@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable
 
 import numpy as np
@@ -68,7 +69,15 @@ def _minus(
     used = sum(all(has_mean(row, single_is_exact=True) for row in pair) for pair in pairs)
     if used < len(pairs):
         what += f" ({used} of {len(pairs)} designs)"
+    effect = _counted(effect, metric, ours, theirs)
     return Part(what, effect, low, high, without_cycle=_without_cycle(ours, theirs))
+
+
+def _counted(effect: Interval, metric: str, *tables: Table) -> Interval:
+    """The effect with all runs counted, those of designs that it leaves out, too."""
+    values = np.concatenate([table[metric] for table in tables])
+    count = int(np.isfinite(values).sum())
+    return dataclasses.replace(effect, count=count, undefined=len(values) - count)
 
 
 def _shares(ours: Table, theirs: Table, names: str, *, alike: tuple[str, ...] = ()) -> list[Part]:
@@ -173,6 +182,7 @@ def claim_7(table: Table) -> Verdict:
     ) -> Part:
         rows = [design[metric] for design in designs(art).values()]
         effect = balanced_difference([seeing[metric]], rows, factor=factor)
+        effect = _counted(effect, metric, seeing, art)
         return Part(what, effect, low, high, without_cycle=_without_cycle(seeing, art))
 
     return Verdict(
