@@ -7,6 +7,7 @@ import tegotae  # noqa: F401 - first, for it asks JAX for one device per core
 # isort: split
 import functools
 import os
+import signal
 from pathlib import Path
 
 import evosax.algorithms.base
@@ -74,3 +75,8 @@ def one_line_error(capsys):
         return err
 
     return run
+
+
+# Started in the background, a shell's children ignore Ctrl-C, and so would theirs, which tests
+# interrupt. A handler here is the default in programs that are started from here.
+signal.signal(signal.SIGINT, signal.default_int_handler)
