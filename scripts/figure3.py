@@ -28,6 +28,7 @@ from tegotae.rollout import Timing
 from tegotae.training.agents import AGENTS, AgentRun, train_agents
 from tegotae.training.run import Run, train
 from tegotae.training.settings import configuration
+from tegotae.training.stopping import Stopping
 
 MODELS = ("AR-rF-sector-w8", "AR-rF-reflex-w8")
 """The paper's policies I and II: learned A and R, constant gain, actuation (6) or (7)."""
@@ -83,7 +84,12 @@ class Figure3:
         }
         if algorithm == "pgpe":
             generations = max(2, round(self.generations * self.scale))
-            run = Run(**shared, generations=generations, algorithm=settings, follow_omega=False)
+            run = Run(
+                **shared,
+                stopping=Stopping.after(generations),
+                algorithm=settings,
+                follow_omega=False,
+            )
             train(run, out)
             return
         episodes = max(2, round(self.episodes * self.scale))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import dataclasses
 import importlib.metadata
 import json
 import os
@@ -163,7 +162,7 @@ def test_ctrl_c_keeps_what_was_learned_and_says_so_in_one_line(tmp_path):
     generations = kept["training"][0]["generations"]
     assert 1 <= generations < 1_000_000
     undisturbed = tmp_path / "undisturbed"
-    train(dataclasses.replace(tiny.RUN, generations=generations), undisturbed)
+    train(tiny.run_of(generations), undisturbed)
     assert tiny.learned(undisturbed) == kept
 
 

@@ -21,11 +21,14 @@ TIME = TIMING.frame_s * np.arange(1, TIMING.n_frames + 1)
 
 
 def trajectory(height: np.ndarray, **totals) -> Trajectory:
-    """A trajectory [frames, lanes] of the given heights, with nothing else but given totals."""
+    """A trajectory [frames, lanes] of the given heights and their apexes, and of given totals."""
     lanes = height.shape[1]
     zero = np.zeros((len(TIME), lanes), "float32")
     entries = dict.fromkeys(Trajectory._fields, zero)
     entries |= {"time_s": TIME[:, None] + zero, "failed": zero > 0.0, "height_m": height + zero}
+    rises = np.diff(height, axis=0) > 0.0
+    at_apex = np.pad(rises[:-1] & ~rises[1:], ((1, 1), (0, 0)))
+    entries["apex_height_m"] = np.where(at_apex, height, np.nan).astype("float32")
     for name, value in totals.items():
         value = np.asarray(value)
         shape = (-1, 1) if value.ndim == 1 else value.shape
@@ -102,6 +105,57 @@ def test_the_settled_part_alone_counts():
     work = np.where(TIME <= 4.02, 1.0 * TIME, 4.02 + 0.3 * (TIME - 4.02))
     out = judge(trajectory(sinusoid(5.0), climb_flight_m=climb, work_absolute_j=work))
     assert out["cot_inverse"][0] == pytest.approx(2.0, rel=1e-3)
+
+
+def hopping(period_s: float, climbs_m: tuple[float, ...], first_s: float) -> Trajectory:
+    """Hops of one period, each climbing and costing in its own way, from a first apex on.
+
+    Each hop's work is done in its stance, half way between apexes, and its climb in the tenth of
+    the period before its apex; both cost alike, 2 J and a bit, so that CoT⁻¹ tells the climbs.
+    """
+    n = int((TIME[-1] - first_s) / period_s) + 2
+    apex_s = first_s + period_s * np.arange(-1, n)
+    climbs = np.resize(climbs_m, len(apex_s))
+
+    def total(amounts: np.ndarray, from_share: float, to_share: float) -> np.ndarray:
+        share = (TIME[:, None] - apex_s) / period_s + 1.0  # of each hop, which ends at its apex
+        return (amounts * np.clip((share - from_share) / (to_share - from_share), 0, 1)).sum(axis=1)
+
+    height = 1.2 + 0.2 * np.cos(2.0 * np.pi * (TIME - first_s) / period_s)
+    return trajectory(
+        height[:, None],
+        climb_flight_m=total(climbs, 0.85, 0.95),
+        work_absolute_j=total(np.full(len(climbs), 2.0), 0.4, 0.6),
+    )
+
+
+@pytest.mark.parametrize("period_s", [0.5, 0.785, 1.57, 2.3])
+def test_where_the_window_cuts_a_hop_is_no_matter(period_s):
+    for cut in np.linspace(0.0, period_s, 23):
+        out = judge(hopping(period_s, (1.5,), first_s=0.1 + cut))
+        assert out["cot_inverse"][0] == pytest.approx(0.75, rel=1e-4)
+
+
+@pytest.mark.parametrize("climbs_m", [(1.0, 3.0), (1.0, 2.0, 4.0, 1.0)])
+def test_hops_that_alternate_are_paid_alike(climbs_m):
+    period_s = 1.7  # nine or ten hops in the window, of which eight or ten count
+    for cut in np.linspace(0.0, len(climbs_m) * period_s, 23):
+        out = judge(hopping(period_s, climbs_m, first_s=0.1 + cut))
+        tolerance = 0.0 if len(climbs_m) == 2 else 0.25
+        assert out["cot_inverse"][0] == pytest.approx(np.mean(climbs_m) / 2.0, abs=tolerance + 1e-4)
+
+
+def test_less_than_a_whole_hop_is_worth_nothing():
+    out = judge(hopping(17.0, (1.5,), first_s=10.0))
+    assert out["cot_inverse"][0] == 0.0
+
+
+def test_a_gait_that_has_died_out_by_the_last_quarter_is_none():
+    for last_s, alive in ((14.95, False), (15.35, True)):
+        what = hopping(0.4, (1.5,), first_s=0.1)
+        hops = jnp.where(what.time_s <= last_s, what.apex_height_m, jnp.nan)
+        cot = judge(what._replace(apex_height_m=hops))["cot_inverse"][0]
+        assert cot == pytest.approx(0.75 if alive else 0.0, rel=1e-4)
 
 
 @pytest.mark.parametrize("energy", ["absolute", "positive", "net"])

@@ -15,6 +15,7 @@ from tegotae import TegotaeError, Timing, build
 from tegotae.training.algorithms import PGPE
 from tegotae.training.evolve import Training, evolve, start
 from tegotae.training.fitness import Fitness
+from tegotae.training.stopping import Stopping
 
 DIMENSIONS = 5
 SETTINGS = PGPE(
@@ -179,12 +180,13 @@ TRAINING = Training(
     timing=Timing(duration_s=3.0),
 )
 OMEGA = 8.0
+FOUR = Stopping.after(4)
 
 
 @cache
 def trained():
     """Two seeds, four generations."""
-    return list(evolve(TRAINING, start(TRAINING, [3, 5]), [3, 5], OMEGA, 4))
+    return list(evolve(TRAINING, start(TRAINING, [3, 5]), [3, 5], OMEGA, FOUR))
 
 
 def test_a_seed_starts_alike_whichever_others_go_with_it():
@@ -194,14 +196,14 @@ def test_a_seed_starts_alike_whichever_others_go_with_it():
 
 
 def test_a_seeds_training_does_not_depend_on_the_others():
-    *_, (alone, _) = evolve(TRAINING, start(TRAINING, [5]), [5], OMEGA, 4)
+    *_, (alone, _) = evolve(TRAINING, start(TRAINING, [5]), [5], OMEGA, FOUR)
     together, _ = trained()[-1]
     np.testing.assert_allclose(alone.search.mean[0], together.search.mean[1], atol=1e-4)
     np.testing.assert_allclose(alone.best_fitness[0], together.best_fitness[1], atol=1e-3)
 
 
 def test_training_is_bit_identical_from_run_to_run():
-    again = list(evolve(TRAINING, start(TRAINING, [3, 5]), [3, 5], OMEGA, 4))
+    again = list(evolve(TRAINING, start(TRAINING, [3, 5]), [3, 5], OMEGA, FOUR))
     for (_, one), (_, other) in zip(trained(), again, strict=True):
         jax.tree.map(np.testing.assert_array_equal, one, other)
     np.testing.assert_array_equal(trained()[-1][0].search.mean, again[-1][0].search.mean)
@@ -209,7 +211,8 @@ def test_training_is_bit_identical_from_run_to_run():
 
 def test_a_training_that_is_continued_is_the_same_as_one_without_pause():
     halfway, _ = trained()[1]
-    on = list(evolve(TRAINING, halfway, [3, 5], OMEGA, 4))
+    seen = [curves.centre_fitness for _, curves in trained()[:2]]
+    on = list(evolve(TRAINING, halfway, [3, 5], OMEGA, FOUR, fitness=seen))
     assert len(on) == 2
     end, _ = trained()[-1]
     np.testing.assert_array_equal(on[-1][0].search.mean, end.search.mean)

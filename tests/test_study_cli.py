@@ -187,7 +187,7 @@ def test_a_record_under_a_wrong_name_is_damaged(half, smoke_study, capsys):
 
 
 @pytest.mark.parametrize(
-    "change", [{"format": 0}, {"generations": 4}, {"seeds": [0, 1, 2]}, {"budget": 20}]
+    "change", [{"format": 0}, {"stopping": {}}, {"seeds": [0, 1, 2]}, {"budget": 20}]
 )
 def test_a_whole_record_of_other_settings_is_never_mixed_in(half, smoke_study, change, capsys):
     record = read(next(half.glob("records/V-*")))
@@ -350,7 +350,7 @@ def test_a_table_of_unknown_kind_is_refused(half, one_line_error, tmp_path):
 
 def test_different_studies_are_not_merged(half, smoke_study, one_line_error):
     document = json.loads((half / "study.json").read_text())
-    (half / "study.json").write_text(json.dumps({**document, "generations": 4}))
+    (half / "study.json").write_text(json.dumps({**document, "stopping": {}}))
     before = contents(half)
     said = one_line_error("study", "merge", str(smoke_study), "--dir", str(half))
     assert "hold different studies; they cannot be merged" in said

@@ -17,6 +17,7 @@ from tegotae.study.plan import plan
 from tegotae.study.record import DamagedRecordError, Record, read, write
 from tegotae.study.table import tabulate
 from tegotae.study.unit import Unit
+from tegotae.training.stopping import Stopping
 
 
 def made_up(unit: Unit, runs: int = 2) -> Record:
@@ -28,9 +29,12 @@ def made_up(unit: Unit, runs: int = 2) -> Record:
         {"tegotae": "0"},
         random.normal(size=(runs, n_weights)).astype("float32"),
         random.normal(size=runs).astype("float32"),
+        random.integers(1, 4, runs),
+        np.array(["cap"] * runs),
         {"centre_fitness": random.normal(size=(3, runs)).astype("float32")},
         np.array([7.0, 9.0]),
         {name: random.normal(size=(runs, 2)).astype("float32") for name in METRICS},
+        {name: random.normal(size=(1, runs, 2)).astype("float32") for name in METRICS},
     )
 
 
@@ -81,7 +85,9 @@ def test_a_damaged_record_is_found(tmp_path: Path, damage: str) -> None:
 
 def test_units_are_named_by_what_defines_their_content() -> None:
     unit = plan("smoke").units[0]
-    longer = dataclasses.replace(unit, run=dataclasses.replace(unit.run, generations=4))
+    longer = dataclasses.replace(
+        unit, run=dataclasses.replace(unit.run, stopping=Stopping.after(4))
+    )
     assert unit.key == plan("smoke").units[0].key
     assert longer.key != unit.key
 

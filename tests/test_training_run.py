@@ -20,6 +20,7 @@ from tegotae.training.algorithms import PGPE
 from tegotae.training.fitness import Fitness
 from tegotae.training.run import Run, train
 from tegotae.training.search import GAINS
+from tegotae.training.stopping import Stopping
 
 # What is written.
 
@@ -106,7 +107,7 @@ def test_an_interrupted_training_keeps_what_it_learned_and_goes_on(
 
 
 def test_a_training_made_longer_is_the_same_as_a_long_one(tiny_training, tmp_path):
-    train(dataclasses.replace(tiny.RUN, generations=2), tmp_path)
+    train(tiny.run_of(2), tmp_path)
     assert tiny.learned(tmp_path) != tiny.learned(tiny_training)
     train(tiny.RUN, tmp_path)
     assert tiny.learned(tmp_path) == tiny.learned(tiny_training)
@@ -116,7 +117,7 @@ def test_a_training_made_longer_is_the_same_as_a_long_one(tiny_training, tmp_pat
 def test_a_finished_training_is_left_as_it_is(tmp_path, generations):
     train(tiny.RUN, tmp_path)
     before = tiny.contents(tmp_path)
-    train(dataclasses.replace(tiny.RUN, generations=generations), tmp_path)
+    train(tiny.run_of(generations), tmp_path)
     assert tiny.contents(tmp_path) == before
 
 
@@ -125,6 +126,7 @@ import os, signal, sys
 from pathlib import Path
 import conftest  # the tests' promotion rules: with others XLA may round otherwise
 import tiny
+from tegotae.training.stopping import Stopping
 from tegotae.training.run import train
 
 def kill(done, curves):
@@ -150,7 +152,7 @@ def test_a_killed_training_goes_on_and_ends_in_the_same_numbers(tiny_training, t
 
 def test_an_interrupt_while_results_are_written_loses_nothing(tiny_training, tmp_path, monkeypatch):
     with monkeypatch.context() as patch:
-        patch.setattr(training_run, "_write_results", lambda *_: interrupt())
+        patch.setattr(training_run, "_write_results", lambda *_, **__: interrupt())
         with pytest.raises(KeyboardInterrupt):
             train(tiny.RUN, tmp_path)
     assert not list(tmp_path.glob("*-seed*.json"))
@@ -183,7 +185,7 @@ def test_a_folder_of_another_training_is_refused_and_left_as_it_is(tiny_training
 
 def test_a_training_that_learned_nothing_does_not_claim_its_folder(tmp_path, monkeypatch):
     with monkeypatch.context() as patch:
-        patch.setattr(training_run, "evolve", lambda *_: interrupt())
+        patch.setattr(training_run, "evolve", lambda *_, **__: interrupt())
         with pytest.raises(KeyboardInterrupt):
             train(dataclasses.replace(tiny.RUN, budget=30), tmp_path)
     assert os.listdir(tmp_path) == ["run.json"]
@@ -263,7 +265,7 @@ def test_a_vanilla_models_gain_is_the_fittest_of_the_grid(tmp_path):
         ({"seeds": (-1,)}, "seed is -1; it must be a whole number of at least 0"),
         ({"seeds": (2**31,)}, r"seed is 2147483648; it must be below 2\^31"),
         ({"seeds": (0.5,)}, r"seed is 0\.5; it must be a whole number"),
-        ({"generations": 0}, "generations is 0; it must be a whole number of at least 1"),
+        ({"release_m": 0.0}, "release_m is 0.0; it must be"),
         ({"hopper": Hopper(stiffness_n_per_m=1e6)}, r"the control tick of 0\.002 s is too long"),
     ],
 )
@@ -290,6 +292,6 @@ def test_a_training_that_cannot_be_judged_is_refused(tmp_path, changed, said):
 def test_a_run_of_defaults_is_the_papers():
     run = Run(model=find("ART"))
     assert isinstance(run.algorithm, PGPE)
-    assert (run.generations, run.budget, run.energy) == (80, 96, "absolute")
+    assert (run.stopping, run.budget, run.energy) == (Stopping(), 96, "absolute")
     assert run.fitness.follow_omega
     assert not Run(model=find("T")).fitness.follow_omega

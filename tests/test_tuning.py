@@ -23,6 +23,7 @@ from tegotae.training.agents import AGENTS
 from tegotae.training.algorithms import ALGORITHMS, PGPE
 from tegotae.training.run import Run, train
 from tegotae.training.settings import configuration, load, tuned
+from tegotae.training.stopping import Stopping
 from tegotae.tuning import SPACES, Task, describe, judge, tune
 from tegotae.tuning.record import confirmation, ranking, tried_first
 from tegotae.tuning.spaces.population import evolved
@@ -91,7 +92,7 @@ def trained(tmp_path_factory):
     run = Run(
         model=TINY.models[0],
         seeds=(7, 8),
-        generations=16,
+        stopping=Stopping.after(16),
         algorithm=PGPE(population=16, learning_rate=0.1),
         timing=TINY.timing,
         settle_s=TINY.settle_s,

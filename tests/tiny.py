@@ -14,6 +14,7 @@ from tegotae import Timing, controller_file, find
 from tegotae.cli import main
 from tegotae.training.run import Run
 from tegotae.training.settings import tuned
+from tegotae.training.stopping import Stopping
 
 SEEDS = (0, 1)
 GENERATIONS = 4
@@ -26,13 +27,18 @@ OPTIONS = (
 RUN = Run(
     model=find("ART"),
     seeds=SEEDS,
-    generations=GENERATIONS,
+    stopping=Stopping(generations=GENERATIONS),
     algorithm=dataclasses.replace(tuned("pgpe"), population=8),
     timing=Timing(duration_s=3.0, tick_s=0.002),
     settle_s=1.0,
     budget=20,
 )
 """The same for `tegotae.training.run.train`."""
+
+
+def run_of(generations: int) -> Run:
+    """The training with another number of generations."""
+    return dataclasses.replace(RUN, stopping=Stopping(generations=generations))
 
 
 def train(out: Path, *more: str, generations: int = GENERATIONS) -> int:

@@ -24,8 +24,8 @@ from tegotae.metrics.statistics import mean_defined
 from tegotae.models import find
 from tegotae.rollout import Timing
 from tegotae.training.algorithms import PGPE
-from tegotae.training.evolve import evolve, start
 from tegotae.training.run import Run
+from tegotae.training.stopping import Stopping
 
 DOCS = Path(__file__).resolve().parents[1]
 MODELS = (
@@ -62,15 +62,13 @@ class EpisodeLength:
         run = Run(
             model=find(name),
             seeds=tuple(range(self.seeds)),
-            generations=self.generations,
+            stopping=Stopping.after(self.generations),
             algorithm=PGPE(population=population),
             timing=Timing(duration_s=episode_s, tick_s=0.002),
             settle_s=settle_s,
         )
         training, omega_t = run.training, run.model.omega_t
-        begun = start(training, run.seeds)
-        steps = evolve(training, begun, run.seeds, omega_t or 0.0, run.generations)
-        ((progress, _),) = deque(steps, maxlen=1)
+        ((progress, _),) = deque(run.evolve(run.start()), maxlen=1)
         weights = np.asarray(progress.best_weights)
         protocol = Protocol()
         found = evaluate(training.controller, weights, omega_t, run.hopper, protocol).episodes

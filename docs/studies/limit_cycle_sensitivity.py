@@ -23,7 +23,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from tegotae import Hopper, build
+from tegotae import Hopper, Scenario, build
 from tegotae.evaluation import Protocol, disturbed_rollout
 from tegotae.figures.style import PAGE_IN, new_figure, save_figure, styled
 from tegotae.metrics import Gait, LimitCycle, gait
@@ -64,7 +64,9 @@ def rollouts(window_s: float) -> list:
     protocol = dataclasses.replace(DEFAULT, undisturbed_s=window_s, disturbed_s=window_s)
     sigma, omega = (x.ravel() for x in np.meshgrid(SIGMAS, OMEGAS))
     return [
-        disturbed_rollout(build(f"V-{name}-w8"), sigma[:, None], omega, Hopper(), protocol)
+        disturbed_rollout(
+            build(f"V-{name}-w8"), sigma[:, None], Scenario(omega), Hopper(), protocol
+        )
         for name in ACTUATIONS
     ]
 

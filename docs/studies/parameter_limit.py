@@ -39,6 +39,7 @@ from tegotae.training.algorithms import PGPE
 from tegotae.training.fitness import FAILED
 from tegotae.training.run import Run, train
 from tegotae.training.settings import tuned
+from tegotae.training.stopping import Stopping
 
 DOCS = Path(__file__).resolve().parents[1]
 SIZES = (96, 128, 256, 1024, 4096)
@@ -146,7 +147,7 @@ class ParameterLimit:
         run = Run(model=model, seeds=tuple(range(self.seeds)), algorithm=settings, budget=size)
         episode_s = run.timing.duration_s
         generations = max(1, int(self.simulated_s // (settings.population * episode_s)))
-        run = dataclasses.replace(run, generations=generations)
+        run = dataclasses.replace(run, stopping=Stopping.after(generations))
         folder = self.work / f"{model.name}-{size}-{way.replace(' ', '-')}"
         train(run, folder)
         with (folder / "curves.csv").open() as stream:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -57,10 +57,11 @@ class Protocol:
         limit_cycle: what counts as settled.
         work: definition of work, one of "absolute", "positive", "net".
         tick_s: control period [s].
+        release_m: height of the release [m], at rest.
 
     Raises:
-        TegotaeError: for a time that is not positive, a negative drop, no episode, or an unknown
-            definition of work.
+        TegotaeError: for a time or a height that is not positive, a negative drop, no episode, or
+            an unknown definition of work.
     """
 
     offsets: tuple[float, ...] = (-2.0, -1.0, 0.0, 1.0, 2.0)
@@ -71,6 +72,7 @@ class Protocol:
     limit_cycle: LimitCycle = field(default_factory=LimitCycle)
     work: str = "absolute"
     tick_s: float = 0.001
+    release_m: float = 1.2
 
     def __post_init__(self) -> None:
         if not self.offsets:
@@ -80,6 +82,7 @@ class Protocol:
         require_finite("undisturbed_s", self.undisturbed_s, least=1.0)
         require_finite("disturbed_s", self.disturbed_s, least=1.0)
         require_finite("drop_m", self.drop_m, least=0.0)
+        require_finite("release_m", self.release_m, above=0.0)
         require_count("clamped_phases", self.clamped_phases)
         check_work(self.work)
 
@@ -101,6 +104,35 @@ class Protocol:
                 "frequency must be greater than 0 rad/s"
             )
         return omegas
+
+
+class Releases(NamedTuple):
+    """From where each run is released, at rest: arrays of shape [runs]."""
+
+    height_m: np.ndarray
+    """Height [m]."""
+    phase_rad: np.ndarray
+    """Phase of the oscillator [rad]."""
+
+
+def drawn_releases(runs: int, height_m: float, *, spread_m: float = 0.1, seed: int = 0) -> Releases:
+    """The standard release (phase 0), and others drawn around it.
+
+    Args:
+        runs: how many in all.
+        height_m: height of the standard release [m].
+        spread_m: how far the others are above or below it at most [m]; their phases are anywhere.
+        seed: of the draw.
+
+    Example:
+        >>> drawn_releases(3, 1.2).height_m.round(2).tolist()
+        [1.2, 1.15, 1.11]
+    """
+    draw = np.random.default_rng(seed)
+    height = height_m + draw.uniform(-spread_m, spread_m, runs)
+    phase = draw.uniform(0.0, 2.0 * np.pi, runs)
+    height[0], phase[0] = height_m, 0.0
+    return Releases(height, phase)
 
 
 @dataclass(frozen=True)
@@ -163,6 +195,7 @@ def evaluate(
     omega_t: float | None,
     body: Body | None = None,
     protocol: Protocol | None = None,
+    releases: Releases | None = None,
 ) -> Evaluation:
     """Evaluate runs of a controller as the paper does (IV-B): every run at every frequency.
 
@@ -180,10 +213,11 @@ def evaluate(
         omega_t: training frequency ω_t [rad/s]; None without an oscillator.
         body: the body; the paper's hopper by default.
         protocol: episodes, drop, tolerances.
+        releases: from where each run is released; the protocol's release for all by default.
 
     Raises:
-        TegotaeError: for weights of the wrong shape or not finite, or a missing or non-positive
-            frequency.
+        TegotaeError: for weights of the wrong shape or not finite, a missing or non-positive
+            frequency, or releases of another number.
 
     Example:
         >>> from tegotae.models import find
@@ -198,9 +232,20 @@ def evaluate(
     weights = _checked_weights(controller, weights)
     runs, episodes = len(weights), len(omegas)
     lanes = np.repeat(weights, episodes, axis=0)
-    omega = np.tile(omegas, runs)
+    if releases is None:
+        releases = Releases(np.full(runs, protocol.release_m), np.zeros(runs))
+    if any(np.shape(entry) != (runs,) for entry in releases):
+        raise TegotaeError(
+            f"releases have shapes {[np.shape(entry) for entry in releases]}; {runs} runs need "
+            f"one height and one phase each"
+        )
+    scenario = Scenario(
+        omega=np.tile(omegas, runs),
+        height_m=np.repeat(releases.height_m, episodes),
+        phase_rad=np.repeat(releases.phase_rad, episodes),
+    )
 
-    found = _disturbed_gait(controller, lanes, omega, body, protocol)
+    found = _disturbed_gait(controller, lanes, scenario, body, protocol)
     values = {name: np.asarray(value, float) for name, value in found._asdict().items()}
     regime = values.pop("regime")
     on_cycle = regime == LIMIT_CYCLE
@@ -212,20 +257,20 @@ def evaluate(
     if controller.oscillator is None:
         values["delta_omega"] = np.where(on_cycle, 0.0, np.nan)
     else:
-        values["cpgu"] = _cpgu(controller, lanes, omega, body, protocol)
+        values["cpgu"] = _cpgu(controller, lanes, scenario, body, protocol)
     return Evaluation(
         protocol, omegas, {name: values[name].reshape(runs, episodes) for name in METRICS}
     )
 
 
 def _disturbed_gait(
-    controller: Controller, weights: np.ndarray, omega: np.ndarray, body: Body, protocol: Protocol
+    controller: Controller, weights: np.ndarray, scenario: Scenario, body: Body, protocol: Protocol
 ) -> Gait:
     """The gait of every lane, its ground dropping at the first apex after the undisturbed time."""
-    trajectory, drop_time_s = disturbed_rollout(controller, weights, omega, body, protocol)
+    trajectory, drop_time_s = disturbed_rollout(controller, weights, scenario, body, protocol)
     found = gait(
         trajectory,
-        omega=jnp.asarray(omega, "float32"),
+        omega=jnp.asarray(scenario.omega, "float32"),
         rest_length_m=body.rest_length_m,
         max_force_n=body.max_force_n,
         frame_s=Timing().frame_s,
@@ -238,7 +283,7 @@ def _disturbed_gait(
 
 
 def disturbed_rollout(
-    controller: Controller, weights: Any, omega: Any, body: Body, protocol: Protocol
+    controller: Controller, weights: Any, scenario: Scenario, body: Body, protocol: Protocol
 ) -> tuple[Trajectory, np.ndarray | None]:
     """Episodes in which the ground drops at the first apex of a hop after the undisturbed time.
 
@@ -248,7 +293,7 @@ def disturbed_rollout(
     Args:
         controller: what drives the body.
         weights: shape [lanes, n_weights].
-        omega: prescribed frequencies ω [rad/s], one or [lanes]; NaN without an oscillator.
+        scenario: frequencies ω [rad/s], NaN without an oscillator, and releases.
         body: the body.
         protocol: times, size of the drop, control period.
 
@@ -261,7 +306,7 @@ def disturbed_rollout(
     )
     engine = Engine(controller=controller, timing=timing)
     # Without an oscillator the frequency has no effect, but must be a number.
-    driven = Scenario(omega=np.nan_to_num(omega))
+    driven = scenario._replace(omega=np.nan_to_num(scenario.omega))
     trajectory = engine.run(weights, driven, body)
     if protocol.drop_m == 0.0:
         return trajectory, None
@@ -278,7 +323,7 @@ def _next_apex_s(trajectory: Trajectory, rest_length_m: Any, after_s: Any) -> ja
 
 
 def _cpgu(
-    controller: Controller, weights: np.ndarray, omega: np.ndarray, body: Body, protocol: Protocol
+    controller: Controller, weights: np.ndarray, scenario: Scenario, body: Body, protocol: Protocol
 ) -> np.ndarray:
     """Share of the clamped phases at which a lane does not hop on a limit cycle, [lanes]."""
     engine = Engine(
@@ -288,8 +333,12 @@ def _cpgu(
     )
     n = protocol.clamped_phases
     phases = 2.0 * np.pi * np.arange(n) / n
-    scenario = Scenario(omega=np.repeat(omega, n), phase_rad=np.tile(phases, len(omega)))
-    on_cycle = engine.run(np.repeat(weights, n, axis=0), scenario, body)
+    clamped = Scenario(
+        omega=np.repeat(scenario.omega, n),
+        height_m=np.repeat(scenario.height_m, n),
+        phase_rad=np.tile(phases, len(weights)),
+    )
+    on_cycle = engine.run(np.repeat(weights, n, axis=0), clamped, body)
     return 1.0 - on_cycle.reshape(-1, n).mean(axis=1)
 
 

@@ -228,9 +228,21 @@ class Engine:
             body = jax.tree.map(lambda x: jnp.asarray(x, dtype), body)
             return jax.tree.map(np.asarray, _run(self, weights, scenario, body))
 
-    def trace(self, weights: jax.Array, scenario: Scenario, body: Body) -> Any:
-        """The same, for use inside a compiled program: weights [n_weights, lanes], arrays only."""
+    def trace(
+        self,
+        weights: jax.Array,
+        scenario: Scenario,
+        body: Body,
+        wanted: jax.Array | None = None,
+    ) -> Any:
+        """The same, for use inside a compiled program: weights [n_weights, lanes], arrays only.
+
+        Blocks in which no lane is `wanted` (shape [lanes]; all by default) are left out, and the
+        summary of their lanes is zero.
+        """
         n_lanes = weights.shape[-1]
+        if wanted is None:
+            wanted = jnp.ones(n_lanes, bool)
         devices = lane_devices()
         per_device = -(-n_lanes // len(devices))
         on_cpu = devices[0].platform == "cpu"
@@ -242,20 +254,27 @@ class Engine:
             fill = jnp.broadcast_to(x[..., -1:], (*x.shape[:-1], total - n_lanes))
             return jnp.concatenate([x, fill], axis=-1)
 
-        def on_device(weights: jax.Array, scenario: Scenario, body: Body) -> Any:
+        def on_device(weights: jax.Array, scenario: Scenario, wanted: jax.Array, body: Body) -> Any:
             def split(x: jax.Array) -> jax.Array:
                 return jnp.moveaxis(x.reshape(*x.shape[:-1], blocks, block), -2, 0)
 
-            def one(args: tuple[jax.Array, Scenario]) -> Any:
-                return _advance_block(self, args[0], args[1], body)
+            def one(args: tuple[jax.Array, Scenario, jax.Array]) -> Any:
+                weights, scenario, wanted = args
+                return jax.lax.cond(
+                    wanted.any(),
+                    lambda: _advance_block(self, weights, scenario, body),
+                    lambda: jax.tree.map(lambda s: jnp.zeros(s.shape, s.dtype), shapes),
+                )
 
             def join(x: jax.Array) -> jax.Array:
                 x = jnp.moveaxis(x, 0, -2)
                 return x.reshape(*x.shape[:-2], blocks * block)
 
-            return jax.tree.map(join, jax.lax.map(one, jax.tree.map(split, (weights, scenario))))
+            blocks_of = jax.tree.map(split, (weights, scenario, wanted))
+            return jax.tree.map(join, jax.lax.map(one, blocks_of))
 
-        lanes_last = (PartitionSpec(None, "lanes"), PartitionSpec("lanes"), PartitionSpec())
+        each = PartitionSpec("lanes")
+        lanes_last = (PartitionSpec(None, "lanes"), each, each, PartitionSpec())
         shapes = jax.eval_shape(
             partial(_advance_block, self),
             jax.ShapeDtypeStruct((weights.shape[0], block), weights.dtype),
@@ -272,7 +291,7 @@ class Engine:
             out_specs=out_specs,
             check_vma=False,
         )
-        result = sharded(pad(weights), jax.tree.map(pad, scenario), body)
+        result = sharded(pad(weights), jax.tree.map(pad, scenario), pad(wanted), body)
         return jax.tree.map(lambda x: x[..., :n_lanes], result)
 
 

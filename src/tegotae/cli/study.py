@@ -23,7 +23,8 @@ class StudyRun:
     dir: Path
     """The study's folder."""
     scale: str = "quick"
-    """smoke (seconds), quick (all architectures, few runs) or paper (218 models, 15 runs)."""
+    """smoke (seconds), quick (all architectures, few runs), paper (218 models, 15 runs, to the
+    plateau) or paper-80x16 (the same with the paper's budget)."""
     models: str = "*"
     """Only these models, with * and ? as in a shell."""
     workers: Annotated[int | None, UNSET] = None
@@ -90,10 +91,10 @@ class StudyReport:
         folder = Folder(self.dir)
         records, document = _records(folder), folder.document
         path = output_file(self.out or self.dir / "report.html")
-        seeds, generations = document["seeds"], document["generations"]
         about = (
-            f"Scale {document['scale']}: {len(records)} models, {seeds} runs each, {generations} "
-            f"generations of {document['algorithm']['name']}."
+            f"Scale {document['scale']}: {len(records)} models, {document['seeds']} runs each, "
+            f"by {document['algorithm']['name']} with {document['algorithm']['population']} "
+            f"episodes a generation, at most {document['stopping']['generations']} generations."
         )
         write_atomically(path, report(records, about, self.experiments))
         print(f"The report is {path.resolve()}")
@@ -107,16 +108,27 @@ class StudyExport:
     """The study's folder."""
     out: Path
     """The table: .csv or .parquet."""
+    budgets: Annotated[Path | None, UNSET] = None
+    """Also write a table with a row per model, run and training budget."""
 
     def run(self) -> None:
         """Write it."""
         from tegotae.study.export import write_csv, write_parquet
-        from tegotae.study.table import tabulate
+        from tegotae.study.table import tabulate, tabulate_budgets
 
         writers = {".csv": write_csv, ".parquet": write_parquet}
-        if self.out.suffix not in writers:
-            raise TegotaeError(f"cannot write a table as {self.out.name!r}; use .csv or .parquet")
-        writers[self.out.suffix](tabulate(_records(Folder(self.dir))), self.out)
+        for path in filter(None, (self.out, self.budgets)):
+            if path.suffix not in writers:
+                raise TegotaeError(f"cannot write a table as {path.name!r}; use .csv or .parquet")
+        records = _records(Folder(self.dir))
+        writers[self.out.suffix](tabulate(records), self.out)
+        if self.budgets is not None:
+            table = tabulate_budgets(records)
+            if table is None:
+                raise TegotaeError(
+                    f"{self.dir} was evaluated at the end of training alone; no {self.budgets}"
+                )
+            writers[self.budgets.suffix](table, self.budgets)
 
 
 @dataclass(frozen=True)

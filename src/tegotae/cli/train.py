@@ -22,9 +22,16 @@ from tegotae.training.evolve import Curves
 from tegotae.training.fitness import EPISODE, SETTLE_S
 from tegotae.training.run import Run, train
 from tegotae.training.settings import tuned
+from tegotae.training.stopping import CAP, PLATEAU, RUNNING, SEARCH, Stopping
 
 if TYPE_CHECKING:
     from tegotae.training.agents.learner import Point
+
+
+_USUAL = Stopping()
+_CAP_HINT = f"(default: {_USUAL.generations})"
+_SHARE_HINT = f"(default: {_USUAL.share:g})"
+_GAIN_HINT = f"(default: {_USUAL.tolerance:g})"
 
 
 @dataclass(frozen=True)
@@ -44,8 +51,14 @@ class Train:
     """The first of the seeds."""
     population: Annotated[int | None, tyro.conf.arg(help_behavior_hint="(as tuned)")] = None
     """Episodes per generation and seed, where a population evolves."""
-    generations: Annotated[int | None, tyro.conf.arg(help_behavior_hint="(default: 80)")] = None
-    """Generations in all, where a population evolves."""
+    generations: Annotated[int | None, tyro.conf.arg(help_behavior_hint=_CAP_HINT)] = None
+    """Most generations, where a population evolves."""
+    to_cap: bool = False
+    """Go on to the most generations, plateau or not."""
+    plateau_share: Annotated[float | None, tyro.conf.arg(help_behavior_hint=_SHARE_HINT)] = None
+    """A run ends when this share of its training so far has brought no gain ..."""
+    plateau_tolerance: Annotated[float | None, tyro.conf.arg(help_behavior_hint=_GAIN_HINT)] = None
+    """... of more than this fitness [m/J]."""
     episodes: Annotated[int | None, tyro.conf.arg(help_behavior_hint="(default: 1000)")] = None
     """Episodes in all and per seed, where an agent learns."""
     algorithm: str = "pgpe"
@@ -85,7 +98,7 @@ class Train:
         self._refuse("episodes", AGENTS)
         chosen = {} if self.population is None else {"population": self.population}
         run = Run(
-            generations=80 if self.generations is None else self.generations,
+            stopping=self._stopping,
             algorithm=replace(tuned(self.algorithm), **chosen),
             **self._common,
         )
@@ -93,13 +106,14 @@ class Train:
 
         def on_generation(generation: int, curves: Curves) -> None:
             if log is not None:
-                log(generation, {k: float(np.mean(v)) for k, v in curves._asdict().items()})
+                log(generation, {k: float(np.nanmean(v)) for k, v in curves._asdict().items()})
 
         return train(run, out, on_generation=on_generation)
 
     def _agents(self, out: Path) -> list[Path]:
         self._refuse("population", ALGORITHMS)
-        self._refuse("generations", ALGORITHMS)
+        for option in ("generations", "plateau_share", "plateau_tolerance"):
+            self._refuse(option, ALGORITHMS)
         run = AgentRun(
             episodes=1000 if self.episodes is None else self.episodes,
             settings=tuned(self.algorithm),
@@ -112,6 +126,17 @@ class Train:
                 log(round(point.episode), {f"cot_inverse/seed{seed}": point.cot_inverse})
 
         return train_agents(run, out, on_point=on_point)
+
+    @property
+    def _stopping(self) -> Stopping:
+        """When a run of an evolution ends."""
+        given = {
+            "generations": self.generations,
+            "share": self.plateau_share,
+            "tolerance": self.plateau_tolerance,
+        }
+        chosen = replace(_USUAL, **{name: x for name, x in given.items() if x is not None})
+        return Stopping.after(chosen.generations) if self.to_cap else chosen
 
     @property
     def _common(self) -> dict[str, Any]:
@@ -128,7 +153,8 @@ class Train:
     def _refuse(self, option: str, owners: Iterable[str]) -> None:
         if getattr(self, option) is not None:
             raise TegotaeError(
-                f"--{option} belongs to {', '.join(owners)}; {self.algorithm} has no such option"
+                f"--{option.replace('_', '-')} belongs to {', '.join(owners)}; "
+                f"{self.algorithm} has no such option"
             )
 
 
@@ -152,19 +178,30 @@ def _logger(out: Path) -> Callable[[int, dict[str, float]], None]:
     return log
 
 
+_ENDED = {
+    PLATEAU: "on its plateau",
+    CAP: "at the cap: more generations may bring more",
+    SEARCH: "found by search",
+    RUNNING: "not yet",
+}
+"""Why a training ended, in words."""
+
+
 def _summarise(paths: list[Path], unit: str) -> None:
     """How each seed's training went, counted in generations or episodes."""
     from tegotae.controller_file import load
 
     found = [(path, load(path).training) for path in paths]
+    evolved = all("ended" in training for _, training in found)
     print_rows(
-        ("controller", "fitness", f"best {unit}", f"{unit}s"),
+        ("controller", "fitness", f"best {unit}", f"{unit}s", *(["ended"] if evolved else [])),
         (
             (
                 str(path),
                 f"{training['best_fitness']:.4f}",
                 f"{training[f'best_{unit}']:g}",
                 f"{training[f'{unit}s']:g}",
+                *([_ENDED[training["ended"]]] if evolved else []),
             )
             for path, training in found
         ),

@@ -13,7 +13,7 @@ import numpy as np
 from tegotae.bodies import Body
 from tegotae.errors import TegotaeError, require_finite
 from tegotae.metrics.efficiency import check_work, cot_inverse, work_total
-from tegotae.metrics.hopping import hops
+from tegotae.metrics.hopping import dies_out, hops
 from tegotae.metrics.limit_cycle import LimitCycle, settled
 from tegotae.metrics.recording import from_samples
 from tegotae.metrics.smoothness import FORCE_PERIOD_S, smoothness
@@ -23,8 +23,6 @@ from tegotae.rollout import Scenario, Timing, Trajectory
 FAILED, AT_REST, UNSETTLED, LIMIT_CYCLE = range(4)
 REGIMES = ("failed", "at rest", "no limit cycle", "limit cycle")
 """What a gait can be; `Gait.regime` is an index into it."""
-
-_REST_SHARE = 0.25  # of the window: without a hop for so long at its end, the body rests
 
 
 class Gait(NamedTuple):
@@ -106,7 +104,7 @@ def gait(
     failed = trajectory.failed[-1]
     found = cycle.found & ~failed
     last_hop_s = jnp.max(jnp.where(table.time_s <= end_s[None], table.time_s, -jnp.inf), axis=0)
-    rests = last_hop_s < end_s - _REST_SHARE * len(trajectory.time_s) * frame_s
+    rests = dies_out(last_hop_s, end_s)
     regime = jnp.where(
         failed, FAILED, jnp.where(found, LIMIT_CYCLE, jnp.where(rests, AT_REST, UNSETTLED))
     )

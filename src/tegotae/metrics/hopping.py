@@ -21,6 +21,24 @@ def hop_height_m(rest_length_m: Any, ground_m: Any = 0.0) -> Any:
     return (1.0 + HOP_CLEARANCE) * rest_length_m + ground_m
 
 
+REST_SHARE = 0.25
+"""A body that makes no hop in this last share of its time rests."""
+
+
+def dies_out(last_hop_s: Any, duration_s: Any) -> Any:
+    """Whether a gait is over: no hop in the last quarter of the time from the release on.
+
+    Args:
+        last_hop_s: time of the last apex of a hop [s], any shape; minus infinity without one.
+        duration_s: the time that it is looked at, from the release on [s].
+
+    Example:
+        >>> bool(dies_out(14.0, 20.0)), bool(dies_out(16.0, 20.0))
+        (True, False)
+    """
+    return last_hop_s < (1.0 - REST_SHARE) * duration_s
+
+
 class Hops(NamedTuple):
     """The apexes of the hops of every lane, in the order of time: arrays of shape [rows, lanes].
 

@@ -17,7 +17,16 @@ from tegotae.study.record import SUFFIX, write
 from tegotae.study.table import Table
 from tegotae.study.unit import key_of
 
-_WORDS = ("model", "architecture", "learned", "reaction", "gain", "actuation", "observation")
+_WORDS = (
+    "model",
+    "architecture",
+    "learned",
+    "reaction",
+    "gain",
+    "actuation",
+    "observation",
+    "ended",
+)
 """Columns of the table that are no numbers."""
 
 

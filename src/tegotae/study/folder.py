@@ -87,7 +87,7 @@ class Folder:
             raise TegotaeError(f"cannot read {place}: {error.strerror}") from None
         except (ValueError, TypeError):
             found = {}
-        if not {"scale", "seeds", "generations", "algorithm"} <= found.keys():
+        if not {"scale", "seeds", "stopping", "algorithm"} <= found.keys():
             raise TegotaeError(f"{place} is damaged; choose another folder")
         return found
 

@@ -17,7 +17,12 @@ from tegotae.study.unit import FORMAT, Unit
 from tegotae.training.algorithms import PGPE, Algorithm
 from tegotae.training.fitness import EPISODE, SETTLE_S
 from tegotae.training.run import Run
-from tegotae.training.settings import tuned
+from tegotae.training.settings import configuration, tuned
+from tegotae.training.stopping import Stopping
+
+BUDGETS = (1280, 2560, 5120, 10240)
+"""Training budgets [episodes] on the way to the plateau at which runs are evaluated, too. The first
+is 80 generations of 16 episodes."""
 
 _PLAIN = ("reflex", "sector", "tphif")
 
@@ -36,8 +41,10 @@ class Plan:
     """Names of the models."""
     seeds: int
     """Runs per model."""
-    generations: int
-    """Generations of training."""
+    stopping: Stopping = field(default_factory=Stopping)
+    """When a run ends."""
+    budgets: tuple[int, ...] = BUDGETS
+    """After how many episodes of training runs are evaluated, too."""
     algorithm: Algorithm = field(default_factory=partial(tuned, "pgpe"))
     timing: Timing = EPISODE
     settle_s: float = SETTLE_S
@@ -46,7 +53,6 @@ class Plan:
 
     def __post_init__(self) -> None:
         require_count("seeds", self.seeds)
-        require_count("generations", self.generations)
 
     @property
     def units(self) -> list[Unit]:
@@ -61,13 +67,13 @@ class Plan:
         run = Run(
             model=model,
             seeds=tuple(range(self.seeds)),
-            generations=self.generations,
+            stopping=self.stopping,
             algorithm=self.algorithm,
             timing=self.timing,
             settle_s=self.settle_s,
             budget=self.budget,
         )
-        return Unit(run, self.protocol)
+        return Unit(run, self.protocol, self.budgets)
 
     @property
     def document(self) -> dict[str, Any]:
@@ -97,7 +103,8 @@ def plan(scale: str, pattern: str = "*") -> Plan:
 
     - `smoke`: three small models for seconds, to see that everything works;
     - `quick`: every architecture, on [F_k] and [F_k, ẏ], with its plain actuation, 5 runs each;
-    - `paper`: all 218 models, 15 runs each.
+    - `paper`: all 218 models, 15 runs each, trained to the plateau;
+    - `paper-80x16`: the same with the budget that the paper names, 80 generations of 16 episodes.
 
     Raises:
         TegotaeError: for an unknown scale, or a pattern that matches none of the scale's models.
@@ -116,7 +123,8 @@ def _smoke() -> Plan:
         scale="smoke",
         models=("V-sector-w8", "ART-rF-tphif-w8", "T-Fv"),
         seeds=2,
-        generations=3,
+        stopping=Stopping.after(3),
+        budgets=(16,),
         algorithm=PGPE(population=8),
         timing=Timing(duration_s=4.0, tick_s=0.002),
         settle_s=2.0,
@@ -133,13 +141,23 @@ def _quick() -> Plan:
         return model.actuation_name in _PLAIN and len(sensed) < 2 and not half_learned
 
     models = tuple(name for name, model in all_models().items() if plain(model))
-    return Plan(scale="quick", models=models, seeds=5, generations=50)
+    return Plan(scale="quick", models=models, seeds=5)
 
 
 def _paper() -> Plan:
-    return Plan(scale="paper", models=tuple(all_models()), seeds=15, generations=80)
+    return Plan(scale="paper", models=tuple(all_models()), seeds=15)
 
 
-_SCALES = {"smoke": _smoke, "quick": _quick, "paper": _paper}
+def _paper_80x16() -> Plan:
+    return dataclasses.replace(
+        _paper(),
+        scale="paper-80x16",
+        algorithm=configuration("pgpe-80x16").settings,
+        stopping=Stopping.after(80),
+        budgets=(),
+    )
+
+
+_SCALES = {"smoke": _smoke, "quick": _quick, "paper": _paper, "paper-80x16": _paper_80x16}
 SCALES = tuple(_SCALES)
 """The names of the scales."""

@@ -16,6 +16,11 @@ from tegotae.files import write_atomically
 
 SUFFIX = ".record.npz"
 
+_PLAIN = ("weights", "best_fitness", "generations", "ended", "omega")
+"""Entries of a record that are arrays."""
+_NAMED = {"curve_": "curves", "metric_": "episodes", "budget_": "at_budgets"}
+"""Entries that are arrays by name, by what their names begin with in a file."""
+
 
 class DamagedRecordError(TegotaeError):
     """A record that cannot be read, or does not hold what it says."""
@@ -30,23 +35,40 @@ class Record:
         software: versions of the programs that made it.
         weights: the learned weights, shape [runs, n_weights].
         best_fitness: fitness of the best distribution seen, shape [runs].
-        curves: learning curves by name, each of shape [generations, runs].
+        generations: of each run, shape [runs].
+        ended: why each run ended: "plateau", "cap" or "search", shape [runs].
+        curves: learning curves by name, each of shape [generations, runs]; NaN after a run's end.
         omega: frequencies of the evaluated episodes [rad/s], shape [episodes].
         episodes: metrics by name, each of shape [runs, episodes]; NaN where undefined.
+        at_budgets: the same after some budgets of training (the configuration's `budgets`), each of
+            shape [budgets, runs, episodes]; empty for what is not trained.
     """
 
     configuration: dict[str, Any]
     software: dict[str, str]
     weights: np.ndarray
     best_fitness: np.ndarray
+    generations: np.ndarray
+    ended: np.ndarray
     curves: dict[str, np.ndarray]
     omega: np.ndarray
     episodes: dict[str, np.ndarray]
+    at_budgets: dict[str, np.ndarray]
 
     @property
     def model(self) -> str:
         """The model's name."""
         return self.configuration["model"]
+
+    @property
+    def population(self) -> int:
+        """Episodes of training per generation."""
+        return self.configuration["algorithm"]["population"]
+
+    @property
+    def budgets(self) -> list[int]:
+        """After how many episodes of training it was evaluated, too."""
+        return self.configuration["budgets"]
 
 
 def write(record: Record, path: Path) -> None:
@@ -55,9 +77,9 @@ def write(record: Record, path: Path) -> None:
     Raises:
         TegotaeError: if it cannot be written, such as for want of space.
     """
-    arrays = {"weights": record.weights, "best_fitness": record.best_fitness, "omega": record.omega}
-    arrays |= {f"curve_{name}": values for name, values in record.curves.items()}
-    arrays |= {f"metric_{name}": values for name, values in record.episodes.items()}
+    arrays = {name: getattr(record, name) for name in _PLAIN}
+    for prefix, name in _NAMED.items():
+        arrays |= {f"{prefix}{key}": values for key, values in getattr(record, name).items()}
     header = {"configuration": record.configuration, "software": record.software}
     text = json.dumps(header, sort_keys=True)
     stream = io.BytesIO()
@@ -84,14 +106,15 @@ def read(path: Path) -> Record:
         if checksum != _checksum(text, arrays):
             raise ValueError("its checksum is wrong")
         header = json.loads(text)
+        plain: dict[str, Any] = {name: arrays[name] for name in _PLAIN}
+        named: dict[str, Any] = {
+            name: _with_prefix(arrays, prefix) for prefix, name in _NAMED.items()
+        }
         return Record(
             header["configuration"],
             header["software"],
-            arrays["weights"],
-            arrays["best_fitness"],
-            _with_prefix(arrays, "curve_"),
-            arrays["omega"],
-            _with_prefix(arrays, "metric_"),
+            **plain,
+            **named,
         )
     except Exception as error:  # a flipped bit in a zip archive may raise nearly anything
         why = (str(error).splitlines() or [type(error).__name__])[0]

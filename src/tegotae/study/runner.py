@@ -95,7 +95,7 @@ def bundles(units: Sequence[Unit]) -> list[list[Unit]]:
     """Units in groups that share a compiled program."""
     groups: dict[object, list[Unit]] = {}
     for unit in units:
-        groups.setdefault(unit.run.training, []).append(unit)
+        groups.setdefault(unit.run.training.program, []).append(unit)
     return list(groups.values())
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
@@ -20,7 +21,8 @@ class Table:
 
     Args:
         columns: by name: `model`, `architecture`, `learned`, `reaction`, `gain`, `actuation`,
-            `observation`, `omega_t` [rad/s], `run`, `best_fitness`, and every one of `METRICS`.
+            `observation`, `omega_t` [rad/s], `run`, `best_fitness`, `episodes_trained`, `ended`,
+            and every one of `METRICS`; in a table of budgets also `training_budget` [episodes].
     """
 
     columns: dict[str, np.ndarray]
@@ -56,29 +58,68 @@ class Table:
 
 def tabulate(records: Iterable[Record]) -> Table:
     """The table of some records, in the order of the registry of models."""
-    by_model = {record.model: record for record in records}
-    known = [by_model[name] for name in all_models() if name in by_model]
     return of_runs(
-        (
-            record.model,
-            record.best_fitness,
-            {m: mean_defined(values) for m, values in record.episodes.items()},
-        )
-        for record in known
+        (record.model, _training(record), _means(record.episodes)) for record in _ordered(records)
     )
 
 
-def of_runs(sets: Iterable[tuple[str, np.ndarray, dict[str, np.ndarray]]]) -> Table:
-    """The table of (model's name, fitness of its runs [runs], metrics of its runs [runs] each)."""
+def tabulate_budgets(records: Iterable[Record]) -> Table | None:
+    """The same after each budget of training, in the column `training_budget`; None without any.
+
+    What is not trained is the same after each.
+    """
+    rows = []
+    for record in _ordered(records):
+        for i, budget in enumerate(record.budgets):
+            training = _training(record)
+            episodes = np.minimum(training.pop("episodes_trained"), budget)
+            training |= {"training_budget": np.full(len(episodes), budget)}
+            training |= {"episodes_trained": episodes, "best_fitness": _best(record, budget)}
+            metrics = {name: values[i] for name, values in record.at_budgets.items()}
+            rows.append((record.model, training, _means(metrics or record.episodes)))
+    return of_runs(rows) if rows else None
+
+
+def _ordered(records: Iterable[Record]) -> list[Record]:
+    by_model = {record.model: record for record in records}
+    return [by_model[name] for name in all_models() if name in by_model]
+
+
+def _means(episodes: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    return {name: mean_defined(values) for name, values in episodes.items()}
+
+
+def _training(record: Record) -> dict[str, np.ndarray]:
+    """How each run's training went, [runs] each."""
+    return {
+        "best_fitness": record.best_fitness,
+        "episodes_trained": record.generations * record.population,
+        "ended": record.ended,
+    }
+
+
+def _best(record: Record, budget: int) -> np.ndarray:
+    """Best fitness of the distribution's mean within a budget of episodes, [runs]."""
+    if not record.curves:
+        return record.best_fitness
+    generations = math.ceil(budget / record.population)
+    return np.nanmax(record.curves["centre_fitness"][:generations], axis=0)
+
+
+def of_runs(sets: Iterable[tuple[str, dict[str, np.ndarray], dict[str, np.ndarray]]]) -> Table:
+    """The table of (model's name, training of its runs, metrics of its runs), [runs] each.
+
+    A metric that is not there is undefined.
+    """
     rows: dict[str, list] = {}
-    for name, fitness, metrics in sets:
+    for name, training, metrics in sets:
         place = design(find(name))
-        for i, value in enumerate(fitness):
+        for i in range(len(training["best_fitness"])):
             row = {
                 **place,
                 "run": i,
-                "best_fitness": float(value),
-                **{m: float(metrics[m][i]) for m in METRICS},
+                **{key: values[i].item() for key, values in training.items()},
+                **{m: float(metrics[m][i]) if m in metrics else np.nan for m in METRICS},
             }
             for key, entry in row.items():
                 rows.setdefault(key, []).append(entry)

@@ -5,27 +5,46 @@ from __future__ import annotations
 import dataclasses
 import hashlib
 import json
+import math
 from dataclasses import dataclass, field
-from typing import Any
+from itertools import pairwise
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from tegotae.evaluation import Protocol, evaluate
+from tegotae.errors import TegotaeError, require_count
+from tegotae.evaluation import Protocol, drawn_releases, evaluate
 from tegotae.study.record import Record
-from tegotae.training.evolve import Curves, evolve, start
-from tegotae.training.run import Run, software
-from tegotae.training.search import best_gain
+from tegotae.training.evolve import Curves
+from tegotae.training.run import Run, ends, software
+from tegotae.training.stopping import SEARCH
 
-FORMAT = 1
+FORMAT = 2
 """Changed whenever the same configuration would give other numbers."""
 
 
 @dataclass(frozen=True)
 class Unit:
-    """What is trained, and how it is then evaluated."""
+    """What is trained, and how it is then evaluated.
+
+    Args:
+        run: the training.
+        protocol: the evaluation.
+        budgets: after how many episodes of training it is evaluated, too.
+
+    Raises:
+        TegotaeError: for budgets that are not in rising order.
+    """
 
     run: Run
     protocol: Protocol = field(default_factory=Protocol)
+    budgets: tuple[int, ...] = ()
+
+    def __post_init__(self) -> None:
+        for budget in self.budgets:
+            require_count("budget", budget)
+        if any(a >= b for a, b in pairwise(self.budgets)):
+            raise TegotaeError(f"budgets are {self.budgets}; each must be larger than the last")
 
     @property
     def configuration(self) -> dict[str, Any]:
@@ -33,7 +52,8 @@ class Unit:
         document = {
             "format": FORMAT,
             **self.run.configuration,
-            "generations": self.run.generations,
+            "stopping": dataclasses.asdict(self.run.stopping),
+            "budgets": list(self.budgets),
             "protocol": dataclasses.asdict(self.protocol),
         }
         return json.loads(json.dumps(document))
@@ -50,40 +70,88 @@ def key_of(configuration: dict[str, Any]) -> str:
     return f"{configuration['model']}-{hashlib.sha256(canonical.encode()).hexdigest()[:12]}"
 
 
+class _Learned(NamedTuple):
+    """What a training ended in, and what it had been at some budgets on the way."""
+
+    weights: np.ndarray
+    """Shape [runs, n_weights]."""
+    fitness: np.ndarray
+    """[runs]."""
+    generations: np.ndarray
+    """Of each run, [runs]."""
+    ended: list[str]
+    """Why each run ended."""
+    curves: list[Curves]
+    """Generation by generation."""
+    at_budgets: list[np.ndarray]
+    """The weights at each of the unit's budgets, [runs, n_weights]."""
+
+
 def work(unit: Unit) -> Record:
     """Train a unit from random weights and evaluate what came out. Deterministic."""
     run = unit.run
-    training = run.training
-    if run.model.is_trained:
-        progress = start(training, run.seeds)
-        curves: list[Curves] = []
-        omega = run.model.omega_t or 0.0
-        steps = evolve(training, progress, run.seeds, omega, run.generations, run.hopper)
-        for step in steps:
-            progress, generation = step
-            curves.append(generation)
-        weights, fitness = np.asarray(progress.best_weights), np.asarray(progress.best_fitness)
-    else:
-        # The search has no randomness: it is one run, whatever the seeds.
-        gain, best = best_gain(
-            training.controller,
-            run.model.omega_t or 0.0,
-            run.hopper,
-            fitness=run.fitness,
-            timing=run.timing,
-        )
-        weights, fitness, curves = np.array([[gain]]), np.array([best]), []
-    found = evaluate(training.controller, weights, run.model.omega_t, run.hopper, unit.protocol)
+    model, protocol = run.model, unit.protocol
+    n_runs = len(run.seeds)
+    learned = _trained(unit) if model.is_trained else _searched(run)
+    # A search has no randomness. What spreads are the conditions that its outcome starts from.
+    releases = None if model.is_trained else drawn_releases(n_runs, protocol.release_m)
+    controller = model.controller(run.budget)
+    sets = np.concatenate([learned.weights, *learned.at_budgets])
+    found = evaluate(controller, sets, model.omega_t, run.hopper, protocol, releases)
+
+    def at(number: int) -> dict[str, np.ndarray]:
+        rows = slice(number * n_runs, (number + 1) * n_runs)
+        return {name: each[rows].astype("float32") for name, each in found.episodes.items()}
+
+    budgets = range(1, 1 + len(learned.at_budgets))
     return Record(
         configuration=unit.configuration,
         software=software(),
-        weights=weights.astype("float32"),
-        best_fitness=fitness.astype("float32"),
+        weights=learned.weights.astype("float32"),
+        best_fitness=learned.fitness.astype("float32"),
+        generations=learned.generations,
+        ended=np.array(learned.ended),
         curves={
-            name: np.stack([getattr(c, name) for c in curves]).astype("float32")
+            name: np.stack([getattr(c, name) for c in learned.curves]).astype("float32")
             for name in Curves._fields
-            if curves
+            if learned.curves
         },
         omega=found.omega,
-        episodes={name: values.astype("float32") for name, values in found.episodes.items()},
+        episodes=at(0),
+        at_budgets={
+            name: np.stack([at(number)[name] for number in budgets])
+            for name in found.episodes
+            if budgets
+        },
+    )
+
+
+def _trained(unit: Unit) -> _Learned:
+    run = unit.run
+    budgets = [math.ceil(episodes / run.algorithm.population) for episodes in unit.budgets]
+    curves: list[Curves] = []
+    snapshots: list[np.ndarray] = []
+    progress = begun = run.start()
+    for progress, generation in run.evolve(begun):
+        curves.append(generation)
+        if len(snapshots) < len(budgets) and len(curves) == budgets[len(snapshots)]:
+            snapshots.append(np.asarray(progress.best_weights))
+    weights = np.asarray(progress.best_weights)
+    # A training that ended before a budget is at that budget what it ended in.
+    snapshots += [weights] * (len(budgets) - len(snapshots))
+    return _Learned(
+        weights,
+        np.asarray(progress.best_fitness),
+        np.asarray(progress.generation),
+        ends(run, curves),
+        curves,
+        snapshots,
+    )
+
+
+def _searched(run: Run) -> _Learned:
+    gain, fitness = run.search()
+    n = len(run.seeds)
+    return _Learned(
+        np.full((n, 1), gain), np.full(n, fitness), np.zeros(n, int), [SEARCH] * n, [], []
     )

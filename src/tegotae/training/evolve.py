@@ -17,7 +17,8 @@ from tegotae.controller import Controller
 from tegotae.errors import TegotaeError
 from tegotae.rollout import Engine, Scenario, Timing, check_senses
 from tegotae.training.algorithms import PGPE, Algorithm
-from tegotae.training.fitness import EPISODE, Fitness
+from tegotae.training.fitness import EPISODE, Fitness, Weighing, weigh
+from tegotae.training.stopping import RUNNING, Stopping
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,11 +46,23 @@ class Training:
     @property
     def engine(self) -> Engine:
         """The engine that rolls out the episodes."""
-        return Engine(controller=self.controller, timing=self.timing, summary=self.fitness)
+        return Engine(controller=self.controller, timing=self.timing, summary=self.fitness.judged)
+
+    @property
+    def program(self) -> Training:
+        """The part that is compiled: settings of algorithm and fitness are data."""
+        return dataclasses.replace(
+            self,
+            algorithm=self.algorithm.program,
+            fitness=Fitness(settle_s=self.fitness.settle_s),
+        )
 
 
 class Progress(NamedTuple):
-    """Where a training is, after some generations; arrays with one entry per seed."""
+    """Where a training is, after some generations; arrays with one entry per seed.
+
+    Seeds that have ended stand still.
+    """
 
     generation: Any
     """Generations done."""
@@ -66,7 +79,7 @@ class Progress(NamedTuple):
 
 
 class Curves(NamedTuple):
-    """One generation's learning curves, each of shape [seeds]."""
+    """One generation's learning curves, each of shape [seeds]; NaN where a seed has ended."""
 
     centre_fitness: Any
     """Fitness of the distribution's mean."""
@@ -110,18 +123,23 @@ def evolve(
     progress: Progress,
     seeds: Sequence[int],
     omega: float,
-    generations: int,
+    stopping: Stopping,
     body: Body | None = None,
+    *,
+    release_m: float = 1.2,
+    fitness: Any = None,
 ) -> Iterator[tuple[Progress, Curves]]:
-    """Train on, one generation at a time, until `generations` are done.
+    """Train on, one generation at a time, until every seed has ended.
 
     Args:
         training: what and how.
         progress: from `start`, or where an earlier training stopped.
         seeds: the seeds that `progress` was started with.
         omega: prescribed frequency ω_t [rad/s].
-        generations: generations in all, those of `progress` included.
+        stopping: when a seed ends.
         body: the body; the paper's hopper by default.
+        release_m: height of the release [m], at rest.
+        fitness: of an earlier training its `Curves.centre_fitness`, [generations, seeds].
 
     Yields:
         the new progress and the generation's curves (NumPy arrays).
@@ -130,17 +148,38 @@ def evolve(
     check_senses(training.controller, driven)
     driven.check_tick(training.timing.tick_s)
     driven = jax.tree.map(lambda x: jnp.asarray(x, "float32"), driven)
-    done = int(np.asarray(progress.generation)[0])
-    # Settings are data: trainings that differ in them alone are one compiled program.
     parameters = training.algorithm.parameters(training.controller.n_weights)
-    program = dataclasses.replace(training, algorithm=training.algorithm.program)
-    for _ in range(done, generations):
+    scenario = Scenario(*map(np.float32, Scenario(omega, height_m=release_m)))
+    seen = [] if fitness is None else list(np.asarray(fitness))
+    if len(seen) != np.max(progress.generation):
+        raise TegotaeError(
+            f"the fitness of {len(seen)} generations was given for a training of "
+            f"{np.max(progress.generation)}"
+        )
+    going = _going(stopping, seen, len(seeds))
+    while going.any():
         # As host arrays the start and later progress are of the same type: one compilation.
         progress = jax.tree.map(np.asarray, progress)
         progress, curves = _generation(
-            program, parameters, progress, jnp.asarray(seeds), jnp.float32(omega), driven
+            training.program,
+            parameters,
+            training.fitness.weighing,
+            progress,
+            jnp.asarray(seeds),
+            going,
+            scenario,
+            driven,
         )
-        yield progress, jax.tree.map(np.asarray, curves)
+        curves = jax.tree.map(np.asarray, curves)
+        seen.append(curves.centre_fitness)
+        yield progress, curves
+        going = _going(stopping, seen, len(seeds))
+
+
+def _going(stopping: Stopping, fitness: list[np.ndarray], n_seeds: int) -> np.ndarray:
+    """Which seeds go on, [seeds]."""
+    curves = np.array(fitness).reshape(len(fitness), n_seeds)
+    return np.array([reason == RUNNING for reason in stopping.reasons(curves)])
 
 
 def _per_weight(std: jax.Array, centre: jax.Array) -> jax.Array:
@@ -152,13 +191,16 @@ def _per_weight(std: jax.Array, centre: jax.Array) -> jax.Array:
 def _generation(
     training: Training,
     parameters: Any,
+    weighing: Weighing,
     progress: Progress,
     seeds: jax.Array,
-    omega: jax.Array,
+    going: jax.Array,
+    scenario: Scenario,
     body: Body,
 ) -> tuple[Progress, Curves]:
     n_weights = training.controller.n_weights
     strategy = training.algorithm.strategy(n_weights)
+    before = progress
 
     def keys(seed: jax.Array, generation: jax.Array) -> jax.Array:
         return jax.random.split(jax.random.fold_in(jax.random.key(seed), generation), 2)
@@ -172,9 +214,14 @@ def _generation(
     everyone = jnp.concatenate([samples, centre[:, None]], axis=1)
     n_seeds, per_seed = everyone.shape[:2]
     lanes = n_seeds * per_seed
-    scenario = Scenario(*(jnp.full((lanes,), x, "float32") for x in Scenario(omega)))
-    outcome = training.engine.trace(everyone.reshape(lanes, n_weights).T, scenario, body)
-    outcome = {name: x.reshape(n_seeds, per_seed) for name, x in outcome.items()}
+    # Seeds that go on come first: blocks of lanes that are all of ended ones cost nothing.
+    order = jnp.argsort(~going, stable=True)
+    everyone = everyone[order].reshape(lanes, n_weights).T
+    each = Scenario(*(jnp.broadcast_to(x, (lanes,)) for x in scenario))
+    wanted = jnp.repeat(going[order], per_seed)
+    outcome = weigh(training.engine.trace(everyone, each, body, wanted), weighing)
+    back = jnp.argsort(order)
+    outcome = {name: x.reshape(n_seeds, per_seed)[back] for name, x in outcome.items()}
     fitness, own = outcome["fitness"][:, :-1], outcome["fitness"][:, -1]
 
     search, _ = jax.vmap(strategy.tell, in_axes=(0, 0, 0, 0, None))(
@@ -199,4 +246,9 @@ def _generation(
         fitness.max(axis=1),
         1.0 - sound.mean(axis=1),
     )
-    return progress, curves
+
+    def where_going(new: jax.Array, old: jax.Array) -> jax.Array:
+        return jnp.where(going.reshape(-1, *[1] * (new.ndim - 1)), new, old)
+
+    progress = jax.tree.map(where_going, progress, before)
+    return progress, jax.tree.map(lambda x: jnp.where(going, x, jnp.nan), curves)

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import jax.numpy as jnp
+import numpy as np
 
 from tegotae.bodies import Body
 from tegotae.errors import TegotaeError, require_finite
-from tegotae.metrics.efficiency import WORK, cot_inverse, work_total
-from tegotae.metrics.hopping import hop_height_m
+from tegotae.metrics.efficiency import WORK, check_work, cot_inverse, work_total
+from tegotae.metrics.hopping import dies_out, hop_height_m
 from tegotae.metrics.spectrum import REST_RANGE_M, delta_omega, peak, rest_delta_omega, spectrum
 from tegotae.rollout import Scenario, Timing, Trajectory
 
@@ -27,13 +28,112 @@ SETTLE_S = 12.0
 _TIE_BREAK = 1e-3
 
 
+class Outcome(NamedTuple):
+    """What an episode is judged by, whatever the definition of fitness: shape [lanes] each."""
+
+    cot_inverse: Any
+    """CoT⁻¹ over whole hops [m/J] by each definition of `WORK`, shape [definitions, lanes]."""
+    delta_omega: Any
+    """ΔΩ (equation 13)."""
+    climb_m: Any
+    """Height climbed in the whole episode [m]."""
+    survived: Any
+    """Share of the episode before the rollout failed; 1 if it did not."""
+    failed: Any
+    """Whether it failed."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Judged:
+    """What of an episode counts: an `Engine`'s summary that returns an `Outcome`.
+
+    CoT⁻¹ is taken over whole hops, from apex to apex, the last ones of the settled part. Of three
+    or more an even number is taken, so that a gait that alternates between two hops is paid for
+    both alike. At an apex nothing is climbed and no work is done, so that totals at the end of the
+    apex's frame are those at the apex.
+
+    Args:
+        settle_s: time left to settle [s].
+    """
+
+    settle_s: float = SETTLE_S
+
+    def __call__(
+        self, trajectory: Trajectory, scenario: Scenario, body: Body, timing: Timing
+    ) -> Outcome:
+        """The outcome of every lane."""
+        first = round(self.settle_s / timing.frame_s)
+        apex = trajectory.apex_height_m[first:]
+        # NaN in frames without an apex compares as false.
+        is_hop = apex >= hop_height_m(body.rest_length_m, trajectory.ground_m[first:])
+        counted = jnp.cumsum(is_hop, axis=0, dtype=jnp.int32)
+        whole = counted[-1] - 1
+        skipped = jnp.where((whole > 2) & (whole % 2 == 1), 1, 0)
+        begins = is_hop & (counted == 1 + skipped[None])
+        ends = is_hop & (counted == counted[-1:])
+
+        def over_hops(total: Any) -> Any:
+            window = total[first:]
+            at_end = jnp.where(ends, window, 0.0).sum(axis=0)
+            return at_end - jnp.where(begins, window, 0.0).sum(axis=0)
+
+        last_hop_s = jnp.max(jnp.where(is_hop, trajectory.time_s[first:], -jnp.inf), axis=0)
+        goes_on = ~dies_out(last_hop_s, timing.duration_s)
+        climb = jnp.where(goes_on, over_hops(trajectory.climb_flight_m), 0.0)
+        work = [over_hops(work_total(trajectory, definition)) for definition in WORK]
+
+        height = trajectory.height_m[first:]
+        w_peak, a_peak = peak(spectrum(height, timing.frame_s))
+        gap = jnp.where(
+            height.max(axis=0) - height.min(axis=0) < REST_RANGE_M,
+            rest_delta_omega(scenario.omega),
+            delta_omega(scenario.omega, w_peak, a_peak),
+        )
+        return Outcome(
+            cot_inverse=jnp.stack([cot_inverse(climb, each) for each in work]),
+            delta_omega=gap,
+            climb_m=trajectory.climb_m[-1],
+            survived=jnp.mean(jnp.where(trajectory.failed, 0.0, 1.0), axis=0),
+            failed=trajectory.failed[-1],
+        )
+
+
+class Weighing(NamedTuple):
+    """What makes a fitness of an outcome: data of a compiled program."""
+
+    definition: Any
+    """1 at the definition of work that counts, 0 elsewhere, in the order of `WORK`."""
+    follow_omega: Any
+    """1 if ΔΩ counts, else 0."""
+
+
+def weigh(outcome: Outcome, by: Weighing) -> dict[str, Any]:
+    """Fitness and its parts, each of shape [lanes].
+
+    Among controllers of equal fitness, such as those of early generations that do nothing at all,
+    the one that climbs more in the whole episode is better, by less than 1e-3: without this nothing
+    could be learned from them.
+    """
+    shares = jnp.asarray(by.definition, outcome.cot_inverse.dtype)
+    cot = (shares[:, None] * outcome.cot_inverse).sum(axis=0)
+    # A failed lane may hold anything; what is not asked for must not spoil what is.
+    gap = jnp.where(by.follow_omega > 0.0, outcome.delta_omega, 0.0)
+    fitness = cot + gap + _TIE_BREAK * jnp.tanh(outcome.climb_m)
+    return {
+        "fitness": jnp.where(outcome.failed, FAILED + outcome.survived, fitness),
+        "cot_inverse": jnp.where(outcome.failed, 0.0, cot),
+        "delta_omega": gap,
+        "failed": outcome.failed,
+    }
+
+
 @dataclass(frozen=True, kw_only=True)
 class Fitness:
     """`fitness = CoT⁻¹ + ΔΩ` over the settled part of an episode (paper equations 11-13).
 
-    In training the settled part is what follows `settle_s`. Among controllers of equal fitness,
-    such as those of early generations that do nothing at all, the one that climbs more in the
-    whole episode is better, by less than 1e-3: without this nothing could be learned from them.
+    In training the settled part is what follows `settle_s`; of that, CoT⁻¹ is over whole hops
+    (`Judged`) and ΔΩ over all of it. A gait that has died out by the end has a CoT⁻¹ of zero, as in
+    `metrics.gait`.
 
     Args:
         settle_s: time left to settle [s].
@@ -51,8 +151,7 @@ class Fitness:
 
     def __post_init__(self) -> None:
         require_finite("settle_s", self.settle_s, least=0.0)
-        if self.energy not in WORK:
-            raise TegotaeError(f"energy is {self.energy!r}; it must be one of {', '.join(WORK)}")
+        check_work(self.energy)
 
     def check(self, timing: Timing) -> None:
         """Raise `TegotaeError` if an episode leaves too little after settling to be judged."""
@@ -62,37 +161,19 @@ class Fitness:
                 f"{self.settle_s:g} s; make it at least {self.settle_s + 1.0:g} s"
             )
 
+    @property
+    def judged(self) -> Judged:
+        """What of an episode counts: the part of the fitness that is compiled."""
+        return Judged(settle_s=self.settle_s)
+
+    @property
+    def weighing(self) -> Weighing:
+        """How that makes a fitness: the part that is data."""
+        chosen = [float(definition == self.energy) for definition in WORK]
+        return Weighing(np.array(chosen, "float32"), np.float32(self.follow_omega))
+
     def __call__(
         self, trajectory: Trajectory, scenario: Scenario, body: Body, timing: Timing
     ) -> dict[str, Any]:
-        """Fitness and its parts, each of shape [lanes]."""
-        first = round(self.settle_s / timing.frame_s)
-        height = trajectory.height_m[first:]
-        climb = trajectory.climb_flight_m[-1] - trajectory.climb_flight_m[first]
-        work = work_total(trajectory, self.energy)
-        cot = cot_inverse(climb, work[-1] - work[first])
-        rests = height.max(axis=0) - height.min(axis=0) < REST_RANGE_M
-        # A gait that has died out by the last quarter is none, as in `metrics.gait`.
-        late = height.shape[0] - height.shape[0] // 4
-        least = hop_height_m(body.rest_length_m, trajectory.ground_m[first:])
-        hops = (height >= least)[late:].any(axis=0)
-        cot = jnp.where(hops, cot, 0.0)
-        fitness = cot
-        gap = jnp.zeros_like(cot)
-        if self.follow_omega:
-            w_peak, a_peak = peak(spectrum(height, timing.frame_s))
-            gap = jnp.where(
-                rests,
-                rest_delta_omega(scenario.omega),
-                delta_omega(scenario.omega, w_peak, a_peak),
-            )
-            fitness = fitness + gap
-        fitness = fitness + _TIE_BREAK * jnp.tanh(trajectory.climb_m[-1])
-        failed = trajectory.failed[-1]
-        survived = jnp.mean(jnp.where(trajectory.failed, 0.0, 1.0), axis=0)
-        return {
-            "fitness": jnp.where(failed, FAILED + survived, fitness),
-            "cot_inverse": jnp.where(failed, 0.0, cot),
-            "delta_omega": gap,
-            "failed": failed,
-        }
+        """Fitness and its parts, each of shape [lanes]: an `Engine`'s summary."""
+        return weigh(self.judged(trajectory, scenario, body, timing), self.weighing)

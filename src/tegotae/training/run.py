@@ -8,7 +8,7 @@ import io
 import math
 import time
 import zipfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -18,7 +18,7 @@ import numpy as np
 
 from tegotae.bodies import Hopper
 from tegotae.controller import Controller
-from tegotae.errors import TegotaeError, require_count
+from tegotae.errors import TegotaeError, require_count, require_finite
 from tegotae.files import output_folder, write_atomically
 from tegotae.models import BUDGET, Model
 from tegotae.progress import reporting
@@ -28,6 +28,7 @@ from tegotae.training.evolve import Curves, Progress, Training, evolve, start
 from tegotae.training.fitness import EPISODE, SETTLE_S, Fitness
 from tegotae.training.folder import claim, save_controller, versions_of
 from tegotae.training.search import best_gain
+from tegotae.training.stopping import SEARCH, Stopping
 
 _SECONDS_BETWEEN_CHECKPOINTS = 5.0
 
@@ -37,7 +38,9 @@ class Run:
     """All that decides what a training run learns.
 
     Args:
+        stopping: when a run ends; `Stopping.after(n)` for exactly n generations.
         follow_omega: whether ΔΩ counts in the fitness, as in the paper but for its Fig. 3.
+        release_m: height of the release in training [m], at rest.
 
     Raises:
         TegotaeError: for a count below one, seeds that are no distinct numbers from 0 to 2^31 - 1,
@@ -46,7 +49,7 @@ class Run:
 
     model: Model
     seeds: tuple[int, ...] = (0, 1, 2)
-    generations: int = 80
+    stopping: Stopping = field(default_factory=Stopping)
     algorithm: Algorithm = field(default_factory=PGPE)
     timing: Timing = EPISODE
     settle_s: float = SETTLE_S
@@ -54,10 +57,11 @@ class Run:
     follow_omega: bool = True
     budget: int = BUDGET
     hopper: Hopper = field(default_factory=Hopper)
+    release_m: float = 1.2
 
     def __post_init__(self) -> None:
         require_count("seeds", len(self.seeds))
-        require_count("generations", self.generations)
+        require_finite("release_m", self.release_m, above=0.0)
         for seed in self.seeds:
             require_count("seed", seed, least=0)
             if seed >= 2**31:
@@ -87,7 +91,7 @@ class Run:
 
     @property
     def configuration(self) -> dict[str, Any]:
-        """What decides the result, but for the number of generations, as JSON values."""
+        """What decides the result, but for the cap on generations, as JSON values."""
         return {
             "model": self.model.name,
             "seeds": list(self.seeds),
@@ -101,7 +105,37 @@ class Run:
             "follow_omega": self.follow_omega,
             "budget": self.budget,
             "hopper": dataclasses.asdict(self.hopper),
+            "release_m": self.release_m,
+            "stopping": self.stopping.rule,
         }
+
+    def start(self) -> Progress:
+        """Every seed's own random weights."""
+        return start(self.training, self.seeds)
+
+    def evolve(self, progress: Progress, fitness: Any = None) -> Iterator[tuple[Progress, Curves]]:
+        """Train on until every seed has ended; see `tegotae.training.evolve.evolve`."""
+        return evolve(
+            self.training,
+            progress,
+            self.seeds,
+            self.model.omega_t or 0.0,
+            self.stopping,
+            self.hopper,
+            release_m=self.release_m,
+            fitness=fitness,
+        )
+
+    def search(self) -> tuple[float, float]:
+        """The σ of a pure V model, and its fitness."""
+        return best_gain(
+            self.model.controller(self.budget),
+            self.model.omega_t or 0.0,
+            self.hopper,
+            fitness=self.fitness,
+            timing=self.timing,
+            release_m=self.release_m,
+        )
 
 
 def software() -> dict[str, str]:
@@ -131,23 +165,23 @@ def train(
     claim(out, run.configuration, software())
     if not run.model.is_trained:
         return _search(run, out)
-    reached = progress, _ = _resume(run, training, out)
-    omega = run.model.omega_t or 0.0
+    reached = begun, curves = _resume(run, training, out)
     saved_at, paths = -math.inf, []
-    with reporting(run.model.name, run.generations) as reporter:
+    with reporting(run.model.name, run.stopping.generations) as reporter:
         try:
-            steps = evolve(training, progress, run.seeds, omega, run.generations, run.hopper)
-            for progress, new in steps:
+            for progress, new in run.evolve(begun, [c.centre_fitness for c in curves]):
                 # In one assignment: an interrupt must not come between the two.
                 reached = progress, [*reached[1], new]
                 done = len(reached[1])
                 if time.monotonic() - saved_at > _SECONDS_BETWEEN_CHECKPOINTS:
                     _checkpoint(out, *reached)
                     saved_at = time.monotonic()
+                ended = sum(map(bool, ends(run, reached[1])))
                 reporter.update(
                     done,
                     f"fitness {float(np.mean(progress.best_fitness)):+.3f}  "
-                    f"CoT⁻¹ {float(np.mean(new.centre_cot_inverse)):.3f} m/J",
+                    f"CoT⁻¹ {float(np.nanmean(new.centre_cot_inverse)):.3f} m/J  "
+                    f"{ended} of {len(run.seeds)} runs ended",
                 )
                 if on_generation is not None:
                     on_generation(done, new)
@@ -158,8 +192,13 @@ def train(
     return paths
 
 
+def ends(run: Run, curves: Sequence[Curves]) -> list[str]:
+    """Why each seed has ended: on its plateau, at the cap, or not yet (empty)."""
+    return run.stopping.reasons(np.array([c.centre_fitness for c in curves]))
+
+
 def _resume(run: Run, training: Training, out: Path) -> tuple[Progress, list[Curves]]:
-    progress = start(training, run.seeds)
+    progress = run.start()
     path = out / "checkpoint.npz"
     if not path.exists():
         return progress, []
@@ -172,7 +211,7 @@ def _resume(run: Run, training: Training, out: Path) -> tuple[Progress, list[Cur
             raise ValueError("shapes differ")
         curves = [Curves(*generation) for generation in zip(*columns, strict=True)]
         reached = jax.tree.unflatten(structure, [jax.numpy.asarray(x) for x in restored])
-        if np.any(reached.generation != len(curves)):
+        if np.max(reached.generation) != len(curves):
             raise ValueError("curves and progress differ in length")
     except (OSError, EOFError, ValueError, KeyError, zipfile.BadZipFile):
         raise TegotaeError(
@@ -198,13 +237,15 @@ def _write_results(
     table.writerow(["generation", "seed", *Curves._fields])
     for generation, row in enumerate(curves):
         for i, seed in enumerate(run.seeds):
-            table.writerow([generation, seed, *(f"{float(values[i]):.6g}" for values in row)])
+            if generation < progress.generation[i]:
+                table.writerow([generation, seed, *(f"{float(values[i]):.6g}" for values in row)])
     write_atomically(out / "curves.csv", stream.getvalue())
     paths = []
-    for i, seed in enumerate(run.seeds):
+    for i, (seed, reason) in enumerate(zip(run.seeds, ends(run, curves), strict=True)):
         outcome = {
             "seed": seed,
-            "generations": len(curves),
+            "generations": int(progress.generation[i]),
+            "ended": reason,
             "best_fitness": float(progress.best_fitness[i]),
             "best_generation": int(progress.best_generation[i]),
         }
@@ -231,14 +272,13 @@ def _save(
 
 def _search(run: Run, out: Path) -> list[Path]:
     controller = run.model.controller(run.budget)
-    gain, fitness = best_gain(
-        controller, run.model.omega_t or 0.0, run.hopper, fitness=run.fitness, timing=run.timing
-    )
+    gain, fitness = run.search()
     # The search has no randomness: it is one run, whatever the seeds.
     outcome = {
         "seed": run.seeds[0],
         "best_fitness": fitness,
         "generations": 0,
+        "ended": SEARCH,
         "best_generation": 0,
     }
     return [_save(run, controller, np.array([gain]), outcome, out)]

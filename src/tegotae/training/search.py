@@ -20,18 +20,23 @@ def best_gain(
     *,
     fitness: Fitness | None = None,
     timing: Timing | None = None,
+    release_m: float = 1.2,
 ) -> tuple[float, float]:
     """The σ of highest fitness on a fixed grid, and that fitness; deterministic.
 
     Args:
         controller: one whose only weight is σ.
         omega: prescribed frequency ω [rad/s].
+        body: the body; the paper's hopper by default.
+        fitness: the measure.
+        timing: the episode.
+        release_m: height of the release [m], at rest.
     """
     engine = Engine(
         controller=controller,
         timing=timing or EPISODE,
         summary=fitness or Fitness(),
     )
-    outcome = engine.run(GAINS[:, None], Scenario(omega=omega), body)
+    outcome = engine.run(GAINS[:, None], Scenario(omega=omega, height_m=release_m), body)
     best = int(np.argmax(outcome["fitness"]))
     return float(GAINS[best]), float(outcome["fitness"][best])

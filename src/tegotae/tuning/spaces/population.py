@@ -10,8 +10,8 @@ import numpy as np
 
 from tegotae.models import Model
 from tegotae.training.algorithms import Algorithm
-from tegotae.training.evolve import evolve, start
 from tegotae.training.run import Run
+from tegotae.training.stopping import Stopping
 from tegotae.tuning.spaces.base import Space
 from tegotae.tuning.task import Task
 
@@ -36,7 +36,7 @@ def evolved(settings: Algorithm, task: Task, model: Model, seeds: tuple[int, ...
     run = Run(
         model=model,
         seeds=seeds,
-        generations=task.episodes(least=settings.population) // settings.population,
+        stopping=Stopping.after(task.episodes(least=settings.population) // settings.population),
         algorithm=settings,
         timing=task.timing,
         settle_s=task.settle_s,
@@ -45,10 +45,7 @@ def evolved(settings: Algorithm, task: Task, model: Model, seeds: tuple[int, ...
         budget=task.budget,
         hopper=task.hopper,
     )
-    training = run.training
-    begun = start(training, seeds)
-    steps = evolve(training, begun, seeds, model.omega_t or 0.0, run.generations, run.hopper)
-    ((progress, _),) = deque(steps, maxlen=1)
+    ((progress, _),) = deque(run.evolve(run.start()), maxlen=1)
     return [float(fitness) for fitness in np.asarray(progress.best_fitness)]
 
 

@@ -1,0 +1,96 @@
+"""When a training ends: on made-up curves that rise, stay, jump late, or are noisy."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from tegotae import TegotaeError
+from tegotae.training.stopping import CAP, PLATEAU, RUNNING, Stopping
+
+RULE = Stopping(generations=1000, least=40, share=0.5, tolerance=0.01)
+
+
+def end_of(curve: np.ndarray, rule: Stopping = RULE) -> tuple[int, str]:
+    """After how many generations a run ends, and why."""
+    for done in range(1, len(curve) + 1):
+        reason = rule.reason(curve[:done])
+        if reason != RUNNING:
+            return done, reason
+    return len(curve), RUNNING
+
+
+def test_a_curve_that_rises_to_the_end_ends_at_the_cap():
+    assert end_of(np.linspace(0.0, 30.0, 2000)) == (1000, CAP)
+
+
+def test_a_flat_curve_ends_as_soon_as_it_may():
+    assert end_of(np.full(2000, -17.0)) == (40, PLATEAU)
+
+
+def test_a_curve_ends_when_the_asked_share_of_it_brought_nothing():
+    rises_until = 100
+    curve = np.minimum(np.arange(2000), rises_until).astype(float)
+    assert end_of(curve) == (2 * rises_until + 2, PLATEAU)
+
+
+def test_gains_below_the_tolerance_are_none_and_slow_gains_above_it_are():
+    doubling = np.log2(np.maximum(np.arange(2000), 1.0))  # gains one with each doubling
+    assert end_of(0.009 * doubling)[1] == PLATEAU
+    assert end_of(0.011 * doubling) == (1000, CAP)
+
+
+def test_a_late_jump_is_waited_for_as_long_as_the_training_was():
+    def jumps_at(generation: int) -> np.ndarray:
+        curve = np.minimum(np.arange(2000), 100.0)
+        curve[generation:] += 5.0
+        return curve
+
+    assert end_of(jumps_at(190)) == (382, PLATEAU)
+    assert end_of(jumps_at(210)) == (202, PLATEAU)  # missed: it came too late for the rule
+
+
+def test_noise_below_the_best_seen_neither_ends_nor_prolongs_a_training():
+    draw = np.random.default_rng(0)
+    smooth = np.minimum(np.arange(2000), 100.0)
+    noisy = smooth - np.abs(draw.normal(size=2000)) * (np.arange(2000) % 2)
+    assert abs(end_of(noisy)[0] - end_of(smooth)[0]) <= 4
+
+
+def test_a_failure_on_the_way_does_no_harm():
+    curve = np.minimum(np.arange(2000), 100.0)
+    curve[::7] = -1e6
+    assert end_of(curve)[1] == PLATEAU
+
+
+def test_each_run_is_judged_alone_and_stays_ended():
+    rises = np.linspace(0.0, 30.0, 60)
+    ended = np.full(60, -17.0)
+    ended[40:] = np.nan
+    assert RULE.reasons(np.stack([rises, ended], axis=1)) == [RUNNING, PLATEAU]
+
+
+def test_a_number_of_generations_can_be_asked_for():
+    assert end_of(np.zeros(50), Stopping.after(7)) == (7, CAP)
+
+
+def test_before_the_first_generation_nothing_has_ended():
+    assert RULE.reasons(np.empty((0, 3))) == [RUNNING] * 3
+
+
+@pytest.mark.parametrize(
+    ("changed", "said"),
+    [
+        ({"generations": 0}, "generations is 0; it must be a whole number of at least 1"),
+        ({"least": 0}, "least is 0; it must be a whole number of at least 1"),
+        ({"share": 0.0}, "share is 0; it must be greater"),
+        ({"share": 1.0}, "share is 1; it must be less than 1"),
+        ({"tolerance": -0.1}, "tolerance is -0.1; it must be"),
+        ({"tolerance": math.nan}, "tolerance is nan; it must be"),
+    ],
+)
+def test_a_rule_that_is_none_is_refused(changed, said):
+    with pytest.raises(TegotaeError, match=f"^{said}"):
+        Stopping(**changed)
