@@ -14,6 +14,7 @@ import numpy as np
 
 from tegotae.bodies import Body, Hopper
 from tegotae.controller import Controller
+from tegotae.devices import on_every_device
 from tegotae.errors import TegotaeError
 from tegotae.rollout import Engine, Scenario, Timing, check_senses
 from tegotae.training.algorithms import PGPE, Algorithm
@@ -89,10 +90,10 @@ def start(training: Training, seeds: Sequence[int]) -> Progress:
     if not seeds:
         raise TegotaeError("no seeds to train; give at least one")
 
-    def one(seed: jax.Array) -> Progress:
-        key_weights, key_search = jax.random.split(jax.random.key(seed))
-        weights = training.controller.initial(key_weights)
-        search = training.algorithm.start(key_search, weights)
+    key_search, weights = _initial(training.controller, jnp.asarray(seeds))
+
+    def one(key: jax.Array, weights: jax.Array) -> Progress:
+        search = training.algorithm.start(key, weights)
         return Progress(
             jnp.asarray(0),
             search,
@@ -102,7 +103,18 @@ def start(training: Training, seeds: Sequence[int]) -> Progress:
             jnp.asarray(0),
         )
 
-    return jax.vmap(one)(jnp.asarray(seeds))
+    return jax.vmap(one)(key_search, weights)
+
+
+@partial(jax.jit, static_argnums=0)
+def _initial(controller: Controller, seeds: jax.Array) -> tuple[jax.Array, jax.Array]:
+    """Every seed's key for the search, and its first weights [seeds, n_weights]."""
+
+    def one(seed: jax.Array) -> tuple[jax.Array, jax.Array]:
+        key_weights, key_search = jax.random.split(jax.random.key(seed))
+        return key_search, controller.initial(key_weights)
+
+    return jax.vmap(one)(seeds)
 
 
 def evolve(
@@ -169,11 +181,12 @@ def _generation(
     )
     centre = search.mean
     # One more lane per seed: the distribution's mean, by which the best distribution is chosen.
-    everyone = jnp.concatenate([samples, centre[:, None]], axis=1)
+    everyone = on_every_device(jnp.concatenate([samples, centre[:, None]], axis=1))
     n_seeds, per_seed = everyone.shape[:2]
     lanes = n_seeds * per_seed
     scenario = Scenario(*(jnp.full((lanes,), x, "float32") for x in Scenario(omega)))
     outcome = training.engine.trace(everyone.reshape(lanes, n_weights).T, scenario, body)
+    outcome = on_every_device(outcome)
     outcome = {name: x.reshape(n_seeds, per_seed) for name, x in outcome.items()}
     fitness, own = outcome["fitness"][:, :-1], outcome["fitness"][:, -1]
 
