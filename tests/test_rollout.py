@@ -307,29 +307,52 @@ import sys
 import numpy as np
 import jax
 from tegotae import Engine, Scenario, Timing, build
-from tegotae.devices import lane_devices
-assert len(lane_devices()) == int(sys.argv[2]), lane_devices()
-engine = Engine(controller=build("ART"), timing=Timing(duration_s=3.0))
-weights = np.random.default_rng(0).normal(size=(37, engine.controller.n_weights))
-np.save(sys.argv[1], engine.run(weights, Scenario(omega=6.0)).height_m)
+from tegotae.training.algorithms import PGPE
+from tegotae.training.evolve import Training, evolve, start
+from tegotae.training.fitness import Fitness
+art = build("ART")
+weights = np.random.default_rng(0).normal(size=(150, art.n_weights))
+out = Engine(controller=art, timing=Timing(duration_s=3.0)).run(weights, Scenario(omega=6.0))
+training = Training(
+    controller=art,
+    algorithm=PGPE(population=40),
+    fitness=Fitness(settle_s=1.0),
+    timing=Timing(duration_s=4.0, tick_s=0.002),
+)
+curves = [c for _, c in evolve(training, start(training, [0, 1]), [0, 1], 6.0, 4)]
+np.savez(
+    sys.argv[1],
+    **out._asdict(),
+    curves=np.array(curves),
+    devices=len(jax.devices()),
+)
 """
 
 
-def test_the_number_of_cores_changes_results_by_rounding_only(tmp_path):
-    """37 lanes on one device and on two: blocks of different lengths, one of them padded."""
-    heights = []
-    for cores in (1, 2):
-        path = tmp_path / f"{cores}.npy"
+def test_results_are_bit_identical_on_any_number_of_cores(tmp_path):
+    """150 lanes, in blocks of which one is not full; and a training of two seeds."""
+    done = {}
+    for cores in (1, 2, 3):
+        path = tmp_path / f"{cores}.npz"
         subprocess.run(
-            [sys.executable, "-c", ON_SO_MANY_CORES, str(path), str(cores)],
+            [sys.executable, "-c", ON_SO_MANY_CORES, str(path)],
             check=True,
             env={**os.environ, "TEGOTAE_CORES": str(cores), "JAX_PLATFORMS": "cpu"},
         )
-        heights.append(np.load(path))
-    assert heights[0].shape == (150, 37)
-    # Chaotic lanes magnify a rounding; none of these does so much within 3 s.
-    np.testing.assert_allclose(heights[1], heights[0], atol=1e-4)
-    assert np.median(np.abs(heights[1] - heights[0])) < 1e-6
+        done[cores] = dict(np.load(path))
+    assert [int(x.pop("devices")) for x in done.values()] == [2, 2, 3]
+    assert done[1]["height_m"].shape == (150, 150)
+    for name, entry in done[1].items():
+        for cores in (2, 3):
+            np.testing.assert_array_equal(done[cores][name], entry, err_msg=name)
+
+
+def test_a_lane_does_not_depend_on_how_many_go_with_it():
+    weights = art_weights(200)
+    together = ART.run(weights, Scenario(omega=6.0))
+    for lanes in (slice(0, 1), slice(70, 71), slice(199, 200), slice(3, 90)):
+        apart = ART.run(weights[lanes], Scenario(omega=6.0))
+        assert_identical(lanes_of(together, lanes), apart)
 
 
 # Misuse.

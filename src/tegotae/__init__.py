@@ -1,8 +1,10 @@
 """Tegotae: learned feedback in central pattern generators, a thousand rollouts at a time."""
 
+from tegotae import compilation_cache as _compilation_cache
 from tegotae import devices as _devices
 
 _devices.use_all_cores()
+_compilation_cache.use_cache()
 
 from importlib.metadata import PackageNotFoundError, version  # noqa: E402
 from importlib.util import find_spec  # noqa: E402

@@ -6,6 +6,9 @@ import os
 from typing import Any
 
 import jax
+import jaxlib
+import numpy as np
+from jax.sharding import Mesh, NamedSharding, PartitionSpec
 
 _XLA_FLAGS = {
     # A rollout's tick is a few hundred elementwise operations with some twenty results. XLA fuses
@@ -14,6 +17,17 @@ _XLA_FLAGS = {
     # Of use on AVX-512 machines, of no effect on others.
     "xla_cpu_prefer_vector_width": "512",
 }
+
+_WHOLE_LOOPS = (
+    # A loop becomes one kernel if it touches fewer bytes than this: then the ticks of a frame need
+    # the runtime once, not for each of the 45 small kernels of a tick.
+    "xla_cpu_small_while_loop_byte_threshold=1000000",
+    # The other emitter makes faster code of a tick.
+    "xla_cpu_disable_tiled_emitter=true",
+)
+
+_TESTED_JAXLIB = ("0.10.2",)
+"""Versions of jaxlib on which `_WHOLE_LOOPS` were measured; others do without."""
 
 
 def available_cores() -> int:
@@ -28,26 +42,69 @@ def available_cores() -> int:
 
 
 def use_all_cores() -> None:
-    """Ask XLA for one CPU device per core and for shared fusions.
+    """Ask XLA for one CPU device per core, for shared fusions and for loops as whole kernels.
 
     Called when `tegotae` is imported, and without effect once JAX has started its devices. The
     lanes of a rollout are shared out over devices: a device per core keeps every block of lanes in
     one core's cache. Flags that the user has set in `XLA_FLAGS` stand; `TEGOTAE_PLAIN_XLA=1` leaves
     everything as JAX has it.
+
+    There are at least two devices, on one core too: XLA compiles a program for a single device in
+    another way, and its results differ in their last bits.
     """
     if os.environ.get("TEGOTAE_PLAIN_XLA"):
         return
     flags = os.environ.get("XLA_FLAGS", "")
-    missing = [f"--{name}={value}" for name, value in _XLA_FLAGS.items() if name not in flags]
+    wanted = dict(_XLA_FLAGS)
+    if jaxlib.__version__ in _TESTED_JAXLIB:
+        wanted["xla_backend_extra_options"] += "," + ",".join(_WHOLE_LOOPS)
+    missing = [f"--{name}={value}" for name, value in wanted.items() if name not in flags]
     os.environ["XLA_FLAGS"] = " ".join([*filter(None, [flags]), *missing])
     if "xla_force_host_platform_device_count" in flags:
         return
     try:
-        jax.config.update("jax_num_cpu_devices", available_cores())
+        jax.config.update("jax_num_cpu_devices", max(2, available_cores()))
     except RuntimeError:
         return  # JAX is running already: the devices it has are the ones we use
+
+
+def xla_options() -> tuple[str, ...]:
+    """The options of XLA that are on, as the environment has them: `name=value`."""
+    options = []
+    for flag in os.environ.get("XLA_FLAGS", "").split():
+        name, _, value = flag.lstrip("-").partition("=")
+        if name == "xla_backend_extra_options":
+            options += value.split(",")
+        else:
+            options.append(f"{name}={value}" if value else name)
+    return tuple(options)
+
+
+def loops_are_kernels() -> bool:
+    """Whether XLA makes one kernel of the loop over a frame's ticks."""
+    return _WHOLE_LOOPS[0] in xla_options()
+
+
+def without_whole_loops() -> str:
+    """A value for `XLA_FLAGS` that has the options for every jaxlib, and no more."""
+    return " ".join(f"--{name}={value}" for name, value in _XLA_FLAGS.items())
 
 
 def lane_devices() -> list[Any]:
     """The devices that lanes are shared out over: all of JAX's default kind."""
     return jax.local_devices()
+
+
+def on_cpu() -> bool:
+    """Whether lanes are advanced on CPU cores."""
+    return lane_devices()[0].platform == "cpu"
+
+
+def on_every_device(tree: Any) -> Any:
+    """The same arrays, inside a compiled program, whole on every device.
+
+    What follows is then computed whole, too: a sum over lanes that are spread over devices would
+    depend on their number in its last bits.
+    """
+    everywhere = NamedSharding(Mesh(np.array(lane_devices()), ("lanes",)), PartitionSpec())
+    return jax.lax.with_sharding_constraint(tree, everywhere)

@@ -16,13 +16,16 @@ from jax.sharding import Mesh, PartitionSpec
 
 from tegotae.bodies import Body, Hopper
 from tegotae.controller import Controller, Weights
-from tegotae.devices import lane_devices
+from tegotae.devices import lane_devices, loops_are_kernels, on_cpu
 from tegotae.errors import TegotaeError, require_finite
 from tegotae.integrators import Integrator, Moment, PredictorCorrector
 from tegotae.integrators.base import drive, phase_of
 
-LANES_PER_BLOCK = 512
-"""Lanes advanced together on one CPU device: few enough to stay in a core's cache."""
+LANES_PER_BLOCK = 64 if loops_are_kernels() else 512
+"""Lanes advanced together on a CPU device: few enough to stay in a core's cache, and enough to be
+worth the runtime's calls, of which a loop that is one kernel needs few. Always so many, the last
+ones filled up, so that a lane's arithmetic depends neither on its neighbours nor on how many
+devices share the work."""
 MOST_TICKS = 2**24
 """Control ticks of the longest rollout: up to here float32 counts them exactly."""
 
@@ -233,48 +236,59 @@ class Engine:
         weights: jax.Array,
         scenario: Scenario,
         body: Body,
-        wanted: jax.Array | None = None,
+        wanted: jax.Array | int | None = None,
     ) -> Any:
         """The same, for use inside a compiled program: weights [n_weights, lanes], arrays only.
 
-        Blocks in which no lane is `wanted` (shape [lanes]; all by default) are left out, and the
-        summary of their lanes is zero.
+        Args:
+            weights: shape [n_weights, lanes].
+            scenario: arrays of shape [lanes].
+            body: the body.
+            wanted: how many of the lanes are wanted, from the first on; all by default. Blocks of
+                others cost nothing, and their summary is zero.
         """
         n_lanes = weights.shape[-1]
-        if wanted is None:
-            wanted = jnp.ones(n_lanes, bool)
         devices = lane_devices()
         per_device = -(-n_lanes // len(devices))
-        on_cpu = devices[0].platform == "cpu"
-        blocks = -(-per_device // LANES_PER_BLOCK) if on_cpu else 1
-        block = -(-per_device // blocks)
+        block = LANES_PER_BLOCK if on_cpu() else per_device
+        blocks = -(-per_device // block)
         total = block * blocks * len(devices)
 
-        def pad(x: jax.Array) -> jax.Array:
+        def dealt(x: jax.Array) -> jax.Array:
+            """Whole blocks, dealt out to the devices in turn."""
             fill = jnp.broadcast_to(x[..., -1:], (*x.shape[:-1], total - n_lanes))
-            return jnp.concatenate([x, fill], axis=-1)
+            x = jnp.concatenate([x, fill], axis=-1)
+            x = x.reshape(*x.shape[:-1], blocks, len(devices), block)
+            return x.swapaxes(-2, -3).reshape(*x.shape[:-3], total)
+
+        def gathered(x: jax.Array) -> jax.Array:
+            x = x.reshape(*x.shape[:-1], len(devices), blocks, block).swapaxes(-2, -3)
+            return x.reshape(*x.shape[:-3], total)[..., :n_lanes]
 
         def on_device(weights: jax.Array, scenario: Scenario, wanted: jax.Array, body: Body) -> Any:
-            def split(x: jax.Array) -> jax.Array:
-                return jnp.moveaxis(x.reshape(*x.shape[:-1], blocks, block), -2, 0)
+            def lanes_of(x: jax.Array, at: jax.Array) -> jax.Array:
+                return jax.lax.dynamic_slice_in_dim(x, at * block, block, axis=-1)
 
-            def one(args: tuple[jax.Array, Scenario, jax.Array]) -> Any:
-                weights, scenario, wanted = args
-                return jax.lax.cond(
-                    wanted.any(),
-                    lambda: _advance_block(self, weights, scenario, body),
-                    lambda: jax.tree.map(lambda s: jnp.zeros(s.shape, s.dtype), shapes),
+            def advance(at: jax.Array, done: Any) -> Any:
+                of_block = partial(lanes_of, at=at)
+                part = _advance_block(
+                    self, of_block(weights), jax.tree.map(of_block, scenario), body
                 )
+                return jax.tree.map(partial(put, at=at), done, part)
 
-            def join(x: jax.Array) -> jax.Array:
-                x = jnp.moveaxis(x, 0, -2)
-                return x.reshape(*x.shape[:-2], blocks * block)
+            def put(all_lanes: jax.Array, part: jax.Array, at: jax.Array) -> jax.Array:
+                return jax.lax.dynamic_update_slice_in_dim(all_lanes, part, at * block, axis=-1)
 
-            blocks_of = jax.tree.map(split, (weights, scenario, wanted))
-            return jax.tree.map(join, jax.lax.map(one, blocks_of))
+            nothing = jax.tree.map(
+                lambda s: jnp.zeros((*s.shape[:-1], blocks * block), s.dtype), shapes
+            )
+            # That the count is not known beforehand also keeps XLA from compiling a single block
+            # in another way than one of many.
+            ahead = jax.lax.axis_index("lanes") * block
+            mine = jnp.clip(-(-(wanted - ahead) // (len(devices) * block)), 0, blocks)
+            return jax.lax.fori_loop(0, mine, advance, nothing)
 
-        each = PartitionSpec("lanes")
-        lanes_last = (PartitionSpec(None, "lanes"), each, each, PartitionSpec())
+        lanes_last = (PartitionSpec(None, "lanes"), PartitionSpec("lanes"), PartitionSpec())
         shapes = jax.eval_shape(
             partial(_advance_block, self),
             jax.ShapeDtypeStruct((weights.shape[0], block), weights.dtype),
@@ -287,12 +301,13 @@ class Engine:
         sharded = jax.shard_map(
             on_device,
             mesh=Mesh(np.array(devices), ("lanes",)),
-            in_specs=lanes_last,
+            in_specs=(*lanes_last, PartitionSpec()),
             out_specs=out_specs,
             check_vma=False,
         )
-        result = sharded(pad(weights), jax.tree.map(pad, scenario), pad(wanted), body)
-        return jax.tree.map(lambda x: x[..., :n_lanes], result)
+        count = jnp.asarray(n_lanes if wanted is None else wanted, "int32")
+        result = sharded(dealt(weights), jax.tree.map(dealt, scenario), count, body)
+        return jax.tree.map(gathered, result)
 
 
 @partial(jax.jit, static_argnums=0)
@@ -341,6 +356,16 @@ def _as_lanes(
         jnp.asarray(np.ascontiguousarray(columns)),
         Scenario(*(jnp.asarray(np.broadcast_to(entry, (lanes,))) for entry in entries)),
     )
+
+
+def _outside_of_kernels(index: jax.Array) -> jax.Array:
+    """The same index, in a way that keeps a loop over it from becoming one CPU kernel.
+
+    XLA makes one kernel of a small loop and all loops in it. That is what the ticks of a frame
+    need; the loop over frames as one kernel would copy the record of all frames in each. XLA has no
+    word for "not this one", but a sort cannot be part of such a kernel.
+    """
+    return jnp.sort(jnp.stack([index, index]))[0]
 
 
 def _advance_block(engine: Engine, weights: jax.Array, scenario: Scenario, body: Body) -> Any:
@@ -398,6 +423,8 @@ def _advance_block(engine: Engine, weights: jax.Array, scenario: Scenario, body:
         return (kept._replace(failed=~sound), events), None
 
     def frame(lane: _Lane, index: jax.Array):
+        if on_cpu() and loops_are_kernels():
+            index = _outside_of_kernels(index)
         none = jnp.full_like(zero, jnp.nan)
         first = index * timing.ticks_per_frame
         (lane, events), _ = jax.lax.scan(

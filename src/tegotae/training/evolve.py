@@ -14,6 +14,7 @@ import numpy as np
 
 from tegotae.bodies import Body, Hopper
 from tegotae.controller import Controller
+from tegotae.devices import on_every_device
 from tegotae.errors import TegotaeError
 from tegotae.rollout import Engine, Scenario, Timing, check_senses
 from tegotae.training.algorithms import PGPE, Algorithm
@@ -102,10 +103,10 @@ def start(training: Training, seeds: Sequence[int]) -> Progress:
     if not seeds:
         raise TegotaeError("no seeds to train; give at least one")
 
-    def one(seed: jax.Array) -> Progress:
-        key_weights, key_search = jax.random.split(jax.random.key(seed))
-        weights = training.controller.initial(key_weights)
-        search = training.algorithm.start(key_search, weights)
+    key_search, weights = _initial(training.controller, jnp.asarray(seeds))
+
+    def one(key: jax.Array, weights: jax.Array) -> Progress:
+        search = training.algorithm.start(key, weights)
         return Progress(
             jnp.asarray(0),
             search,
@@ -115,7 +116,18 @@ def start(training: Training, seeds: Sequence[int]) -> Progress:
             jnp.asarray(0),
         )
 
-    return jax.vmap(one)(jnp.asarray(seeds))
+    return jax.vmap(one)(key_search, weights)
+
+
+@partial(jax.jit, static_argnums=0)
+def _initial(controller: Controller, seeds: jax.Array) -> tuple[jax.Array, jax.Array]:
+    """Every seed's key for the search, and its first weights [seeds, n_weights]."""
+
+    def one(seed: jax.Array) -> tuple[jax.Array, jax.Array]:
+        key_weights, key_search = jax.random.split(jax.random.key(seed))
+        return key_search, controller.initial(key_weights)
+
+    return jax.vmap(one)(seeds)
 
 
 def evolve(
@@ -211,17 +223,19 @@ def _generation(
     )
     centre = search.mean
     # One more lane per seed: the distribution's mean, by which the best distribution is chosen.
-    everyone = jnp.concatenate([samples, centre[:, None]], axis=1)
+    everyone = on_every_device(jnp.concatenate([samples, centre[:, None]], axis=1))
     n_seeds, per_seed = everyone.shape[:2]
     lanes = n_seeds * per_seed
-    # Seeds that go on come first: blocks of lanes that are all of ended ones cost nothing.
+    # Seeds that go on come first: blocks of lanes of ended ones cost nothing.
     order = jnp.argsort(~going, stable=True)
     everyone = everyone[order].reshape(lanes, n_weights).T
     each = Scenario(*(jnp.broadcast_to(x, (lanes,)) for x in scenario))
-    wanted = jnp.repeat(going[order], per_seed)
+    wanted = going.sum() * per_seed
     outcome = weigh(training.engine.trace(everyone, each, body, wanted), weighing)
     back = jnp.argsort(order)
-    outcome = {name: x.reshape(n_seeds, per_seed)[back] for name, x in outcome.items()}
+    outcome = {
+        name: x.reshape(n_seeds, per_seed)[back] for name, x in on_every_device(outcome).items()
+    }
     fitness, own = outcome["fitness"][:, :-1], outcome["fitness"][:, -1]
 
     search, _ = jax.vmap(strategy.tell, in_axes=(0, 0, 0, 0, None))(
