@@ -10,14 +10,17 @@ from typing import Any
 
 import numpy as np
 
+from tegotae.devices import described_devices
 from tegotae.evaluation import Protocol, evaluate
 from tegotae.study.record import Record
 from tegotae.training.evolve import Curves, evolve, start
 from tegotae.training.run import Run, software
 from tegotae.training.search import best_gain
 
-FORMAT = 1
+FORMAT = 2
 """Changed whenever the same configuration would give other numbers."""
+DEVICES = 1
+"""CPU devices that a unit is computed on: on another number its numbers are others."""
 
 
 @dataclass(frozen=True)
@@ -76,7 +79,7 @@ def work(unit: Unit) -> Record:
     found = evaluate(training.controller, weights, run.model.omega_t, run.hopper, unit.protocol)
     return Record(
         configuration=unit.configuration,
-        software=software(),
+        software={**software(), "devices": described_devices()},
         weights=weights.astype("float32"),
         best_fitness=fitness.astype("float32"),
         curves={
