@@ -36,7 +36,7 @@ def no_training(monkeypatch):
 
 
 def test_controllers_curves_configuration_and_versions_are_written(tiny_training):
-    assert sorted(os.listdir(tiny_training)) == [
+    assert sorted(tiny.contents(tiny_training)) == [
         "ART-rF-tphif-w8-seed0.json",
         "ART-rF-tphif-w8-seed1.json",
         "checkpoint.npz",
@@ -139,7 +139,7 @@ def test_ctrl_c_keeps_what_was_learned_and_says_so_in_one_line(tmp_path):
     script = "import conftest; from tegotae.cli import entry; entry()"
     process = subprocess.Popen(
         [sys.executable, "-c", script, "train", *words],
-        env={**os.environ, "PYTHONPATH": os.path.dirname(__file__)},
+        env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)},
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
@@ -164,6 +164,56 @@ def test_ctrl_c_keeps_what_was_learned_and_says_so_in_one_line(tmp_path):
     undisturbed = tmp_path / "undisturbed"
     train(tiny.run_of(generations), undisturbed)
     assert tiny.learned(undisturbed) == kept
+
+
+FIRST = """
+import sys
+import conftest  # the tests' promotion rules: with others XLA may round otherwise
+import tiny
+from tegotae.cli import entry
+from tegotae.training import run
+
+start = run.start
+
+def wait_and_start(*arguments):
+    print("at work", flush=True)
+    sys.stdin.readline()
+    return start(*arguments)
+
+run.start = wait_and_start
+entry()
+"""
+"""`tegotae train` that waits where it has claimed its folder, before it learns anything."""
+
+
+def test_a_second_training_in_a_folder_is_refused_and_the_first_undisturbed(
+    tiny_training, tmp_path
+):
+    words = ["train", *tiny.OPTIONS, "--generations", str(tiny.GENERATIONS), "--out", str(tmp_path)]
+    with subprocess.Popen(
+        [sys.executable, "-c", FIRST, *words],
+        env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)},
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    ) as first:
+        assert first.stdout is not None
+        assert first.stdout.readline() == "at work\n"
+        second = subprocess.run(
+            [sys.executable, "-m", "tegotae", *words, "--first-seed", "5"],
+            capture_output=True,
+            text=True,
+        )
+        assert (second.returncode, second.stdout) == (2, "")
+        assert second.stderr == (
+            f"tegotae: another run is at work in {tmp_path}; "
+            "wait for it, or choose another folder\n"
+        )
+        _, err = first.communicate("go on\n", timeout=300)
+        assert first.returncode == 0, err
+    assert tiny.learned(tmp_path) == tiny.learned(tiny_training)
+    assert sorted(tiny.contents(tmp_path)) == sorted(tiny.contents(tiny_training))
 
 
 # TensorBoard.

@@ -342,6 +342,33 @@ def test_records_of_different_versions_are_told_of(half, tmp_path, capsys):
     )
 
 
+def test_records_of_other_devices_are_told_of(half, tmp_path, capsys):
+    path = studies.records(half)[0]
+    record = read(path)
+    write(dataclasses.replace(record, software={**record.software, "devices": "4 cpu"}), path)
+    export(half, tmp_path / "table.csv")
+    said = capsys.readouterr().out
+    assert "the records were made on different devices: " in said
+    assert "4 cpu" in said
+
+
+def test_other_numbers_at_equal_settings_are_told_of_in_a_merge(half, smoke_study, capsys):
+    path = studies.records(half)[0]
+    record = read(path)
+    software = {**record.software, "devices": "4 cpu"}
+    other = dataclasses.replace(record, software=software, weights=record.weights + 1e-6)
+    write(other, path)
+    kept = path.read_bytes()
+    assert main(["study", "merge", str(smoke_study), "--dir", str(half)]) == 0
+    first, last = capsys.readouterr().out.splitlines()
+    assert first.startswith(
+        f"{record.model} differs in {smoke_study} and {half}, at equal settings: made with "
+    )
+    assert ", and with devices 4 cpu, " in first
+    assert last == f"1 records copied to {half}"
+    assert path.read_bytes() == kept
+
+
 def test_a_table_of_unknown_kind_is_refused(half, one_line_error, tmp_path):
     words = ["--dir", str(half), "--out", str(tmp_path / "table.xlsx")]
     said = one_line_error("study", "export", *words)

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
+import json
 import os
 import signal
 import socket
 import subprocess
 import sys
 import threading
-from contextlib import closing, contextmanager
+from contextlib import ExitStack, closing, contextmanager, suppress
 
 import pytest
 
 import studies
-from tegotae.cli import main
 from tegotae.errors import TegotaeError
 from tegotae.study import runner
 from tegotae.study.cluster import on_cluster
@@ -75,14 +75,72 @@ def test_a_worker_killed_during_the_run_changes_nothing(smoke_study, tmp_path):
     studies.assert_same(tmp_path / "study", smoke_study)
 
 
-def test_a_cluster_of_this_machine_needs_no_address(smoke_study, tmp_path, capfd):
-    folder = studies.copy(smoke_study, tmp_path / "study", "V", "A")
-    words = ["--dir", str(folder), "--scale", "smoke", "--cluster", "local"]
-    assert main(["study", "run", *words]) == 0
-    out, err = capfd.readouterr()
-    assert out.startswith("3 records in ")
-    assert all(line.startswith("study  ") for line in err.splitlines())
+def test_a_cluster_of_this_machine_finds_the_same_from_a_plain_shell(smoke_study, tmp_path):
+    """Its workers import the console script's module before their environment is set."""
+    folder = studies.copy(smoke_study, tmp_path / "study", "V", "T")
+    script = tmp_path / "tegotae"
+    script.write_text("from tegotae.cli import entry\nif __name__ == '__main__':\n    entry()\n")
+    words = ["study", "run", "--dir", str(folder), "--scale", "smoke", "--cluster", "local"]
+    found = subprocess.run([sys.executable, str(script), *words], capture_output=True, text=True)
+    assert found.returncode == 0, found.stderr
+    assert found.stdout.startswith("3 records in ")
+    assert all(line.startswith("study  ") for line in found.stderr.splitlines())
     studies.assert_same(folder, smoke_study)
+
+
+PRELOADED = """
+import jax
+jax.numpy.zeros(3)  # JAX starts its devices
+"""
+
+
+@contextmanager
+def dask_programs(place, *of_the_worker: str):
+    """A `dask scheduler` with one `dask worker --no-nanny`, as started by hand: its address."""
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
+    dask = [sys.executable, "-m", "dask"]
+    told = place / "scheduler.json"
+    with ExitStack() as programs:
+
+        def start(*words: str) -> None:
+            program = subprocess.Popen([*dask, *words], env=environment, stderr=subprocess.DEVNULL)
+            programs.enter_context(program)
+            programs.callback(program.kill)
+
+        start(
+            *("scheduler", "--host", "127.0.0.1", "--port", "0", "--no-dashboard"),
+            *("--dashboard-address", "127.0.0.1:0", "--scheduler-file", str(told)),
+        )
+        studies.wait_for(told.exists, "a scheduler")
+        address = json.loads(told.read_text())["address"]
+        start(
+            *("worker", address, "--no-nanny", "--nthreads", "1", "--no-dashboard"),
+            *("--local-directory", str(place), *of_the_worker),
+        )
+        yield address
+
+
+def test_workers_started_by_hand_find_the_same(smoke_study, tmp_path):
+    folder = studies.copy(smoke_study, tmp_path / "study", "V", "T")
+    with dask_programs(tmp_path) as address:
+        studies.finish(studies.start(folder, smoke_study, "--cluster", address))
+    studies.assert_same(folder, smoke_study)
+
+
+def test_a_worker_whose_jax_was_started_otherwise_refuses_the_work(smoke_study, tmp_path):
+    folder = studies.copy(smoke_study, tmp_path / "study", "V", "T")
+    (tmp_path / "preloaded.py").write_text(PRELOADED)
+    with dask_programs(tmp_path, "--preload", str(tmp_path / "preloaded.py")) as address:
+        process = studies.start(folder, smoke_study, "--cluster", address)
+        _, err = process.communicate(timeout=300)
+    assert process.returncode == 2
+    said = err.splitlines()[-1]
+    assert said.startswith(f"tegotae: the worker {socket.gethostname()} (process ")
+    assert said.endswith(
+        f": start the worker anew; {folder} keeps 2 of 3 models, "
+        "the same command goes on from there"
+    )
+    assert "has started JAX already, with 1 cpu; this work needs" in said
 
 
 def serve() -> None:
@@ -162,3 +220,44 @@ def test_something_that_is_no_scheduler_is_given_up_on():
     assert str(raised.value) == (
         f"no Dask scheduler can be reached at '{address}': no answer within 0.5 s"
     )
+
+
+@pytest.mark.parametrize("words", [b"SSH-2.0-OpenSSH_9.2\r\n" * 9, bytes(4000), b"\xff" * 4000])
+def test_something_else_that_answers_is_no_scheduler(words):
+    """Their words are taken for numbers of bytes to come, which no memory holds."""
+
+    def answer() -> None:
+        while True:
+            try:
+                talk, _ = other.accept()
+            except OSError:  # closed
+                return
+            with suppress(OSError):
+                talk.sendall(words)
+
+    with closing(socket.socket()) as other:
+        other.bind(("127.0.0.1", 0))
+        other.listen()
+        threading.Thread(target=answer, daemon=True).start()
+        address = f"tcp://127.0.0.1:{other.getsockname()[1]}"
+        with pytest.raises(TegotaeError) as raised:
+            on_cluster(address, timeout_s=5.0)
+        other.shutdown(socket.SHUT_RDWR)
+    assert str(raised.value) == (
+        f"no Dask scheduler can be reached at '{address}': what answers does not speak as one"
+    )
+
+
+def test_a_scheduler_without_workers_is_told_of(capfd):
+    with cluster(workers=0) as empty:
+        on_cluster(empty.scheduler_address)
+        assert capfd.readouterr().err == (
+            f"the Dask scheduler at {empty.scheduler_address} has no workers; waiting for some\n"
+        )
+
+
+def test_a_worker_is_no_scheduler():
+    with cluster(workers=1) as one:
+        address = next(iter(one.scheduler_info["workers"]))
+        with pytest.raises(TegotaeError, match=r"a Worker answers there$"):
+            on_cluster(address)

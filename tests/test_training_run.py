@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import errno
 import json
 import os
 import signal
@@ -140,7 +141,7 @@ train(tiny.RUN, Path(sys.argv[1]), on_generation=kill)
 def test_a_killed_training_goes_on_and_ends_in_the_same_numbers(tiny_training, tmp_path):
     killed = subprocess.run(
         [sys.executable, "-c", KILLED, str(tmp_path)],
-        env={**os.environ, "PYTHONPATH": str(Path(__file__).parent)},
+        env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)},
         capture_output=True,
     )
     assert killed.returncode == -signal.SIGKILL, killed.stderr
@@ -188,7 +189,7 @@ def test_a_training_that_learned_nothing_does_not_claim_its_folder(tmp_path, mon
         patch.setattr(training_run, "evolve", lambda *_, **__: interrupt())
         with pytest.raises(KeyboardInterrupt):
             train(dataclasses.replace(tiny.RUN, budget=30), tmp_path)
-    assert os.listdir(tmp_path) == ["run.json"]
+    assert list(tiny.contents(tmp_path)) == ["run.json"]
     train(tiny.RUN, tmp_path)
     assert tiny.learned(tmp_path)["configuration"]["budget"] == 20
 
@@ -217,6 +218,44 @@ def test_a_damaged_checkpoint_is_refused_and_left_as_it_is(tiny_training, tmp_pa
     with pytest.raises(TegotaeError, match=f"^{checkpoint} is damaged; [^\n]+$"):
         train(tiny.RUN, folder)
     assert {**tiny.contents(folder), "run.json": b""} == {**before, "run.json": b""}
+
+
+@pytest.mark.parametrize("name", OTHERS)
+def test_a_checkpoint_of_another_training_is_refused_whatever_the_folder_says(
+    tiny_training, tmp_path, name
+):
+    other = dataclasses.replace(tiny.RUN, **OTHERS[name])
+    folder = copy_of(tiny_training, tmp_path)
+    document = json.loads((folder / "run.json").read_text())
+    document["configuration"] = other.configuration
+    (folder / "run.json").write_text(json.dumps(document, indent=1) + "\n")
+    before = tiny.contents(folder)
+    said = f"^{folder / 'checkpoint.npz'} is of a training that differs in {name}; remove it "
+    with pytest.raises(TegotaeError, match=said):
+        train(other, folder)
+    assert tiny.contents(folder) == before
+
+
+def test_a_checkpoint_that_does_not_say_what_it_is_of_is_refused(tiny_training, tmp_path):
+    folder = copy_of(tiny_training, tmp_path)
+    with np.load(folder / "checkpoint.npz") as stored:
+        arrays = {name: stored[name] for name in stored.files if name != "configuration"}
+    np.savez(folder / "checkpoint.npz", **arrays)
+    with pytest.raises(TegotaeError, match=r"checkpoint\.npz is of an earlier version; remove it"):
+        train(tiny.RUN, folder)
+
+
+def test_a_checkpoint_that_cannot_be_read_is_not_called_damaged(
+    tiny_training, tmp_path, monkeypatch
+):
+    def denied(*_, **__):
+        raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
+
+    folder = copy_of(tiny_training, tmp_path)
+    monkeypatch.setattr(np, "load", denied)
+    with pytest.raises(TegotaeError) as raised:
+        train(tiny.RUN, folder)
+    assert str(raised.value) == f"cannot read {folder / 'checkpoint.npz'}: Permission denied"
 
 
 @pytest.mark.parametrize("text", ["", "{", "[]", "null", '{"configuration": [1]}', "\udcff"])

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -42,14 +44,16 @@ def read(place: str | Path) -> list[Runs]:
     """The controllers at a place: a file, a folder of files, or the name of a pure V model.
 
     Files of the same controller, frequency and body are runs of one set; a folder is searched with
-    its subfolders. A pure V model has no file: its σ is found by search.
+    its subfolders, and JSON files of other kinds are passed over. A pure V model has no file: its σ
+    is found by search.
 
     Raises:
-        TegotaeError: if there is nothing there, or a file is not a controller's.
+        TegotaeError: if there is nothing there, a file is not a controller's, or one of a folder
+            may be a controller's and cannot be read: empty, cut short, without permission.
     """
     path = Path(place)
     if path.is_dir():
-        files = sorted(p for p in path.rglob("*.json") if _is_controller(p))
+        files = [file for file in _json_files(path) if _is_controller(file)]
         if not files:
             raise TegotaeError(f"{path} holds no controller files")
         return group([(file, controller_file.load(file)) for file in files])
@@ -78,13 +82,34 @@ def group(files: Sequence[tuple[Path, SavedController]]) -> list[Runs]:
     ]
 
 
+def _json_files(folder: Path) -> list[Path]:
+    """All files in a folder and its subfolders that are named as JSON."""
+
+    def refuse(error: OSError) -> None:
+        raise TegotaeError(f"cannot read {error.filename}: {error.strerror}") from None
+
+    return sorted(
+        Path(place, name)
+        for place, _, names in os.walk(folder, onerror=refuse)
+        for name in names
+        if name.endswith(".json")
+    )
+
+
 def _is_controller(path: Path) -> bool:
-    """Whether a JSON file says that it is a controller; damaged ones do, and are then refused."""
+    """Whether a JSON file is a controller's and no other document.
+
+    Raises:
+        TegotaeError: if that cannot be told.
+    """
     try:
-        with path.open("rb") as stream:
-            return controller_file.FORMAT.encode() in stream.read(200)
-    except OSError:
-        return False
+        document = json.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise TegotaeError(f"cannot read {path}: {error.strerror}") from None
+    except (ValueError, RecursionError):
+        what = "damaged or truncated" if path.stat().st_size else "empty"
+        raise TegotaeError(f"{path} is {what}; remove it from the folder") from None
+    return isinstance(document, dict) and document.get("format") == controller_file.FORMAT
 
 
 def _searched(name: str) -> Runs:

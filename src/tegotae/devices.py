@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import os
+import socket
 from typing import Any
 
 import jax
 import jaxlib
 import numpy as np
 from jax.sharding import Mesh, NamedSharding, PartitionSpec
+
+from tegotae.errors import TegotaeError
 
 _XLA_FLAGS = {
     # A rollout's tick is a few hundred elementwise operations with some twenty results. XLA fuses
@@ -108,3 +111,28 @@ def on_every_device(tree: Any) -> Any:
     """
     everywhere = NamedSharding(Mesh(np.array(lane_devices()), ("lanes",)), PartitionSpec())
     return jax.lax.with_sharding_constraint(tree, everywhere)
+
+
+def compute_on(count: int) -> None:
+    """Have this process compute on so many CPU devices, whatever its environment asks for.
+
+    The environment is read when `tegotae` is imported, which may be before a worker's is set. On
+    another number of devices results differ in their last bits, which training magnifies.
+
+    Raises:
+        TegotaeError: if JAX is running already, with other devices or not as `tegotae` starts it.
+    """
+    try:
+        if getattr(jax.config, "jax_num_cpu_devices", None) != count:
+            jax.config.update("jax_num_cpu_devices", count)
+    except RuntimeError:
+        raise TegotaeError(
+            f"the worker {socket.gethostname()} (process {os.getpid()}) has started JAX already, "
+            f"with {described_devices()}; this work needs {count}: start the worker anew"
+        ) from None
+
+
+def described_devices() -> str:
+    """Number and kind of the devices that lanes are shared out over, such as `2 cpu`."""
+    devices = lane_devices()
+    return f"{len(devices)} {devices[0].device_kind}"

@@ -191,10 +191,11 @@ def _records(folder: Folder) -> list[Record]:
         print(message)
     if not records:
         raise TegotaeError(f"{folder.path} holds no records yet; first: tegotae study run")
-    for name in records[0].software:
+    for name in {name: None for record in records for name in record.software}:
         versions = sorted({record.software.get(name, "none") for record in records})
+        what = "on different devices" if name == "devices" else f"with different versions of {name}"
         if len(versions) > 1:
-            print(f"the records were made with different versions of {name}: {', '.join(versions)}")
+            print(f"the records were made {what}: {', '.join(versions)}")
     return records
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import logging
 import socket
+import sys
 from collections.abc import Generator, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
@@ -24,8 +25,9 @@ _TIMEOUT_S = 10.0
 def on_cluster(address: str, timeout_s: float = _TIMEOUT_S) -> Results:
     """Do bundles on the Dask workers of the scheduler at `address`; `local` starts some here.
 
-    Workers should have one thread each. They are told to use one core, so that every unit's
-    numbers are those of a run without Dask. A bundle whose worker dies goes to another.
+    Workers should have one thread each. Each computes as those of a run without Dask do, or refuses
+    (`runner.work_all`), so that every unit's numbers are the same. A bundle whose worker dies goes
+    to another.
 
     Args:
         address: such as tcp://host:8786.
@@ -65,7 +67,8 @@ def _client(distributed: Any, address: str, timeout_s: float) -> Iterator[Any]:
             client = distributed.Client(
                 threads_per_worker=1,
                 processes=True,
-                dashboard_address=None,
+                # It always has a web server: for this machine alone, at any port, no dashboard.
+                scheduler_kwargs={"dashboard": False, "dashboard_address": "127.0.0.1:0"},
                 silence_logs=logging.ERROR,
             )
         else:
@@ -73,31 +76,46 @@ def _client(distributed: Any, address: str, timeout_s: float) -> Iterator[Any]:
     except (OSError, TimeoutError, ValueError) as error:
         raise _unreachable(address, str(error) or type(error).__name__) from None
     with client:
-        environment = require("distributed.diagnostics.plugin", "cluster").Environ
-        client.register_plugin(environment({"TEGOTAE_CORES": "1"}))
         yield client
 
 
 def _knock(address: str, timeout_s: float) -> None:
-    """See that a scheduler answers: a client tries again for long, and does not say why."""
+    """See that a scheduler answers: a client tries again for long, and does not say why.
+
+    One without workers would be waited for in silence, so it is told of.
+    """
     distributed = require("distributed", "cluster")
     place = require("distributed.comm", "cluster").get_address_host_port
 
-    async def greet() -> None:
-        options = distributed.Security().get_connection_args("client")
+    async def greet(options: dict[str, Any]) -> dict[str, Any]:
         greeting = require("distributed.core", "cluster").connect(address, **options)
-        await (await asyncio.wait_for(greeting, timeout_s)).close()
+        talk = await asyncio.wait_for(greeting, timeout_s)
+        try:
+            await talk.write({"op": "identity", "reply": True})
+            return dict(await asyncio.wait_for(talk.read(), timeout_s))
+        finally:
+            talk.abort()
 
     try:
         with socket.create_connection(place(address), timeout_s):
             pass
-        asyncio.run(greet())
+        options = distributed.Security().get_connection_args("client")
     except TimeoutError:
         raise _unreachable(address, f"no answer within {timeout_s:g} s") from None
     except OSError as error:
         raise _unreachable(address, error.strerror or str(error)) from None
     except (OverflowError, TypeError, ValueError) as error:  # no address, or no certificates
         raise _unreachable(address, str(error)) from None
+    try:
+        found = asyncio.run(greet(options))
+    except TimeoutError:
+        raise _unreachable(address, f"no answer within {timeout_s:g} s") from None
+    except Exception:  # another protocol's words are taken for anything, such as sizes
+        raise _unreachable(address, "what answers does not speak as one") from None
+    if found.get("type") != "Scheduler":
+        raise _unreachable(address, f"a {found.get('type', 'stranger')} answers there")
+    if not found.get("workers"):
+        print(f"the Dask scheduler at {address} has no workers; waiting for some", file=sys.stderr)
 
 
 def _unreachable(address: str, why: str) -> TegotaeError:

@@ -6,6 +6,7 @@ import csv
 import io
 from pathlib import Path
 
+import jax
 import numpy as np
 
 from tegotae.errors import TegotaeError
@@ -13,7 +14,7 @@ from tegotae.evaluation import METRICS
 from tegotae.extras import require
 from tegotae.files import output_file, output_folder, write_atomically
 from tegotae.study.folder import Folder
-from tegotae.study.record import SUFFIX, write
+from tegotae.study.record import SUFFIX, Record, write
 from tegotae.study.table import Table
 from tegotae.study.unit import key_of
 
@@ -91,6 +92,8 @@ def _column(name: str, cells: list[str]) -> np.ndarray:
 def merge(source: Folder, target: Folder) -> int:
     """Copy the records of one folder that another lacks; return how many.
 
+    Of records that both have and that differ, though their settings are equal, it says so.
+
     Raises:
         TegotaeError: if the folders hold different studies, or the target is in use or cannot be
             written.
@@ -104,8 +107,25 @@ def merge(source: Folder, target: Folder) -> int:
         whole, others = source.all()
         for message in others:
             print(f"{source.path}: {message}")
-        there = {key_of(record.configuration) for record in target.all()[0]}
+        there = {key_of(record.configuration): record for record in target.all()[0]}
+        for record in whole:
+            other = there.get(key_of(record.configuration), record)
+            if _content(other) != _content(record):
+                print(
+                    f"{record.model} differs in {source.path} and {target.path}, at equal "
+                    f"settings: made with {_made_with(record)}, and with {_made_with(other)}"
+                )
         lacking = [r for r in whole if key_of(r.configuration) not in there]
         for record in lacking:
             write(record, target.records / f"{key_of(record.configuration)}{SUFFIX}")
     return len(lacking)
+
+
+def _content(record: Record) -> list[bytes]:
+    """All that was found, to be compared bit for bit."""
+    found = {name: value for name, value in vars(record).items() if name != "software"}
+    return [np.asarray(leaf).tobytes() for leaf in jax.tree.leaves(found)]
+
+
+def _made_with(record: Record) -> str:
+    return ", ".join(f"{name} {version}" for name, version in record.software.items())

@@ -11,14 +11,10 @@ from typing import Any
 
 from tegotae.errors import TegotaeError
 from tegotae.files import output_folder, write_atomically
+from tegotae.locks import locked
 from tegotae.study.plan import Plan, is_of
 from tegotae.study.record import SUFFIX, DamagedRecordError, Record, read, write
 from tegotae.study.unit import Unit, key_of
-
-try:
-    import fcntl
-except ImportError:  # not on Windows
-    fcntl = None
 
 
 class Folder:
@@ -140,19 +136,7 @@ class Folder:
         Raises:
             TegotaeError: if another run is at work in this folder.
         """
-        place = self.path / ".lock"
-        try:
-            stream = place.open("w")
-        except OSError as error:
-            raise TegotaeError(f"cannot write {place}: {error.strerror}") from None
-        with stream:
-            try:
-                if fcntl is not None:
-                    fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            except BlockingIOError:
-                raise TegotaeError(f"another run is at work in {self.path}; wait for it") from None
-            except OSError:
-                pass  # a file system without locks
+        with locked(self.path):
             # Nobody else is here: half-written files are what a killed run left.
             for leftover in self.records.glob(f".*{SUFFIX}.*"):
                 leftover.unlink(missing_ok=True)

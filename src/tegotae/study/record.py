@@ -32,7 +32,7 @@ class Record:
 
     Args:
         configuration: all that decides the content (`Unit.configuration`).
-        software: versions of the programs that made it.
+        software: versions of the programs that made it, and on which devices.
         weights: the learned weights, shape [runs, n_weights].
         best_fitness: fitness of the best distribution seen, shape [runs].
         generations: of each run, shape [runs].

@@ -13,13 +13,13 @@ from concurrent.futures.process import BrokenProcessPool
 from contextlib import closing, contextmanager
 from pathlib import Path
 
-from tegotae.devices import available_cores
+from tegotae.devices import available_cores, compute_on
 from tegotae.errors import TegotaeError
 from tegotae.progress import reporting
 from tegotae.study.folder import Folder
 from tegotae.study.plan import Plan
 from tegotae.study.record import Record
-from tegotae.study.unit import Unit, work
+from tegotae.study.unit import DEVICES, Unit, work
 
 _MOST_DEATHS = 5
 
@@ -100,7 +100,12 @@ def bundles(units: Sequence[Unit]) -> list[list[Unit]]:
 
 
 def work_all(units: list[Unit]) -> list[Record]:
-    """The records of a bundle."""
+    """The records of a bundle, done by a worker.
+
+    Raises:
+        TegotaeError: if the worker cannot compute as all others do.
+    """
+    compute_on(DEVICES)
     return [work(unit) for unit in units]
 
 
@@ -126,8 +131,6 @@ def on_cores(
 @contextmanager
 def _pool(workers: int) -> Iterator[ProcessPoolExecutor]:
     """Worker processes of one core each, that end when this process does or leaves early."""
-    before = os.environ.get("TEGOTAE_CORES")
-    os.environ["TEGOTAE_CORES"] = "1"  # read by the workers when they import JAX
     pool = ProcessPoolExecutor(
         workers,
         mp_context=multiprocessing.get_context("spawn"),
@@ -143,10 +146,6 @@ def _pool(workers: int) -> Iterator[ProcessPoolExecutor]:
         raise
     finally:
         pool.shutdown(cancel_futures=True)
-        if before is None:
-            del os.environ["TEGOTAE_CORES"]
-        else:
-            os.environ["TEGOTAE_CORES"] = before
 
 
 @contextmanager

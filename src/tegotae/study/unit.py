@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from tegotae.devices import described_devices
 from tegotae.errors import TegotaeError, require_count
 from tegotae.evaluation import Protocol, drawn_releases, evaluate
 from tegotae.study.record import Record
@@ -21,6 +22,8 @@ from tegotae.training.stopping import SEARCH
 
 FORMAT = 2
 """Changed whenever the same configuration would give other numbers."""
+DEVICES = 2
+"""CPU devices that a worker computes on, the least there are (`tegotae.devices`)."""
 
 
 @dataclass(frozen=True)
@@ -106,7 +109,7 @@ def work(unit: Unit) -> Record:
     budgets = range(1, 1 + len(learned.at_budgets))
     return Record(
         configuration=unit.configuration,
-        software=software(),
+        software={**software(), "devices": described_devices()},
         weights=learned.weights.astype("float32"),
         best_fitness=learned.fitness.astype("float32"),
         generations=learned.generations,

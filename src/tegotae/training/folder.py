@@ -34,14 +34,18 @@ def claim(out: Path, configuration: Mapping[str, Any], versions: Mapping[str, st
     wanted = json.loads(json.dumps(configuration))
     if any(out.glob("checkpoint*")) or any(out.glob("*-seed*.json")):
         found = _configuration(path)
-        differing = [name for name in {**wanted, **found} if found.get(name) != wanted.get(name)]
-        if differing:
+        if names := differing(found, wanted):
             raise TegotaeError(
                 f"{out} holds a training of {found.get('model')} that differs in "
-                f"{', '.join(differing)}; choose another folder with --out"
+                f"{', '.join(names)}; choose another folder with --out"
             )
     document = {"configuration": wanted, "software": dict(versions)}
     write_atomically(path, json.dumps(document, indent=1) + "\n")
+
+
+def differing(found: Mapping[str, Any], wanted: Mapping[str, Any]) -> list[str]:
+    """Names of what differs between two configurations of JSON values."""
+    return [name for name in {**wanted, **found} if found.get(name) != wanted.get(name)]
 
 
 def _configuration(path: Path) -> dict[str, Any]:
@@ -51,7 +55,9 @@ def _configuration(path: Path) -> dict[str, Any]:
         raise TegotaeError(
             f"{path.parent} holds a training but no {path.name}; choose another folder with --out"
         ) from None
-    except (OSError, ValueError, KeyError, TypeError):
+    except OSError as error:
+        raise TegotaeError(f"cannot read {path}: {error.strerror}") from None
+    except (ValueError, KeyError, TypeError):
         raise TegotaeError(f"{path} is damaged; choose another folder with --out") from None
 
 

@@ -5,10 +5,12 @@ from __future__ import annotations
 import csv
 import dataclasses
 import io
+import json
 import math
 import time
 import zipfile
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -20,17 +22,19 @@ from tegotae.bodies import Hopper
 from tegotae.controller import Controller
 from tegotae.errors import TegotaeError, require_count, require_finite
 from tegotae.files import output_folder, write_atomically
+from tegotae.locks import locked
 from tegotae.models import BUDGET, Model
 from tegotae.progress import reporting
 from tegotae.rollout import Timing
 from tegotae.training.algorithms import PGPE, Algorithm
 from tegotae.training.evolve import Curves, Progress, Training, evolve, start
 from tegotae.training.fitness import EPISODE, SETTLE_S, Fitness
-from tegotae.training.folder import claim, save_controller, versions_of
+from tegotae.training.folder import claim, differing, save_controller, versions_of
 from tegotae.training.search import best_gain
 from tegotae.training.stopping import SEARCH, Stopping
 
 _SECONDS_BETWEEN_CHECKPOINTS = 5.0
+_REMEDY = "remove it to train anew, or choose another folder with --out"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -158,10 +162,20 @@ def train(
     run whatever the seeds.
 
     Raises:
-        TegotaeError: if the folder cannot be written or holds another training.
+        TegotaeError: if the folder cannot be written, is in use or holds another training.
     """
     training = run.training
-    output_folder(out)
+    with locked(output_folder(out)):
+        return _train(run, training, out, on_generation)
+
+
+def _train(
+    run: Run,
+    training: Training,
+    out: Path,
+    on_generation: Callable[[int, Curves], None] | None,
+) -> list[Path]:
+    """The same, alone in the folder."""
     claim(out, run.configuration, software())
     if not run.model.is_trained:
         return _search(run, out)
@@ -174,7 +188,7 @@ def train(
                 reached = progress, [*reached[1], new]
                 done = len(reached[1])
                 if time.monotonic() - saved_at > _SECONDS_BETWEEN_CHECKPOINTS:
-                    _checkpoint(out, *reached)
+                    _checkpoint(run, out, *reached)
                     saved_at = time.monotonic()
                 ended = sum(map(bool, ends(run, reached[1])))
                 reporter.update(
@@ -187,7 +201,7 @@ def train(
                     on_generation(done, new)
         finally:
             if reached[1]:
-                _checkpoint(out, *reached)
+                _checkpoint(run, out, *reached)
                 paths = _write_results(run, training, *reached, out)
     return paths
 
@@ -203,27 +217,41 @@ def _resume(run: Run, training: Training, out: Path) -> tuple[Progress, list[Cur
     if not path.exists():
         return progress, []
     leaves, structure = jax.tree.flatten(progress)
-    try:
+    with _useless(path):
         with np.load(path, allow_pickle=False) as stored:
-            restored = [stored[f"leaf{i}"] for i in range(len(leaves))]
-            columns = [stored[f"curve_{name}"] for name in Curves._fields]
+            arrays = {name: stored[name] for name in stored.files}
+        found = dict(json.loads(str(arrays.get("configuration", "{}"))))
+    if names := differing(found, json.loads(json.dumps(run.configuration))):
+        what = f"a training that differs in {', '.join(names)}" if found else "an earlier version"
+        raise TegotaeError(f"{path} is of {what}; {_REMEDY}")
+    with _useless(path):
+        restored = [arrays[f"leaf{i}"] for i in range(len(leaves))]
+        columns = [arrays[f"curve_{name}"] for name in Curves._fields]
         if any(np.shape(a) != b.shape for a, b in zip(leaves, restored, strict=True)):
             raise ValueError("shapes differ")
         curves = [Curves(*generation) for generation in zip(*columns, strict=True)]
         reached = jax.tree.unflatten(structure, [jax.numpy.asarray(x) for x in restored])
         if np.max(reached.generation) != len(curves):
             raise ValueError("curves and progress differ in length")
-    except (OSError, EOFError, ValueError, KeyError, zipfile.BadZipFile):
-        raise TegotaeError(
-            f"{path} is damaged; remove it to train anew, or choose another folder with --out"
-        ) from None
     return reached, curves
 
 
-def _checkpoint(out: Path, progress: Progress, curves: list[Curves]) -> None:
+@contextmanager
+def _useless(path: Path) -> Iterator[None]:
+    """Say in one line of a checkpoint that cannot be used what is wrong."""
+    try:
+        yield
+    except (OSError, EOFError, TypeError, ValueError, KeyError, zipfile.BadZipFile) as error:
+        if isinstance(error, OSError) and error.strerror:
+            raise TegotaeError(f"cannot read {path}: {error.strerror}") from None
+        raise TegotaeError(f"{path} is damaged; {_REMEDY}") from None
+
+
+def _checkpoint(run: Run, out: Path, progress: Progress, curves: list[Curves]) -> None:
     arrays = {f"leaf{i}": np.asarray(x) for i, x in enumerate(jax.tree.leaves(progress))}
     for name in Curves._fields:
         arrays[f"curve_{name}"] = np.stack([getattr(c, name) for c in curves])
+    arrays["configuration"] = np.array(json.dumps(run.configuration))
     stream = io.BytesIO()
     np.savez(stream, allow_pickle=False, **arrays)
     write_atomically(out / "checkpoint.npz", stream.getvalue())

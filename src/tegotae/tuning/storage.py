@@ -12,11 +12,7 @@ from typing import IO, TYPE_CHECKING, Any
 from tegotae.errors import TegotaeError
 from tegotae.extras import require
 from tegotae.files import output_file
-
-try:
-    import fcntl
-except ImportError:  # not on Windows: there two tuners must not share a file
-    fcntl = None
+from tegotae.locks import hold
 
 if TYPE_CHECKING:
     from optuna.study import Study
@@ -59,18 +55,14 @@ def opened(path: Path, configuration: Mapping[str, Any]) -> Iterator[Study]:
 
 
 def _lock(stream: IO[bytes], path: Path) -> None:
-    if fcntl is None:
-        return
     try:
-        fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        alone = hold(stream.fileno())
     except BlockingIOError:
         raise TegotaeError(
             f"{path} is in use by another tuner; for more processes give that one more --workers"
         ) from None
-    except OSError:
-        return  # a file system without locks
-    # Nobody else is here, so a lock of Optuna's is one that a killed tuner left.
-    Path(f"{path}.lock").unlink(missing_ok=True)
+    if alone:  # so a lock of Optuna's is one that a killed tuner left
+        Path(f"{path}.lock").unlink(missing_ok=True)
 
 
 def _mend(stream: IO[bytes], path: Path) -> None:

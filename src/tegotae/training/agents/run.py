@@ -15,6 +15,7 @@ from tegotae.bodies import Hopper
 from tegotae.controller import Controller
 from tegotae.errors import TegotaeError, require_count
 from tegotae.files import output_folder, write_atomically
+from tegotae.locks import locked
 from tegotae.models import BUDGET, Model
 from tegotae.progress import reporting
 from tegotae.rollout import Timing
@@ -122,13 +123,24 @@ def train_agents(
         on_point: called with the seed and each new point.
 
     Raises:
-        TegotaeError: if the folder cannot be written or holds another training, or a seed diverges.
+        TegotaeError: if the folder cannot be written, is in use or holds another training, or a
+            seed diverges.
         MissingExtraError: without Stable-Baselines3.
     """
     training = run.training
+    with locked(output_folder(out)):
+        return _train(run, training, out, on_point)
+
+
+def _train(
+    run: AgentRun,
+    training: AgentTraining,
+    out: Path,
+    on_point: Callable[[int, Point], None] | None,
+) -> list[Path]:
+    """The same, alone in the folder."""
     from tegotae.training.agents.learner import learn
 
-    output_folder(out)
     claim(out, run.configuration, _software())
     curves = _read_curves(out)
     with reporting(run.model.name, len(run.seeds) * run.episodes) as reporter:

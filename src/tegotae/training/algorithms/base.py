@@ -14,6 +14,8 @@ class Algorithm(ABC):
     """An optimiser of weights from episode fitness alone: a frozen dataclass of its settings.
 
     It wraps an evosax strategy. Strategies minimise; the trainer hands them the negative fitness.
+    evosax starts JAX when it is imported, so that is left to `make`: a worker decides before on
+    which devices to compute (`tegotae.devices.compute_on`).
     Only the population decides what is compiled. All other settings are data, in `parameters` or in
     the state that `start` returns: another learning rate compiles nothing anew.
     """

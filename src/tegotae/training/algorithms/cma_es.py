@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import jax.numpy as jnp
-from evosax.algorithms import CMA_ES
 
 from tegotae.errors import require_count, require_finite
 from tegotae.training.algorithms.base import Algorithm
+
+if TYPE_CHECKING:
+    from evosax.algorithms import CMA_ES
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -32,6 +35,8 @@ class CMAES(Algorithm):
 
     def make(self, n_weights: int) -> CMA_ES:
         """evosax's CMA-ES."""
+        from evosax.algorithms import CMA_ES
+
         return CMA_ES(self.population, jnp.zeros(n_weights))
 
     def parameters(self, n_weights: int):

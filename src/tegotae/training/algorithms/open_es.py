@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import jax
 import jax.numpy as jnp
 import optax
-from evosax.algorithms import Open_ES
 
 from tegotae.errors import TegotaeError, require_count, require_finite
 from tegotae.training.algorithms.base import Algorithm, with_hyperparameters
+
+if TYPE_CHECKING:
+    from evosax.algorithms import Open_ES
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -42,8 +45,10 @@ class OpenES(Algorithm):
 
     def make(self, n_weights: int) -> Open_ES:
         """evosax's OpenAI-ES."""
+        from tegotae.training.algorithms._fixed_deviation import FixedDeviation
+
         optimizer = optax.inject_hyperparams(optax.adam)(learning_rate=self.learning_rate)
-        return _FixedDeviation(self.population, jnp.zeros(n_weights), optimizer=optimizer)
+        return FixedDeviation(self.population, jnp.zeros(n_weights), optimizer=optimizer)
 
     def start(self, key: jax.Array, weights: jax.Array):
         """State of a search that starts from `weights`, with its deviation and Adam's step size."""
@@ -51,10 +56,3 @@ class OpenES(Algorithm):
         optimizer = {**state.opt_state.hyperparams, "learning_rate": self.learning_rate}
         state = with_hyperparameters(state, **optimizer)
         return state.replace(std=jnp.asarray(self.std, "float32"))
-
-
-class _FixedDeviation(Open_ES):
-    """OpenAI-ES that keeps the deviation in its state: evosax's is a part of the program."""
-
-    def _tell(self, key, population, fitness, state, params):
-        return super()._tell(key, population, fitness, state, params).replace(std=state.std)

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import jax
 import jax.numpy as jnp
 import optax
-from evosax.algorithms import PGPE as EvosaxPGPE  # noqa: N811
-from evosax.core.optimizer import clipup
 
 from tegotae.errors import TegotaeError, require_count, require_finite
 from tegotae.training.algorithms.base import Algorithm, with_hyperparameters
+
+if TYPE_CHECKING:
+    from evosax.algorithms import PGPE as EvosaxPGPE  # noqa: N811
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -60,6 +62,9 @@ class PGPE(Algorithm):
 
     def make(self, n_weights: int) -> EvosaxPGPE:
         """evosax's PGPE."""
+        from evosax.algorithms import PGPE as EvosaxPGPE  # noqa: N811
+        from evosax.core.optimizer import clipup
+
         optimizer = optax.inject_hyperparams(clipup, static_args=("eps",))(
             learning_rate=self.learning_rate,
             max_velocity=self.max_speed,
