@@ -61,7 +61,13 @@ def algorithms_figure(curves: Sequence[LearningCurve]) -> Figure:
                         _line(panel, mean, color=_OTHERS, lw=0.8)
                 if algorithm in means:
                     colour = COLOURS[algorithms.index(algorithm) % len(COLOURS)]
-                    _draw(panel, found[model, algorithm], means[algorithm], colour)
+                    _draw(
+                        panel,
+                        found[model, algorithm],
+                        means[algorithm],
+                        colour,
+                        m == 0 and i < across,
+                    )
         for panel in panels[-1]:
             panel.set_xlabel("simulated time learned from [s]")
         figure.legend(
@@ -78,7 +84,11 @@ def algorithms_figure(curves: Sequence[LearningCurve]) -> Figure:
 
 
 def _draw(
-    panel: Axes, runs: Sequence[LearningCurve], mean: dict[str, np.ndarray], colour: str
+    panel: Axes,
+    runs: Sequence[LearningCurve],
+    mean: dict[str, np.ndarray],
+    colour: str,
+    first_row: bool,
 ) -> None:
     """An algorithm's interval, runs and mean, and its episodes along the top."""
     trained = mean["simulated_s"] > 0.0
@@ -95,7 +105,7 @@ def _draw(
         per_s = mean["episode"][trained][-1] / mean["simulated_s"][trained][-1]
         top = panel.secondary_xaxis("top", functions=(lambda s: s * per_s, lambda e: e / per_s))
         top.tick_params(labelsize=6, pad=1)
-        if panel.get_subplotspec().rowspan.start == 0:
+        if first_row:
             top.set_xlabel("episode, or generation of an evolution", fontsize=6, labelpad=1)
         panel.spines["top"].set_visible(True)
 

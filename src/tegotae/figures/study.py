@@ -6,6 +6,7 @@ import dataclasses
 from collections.abc import Iterable, Mapping
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -112,7 +113,9 @@ def architectures_figure(table: Table) -> Figure:
         for panel in panels[-1]:
             panel.set_xticks(range(len(ARCHITECTURES)), ARCHITECTURES)
         figure.align_ylabels(panels[:, 0])
-        named = [Patch(color=colours[omega], lw=0, label=_named(omega)) for omega in omegas]
+        named: list[Artist] = [
+            Patch(color=colours[omega], lw=0, label=_named(omega)) for omega in omegas
+        ]
         named.append(Line2D([], [], color="black", lw=1.0, label="95 % interval over runs"))
         figure.legend(
             handles=named,
