@@ -168,7 +168,7 @@ def _bars(
         if abs(value.mean) < 0.005 * top:
             panel.text(x, 0.02 * top, "0", ha="center", va="bottom", fontsize=6)
         if np.isfinite(value.low):
-            panel.plot([x, x], [value.low, value.high], color="black", lw=1.0)
+            panel.vlines(x, value.low, value.high, color="black", lw=1.0)
         share = value.undefined / max(value.undefined + value.count, 1)
         if share > _LESS:
             above = np.nanmax([value.mean, value.high]) + 0.03 * top

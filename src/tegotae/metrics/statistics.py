@@ -29,7 +29,7 @@ Range = tuple[float, float]
 UNBOUNDED: Range = (-math.inf, math.inf)
 """Of what can be anything."""
 
-_ROUNDING = 1e-6
+_ROUNDING = 1e-4
 """How far a single-precision value of a range's end may lie beyond it."""
 
 BOOTSTRAP, STUDENT, WELCH = "bootstrap", "Student's t", "Welch's t"
