@@ -173,7 +173,7 @@ def test_a_straight_ridge_is_found_to_half_a_cell(slope, intercept):
 
 def test_r_squared_and_slope_error_of_known_numbers():
     """The textbook line through (1, 2), (2, 1), (3, 4), (4, 3): slope 0.6, intercept 1, R² 0.36."""
-    sigma, omega = np.array([1.0, 2.0, 3.0, 4.0]), np.array([1.0, 2.0, 3.0, 4.0])
+    sigma, omega = np.arange(6.0), np.array([1.0, 2.0, 3.0, 4.0])
     hill = (sigma[:, None] == np.array([2.0, 1.0, 4.0, 3.0])) * 1.0
     found = find_ridge(sigma, omega, hill)
     assert found.slope == pytest.approx(0.6)
@@ -194,10 +194,32 @@ def test_frequencies_without_a_gait_have_no_best_gain():
 
 
 def test_a_level_ridge_has_no_variance_to_explain():
-    hill = np.array([[1.0] * 4, [2.0] * 4])
-    found = find_ridge(np.array([1.0, 2.0]), np.arange(4.0), hill)
+    hill = np.array([[1.0] * 4, [2.0] * 4, [1.0] * 4])
+    found = find_ridge(np.array([1.0, 2.0, 3.0]), np.arange(4.0), hill)
     assert found.slope == 0.0
     assert np.isnan(found.r_squared)
+
+
+def test_a_best_gain_at_the_edge_of_the_map_is_marked_and_not_fitted():
+    """A straight ridge that leaves the map at both ends, where it would be bent."""
+    sigma, omega = np.linspace(0.0, 4.0, 41), np.linspace(-2.0, 8.0, 21)
+    hill = np.exp(-((sigma[:, None] - 0.5 * omega - 0.2) ** 2))
+    found = find_ridge(sigma, omega, hill)
+    beyond = (0.5 * omega + 0.2 <= 0.0) | (0.5 * omega + 0.2 >= 4.0)
+    assert found.censored.tolist() == beyond.tolist()
+    assert len(found.sigma) == len(omega)
+    assert found.slope == pytest.approx(0.5, abs=0.01)
+    assert found.r_squared == pytest.approx(1.0, abs=1e-3)
+    assert np.polyfit(found.omega, found.sigma, 1)[0] < 0.46
+
+
+def test_a_ridge_along_the_edge_has_no_line():
+    hill = np.array([[1.0] * 4, [1.5] * 4, [2.0] * 4])
+    found = find_ridge(np.array([1.0, 2.0, 3.0]), np.arange(4.0), hill)
+    assert found.censored.all()
+    assert found.sigma.tolist() == [3.0] * 4
+    assert np.isnan(found.slope)
+    assert np.isnan(found.r_squared_interval).all()
 
 
 def test_the_one_to_one_ridge_leaves_other_lockings_out():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import dataclasses
 import re
 import shlex
 from pathlib import Path
@@ -23,6 +24,7 @@ from tegotae.analysis import (
     PhaseResponse,
     Poincare,
     Surface,
+    find_ridge,
     one_to_one_ridge,
 )
 from tegotae.cli import COMMANDS, main
@@ -136,6 +138,20 @@ def test_the_gain_map_draws_a_number_only_where_there_is_a_limit_cycle():
     assert "[m/J]" in "".join(axes.get_xlabel() for axes in figure.axes)
 
 
+def test_best_gains_at_the_edge_of_the_map_stand_out_and_are_counted():
+    hill = np.array([[0.1, 0.1, 0.1, 0.9], [0.9, 0.9, 0.1, 0.1], [0.1, 0.1, 0.9, 0.1]])
+    ridge = find_ridge(SWEEP.sigma, SWEEP.omega, hill)
+    assert ridge.sigma.tolist() == [2.0, 2.0, 3.0, 1.0]
+    figure = gain_map_figure({"sector": SWEEP}, {"sector": ridge})
+    lines = {line.get_marker(): line for line in figure.axes[0].lines}
+    assert lines["."].get_ydata().tolist() == ridge.sigma[:2].tolist()
+    assert lines["o"].get_ydata().tolist() == ridge.sigma[2:].tolist()
+    labels = " ".join(text.get_text() for text in figure.legends[0].get_texts())
+    assert "at the map's edge, not fitted\n(sector 2 frequencies)" in labels
+    table = gain_map_tables({"sector": SWEEP}, {"sector": ridge})["ridge"]
+    assert table["censored"].tolist() == [0, 0, 1, 1]
+
+
 def test_the_gain_map_of_a_body_that_never_hops_is_drawn_without_a_ridge():
     never = outcome()._replace(
         regime=np.full((3, 4), AT_REST),
@@ -187,6 +203,32 @@ def surface_of(phase: bool) -> Surface:
     )
 
 
+@pytest.mark.parametrize(
+    ("force_n", "top_n", "words"),
+    [
+        (4.0, 4.0, "up to α = 4 N"),
+        (0.5, 0.5, "at most 0.5, α = 4 N"),
+        (0.001, 4.0, "next to none, α = 4 N"),
+        (0.0, 4.0, "next to none, α = 4 N"),
+    ],
+)
+def test_colours_span_the_forces_that_there_are_and_name_alpha(force_n, top_n, words):
+    shape = surface_of(True)
+    surface = dataclasses.replace(shape, actuator_force_n=shape.actuator_force_n / 11.0 * force_n)
+    figure = surface_figure(surface, None, max_force_n=4.0)
+    mesh = next(c for c in figure.axes[0].collections if isinstance(c, QuadMesh))
+    assert mesh.get_clim() == (0.0, pytest.approx(top_n))
+    assert words in figure.axes[1].get_xlabel()
+
+
+def test_a_feedback_that_is_next_to_nothing_looks_like_it():
+    orbit = dataclasses.replace(ORBIT, feedback_rad_per_s=np.linspace(-1e-4, 1e-4, 50))
+    other = surface_figure(surface_of(True), orbit, max_force_n=11.0).axes[-1]
+    assert other.get_ylabel() == "feedback f [rad/s]"
+    low, high = other.get_ylim()
+    assert low <= -0.1 < 0.1 <= high
+
+
 @pytest.mark.parametrize("phase", [True, False], ids=("phase", "velocity"))
 def test_the_surface_is_drawn_with_the_limit_cycle_on_it(phase):
     figure = surface_figure(surface_of(phase), ORBIT, max_force_n=11.0, note="title")
@@ -229,6 +271,28 @@ def test_the_phase_response_is_drawn_per_push_with_gaps_where_it_wraps():
     table = phase_response_table(response)
     np.testing.assert_array_equal(table["shift_rad"], response.shift_rad.ravel())
     assert table["push_ns"].tolist() == [0.01] * 5 + [-0.01] * 5
+
+
+@pytest.mark.parametrize(
+    ("largest", "words"),
+    [
+        (0.0006, "negligible response: at most 0.0006 rad,\n0.0001 of a period"),
+        (0.02, ""),
+        (np.nan, "the gait never returns to its limit cycle"),
+    ],
+)
+def test_a_response_that_is_negligible_looks_flat_and_is_called_so(largest, words):
+    response = PhaseResponse(
+        cycle_phase_rad=np.linspace(0.0, 2 * np.pi, 5, endpoint=False),
+        push_ns=np.array([0.01]),
+        shift_rad=largest * np.array([[0.0, 1.0, -1.0, 0.5, 0.0]]),
+        stance=np.zeros(5, bool),
+        oscillator_phase_rad=np.arange(5.0),
+    )
+    axes = phase_response_figure(response).axes[0]
+    assert " ".join(text.get_text() for text in axes.texts) == words
+    low, high = axes.get_ylim()
+    assert low <= -0.02 < 0.02 <= high
 
 
 @pytest.mark.parametrize("dimension", [1, 2])
@@ -298,6 +362,23 @@ def test_figures_are_written_in_formats_for_print(ending, tmp_path):
     path = save_figure(phase_locking_figure(SWEEP, 2.0), tmp_path / "new" / f"f.{ending}")
     begins = {"png": b"\x89PNG", "pdf": b"%PDF", "svg": b"<?xml"}[ending]
     assert path.read_bytes().startswith(begins)
+
+
+def test_a_figure_is_written_whole_or_not_at_all(tmp_path):
+    path = tmp_path / "f.png"
+    path.write_bytes(b"the figure before")
+
+    class Halfway(Figure):
+        def savefig(self, fname, **how):
+            fname.write(b"half a figure")
+            raise OSError(28, "No space left on device")
+
+    with pytest.raises(OSError, match="No space"):
+        save_figure(Halfway(), path)
+    assert path.read_bytes() == b"the figure before"
+    save_figure(Figure(), path)
+    assert path.read_bytes().startswith(b"\x89PNG")
+    assert [p.name for p in tmp_path.iterdir()] == ["f.png"]
 
 
 @pytest.mark.parametrize("name", ["figure", "figure.xyz", "figure.csv"])

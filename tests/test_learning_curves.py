@@ -156,30 +156,52 @@ def test_runs_of_a_model_and_an_algorithm_belong_together():
 # Drawing.
 
 
-def test_a_row_a_model_with_the_mean_over_episodes_and_over_time():
+def test_a_panel_a_model_and_algorithm_over_simulated_time_with_episodes_above():
     curves = [curve([0.0, 0.2, 0.4]), curve([0.0, 0.4, 0.8], seed=1), curve([0.1, 0.1], "sac")]
     curves.append(curve([0.0, 0.5], "pgpe", model="AR-rF-reflex-w8", every=1.0))
     figure = algorithms_figure(curves)
-    assert len(figure.axes) == 4
-    by_episode, by_time = figure.axes[2:]
-    ppo = next(line for line in by_episode.get_lines() if line.get_label() == "ppo")
+    panels = {panel.get_title(loc="left").replace("\n", " "): panel for panel in figure.axes}
+    assert list(panels) == [
+        f"{model}: {algorithm}"
+        for model in ("AR-rF-reflex-w8", MODEL)
+        for algorithm in ("pgpe", "ppo", "sac")
+    ]
+    panel = panels[f"{MODEL}: ppo"]
+    ppo = next(line for line in panel.get_lines() if line.get_linewidth() == 1.2)
     # The point before training has no place on a logarithmic axis.
-    assert by_episode.get_xscale() == by_time.get_xscale() == "log"
-    np.testing.assert_allclose(ppo.get_xdata(), [10.0, 20.0])
+    assert panel.get_xscale() == "log"
+    np.testing.assert_allclose(ppo.get_xdata(), [120.0, 240.0])
     np.testing.assert_allclose(ppo.get_ydata(), [0.3, 0.6])
-    over_time = next(line for line in by_time.get_lines() if line.get_label() == "ppo")
-    np.testing.assert_allclose(over_time.get_xdata(), [120.0, 240.0])
-    assert [text.get_text() for text in figure.legends[0].get_texts()] == ["pgpe", "ppo", "sac"]
-    assert "[m/J]" in by_episode.get_ylabel()
-    assert "[s]" in by_time.get_xlabel()
+    # An episode is 12 s.
+    (above,) = panel.child_axes
+    panel.set_xlim(12.0, 1200.0)
+    figure.draw_without_rendering()
+    np.testing.assert_allclose(above.get_xlim(), [1.0, 100.0])
+    assert "[m/J]" in panels[f"{MODEL}: pgpe"].get_ylabel()
+    assert "[s]" in panel.get_xlabel()
+
+
+def test_the_interval_of_one_algorithm_hides_no_other():
+    curves = [curve([0.0, 0.2, 0.4], a, seed) for a in ("ppo", "sac") for seed in (0, 1)]
+    for panel in algorithms_figure(curves).axes:
+        assert len(panel.collections) == 1
+        grey = [line for line in panel.get_lines() if line.get_linewidth() == 0.8]
+        assert len(grey) == 1
+
+
+def test_more_algorithms_than_fit_side_by_side_go_on_below():
+    curves = [curve([0.0, 0.2], name) for name in "abcde"]
+    shown = [panel for panel in algorithms_figure(curves).axes if panel.get_visible()]
+    assert [p.get_title(loc="left") for p in shown] == [f"{MODEL}: {name}" for name in "abcde"]
 
 
 def test_the_interval_of_the_mean_is_in_the_table_and_empty_for_a_single_run():
     curves = [curve([0.0, 0.2]), curve([0.0, 0.4], seed=1), curve([0.1, 0.1], "sac")]
     mean = algorithms_tables(curves)["mean"]
     rows = dict(zip(zip(mean["algorithm"], mean["episode"], strict=True), mean["low"], strict=True))
-    # Of two runs, Student's t: 12.7 standard errors.
-    assert rows["ppo", 10.0] == pytest.approx(0.3 - 12.706 * 0.1, abs=1e-3)
+    # Of two runs, Student's t: 12.7 standard errors. No CoT⁻¹ is below zero.
+    assert rows["ppo", 10.0] == 0.0
+    assert mean["high"][1] == pytest.approx(0.3 + 12.706 * 0.1, abs=1e-3)
     assert np.isnan(rows["sac", 10.0])
 
 

@@ -8,12 +8,15 @@ import numpy as np
 import pytest
 
 from tegotae import TegotaeError
+from tegotae.evaluation import METRICS
 from tegotae.metrics import (
+    RANGES,
     balanced_difference,
     difference,
     interval,
     paired_difference,
     stratified_difference,
+    summarise,
 )
 
 
@@ -132,3 +135,80 @@ def test_rows_count_alike_however_long_they_are():
     assert found.mean == pytest.approx(5.1 - 1.5)
     assert balanced_difference([[1.0, 1.2], [9.0, 9.2]]).mean == pytest.approx(5.1)
     assert math.isnan(balanced_difference([[1.0, 1.2]], [[3.0]]).mean)
+
+
+# Ranges.
+
+
+@pytest.mark.parametrize("values", [[1.0, 1.0, 0.2], [0.0, 0.4], [0.9, 0.1, 1.0, 1.0]])
+def test_an_interval_of_a_share_is_one_of_shares(values):
+    free, found = interval(values), interval(values, within=(0.0, 1.0))
+    assert not 0.0 <= free.low <= free.high <= 1.0
+    assert (found.low, found.high) == (max(free.low, 0.0), min(free.high, 1.0))
+    assert (found.mean, found.std) == (free.mean, free.std)
+
+
+def test_what_is_cut_off_an_interval_never_held_the_mean():
+    random = np.random.default_rng(0)
+    covers = []
+    for values in random.beta(0.5, 0.5, (500, 5)):
+        free, found = interval(values), interval(values, within=(0.0, 1.0))
+        covers.append([i.low <= 0.5 <= i.high for i in (free, found)])
+    assert np.mean(covers, axis=0)[0] == np.mean(covers, axis=0)[1]
+
+
+@pytest.mark.parametrize("n", [3, 20])
+def test_intervals_of_metrics_stay_within_what_the_metrics_can_be(n):
+    random = np.random.default_rng(n)
+    values = {}
+    for name, (least, most) in RANGES.items():
+        # Most at an end of the range, one far from it.
+        end, far = (least, 1.0) if np.isfinite(least) else (most, -1.0)
+        values[name] = np.where(np.arange(n) == 0, end + far, end) + 0.0 * random.normal(size=n)
+    for name, found in summarise(values).items():
+        least, most = RANGES[name]
+        assert least <= found.low <= found.mean <= found.high <= most
+
+
+def test_every_metric_of_an_evaluation_has_its_range():
+    assert set(RANGES) == set(METRICS)
+
+
+def test_differences_of_shares_stay_between_minus_one_and_one():
+    a, b, share = [1.0, 0.9, 0.2], [0.0, 0.0, 0.7], (0.0, 1.0)
+    assert paired_difference(a, b).high > 1.0
+    assert difference(a, b).high > 1.0
+    for found in (
+        paired_difference(a, b, within=share),
+        difference(a, b, within=share),
+        stratified_difference([(a, b)], within=share),
+    ):
+        assert -1.0 <= found.low < found.high == 1.0
+    assert balanced_difference([a], within=share).high == 1.0
+
+
+def test_a_difference_of_what_has_one_end_has_none():
+    a, b, positive = [3.0, 0.0, 0.1], [9.0, 0.0, 0.0], (0.0, math.inf)
+    assert difference(a, b, within=positive) == difference(a, b)
+    assert paired_difference(a, b, within=positive) == paired_difference(a, b)
+
+
+def test_a_multiple_of_a_share_reaches_as_far_as_it_can():
+    found = balanced_difference([[0.0, 0.1]], [[1.0, 0.2]], factor=1.5, within=(0.0, 1.0))
+    assert found.low == -1.5
+    assert found.high == 1.0
+
+
+@pytest.mark.parametrize("value", [-0.01, 1.44])
+def test_a_value_out_of_its_range_is_an_error_and_not_cut(value):
+    with pytest.raises(TegotaeError, match=f"hold {value:g}; they must lie between 0 and 1"):
+        interval([0.5, value], within=(0.0, 1.0))
+
+
+def test_an_interval_says_how_it_was_found():
+    few, many = [1.0, 2.0, 4.0], np.arange(9.0)
+    assert interval(few).method == "Student's t"
+    assert interval(many).method == "bootstrap"
+    assert paired_difference(many, many[::-1]).method == "bootstrap"
+    assert difference(many, few).method == balanced_difference([few]).method == "Welch's t"
+    assert interval([1.0]).method == difference([1.0], few).method == ""

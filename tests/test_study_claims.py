@@ -242,6 +242,24 @@ def test_a_gain_that_grows_along_a_line_for_the_sector_alone() -> None:
     assert claim_11(few).verdict == UNDECIDED
 
 
+def test_a_best_gain_that_the_edge_of_the_map_censors_is_counted_and_not_fitted(tmp_path) -> None:
+    omega = np.linspace(2.0, 10.0, 60)
+    best = np.minimum(1.3 * omega, 6.0)
+    censored = best == 6.0
+    ridge = {
+        "actuation": np.repeat(["sector", "reflex"], 60),
+        "omega_rad_per_s": np.tile(omega, 2),
+        "best_sigma_rad_per_s_n": np.concatenate([best, np.sin(5.0 * omega)]),
+        "censored": np.concatenate([censored, np.zeros(60, bool)]).astype(int),
+    }
+    write_tables(tmp_path / "gain_map.png", {"ridge": ridge})
+    verdict = experiment_verdicts(tmp_path)[2]
+    slope, line, _ = verdict.parts
+    assert verdict.verdict == HOLDS
+    assert slope.effect.mean == pytest.approx(1.3)
+    assert (line.effect.count, line.effect.undefined) == (60 - censored.sum(), censored.sum())
+
+
 def test_experiments_are_read_from_the_tables_that_their_commands_write(tmp_path) -> None:
     runs = [*curves("pgpe", 1.0), *curves("sac", 0.5)]
     write_tables(tmp_path / "figure3.png", algorithms_tables(runs))
@@ -250,6 +268,7 @@ def test_experiments_are_read_from_the_tables_that_their_commands_write(tmp_path
         "actuation": np.repeat(["sector", "reflex"], 9),
         "omega_rad_per_s": np.tile(omega, 2),
         "best_sigma_rad_per_s_n": np.concatenate([omega, np.sin(5.0 * omega)]),
+        "censored": np.zeros(18, int),
     }
     write_tables(tmp_path / "gain_map.png", {"ridge": ridge})
     assert [v.verdict for v in experiment_verdicts(tmp_path)] == [HOLDS, NOT_MEASURED, HOLDS]

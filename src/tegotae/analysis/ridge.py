@@ -13,7 +13,11 @@ _WINDING_TOLERANCE = 0.02
 
 
 class Ridge(NamedTuple):
-    """The best gain per frequency, and the least-squares line `σ = intercept + slope ω`."""
+    """The best gain per frequency, and the least-squares line `σ = intercept + slope ω`.
+
+    A best gain at the edge of the searched range is censored: beyond may lie a better one. It is
+    kept and marked, and the line is that of the others.
+    """
 
     omega: np.ndarray
     """Frequencies that have a best gain ω [rad/s], shape [points]."""
@@ -21,14 +25,16 @@ class Ridge(NamedTuple):
     """Best gain σ [rad/(s N)], shape [points]."""
     value: np.ndarray
     """CoT⁻¹ there [m/J], shape [points]."""
+    censored: np.ndarray
+    """Whether it is the least or the largest gain that was searched, shape [points]."""
     slope: float
-    """Slope of the line [1/N]; NaN with fewer than three points."""
+    """Slope of the line [1/N]; NaN with fewer than three points that are not censored."""
     slope_error: float
     """Its standard error [1/N]."""
     intercept: float
     """Intercept [rad/(s N)]."""
     r_squared: float
-    """Share of the best gain's variance that the line explains, R²; NaN if there is none."""
+    """Share of the fitted gains' variance that the line explains, R²; NaN if there is none."""
     r_squared_interval: tuple[float, float]
     """Its 95 % percentile bootstrap interval over the frequencies."""
 
@@ -40,8 +46,10 @@ class Ridge(NamedTuple):
 def find_ridge(sigma: np.ndarray, omega: np.ndarray, value: np.ndarray) -> Ridge:
     """Where a map is highest along σ, for each ω, and the least-squares line through it.
 
+    Best gains at the edge of the map are censored, and not fitted.
+
     Args:
-        sigma: gains, shape [gains].
+        sigma: gains in rising order, shape [gains].
         omega: frequencies, shape [frequencies].
         value: the map, shape [gains, frequencies]; NaN, and values that are not positive, do not
             count. Frequencies without any other value have no best gain.
@@ -58,10 +66,15 @@ def find_ridge(sigma: np.ndarray, omega: np.ndarray, value: np.ndarray) -> Ridge
     column = np.arange(len(omega))
     exists = np.isfinite(counts[best, column])
     best, column = best[exists], column[exists]
-    x, y = np.asarray(omega, float)[column], np.asarray(sigma, float)[best]
-    value = np.asarray(value, float)[best, column]
+    points = (
+        np.asarray(omega, float)[column],
+        np.asarray(sigma, float)[best],
+        np.asarray(value, float)[best, column],
+    )
+    censored = (best == 0) | (best == len(sigma) - 1)
+    x, y = points[0][~censored], points[1][~censored]
     if len(x) < 3:
-        return Ridge(x, y, value, np.nan, np.nan, np.nan, np.nan, (np.nan, np.nan))
+        return Ridge(*points, censored, np.nan, np.nan, np.nan, np.nan, (np.nan, np.nan))
     slope, intercept, r_squared = line(x, y)
     residual = np.sum((y - intercept - slope * x) ** 2)
     error = np.sqrt(residual / (len(x) - 2) / np.sum((x - x.mean()) ** 2))
@@ -71,9 +84,8 @@ def find_ridge(sigma: np.ndarray, omega: np.ndarray, value: np.ndarray) -> Ridge
         np.nanquantile(resampled, (0.025, 0.975)) if r_squared == r_squared else 2 * [np.nan]
     )
     return Ridge(
-        x,
-        y,
-        value,
+        *points,
+        censored,
         float(slope),
         float(error),
         float(intercept),

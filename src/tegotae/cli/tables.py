@@ -2,20 +2,71 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 from rich import box
+from rich.cells import cell_len
 from rich.console import Console
 from rich.table import Table
 
+_PADDING = 3
+"""Blanks around a cell, and to the next."""
 
-def print_rows(columns: Iterable[str], rows: Iterable[Iterable[str]]) -> None:
-    """Print a table as wide as it needs to be: a cut number is worse than a long line."""
-    table = Table(*columns, box=box.SIMPLE_HEAD)
-    for row in rows:
-        table.add_row(*row)
-    for column in table.columns:
-        column.no_wrap = True
+
+def print_rows(columns: Iterable[str], rows: Iterable[Iterable[str]], *, key: int = 1) -> None:
+    """Print a table; on a terminal too narrow for it, as several, one below the other.
+
+    Each part begins with the key columns, so that its rows can be told apart. Where the output is
+    no terminal the table is one, as wide as it needs to be. A cut number is worse than a long line.
+
+    Args:
+        columns: the headings.
+        rows: of the table, one text a column.
+        key: how many columns, the first ones, tell the rows apart.
+    """
+    columns, rows = tuple(columns), [tuple(row) for row in rows]
     console = Console(highlight=False)
-    console.width = max(console.width, Console(width=10_000).measure(table).maximum)
-    console.print(table)
+    parts = [tuple(range(len(columns)))]
+    if console.is_terminal:
+        parts = fitting(column_widths(columns, rows), console.width, key)
+    for part in parts:
+        table = Table(box=box.SIMPLE_HEAD)
+        for i in part:
+            table.add_column(columns[i], no_wrap=True)
+        for row in rows:
+            table.add_row(*(row[i] for i in part))
+        console.width = max(console.width, Console(width=10_000).measure(table).maximum)
+        console.print(table)
+
+
+def column_widths(columns: Sequence[str], rows: Sequence[Sequence[str]]) -> list[int]:
+    """How wide each column is on the screen, in cells of a letter."""
+    return [
+        _PADDING + max(cell_len(text) for text in (name, *(row[i] for row in rows)))
+        for i, name in enumerate(columns)
+    ]
+
+
+def fitting(widths: Sequence[int], width: int, key: int = 1) -> list[tuple[int, ...]]:
+    """Which columns go into which part of a table, so that each fits a width if it can.
+
+    Args:
+        widths: of the columns.
+        width: of the screen.
+        key: the first so many columns begin every part.
+
+    Example:
+        >>> fitting([10, 6, 6, 6], width=23)
+        [(0, 1, 2), (0, 3)]
+    """
+    keys = tuple(range(min(key, len(widths))))
+    edges = 1  # of the table's box
+    parts = [list(keys)]
+    for i in range(len(keys), len(widths)):
+        part = parts[-1]
+        wide = edges + sum(widths[j] for j in part) + widths[i]
+        if wide > width and len(part) > len(keys):
+            parts.append([*keys, i])
+        else:
+            part.append(i)
+    return [tuple(part) for part in parts]

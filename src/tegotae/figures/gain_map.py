@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -16,6 +17,18 @@ from tegotae.figures.maps import draw_quantity, regime_legend
 from tegotae.figures.style import COLUMN_IN, new_figure, styled
 from tegotae.metrics.gait import REGIMES
 
+# Hollow, and drawn whole though they lie on the panel's edge.
+_CENSORED: dict[str, Any] = {
+    "ls": "",
+    "marker": "o",
+    "ms": 2.6,
+    "mfc": "white",
+    "mec": "black",
+    "mew": 0.5,
+    "clip_on": False,
+    "zorder": 3,
+    "in_layout": False,
+}
 _LABELS = ("CoT$^{-1}$ A  [m/J]", "CoT$^{-1}$ B  [m/J]")
 
 
@@ -30,8 +43,10 @@ def gain_map_figure(sweeps: Mapping[str, GainSweep], ridges: Mapping[str, Ridge]
         max(np.nanmax(values(sweep)[part], initial=1e-3) for sweep in sweeps.values())
         for part in range(2)
     ]
+    is_censored = any(found.censored.any() for found in ridges.values())
     with styled():
-        figure = new_figure(COLUMN_IN, 0.95 + 1.45 * len(sweeps))
+        # The line of the legend that tells of censored gains is two lines high.
+        figure = new_figure(COLUMN_IN, (1.3 if is_censored else 0.95) + 1.45 * len(sweeps))
         panels = np.atleast_2d(figure.subplots(len(sweeps), 2, sharex=True, sharey=True))
         for line, (name, sweep) in enumerate(sweeps.items()):
             row = panels[line]
@@ -49,8 +64,11 @@ def gain_map_figure(sweeps: Mapping[str, GainSweep], ridges: Mapping[str, Ridge]
                     bar = figure.colorbar(mesh, ax=panels[:, part], location="top", aspect=18)
                     bar.set_label(_LABELS[part])
             found = ridges[name]
+            fitted = ~found.censored
             for colour, size in (("white", 4.5), ("black", 1.5)):
-                row[0].plot(found.omega, found.sigma, ".", color=colour, ms=size, mew=0)
+                at = found.omega[fitted], found.sigma[fitted]
+                row[0].plot(*at, ".", color=colour, ms=size, mew=0)
+            row[0].plot(found.omega[~fitted], found.sigma[~fitted], **_CENSORED)
             if np.isfinite(found.slope):
                 ends = sweep.omega[[0, -1]]
                 row[0].plot(ends, found.line(ends), color="white", lw=1.8)
@@ -64,11 +82,16 @@ def gain_map_figure(sweeps: Mapping[str, GainSweep], ridges: Mapping[str, Ridge]
             Line2D([], [], ls="", marker=".", color="black", ms=3, label="best gain, 1 turn a hop"),
             Line2D([], [], color="black", ls="--", lw=0.9, label="its linear fit"),
         ]
+        if is_censored:
+            numbers = ", ".join(f"{name} {r.censored.sum()}" for name, r in ridges.items())
+            label = f"best gain at the map's edge, not fitted\n({numbers} frequencies)"
+            handles.append(Line2D([], [], **_CENSORED, label=label))
         regime_legend(
             figure,
             np.concatenate([sweep.outcome.regime.ravel() for sweep in sweeps.values()]),
             *handles,
             ncols=2,
+            columnspacing=1.0,
         )
     return figure
 
@@ -100,6 +123,7 @@ def gain_map_tables(
         name: {
             "omega_rad_per_s": found.omega,
             "best_sigma_rad_per_s_n": found.sigma,
+            "censored": found.censored.astype(int),
             "cot_inverse_a_m_per_j": found.value,
             "fitted_sigma_rad_per_s_n": found.line(found.omega),
         }

@@ -1,79 +1,120 @@
-"""Learning curves of algorithms on the same models, over episodes and over simulated time."""
+"""Learning curves of algorithms on the same models, over simulated time and over episodes."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
 
 from tegotae.figures.data import Table
 from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, styled
+from tegotae.metrics.ranges import RANGES
 from tegotae.metrics.statistics import interval
 from tegotae.training.curves import LearningCurve, groups, shared, table
 
-_LINES = ("-", "--", "-.", ":")
+_OTHERS = "0.72"
+_BESIDE = 3  # panels side by side
 
 
 def algorithms_figure(curves: Sequence[LearningCurve]) -> Figure:
     """CoT⁻¹ during training: runs, their mean and its 95 % interval (Fig. 3 of the paper).
 
-    One row of panels a model: on the left over episodes (of an agent) or generations (of an
-    evolution), as in the paper; on the right over the simulated time that was learned from. Both
-    axes are logarithmic; the point before any training is left out.
+    One panel a model and algorithm, so that no interval hides another; the means of the other
+    algorithms are grey lines behind. Below is the simulated time that was learned from, the same
+    for all; above, where that is in episodes (of an agent) or generations (of an evolution), as in
+    the paper. Both axes are logarithmic; the point before any training is left out.
 
     Args:
         curves: of at least one run (`tegotae.training.curves.read_curves`).
     """
-    models = sorted({curve.model for curve in curves})
-    algorithms = sorted({curve.algorithm for curve in curves})
     found = groups(curves)
+    algorithms = sorted({curve.algorithm for curve in curves})
+    models = sorted({curve.model for curve in curves})
+    across = min(len(algorithms), _BESIDE)
+    down = -(-len(algorithms) // across)
+    rows = len(models) * down
     with styled():
-        figure = new_figure(PAGE_IN, 0.7 + 1.9 * len(models))
-        panels = figure.subplots(len(models), 2, sharey="row", sharex="col", squeeze=False)
-        for (by_episode, by_time), model in zip(panels, models, strict=True):
-            for i, algorithm in enumerate(algorithms):
-                if (model, algorithm) not in found:
-                    continue
-                mean = _mean(found[model, algorithm])
-                look: dict[str, Any] = {
-                    "color": COLOURS[i % len(COLOURS)],
-                    "ls": _LINES[i % len(_LINES)],
-                }
-                trained = mean["simulated_s"] > 0.0
-                look["marker"] = "o" if trained.sum() == 1 else ""
-                for panel, x in ((by_episode, "episode"), (by_time, "simulated_s")):
-                    at = mean[x][trained]
-                    panel.fill_between(
-                        at,
-                        mean["low"][trained],
-                        mean["high"][trained],
-                        color=look["color"],
-                        alpha=0.1,
-                        lw=0,
-                    )
-                    for run in found[model, algorithm]:
-                        moved = run.simulated_s > 0.0
-                        x_run, y_run = getattr(run, x)[moved], run.cot_inverse[moved]
-                        panel.plot(x_run, y_run, color=look["color"], lw=0.4, alpha=0.6)
-                    panel.plot(at, mean["cot_inverse"][trained], label=algorithm, **look)
-                    panel.set_xscale("log")
-            by_episode.set_ylabel("CoT⁻¹ [m/J]")
+        figure = new_figure(PAGE_IN, 0.5 + 1.95 * rows)
+        panels = figure.subplots(rows, across, sharex=True, sharey=False, squeeze=False)
+        for m, model in enumerate(models):
+            own = panels[m * down : (m + 1) * down].ravel()
+            for panel in own[len(algorithms) :]:
+                panel.set_visible(False)
+            means = {a: _mean(found[model, a]) for a in algorithms if (model, a) in found}
             # Intervals of few runs reach far beyond what any run did.
             most = max(c.cot_inverse.max() for c in curves if c.model == model)
-            by_episode.set_ylim(0.0, 1.1 * most if most > 0.0 else 1.0)
-            by_episode.set_title(model, loc="left")
-        panels[-1, 0].set_xlabel("episode, or generation of an evolution")
-        panels[-1, 1].set_xlabel("simulated time learned from [s]")
-        lines = {line.get_label(): line for panel in panels.flat for line in panel.get_lines()}
+            for i, (panel, algorithm) in enumerate(zip(own, algorithms, strict=False)):
+                title = f"{model}: {algorithm}"
+                panel.set_title(title if len(title) < 36 else f"{model}:\n{algorithm}", loc="left")
+                panel.set_ylim(0.0, 1.1 * most if most > 0.0 else 1.0)
+                panel.set_xscale("log")
+                if i % across:
+                    panel.tick_params(labelleft=False)
+                else:
+                    panel.set_ylabel("CoT⁻¹ [m/J]")
+                for other, mean in means.items():
+                    if other != algorithm:
+                        _line(panel, mean, color=_OTHERS, lw=0.8)
+                if algorithm in means:
+                    colour = COLOURS[algorithms.index(algorithm) % len(COLOURS)]
+                    _draw(
+                        panel,
+                        found[model, algorithm],
+                        means[algorithm],
+                        colour,
+                        m == 0 and i < across,
+                    )
+        for panel in panels[-1]:
+            panel.set_xlabel("simulated time learned from [s]")
         figure.legend(
-            [lines[name] for name in algorithms],
-            algorithms,
+            handles=[
+                Line2D([], [], color="black", lw=1.2, label="mean over runs"),
+                Patch(color="black", alpha=0.15, lw=0, label="its 95 % interval"),
+                Line2D([], [], color="black", lw=0.4, alpha=0.6, label="runs"),
+                Line2D([], [], color=_OTHERS, lw=0.8, label="means of the other algorithms"),
+            ],
             loc="outside lower center",
-            ncols=1 if max(map(len, algorithms)) > 30 else len(algorithms),
+            ncols=4,
         )
     return figure
+
+
+def _draw(
+    panel: Axes,
+    runs: Sequence[LearningCurve],
+    mean: dict[str, np.ndarray],
+    colour: str,
+    first_row: bool,
+) -> None:
+    """An algorithm's interval, runs and mean, and its episodes along the top."""
+    trained = mean["simulated_s"] > 0.0
+    low, high = mean["low"][trained], mean["high"][trained]
+    panel.fill_between(
+        mean["simulated_s"][trained], low, high, color=colour, alpha=0.15, lw=0, zorder=2.1
+    )
+    for run in runs:
+        moved = run.simulated_s > 0.0
+        panel.plot(run.simulated_s[moved], run.cot_inverse[moved], color=colour, lw=0.4, alpha=0.6)
+    _line(panel, mean, color=colour, lw=1.2, zorder=2.3)
+    if trained.any():
+        # Episodes are of one length, so the two scales differ by a factor.
+        per_s = mean["episode"][trained][-1] / mean["simulated_s"][trained][-1]
+        top = panel.secondary_xaxis("top", functions=(lambda s: s * per_s, lambda e: e / per_s))
+        top.tick_params(labelsize=6, pad=1)
+        if first_row:
+            top.set_xlabel("episode, or generation of an evolution", fontsize=6, labelpad=1)
+        panel.spines["top"].set_visible(True)
+
+
+def _line(panel: Axes, mean: dict[str, np.ndarray], **look) -> None:
+    """A mean over simulated time; a dot where there is only one point."""
+    trained = mean["simulated_s"] > 0.0
+    look["marker"] = "o" if trained.sum() == 1 else ""
+    panel.plot(mean["simulated_s"][trained], mean["cot_inverse"][trained], **look)
 
 
 def algorithms_tables(curves: Sequence[LearningCurve]) -> dict[str, Table]:
@@ -99,7 +140,7 @@ def algorithms_tables(curves: Sequence[LearningCurve]) -> dict[str, Table]:
 def _mean(runs: Sequence[LearningCurve]) -> dict[str, np.ndarray]:
     """Mean over runs with its interval, at the points that all have; a single run has none."""
     episode, simulated_s, values = shared(runs)
-    found = [interval(row) for row in values]
+    found = [interval(row, within=RANGES["cot_inverse"]) for row in values]
     return {
         "episode": episode,
         "simulated_s": simulated_s,

@@ -9,11 +9,19 @@ from matplotlib.patches import Patch
 from tegotae.analysis.phase_response import PhaseResponse
 from tegotae.figures.style import COLOURS, COLUMN_IN, new_figure, styled
 
+NEGLIGIBLE_RAD = 0.01
+"""A shift below this, 1/600 of a period, is negligible, and drawn as the flat line that it is."""
+
 _LINES = ("-", "--", "-.", ":")
 
 
 def phase_response_figure(response: PhaseResponse, note: str = "") -> Figure:
-    """Shift of the rhythm over the phase of the cycle at which the push comes."""
+    """Shift of the rhythm over the phase of the cycle at which the push comes.
+
+    The axis reaches at least to twice `NEGLIGIBLE_RAD`, so that a gait that does not respond does
+    not look like one that does; the picture then says so.
+    """
+    largest = largest_shift_rad(response)
     with styled():
         figure = new_figure(COLUMN_IN, 2.6)
         axes = figure.subplots()
@@ -39,6 +47,15 @@ def phase_response_figure(response: PhaseResponse, note: str = "") -> Figure:
                 color=COLOURS[(0, 4, 2, 5)[number % 4]],
                 label=f"push of {1e3 * push:+.3g} mN s",
             )
+        low, high = axes.get_ylim()
+        axes.set_ylim(min(low, -2.0 * NEGLIGIBLE_RAD), max(high, 2.0 * NEGLIGIBLE_RAD))
+        if largest < NEGLIGIBLE_RAD:
+            axes.text(
+                0.5, 0.95, _negligible(largest), transform=axes.transAxes, ha="center", va="top"
+            )
+        elif np.isnan(largest):
+            words = "the gait never returns to its limit cycle"
+            axes.text(0.5, 0.95, words, transform=axes.transAxes, ha="center", va="top")
         axes.set_xlim(0.0, 1.0)
         axes.set_xlabel("when the push comes, t / T since the apex")
         axes.set_ylabel("shift of the rhythm Δθ [rad]")
@@ -46,6 +63,17 @@ def phase_response_figure(response: PhaseResponse, note: str = "") -> Figure:
         handles = [*axes.get_legend_handles_labels()[0], Patch(color="0.88", label="stance")]
         figure.legend(handles=handles, loc="outside lower center", ncols=3)
     return figure
+
+
+def largest_shift_rad(response: PhaseResponse) -> float:
+    """Largest shift by any push, in either direction [rad]; NaN if the gait never returns."""
+    returned = np.isfinite(response.shift_rad)
+    return float(np.abs(response.shift_rad[returned]).max()) if returned.any() else float("nan")
+
+
+def _negligible(largest_rad: float) -> str:
+    share = largest_rad / (2.0 * np.pi)
+    return f"negligible response: at most {largest_rad:.1g} rad,\n{share:.1g} of a period"
 
 
 def phase_response_table(response: PhaseResponse) -> dict[str, np.ndarray]:

@@ -3,12 +3,19 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Iterable, Mapping
 
 import numpy as np
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from matplotlib.ticker import FixedLocator, Locator, MaxNLocator
 
 from tegotae.evaluation import METRICS
 from tegotae.figures.style import COLOURS, COLUMN_IN, DIVERGING, PAGE_IN, new_figure, styled
+from tegotae.metrics.ranges import RANGES
 from tegotae.metrics.statistics import Interval, balanced_difference
 from tegotae.study.claims import correlation, designs
 from tegotae.study.table import Table
@@ -26,16 +33,37 @@ SHOWN = {
 }
 """Metrics of the figure, and how they are called there."""
 
-_TOP = 1.5
-
 OBSERVATIONS = {"F": "$s = [F_k]$", "Fv": r"$s = [F_k, \dot y]$"}
 
+_NOTE = (
+    "Above a bar: share of the runs in which the metric is undefined, as they have no limit cycle "
+    "or do not recover;\nthe bar is the mean of the others.  0: a bar without height.  "
+    "–: undefined in all runs."
+)
+_ROOM = 1.3
+"""Height of a panel over its highest bar or interval: numbers stand above."""
+_WIDE = 0.8
+"""Width of an architecture's bars together."""
+_LESS = 0.005
+"""Share of runs without the metric that is too small to be told."""
 
-def architecture_metrics(table: Table) -> dict[tuple[str, str, str], Interval]:
-    """Mean and interval per (observation, metric, architecture): designs count alike.
 
-    A design is a value of ω_t and an input of the actuation. Architectures that sense nothing but
-    F_k (V and VT) stand in both columns, as in the paper.
+def frequencies(table: Table) -> tuple[float | None, ...]:
+    """Training frequencies ω_t in a table [rad/s], rising; at last None, of what has none."""
+    omegas = np.unique(table["omega_t"])
+    known = [float(omega) for omega in omegas[np.isfinite(omegas)]]
+    return (*known, *([None] if np.isnan(omegas).any() else []))
+
+
+def architecture_metrics(
+    table: Table,
+) -> dict[tuple[str, str, str, float | None], Interval]:
+    """Mean and interval per (observation, metric, architecture, ω_t): inputs of the actuation count
+    alike.
+
+    A value of ω_t stands for itself, as a body that can do little at one of them would hide what
+    differs at another; the single network has none. Architectures that sense nothing but F_k (V and
+    VT) stand in both columns, as in the paper. What a table does not hold has no entry.
     """
     found = {}
     for observation in OBSERVATIONS:
@@ -43,57 +71,109 @@ def architecture_metrics(table: Table) -> dict[tuple[str, str, str], Interval]:
             rows = table.where(architecture=architecture)
             if architecture not in ("V", "VT"):
                 rows = rows.where(observation=observation)
-            for metric in SHOWN:
-                values = [design[metric] for design in designs(rows).values()]
-                mean = balanced_difference(values, single_is_exact=True)
-                undefined = int(np.isnan(rows[metric]).sum())
-                found[observation, metric, architecture] = dataclasses.replace(
-                    mean, count=len(rows) - undefined, undefined=undefined
-                )
+            for omega_t in frequencies(rows):
+                own = rows if omega_t is None else rows.where(omega_t=omega_t)
+                for metric in SHOWN:
+                    values = [design[metric] for design in designs(own).values()]
+                    mean = balanced_difference(values, single_is_exact=True, within=RANGES[metric])
+                    undefined = int(np.isnan(own[metric]).sum())
+                    found[observation, metric, architecture, omega_t] = dataclasses.replace(
+                        mean, count=len(own) - undefined, undefined=undefined
+                    )
     return found
 
 
 def architectures_figure(table: Table) -> Figure:
-    """Fig. 2, II: per architecture every metric over its largest mean, with 95 % intervals."""
+    """Fig. 2, II: every metric per architecture and ω_t, in its unit, with 95 % intervals."""
     found = architecture_metrics(table)
+    omegas = frequencies(table)
+    colours = dict(zip(omegas, _colours(omegas), strict=True))
     with styled():
-        figure = new_figure(PAGE_IN, 5.6)
-        panels = figure.subplots(len(SHOWN), 2, sharex=True, sharey=True)
-        places = np.arange(len(ARCHITECTURES))
+        figure = new_figure(PAGE_IN, 6.9)
+        panels = figure.subplots(len(SHOWN), 2, sharex=True, sharey="row")
         for row, (metric, label) in zip(panels, SHOWN.items(), strict=True):
-            means = [i.mean for (_, m, _), i in found.items() if m == metric]
-            largest = np.nanmax(np.abs(means)) if np.isfinite(means).any() else np.nan
-            scale = largest if largest > 0.0 else 1.0
+            own = {key: value for key, value in found.items() if key[1] == metric}
+            top = _highest(own.values())
             for panel, observation in zip(row, OBSERVATIONS, strict=True):
-                _bars(panel, places, [found[observation, metric, a] for a in ARCHITECTURES], scale)
-            row[0].set_ylabel(f"{label}\n1 is {_of_unit(largest, METRICS[metric])}")
+                for place, architecture in enumerate(ARCHITECTURES):
+                    bars = {
+                        omega: own[observation, metric, architecture, omega]
+                        for omega in omegas
+                        if (observation, metric, architecture, omega) in own
+                    }
+                    _bars(panel, place, bars, colours, top)
+            unit = METRICS[metric]
+            row[0].set_ylabel(f"{label} [{unit}]" if unit else f"{label}\n(share)")
+            row[0].set_ylim(0.0, _ROOM * top)
+            row[0].yaxis.set_major_locator(_ticks(metric, top))
         for panel, title in zip(panels[0], OBSERVATIONS.values(), strict=True):
             panel.set_title(title)
         for panel in panels.flat:
             panel.tick_params(axis="x", length=0)
         for panel in panels[-1]:
-            panel.set_xticks(places, ARCHITECTURES)
-        panels[0][0].set(ylim=(0.0, _TOP), yticks=(0.0, 0.5, 1.0))
+            panel.set_xticks(range(len(ARCHITECTURES)), ARCHITECTURES)
         figure.align_ylabels(panels[:, 0])
+        named: list[Artist] = [
+            Patch(color=colours[omega], lw=0, label=_named(omega)) for omega in omegas
+        ]
+        named.append(Line2D([], [], color="black", lw=1.0, label="95 % interval over runs"))
+        figure.legend(
+            handles=named,
+            loc="outside lower center",
+            ncols=len(named),
+            title=_NOTE,
+            title_fontsize=7,
+        )
     return figure
 
 
-def _of_unit(value: float, unit: str) -> str:
-    return "–" if np.isnan(value) else f"{value:.2g} {unit}".strip()
+def _named(omega: float | None) -> str:
+    return "T, which has no $\\omega_t$" if omega is None else rf"$\omega_t$ = {omega:g} rad/s"
 
 
-def _bars(panel, places: np.ndarray, values: list[Interval], scale: float) -> None:
-    for place, value in zip(places, values, strict=True):
+def _colours(omegas: tuple[float | None, ...]) -> list[str]:
+    """One a frequency, and grey for what has none."""
+    known = iter((COLOURS[3], COLOURS[0], COLOURS[5], COLOURS[6], COLOURS[4]) * len(omegas))
+    return ["0.55" if omega is None else next(known) for omega in omegas]
+
+
+def _highest(values: Iterable[Interval]) -> float:
+    """The highest mean or end of an interval; 1 if there is none, or nothing above zero."""
+    ends = [end for v in values for end in (v.mean, v.high) if np.isfinite(end)]
+    return max([*ends, 0.0]) or 1.0
+
+
+def _ticks(metric: str, top: float) -> Locator:
+    """Few round numbers; of a share none beyond 1."""
+    if RANGES[metric][1] == 1.0 and top > 0.5:
+        return FixedLocator([0.0, 0.5, 1.0])
+    return MaxNLocator(3)
+
+
+def _bars(
+    panel: Axes,
+    place: int,
+    values: Mapping[float | None, Interval],
+    colours: Mapping[float | None, str],
+    top: float,
+) -> None:
+    """The bars of one architecture, side by side around its place."""
+    width = _WIDE / max(len(values), 2)
+    for i, (omega, value) in enumerate(values.items()):
+        x = place + (i - 0.5 * (len(values) - 1)) * width
         if np.isnan(value.mean):
-            panel.text(place, 0.06, "–", ha="center")
+            panel.text(x, 0.02 * top, "–", ha="center", va="bottom", fontsize=7)
             continue
-        panel.bar(place, abs(value.mean) / scale, width=0.72, color=COLOURS[3], alpha=0.75, lw=0)
-        if not np.isnan(value.low):
-            ends = np.abs([value.low, value.high]) / scale
-            panel.plot([place, place], np.minimum(ends, _TOP), color="black", lw=1.2)
+        panel.bar(x, value.mean, width=0.92 * width, color=colours[omega], lw=0)
+        if abs(value.mean) < 0.005 * top:
+            panel.text(x, 0.02 * top, "0", ha="center", va="bottom", fontsize=6)
+        if np.isfinite(value.low):
+            panel.vlines(x, value.low, value.high, color="black", lw=1.0)
         share = value.undefined / max(value.undefined + value.count, 1)
-        if share > 0.005:
-            panel.text(place, 1.3, f"{share:.0%}", ha="center", fontsize=6, color="0.35")
+        if share > _LESS:
+            above = np.nanmax([value.mean, value.high]) + 0.03 * top
+            style = {"fontsize": 5, "color": "0.25", "ha": "center", "va": "bottom"}
+            panel.text(x, above, f"{share:.0%}", **style)
 
 
 def correlations(table: Table) -> np.ndarray:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +12,7 @@ from matplotlib.backend_bases import FigureCanvasBase
 from matplotlib.figure import Figure
 
 from tegotae.errors import TegotaeError
-from tegotae.files import output_file
+from tegotae.files import output_file, write_atomically
 
 COLUMN_IN = 3.5
 """Width of one column [in]."""
@@ -70,15 +71,14 @@ def figure_file(path: Path | str) -> Path:
 
 
 def save_figure(figure: Figure, path: Path | str) -> Path:
-    """Write a figure; the file's ending says in which format.
+    """Write a figure, whole or not at all; the file's ending says in which format.
 
     Raises:
         TegotaeError: if the format is unknown or the file cannot be written.
     """
     path = figure_file(path)
+    stream = io.BytesIO()
     with styled():
-        try:
-            figure.savefig(path)
-        except OSError as error:
-            raise TegotaeError(f"cannot write {path}: {error.strerror}") from None
+        figure.savefig(stream, format=path.suffix.lstrip(".").lower())
+    write_atomically(path, stream.getvalue())
     return path

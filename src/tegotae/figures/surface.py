@@ -14,6 +14,10 @@ from tegotae.analysis.surface import Surface
 from tegotae.figures.data import long_table
 from tegotae.figures.style import COLOURS, COLUMN_IN, SEQUENTIAL, new_figure, styled
 
+_NEGLIGIBLE = 0.01
+"""Share of α below which a force is next to none, and drawn so."""
+_SMALL_FEEDBACK = 0.1
+"""The axis of the feedback reaches at least so far [rad/s]: less is next to nothing beside ω."""
 _HALO = [Stroke(linewidth=2.6, foreground="white"), Normal()]
 
 
@@ -25,9 +29,12 @@ def surface_figure(
     Args:
         surface: the surface.
         orbit: the limit cycle; None if there is none.
-        max_force_n: largest actuator force α [N], the end of the colour scale.
+        max_force_n: largest actuator force α [N], which the colour scale names. The scale ends at
+            the largest force of the surface, or, if the actuator does next to nothing, at α.
         note: a title, such as the slice's velocity.
     """
+    largest = float(surface.actuator_force_n.max())
+    acts = largest > _NEGLIGIBLE * max_force_n
     with styled():
         figure = new_figure(COLUMN_IN, 3.9 if orbit else 2.6)
         heights = (1.6, 1.0) if orbit else (1.0,)
@@ -39,12 +46,12 @@ def surface_figure(
             surface.spring_force_n,
             surface.actuator_force_n,
             vmin=0.0,
-            vmax=max_force_n,
+            vmax=largest if acts else max_force_n,
             cmap=SEQUENTIAL,
             rasterized=True,
         )
         bar = figure.colorbar(mesh, ax=top, location="top", aspect=30)
-        bar.set_label("actuator force $F_a$ [N]")
+        bar.set_label(_force_label(largest, max_force_n, acts))
         top.set_ylabel("spring force $F_k$ [N]")
         top.set_ylim(0.0, surface.spring_force_n[-1])
         figure.suptitle(note, fontsize=8)
@@ -57,7 +64,7 @@ def surface_figure(
             path = _broken(across) if with_phase else across
             top.plot(path, orbit.spring_force_n, color="black", lw=1.2, path_effects=_HALO)
             _arrow(top, path, orbit.spring_force_n)
-            _draw_cycle(below[0], orbit, with_phase)
+            _draw_cycle(below[0], orbit, with_phase, max_force_n)
     return figure
 
 
@@ -100,17 +107,29 @@ def phase_axis(axes: Axes, label: str = "phase φ [rad]") -> None:
     axes.set_xlabel(label)
 
 
-def _draw_cycle(axes: Axes, orbit: Orbit, with_phase: bool) -> None:
+def _force_label(largest_n: float, max_force_n: float, acts: bool) -> str:
+    """What the colours mean, and how far the force stays below α."""
+    words = "actuator force $F_a$ [N]"
+    if not acts:
+        return f"{words}: next to none, α = {max_force_n:.3g} N"
+    if largest_n < 0.995 * max_force_n:
+        return f"{words}: at most {largest_n:.2g}, α = {max_force_n:.3g} N"
+    return f"{words}: up to α = {max_force_n:.3g} N"
+
+
+def _draw_cycle(axes: Axes, orbit: Orbit, with_phase: bool, max_force_n: float) -> None:
     """Actuator force, and feedback (or, without phase, spring force), along the limit cycle."""
     x = _broken(orbit.phase_rad) if with_phase else orbit.time_s
     axes.plot(x, orbit.actuator_force_n, color=COLOURS[0])
     axes.set_ylabel("actuator $F_a$ [N]", color=COLOURS[0])
-    axes.set_ylim(bottom=0.0)
+    axes.set_ylim(0.0, max(axes.get_ylim()[1], _NEGLIGIBLE * max_force_n))
     other = axes.twinx()
     other.spines["right"].set_visible(True)
     if with_phase:
         phase_axis(axes)
         other.plot(x, orbit.feedback_rad_per_s, color=COLOURS[4], ls="--")
+        low, high = other.get_ylim()
+        other.set_ylim(min(low, -_SMALL_FEEDBACK), max(high, _SMALL_FEEDBACK))
         other.set_ylabel("feedback f [rad/s]", color=COLOURS[4])
     else:
         axes.set_xlabel("time since the apex [s]")

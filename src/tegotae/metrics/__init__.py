@@ -4,6 +4,7 @@ from tegotae.metrics.efficiency import WORK, cot_inverse, work_total
 from tegotae.metrics.gait import REGIMES, Gait, GaitSummary, gait, measure
 from tegotae.metrics.hopping import HOP_CLEARANCE, Hops, hop_height_m, hops
 from tegotae.metrics.limit_cycle import LimitCycle, Settled, settled
+from tegotae.metrics.ranges import RANGES, summarise
 from tegotae.metrics.recording import from_samples
 from tegotae.metrics.smoothness import FORCE_PERIOD_S, smoothness
 from tegotae.metrics.spectrum import Spectrum, delta_omega, delta_w, peak, spectrum
@@ -19,6 +20,7 @@ from tegotae.metrics.statistics import (
 __all__ = [
     "FORCE_PERIOD_S",
     "HOP_CLEARANCE",
+    "RANGES",
     "REGIMES",
     "WORK",
     "Gait",
@@ -45,5 +47,6 @@ __all__ = [
     "smoothness",
     "spectrum",
     "stratified_difference",
+    "summarise",
     "work_total",
 ]

@@ -89,9 +89,9 @@ def _figures(table: Table) -> list[dict[str, Any]]:
             pictograms_figure(),
         ),
         one(
-            "II. Each metric per architecture, over the largest mean of that metric, with 95 % "
-            "intervals over runs. ω_t and inputs of the actuation count alike. Above a bar, the "
-            "share of runs that do not define the metric, because they do not settle or recover.",
+            "II. Each metric per architecture and training frequency ω_t, with 95 % intervals over "
+            "runs. Inputs of the actuation count alike. Above a bar, the share of runs that do not "
+            "define the metric, because they do not settle or recover.",
             architectures_figure(table),
         ),
         one("III. Correlation of the metrics over all models.", correlation_figure(table)),

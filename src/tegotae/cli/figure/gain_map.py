@@ -60,11 +60,13 @@ class GainMap(Output, HopperOptions):
 
 
 def _fit(ridge: Ridge) -> str:
-    """A ridge's line in words: slope ± standard error, R² and its 95 % interval."""
+    """A ridge's line in words: slope ± standard error, R² and its 95 % interval, its points."""
+    fitted, censored = int((~ridge.censored).sum()), int(ridge.censored.sum())
+    left_out = f"; {censored} more have their best gain at the map's edge" if censored else ""
     if not np.isfinite(ridge.slope):
-        return "too few frequencies with a limit cycle for a line"
+        return f"too few frequencies with a best gain for a line: {fitted}{left_out}"
     low, high = ridge.r_squared_interval
     return (
         f"best σ = {ridge.intercept:.3g} + ({ridge.slope:.3g} ± {ridge.slope_error:.2g}) ω, "
-        f"R² = {ridge.r_squared:.3f} [{low:.3f}, {high:.3f}], {len(ridge.omega)} frequencies"
+        f"R² = {ridge.r_squared:.3f} [{low:.3f}, {high:.3f}], {fitted} frequencies{left_out}"
     )

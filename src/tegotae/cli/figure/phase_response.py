@@ -23,7 +23,11 @@ class PhaseResponse(SettledSubject):
     def run(self) -> None:
         """Compute, write, and say where the rhythm is most sensitive."""
         from tegotae.analysis import measure_phase_response
-        from tegotae.figures.phase_response import phase_response_figure, phase_response_table
+        from tegotae.figures.phase_response import (
+            NEGLIGIBLE_RAD,
+            phase_response_figure,
+            phase_response_table,
+        )
 
         self.check_out()
         saved = self.saved()
@@ -38,8 +42,10 @@ class PhaseResponse(SettledSubject):
                 continue
             most = np.nanargmax(np.abs(shift))
             where = found.cycle_phase_rad[most] / (2.0 * np.pi)
+            negligible = abs(shift[most]) < NEGLIGIBLE_RAD
             print(
                 f"push of {push:g} N s: largest shift {shift[most]:+.3g} rad at t/T = {where:.2f}"
+                + (", which is negligible" if negligible else "")
                 + ("" if back.all() else f"; not back from {np.mean(~back):.0%} of the points")
             )
         self.write(

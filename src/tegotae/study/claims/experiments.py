@@ -11,7 +11,7 @@ import numpy as np
 
 from tegotae.analysis.ridge import line
 from tegotae.errors import TegotaeError
-from tegotae.metrics.statistics import Interval, difference, interval
+from tegotae.metrics.statistics import BOOTSTRAP, Interval, difference, interval
 from tegotae.study.claims.verdict import Part, Verdict
 from tegotae.training.curves import LearningCurve, groups, read_curves
 from tegotae.training.fitness import FAILED
@@ -91,7 +91,8 @@ def claim_11(ridges: dict[str, tuple[np.ndarray, np.ndarray]]) -> Verdict:
 
     Args:
         ridges: by actuation, "sector" and "reflex": frequencies [rad/s] and the best gain at each
-            [rad/(s N)], shape [frequencies].
+            [rad/(s N)], shape [frequencies]; NaN where it is censored, that is, at the edge of the
+            searched range.
     """
     sector, reflex = (_line(*ridges[name]) for name in ("sector", "reflex"))
     return Verdict(
@@ -102,15 +103,18 @@ def claim_11(ridges: dict[str, tuple[np.ndarray, np.ndarray]]) -> Verdict:
             Part("R² of the line, sector", sector[1], low=NEAR_LINEAR, unit="frequencies"),
             Part("R² of the line, reflex", reflex[1], high=NEAR_LINEAR, unit="frequencies"),
         ),
-        "gaits of one turn a hop; neighbouring frequencies are not independent samples",
+        "gaits of one turn a hop; a best gain at the edge of the searched range counts as "
+        "undefined; neighbouring frequencies are not independent samples",
     )
 
 
 def _line(omega: np.ndarray, sigma: np.ndarray) -> tuple[Interval, Interval]:
     """Slope and R² of the least-squares line, with bootstrap intervals over the frequencies."""
-    n = len(omega)
+    defined = np.isfinite(sigma)
+    omega, sigma = omega[defined], sigma[defined]
+    n, undefined = len(omega), int((~defined).sum())
     if n < 3:
-        nothing = Interval(np.nan, np.nan, np.nan, np.nan, n, 0)
+        nothing = Interval(np.nan, np.nan, np.nan, np.nan, n, undefined)
         return nothing, nothing
     drawn = np.random.default_rng(0).integers(0, n, (_RESAMPLES, n))
     slope, _, r_squared = line(omega, sigma)
@@ -119,9 +123,11 @@ def _line(omega: np.ndarray, sigma: np.ndarray) -> tuple[Interval, Interval]:
     def found(value: np.ndarray, values: np.ndarray) -> Interval:
         values = values[np.isfinite(values)]
         if len(values) == 0:
-            return Interval(float(value), np.nan, np.nan, np.nan, n, 0)
+            return Interval(float(value), np.nan, np.nan, np.nan, n, undefined)
         low, high = np.quantile(values, [0.025, 0.975])
-        return Interval(float(value), float(values.std()), float(low), float(high), n, 0)
+        return Interval(
+            float(value), float(values.std()), float(low), float(high), n, undefined, BOOTSTRAP
+        )
 
     return found(slope, slopes), found(r_squared, r_squares)
 
@@ -137,13 +143,14 @@ def _judge_sizes(path: Path) -> Verdict:
 
 
 def _judge_ridges(path: Path) -> Verdict:
-    columns = ("actuation", "omega_rad_per_s", "best_sigma_rad_per_s_n")
-    rows = _rows(path, columns, (str, float, float))
-    points = {
-        name: np.array([row[1:] for row in rows if row[0] == name], float).reshape(-1, 2)
-        for name in ("sector", "reflex")
-    }
-    return claim_11({name: (p[:, 0], p[:, 1]) for name, p in points.items()})
+    columns = ("actuation", "omega_rad_per_s", "best_sigma_rad_per_s_n", "censored")
+    rows = _rows(path, columns, (str, float, float, int))
+
+    def points(actuation: str) -> tuple[np.ndarray, np.ndarray]:
+        own = np.array([row[1:] for row in rows if row[0] == actuation], float).reshape(-1, 3)
+        return own[:, 0], np.where(own[:, 2] == 0.0, own[:, 1], np.nan)
+
+    return claim_11({name: points(name) for name in ("sector", "reflex")})
 
 
 def _rows(

@@ -1,0 +1,105 @@
+"""`tegotae compare` names both sides apart, and says what its intervals are."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+from tegotae import Hopper, build, controller_file
+from tegotae.cli import main
+from tegotae.cli.compare import COMPARED, methods, told_apart
+from tegotae.collection import Runs
+from tegotae.controller_file import SavedController
+from tegotae.evaluation import METRICS, Evaluation, Protocol
+from tegotae.metrics import interval
+
+REFLEX = build("V-reflex-w8")
+
+
+def runs(name: str, number: int = 3) -> Runs:
+    labels = tuple(map(str, range(number)))
+    return Runs(name, REFLEX, np.ones((number, 1)), 8.0, Hopper(), labels)
+
+
+def names(*sets: tuple[str, str]) -> list[str]:
+    return [found.name for found in told_apart([(place, runs(name)) for place, name in sets])]
+
+
+@pytest.mark.parametrize(
+    ("sets", "expected"),
+    [
+        ((("a", "ART"), ("b", "VG")), ["ART", "VG"]),
+        ((("a", "ART"), ("b", "ART")), ["ART (a)", "ART (b)"]),
+        ((("a", "ART"), ("b", "ART"), ("b", "VG")), ["ART (a)", "ART (b)", "VG"]),
+        ((("a", "ART"), ("a", "ART")), ["ART (a) (no. 1)", "ART (a) (no. 2)"]),
+        (
+            (("a", "ART"), ("b", "ART"), ("a", "ART")),
+            ["ART (a) (no. 1)", "ART (b)", "ART (a) (no. 2)"],
+        ),
+    ],
+)
+def test_sets_called_alike_are_told_apart_by_their_place(sets, expected):
+    assert names(*sets) == expected
+
+
+def test_the_interval_of_a_difference_is_called_what_it_is():
+    few, many = interval([1.0, 2.0]), interval(np.arange(9.0))
+    assert methods(True, {"a": few, "b": few}) == "paired runs, Student's t"
+    assert methods(True, {"a": many, "b": few}) == "paired runs, bootstrap and Student's t"
+    assert methods(False, {"a": interval([1.0])}) == "independent runs, no interval"
+
+
+@pytest.fixture
+def two_folders(tmp_path, monkeypatch):
+    """Two trainings of one model, and an evaluation of made-up numbers in place of rollouts."""
+    for folder, seeds in (("first", 3), ("second", 4)):
+        (tmp_path / folder).mkdir()
+        for seed in range(seeds):
+            saved = SavedController(
+                REFLEX, np.array([2.0]), 8.0, model="V-reflex-w8", training={"seed": seed}
+            )
+            controller_file.save(saved, tmp_path / folder / f"{seed}.json")
+
+    def evaluate_all(sets, protocol):
+        found = []
+        for i, chosen in enumerate(sets):
+            share = np.full(len(chosen.labels), 1.0)
+            share[0] = 0.2 + 0.4 * i
+            episodes = dict.fromkeys(METRICS, share[:, None])
+            episodes |= {"delta_omega": -share[:, None], "limit_cycle_period": 1.0 + share[:, None]}
+            found.append((chosen, Evaluation(protocol, np.array([8.0]), episodes)))
+        return found
+
+    monkeypatch.setattr("tegotae.cli.compare.evaluate_all", evaluate_all)
+    monkeypatch.chdir(tmp_path)
+    assert Protocol().drop_m == 0.2
+    return "first", "second"
+
+
+def test_two_folders_of_the_same_model_are_two_rows(two_folders, capsys):
+    assert main(["compare", *two_folders]) == 0
+    said = capsys.readouterr().out
+    assert "V-reflex-w8 (first)" in said
+    assert "V-reflex-w8 (second)" in said
+    assert "minus V-reflex-w8 (first)" in said
+    assert "independent runs, Welch's t" in said
+    assert "bootstrap" not in said
+    # Three runs, one of which settles less often: no share is above 1.
+    assert "0.733 [0, 1]" in said
+
+
+def test_the_document_tells_them_apart_too_and_stays_in_range(two_folders, capsys):
+    assert main(["compare", *two_folders, "--json"]) == 0
+    document = json.loads(capsys.readouterr().out)
+    assert [c["name"] for c in document["controllers"]] == [
+        "V-reflex-w8 (first)",
+        "V-reflex-w8 (second)",
+    ]
+    (found,) = document["differences"]
+    assert (found["name"], found["minus"]) == ("V-reflex-w8 (second)", "V-reflex-w8 (first)")
+    for name in COMPARED:
+        assert found[name]["method"] == "Welch's t"
+    share = found["limit_cycle_share"]
+    assert -1.0 <= share["low"] < share["mean"] < share["high"] <= 1.0

@@ -1,0 +1,74 @@
+"""Tables on the screen: split where a terminal is too narrow, whole elsewhere, never cut."""
+
+from __future__ import annotations
+
+import io
+import re
+
+import pytest
+
+from tegotae.cli.tables import column_widths, fitting, print_rows
+
+COLUMNS = ("controller", "CoT⁻¹ A [m/J]", "T0 [s]", "T1 [s]")
+ROWS = [("ART-rF-tphif-w8", "0.421 [0.398, 0.444]", "12.3 [10.1, 14.5]", "8.88"), ("V", *"123")]
+
+
+class Terminal(io.StringIO):
+    def isatty(self) -> bool:
+        return True
+
+
+@pytest.fixture
+def shown(monkeypatch):
+    def show(width: int, stream: io.StringIO) -> list[str]:
+        monkeypatch.setenv("COLUMNS", str(width))
+        monkeypatch.setenv("TERM", "xterm")
+        monkeypatch.setattr("sys.stdout", stream)
+        print_rows(COLUMNS, ROWS)
+        return re.sub("\x1b\\[[0-9;]*m", "", stream.getvalue()).splitlines()
+
+    return show
+
+
+@pytest.mark.parametrize("width", [20, 45, 60, 200])
+def test_every_number_is_on_the_screen_whole_and_beside_its_row(shown, width):
+    lines = shown(width, Terminal())
+    for name, *cells in ROWS:
+        own = " ".join(line for line in lines if line.split()[:1] == [name])
+        assert all(cell in own for cell in cells)
+    assert "…" not in "".join(lines)
+
+
+@pytest.mark.parametrize(("width", "tables"), [(45, 3), (60, 2), (200, 1)])
+def test_a_terminal_too_narrow_gets_several_tables_that_fit(shown, width, tables):
+    lines = shown(width, Terminal())
+    assert max(map(len, lines)) <= width
+    assert sum("controller" in line for line in lines) == tables
+
+
+def test_where_nothing_fits_a_line_is_too_long_rather_than_cut(shown):
+    assert any("0.421 [0.398, 0.444]" in line for line in shown(20, Terminal()))
+
+
+def test_a_file_or_pipe_gets_one_wide_table(shown):
+    lines = shown(30, io.StringIO())
+    assert sum("controller" in line for line in lines) == 1
+    assert max(map(len, lines)) > 30
+
+
+def test_columns_are_as_wide_as_their_widest_text():
+    assert column_widths(("a", "bc"), [("long", "x"), ("", "")]) == [7, 5]
+
+
+@pytest.mark.parametrize(
+    ("widths", "width", "key", "parts"),
+    [
+        ([5, 5, 5], 16, 1, [(0, 1, 2)]),
+        ([5, 5, 5], 15, 1, [(0, 1), (0, 2)]),
+        ([5, 5, 5, 5], 16, 2, [(0, 1, 2), (0, 1, 3)]),
+        ([5, 50, 5], 16, 1, [(0, 1), (0, 2)]),
+        ([50], 10, 1, [(0,)]),
+    ],
+)
+def test_each_part_begins_with_the_keys_and_holds_at_least_one_more(widths, width, key, parts):
+    assert fitting(widths, width, key) == parts

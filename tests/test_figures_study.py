@@ -1,0 +1,111 @@
+"""Fig. 2: metrics in their units, per architecture and training frequency."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tegotae.evaluation import METRICS
+from tegotae.figures.study import (
+    ARCHITECTURES,
+    SHOWN,
+    architecture_metrics,
+    architectures_figure,
+    frequencies,
+)
+from tegotae.models import all_models
+from tegotae.study.table import Table, of_runs
+
+MODELS = {
+    "V-sector-w4": 0.6,
+    "V-sector-w8": 0.3,
+    "ART-rF-tphif-w4": 1.2,
+    "ART-rF-tphif-w8": 0.45,
+    "T-F": 0.0,
+    "T-Fv": 1.3,
+}
+
+
+def table(**changed: np.ndarray) -> Table:
+    """Five runs of each model that learns, whose CoT⁻¹ lie around a value of the model."""
+    known = all_models()
+
+    def metrics(name: str, runs: int) -> dict[str, np.ndarray]:
+        found = {metric: np.linspace(0.8, 1.0, runs) for metric in METRICS}
+        found["cot_inverse"] = MODELS[name] * np.linspace(0.9, 1.1, runs)
+        return found | changed
+
+    sets = []
+    for name in MODELS:
+        runs = 5 if known[name].is_trained else 1
+        values = {metric: row[:runs] for metric, row in metrics(name, runs).items()}
+        sets.append((name, np.zeros(runs), values))
+    return of_runs(sets)
+
+
+def bars(panel) -> list[tuple[float, float]]:
+    """Middle and height of the bars of a panel, from left to right."""
+    return sorted((bar.get_x() + bar.get_width() / 2, bar.get_height()) for bar in panel.patches)
+
+
+def panel(figure, metric: str, column: int):
+    return figure.axes[2 * list(SHOWN).index(metric) + column]
+
+
+def test_a_frequency_does_not_dilute_another():
+    found = architecture_metrics(table())
+    assert frequencies(table()) == (4.0, 8.0, None)
+    assert found["F", "cot_inverse", "ART", 4.0].mean == pytest.approx(1.2)
+    assert found["F", "cot_inverse", "ART", 8.0].mean == pytest.approx(0.45)
+    assert found["Fv", "cot_inverse", "T", None].mean == pytest.approx(1.3)
+    assert ("F", "cot_inverse", "ART", None) not in found
+    assert ("F", "cot_inverse", "ARG", 4.0) not in found
+
+
+def test_bars_stand_side_by_side_in_the_unit_of_their_panel():
+    figure = architectures_figure(table())
+    left = panel(figure, "cot_inverse", 0)
+    assert left.get_ylabel() == "CoT⁻¹ [m/J]"
+    at = ARCHITECTURES.index("ART")
+    (x4, four), (x8, eight) = [bar for bar in bars(left) if abs(bar[0] - at) < 0.5]
+    assert x4 < at < x8
+    assert (four, eight) == (pytest.approx(1.2), pytest.approx(0.45))
+    right = panel(figure, "cot_inverse", 1)
+    (single,) = [bar for bar in bars(right) if abs(bar[0] - ARCHITECTURES.index("T")) < 0.5]
+    assert single == (ARCHITECTURES.index("T"), pytest.approx(1.3))
+    assert right.get_ylim() == left.get_ylim()
+    assert left.get_ylim()[1] > 1.3
+
+
+def test_the_picture_says_what_its_colours_numbers_and_signs_mean():
+    (legend,) = architectures_figure(table()).legends
+    said = [text.get_text() for text in legend.get_texts()]
+    assert any("4 rad/s" in text for text in said)
+    assert any("8 rad/s" in text for text in said)
+    assert "95 % interval over runs" in said
+    assert "share of the runs in which the metric is undefined" in legend.get_title().get_text()
+
+
+def test_above_a_bar_stands_the_share_of_runs_that_do_not_define_it():
+    figure = architectures_figure(table(t0_s=np.array([9.0, 10.0, np.nan, 11.0, np.nan])))
+    said = {text.get_text() for text in panel(figure, "t0_s", 0).texts}
+    assert said == {"40%"}
+    assert not [text for text in panel(figure, "t1_s", 0).texts if "%" in text.get_text()]
+
+
+def test_what_never_hops_has_a_zero_and_what_is_never_defined_a_dash():
+    figure = architectures_figure(table(t0_s=np.full(5, np.nan)))
+    assert [text.get_text() for text in panel(figure, "cot_inverse", 0).texts] == ["0"]
+    assert {text.get_text() for text in panel(figure, "t0_s", 0).texts} == {"–"}
+
+
+def test_intervals_of_shares_end_at_one():
+    share = np.array([1.0, 1.0, 1.0, 0.2, 1.0])
+    found = architecture_metrics(table(limit_cycle_share=share))
+    interval = found["F", "limit_cycle_share", "ART", 4.0]
+    assert interval.low < interval.mean < interval.high == 1.0
+
+
+def test_a_table_of_one_frequency_has_bars_of_one():
+    (legend,) = architectures_figure(table().where(omega_t=4.0)).legends
+    assert len(legend.get_texts()) == 2

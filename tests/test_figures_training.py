@@ -1,0 +1,188 @@
+"""Figures of how far training got, and of what that does to the verdicts."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tegotae import TegotaeError
+from tegotae.figures.budgets import budgets_figure, parts_by_budget
+from tegotae.figures.convergence import Trainings, convergence_figure, convergence_table
+from tegotae.figures.style import PAGE_IN, save_figure
+from tegotae.metrics.statistics import Interval
+from tegotae.study.claims import FAILS, HOLDS, UNDECIDED, Part, Verdict
+
+EPISODES = np.array([64.0, 128.0, 256.0, 512.0])
+
+
+def trainings(**changes) -> Trainings:
+    """Three runs: one goes on to the cap, one stops half way, one never hops."""
+    fitness = np.array(
+        [
+            [0.2, -1e6, -20.0],
+            [0.6, 0.4, -21.0],
+            [0.5, np.nan, -19.0],
+            [1.0, np.nan, -22.0],
+        ]
+    )
+    given = {
+        "episodes": EPISODES,
+        "fitness": fitness,
+        "stop_episode": np.array([512.0, 128.0, 512.0]),
+        "reason": ("cap", "plateau", "cap"),
+    }
+    return Trainings(**(given | changes))
+
+
+def texts(panel) -> str:
+    return " ".join(text.get_text() for text in panel.texts)
+
+
+def labels(figure) -> list[str]:
+    return [text.get_text() for text in figure.legends[0].get_texts()]
+
+
+def test_the_best_fitness_never_falls_and_outlasts_the_run():
+    best = trainings().best()
+    np.testing.assert_array_equal(best[:, 0], [0.2, 0.6, 0.6, 1.0])
+    # A failed rollout has no fitness; and a run that stopped keeps what it had.
+    np.testing.assert_array_equal(best[:, 1], [np.nan, 0.4, 0.4, 0.4])
+
+
+def test_lines_end_where_runs_stop_and_the_mean_goes_on_with_all_that_hop():
+    figure = convergence_figure({"ART": trainings()})
+    assert figure.get_figwidth() == PAGE_IN
+    panel = figure.axes[0]
+    thin = [line for line in panel.lines if line.get_linewidth() == 0.4]
+    assert [line.get_xdata().tolist() for line in thin] == [
+        EPISODES.tolist(),
+        EPISODES[:2].tolist(),
+        EPISODES.tolist(),
+    ]
+    mean = next(line for line in panel.lines if line.get_linewidth() == 1.3)
+    np.testing.assert_allclose(mean.get_ydata(), [0.2, 0.5, 0.5, 0.7])
+    assert panel.get_xscale() == "log"
+    assert panel.get_ylim()[0] == 0.0
+
+
+def test_why_and_where_runs_stopped_is_marked_and_those_that_never_hop_are_counted():
+    figure = convergence_figure({"ART": trainings()})
+    panel = figure.axes[0]
+    assert panel.get_title(loc="left") == "ART: 2 cap, 1 plateau"
+    assert "1 of 3 end below 0" in texts(panel)
+    marks = {}
+    for line in panel.lines:
+        if np.ptp(line.get_xdata()) == 0.0 and len(line.get_xdata()) == 2:
+            marks.setdefault(line.get_color(), []).append(float(line.get_xdata()[0]))
+    assert sorted(marks.values()) == [[128.0], [512.0, 512.0]]
+    assert {"stopped: plateau", "stopped: cap"} <= set(labels(figure))
+
+
+def test_any_other_reason_is_named_and_every_kind_has_its_panel():
+    odd = trainings(reason=("never hops", "plateau", "plateau"))
+    figure = convergence_figure({"V": trainings(), "VG": odd, "T": trainings(), "AR": trainings()})
+    shown = [panel for panel in figure.axes if panel.get_visible()]
+    assert [p.get_title(loc="left").split(":")[0] for p in shown] == ["V", "VG", "T", "AR"]
+    assert "stopped: never hops" in labels(figure)
+
+
+def test_runs_that_all_never_hop_have_a_panel_without_a_mean(tmp_path):
+    never = trainings(fitness=np.full((4, 3), -20.0))
+    figure = convergence_figure({"T-F": never})
+    assert "3 of 3 end below 0" in texts(figure.axes[0])
+    assert save_figure(figure, tmp_path / "f.png").exists()
+    assert np.isnan(convergence_table({"T-F": never})["best_fitness"]).all()
+
+
+def test_the_table_of_convergence_holds_the_means_and_how_many_stopped():
+    table = convergence_table({"ART": trainings()})
+    assert table["name"].tolist() == ["ART"] * 4
+    np.testing.assert_allclose(table["best_fitness"], [0.2, 0.5, 0.5, 0.7])
+    assert table["stopped_runs"].tolist() == [0, 1, 1, 3]
+    assert table["runs_below"].tolist() == [1] * 4
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"fitness": np.zeros((4, 2))}, r"need \(4, 3\) and \(3,\)"),
+        ({"stop_episode": np.zeros(2)}, r"need \(4, 3\) and \(3,\)"),
+        ({"episodes": EPISODES[::-1]}, "must rise"),
+        ({"episodes": EPISODES - 64.0}, "must rise, from above 0"),
+        (
+            {"episodes": EPISODES[:0], "fitness": np.zeros((0, 3))},
+            "give at least one run with one point",
+        ),
+    ],
+)
+def test_curves_that_do_not_fit_are_refused_in_one_line(changes, message):
+    with pytest.raises(TegotaeError, match=message) as error:
+        trainings(**changes)
+    assert "\n" not in str(error.value)
+
+
+# Verdicts by budget.
+
+
+def part(mean: float, half: float = 0.1, what: str = "VG - V [m/J]", **bounds: float) -> Part:
+    return Part(what, Interval(mean, half / 2, mean - half, mean + half, 9, 0), **bounds)
+
+
+def by_budget() -> dict:
+    return {
+        12800: [Verdict(2, "c", (part(0.05, low=0.0), part(9.0, what="for information")))],
+        1280: [Verdict(2, "c", (part(-0.5, low=0.0),))],
+        "plateau": [
+            Verdict(2, "c", (part(0.5, what="VG - V [m/J] (3 of 4 designs)", low=0.0),)),
+            Verdict(1, "d", (part(0.05, what="R²", low=0.1, high=0.9),)),
+        ],
+    }
+
+
+def test_a_part_is_followed_over_budgets_and_information_is_left_out():
+    parts = parts_by_budget(by_budget())
+    assert list(parts) == [(1, "R²"), (2, "VG - V [m/J]")]
+    assert {b: p.verdict for b, p in parts[2, "VG - V [m/J]"].items()} == {
+        12800: UNDECIDED,
+        1280: FAILS,
+        "plateau": HOLDS,
+    }
+
+
+def test_effects_stand_over_their_budgets_coloured_by_verdict_with_the_plateau_last():
+    figure = budgets_figure(by_budget())
+    first, panel = figure.axes[:2]
+    assert panel.get_title(loc="left") == "2: VG - V [m/J]"
+    points = [line for line in panel.lines if line.get_marker() in ("o", "X", "s")]
+    assert [float(line.get_ydata()[0]) for line in points] == [-0.5, 0.05, 0.5]
+    assert [float(line.get_xdata()[0]) for line in points[:2]] == [1280.0, 12800.0]
+    assert points[2].get_xdata()[0] > 12800.0
+    assert len({line.get_color() for line in points}) == 3
+    assert [label.get_text() for label in panel.get_xticklabels()] == ["1.28k", "12.8k", "plateau"]
+    (bound,) = (line for line in panel.lines if line.get_linestyle() == "--")
+    assert set(bound.get_ydata()) == {0.0}
+    bounds = [set(line.get_ydata()) for line in first.lines if line.get_linestyle() == "--"]
+    assert bounds == [{0.1}, {0.9}]
+    assert labels(figure)[:3] == [HOLDS, FAILS, UNDECIDED]
+
+
+def test_an_effect_that_is_not_known_leaves_a_gap_and_a_panel_without_any_says_so(tmp_path):
+    unknown = Part("a", Interval(*[np.nan] * 4, 0, 3), low=0.0)
+    figure = budgets_figure({100: [Verdict(3, "c", (unknown,))]})
+    assert "not measured" in texts(figure.axes[0])
+    assert save_figure(figure, tmp_path / "f.png").exists()
+
+
+@pytest.mark.parametrize(
+    ("verdicts", "message"),
+    [
+        ({}, "no verdicts to draw"),
+        ({100: [Verdict(11, "c", ())]}, "no verdicts to draw"),
+        ({0: [Verdict(2, "c", (part(1.0, low=0.0),))]}, "a budget is 0 episodes"),
+    ],
+)
+def test_nothing_to_draw_is_said(verdicts, message):
+    with pytest.raises(TegotaeError, match=message):
+        budgets_figure(verdicts)
+    with pytest.raises(TegotaeError, match="no trainings to draw"):
+        convergence_figure({})
