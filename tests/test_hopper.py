@@ -388,3 +388,17 @@ def test_another_mass_is_no_reason_to_compile_anew():
     before = _advance._cache_size()
     advance(Hopper(mass_kg=0.2, damping_ns_per_m=0.0), 1.2, 0.0, 0.01)
     assert _advance._cache_size() == before
+
+
+@pytest.mark.parametrize(("dtype", "remainder"), [("float64", 1e-10), ("float32", 3e-7)])
+@pytest.mark.parametrize("body", [Hopper(), Hopper(damping_ns_per_m=1.5)], ids=["paper", "damped"])
+def test_the_advance_is_exact_at_the_longest_tick_allowed(body, dtype, remainder):
+    """To what the series may leave out; in float32 to its rounding, too."""
+    rate = max(body.natural_frequency_rad_per_s, body.damping_ns_per_m / body.mass_kg)
+    tick_s = 0.0999 / rate
+    body.check_tick(tick_s)
+    motion = advance(body, 0.7, 1.0, tick_s, tick=tick_s, dtype=dtype)
+    x, v = stance(body, -0.3, 1.0, 0.0, np.array([tick_s]))
+    size = rate * 1.7 + 1.0  # of the motion about its rest, which is 1.7 m away
+    assert abs(motion.height[0] - 1.0 - x[0]) < remainder * size / rate
+    assert abs(motion.velocity[0] - v[0]) < remainder * size

@@ -29,6 +29,8 @@ _WHOLE_LOOPS = (
     "xla_cpu_disable_tiled_emitter=true",
 )
 
+_USERS_FLAGS = os.environ.get("XLA_FLAGS", "")
+
 _TESTED_JAXLIB = ("0.10.2",)
 """Versions of jaxlib on which `_WHOLE_LOOPS` were measured; others do without."""
 
@@ -88,9 +90,16 @@ def loops_are_kernels() -> bool:
     return _WHOLE_LOOPS[0] in xla_options()
 
 
-def without_whole_loops() -> str:
-    """A value for `XLA_FLAGS` that has the options for every jaxlib, and no more."""
-    return " ".join(f"--{name}={value}" for name, value in _XLA_FLAGS.items())
+def environment(*, plain: bool = False) -> dict[str, str]:
+    """Environment of a program to compare with: without `_WHOLE_LOOPS`, or with JAX as it comes.
+
+    Flags that the user set stand in it, as they do here.
+    """
+    given = {**os.environ, "XLA_FLAGS": _USERS_FLAGS}
+    if plain:
+        return {**given, "TEGOTAE_PLAIN_XLA": "1"}
+    missing = [f"--{k}={v}" for k, v in _XLA_FLAGS.items() if k not in _USERS_FLAGS]
+    return {**given, "XLA_FLAGS": " ".join([_USERS_FLAGS, *missing]).strip()}
 
 
 def lane_devices() -> list[Any]:

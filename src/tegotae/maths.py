@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import jax
 import jax.numpy as jnp
 
@@ -44,3 +46,60 @@ def wrap_phase(phase: jax.Array) -> jax.Array:
     wrapped = phase - TWO_PI * jnp.floor(phase * (1.0 / TWO_PI))
     # Rounding can land on 2 pi itself; the interval is half open.
     return jnp.where(wrapped >= TWO_PI, 0.0, jnp.maximum(wrapped, 0.0)).astype(phase.dtype)
+
+
+_TANH_END = 7.0
+"""Beyond it tanh is constant: what is left to 1 is of the size of the error allowed."""
+# tanh(x) = x P(x²) / Q(x²), of least largest error up to there. Both are divided by the root of
+# Q's range, so that products of some denominators stay well inside float32.
+_TANH_SCALE = 0.1054
+_TANH_P = (0.999995711, 0.123021925, 2.27697342e-3, 3.92975610e-6)
+_TANH_Q = (1.0, 0.456340483, 2.10721735e-2, 1.42347183e-4)
+
+_RATIOS_PER_DIVISION = 16
+
+
+def tanh_ratio(x: jax.Array) -> tuple[jax.Array, jax.Array]:
+    """Numerator and denominator of tanh(x) in float32, the latter in 0.1 ... 10.
+
+    Their ratio is off by less than 1.5e-6. It is for sums over a common denominator
+    (`sum_of_ratios`): XLA's own tanh costs a division each.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> numerator, denominator = tanh_ratio(jnp.float32(0.5))
+        >>> f"{numerator / denominator:.5f}"
+        '0.46212'
+    """
+    x = jnp.clip(x, -_TANH_END, _TANH_END)
+    squared = x * x
+    numerator, denominator = _polynomial(_TANH_P, squared), _polynomial(_TANH_Q, squared)
+    return x * numerator, denominator
+
+
+def _polynomial(coefficients: tuple[float, ...], x: jax.Array) -> jax.Array:
+    value = jnp.full_like(x, _TANH_SCALE * coefficients[-1])
+    for coefficient in reversed(coefficients[:-1]):
+        value = value * x + _TANH_SCALE * coefficient
+    return value
+
+
+def sum_of_ratios(ratios: Sequence[tuple[jax.Array, jax.Array]]) -> jax.Array:
+    """Sum of numerators over denominators, by one division for up to sixteen.
+
+    Denominators must lie between 0.1 and 10, for the product of sixteen to be a float32.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> one, two, four = jnp.float32(1.0), jnp.float32(2.0), jnp.float32(4.0)
+        >>> float(sum_of_ratios([(one, two), (one, four)]))
+        0.75
+    """
+    total = jnp.zeros_like(ratios[0][0])
+    for first in range(0, len(ratios), _RATIOS_PER_DIVISION):
+        (over, under), *others = ratios[first : first + _RATIOS_PER_DIVISION]
+        for numerator, denominator in others:
+            over = over * denominator + numerator * under
+            under = under * denominator
+        total = total + over / under
+    return total

@@ -51,4 +51,5 @@ def peak_memory_gib(lanes: int = 100_000, duration_s: float = 20.0) -> float:
 
 
 if __name__ == "__main__":
-    print(peak_memory_gib())
+    # A number of lanes: their speed. None: the memory of very many.
+    print(ticks_per_second(int(sys.argv[1]))[0] if len(sys.argv) > 1 else peak_memory_gib())

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import json
-import os
 import subprocess
 import sys
 from dataclasses import dataclass
 
+import jaxlib
 from rich.console import Console
 from rich.table import Table
 
@@ -29,13 +29,15 @@ class Bench:
     def run(self) -> None:
         """Measure, and print."""
         from tegotae.benchmarks import engine, loop
-        from tegotae.devices import lane_devices
+        from tegotae.devices import environment, lane_devices, xla_options
 
         require_count("lanes", self.lanes)
         tick_s = Timing().tick_s
         rate, compile_s = engine.ticks_per_second(self.lanes)
-        plain = {**os.environ, "TEGOTAE_PLAIN_XLA": "1"}
-        textbook = float(_program("tegotae.benchmarks.textbook", str(self.lanes), env=plain))
+        lanes = str(self.lanes)
+        small_kernels = float(_program("tegotae.benchmarks.engine", lanes, env=environment()))
+        plain = environment(plain=True)
+        textbook = float(_program("tegotae.benchmarks.textbook", lanes, env=plain))
         single = loop.ticks_per_second()
         figures = {
             "devices": [str(device) for device in lane_devices()],
@@ -45,8 +47,12 @@ class Bench:
             "ticks_per_s": rate,
             "simulated_s_per_s": rate * tick_s,
             "compile_s": compile_s,
+            "jaxlib": jaxlib.__version__,
+            "xla_options": list(xla_options()),
+            "without_whole_loops_ticks_per_s": small_kernels,
             "textbook_ticks_per_s": textbook,
             "loop_ticks_per_s": single,
+            "times_without_whole_loops": rate / small_kernels,
             "times_textbook": rate / textbook,
             "times_loop": rate / single,
             "memory_100k_lanes_gib": (
@@ -57,7 +63,12 @@ class Bench:
             print(json.dumps(figures))
             return
         table = Table("way", "ticks/s", "simulated s/s", "this / that")
-        rows = (("tegotae", rate), ("textbook vmap(scan)", textbook), ("Python loop", single))
+        rows = (
+            ("tegotae", rate),
+            ("tegotae, loops not as kernels", small_kernels),
+            ("textbook vmap(scan)", textbook),
+            ("Python loop", single),
+        )
         for name, ticks in rows:
             table.add_row(name, f"{ticks:.3g}", f"{ticks * tick_s:.3g}", f"{rate / ticks:.3g}")
         console = Console()
@@ -65,6 +76,9 @@ class Bench:
         console.print(
             f"{figures['parameters']} parameters, {self.lanes} lanes, control period "
             f"{tick_s * 1e3:g} ms, {len(figures['devices'])} devices, compiled in {compile_s:.1f} s"
+        )
+        console.print(
+            f"jaxlib {jaxlib.__version__}, XLA options: {', '.join(xla_options()) or 'none'}"
         )
         if not self.skip_memory:
             console.print(
