@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 
 import studies
+from tegotae import Hopper
 from tegotae.cli import main
 from tegotae.errors import TegotaeError
 from tegotae.study import runner
@@ -87,6 +88,20 @@ def test_status_says_what_is_done_and_what_is_missing(half, smoke_study, capsys)
     assert capsys.readouterr().out == "scale smoke: 3 of 3 models done\n"
     assert main(["study", "status", "--dir", str(half)]) == 0
     assert capsys.readouterr().out == "scale smoke: 2 of 3 models done\nmissing: T-Fv\n"
+
+
+def test_status_counts_the_models_of_its_scale_alone(smoke_study, tmp_path, capsys):
+    """A study of the smoke scale's settings with one more model, made from Python."""
+    folder = studies.copy(smoke_study, tmp_path / "study", *studies.MODELS)
+    (source,) = folder.glob("records/T-*")
+    more = dataclasses.replace(plan("smoke"), models=("T-F",)).units[0]
+    write(
+        dataclasses.replace(read(source), configuration=more.configuration),
+        Folder(folder).place(more),
+    )
+    assert len(Folder(folder).all()[0]) == 4
+    assert main(["study", "status", "--dir", str(folder)]) == 0
+    assert capsys.readouterr().out == "scale smoke: 3 of 3 models done\n"
 
 
 def test_both_kinds_of_table_hold_the_same(smoke_study, tmp_path):
@@ -187,7 +202,17 @@ def test_a_record_under_a_wrong_name_is_damaged(half, smoke_study, capsys):
 
 
 @pytest.mark.parametrize(
-    "change", [{"format": 0}, {"stopping": {}}, {"seeds": [0, 1, 2]}, {"budget": 20}]
+    "change",
+    [
+        {"format": 0},
+        {"stopping": {}},
+        {"seeds": [0, 1, 2]},
+        {"budget": 20},
+        {"energy": "positive"},
+        {"follow_omega": False},
+        {"hopper": {**dataclasses.asdict(Hopper()), "mass_kg": 0.2}},
+        {"something": "new"},
+    ],
 )
 def test_a_whole_record_of_other_settings_is_never_mixed_in(half, smoke_study, change, capsys):
     record = read(next(half.glob("records/V-*")))
@@ -321,6 +346,32 @@ def test_a_damaged_description_of_a_study_is_refused(half, one_line_error, text)
         said = one_line_error("study", *words, "--dir", str(half))
         assert f"{half / 'study.json'} is damaged; choose another folder" in said
     assert len(studies.records(half)) == 2
+
+
+@pytest.mark.parametrize("lacks", ["format", "stopping", "energy", "hopper"])
+def test_a_study_of_an_earlier_version_is_refused(half, one_line_error, lacks, tmp_path):
+    document = json.loads((half / "study.json").read_text())
+    del document[lacks]
+    document.pop("format", None)  # earlier versions had none
+    (half / "study.json").write_text(json.dumps(document))
+    before = contents(half)
+    export = ["export", "--out", str(tmp_path / "table.csv")]
+    for words in (["run", "--scale", "smoke"], ["status"], ["report"], export):
+        said = one_line_error("study", *words, "--dir", str(half))
+        assert f"{half / 'study.json'} is of another version of tegotae" in said
+    assert contents(half) == before
+
+
+@pytest.mark.parametrize("name", ["energy", "follow_omega", "hopper"])
+def test_a_study_of_another_measure_or_body_is_another_study(half, name):
+    changed = {"energy": "positive", "follow_omega": False, "hopper": Hopper(mass_kg=0.2)}
+    other = dataclasses.replace(plan("smoke"), **{name: changed[name]})
+    before = contents(half)
+    with pytest.raises(TegotaeError, match=f"holds a study with another {name}; "):
+        runner.run(other, half)
+    assert contents(half) == before
+    ours = {unit.key for unit in plan("smoke").units}
+    assert ours.isdisjoint(unit.key for unit in other.units)
 
 
 def test_a_study_without_records_has_no_table(half, one_line_error, tmp_path):

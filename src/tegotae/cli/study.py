@@ -61,11 +61,12 @@ class StudyStatus:
         """Print it."""
         folder = Folder(self.dir)
         document = folder.document
-        units = plan(document["scale"]).units
+        models = [unit.run.model.name for unit in plan(document["scale"]).units]
         records, damaged = folder.all()
         found = {record.model for record in records}
-        missing = [u.run.model.name for u in units if u.run.model.name not in found]
-        print(f"scale {document['scale']}: {len(records)} of {len(units)} models done")
+        missing = [name for name in models if name not in found]
+        done = len(models) - len(missing)
+        print(f"scale {document['scale']}: {done} of {len(models)} models done")
         if missing:
             print(f"missing: {', '.join(missing[:8])}{' ...' if len(missing) > 8 else ''}")
         for message in damaged:

@@ -14,7 +14,7 @@ from tegotae.files import output_folder, write_atomically
 from tegotae.locks import locked
 from tegotae.study.plan import Plan, is_of
 from tegotae.study.record import SUFFIX, DamagedRecordError, Record, read, write
-from tegotae.study.unit import Unit, key_of
+from tegotae.study.unit import FORMAT, Unit, key_of
 
 
 class Folder:
@@ -83,8 +83,13 @@ class Folder:
             raise TegotaeError(f"cannot read {place}: {error.strerror}") from None
         except (ValueError, TypeError):
             found = {}
-        if not {"scale", "seeds", "stopping", "algorithm"} <= found.keys():
+        if not {"scale", "seeds", "algorithm"} <= found.keys():
             raise TegotaeError(f"{place} is damaged; choose another folder")
+        if found.get("format") != FORMAT:
+            raise TegotaeError(
+                f"{place} is of another version of tegotae, whose studies have other numbers; "
+                "choose another folder"
+            )
         return found
 
     def place(self, unit: Unit) -> Path:

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
 
+from tegotae.bodies import Hopper
 from tegotae.errors import require_count, unknown
 from tegotae.evaluation import Protocol
 from tegotae.models import BUDGET, Model, all_models
@@ -48,7 +49,10 @@ class Plan:
     algorithm: Algorithm = field(default_factory=partial(tuned, "pgpe"))
     timing: Timing = EPISODE
     settle_s: float = SETTLE_S
+    energy: str = "absolute"
+    follow_omega: bool = True
     budget: int = BUDGET
+    hopper: Hopper = field(default_factory=Hopper)
     protocol: Protocol = field(default_factory=Protocol)
 
     def __post_init__(self) -> None:
@@ -71,7 +75,10 @@ class Plan:
             algorithm=self.algorithm,
             timing=self.timing,
             settle_s=self.settle_s,
+            energy=self.energy,
+            follow_omega=self.follow_omega,
             budget=self.budget,
+            hopper=self.hopper,
         )
         return Unit(run, self.protocol, self.budgets)
 
@@ -86,16 +93,19 @@ class Plan:
             for name, v in values.items()
         }
         document["algorithm"]["name"] = type(self.algorithm).__name__
+        document["format"] = FORMAT
         return json.loads(json.dumps(document))
 
 
 def is_of(document: dict[str, Any], configuration: dict[str, Any]) -> bool:
-    """Whether a unit of this configuration is one of the study of this `Plan.document`."""
+    """Whether a unit of this configuration is one of the study of this `Plan.document`.
+
+    All but the model must be equal.
+    """
     ours = {name: value for name, value in document.items() if name != "scale"}
-    ours["format"] = FORMAT
     ours["seeds"] = list(range(document["seeds"]))
     ours["algorithm"] = {**document["algorithm"], "name": document["algorithm"]["name"].lower()}
-    return all(configuration.get(name) == value for name, value in ours.items())
+    return ours == {name: value for name, value in configuration.items() if name != "model"}
 
 
 def plan(scale: str, pattern: str = "*") -> Plan:
