@@ -189,6 +189,23 @@ def test_a_damaged_record_is_not_merged(damaged, half, capsys):
     assert f"1 records copied to {half}" in said
 
 
+@pytest.mark.parametrize("command", ["status", "export --out table.csv", "run --scale smoke"])
+def test_a_record_that_cannot_be_read_is_not_called_damaged(
+    half, no_work, one_line_error, monkeypatch, command
+):
+    path, whole = studies.records(half)[0], Path.open
+
+    def denied(place, *args, **kwargs):
+        if place == path:
+            raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
+        return whole(place, *args, **kwargs)
+
+    monkeypatch.setattr(Path, "open", denied)
+    said = one_line_error("study", *command.split(), "--dir", str(half))
+    assert f"cannot read {path}: Permission denied" in said
+    assert path.exists()
+
+
 def test_a_record_under_a_wrong_name_is_damaged(half, smoke_study, capsys):
     units = {unit.run.model.name: unit for unit in plan("smoke").units}
     wrong = Folder(half).place(units["T-Fv"])

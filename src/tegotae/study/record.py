@@ -98,9 +98,14 @@ def read(path: Path) -> Record:
 
     Raises:
         DamagedRecordError: if it is no record, is cut short, or its checksum is wrong.
+        TegotaeError: if it cannot be opened, such as for want of permission.
     """
     try:
-        with np.load(path, allow_pickle=False) as stored:
+        stream = path.open("rb")
+    except OSError as error:
+        raise TegotaeError(f"cannot read {path}: {error.strerror}") from None
+    try:
+        with stream, np.load(stream, allow_pickle=False) as stored:
             arrays = {name: stored[name] for name in stored.files}
         text, checksum = str(arrays.pop("header")), str(arrays.pop("checksum"))
         if checksum != _checksum(text, arrays):
