@@ -39,7 +39,7 @@ def table(**changed: np.ndarray) -> Table:
     for name in MODELS:
         runs = 5 if known[name].is_trained else 1
         values = {metric: row[:runs] for metric, row in metrics(name, runs).items()}
-        sets.append((name, np.zeros(runs), values))
+        sets.append((name, {"best_fitness": np.zeros(runs)}, values))
     return of_runs(sets)
 
 

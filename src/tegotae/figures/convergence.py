@@ -16,9 +16,7 @@ from tegotae.errors import TegotaeError
 from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, styled
 from tegotae.metrics.statistics import interval
 from tegotae.training.fitness import FAILED
-
-PLATEAU, CAP = "plateau", "cap"
-"""Why a run stops, as a rule: nothing more is gained, or as many episodes as allowed are spent."""
+from tegotae.training.stopping import CAP, PLATEAU
 
 _ACROSS = 3
 _COLOURS = {PLATEAU: COLOURS[5], CAP: COLOURS[4]}
