@@ -145,7 +145,6 @@ class Trajectory(NamedTuple):
 
 class _Totals(NamedTuple):
     impulse: jax.Array
-    absolute: jax.Array
     positive: jax.Array
     net: jax.Array
     climb_flight: jax.Array
@@ -397,7 +396,6 @@ def _advance_block(engine: Engine, weights: jax.Array, scenario: Scenario, body:
         work = contact.work_j
         gains = _Totals(
             force * tick_s,
-            jnp.abs(work),
             jnp.maximum(work, 0.0),
             work,
             contact.climb_flight_m,
@@ -448,7 +446,7 @@ def _advance_block(engine: Engine, weights: jax.Array, scenario: Scenario, body:
             ground_m=ground,
             energy_j=body.energy(moment.body, ground),
             impulse_ns=totals.impulse,
-            work_absolute_j=totals.absolute,
+            work_absolute_j=2.0 * totals.positive - totals.net,  # |x| = 2 max(0, x) - x
             work_positive_j=totals.positive,
             work_net_j=totals.net,
             climb_flight_m=totals.climb_flight,
@@ -470,7 +468,7 @@ def _advance_block(engine: Engine, weights: jax.Array, scenario: Scenario, body:
     )
     lane = _Lane(
         Moment(start, oscillator, said, said),
-        _Totals(zero, zero, zero, zero, zero, zero),
+        _Totals(zero, zero, zero, zero, zero),
         zero,
         ~jnp.isfinite(scenario.height_m + scenario.velocity_m_per_s + scenario.omega),
     )

@@ -46,9 +46,9 @@ class Stopping:
         ['', '', 'plateau']
     """
 
-    generations: int = 400
-    least: int = 80
-    share: float = 0.4
+    generations: int = 640
+    least: int = 240
+    share: float = 0.5
     tolerance: float = 0.01
 
     def __post_init__(self) -> None:
