@@ -8,6 +8,7 @@ from typing import Annotated
 
 import tyro
 
+from tegotae.cli.multiverse import StudyMultiverse
 from tegotae.cli.options import UNSET
 from tegotae.errors import TegotaeError, require_count
 from tegotae.files import output_file, output_folder, write_atomically
@@ -88,6 +89,7 @@ class StudyReport:
     def run(self) -> None:
         """Write it, and say where it is."""
         from tegotae.report.page import report
+        from tegotae.study.table import tabulate_budgets
 
         folder = Folder(self.dir)
         records, document = _records(folder), folder.document
@@ -97,7 +99,7 @@ class StudyReport:
             f"by {document['algorithm']['name']} with {document['algorithm']['population']} "
             f"episodes a generation, at most {document['stopping']['generations']} generations."
         )
-        write_atomically(path, report(records, about, self.experiments))
+        write_atomically(path, report(records, about, self.experiments, tabulate_budgets(records)))
         print(f"The report is {path.resolve()}")
 
 
@@ -139,9 +141,14 @@ class StudyFigures:
     source: Annotated[Path, tyro.conf.Positional]
     """A table that `tegotae study export` wrote (.csv), or a study's folder."""
     out: Path
-    """Folder for the pictures and for claims.md."""
+    """Folder for the pictures and tables."""
     experiments: Annotated[Path | None, UNSET] = None
     """Folder of the experiments on claims 1, 10 and 11, as for the report."""
+    budgets: Annotated[Path | None, UNSET] = None
+    """Table of the same runs after several budgets of training (.csv), as `export` writes it; a
+    study's folder has its own."""
+    beside: Annotated[Path | None, UNSET] = None
+    """Table of another study (.csv), whose verdicts stand beside."""
 
     def run(self) -> None:
         """Draw and judge."""
@@ -151,22 +158,30 @@ class StudyFigures:
             pictograms_figure,
         )
         from tegotae.figures.style import save_figure
-        from tegotae.report.markdown import claims_table
-        from tegotae.study.claims import all_verdicts
+        from tegotae.report.judged import judged
         from tegotae.study.export import read_csv
-        from tegotae.study.table import tabulate
+        from tegotae.study.table import tabulate, tabulate_budgets
 
         if self.source.is_dir():
-            table = tabulate(_records(Folder(self.source)))
+            records = _records(Folder(self.source))
+            table, budgets = tabulate(records), tabulate_budgets(records)
         else:
-            table = read_csv(self.source)
-        claims = claims_table(all_verdicts(table, self.experiments))
+            table, budgets = read_csv(self.source), None
+        if self.budgets is not None:
+            budgets = read_csv(self.budgets)
+        beside = None if self.beside is None else (self.beside.stem, read_csv(self.beside))
+        texts = judged(table, self.experiments, budgets, beside)
+        figures = {
+            "architectures.png": pictograms_figure(),
+            "metrics.png": architectures_figure(table),
+            "correlations.png": correlation_figure(table),
+        }
         output_folder(self.out)
-        save_figure(pictograms_figure(), self.out / "architectures.png")
-        save_figure(architectures_figure(table), self.out / "metrics.png")
-        save_figure(correlation_figure(table), self.out / "correlations.png")
-        write_atomically(self.out / "claims.md", claims)
-        print(f"wrote architectures.png, metrics.png, correlations.png, claims.md to {self.out}")
+        for name, figure in figures.items():
+            save_figure(figure, self.out / name)
+        for name, text in texts.items():
+            write_atomically(self.out / name, text)
+        print(f"wrote {', '.join([*figures, *texts])} to {self.out}")
 
 
 @dataclass(frozen=True)
@@ -210,7 +225,8 @@ class Study:
         | Annotated[StudyReport, tyro.conf.subcommand("report")]
         | Annotated[StudyExport, tyro.conf.subcommand("export")]
         | Annotated[StudyFigures, tyro.conf.subcommand("figures")]
-        | Annotated[StudyMerge, tyro.conf.subcommand("merge")],
+        | Annotated[StudyMerge, tyro.conf.subcommand("merge")]
+        | Annotated[StudyMultiverse, tyro.conf.subcommand("multiverse")],
         tyro.conf.arg(name=""),
     ]
 
