@@ -131,7 +131,8 @@ def compute_on(count: int) -> None:
     """Have this process compute on so many CPU devices, whatever its environment asks for.
 
     The environment is read when `tegotae` is imported, which may be before a worker's is set. On
-    another number of devices results differ in their last bits, which training magnifies.
+    one device, or without the options of `use_all_cores`, results differ in their last bits, which
+    training magnifies.
 
     Raises:
         TegotaeError: if JAX is running already, with other devices or not as `tegotae` starts it.

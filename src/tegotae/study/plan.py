@@ -53,6 +53,7 @@ class Plan:
     follow_omega: bool = True
     budget: int = BUDGET
     hopper: Hopper = field(default_factory=Hopper)
+    release_m: float = 1.2
     protocol: Protocol = field(default_factory=Protocol)
 
     def __post_init__(self) -> None:
@@ -79,6 +80,7 @@ class Plan:
             follow_omega=self.follow_omega,
             budget=self.budget,
             hopper=self.hopper,
+            release_m=self.release_m,
         )
         return Unit(run, self.protocol, self.budgets)
 
