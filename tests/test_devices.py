@@ -30,14 +30,17 @@ def shell(program: str, **environment: str) -> list:
 
 
 OPTIONS = """
-import json, jaxlib{then}
+import json{then}
 import tegotae.devices as devices
 import jax.numpy as jnp
 assert float(jnp.sum(jnp.ones(3))) == 3.0
 print(json.dumps([list(devices.xla_options()), devices.loops_are_kernels()]))
 """
 AS_IT_IS = OPTIONS.format(then="")
-OTHER_JAXLIB = OPTIONS.format(then="; jaxlib.__version__ = '99.0'")
+OTHER_JAXLIB = OPTIONS.format(
+    then="; import importlib.metadata as m; v = m.version; "
+    "m.version = lambda name: '99.0' if name == 'jaxlib' else v(name)"
+)
 
 
 @pytest.mark.skipif(jaxlib.__version__ != "0.10.2", reason="the options are for jaxlib 0.10.2")

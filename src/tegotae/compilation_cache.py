@@ -27,7 +27,7 @@ def use_cache() -> Path | None:
     so every kind of processor has a folder of its own.
     """
     asked = os.environ.get("TEGOTAE_CACHE", "")
-    if asked.lower() == "off" or jax.config.jax_compilation_cache_dir:
+    if asked.lower() == "off" or jax.config.values.get("jax_compilation_cache_dir"):
         return None
     folder = (Path(asked).expanduser() if asked else user_folder()) / _processor()
     try:

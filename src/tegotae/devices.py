@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import os
 import socket
+from importlib.metadata import version
 from typing import Any
 
 import jax
-import jaxlib
 import numpy as np
 from jax.sharding import Mesh, NamedSharding, PartitionSpec
 
@@ -46,6 +46,11 @@ def available_cores() -> int:
         return os.cpu_count() or 1
 
 
+def jaxlib_version() -> str:
+    """The version of jaxlib, which XLA comes with."""
+    return version("jaxlib")
+
+
 def use_all_cores() -> None:
     """Ask XLA for one CPU device per core, for shared fusions and for loops as whole kernels.
 
@@ -61,7 +66,7 @@ def use_all_cores() -> None:
         return
     flags = os.environ.get("XLA_FLAGS", "")
     wanted = dict(_XLA_FLAGS)
-    if jaxlib.__version__ in _TESTED_JAXLIB:
+    if jaxlib_version() in _TESTED_JAXLIB:
         wanted["xla_backend_extra_options"] += "," + ",".join(_WHOLE_LOOPS)
     missing = [f"--{name}={value}" for name, value in wanted.items() if name not in flags]
     os.environ["XLA_FLAGS"] = " ".join([*filter(None, [flags]), *missing])
