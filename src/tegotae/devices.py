@@ -31,8 +31,15 @@ _WHOLE_LOOPS = (
 
 _USERS_FLAGS = os.environ.get("XLA_FLAGS", "")
 
+_PATIENCE = {
+    # Devices wait for each other. XLA takes a wait of 40 s for an error and ends the process, but
+    # a training may be stopped with Ctrl-Z, or its laptop be closed.
+    "xla_cpu_collective_call_warn_stuck_timeout_seconds": "604800",
+    "xla_cpu_collective_call_terminate_timeout_seconds": "604800",
+}
+
 _TESTED_JAXLIB = ("0.10.2",)
-"""Versions of jaxlib on which `_WHOLE_LOOPS` were measured; others do without."""
+"""Versions of jaxlib that know these; others, which may refuse to start, do without."""
 
 
 def available_cores() -> int:
@@ -68,6 +75,7 @@ def use_all_cores() -> None:
     wanted = dict(_XLA_FLAGS)
     if jaxlib_version() in _TESTED_JAXLIB:
         wanted["xla_backend_extra_options"] += "," + ",".join(_WHOLE_LOOPS)
+        wanted |= _PATIENCE
     missing = [f"--{name}={value}" for name, value in wanted.items() if name not in flags]
     os.environ["XLA_FLAGS"] = " ".join([*filter(None, [flags]), *missing])
     if "xla_force_host_platform_device_count" in flags:

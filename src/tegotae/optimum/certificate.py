@@ -221,7 +221,9 @@ class _Rows:
     def add(self, columns: np.ndarray, block: np.ndarray, value, price, limit) -> None:
         """`block V[columns] + value λ + price μ <= limit`, a row per row of the block."""
         rows = self.count + np.arange(len(block))
-        self.entries.append((np.repeat(rows, len(columns)), np.tile(columns, len(rows)), block.ravel()))
+        self.entries.append(
+            (np.repeat(rows, len(columns)), np.tile(columns, len(rows)), block.ravel())
+        )
         for column, entry in ((self.unknowns, value), (self.unknowns + 1, price)):
             filled = np.broadcast_to(np.asarray(entry, float), rows.shape)
             self.entries.append((rows, np.full(len(rows), column), filled))

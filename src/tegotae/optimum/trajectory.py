@@ -234,9 +234,7 @@ class _Program:
         climb = casadi.sumsqr(lift_off) / (2.0 * gravity)
         opti.minimize(cycle_s if fastest else energy / climb)
         quiet = {"print_time": False, "error_on_fail": True}
-        opti.solver(
-            "ipopt", {**quiet, "ipopt.print_level": 0, "ipopt.sb": "yes", **_LIMITS}
-        )
+        opti.solver("ipopt", {**quiet, "ipopt.print_level": 0, "ipopt.sb": "yes", **_LIMITS})
         self.opti, self.lift_off, self.energy, self.climb = opti, lift_off, energy, climb
         self.total_s, self.hops, self.range = cycle_s, hops, (least, most)
 

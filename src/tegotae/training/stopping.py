@@ -47,7 +47,7 @@ class Stopping:
     """
 
     generations: int = 640
-    least: int = 240
+    least: int = 160
     share: float = 0.5
     tolerance: float = 0.01
 
