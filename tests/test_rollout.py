@@ -310,6 +310,7 @@ from tegotae import Engine, Scenario, Timing, build
 from tegotae.training.algorithms import PGPE
 from tegotae.training.evolve import Training, evolve, start
 from tegotae.training.fitness import Fitness
+from tegotae.training.stopping import Stopping
 art = build("ART")
 weights = np.random.default_rng(0).normal(size=(150, art.n_weights))
 out = Engine(controller=art, timing=Timing(duration_s=3.0)).run(weights, Scenario(omega=6.0))
@@ -319,7 +320,8 @@ training = Training(
     fitness=Fitness(settle_s=1.0),
     timing=Timing(duration_s=4.0, tick_s=0.002),
 )
-curves = [c for _, c in evolve(training, start(training, [0, 1]), [0, 1], 6.0, 4)]
+four = Stopping.after(4)
+curves = [c for _, c in evolve(training, start(training, [0, 1]), [0, 1], 6.0, four)]
 np.savez(
     sys.argv[1],
     **out._asdict(),
