@@ -16,7 +16,7 @@ from tegotae.controller import Controller
 from tegotae.errors import TegotaeError, require_count, require_finite
 from tegotae.metrics.efficiency import check_work
 from tegotae.metrics.gait import FAILED, LIMIT_CYCLE, Gait, gait
-from tegotae.metrics.hopping import hops
+from tegotae.metrics.hopping import Hops, hops
 from tegotae.metrics.limit_cycle import LimitCycle, settled
 from tegotae.metrics.statistics import Interval, interval, mean_defined
 from tegotae.oscillators import ClampedPhase
@@ -329,7 +329,7 @@ def _cpgu(
     engine = Engine(
         controller=dataclasses.replace(controller, oscillator=ClampedPhase()),
         timing=Timing(duration_s=protocol.undisturbed_s, tick_s=protocol.tick_s),
-        summary=_OnLimitCycle(protocol.limit_cycle),
+        summary=_hops_and_end,
     )
     n = protocol.clamped_phases
     phases = 2.0 * np.pi * np.arange(n) / n
@@ -338,23 +338,20 @@ def _cpgu(
         height_m=np.repeat(scenario.height_m, n),
         phase_rad=np.tile(phases, len(weights)),
     )
-    on_cycle = engine.run(np.repeat(weights, n, axis=0), clamped, body)
+    table, end_s, failed = engine.run(np.repeat(weights, n, axis=0), clamped, body)
+    on_cycle = np.asarray(_settled(table, protocol.limit_cycle, -np.inf, end_s).found) & ~failed
     return 1.0 - on_cycle.reshape(-1, n).mean(axis=1)
 
 
-@dataclass(frozen=True)
-class _OnLimitCycle:
-    """Whether a lane ends on a limit cycle, as an `Engine`'s summary."""
+def _hops_and_end(
+    trajectory: Trajectory, scenario: Scenario, body: Body, timing: Timing
+) -> tuple[Hops, jax.Array, jax.Array]:
+    """The table of hops, the time of the end [s] and who had failed by then, as a summary."""
+    return hops(trajectory, body.rest_length_m), trajectory.time_s[-1], trajectory.failed[-1]
 
-    limit_cycle: LimitCycle
 
-    def __call__(
-        self, trajectory: Trajectory, scenario: Scenario, body: Body, timing: Timing
-    ) -> jax.Array:
-        """True where it does, shape [lanes]."""
-        table = hops(trajectory, body.rest_length_m)
-        cycle = settled(table, self.limit_cycle, -jnp.inf, trajectory.time_s[-1])
-        return cycle.found & ~trajectory.failed[-1]
+# Apart from the rollout, which is thus not compiled anew for other tolerances.
+_settled = jax.jit(settled, static_argnames="settings")
 
 
 def _checked_weights(controller: Controller, weights: Any) -> np.ndarray:
