@@ -125,10 +125,37 @@ def test_an_exported_table_gives_the_same_claims_and_figures_as_the_study(smoke_
     for source, out in ((smoke_study, "study"), (table, "table")):
         assert main(["study", "figures", str(source), "--out", str(tmp_path / out)]) == 0
     written = contents(tmp_path / "study")
-    assert sorted(written) == ["architectures.png", "claims.md", "correlations.png", "metrics.png"]
+    tables = ["claims-w8.md", "claims.md", "endings.md"]
+    assert sorted(written) == sorted(
+        ["architectures.png", "correlations.png", "metrics.png", *tables]
+    )
     assert contents(tmp_path / "table") == written
     rows = written["claims.md"].decode().splitlines()
     assert [row.split("|")[1].strip() for row in rows[2:]] == [str(n) for n in range(1, 12)]
+
+
+def test_verdicts_of_another_study_and_of_each_budget_stand_beside(smoke_study, tmp_path):
+    table = export(smoke_study, tmp_path / "old.csv")
+    head, *rows = table.read_text().splitlines()
+    budgets = [f"{row},{episodes}" for episodes in (1280, 5120) for row in rows]
+    (tmp_path / "budgets.csv").write_text("\n".join([f"{head},training_budget", *budgets]))
+    words = ["--budgets", str(tmp_path / "budgets.csv"), "--beside", str(table)]
+    out = tmp_path / "out"
+    assert main(["study", "figures", str(table), "--out", str(out), *words]) == 0
+    first, _, *claims = (out / "claims.md").read_text().splitlines()
+    assert first == "| | Claim | Verdict | ω_t = 8 | old | Effects: mean [95 % interval] |"
+    assert all(len(row.split("|")) == len(first.split("|")) for row in claims)
+    first = (out / "claims-by-budget.md").read_text().splitlines()[0]
+    assert first == "| | Claim | 1280 episodes | 5120 episodes |"
+    assert (out / "endings.md").read_text().splitlines()[-1].startswith("| all | 5 | ")
+
+
+def test_a_table_that_does_not_say_its_budgets_is_refused(smoke_study, tmp_path, one_line_error):
+    table = export(smoke_study, tmp_path / "a.csv")
+    words = ["--out", str(tmp_path / "out"), "--budgets", str(table)]
+    said = one_line_error("study", "figures", str(table), *words)
+    assert "the table has no training_budget" in said
+    assert not (tmp_path / "out").exists()
 
 
 @pytest.mark.parametrize("content", [None, "", "model,run\n", "model,run\nART,0\n", "a,b\n1\n"])

@@ -139,9 +139,13 @@ class StudyFigures:
     source: Annotated[Path, tyro.conf.Positional]
     """A table that `tegotae study export` wrote (.csv), or a study's folder."""
     out: Path
-    """Folder for the pictures and for claims.md."""
+    """Folder for the pictures and tables."""
     experiments: Annotated[Path | None, UNSET] = None
     """Folder of the experiments on claims 1, 10 and 11, as for the report."""
+    budgets: Annotated[Path | None, UNSET] = None
+    """Table of the same runs after several budgets of training (.csv)."""
+    beside: Annotated[Path | None, UNSET] = None
+    """Table of another study (.csv), whose verdicts stand beside."""
 
     def run(self) -> None:
         """Draw and judge."""
@@ -151,8 +155,7 @@ class StudyFigures:
             pictograms_figure,
         )
         from tegotae.figures.style import save_figure
-        from tegotae.report.markdown import claims_table
-        from tegotae.study.claims import all_verdicts
+        from tegotae.report.judged import judged
         from tegotae.study.export import read_csv
         from tegotae.study.table import tabulate
 
@@ -160,13 +163,20 @@ class StudyFigures:
             table = tabulate(_records(Folder(self.source)))
         else:
             table = read_csv(self.source)
-        claims = claims_table(all_verdicts(table, self.experiments))
+        budgets = None if self.budgets is None else read_csv(self.budgets)
+        beside = None if self.beside is None else (self.beside.stem, read_csv(self.beside))
+        texts = judged(table, self.experiments, budgets, beside)
+        figures = {
+            "architectures.png": pictograms_figure(),
+            "metrics.png": architectures_figure(table),
+            "correlations.png": correlation_figure(table),
+        }
         output_folder(self.out)
-        save_figure(pictograms_figure(), self.out / "architectures.png")
-        save_figure(architectures_figure(table), self.out / "metrics.png")
-        save_figure(correlation_figure(table), self.out / "correlations.png")
-        write_atomically(self.out / "claims.md", claims)
-        print(f"wrote architectures.png, metrics.png, correlations.png, claims.md to {self.out}")
+        for name, figure in figures.items():
+            save_figure(figure, self.out / name)
+        for name, text in texts.items():
+            write_atomically(self.out / name, text)
+        print(f"wrote {', '.join([*figures, *texts])} to {self.out}")
 
 
 @dataclass(frozen=True)

@@ -1,15 +1,18 @@
-"""The claims as a table of Markdown."""
+"""The claims, and how the runs behind them ended, as tables of Markdown."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
 import numpy as np
 
 from tegotae.study.claims import FAILS, HOLDS, Part, Verdict
+from tegotae.study.endings import Endings
 
 
-def claims_table(verdicts: Iterable[Verdict]) -> str:
+def claims_table(
+    verdicts: Iterable[Verdict], others: Mapping[str, Iterable[Verdict]] | None = None
+) -> str:
     """A row per claim: its verdict, and each effect with its 95 % interval and what is behind it.
 
     An effect that decides against the claim is marked ✗, one that supports it ✓; those without a
@@ -18,14 +21,54 @@ def claims_table(verdicts: Iterable[Verdict]) -> str:
 
     Args:
         verdicts: in the order of the rows.
+        others: verdicts from other data, each a column beside, by its heading.
     """
-    rows = ["| | Claim | Verdict | Effects: mean [95 % interval] |", "|-|-|-|-|"]
+    beside = _verdicts_by_number(others or {})
+    rows = [["", "Claim", "Verdict", *beside, "Effects: mean [95 % interval]"]]
     for verdict in verdicts:
         effects = "<br>".join(map(_effect, verdict.parts))
         note = _plain(f"({verdict.note})") if verdict.note else ""
         cell = "<br>".join(filter(None, (effects, note)))
-        rows.append(f"| {verdict.number} | {verdict.claim} | **{verdict.verdict}** | {cell} |")
-    return "\n".join(rows) + "\n"
+        there = [found.get(verdict.number, "") for found in beside.values()]
+        rows.append([f"{verdict.number}", verdict.claim, f"**{verdict.verdict}**", *there, cell])
+    return _table(rows)
+
+
+def verdicts_table(by: Mapping[str, Iterable[Verdict]]) -> str:
+    """A row per claim, and a column with its verdict for each set of data, by its heading."""
+    by = {heading: list(verdicts) for heading, verdicts in by.items()}
+    found = _verdicts_by_number(by)
+    claims = {verdict.number: verdict.claim for each in by.values() for verdict in each}
+    rows = [["", "Claim", *by]]
+    for number, claim in sorted(claims.items()):
+        rows.append([f"{number}", claim, *(each.get(number, "") for each in found.values())])
+    return _table(rows)
+
+
+def endings_table(by: Mapping[str, Endings]) -> str:
+    """A row per group of runs: how many never hop, stay in a local optimum, or hit the cap."""
+    rows = [["", "Runs", "Never hop", "Local optimum", "At the cap", "No limit cycle"]]
+    for name, found in by.items():
+        counts = (
+            found.runs,
+            found.never_hop,
+            found.local_optimum,
+            found.at_cap,
+            found.without_cycle,
+        )
+        rows.append([name, *("–" if count is None else f"{count}" for count in counts)])
+    return _table(rows)
+
+
+def _verdicts_by_number(by: Mapping[str, Iterable[Verdict]]) -> dict[str, dict[int, str]]:
+    return {heading: {v.number: v.verdict for v in each} for heading, each in by.items()}
+
+
+def _table(rows: list[list[str]]) -> str:
+    lines = [
+        "|" + "".join(f" {cell} |" if cell else " |" for cell in cells).rstrip() for cells in rows
+    ]
+    return "\n".join([lines[0], "|" + "-|" * len(rows[0]), *lines[1:]]) + "\n"
 
 
 _MARKS = {HOLDS: "✓ ", FAILS: "✗ "}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 from importlib.resources import files
 from pathlib import Path
@@ -12,8 +13,18 @@ from matplotlib.figure import Figure
 
 from tegotae.figures.study import architectures_figure, correlation_figure, pictograms_figure
 from tegotae.report.best import best_controllers
+from tegotae.report.judged import labelled
 from tegotae.report.values import embedded_figure, embedded_file, number
-from tegotae.study.claims import EXPERIMENTS, Part, Verdict, all_verdicts
+from tegotae.study.claims import (
+    ALL,
+    EXPERIMENTS,
+    Part,
+    Verdict,
+    all_verdicts,
+    verdicts_by_budget,
+    verdicts_by_omega,
+)
+from tegotae.study.endings import endings_by_architecture
 from tegotae.study.record import Record
 from tegotae.study.table import Table, tabulate
 
@@ -43,7 +54,12 @@ _COUNTS = {
 _OBSERVATIONS = {"F": "F_k", "Fv": "F_k, ẏ"}
 
 
-def report(records: list[Record], about: str, experiments: Path | None = None) -> str:
+def report(
+    records: list[Record],
+    about: str,
+    experiments: Path | None = None,
+    budgets: Table | None = None,
+) -> str:
     """The page, as HTML with everything in it.
 
     Args:
@@ -51,6 +67,7 @@ def report(records: list[Record], about: str, experiments: Path | None = None) -
         about: one line on what study this is.
         experiments: folder with tables and figures of the experiments that decide claims 1, 10
             and 11 (`tegotae.study.claims.EXPERIMENTS`); what is not there is said to be missing.
+        budgets: the same runs after several budgets of training.
 
     Raises:
         TegotaeError: if there is no such folder, or it holds a table or figure that is none.
@@ -62,7 +79,12 @@ def report(records: list[Record], about: str, experiments: Path | None = None) -
         "runs": len(table),
         "without_cycle": int((table["limit_cycle_share"] == 0.0).sum()),
         "figures": _figures(table),
-        "claims": [_claim(verdict) for verdict in all_verdicts(table, experiments)],
+        "claims": _claims(table, experiments),
+        "by_budget": _by_budget(budgets),
+        "endings": [
+            [name, *dataclasses.astuple(found)]
+            for name, found in endings_by_architecture(table).items()
+        ],
         "experiments": [
             {"caption": f"{e.caption}.", **embedded_file(experiments / e.figure)}
             for e in EXPERIMENTS
@@ -96,6 +118,31 @@ def _figures(table: Table) -> list[dict[str, Any]]:
         ),
         one("III. Correlation of the metrics over all models.", correlation_figure(table)),
     ]
+
+
+def _claims(table: Table, experiments: Path | None) -> list[dict[str, Any]]:
+    by_omega = verdicts_by_omega(table)
+    del by_omega[ALL]
+    at: dict[int, dict[str, str]] = {}
+    for omega, found in by_omega.items():
+        for verdict in found:
+            at.setdefault(verdict.number, {})[omega] = verdict.verdict
+    return [
+        _claim(verdict) | {"by_omega": at.get(verdict.number, {})}
+        for verdict in all_verdicts(table, experiments)
+    ]
+
+
+def _by_budget(budgets: Table | None) -> dict[str, Any]:
+    """Headings, and a row per claim: its number, the claim, and its verdict after each budget."""
+    if budgets is None:
+        return {"headings": [], "rows": []}
+    by = labelled(verdicts_by_budget(budgets))
+    rows = [
+        [each[0].number, each[0].claim, *(verdict.verdict for verdict in each)]
+        for each in zip(*by.values(), strict=True)
+    ]
+    return {"headings": list(by), "rows": rows}
 
 
 def _claim(verdict: Verdict) -> dict[str, Any]:

@@ -9,8 +9,10 @@ beside them; a body at rest has a CoT⁻¹ of zero. T0 and T1 are thus of those 
 recover, whose shares stand beside. Architectures are compared design by design, that is, at equal
 ω_t and input of the actuation, and the differences averaged.
 
-Claims 2 to 9 are decided by the study's table (`verdicts`); claims 1 (algorithms), 10 (number of
-parameters) and 11 (gain and frequency) by experiments of their own (`experiment_verdicts`).
+Claims 2 to 9 are decided by the study's table (`verdicts`), of all runs, at each ω_t alone
+(`verdicts_by_omega`) and after each budget of training (`verdicts_by_budget`); claims 1
+(algorithms), 10 (number of parameters) and 11 (gain and frequency) by experiments of their own
+(`experiment_verdicts`).
 """
 
 from pathlib import Path
@@ -24,6 +26,7 @@ from tegotae.study.claims.experiments import (
     claim_11,
     experiment_verdicts,
 )
+from tegotae.study.claims.slices import ALL, verdicts_by_budget, verdicts_by_omega
 from tegotae.study.claims.verdict import (
     FAILS,
     HOLDS,
@@ -47,6 +50,7 @@ def all_verdicts(table: Table, experiments: Path | None = None) -> list[Verdict]
 
 
 __all__ = [
+    "ALL",
     "CLAIMS",
     "EXPERIMENTS",
     "FAILS",
@@ -67,4 +71,6 @@ __all__ = [
     "designs",
     "experiment_verdicts",
     "verdicts",
+    "verdicts_by_budget",
+    "verdicts_by_omega",
 ]
