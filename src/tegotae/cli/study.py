@@ -8,6 +8,7 @@ from typing import Annotated
 
 import tyro
 
+from tegotae.cli.multiverse import StudyMultiverse
 from tegotae.cli.options import UNSET
 from tegotae.errors import TegotaeError, require_count
 from tegotae.files import output_file, output_folder, write_atomically
@@ -220,7 +221,8 @@ class Study:
         | Annotated[StudyReport, tyro.conf.subcommand("report")]
         | Annotated[StudyExport, tyro.conf.subcommand("export")]
         | Annotated[StudyFigures, tyro.conf.subcommand("figures")]
-        | Annotated[StudyMerge, tyro.conf.subcommand("merge")],
+        | Annotated[StudyMerge, tyro.conf.subcommand("merge")]
+        | Annotated[StudyMultiverse, tyro.conf.subcommand("multiverse")],
         tyro.conf.arg(name=""),
     ]
 

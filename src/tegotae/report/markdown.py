@@ -31,7 +31,7 @@ def claims_table(
         cell = "<br>".join(filter(None, (effects, note)))
         there = [found.get(verdict.number, "") for found in beside.values()]
         rows.append([f"{verdict.number}", verdict.claim, f"**{verdict.verdict}**", *there, cell])
-    return _table(rows)
+    return table(rows)
 
 
 def verdicts_table(by: Mapping[str, Iterable[Verdict]]) -> str:
@@ -42,7 +42,7 @@ def verdicts_table(by: Mapping[str, Iterable[Verdict]]) -> str:
     rows = [["", "Claim", *by]]
     for number, claim in sorted(claims.items()):
         rows.append([f"{number}", claim, *(each.get(number, "") for each in found.values())])
-    return _table(rows)
+    return table(rows)
 
 
 def endings_table(by: Mapping[str, Endings]) -> str:
@@ -57,14 +57,15 @@ def endings_table(by: Mapping[str, Endings]) -> str:
             found.without_cycle,
         )
         rows.append([name, *("–" if count is None else f"{count}" for count in counts)])
-    return _table(rows)
+    return table(rows)
 
 
 def _verdicts_by_number(by: Mapping[str, Iterable[Verdict]]) -> dict[str, dict[int, str]]:
     return {heading: {v.number: v.verdict for v in each} for heading, each in by.items()}
 
 
-def _table(rows: list[list[str]]) -> str:
+def table(rows: list[list[str]]) -> str:
+    """Rows of cells as a table, the first being its head."""
     lines = [
         "|" + "".join(f" {cell} |" if cell else " |" for cell in cells).rstrip() for cells in rows
     ]

@@ -7,14 +7,28 @@ import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 from tegotae.errors import TegotaeError
 from tegotae.files import output_folder, write_atomically
 from tegotae.locks import locked
-from tegotae.study.plan import Plan, is_of
+from tegotae.study.plan import is_of
 from tegotae.study.record import SUFFIX, DamagedRecordError, Record, read, write
 from tegotae.study.unit import FORMAT, Unit, key_of
+
+
+class Work(Protocol):
+    """What a folder is for."""
+
+    @property
+    def units(self) -> list[Unit]:
+        """All that is to be done."""
+        ...
+
+    @property
+    def document(self) -> dict[str, Any]:
+        """What makes it this study, as JSON values."""
+        ...
 
 
 class Folder:
@@ -23,6 +37,9 @@ class Folder:
     Args:
         path: where it is.
     """
+
+    SETTINGS = frozenset({"scale", "seeds", "algorithm"})
+    """What the description of a study has at least."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
@@ -33,7 +50,7 @@ class Folder:
         return self.path / "records"
 
     @contextmanager
-    def claimed(self, plan: Plan) -> Iterator[None]:
+    def claimed(self, plan: Work) -> Iterator[None]:
         """Keep others out, and make the folder this plan's or see that it is.
 
         Raises:
@@ -44,7 +61,7 @@ class Folder:
             self._claim(plan)
             yield
 
-    def _claim(self, plan: Plan) -> None:
+    def _claim(self, plan: Work) -> None:
         place = self.path / "study.json"
         if place.exists():
             found = self.document
@@ -83,7 +100,7 @@ class Folder:
             raise TegotaeError(f"cannot read {place}: {error.strerror}") from None
         except (ValueError, TypeError):
             found = {}
-        if not {"scale", "seeds", "algorithm"} <= found.keys():
+        if not found.keys() >= self.SETTINGS:
             raise TegotaeError(f"{place} is damaged; choose another folder")
         if found.get("format") != FORMAT:
             raise TegotaeError(
@@ -128,11 +145,15 @@ class Folder:
             except DamagedRecordError as error:
                 others.append(f"{error}; run the study again to replace it")
                 continue
-            if is_of(document, record.configuration):
+            if self.is_of(document, record.configuration):
                 found.append(record)
             else:
                 others.append(f"{path.name} is of another study; it is left out")
         return found, others
+
+    def is_of(self, document: dict[str, Any], configuration: dict[str, Any]) -> bool:
+        """Whether a record of this configuration belongs to the study of this document."""
+        return is_of(document, configuration)
 
     @contextmanager
     def locked(self) -> Iterator[None]:

@@ -16,8 +16,7 @@ from pathlib import Path
 from tegotae.devices import available_cores, compute_on
 from tegotae.errors import TegotaeError
 from tegotae.progress import reporting
-from tegotae.study.folder import Folder
-from tegotae.study.plan import Plan
+from tegotae.study.folder import Folder, Work
 from tegotae.study.record import Record
 from tegotae.study.unit import DEVICES, Unit, work
 
@@ -31,7 +30,9 @@ class WorkersDiedError(Exception):
     """Workers ended before their work did; it can be given to others."""
 
 
-def run(plan: Plan, path: Path, results: Results | None = None) -> int:
+def run(
+    plan: Work, place: Path | Folder, results: Results | None = None, most: int | None = None
+) -> int:
     """Do what is missing of a plan in a folder; return how many records there are then.
 
     Units that share a compiled program are done together, one after the other. A worker that dies
@@ -40,22 +41,23 @@ def run(plan: Plan, path: Path, results: Results | None = None) -> int:
 
     Args:
         plan: the study.
-        path: its folder.
+        place: its folder.
         results: where to work; worker processes on all cores of this machine by default.
+        most: units that are done together at most.
 
     Raises:
         TegotaeError: if the folder holds another study or is in use, if a unit cannot be done or
             its record not be written, or if workers die again and again.
         KeyboardInterrupt: after Ctrl-C. This and the former say what is kept.
     """
-    folder = Folder(path)
+    folder = place if isinstance(place, Folder) else Folder(place)
     with folder.claimed(plan):
         units = plan.units
         missing = [unit for unit in units if not folder.has(unit)]
         try:
             with reporting("study", len(units)) as reporter:
                 reporter.update(len(units) - len(missing), "done before")
-                with closing(_persistently(missing, results or on_cores)) as found:
+                with closing(_persistently(missing, results or on_cores, most)) as found:
                     for unit, record in found:
                         folder.add(unit, record)
                         missing.remove(unit)
@@ -63,14 +65,14 @@ def run(plan: Plan, path: Path, results: Results | None = None) -> int:
         except (TegotaeError, KeyboardInterrupt) as stop:
             why = str(stop) or "interrupted"
             raise type(stop)(
-                f"{why}; {path} keeps {len(units) - len(missing)} of {len(units)} models, "
+                f"{why}; {folder.path} keeps {len(units) - len(missing)} of {len(units)} models, "
                 "the same command goes on from there"
             ) from None
         return len(units)
 
 
 def _persistently(
-    missing: list[Unit], results: Results
+    missing: list[Unit], results: Results, most: int | None
 ) -> Generator[tuple[Unit, Record], None, None]:
     """The records of what is missing, asked for again when workers die.
 
@@ -79,7 +81,7 @@ def _persistently(
     deaths = 0
     while missing:
         try:
-            with closing(results(bundles(missing))) as found:
+            with closing(results(bundles(missing, most))) as found:
                 for unit, record in found:
                     yield unit, record
                     deaths = 0
@@ -91,12 +93,13 @@ def _persistently(
                 ) from None
 
 
-def bundles(units: Sequence[Unit]) -> list[list[Unit]]:
-    """Units in groups that share a compiled program."""
+def bundles(units: Sequence[Unit], most: int | None = None) -> list[list[Unit]]:
+    """Units in groups that share a compiled program, of so many at most."""
     groups: dict[object, list[Unit]] = {}
     for unit in units:
         groups.setdefault(unit.run.training.program, []).append(unit)
-    return list(groups.values())
+    size = most or len(units)
+    return [g[i : i + size] for g in groups.values() for i in range(0, len(g), size)]
 
 
 def work_all(units: list[Unit]) -> list[Record]:

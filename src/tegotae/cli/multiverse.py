@@ -1,0 +1,172 @@
+"""`tegotae study multiverse`: the claims under many readings of the paper."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import tyro
+
+from tegotae.cli.options import UNSET
+from tegotae.errors import TegotaeError, require_count
+from tegotae.files import output_folder, write_atomically
+
+if TYPE_CHECKING:
+    from tegotae.study.multiverse.readings import Reading
+    from tegotae.study.multiverse.verdicts import Judged
+
+
+@dataclass(frozen=True)
+class MultiverseRun:
+    """Train and evaluate what is missing of a multiverse; run it again to go on."""
+
+    dir: Path
+    """The multiverse's folder."""
+    scale: str = "full"
+    """smoke (seconds) or full (24 models, 4 runs each)."""
+    readings: Annotated[int | None, UNSET] = None
+    """How many readings; those of a smaller number are among them. The scale's by default."""
+    workers: Annotated[int | None, UNSET] = None
+    """Worker processes of one core each; one per core by default."""
+    cluster: Annotated[str | None, UNSET] = None
+    """Address of a Dask scheduler to work on, or local."""
+
+    def run(self) -> None:
+        """Do what is missing."""
+        from functools import partial
+
+        from tegotae.study import runner
+        from tegotae.study.multiverse.folder import MultiverseFolder
+        from tegotae.study.multiverse.plan import UNITS_PER_BUNDLE, multiverse
+
+        plan = multiverse(self.scale, self.readings)
+        if self.workers is not None:
+            require_count("workers", self.workers)
+        results = partial(runner.on_cores, workers=self.workers)
+        if self.cluster is not None:
+            from tegotae.study.cluster import on_cluster
+
+            results = on_cluster(self.cluster)
+        total = runner.run(plan, MultiverseFolder(self.dir), results, UNITS_PER_BUNDLE)
+        print(
+            f"{total} records in {self.dir}; next: tegotae study multiverse figures {self.dir} "
+            "--out FOLDER"
+        )
+
+
+@dataclass(frozen=True)
+class MultiverseStatus:
+    """Say what a multiverse's folder holds."""
+
+    dir: Path
+    """The multiverse's folder."""
+    readings: Annotated[int | None, UNSET] = None
+    """Of how many readings; the scale's number by default."""
+
+    def run(self) -> None:
+        """Print it."""
+        from tegotae.study.multiverse.folder import MultiverseFolder, tables
+
+        folder = MultiverseFolder(self.dir)
+        plan = folder.plan(self.readings)
+        records, damaged = folder.all()
+        whole = len(tables(plan, records))
+        print(
+            f"scale {plan.scale}: {len(records)} of {len(plan.units)} models done, "
+            f"{whole} of {plan.readings} readings whole"
+        )
+        for message in damaged:
+            print(message)
+
+
+@dataclass(frozen=True)
+class MultiverseExport:
+    """Write the readings, and every claim's effects under each, as two tables."""
+
+    dir: Path
+    """The multiverse's folder."""
+    out: Path
+    """Folder for readings.csv and verdicts.csv."""
+    readings: Annotated[int | None, UNSET] = None
+    """Of how many readings; the scale's number by default."""
+
+    def run(self) -> None:
+        """Write them."""
+        from tegotae.study.multiverse.tables import READINGS, VERDICTS, write_tables
+
+        readings, judged = _judged(self.dir, self.readings)
+        write_tables(readings, judged, self.out)
+        print(f"wrote {READINGS}, {VERDICTS} to {self.out}")
+
+
+@dataclass(frozen=True)
+class MultiverseFigures:
+    """Draw how often each claim holds, and which choice decides it."""
+
+    source: Annotated[Path, tyro.conf.Positional]
+    """A multiverse's folder, or one with the tables that `export` wrote."""
+    out: Path
+    """Folder for the pictures and for multiverse.md."""
+    omega: str = "all"
+    """At which ω_t: all, 4 or 8."""
+
+    def run(self) -> None:
+        """Draw."""
+        from tegotae.figures.multiverse import curve_figure, overview_figure
+        from tegotae.figures.style import save_figure
+        from tegotae.report.multiverse import shares_table
+        from tegotae.study.multiverse.tables import READINGS, read_tables
+        from tegotae.study.multiverse.verdicts import CLAIMS, of_claim
+
+        exported = (self.source / READINGS).exists()
+        readings, judged = read_tables(self.source) if exported else _judged(self.source)
+        known = sorted({omega for found in judged.values() for omega in found})
+        if self.omega not in known:
+            raise TegotaeError(f"omega is {self.omega!r}; it must be one of {', '.join(known)}")
+        figures = {"multiverse.png": overview_figure(readings, judged, self.omega)}
+        for number in CLAIMS:
+            if of_claim(judged, number, self.omega):
+                figures[f"claim-{number}.png"] = curve_figure(readings, judged, number, self.omega)
+        output_folder(self.out)
+        for name, figure in figures.items():
+            save_figure(figure, self.out / name)
+        text = shares_table(readings, judged, self.omega)
+        write_atomically(self.out / "multiverse.md", text)
+        print(f"wrote {', '.join(figures)}, multiverse.md to {self.out}")
+
+
+def _judged(path: Path, count: int | None = None) -> tuple[list[Reading], Judged]:
+    from tegotae.study.multiverse.folder import MultiverseFolder, tables
+    from tegotae.study.multiverse.verdicts import judge
+
+    folder = MultiverseFolder(path)
+    plan = folder.plan(count)
+    records, damaged = folder.all()
+    for message in damaged:
+        print(message)
+    whole = tables(plan, records)
+    if not whole:
+        raise TegotaeError(
+            f"{path} holds no whole reading yet; first: tegotae study multiverse run"
+        )
+    if len(whole) < plan.readings:
+        print(f"{len(whole)} of {plan.readings} readings are whole; the others are left out")
+    return [reading for reading, _ in plan.by_reading], judge(whole)
+
+
+@dataclass(frozen=True)
+class StudyMultiverse:
+    """Judge the claims over what the paper leaves open: body, work, release, budgets."""
+
+    which: Annotated[
+        Annotated[MultiverseRun, tyro.conf.subcommand("run")]
+        | Annotated[MultiverseStatus, tyro.conf.subcommand("status")]
+        | Annotated[MultiverseExport, tyro.conf.subcommand("export")]
+        | Annotated[MultiverseFigures, tyro.conf.subcommand("figures")],
+        tyro.conf.arg(name=""),
+    ]
+
+    def run(self) -> None:
+        """Do it."""
+        self.which.run()

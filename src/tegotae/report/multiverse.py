@@ -1,0 +1,43 @@
+"""The multiverse's shares as a table of Markdown."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from tegotae.report.markdown import table
+from tegotae.study.claims import FAILS, HOLDS, UNDECIDED
+from tegotae.study.multiverse.influence import decisive, influences
+from tegotae.study.multiverse.readings import Reading
+from tegotae.study.multiverse.verdicts import CLAIMS, Judged, Share, of_claim, shares
+
+
+def shares_table(readings: Sequence[Reading], judged: Judged, omega: str = "all") -> str:
+    """A row per claim: in which share of readings it holds, with a 95 % interval, and what decides.
+
+    Args:
+        readings: all readings.
+        judged: the verdicts under each.
+        omega: on which ω_t, "all", "4" or "8".
+    """
+    rows = [["", "Claim", "Holds", "Fails", "Undecided", "Reading 0", "What decides (ρ)"]]
+    for number, text in CLAIMS.items():
+        verdicts = of_claim(judged, number, omega)
+        each = shares(verdicts.values())
+        clear = decisive(influences(readings, verdicts))
+        deciding = ", ".join(f"{i.choice.label} ({i.correlation:+.2f})" for i in clear)
+        rows.append(
+            [
+                f"{number}",
+                text,
+                *(_share(each[word]) for word in (HOLDS, FAILS, UNDECIDED)),
+                verdicts[0].verdict if 0 in verdicts else "–",
+                deciding.replace("-", "−") or "–",
+            ]
+        )
+    return table(rows)
+
+
+def _share(share: Share) -> str:
+    if not share.of:
+        return "–"
+    return f"{share.count} of {share.of} [{share.low:.0%}, {share.high:.0%}]".replace("%", " %")
