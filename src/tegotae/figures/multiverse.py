@@ -13,7 +13,7 @@ from tegotae.figures.style import COLOURS, DIVERGING, PAGE_IN, SEQUENTIAL, new_f
 from tegotae.study.claims import FAILS, HOLDS, UNDECIDED, Part, Verdict
 from tegotae.study.multiverse.influence import SIGNIFICANT, Influence, influences
 from tegotae.study.multiverse.readings import CHOICES, Choice, Reading
-from tegotae.study.multiverse.verdicts import CLAIMS, Judged, claimed, of_claim, shares
+from tegotae.study.multiverse.verdicts import CLAIMS, Judged, claimed, of_claim, shares, words
 
 VERDICT_COLOURS = {HOLDS: COLOURS[5], UNDECIDED: "0.75", FAILS: COLOURS[4]}
 """Green holds, grey is undecided, orange fails; they differ in lightness, too."""
@@ -21,6 +21,10 @@ VERDICT_COLOURS = {HOLDS: COLOURS[5], UNDECIDED: "0.75", FAILS: COLOURS[4]}
 
 def overview_figure(readings: Sequence[Reading], judged: Judged, omega: str = "all") -> Figure:
     """Per claim the share of readings in which it holds, and what goes with that.
+
+    Left: how many readings say what; the line below a bar is the 95 % interval of the share that
+    holds. Right: how each choice correlates with the claim's margin, in numbers where that is more
+    than chance.
 
     Args:
         readings: all readings.
@@ -30,7 +34,7 @@ def overview_figure(readings: Sequence[Reading], judged: Judged, omega: str = "a
     found = {number: of_claim(judged, number, omega) for number in CLAIMS}
     with styled():
         figure = new_figure(PAGE_IN, 3.1)
-        bars, matrix = figure.subplots(1, 2, width_ratios=(1.0, 1.15), sharey=True)
+        bars, matrix = figure.subplots(1, 2, width_ratios=(1.0, 1.7), sharey=True)
         for row, verdicts in enumerate(found.values()):
             _bar(bars, row, list(verdicts.values()))
         bars.set_yticks(range(len(CLAIMS)), [f"{text} ({n})" for n, text in CLAIMS.items()])
@@ -77,7 +81,7 @@ def _matrix(figure: Figure, panel, found: list[list[Influence]]) -> None:
     for row, each in enumerate(found):
         for column, influence in enumerate(each):
             _cell(panel, column, row, influence)
-    bar = figure.colorbar(image, label="rank correlation with the claim's margin", ticks=(-1, 0, 1))
+    bar = figure.colorbar(image, label="rank correlation", ticks=(-1, 0, 1))
     bar.ax.spines[:].set_visible(False)
 
 
@@ -86,17 +90,10 @@ def _cell(panel, x: float, y: float, influence: Influence) -> None:
     if np.isnan(rho):
         panel.text(x, y, "–", ha="center", va="center", color="0.6", size=6)
         return
-    clear = influence.p < SIGNIFICANT
-    panel.text(
-        x,
-        y,
-        f"{rho:+.1f}".replace("-", "−"),
-        ha="center",
-        va="center",
-        size=6.5 if clear else 5.5,
-        weight="bold" if clear else "normal",
-        color="white" if abs(rho) > 0.65 else "black" if clear else "0.5",
-    )
+    if influence.p < SIGNIFICANT:
+        text = f"{rho:+.2f}".replace("-", "−").replace("0.", ".")
+        ink = "white" if abs(rho) > 0.65 else "black"
+        panel.text(x, y, text, ha="center", va="center", size=6, weight="bold", color=ink)
 
 
 def curve_figure(
@@ -167,9 +164,7 @@ def _effects(panel, parts: list[Part]) -> None:
         if not math.isnan(effect.low):
             panel.plot([x, x], [effect.low, effect.high], color=colour, lw=1.4)
         panel.plot(x, effect.mean, "o", ms=3, color=colour, mec="black", mew=0.4)
-    # Some designs may be undefined in some readings, which the words then say.
-    what = min((part.what for part in parts), key=len)
-    panel.set_title(what.replace(" - ", " − "), loc="left", fontsize=7, pad=2)
+    panel.set_title(words(parts), loc="left", fontsize=7, pad=2)
     panel.tick_params(axis="x", length=0, labelbottom=False)
 
 

@@ -2,24 +2,35 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 
 from tegotae.report.markdown import table
-from tegotae.study.claims import FAILS, HOLDS, UNDECIDED
+from tegotae.study.claims import FAILS, HOLDS, UNDECIDED, Part
 from tegotae.study.multiverse.influence import decisive, influences
 from tegotae.study.multiverse.readings import Reading
-from tegotae.study.multiverse.verdicts import CLAIMS, Judged, Share, of_claim, shares
+from tegotae.study.multiverse.verdicts import (
+    CLAIMS,
+    Judged,
+    Share,
+    claimed,
+    of_claim,
+    shares,
+    words,
+)
 
 
 def shares_table(readings: Sequence[Reading], judged: Judged, omega: str = "all") -> str:
     """A row per claim: in which share of readings it holds, with a 95 % interval, and what decides.
+
+    Behind it stand its parts, and in how many readings each holds / is undecided / fails.
 
     Args:
         readings: all readings.
         judged: the verdicts under each.
         omega: on which ω_t, "all", "4" or "8".
     """
-    rows = [["", "Claim", "Holds", "Fails", "Undecided", "Reading 0", "What decides (ρ)"]]
+    rows = [["", "Claim", "Holds", "Fails", "Undecided", "Reading 0", "What decides (ρ)", _PARTS]]
     for number, text in CLAIMS.items():
         verdicts = of_claim(judged, number, omega)
         each = shares(verdicts.values())
@@ -32,9 +43,22 @@ def shares_table(readings: Sequence[Reading], judged: Judged, omega: str = "all"
                 *(_share(each[word]) for word in (HOLDS, FAILS, UNDECIDED)),
                 verdicts[0].verdict if 0 in verdicts else "–",
                 deciding.replace("-", "−") or "–",
+                "<br>".join(_parts([claimed(verdict) for verdict in verdicts.values()])),
             ]
         )
     return table(rows)
+
+
+_PARTS = "Parts: holds / undecided / fails"
+
+
+def _parts(readings: list[list[Part]]) -> list[str]:
+    found = []
+    for each in zip(*readings, strict=True):
+        counts = Counter(part.verdict for part in each)
+        numbers = " / ".join(f"{counts[word]}" for word in (HOLDS, UNDECIDED, FAILS))
+        found.append(f"{words(each)}: {numbers}")
+    return found
 
 
 def _share(share: Share) -> str:

@@ -152,7 +152,7 @@ class Choice:
 CHOICES = (
     Choice(
         "natural_frequency",
-        "ω_n √(l0/g)",
+        "ωₙ √(l₀/g)",
         (2.1, 3.0),
         False,
         "Below 2.1 a hop at 4 rad/s needs more than the leg's length, undamped; at 3 the leg is as "
@@ -167,14 +167,14 @@ CHOICES = (
     ),
     Choice(
         "force_ratio",
-        "α / m g",
+        "α / mg",
         (2.0, 6.0),
         False,
         "Legged animals and robots push with two to six weights at most; 1 is needed to stand.",
     ),
     Choice(
         "release",
-        "release / l0",
+        "release / l₀",
         (1.0, 1.3),
         False,
         "The co-author's program releases at l0; from above 1.3 and with the largest drop the "
@@ -182,10 +182,10 @@ CHOICES = (
     ),
     Choice(
         "drop",
-        "drop / l0",
+        "drop / l₀",
         (0.05, 0.3),
         False,
-        "From a step that is hardly felt to one of half a hop more than a good hop's height.",
+        "From a step that is hardly felt to one higher than a good hop.",
     ),
     Choice(
         "work",
@@ -194,7 +194,7 @@ CHOICES = (
         True,
         "By how much negative work counts: it is regained, it is free, or it costs as much.",
     ),
-    Choice("follow_omega", "ΔΩ in fitness", (False, True), True, "The paper has it both ways."),
+    Choice("follow_omega", "ΔΩ counts", (False, True), True, "The paper has it both ways."),
     Choice(
         "tolerance",
         "tolerance",

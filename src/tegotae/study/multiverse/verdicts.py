@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from tegotae.study.claims import FAILS, HOLDS, INFORMATION, UNDECIDED, Part, Verdict
@@ -12,14 +12,14 @@ from tegotae.study.claims.slices import verdicts_by_omega
 from tegotae.study.table import Table
 
 CLAIMS = {
-    2: "VG: far more efficient than V, slower",
-    3: "VT: near V, smoother",
-    4: "AR: more efficient than V, quicker than VG",
-    5: "ART: more efficient than AR",
+    2: "VG far above V, slower",
+    3: "VT near V, smoother",
+    4: "AR above V, quicker than VG",
+    5: "ART above AR",
     6: "ARG below V, ARGT below ART",
-    7: "T fails on [F_k]; equals ART on [F_k, ẏ]",
-    8: "ẏ: less CPGu, more efficient, less stable",
-    9: "efficient models are slow, dependent ones quick",
+    7: "T fails on F, equals ART on Fv",
+    8: "ẏ: less CPGu, above, less stable",
+    9: "efficient is slow, CPGu quick",
 }
 """The claims in few words."""
 
@@ -94,6 +94,11 @@ def shares(verdicts: Iterable[Verdict]) -> dict[str, Share]:
 def claimed(verdict: Verdict) -> list[Part]:
     """The parts of a claim that decide it."""
     return [part for part in verdict.parts if part.verdict != INFORMATION]
+
+
+def words(parts: Sequence[Part]) -> str:
+    """What one part of a claim measures, over readings: some say which designs they leave out."""
+    return min((part.what for part in parts), key=len).replace(" - ", " − ")
 
 
 def margin(verdict: Verdict) -> float:
