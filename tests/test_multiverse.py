@@ -26,7 +26,8 @@ from tegotae.study.multiverse.influence import decisive, influences
 from tegotae.study.multiverse.plan import multiverse
 from tegotae.study.multiverse.readings import CHOICES, PLATEAU, Reading, sample
 from tegotae.study.multiverse.tables import read_tables, write_tables
-from tegotae.study.multiverse.verdicts import judge, margin, of_claim, share, shares
+from tegotae.study.multiverse.verdicts import Judged, judge, margin, of_claim, share, shares
+from tegotae.training.stopping import CAP
 from test_study_claims import results
 
 # Readings.
@@ -105,10 +106,26 @@ def test_a_reading_is_in_every_unit_that_it_is_about():
             assert run.hopper == reading.hopper
             assert (run.energy, run.follow_omega) == (reading.work, reading.follow_omega)
             assert run.budget == reading.parameters
+            assert run.release_m == reading.release
             assert (protocol.work, protocol.drop_m) == (reading.work, reading.drop)
             assert protocol.release_m == reading.release
             assert protocol.limit_cycle.height_tolerance_m == 0.005 * reading.tolerance
             assert protocol.limit_cycle.phase_tolerance_rad == 0.05 * reading.tolerance
+
+
+def test_a_budget_of_training_is_spent_to_its_end_or_to_the_plateau():
+    plan = multiverse("full", 16)
+    for reading, units in plan.by_reading:
+        run = next(iter(units.values())).run
+        most = run.stopping.generations * run.algorithm.population
+        rising = np.arange(run.stopping.generations, dtype=float)
+        assert run.stopping.reason(rising) == CAP
+        if reading.episodes == PLATEAU:
+            assert most == pytest.approx(plan.cap, abs=run.algorithm.population)
+            assert run.stopping.reason(np.zeros(len(rising) - 1)) == "plateau"
+        else:
+            assert most == reading.episodes
+            assert run.stopping.reason(np.zeros(len(rising) - 1)) == ""
 
 
 def test_every_claim_has_the_models_that_it_is_about():
@@ -124,7 +141,7 @@ def test_units_of_one_program_are_done_together_in_bundles_of_a_few():
     bundles = runner.bundles(units, 6)
     assert [unit for bundle in bundles for unit in bundle] == units
     assert max(map(len, bundles)) <= 6
-    assert all(len({unit.run.training for unit in bundle}) == 1 for bundle in bundles)
+    assert all(len({unit.run.training.program for unit in bundle}) == 1 for bundle in bundles)
 
 
 def test_more_readings_go_on_in_the_same_folder():
@@ -136,19 +153,19 @@ def test_more_readings_go_on_in_the_same_folder():
 # Verdicts.
 
 
-def made_up(effect_of, count: int = 32) -> tuple[list[Reading], dict]:
+def made_up(effect_of, count: int = 32) -> tuple[list[Reading], Judged]:
     """Readings, and verdicts on runs whose effects a reading decides."""
     readings = sample(count)
     models = multiverse("full").models
     tables = {
-        i: results(effect_of(reading), noise=0.1, seed=i).where(model=models)
+        i: results(effect_of(reading), noise=0.05, seed=i).where(model=models)
         for i, reading in enumerate(readings)
     }
     return readings, judge(tables)
 
 
 @pytest.fixture(scope="module")
-def trained() -> tuple[list[Reading], dict]:
+def trained() -> tuple[list[Reading], Judged]:
     """ART is better than AR only where training goes on long enough."""
     better = {1280: -0.4, 5120: 0.0, PLATEAU: 0.5}
     return made_up(lambda reading: {"ART": {"cot_inverse": better[reading.episodes]}}, 24)
@@ -201,7 +218,7 @@ def test_a_margin_says_what_the_verdict_says(mean, bounds):
 def test_the_weakest_part_is_the_margin_of_a_claim():
     strong, weak = verdict_of(5.0, 1.0), verdict_of(-2.0, 1.0)
     assert margin(Verdict(5, "", strong.parts + weak.parts)) == -2.0
-    unknown = Part("effect", Interval(*[math.nan] * 4, 0, 4), 0.0)
+    unknown = Part("effect", Interval(math.nan, math.nan, math.nan, math.nan, 0, 4), 0.0)
     assert margin(Verdict(5, "", (*weak.parts, unknown))) == -2.0
     assert math.isnan(margin(Verdict(5, "", (*strong.parts, unknown))))
 
@@ -232,14 +249,16 @@ def test_tables_hold_readings_and_verdicts(trained, tmp_path):
 @pytest.mark.parametrize("name", ["readings.csv", "verdicts.csv"])
 @pytest.mark.parametrize("content", ["", "a,b\n1,2\n"])
 def test_what_is_no_table_is_refused(trained, tmp_path, one_line_error, name, content):
-    write_tables(*trained, tmp_path)
+    readings, judged = trained
+    write_tables(readings, judged, tmp_path)
     (tmp_path / name).write_text(content)
     words = ["study", "multiverse", "figures", str(tmp_path), "--out", str(tmp_path / "out")]
     assert f"{tmp_path / name} is no table that" in one_line_error(*words)
 
 
 def test_the_table_of_shares_names_what_decides(trained):
-    rows = shares_table(*trained).splitlines()[2:]
+    readings, judged = trained
+    rows = shares_table(readings, judged).splitlines()[2:]
     five = next(row for row in rows if row.startswith("| 5 |"))
     assert "| training (+0." in five
     assert " of 24 [" in five
@@ -252,7 +271,7 @@ def test_figures_show_every_claim_and_every_reading(trained):
     curve = curve_figure(readings, judged, 5)
     strip, effect, choices = curve.axes
     assert len(strip.patches) == len(readings)
-    means = [line.get_ydata()[0] for line in effect.lines if line.get_marker() == "o"]
+    means = [float(np.ravel(x.get_ydata())[0]) for x in effect.lines if x.get_marker() == "o"]
     assert means == sorted(means)
     assert len(choices.get_yticks()) == len(CHOICES)
 
@@ -329,7 +348,8 @@ def test_a_study_is_no_multiverse_and_a_multiverse_no_study(smoke_study, tmp_pat
 
 
 def test_an_unknown_frequency_is_refused(trained, tmp_path, one_line_error):
-    write_tables(*trained, tmp_path)
+    readings, judged = trained
+    write_tables(readings, judged, tmp_path)
     words = ["study", "multiverse", "figures", str(tmp_path), "--out", str(tmp_path / "out")]
     assert "omega is '5'; it must be one of 4, 8, all" in one_line_error(*words, "--omega", "5")
 

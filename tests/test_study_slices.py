@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -73,6 +75,12 @@ def test_one_sees_when_a_verdict_turns():
     assert judge(found[5120.0], 5) == HOLDS
 
 
+def test_the_end_of_training_stands_last():
+    found = verdicts_by_budget(after(results({}), 1280.0), results(ART_BETTER))
+    assert list(found) == [1280.0, np.inf]
+    assert judge(found[np.inf], 5) == HOLDS
+
+
 def test_a_run_that_had_ended_counts_as_it_ended():
     early = after(results({}), 1280.0)
     late = after(results(ART_BETTER), 5120.0)
@@ -103,7 +111,7 @@ def test_runs_of_unknown_budget_are_refused(budget):
 # How training ended.
 
 
-def ended(fitness, why, share=1.0) -> Table:
+def ended(fitness: Any, why: Any, share: Any = 1.0) -> Table:
     """The three runs of one model."""
     table = results({}).where(model="ART-rF-tphif-w8")
     columns = {"best_fitness": fitness, "ended": why, "limit_cycle_share": share}

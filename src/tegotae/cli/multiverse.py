@@ -67,13 +67,15 @@ class MultiverseStatus:
     def run(self) -> None:
         """Print it."""
         from tegotae.study.multiverse.folder import MultiverseFolder, tables
+        from tegotae.study.unit import key_of
 
         folder = MultiverseFolder(self.dir)
         plan = folder.plan(self.readings)
         records, damaged = folder.all()
-        whole = len(tables(plan, records))
+        whole, keys = len(tables(plan, records)), {unit.key for unit in plan.units}
+        done = sum(key_of(record.configuration) in keys for record in records)
         print(
-            f"scale {plan.scale}: {len(records)} of {len(plan.units)} models done, "
+            f"scale {plan.scale}: {done} of {len(keys)} models done, "
             f"{whole} of {plan.readings} readings whole"
         )
         for message in damaged:

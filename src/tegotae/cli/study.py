@@ -89,6 +89,7 @@ class StudyReport:
     def run(self) -> None:
         """Write it, and say where it is."""
         from tegotae.report.page import report
+        from tegotae.study.table import tabulate_budgets
 
         folder = Folder(self.dir)
         records, document = _records(folder), folder.document
@@ -98,7 +99,7 @@ class StudyReport:
             f"by {document['algorithm']['name']} with {document['algorithm']['population']} "
             f"episodes a generation, at most {document['stopping']['generations']} generations."
         )
-        write_atomically(path, report(records, about, self.experiments))
+        write_atomically(path, report(records, about, self.experiments, tabulate_budgets(records)))
         print(f"The report is {path.resolve()}")
 
 
@@ -144,7 +145,8 @@ class StudyFigures:
     experiments: Annotated[Path | None, UNSET] = None
     """Folder of the experiments on claims 1, 10 and 11, as for the report."""
     budgets: Annotated[Path | None, UNSET] = None
-    """Table of the same runs after several budgets of training (.csv)."""
+    """Table of the same runs after several budgets of training (.csv), as `export` writes it; a
+    study's folder has its own."""
     beside: Annotated[Path | None, UNSET] = None
     """Table of another study (.csv), whose verdicts stand beside."""
 
@@ -158,13 +160,15 @@ class StudyFigures:
         from tegotae.figures.style import save_figure
         from tegotae.report.judged import judged
         from tegotae.study.export import read_csv
-        from tegotae.study.table import tabulate
+        from tegotae.study.table import tabulate, tabulate_budgets
 
         if self.source.is_dir():
-            table = tabulate(_records(Folder(self.source)))
+            records = _records(Folder(self.source))
+            table, budgets = tabulate(records), tabulate_budgets(records)
         else:
-            table = read_csv(self.source)
-        budgets = None if self.budgets is None else read_csv(self.budgets)
+            table, budgets = read_csv(self.source), None
+        if self.budgets is not None:
+            budgets = read_csv(self.budgets)
         beside = None if self.beside is None else (self.beside.stem, read_csv(self.beside))
         texts = judged(table, self.experiments, budgets, beside)
         figures = {

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 import matplotlib
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.patches import Patch
 
 from tegotae.figures.style import COLOURS, DIVERGING, PAGE_IN, SEQUENTIAL, new_figure, styled
 from tegotae.study.claims import FAILS, HOLDS, UNDECIDED, Part, Verdict
@@ -41,9 +42,7 @@ def overview_figure(readings: Sequence[Reading], judged: Judged, omega: str = "a
         bars.set(xlim=(0.0, 1.0), ylim=(len(CLAIMS) - 0.45, -0.55), xlabel="share of readings")
         bars.tick_params(axis="y", length=0)
         bars.legend(
-            handles=[
-                matplotlib.patches.Patch(color=c, label=word) for word, c in VERDICT_COLOURS.items()
-            ],
+            handles=[Patch(color=c, label=word) for word, c in VERDICT_COLOURS.items()],
             loc="lower left",
             bbox_to_anchor=(0.0, 1.0),
             ncols=3,

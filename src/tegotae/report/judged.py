@@ -49,13 +49,13 @@ def judged(
     texts = {"claims.md": claims_table(all_verdicts(table, experiments), columns)}
     texts |= {f"claims-w{omega}.md": claims_table(found) for omega, found in by_omega.items()}
     if budgets is not None:
-        texts["claims-by-budget.md"] = verdicts_table(labelled(verdicts_by_budget(budgets)))
+        texts["claims-by-budget.md"] = verdicts_table(labelled(verdicts_by_budget(budgets, table)))
     texts["endings.md"] = endings_table(endings_by_architecture(table))
     return texts
 
 
 def labelled(by_budget: Mapping[float, list[Verdict]]) -> dict[str, list[Verdict]]:
-    """The same by a heading, such as "5120 episodes"; an infinite budget is the plateau's."""
+    """The same by a heading, such as "5120 episodes"; an infinite budget is the plateau."""
     return {
         "plateau" if budget == float("inf") else f"{budget:.0f} episodes": found
         for budget, found in by_budget.items()

@@ -80,7 +80,7 @@ def report(
         "without_cycle": int((table["limit_cycle_share"] == 0.0).sum()),
         "figures": _figures(table),
         "claims": _claims(table, experiments),
-        "by_budget": _by_budget(budgets),
+        "by_budget": _by_budget(budgets, table),
         "endings": [
             [name, *dataclasses.astuple(found)]
             for name, found in endings_by_architecture(table).items()
@@ -133,11 +133,11 @@ def _claims(table: Table, experiments: Path | None) -> list[dict[str, Any]]:
     ]
 
 
-def _by_budget(budgets: Table | None) -> dict[str, Any]:
+def _by_budget(budgets: Table | None, final: Table) -> dict[str, Any]:
     """Headings, and a row per claim: its number, the claim, and its verdict after each budget."""
     if budgets is None:
         return {"headings": [], "rows": []}
-    by = labelled(verdicts_by_budget(budgets))
+    by = labelled(verdicts_by_budget(budgets, final))
     rows = [
         [each[0].number, each[0].claim, *(verdict.verdict for verdict in each)]
         for each in zip(*by.values(), strict=True)

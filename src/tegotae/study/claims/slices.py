@@ -30,7 +30,7 @@ def verdicts_by_omega(table: Table) -> dict[str, list[Verdict]]:
     return {label: verdicts(rows) for label, rows in {ALL: table, **found}.items()}
 
 
-def verdicts_by_budget(table: Table) -> dict[float, list[Verdict]]:
+def verdicts_by_budget(table: Table, final: Table | None = None) -> dict[float, list[Verdict]]:
     """Claims 2 to 9 after each budget of training, so that one sees when a verdict turns.
 
     A run that has no row at a budget counts with its latest one before it: it had ended by then.
@@ -38,9 +38,10 @@ def verdicts_by_budget(table: Table) -> dict[float, list[Verdict]]:
 
     Args:
         table: runs at several budgets, the column `training_budget` [episodes] saying at which.
+        final: the same runs at the end of training.
 
     Returns:
-        the verdicts by budget [episodes], ascending.
+        the verdicts by budget [episodes], ascending; the end of training is an infinite one.
 
     Raises:
         TegotaeError: for a table without that column, or without a budget in it.
@@ -49,7 +50,8 @@ def verdicts_by_budget(table: Table) -> dict[float, list[Verdict]]:
     known = np.unique(budgets[~np.isnan(budgets)])
     if len(known) == 0:
         raise TegotaeError("the table has no training_budget; it must say how long each run was")
-    return {float(budget): verdicts(_after(table, budget)) for budget in known}
+    found = {float(budget): verdicts(_after(table, budget)) for budget in known}
+    return found if final is None else found | {np.inf: verdicts(final)}
 
 
 def _after(table: Table, budget: float) -> Table:
@@ -58,7 +60,7 @@ def _after(table: Table, budget: float) -> Table:
     last: dict[tuple[str, int], int] = {}
     for row in np.argsort(spent, kind="stable"):
         if spent[row] <= budget:
-            last[table["model"][row], int(table["run"][row])] = int(row)
+            last[str(table["model"][row]), int(table["run"][row])] = int(row)
     keep = np.zeros(len(table), bool)
     keep[list(last.values())] = True
     return _rows(table, keep)

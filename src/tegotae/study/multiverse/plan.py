@@ -13,18 +13,26 @@ from tegotae.evaluation import Protocol
 from tegotae.metrics.limit_cycle import LimitCycle
 from tegotae.models import Model, find
 from tegotae.rollout import Timing
-from tegotae.study.multiverse.readings import CHOICES, Reading, sample
+from tegotae.study.multiverse.readings import CHOICES, PLATEAU, Reading, sample
 from tegotae.study.unit import FORMAT, Unit
 from tegotae.training.algorithms import PGPE, Algorithm
 from tegotae.training.fitness import EPISODE, SETTLE_S
 from tegotae.training.run import Run
-from tegotae.training.settings import tuned
+from tegotae.training.settings import configuration, tuned
+from tegotae.training.stopping import Stopping
+
+BRIEF = 80 * 16
+"""The budget that needs settings of its own [episodes]."""
 
 UNITS_PER_BUNDLE = 6
 """Units that a worker does before it reports: a kill costs no more than these."""
 
 _FEEDBACK = ("V", "VG-gF", "AR-rF", "ARG-rF-gF", "AR-rFv", "ARG-rFv-gFv")
 _LEARNED_ACTUATION = ("VT", "ART-rF", "ARGT-rF-gF", "ART-rFv", "ARGT-rFv-gFv")
+
+
+def _brief() -> Any:
+    return configuration("pgpe-80x16").settings
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -46,6 +54,11 @@ class Multiverse:
     cap: int
     """Episodes of training per run at most, also where it is to go on to its plateau."""
     algorithm: Algorithm = field(default_factory=partial(tuned, "pgpe"))
+    """How is trained."""
+    brief: Algorithm = field(default_factory=_brief)
+    """The same where the budget is that of 80 generations of 16: what is tuned for that."""
+    stopping: Stopping = field(default_factory=Stopping)
+    """When training is on its plateau; the cap is the multiverse's own."""
     timing: Timing = EPISODE
     settle_s: float = SETTLE_S
     protocol: Protocol = field(default_factory=Protocol)
@@ -66,15 +79,16 @@ class Multiverse:
 
     @property
     def units(self) -> list[Unit]:
-        """All of the work; what shares a compiled program in a row, the largest programs first."""
+        """All of the work; what shares a compiled program in a row."""
         units = [unit for _, each in self.by_reading for unit in each.values()]
         first: dict[object, int] = {}
         for i, unit in enumerate(units):
             first.setdefault(unit.run.training.program, i)
-        return sorted(units, key=lambda unit: (-unit.run.budget, first[unit.run.training.program]))
+        return sorted(units, key=lambda unit: first[unit.run.training.program])
 
     def _unit(self, model: Model, reading: Reading) -> Unit:
         hopper, cycle = reading.hopper, self.protocol.limit_cycle
+        algorithm, stopping = self._training(reading.episodes)
         run = Run(
             model=model,
             seeds=tuple(range(self.seeds)),
@@ -102,6 +116,14 @@ class Multiverse:
         )
         return Unit(run, protocol)
 
+    def _training(self, episodes: float) -> tuple[Algorithm, Stopping]:
+        """By which settings, and until when, a budget of training is spent."""
+        algorithm = self.brief if episodes <= BRIEF else self.algorithm
+        generations = max(1, round(min(episodes, self.cap) / algorithm.population))
+        if episodes == PLATEAU:
+            return algorithm, dataclasses.replace(self.stopping, generations=generations)
+        return algorithm, Stopping.after(generations)
+
     @property
     def document(self) -> dict[str, Any]:
         """The settings as JSON values, without the number of readings: more of them can follow."""
@@ -111,7 +133,8 @@ class Multiverse:
             if f.name != "readings"
             for v in [getattr(self, f.name)]
         }
-        document["algorithm"]["name"] = type(self.algorithm).__name__
+        for name in ("algorithm", "brief"):
+            document[name]["name"] = type(getattr(self, name)).__name__
         document["format"] = FORMAT
         document["choices"] = {choice.name: [str(v) for v in choice.values] for choice in CHOICES}
         return json.loads(json.dumps(document))
@@ -143,6 +166,7 @@ def _smoke() -> Multiverse:
         seeds=2,
         cap=16,
         algorithm=PGPE(population=8),
+        brief=PGPE(population=8),
         timing=Timing(duration_s=4.0, tick_s=0.002),
         settle_s=2.0,
         protocol=Protocol(undisturbed_s=8.0, disturbed_s=8.0, offsets=(-1.0, 1.0), tick_s=0.002),

@@ -247,5 +247,7 @@ def _reading(point: np.ndarray) -> Reading:
         choice.name: choice.at(float(share)) for choice, share in zip(CHOICES, point, strict=True)
     }
     # Numbers that a person can copy.
-    rounded = {n: float(f"{v:.4g}") if isinstance(v, float) else v for n, v in values.items()}
+    rounded: dict[str, Any] = {
+        n: float(f"{v:.4g}") if isinstance(v, float) else v for n, v in values.items()
+    }
     return Reading(**rounded)

@@ -58,11 +58,8 @@ def read_tables(folder: Path) -> tuple[list[Reading], Judged]:
     parts: dict[int, dict[str, dict[int, list[Part]]]] = {}
     for row in _rows(folder / VERDICTS):
         try:
-            effect = Interval(
-                *(float(row[n]) for n in ("mean", "std", "low", "high")),
-                int(row["count"]),
-                int(row["undefined"]),
-            )
+            mean, std, low, high = (float(row[name]) for name in ("mean", "std", "low", "high"))
+            effect = Interval(mean, std, low, high, int(row["count"]), int(row["undefined"]))
             part = Part(row["what"], effect, float(row["above"]), float(row["below"]), row["unit"])
             by_omega = parts.setdefault(int(row["reading"]), {})
             by_omega.setdefault(row["omega_t"], {}).setdefault(int(row["claim"]), []).append(part)
