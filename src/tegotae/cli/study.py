@@ -152,6 +152,7 @@ class StudyFigures:
 
     def run(self) -> None:
         """Draw and judge."""
+        from tegotae.figures.budgets import budgets_figure
         from tegotae.figures.study import (
             architectures_figure,
             correlation_figure,
@@ -159,6 +160,7 @@ class StudyFigures:
         )
         from tegotae.figures.style import save_figure
         from tegotae.report.judged import judged
+        from tegotae.study.claims import verdicts_by_budget
         from tegotae.study.export import read_csv
         from tegotae.study.table import tabulate, tabulate_budgets
 
@@ -176,6 +178,8 @@ class StudyFigures:
             "metrics.png": architectures_figure(table),
             "correlations.png": correlation_figure(table),
         }
+        if budgets is not None:
+            figures["budgets.png"] = budgets_figure(verdicts_by_budget(budgets, table))
         output_folder(self.out)
         for name, figure in figures.items():
             save_figure(figure, self.out / name)

@@ -54,9 +54,9 @@ def judged(
     return texts
 
 
-def labelled(by_budget: Mapping[float, list[Verdict]]) -> dict[str, list[Verdict]]:
-    """The same by a heading, such as "5120 episodes"; an infinite budget is the plateau."""
+def labelled(by_budget: Mapping[float | str, list[Verdict]]) -> dict[str, list[Verdict]]:
+    """The same by a heading, such as "5120 episodes", or the word that a budget is."""
     return {
-        "plateau" if budget == float("inf") else f"{budget:.0f} episodes": found
+        budget if isinstance(budget, str) else f"{budget:.0f} episodes": found
         for budget, found in by_budget.items()
     }

@@ -38,7 +38,7 @@ class Folder:
         path: where it is.
     """
 
-    SETTINGS = frozenset({"scale", "seeds", "stopping", "algorithm"})
+    SETTINGS = frozenset({"scale", "seeds", "algorithm"})
     """What the description of a study has at least."""
 
     def __init__(self, path: Path) -> None:

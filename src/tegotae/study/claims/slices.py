@@ -12,6 +12,9 @@ from tegotae.study.table import Table
 ALL = "all"
 """The label of all ω_t together."""
 
+PLATEAU = "plateau"
+"""The budget of runs that had as much training as they needed."""
+
 
 def verdicts_by_omega(table: Table) -> dict[str, list[Verdict]]:
     """Claims 2 to 9 on all runs, and on those of each ω_t: a ceiling at one hides nothing there.
@@ -30,7 +33,9 @@ def verdicts_by_omega(table: Table) -> dict[str, list[Verdict]]:
     return {label: verdicts(rows) for label, rows in {ALL: table, **found}.items()}
 
 
-def verdicts_by_budget(table: Table, final: Table | None = None) -> dict[float, list[Verdict]]:
+def verdicts_by_budget(
+    table: Table, final: Table | None = None
+) -> dict[float | str, list[Verdict]]:
     """Claims 2 to 9 after each budget of training, so that one sees when a verdict turns.
 
     A run that has no row at a budget counts with its latest one before it: it had ended by then.
@@ -41,7 +46,7 @@ def verdicts_by_budget(table: Table, final: Table | None = None) -> dict[float, 
         final: the same runs at the end of training.
 
     Returns:
-        the verdicts by budget [episodes], ascending; the end of training is an infinite one.
+        the verdicts by budget [episodes], ascending, and at the end of training as "plateau".
 
     Raises:
         TegotaeError: for a table without that column, or without a budget in it.
@@ -50,8 +55,10 @@ def verdicts_by_budget(table: Table, final: Table | None = None) -> dict[float, 
     known = np.unique(budgets[~np.isnan(budgets)])
     if len(known) == 0:
         raise TegotaeError("the table has no training_budget; it must say how long each run was")
-    found = {float(budget): verdicts(_after(table, budget)) for budget in known}
-    return found if final is None else found | {np.inf: verdicts(final)}
+    found: dict[float | str, list[Verdict]] = {
+        float(budget): verdicts(_after(table, budget)) for budget in known
+    }
+    return found if final is None else found | {PLATEAU: verdicts(final)}
 
 
 def _after(table: Table, budget: float) -> Table:

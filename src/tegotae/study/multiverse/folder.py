@@ -20,7 +20,7 @@ class MultiverseFolder(Folder):
         path: where it is.
     """
 
-    SETTINGS = frozenset({"scale", "seeds", "cap", "choices"})
+    SETTINGS = frozenset({"scale", "seeds", "models", "choices"})
 
     def is_of(self, document: dict[str, Any], configuration: dict[str, Any]) -> bool:
         """Whether a record of this configuration belongs to the multiverse of this document."""

@@ -14,7 +14,7 @@ from tegotae.metrics.limit_cycle import LimitCycle
 from tegotae.models import Model, find
 from tegotae.rollout import Timing
 from tegotae.study.multiverse.readings import CHOICES, PLATEAU, Reading, sample
-from tegotae.study.unit import Unit
+from tegotae.study.unit import FORMAT, Unit
 from tegotae.training.algorithms import PGPE, Algorithm
 from tegotae.training.fitness import EPISODE, SETTLE_S
 from tegotae.training.run import Run
@@ -135,6 +135,7 @@ class Multiverse:
         }
         for name in ("algorithm", "brief"):
             document[name]["name"] = type(getattr(self, name)).__name__
+        document["format"] = FORMAT
         document["choices"] = {choice.name: [str(v) for v in choice.values] for choice in CHOICES}
         return json.loads(json.dumps(document))
 
