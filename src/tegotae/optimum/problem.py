@@ -4,8 +4,8 @@ Heights are `x = y - l0 <= 0` in stance, per unit of mass
 
     ẍ = F/m - g - (k/m) x - (c/m) ẋ,   0 <= F <= α.
 
-A stance starts at x = 0 with the touchdown's velocity and ends at x = 0 with the lift-off's. A flight
-that leaves at v lasts 2 v/g, climbs v²/2g, and lands at -v.
+A stance starts at x = 0 with the touchdown's velocity and ends at x = 0 with the lift-off's. A
+flight that leaves at v lasts 2 v/g, climbs v²/2g, and lands at -v.
 """
 
 from __future__ import annotations

@@ -78,7 +78,7 @@ def of_runs(sets: Iterable[tuple[str, np.ndarray, dict[str, np.ndarray]]]) -> Ta
                 **place,
                 "run": i,
                 "best_fitness": float(value),
-                **{m: float(metrics[m][i]) for m in METRICS},
+                **{m: float(metrics[m][i]) if m in metrics else np.nan for m in METRICS},
             }
             for key, entry in row.items():
                 rows.setdefault(key, []).append(entry)
