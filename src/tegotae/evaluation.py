@@ -19,6 +19,7 @@ from tegotae.metrics.gait import FAILED, LIMIT_CYCLE, Gait, gait
 from tegotae.metrics.hopping import Hops, hops
 from tegotae.metrics.limit_cycle import LimitCycle, settled
 from tegotae.metrics.statistics import Interval, interval, mean_defined
+from tegotae.optimum.table import has_table, share
 from tegotae.oscillators import ClampedPhase
 from tegotae.rollout import Engine, Scenario, Timing, Trajectory
 
@@ -37,8 +38,12 @@ METRICS = {
     "smoothness": "1/s",
     "w_peak": "rad/s",
     "a_peak": "",
+    "optimum_share": "",
 }
 """What an evaluation reports, and in which unit."""
+
+LATER_METRICS = {"optimum_share"}
+"""Metrics that older tables and records lack; they are undefined there."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -253,6 +258,10 @@ def evaluate(
     values["failed_share"] = (regime == FAILED).astype(float)
     tested = on_cycle & (protocol.drop_m > 0.0)
     values["recovery_share"] = np.where(tested, np.isfinite(values["t1_s"]), np.nan)
+    values["optimum_share"] = np.full(len(lanes), np.nan)
+    if has_table(body, protocol.work):
+        hops = (values[name] for name in ("cot_inverse", "hop_rate", "limit_cycle_period"))
+        values["optimum_share"] = share(*hops)
     values["cpgu"] = np.full(len(lanes), np.nan)
     if controller.oscillator is None:
         values["delta_omega"] = np.where(on_cycle, 0.0, np.nan)

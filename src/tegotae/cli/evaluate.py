@@ -24,6 +24,7 @@ from tegotae.progress import reporting
 
 _SHOWN = {
     "cot_inverse": "CoT⁻¹ A [m/J]",
+    "optimum_share": "of optimum",
     "cot_inverse_total": "CoT⁻¹ B [m/J]",
     "t0_s": "T0 [s]",
     "t1_s": "T1 [s]",

@@ -51,6 +51,8 @@ class Gait(NamedTuple):
     """Δw (equation 14) [rad/s]."""
     smoothness: Any
     """Root-mean-square rate of change of the actuator force over α, settled part [1/s]."""
+    hop_rate: Any
+    """Hop frequency, 2π times hops over time, over the whole cycles of CoT⁻¹ [rad/s]."""
 
 
 @partial(jax.jit, static_argnames=("frame_s", "undisturbed_s", "limit_cycle", "work"))
@@ -126,6 +128,10 @@ def gait(
         value = jnp.where(done > -1e-6, cot_inverse(over_cycles(climb), done), jnp.nan)
         return jnp.where(regime == AT_REST, 0.0, where_settled(value))
 
+    def apex_s(hop: Any) -> Any:
+        return jnp.take_along_axis(table.time_s, hop[None], axis=0)[0]
+
+    hops_s = (apex_s(cycle.to_hop) - apex_s(cycle.from_hop)) / (cycle.to_hop - cycle.from_hop)
     start_s = jnp.where(found, cycle.time_s, 0.0)
     first = jnp.floor(start_s / frame_s).astype(jnp.int32)
     power = spectrum(trajectory.height_m, frame_s, first)
@@ -149,6 +155,7 @@ def gait(
         delta_omega=where_settled(delta_omega(omega, w_peak, a_peak)),
         delta_w=where_settled(delta_w(power, omega)),
         smoothness=where_settled(smoothness(trajectory.impulse_ns, max_force_n, frame_s, start_s)),
+        hop_rate=where_settled(2.0 * jnp.pi / hops_s),
     )
 
 

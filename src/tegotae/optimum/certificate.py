@@ -43,8 +43,8 @@ class Certificate:
 
     Args:
         bound: λ: no gait of its kind has a larger CoT⁻¹ [m/J]. Zero if there is no such gait.
-        time_price: μ [m/s]. If it is negative, the bound holds for faster hops too, if positive for
-            slower ones.
+        time_price: μ [m/s]. It cannot be positive, as the mass can be held in stance for nothing;
+            so the bound holds for all faster hops, too.
         heights_m: knots of V over the height over touchdown x [m].
         speeds_m_per_s: knots of V over the velocity [m/s].
         coefficients: Bernstein coefficients of V [m], neighbouring cells share those of their edge.
@@ -105,8 +105,8 @@ def certify(
         if solution is None or np.any(matrix @ solution > limit + 1e-15):
             continue
         value, price = solution[-2:]
-        if omega is None and price > 0.0:
-            continue  # it would not hold for faster hops
+        if price > 0.0:
+            continue  # rounding: it would not hold for faster hops
         shape = (len(heights) - 1) * _DEGREE + 1, (len(speeds) - 1) * _DEGREE + 1
         coefficients = solution[:-2].reshape(shape)
         return Certificate(max(value, 0.0), price, heights, speeds, coefficients)
@@ -124,7 +124,7 @@ def upper_bound(
     best: float = 0.0,
     work: str = "absolute",
     cells: int = 8,
-    programs: int = 24,
+    programs: int = 16,
 ) -> float:
     """An upper bound of CoT⁻¹ over gaits of period 1 [m/J]: every hop alike.
 
@@ -308,7 +308,7 @@ def _least(matrix: sparse.csr_matrix, limit: np.ndarray) -> np.ndarray | None:
     scale = np.where(scale > 0.0, scale, 1.0)
     scaled = sparse.csc_matrix(sparse.diags(1.0 / scale) @ matrix)
     scaled.sort_indices()
-    rows, columns = scaled.shape
+    rows, columns = len(limit), scaled.indptr.size - 1
     pattern = casadi.Sparsity(rows, columns, scaled.indptr.tolist(), scaled.indices.tolist())
     cost = np.zeros(columns)
     cost[-2] = 1.0

@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from tegotae.bodies import Hopper
-from tegotae.errors import TegotaeError, require_count
+from tegotae.errors import TegotaeError, require_count, require_finite
 from tegotae.extras import require
 from tegotae.files import output_folder, write_atomically
 from tegotae.optimum.certificate import certify, upper_bound
@@ -23,7 +23,7 @@ from tegotae.optimum.table import COLUMNS
 from tegotae.optimum.trajectory import highest_frequency, optimise
 from tegotae.progress import reporting
 
-_SLOWEST = 1.0  # rad/s
+_SLOW = (1.0, 1.5, 2.0, 2.5)  # rad/s
 _STANCES = (4.0, 8.0)  # rad/s
 
 
@@ -33,8 +33,8 @@ class Make:
 
     out: Path = Path(__file__).parent
     """Folder of the tables; the package's own by default."""
-    points: int = 60
-    """How many frequencies, from 1 rad/s to the fastest hops."""
+    step: float = 0.25
+    """Step of the frequencies from 3 to 10 rad/s; others are wider [rad/s]."""
     starts: int = 4
     """Random starts per shape of gait."""
     processes: int = 2
@@ -42,13 +42,14 @@ class Make:
 
     def run(self) -> None:
         """Optimise, bound, write."""
-        require_count("points", self.points, least=2)
+        require_finite("step", self.step, above=0.0)
         require_count("processes", self.processes)
         require("casadi", "optimum")
         output_folder(self.out)
         # The fastest hop leaves no choice: the last row stands a little below it.
         fastest = 0.995 * highest_frequency(Hopper())
-        omegas = np.geomspace(_SLOWEST, fastest, self.points)
+        middle = np.arange(3.0, 10.0 + 1e-9, self.step)
+        omegas = np.concatenate([_SLOW, middle, np.geomspace(11.0, fastest, 12)])
         context = get_context("spawn")
         with (
             reporting("optimum", len(omegas)) as reporter,

@@ -50,6 +50,14 @@ class Curve:
         row, values = self.columns["omega"], self.columns[name]
         return np.interp(omega, row, values, left=np.nan, right=np.nan)
 
+    def bound(self, name: str, omega: Any) -> Any:
+        """An upper bound at hop frequencies ω [rad/s]: that of the next row below.
+
+        It holds for faster hops too (`certify`). NaN for slower hops than the table's.
+        """
+        row = np.searchsorted(self.columns["omega"], omega, side="right") - 1
+        return np.where(row >= 0, self.columns[name][np.maximum(row, 0)], np.nan)
+
 
 @cache
 def curve() -> Curve:
@@ -149,6 +157,7 @@ def share(cot_inverse: Any, hop_rate: Any, period: Any = 1) -> Any:
         '0.5'
     """
     kept = curve()
-    one, more = (kept.at(name, hop_rate) for name in ("cot_inverse", "upper_bound_any"))
-    largest = np.where(np.asarray(period) == 1, one, more)
+    one = kept.at("cot_inverse", hop_rate)
+    largest = np.where(np.asarray(period) == 1, one, kept.bound("upper_bound_any", hop_rate))
+    largest = np.where(np.isnan(one), np.nan, largest)
     return np.where(np.isnan(period), np.nan, cot_inverse / largest)

@@ -55,7 +55,7 @@ class OptimalGait:
     """A gait of one cycle, physically exact: its force is constant between the times given.
 
     Args:
-        cot_inverse: CoT⁻¹ of the heights climbed in flight [m/J].
+        cot_inverse: CoT⁻¹ of the heights climbed in flight [m/J]; infinite if no work is needed.
         omega: hop frequency, 2π times hops per time [rad/s].
         shape: what the cycle is made of.
         lift_off_m_per_s: lift-off velocities, [stances].
@@ -245,13 +245,12 @@ class _Program:
             found = self.opti.solve()
         except RuntimeError:
             return None
-        work_j = float(found.value(self.energy))
-        if not work_j > 0.0:
-            return None
+        work_j = max(float(found.value(self.energy)), 0.0)
+        climb_m = float(found.value(self.climb))
         tables = [self._stance(found, phases) for phases in self.phases]
         time_s, height, velocity, force = (list(column) for column in zip(*tables, strict=True))
         return OptimalGait(
-            cot_inverse=float(found.value(self.climb)) / work_j,
+            cot_inverse=climb_m / work_j if work_j > 0.0 else math.inf,
             omega=2.0 * math.pi * self.hops / float(found.value(self.total_s)),
             shape=self.shape,
             lift_off_m_per_s=np.atleast_1d(found.value(self.lift_off)),
@@ -282,7 +281,7 @@ class _Program:
 
     def _stance(self, found: Any, phases: list[tuple[Any, ...]]) -> tuple[np.ndarray, ...]:
         """Times, heights, velocities and forces of a stance; the last row is the lift-off."""
-        rows, start = [], 0.0
+        rows, start, end_v = [], 0.0, 0.0
         for force, duration, wait, before_x, before_v, x, v, _ in phases:
             length = float(found.value(duration))
             n = self.intervals

@@ -10,7 +10,7 @@ import jax
 import numpy as np
 
 from tegotae.errors import TegotaeError
-from tegotae.evaluation import METRICS
+from tegotae.evaluation import LATER_METRICS, METRICS
 from tegotae.extras import require
 from tegotae.files import output_file, output_folder, write_atomically
 from tegotae.study.folder import Folder
@@ -71,9 +71,10 @@ def read_csv(path: Path) -> Table:
         with path.open(encoding="utf-8", newline="") as stream:
             rows = list(csv.reader(stream))
         names, *cells = rows
-        if not {"model", "run", *METRICS} <= set(names) or not cells:
+        if not {"model", "run", *METRICS} - LATER_METRICS <= set(names) or not cells:
             raise ValueError("columns are missing")
         columns = dict(zip(names, zip(*cells, strict=True), strict=True))
+        columns = {name: ("",) * len(cells) for name in METRICS if name not in columns} | columns
         return Table({name: _column(name, list(values)) for name, values in columns.items()})
     except OSError as error:
         raise TegotaeError(f"cannot read {path}: {error.strerror}") from None

@@ -10,6 +10,7 @@ import tyro
 from tegotae.cli.figure.basin import Basin
 from tegotae.cli.figure.gain_map import GainMap
 from tegotae.cli.figure.learning_curves import LearningCurves
+from tegotae.cli.figure.optimum import Optimum
 from tegotae.cli.figure.phase_locking import PhaseLocking
 from tegotae.cli.figure.phase_response import PhaseResponse
 from tegotae.cli.figure.poincare import Poincare
@@ -29,7 +30,8 @@ class Figure:
         | Annotated[PhaseResponse, subcommand("phase-response")]
         | Annotated[Basin, subcommand("basin")]
         | Annotated[Poincare, subcommand("poincare")]
-        | Annotated[LearningCurves, subcommand("learning-curves")],
+        | Annotated[LearningCurves, subcommand("learning-curves")]
+        | Annotated[Optimum, subcommand("optimum")],
         tyro.conf.arg(name=""),
     ]
 

@@ -1,0 +1,112 @@
+"""`tegotae figure optimum`: how near controllers come to the best that is possible."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import numpy as np
+import tyro
+
+from tegotae.cli.figure.output import Output
+from tegotae.errors import TegotaeError, require_finite
+from tegotae.metrics.gait import Gait, GaitSummary
+from tegotae.rollout import Engine, Scenario, Timing
+
+if TYPE_CHECKING:
+    from tegotae.analysis import Orbit
+    from tegotae.controller_file import SavedController
+    from tegotae.study.table import Table
+
+
+@dataclass(frozen=True, kw_only=True)
+class Optimum(Output):
+    """CoT⁻¹ over hop frequency: the optimum, its bound, and what controllers reach."""
+
+    tables: Annotated[tuple[Path, ...], tyro.conf.Positional] = ()
+    """Tables of `tegotae study export` (.csv); their best runs and V are drawn."""
+    controller: tuple[Path, ...] = ()
+    """Controller files of `tegotae train`: each settles at its frequency, and is drawn too."""
+    omega: float = 4.0
+    """Hop frequency of the best force in the second panel [rad/s]."""
+
+    def run(self) -> None:
+        """Read, simulate, write, and say how near the controllers come."""
+        from tegotae import controller_file
+        from tegotae.analysis import find_orbit
+        from tegotae.bodies import Hopper
+        from tegotae.figures.optimum import optimum_figure, optimum_tables
+        from tegotae.optimum import curve, has_table, share
+        from tegotae.study.export import read_csv
+
+        self.check_out()
+        require_finite("omega", self.omega, above=0.0)
+        found = curve()
+        points = {}
+        for path in self.tables:
+            for name, gaits in _of_table(read_csv(path)).items():
+                before = points.get(name, (np.array([]), np.array([])))
+                points[name] = tuple(
+                    np.concatenate(pair) for pair in zip(before, gaits, strict=True)
+                )
+        stances = {f"optimum, {self.omega:g} rad/s": _optimal_stance(self.omega)}
+        for path in self.controller:
+            saved = controller_file.load(path)
+            if not has_table(saved.body):
+                raise TegotaeError(f"{path} is for another body than the paper's hopper")
+            orbit, gait = find_orbit(saved), _gait(saved)
+            points[path.stem] = (np.array([gait.hop_rate]), np.array([gait.cot_inverse]))
+            stances[f"{path.stem}, {gait.hop_rate:.2g} rad/s"] = _stance(orbit)
+            reached = share(gait.cot_inverse, gait.hop_rate, gait.limit_cycle_period)
+            print(
+                f"{path.stem}: {gait.cot_inverse:.3f} m/J at {gait.hop_rate:.2f} rad/s, period "
+                f"{orbit.hops}: {reached:.0%} of the optimum"
+            )
+        figure = optimum_figure(found, points, stances, max_force_n=Hopper().max_force_n)
+        self.write(figure, optimum_tables(found, points, stances))
+
+
+def _of_table(table: Table) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+    """The best run of each model, learned and V: mean hop frequency and CoT⁻¹ of its episodes."""
+    best = []
+    for model in np.unique(table["model"]):
+        rows = np.flatnonzero(table["model"] == model)
+        value = np.nan_to_num(table["cot_inverse"][rows], nan=-1.0)
+        if value.max() >= 0.0:
+            best.append(rows[np.argmax(value)])
+    rows = np.array(best, int)
+    vanilla = table["architecture"][rows] == "V"
+    names = {"best run of a learned model": rows[~vanilla], "V": rows[vanilla]}
+    return {n: (table["w_peak"][r], table["cot_inverse"][r]) for n, r in names.items() if len(r)}
+
+
+def _optimal_stance(omega: float) -> dict[str, np.ndarray]:
+    from tegotae.bodies import Hopper
+    from tegotae.optimum import optimise, stances
+
+    kept = stances()
+    if omega in kept:
+        return kept[omega]
+    gait = optimise(Hopper(), omega)
+    return {"time_s": gait.time_s[-1], "force_n": gait.force_n[-1]}
+
+
+def _gait(saved: SavedController) -> Gait:
+    """The gait that a controller settles on, of single numbers."""
+    engine = Engine(
+        controller=saved.controller, timing=Timing(duration_s=60.0), summary=GaitSummary()
+    )
+    found = engine.run(saved.weights, Scenario(omega=saved.omega), saved.body)
+    return Gait(*(np.asarray(value)[0].item() for value in found))
+
+
+def _stance(orbit: Orbit) -> dict[str, np.ndarray]:
+    """Time since touchdown and force, over the first stance of a limit cycle."""
+    stance = np.flatnonzero(orbit.spring_force_n > 0.0)
+    last = np.flatnonzero(np.diff(stance, append=np.inf) > 1)[0]
+    rows = stance[: last + 1]
+    return {
+        "time_s": orbit.time_s[rows] - orbit.time_s[rows[0]],
+        "force_n": orbit.actuator_force_n[rows],
+    }
