@@ -18,7 +18,8 @@ from tegotae.metrics.efficiency import check_work
 from tegotae.metrics.gait import FAILED, LIMIT_CYCLE, Gait, gait
 from tegotae.metrics.hopping import Hops, hops
 from tegotae.metrics.limit_cycle import LimitCycle, settled
-from tegotae.metrics.statistics import Interval, interval, mean_defined
+from tegotae.metrics.ranges import summarise
+from tegotae.metrics.statistics import Interval, mean_defined
 from tegotae.optimum.table import has_table, share
 from tegotae.oscillators import ClampedPhase
 from tegotae.rollout import Engine, Scenario, Timing, Trajectory
@@ -170,7 +171,7 @@ class Evaluation:
 
     def summary(self, *, seed: int = 0) -> dict[str, Interval]:
         """Mean over runs of each metric, with its spread and 95 % interval."""
-        return {name: interval(values, seed=seed) for name, values in self.runs().items()}
+        return summarise(self.runs(), seed=seed)
 
     def to_dict(self) -> dict[str, Any]:
         """Everything, ready for JSON: numbers, lists and null where undefined.

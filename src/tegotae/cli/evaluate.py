@@ -18,7 +18,6 @@ from tegotae.cli.tables import print_rows
 from tegotae.collection import Runs, read
 from tegotae.evaluation import METRICS, Evaluation, Protocol, evaluate
 from tegotae.files import output_file, write_atomically
-from tegotae.metrics.ranges import summarise
 from tegotae.metrics.statistics import Interval
 from tegotae.progress import reporting
 
@@ -95,7 +94,7 @@ def evaluate_all(
 
 def print_table(found: list[tuple[Runs, Evaluation]]) -> None:
     """One row per set of runs: mean and 95 % interval of each metric over the runs."""
-    summaries = [summarise(evaluation.runs()) for _, evaluation in found]
+    summaries = [evaluation.summary() for _, evaluation in found]
     print_rows(
         ("controller", "runs", *_SHOWN.values()),
         (

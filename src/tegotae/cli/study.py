@@ -139,7 +139,8 @@ class StudyFigures:
     """Draw Fig. 2 and judge the claims, from an exported table or a study's folder."""
 
     source: Annotated[Path, tyro.conf.Positional]
-    """A table that `tegotae study export` wrote (.csv), or a study's folder."""
+    """A table that `tegotae study export` wrote (.csv), or a study's folder, which also has the
+    curves of its trainings."""
     out: Path
     """Folder for the pictures and tables."""
     experiments: Annotated[Path | None, UNSET] = None
@@ -159,16 +160,17 @@ class StudyFigures:
             pictograms_figure,
         )
         from tegotae.figures.style import save_figure
+        from tegotae.report import convergence
         from tegotae.report.judged import judged
         from tegotae.study.claims import verdicts_by_budget
-        from tegotae.study.export import read_csv
-        from tegotae.study.table import tabulate, tabulate_budgets
+        from tegotae.study.export import csv_of, read_csv
+        from tegotae.study.table import Table, tabulate, tabulate_budgets
 
         if self.source.is_dir():
             records = _records(Folder(self.source))
             table, budgets = tabulate(records), tabulate_budgets(records)
         else:
-            table, budgets = read_csv(self.source), None
+            records, table, budgets = [], read_csv(self.source), None
         if self.budgets is not None:
             budgets = read_csv(self.budgets)
         beside = None if self.beside is None else (self.beside.stem, read_csv(self.beside))
@@ -180,6 +182,10 @@ class StudyFigures:
         }
         if budgets is not None:
             figures["budgets.png"] = budgets_figure(verdicts_by_budget(budgets, table))
+        for omega, figure in convergence.figures(records).items():
+            figures[f"convergence-w{omega}.png"] = figure
+        if records:
+            texts["convergence.csv"] = csv_of(Table(convergence.table(records)))
         output_folder(self.out)
         for name, figure in figures.items():
             save_figure(figure, self.out / name)

@@ -26,6 +26,7 @@ RANGES: dict[str, Range] = {
     "smoothness": _POSITIVE,
     "w_peak": _POSITIVE,
     "a_peak": _SHARE,
+    "optimum_share": _POSITIVE,
 }
 """Least and largest possible value of each of `tegotae.evaluation.METRICS`, in its unit."""
 

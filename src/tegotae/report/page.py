@@ -12,6 +12,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from tegotae.figures.study import architectures_figure, correlation_figure, pictograms_figure
+from tegotae.report import convergence
 from tegotae.report.best import best_controllers
 from tegotae.report.judged import labelled
 from tegotae.report.values import embedded_figure, embedded_file, number
@@ -78,7 +79,7 @@ def report(
         "software": records[0].software,
         "runs": len(table),
         "without_cycle": int((table["limit_cycle_share"] == 0.0).sum()),
-        "figures": _figures(table),
+        "figures": [*_figures(table), *_convergence(records)],
         "claims": _claims(table, experiments),
         "by_budget": _by_budget(budgets, table),
         "endings": [
@@ -117,6 +118,17 @@ def _figures(table: Table) -> list[dict[str, Any]]:
             architectures_figure(table),
         ),
         one("III. Correlation of the metrics over all models.", correlation_figure(table)),
+    ]
+
+
+def _convergence(records: list[Record]) -> list[dict[str, Any]]:
+    caption = (
+        "Training at ω_t = {} rad/s: best fitness so far over episodes, runs, mean and 95 % "
+        "interval; below, where runs stopped and why."
+    )
+    return [
+        {"caption": caption.format(omega), **embedded_figure(figure)}
+        for omega, figure in convergence.figures(records).items()
     ]
 
 

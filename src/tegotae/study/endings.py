@@ -8,7 +8,7 @@ import numpy as np
 
 from tegotae.study.table import Table
 
-LOCAL_OPTIMUM = 0.5
+LOCAL_OPTIMUM = 0.9
 """A run stays in a local optimum if it ends at its plateau with less than this share of the fitness
 of its model's best run."""
 

@@ -33,12 +33,17 @@ _WORDS = (
 
 def write_csv(table: Table, path: Path) -> None:
     """Write the table as CSV; undefined numbers are empty."""
+    write_atomically(output_file(path), csv_of(table))
+
+
+def csv_of(table: Table) -> str:
+    """The table as the text of a CSV file; undefined numbers are empty."""
     stream = io.StringIO()
     writer = csv.writer(stream, lineterminator="\n")
     writer.writerow(table.columns)
     for row in zip(*table.columns.values(), strict=True):
         writer.writerow([_cell(value) for value in row])
-    write_atomically(output_file(path), stream.getvalue())
+    return stream.getvalue()
 
 
 def _cell(value) -> str:

@@ -21,7 +21,7 @@ from tegotae.training.run import Run
 from tegotae.training.settings import configuration, tuned
 from tegotae.training.stopping import Stopping
 
-BUDGETS = (1280, 2560, 5120, 10240)
+BUDGETS = (1280, 2560, 5120)
 """Training budgets [episodes] on the way to the plateau at which runs are evaluated, too. The first
 is 80 generations of 16 episodes."""
 

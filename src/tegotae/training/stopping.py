@@ -46,10 +46,10 @@ class Stopping:
         ['', '', 'plateau']
     """
 
-    generations: int = 640
-    least: int = 160
+    generations: int = 400
+    least: int = 120
     share: float = 0.5
-    tolerance: float = 0.01
+    tolerance: float = 0.02
 
     def __post_init__(self) -> None:
         require_count("generations", self.generations)
