@@ -21,6 +21,8 @@ from tegotae.training.run import Run
 from tegotae.training.settings import configuration, tuned
 from tegotae.training.stopping import Stopping
 
+_KIND = "multiverse-"
+
 BRIEF = 80 * 16
 """The budget that needs settings of its own [episodes]."""
 
@@ -135,6 +137,7 @@ class Multiverse:
         }
         for name in ("algorithm", "brief"):
             document[name]["name"] = type(getattr(self, name)).__name__
+        document["scale"] = f"{_KIND}{self.scale}"  # which no study has
         document["format"] = FORMAT
         document["choices"] = {choice.name: [str(v) for v in choice.values] for choice in CHOICES}
         return json.loads(json.dumps(document))
@@ -147,14 +150,16 @@ def multiverse(scale: str, readings: int | None = None) -> Multiverse:
     - `full`: 32 readings of the 24 models that claims 2 to 9 are about, 4 runs each.
 
     Args:
+        scale: its name, also as a folder's description has it.
         readings: how many; the scale's number by default.
 
     Raises:
         TegotaeError: for an unknown scale, or a number of readings below one.
     """
-    if scale not in _SCALES:
+    name = scale.removeprefix(_KIND)
+    if name not in _SCALES:
         raise unknown("scale", scale, _SCALES)
-    whole = _SCALES[scale]()
+    whole = _SCALES[name]()
     return whole if readings is None else dataclasses.replace(whole, readings=readings)
 
 
