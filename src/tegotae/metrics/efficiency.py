@@ -13,10 +13,10 @@ WORK = ("absolute", "positive", "net")
 """Definitions of the actuator's work: ∫ |F_a ẏ| dt, ∫ max(0, F_a ẏ) dt, ∫ F_a ẏ dt."""
 
 
-def check_work(definition: str) -> None:
-    """Raise `TegotaeError` for a definition of work that is none of `WORK`."""
+def check_work(definition: str, name: str = "work") -> None:
+    """Raise `TegotaeError` for a definition of work, a setting of that name, none of `WORK`."""
     if definition not in WORK:
-        raise TegotaeError(f"work is {definition!r}; it must be one of {', '.join(WORK)}")
+        raise TegotaeError(f"{name} is {definition!r}; it must be one of {', '.join(WORK)}")
 
 
 def work_total(trajectory: Trajectory, definition: str = "absolute") -> Any:

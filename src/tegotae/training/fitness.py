@@ -152,7 +152,7 @@ class Fitness:
 
     def __post_init__(self) -> None:
         require_finite("settle_s", self.settle_s, least=0.0)
-        check_work(self.energy)
+        check_work(self.energy, "energy")
 
     def check(self, timing: Timing) -> None:
         """Raise `TegotaeError` if an episode leaves too little after settling to be judged."""
