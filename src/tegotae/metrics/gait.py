@@ -131,7 +131,8 @@ def gait(
     def apex_s(hop: Any) -> Any:
         return jnp.take_along_axis(table.time_s, hop[None], axis=0)[0]
 
-    hops_s = (apex_s(cycle.to_hop) - apex_s(cycle.from_hop)) / (cycle.to_hop - cycle.from_hop)
+    cycles_s = apex_s(cycle.to_hop) - apex_s(cycle.from_hop)
+    hops_s = cycles_s / (cycle.to_hop - cycle.from_hop).astype(cycles_s.dtype)
     start_s = jnp.where(found, cycle.time_s, 0.0)
     first = jnp.floor(start_s / frame_s).astype(jnp.int32)
     power = spectrum(trajectory.height_m, frame_s, first)
