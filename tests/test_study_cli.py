@@ -58,8 +58,8 @@ def contents(folder: Path) -> dict[str, bytes]:
     }
 
 
-def export(folder: Path, out: Path) -> Path:
-    assert main(["study", "export", "--dir", str(folder), "--out", str(out)]) == 0
+def export(folder: Path, out: Path, *more: str) -> Path:
+    assert main(["study", "export", "--dir", str(folder), "--out", str(out), *more]) == 0
     return out
 
 
@@ -121,14 +121,14 @@ def test_both_kinds_of_table_hold_the_same(smoke_study, tmp_path):
 
 
 def test_an_exported_table_gives_the_same_claims_and_figures_as_the_study(smoke_study, tmp_path):
-    table = export(smoke_study, tmp_path / "a.csv")
-    for source, out in ((smoke_study, "study"), (table, "table")):
-        assert main(["study", "figures", str(source), "--out", str(tmp_path / out)]) == 0
+    budgets = ["--budgets", str(tmp_path / "budgets.csv")]
+    table = export(smoke_study, tmp_path / "a.csv", *budgets)
+    for source, out, more in ((smoke_study, "study", []), (table, "table", budgets)):
+        assert main(["study", "figures", str(source), "--out", str(tmp_path / out), *more]) == 0
     written = contents(tmp_path / "study")
-    tables = ["claims-w8.md", "claims.md", "endings.md"]
-    assert sorted(written) == sorted(
-        ["architectures.png", "correlations.png", "metrics.png", *tables]
-    )
+    pictures = ["architectures.png", "budgets.png", "correlations.png", "metrics.png"]
+    tables = ["claims-by-budget.md", "claims-w8.md", "claims.md", "endings.md"]
+    assert sorted(written) == sorted([*pictures, *tables])
     assert contents(tmp_path / "table") == written
     rows = written["claims.md"].decode().splitlines()
     assert [row.split("|")[1].strip() for row in rows[2:]] == [str(n) for n in range(1, 12)]
@@ -146,8 +146,8 @@ def test_verdicts_of_another_study_and_of_each_budget_stand_beside(smoke_study, 
     assert first == "| | Claim | Verdict | ω_t = 8 | old | Effects: mean [95 % interval] |"
     assert all(len(row.split("|")) == len(first.split("|")) for row in claims)
     first = (out / "claims-by-budget.md").read_text().splitlines()[0]
-    assert first == "| | Claim | 1280 episodes | 5120 episodes |"
-    assert (out / "endings.md").read_text().splitlines()[-1].startswith("| all | 5 | ")
+    assert first == "| | Claim | 1280 episodes | 5120 episodes | plateau |"
+    assert (out / "endings.md").read_text().splitlines()[-1].startswith("| all | 6 | ")
 
 
 def test_a_table_that_does_not_say_its_budgets_is_refused(smoke_study, tmp_path, one_line_error):
