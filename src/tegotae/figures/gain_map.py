@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
@@ -14,8 +15,9 @@ from tegotae.analysis.gain_sweep import GainSweep
 from tegotae.analysis.ridge import Ridge
 from tegotae.figures.data import joined, long_table
 from tegotae.figures.maps import draw_quantity, regime_legend
-from tegotae.figures.style import COLUMN_IN, new_figure, styled
+from tegotae.figures.style import COLOURS, COLUMN_IN, new_figure, styled
 from tegotae.metrics.gait import REGIMES
+from tegotae.optimum.table import curve
 
 # Hollow, and drawn whole though they lie on the panel's edge.
 _CENSORED: dict[str, Any] = {
@@ -32,12 +34,19 @@ _CENSORED: dict[str, Any] = {
 _LABELS = ("CoT$^{-1}$ A  [m/J]", "CoT$^{-1}$ B  [m/J]")
 
 
-def gain_map_figure(sweeps: Mapping[str, GainSweep], ridges: Mapping[str, Ridge]) -> Figure:
+def gain_map_figure(
+    sweeps: Mapping[str, GainSweep], ridges: Mapping[str, Ridge], *, optimum: bool = False
+) -> Figure:
     """CoT⁻¹ A and B over frequency and gain, one row of panels per actuation.
+
+    Below, the best of each frequency beside the largest CoT⁻¹ A that any force can have
+    (`tegotae.optimum.curve`), where that is known for the body. It is that at any frequency: strong
+    feedback slows the oscillator, so that a gait of one turn a hop hops more slowly than ω.
 
     Args:
         sweeps: by the actuation's name.
         ridges: best gain per frequency by CoT⁻¹ A, drawn with its line; by the same names.
+        optimum: whether the body and the definition of work are those of the kept optimum.
     """
     highest = [
         max(np.nanmax(values(sweep)[part], initial=1e-3) for sweep in sweeps.values())
@@ -46,8 +55,16 @@ def gain_map_figure(sweeps: Mapping[str, GainSweep], ridges: Mapping[str, Ridge]
     is_censored = any(found.censored.any() for found in ridges.values())
     with styled():
         # The line of the legend that tells of censored gains is two lines high.
-        figure = new_figure(COLUMN_IN, (1.3 if is_censored else 0.95) + 1.45 * len(sweeps))
-        panels = np.atleast_2d(figure.subplots(len(sweeps), 2, sharex=True, sharey=True))
+        height = (1.3 if is_censored else 0.95) + 1.45 * len(sweeps) + 1.0
+        figure = new_figure(COLUMN_IN, height)
+        rows = figure.subplots(
+            len(sweeps) + 1, 2, sharex=True, height_ratios=[1.45] * len(sweeps) + [1.0]
+        )
+        panels, (below, unused) = rows[:-1], rows[-1]
+        unused.axis("off")
+        for panel in panels[:, 1]:
+            panel.sharey(panels[0, 0])
+            panel.tick_params(labelleft=False)
         for line, (name, sweep) in enumerate(sweeps.items()):
             row = panels[line]
             for part, (panel, value) in enumerate(zip(row, values(sweep), strict=True)):
@@ -76,7 +93,10 @@ def gain_map_figure(sweeps: Mapping[str, GainSweep], ridges: Mapping[str, Ridge]
             row[0].yaxis.set_major_locator(MaxNLocator(5, integer=True))
             row[0].xaxis.set_major_locator(MaxNLocator(5, integer=True))
             row[0].set_ylabel(f"{name}\ngain σ [rad/(s N)]")
-        for panel in panels[-1]:
+        _beside_the_optimum(below, ridges, known=optimum)
+        unused.legend(*below.get_legend_handles_labels(), loc="center left")
+        panels[-1, 1].tick_params(labelbottom=True)
+        for panel in (below, panels[-1, 1]):
             panel.set_xlabel("frequency ω [rad/s]")
         handles = [
             Line2D([], [], ls="", marker=".", color="black", ms=3, label="best gain, 1 turn a hop"),
@@ -94,6 +114,17 @@ def gain_map_figure(sweeps: Mapping[str, GainSweep], ridges: Mapping[str, Ridge]
             columnspacing=1.0,
         )
     return figure
+
+
+def _beside_the_optimum(panel: Axes, ridges: Mapping[str, Ridge], *, known: bool) -> None:
+    """The best CoT⁻¹ A of each frequency, and the largest possible."""
+    for colour, (name, found) in zip((COLOURS[0], COLOURS[4]), ridges.items(), strict=False):
+        panel.plot(found.omega, found.value, ".", ms=2.5, mew=0, color=colour, label=f"best {name}")
+    if known:
+        largest = np.max(curve()["cot_inverse"])
+        panel.axhline(largest, color="black", lw=0.9, label="physical optimum")
+    panel.set_ylim(0.0, 1.08 * panel.get_ylim()[1])
+    panel.set_ylabel("CoT$^{-1}$ A\n[m/J]")
 
 
 def values(sweep: GainSweep) -> tuple[np.ndarray, np.ndarray]:

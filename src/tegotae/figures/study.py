@@ -13,10 +13,11 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import FixedLocator, Locator, MaxNLocator
 
-from tegotae.evaluation import METRICS
+from tegotae.evaluation import METRICS, Protocol
 from tegotae.figures.style import COLOURS, COLUMN_IN, DIVERGING, PAGE_IN, new_figure, styled
 from tegotae.metrics.ranges import RANGES
 from tegotae.metrics.statistics import Interval, balanced_difference
+from tegotae.optimum.table import curve
 from tegotae.study.claims import correlation, designs
 from tegotae.study.table import Table
 
@@ -84,7 +85,10 @@ def architecture_metrics(
 
 
 def architectures_figure(table: Table) -> Figure:
-    """Fig. 2, II: every metric per architecture and ω_t, in its unit, with 95 % intervals."""
+    """Fig. 2, II: every metric per architecture and ω_t, in its unit, with 95 % intervals.
+
+    Lines in the panels of CoT⁻¹ are what is physically possible (`possible`).
+    """
     found = architecture_metrics(table)
     omegas = frequencies(table)
     colours = dict(zip(omegas, _colours(omegas), strict=True))
@@ -94,6 +98,8 @@ def architectures_figure(table: Table) -> Figure:
         for row, (metric, label) in zip(panels, SHOWN.items(), strict=True):
             own = {key: value for key, value in found.items() if key[1] == metric}
             top = _highest(own.values())
+            if metric == "cot_inverse":
+                top = max([top, *map(possible, omegas)])
             for panel, observation in zip(row, OBSERVATIONS, strict=True):
                 for place, architecture in enumerate(ARCHITECTURES):
                     bars = {
@@ -102,6 +108,9 @@ def architectures_figure(table: Table) -> Figure:
                         if (observation, metric, architecture, omega) in own
                     }
                     _bars(panel, place, bars, colours, top)
+                if metric == "cot_inverse":
+                    for omega in omegas:
+                        panel.axhline(possible(omega), color=colours[omega], lw=0.8, ls="--")
             unit = METRICS[metric]
             row[0].set_ylabel(f"{label} [{unit}]" if unit else f"{label}\n(share)")
             row[0].set_ylim(0.0, _ROOM * top)
@@ -117,6 +126,7 @@ def architectures_figure(table: Table) -> Figure:
             Patch(color=colours[omega], lw=0, label=_named(omega)) for omega in omegas
         ]
         named.append(Line2D([], [], color="black", lw=1.0, label="95 % interval over runs"))
+        named.append(Line2D([], [], color="0.3", lw=0.8, ls="--", label="optimum of gaits that hop at ω"))
         figure.legend(
             handles=named,
             loc="outside lower center",
@@ -125,6 +135,18 @@ def architectures_figure(table: Table) -> Figure:
             title_fontsize=7,
         )
     return figure
+
+
+def possible(omega_t: float | None) -> float:
+    """The largest CoT⁻¹ that any force can have on the default hopper [m/J].
+
+    For a training frequency the mean over the frequencies of the evaluation, of gaits that hop at
+    them; for what has no frequency, at the best one.
+    """
+    kept = curve()
+    if omega_t is None:
+        return float(np.max(kept["cot_inverse"]))
+    return float(np.mean(kept.at("cot_inverse", omega_t + np.array(Protocol().offsets))))
 
 
 def _named(omega: float | None) -> str:

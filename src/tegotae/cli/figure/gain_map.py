@@ -35,6 +35,7 @@ class GainMap(Output, HopperOptions):
         """Compute, write, and print the fits."""
         from tegotae.analysis import axis, find_ridge, one_to_one_ridge, sweep_gain
         from tegotae.figures.gain_map import gain_map_figure, gain_map_tables
+        from tegotae.optimum.table import has_table
 
         self.check_out()
         sigma = axis("sigma", *self.sigma, self.resolution)
@@ -56,7 +57,8 @@ class GainMap(Output, HopperOptions):
             print(f"{name}, one turn a hop: {_fit(ridges[name])}")
             overall = find_ridge(sigma, omega, sweep.outcome.cot_inverse)
             print(f"{name}, all limit cycles: {_fit(overall)}")
-        self.write(gain_map_figure(sweeps, ridges), gain_map_tables(sweeps, ridges))
+        figure = gain_map_figure(sweeps, ridges, optimum=has_table(body, self.energy))
+        self.write(figure, gain_map_tables(sweeps, ridges))
 
 
 def _fit(ridge: Ridge) -> str:
