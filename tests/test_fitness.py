@@ -11,9 +11,10 @@ import pytest
 
 from tegotae import Engine, Hopper, Scenario, TegotaeError, Timing, Trajectory, build
 from tegotae.metrics.efficiency import cot_inverse, work_total
+from tegotae.metrics.gait import GaitSummary
 from tegotae.metrics.hopping import hop_height_m
 from tegotae.metrics.spectrum import delta_omega, peak, rest_delta_omega, spectrum
-from tegotae.training.fitness import FAILED, Fitness
+from tegotae.training.fitness import EPISODE, FAILED, SETTLE_S, Fitness
 
 TIMING = Timing(duration_s=20.0)
 FITNESS = Fitness(settle_s=4.0)
@@ -283,6 +284,19 @@ def test_on_the_device_it_is_what_it_is_on_the_recorded_trajectory():
     assert on_device["cot_inverse"][1] > 0.1
     assert at_rest == pytest.approx(-65.0, abs=1e-2)
     assert hopping > at_rest > failed
+
+
+def test_training_pays_within_two_percent_of_what_a_long_window_of_the_same_gait_makes():
+    controller, sigma = build("V-reflex-w4"), np.linspace(1.0, 9.0, 40)[:, None]
+    omega = np.linspace(3.0, 9.0, 40)
+    paid = Engine(controller=controller, timing=EPISODE, summary=Fitness())
+    made = Engine(controller=controller, timing=Timing(duration_s=60.0), summary=GaitSummary())
+    trained = paid.run(sigma, Scenario(omega))["cot_inverse"]
+    long = made.run(sigma, Scenario(omega))
+    settled = np.isfinite(long.limit_cycle_period) & (long.t0_s < SETTLE_S)
+    settled &= long.limit_cycle_period <= 2
+    assert settled.sum() >= 15
+    np.testing.assert_allclose(trained[settled], long.cot_inverse[settled], rtol=0.02)
 
 
 # Misuse.

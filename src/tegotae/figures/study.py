@@ -126,7 +126,9 @@ def architectures_figure(table: Table) -> Figure:
             Patch(color=colours[omega], lw=0, label=_named(omega)) for omega in omegas
         ]
         named.append(Line2D([], [], color="black", lw=1.0, label="95 % interval over runs"))
-        named.append(Line2D([], [], color="0.3", lw=0.8, ls="--", label="optimum of gaits that hop at ω"))
+        named.append(
+            Line2D([], [], color="0.3", lw=0.8, ls="--", label="optimum of gaits that hop at ω")
+        )
         figure.legend(
             handles=named,
             loc="outside lower center",
