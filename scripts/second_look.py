@@ -46,7 +46,8 @@ from tegotae.training.agents import (
 )
 from tegotae.training.curves import read_curves
 from tegotae.training.run import Run, train
-from tegotae.training.settings import tuned
+from tegotae.training.settings import configuration, tuned
+from tegotae.training.stopping import Stopping
 
 LABELS = {"pgpe": "pgpe, usual settings", "sac": "sac, suited", "ppo": "ppo, suited"}
 DECIMATION = 50
@@ -110,7 +111,9 @@ class SecondLook:
             "settle_s": SETTLE_S,
         }
         if algorithm == "pgpe":
-            train(Run(**shared, algorithm=tuned("pgpe"), follow_omega=False), out)
+            settings = configuration("pgpe-80x16").settings
+            stopping = Stopping.after(80)
+            train(Run(**shared, algorithm=settings, stopping=stopping, follow_omega=False), out)
             return
         settings = suited(tuned(algorithm))
         train_agents(AgentRun(**shared, episodes=self.episodes, settings=settings), out)

@@ -38,7 +38,7 @@ from tegotae.models import BUDGET, find
 from tegotae.training.algorithms import PGPE
 from tegotae.training.fitness import FAILED
 from tegotae.training.run import Run, train
-from tegotae.training.settings import tuned
+from tegotae.training.settings import configuration
 from tegotae.training.stopping import Stopping
 
 DOCS = Path(__file__).resolve().parents[1]
@@ -53,19 +53,19 @@ COLUMNS = (
 
 def as_for_96(size: int) -> PGPE:
     """The tuned settings."""
-    return tuned("pgpe")
+    return configuration("pgpe-80x16").settings
 
 
 def scaled(size: int) -> PGPE:
     """The tuned settings, with a deviation for this many weights."""
-    settings = tuned("pgpe")
+    settings = configuration("pgpe-80x16").settings
     return dataclasses.replace(settings, std=settings.std * math.sqrt(BUDGET / size))
 
 
 def pgpelib(size: int) -> PGPE:
     """Step sizes and deviation of pgpelib's examples, with the tuned population."""
     return PGPE(
-        population=tuned("pgpe").population,
+        population=configuration("pgpe-80x16").settings.population,
         std=0.08,
         std_lr=0.1,
         learning_rate=0.075,
