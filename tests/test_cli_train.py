@@ -70,11 +70,12 @@ def test_how_it_went_is_printed_and_how_far_it_is_goes_to_stderr(capsys, tmp_pat
     for path in tiny.controllers(tmp_path):
         (line,) = (line for line in out.splitlines() if path.name in line)
         training = controller_file.load(path).training
-        assert line.split()[1:] == [
+        assert line.split(maxsplit=4)[1:4] == [
             f"{training['best_fitness']:.4f}",
             str(training["best_generation"]),
             str(tiny.GENERATIONS),
         ]
+        assert line.strip().endswith("at the cap: more generations may bring more")
     first, *_, last = err.splitlines()
     assert first.startswith("ART-rF-tphif-w8  1/4  fitness ")
     assert "CoT⁻¹" in first
@@ -163,7 +164,11 @@ def test_ctrl_c_keeps_what_was_learned_and_says_so_in_one_line(tmp_path):
     assert 1 <= generations < 1_000_000
     undisturbed = tmp_path / "undisturbed"
     train(tiny.run_of(generations), undisturbed)
-    assert tiny.learned(undisturbed) == kept
+    # What was interrupted has not ended; what was asked for so many generations has.
+    assert [each.pop("ended") for each in kept["training"]] == ["", ""]
+    whole = tiny.learned(undisturbed)
+    assert [each.pop("ended") for each in whole["training"]] == ["cap", "cap"]
+    assert whole == kept
 
 
 FIRST = """
