@@ -108,4 +108,4 @@ def test_intervals_of_shares_end_at_one():
 
 def test_a_table_of_one_frequency_has_bars_of_one():
     (legend,) = architectures_figure(table().where(omega_t=4.0)).legends
-    assert len(legend.get_texts()) == 2
+    assert len(legend.get_texts()) == 3  # bars, their intervals, the optimum

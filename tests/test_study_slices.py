@@ -120,8 +120,8 @@ def ended(fitness: Any, why: Any, share: Any = 1.0) -> Table:
     )
 
 
-def test_a_plateau_below_half_of_the_best_run_is_a_local_optimum():
-    found = endings(ended([1.0, 0.51, 0.49], "plateau"))
+def test_a_plateau_below_nine_tenths_of_the_best_run_is_a_local_optimum():
+    found = endings(ended([1.0, 0.91, 0.89], "plateau"))
     assert (found.runs, found.local_optimum, found.at_cap, found.never_hop) == (3, 1, 0, 0)
 
 
