@@ -52,7 +52,7 @@ def optimum_figure(
         note: title of the second panel.
     """
     with styled():
-        figure = new_figure(PAGE_IN, 3.0)
+        figure = new_figure(PAGE_IN, 3.4)
         left, right = figure.subplots(1, 2, width_ratios=(3, 2))
         draw_optimum(left, curve)
         left.plot(
@@ -83,7 +83,6 @@ def optimum_figure(
         left.set(xlim=(1.0, 16.0), ylim=(0.0, 1.4))
         left.set_xlabel("hop frequency ω [rad/s]")
         left.set_ylabel("CoT$^{-1}$ A  [m/J]")
-        left.legend(loc="upper right")
         lines = ("-", "--", "-.", ":")
         for number, (name, stance) in enumerate(stances.items()):
             right.step(
@@ -94,12 +93,15 @@ def optimum_figure(
                 color=("black", COLOURS[0], COLOURS[4], COLOURS[5])[number % 4],
                 label=name,
             )
-        right.set_ylim(0.0, 1.25 * max_force_n)
+        right.set_ylim(0.0, (1.1 + 0.1 * len(stances)) * max_force_n)
         right.set_xlim(left=0.0)
         right.set_xlabel("time since touchdown [s]")
         right.set_ylabel("actuator force $F_a$ [N]")
         right.set_title(note)
-        right.legend(loc="upper right")
+        right.legend(loc="upper left")
+        figure.legend(
+            handles=left.get_legend_handles_labels()[0], loc="outside lower left", ncols=4
+        )
     return figure
 
 

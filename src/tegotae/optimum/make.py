@@ -23,7 +23,8 @@ from tegotae.optimum.table import COLUMNS
 from tegotae.optimum.trajectory import highest_frequency, optimise
 from tegotae.progress import reporting
 
-_SLOW = (1.0, 1.5, 2.0, 2.5)  # rad/s
+_SLOW = (1.0, 1.5, 2.0, 2.5, 2.75)  # rad/s
+_PEAK = (3.1, 3.15, 3.2)  # rad/s, where the leg's length begins to matter
 _STANCES = (4.0, 8.0)  # rad/s
 
 
@@ -49,7 +50,7 @@ class Make:
         # The fastest hop leaves no choice: the last row stands a little below it.
         fastest = 0.995 * highest_frequency(Hopper())
         middle = np.arange(3.0, 10.0 + 1e-9, self.step)
-        omegas = np.concatenate([_SLOW, middle, np.geomspace(11.0, fastest, 12)])
+        omegas = np.sort(np.concatenate([_SLOW, _PEAK, middle, np.geomspace(11.0, fastest, 12)]))
         context = get_context("spawn")
         with (
             reporting("optimum", len(omegas)) as reporter,
@@ -88,7 +89,7 @@ def _row(starts: int, omega: float) -> dict[str, float]:
             "converged": one.converged,
         }
     try:
-        two = optimise(body, omega, period=2, starts=starts)
+        two = optimise(body, omega, period=2, starts=4 * starts)
     except TegotaeError:
         pass
     else:

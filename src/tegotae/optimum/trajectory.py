@@ -267,7 +267,10 @@ class _Program:
         least, most = self.range
         if self.cycle_s is not None:
             most = min(most, max(least, 0.5 * gravity * self.cycle_s))
-        self.opti.set_initial(self.lift_off, random.uniform(least, most, len(self.shape)))
+        lift_off = random.uniform(least, most, len(self.shape))
+        if len(lift_off) > 1 and random.uniform() < 0.5:  # one high hop among low ones
+            lift_off[1:] = least
+        self.opti.set_initial(self.lift_off, lift_off)
         part = np.linspace(0.0, 1.0, n + 1)[1:]
         rate = self.body.natural_frequency_rad_per_s
         for phases in self.phases:
