@@ -17,6 +17,9 @@ _XLA_FLAGS = {
     # A rollout's tick is a few hundred elementwise operations with some twenty results. XLA fuses
     # such a graph once per result, and so computes it many times over, unless told to share.
     "xla_backend_extra_options": "xla_cpu_use_multi_output_fusion=true",
+}
+
+_VECTORS = {
     # Of use on AVX-512 machines, of no effect on others.
     "xla_cpu_prefer_vector_width": "512",
 }
@@ -75,7 +78,7 @@ def use_all_cores() -> None:
     wanted = dict(_XLA_FLAGS)
     if jaxlib_version() in _TESTED_JAXLIB:
         wanted["xla_backend_extra_options"] += "," + ",".join(_WHOLE_LOOPS)
-        wanted |= _PATIENCE
+        wanted |= _VECTORS | _PATIENCE
     missing = [f"--{name}={value}" for name, value in wanted.items() if name not in flags]
     os.environ["XLA_FLAGS"] = " ".join([*filter(None, [flags]), *missing])
     if "xla_force_host_platform_device_count" in flags:
@@ -111,7 +114,8 @@ def environment(*, plain: bool = False) -> dict[str, str]:
     given = {**os.environ, "XLA_FLAGS": _USERS_FLAGS}
     if plain:
         return {**given, "TEGOTAE_PLAIN_XLA": "1"}
-    missing = [f"--{k}={v}" for k, v in _XLA_FLAGS.items() if k not in _USERS_FLAGS]
+    others = _XLA_FLAGS | (_VECTORS if jaxlib_version() in _TESTED_JAXLIB else {})
+    missing = [f"--{k}={v}" for k, v in others.items() if k not in _USERS_FLAGS]
     return {**given, "XLA_FLAGS": " ".join([_USERS_FLAGS, *missing]).strip()}
 
 

@@ -112,7 +112,7 @@ class Train:
 
     def _agents(self, out: Path) -> list[Path]:
         self._refuse("population", ALGORITHMS)
-        for option in ("generations", "plateau_share", "plateau_tolerance"):
+        for option in ("generations", "to_cap", "plateau_share", "plateau_tolerance"):
             self._refuse(option, ALGORITHMS)
         run = AgentRun(
             episodes=1000 if self.episodes is None else self.episodes,
@@ -135,6 +135,8 @@ class Train:
             "share": self.plateau_share,
             "tolerance": self.plateau_tolerance,
         }
+        if self.to_cap and (given["share"] or given["tolerance"]) is not None:
+            raise TegotaeError("--to-cap sees no plateau; leave --plateau-share and -tolerance out")
         chosen = replace(_USUAL, **{name: x for name, x in given.items() if x is not None})
         return Stopping.after(chosen.generations) if self.to_cap else chosen
 
@@ -151,7 +153,7 @@ class Train:
         }
 
     def _refuse(self, option: str, owners: Iterable[str]) -> None:
-        if getattr(self, option) is not None:
+        if getattr(self, option) not in (None, False):
             raise TegotaeError(
                 f"--{option.replace('_', '-')} belongs to {', '.join(owners)}; "
                 f"{self.algorithm} has no such option"

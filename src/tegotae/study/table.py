@@ -9,11 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from tegotae.bodies import Hopper
 from tegotae.evaluation import METRICS
 from tegotae.metrics.statistics import mean_defined
 from tegotae.models import Model, all_models, find
-from tegotae.optimum.table import has_table, share
 from tegotae.study.record import Record
 
 
@@ -61,8 +59,7 @@ class Table:
 def tabulate(records: Iterable[Record]) -> Table:
     """The table of some records, in the order of the registry of models."""
     return of_runs(
-        (record.model, _training(record), _means(record, record.episodes))
-        for record in _ordered(records)
+        (record.model, _training(record), _means(record.episodes)) for record in _ordered(records)
     )
 
 
@@ -79,7 +76,7 @@ def tabulate_budgets(records: Iterable[Record]) -> Table | None:
             training |= {"training_budget": np.full(len(episodes), budget)}
             training |= {"episodes_trained": episodes, "best_fitness": _best(record, budget)}
             metrics = {name: values[i] for name, values in record.at_budgets.items()}
-            rows.append((record.model, training, _means(record, metrics or record.episodes)))
+            rows.append((record.model, training, _means(metrics or record.episodes)))
     return of_runs(rows) if rows else None
 
 
@@ -88,18 +85,7 @@ def _ordered(records: Iterable[Record]) -> list[Record]:
     return [by_model[name] for name in all_models() if name in by_model]
 
 
-def _means(record: Record, episodes: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """Metrics of each run, [runs]: means over its episodes.
-
-    The share of the optimum is no matter of the rollout: records that lack it have all it needs,
-    the highest peak of the spectrum being the hop frequency of a gait of period 1.
-    """
-    if "optimum_share" not in episodes and has_table(
-        Hopper(**record.configuration["hopper"]), record.configuration["protocol"]["work"]
-    ):
-        period = episodes["limit_cycle_period"]
-        share_of = share(episodes["cot_inverse"], episodes["w_peak"])
-        episodes = {**episodes, "optimum_share": np.where(period == 1.0, share_of, np.nan)}
+def _means(episodes: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
     return {name: mean_defined(values) for name, values in episodes.items()}
 
 

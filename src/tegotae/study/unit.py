@@ -137,7 +137,7 @@ def _trained(unit: Unit) -> _Learned:
     progress = begun = run.start()
     for progress, generation in run.evolve(begun):
         curves.append(generation)
-        if len(snapshots) < len(budgets) and len(curves) == budgets[len(snapshots)]:
+        while len(snapshots) < len(budgets) and len(curves) == budgets[len(snapshots)]:
             snapshots.append(np.asarray(progress.best_weights))
     weights = np.asarray(progress.best_weights)
     # A training that ended before a budget is at that budget what it ended in.

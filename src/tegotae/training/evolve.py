@@ -97,8 +97,7 @@ class Curves(NamedTuple):
 def start(training: Training, seeds: Sequence[int]) -> Progress:
     """Every seed's own random weights.
 
-    A seed's run does not depend on which others go with it, but for rounding: another number of
-    lanes is another order of operations, which can move a fitness in its fourth digit.
+    A seed's run does not depend on which others go with it.
     """
     if not seeds:
         raise TegotaeError("no seeds to train; give at least one")

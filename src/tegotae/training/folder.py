@@ -21,7 +21,7 @@ from tegotae.models import Model
 
 def versions_of(*packages: str) -> dict[str, str]:
     """Versions of the programs that decide the numbers: these packages and what all need."""
-    return {name: version(name) for name in ("tegotae", "jax", *packages, "numpy")}
+    return {name: version(name) for name in ("tegotae", "jax", "jaxlib", *packages, "numpy")}
 
 
 def claim(out: Path, configuration: Mapping[str, Any], versions: Mapping[str, str]) -> None:

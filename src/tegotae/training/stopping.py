@@ -79,15 +79,12 @@ class Stopping:
             fitness: of the distribution's mean, generation by generation, shape [generations].
         """
         done = len(fitness)
-        if done >= self.generations:
-            return CAP
-        if done < self.least:
-            return RUNNING
         before = done - math.ceil(self.share * done)
-        if before < 1:
-            return RUNNING
-        best, best_before = np.max(fitness), np.max(fitness[:before])
-        return PLATEAU if best - best_before <= self.tolerance else RUNNING
+        if done >= self.least and before >= 1:
+            gain = np.max(fitness) - np.max(fitness[:before])
+            if gain <= self.tolerance:
+                return PLATEAU
+        return CAP if done >= self.generations else RUNNING
 
     def reasons(self, curves: np.ndarray) -> list[str]:
         """The same for runs side by side; a run's curve ends in NaN where it has ended.

@@ -7,6 +7,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from tegotae.metrics.ranges import RANGES
 from tegotae.metrics.statistics import (
     Interval,
     balanced_difference,
@@ -60,12 +61,14 @@ def _minus(
     """The difference of two sets of runs of the same ω_t and the same input of the actuation.
 
     Then its mean over these. At ω_t = 4 rad/s gaits are twice as efficient as at 8, and settle
-    half as often: a difference of overall means would tell how many settled at which. A model whose
-    gain is found by search is one run, without randomness: exact.
+    half as often: a difference of overall means would tell how many settled at which. A single run
+    of a model whose gain is found by search, as in older tables, is exact.
     """
     a, b = designs(ours, alike), designs(theirs, alike)
     pairs = [(a[key][metric], b[key][metric]) for key in a if key in b]
-    effect = stratified_difference(pairs, factor=factor, single_is_exact=True)
+    effect = stratified_difference(
+        pairs, factor=factor, single_is_exact=True, within=RANGES[metric]
+    )
     used = sum(all(has_mean(row, single_is_exact=True) for row in pair) for pair in pairs)
     if used < len(pairs):
         what += f" ({used} of {len(pairs)} designs)"
@@ -181,7 +184,7 @@ def claim_7(table: Table) -> Verdict:
         what: str, metric: str, factor: float = 1.0, low: float = -np.inf, high: float = np.inf
     ) -> Part:
         rows = [design[metric] for design in designs(art).values()]
-        effect = balanced_difference([seeing[metric]], rows, factor=factor)
+        effect = balanced_difference([seeing[metric]], rows, factor=factor, within=RANGES[metric])
         effect = _counted(effect, metric, seeing, art)
         return Part(what, effect, low, high, without_cycle=_without_cycle(seeing, art))
 
@@ -191,7 +194,7 @@ def claim_7(table: Table) -> Verdict:
         (
             Part(
                 "share with a limit cycle, T on [F_k]",
-                interval(blind["limit_cycle_share"]),
+                interval(blind["limit_cycle_share"], within=RANGES["limit_cycle_share"]),
                 high=FAILING,
                 without_cycle=_without_cycle(blind),
             ),
