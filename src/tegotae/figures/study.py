@@ -26,7 +26,6 @@ ARCHITECTURES = ("V", "VG", "VT", "VGT", "AR", "ART", "ARG", "ARGT", "T")
 
 SHOWN = {
     "cot_inverse": "CoT⁻¹",
-    "optimum_share": "of optimum",
     "t0_s": "T0",
     "t1_s": "T1",
     "delta_w": "Δw",
@@ -94,7 +93,7 @@ def architectures_figure(table: Table) -> Figure:
     omegas = frequencies(table)
     colours = dict(zip(omegas, _colours(omegas), strict=True))
     with styled():
-        figure = new_figure(PAGE_IN, 7.8)
+        figure = new_figure(PAGE_IN, 6.9)
         panels = figure.subplots(len(SHOWN), 2, sharex=True, sharey="row")
         for row, (metric, label) in zip(panels, SHOWN.items(), strict=True):
             own = {key: value for key, value in found.items() if key[1] == metric}
