@@ -54,14 +54,18 @@ def test_loops_are_kernels_on_a_jaxlib_on_which_that_was_measured():
 def test_another_jaxlib_does_without_and_works():
     options, whole = shell(OTHER_JAXLIB)
     assert not whole
-    assert options == ["xla_cpu_use_multi_output_fusion=true", "xla_cpu_prefer_vector_width=512"]
+    assert options == ["xla_cpu_use_multi_output_fusion=true"]
 
 
 def test_a_users_own_flags_stand():
     own = "--xla_backend_extra_options=xla_cpu_use_multi_output_fusion=false"
     options, whole = shell(AS_IT_IS, XLA_FLAGS=own)
     assert not whole
-    assert options == ["xla_cpu_use_multi_output_fusion=false", "xla_cpu_prefer_vector_width=512"]
+    assert "xla_cpu_use_multi_output_fusion=false" in options
+    assert "xla_cpu_use_multi_output_fusion=true" not in options
+    own = "--xla_cpu_prefer_vector_width=256"
+    options, _ = shell(AS_IT_IS, XLA_FLAGS=own)
+    assert [o for o in options if "vector" in o] == ["xla_cpu_prefer_vector_width=256"]
 
 
 def test_plain_xla_is_jax_as_it_comes():
