@@ -76,7 +76,8 @@ def read_csv(path: Path) -> Table:
         with path.open(encoding="utf-8", newline="") as stream:
             rows = list(csv.reader(stream))
         names, *cells = rows
-        if not {"model", "run", *METRICS} - LATER_METRICS <= set(names) or not cells:
+        asked = {*_WORDS, "run", "omega_t", "best_fitness", *METRICS} - LATER_METRICS - {"ended"}
+        if not asked <= set(names) or not cells:
             raise ValueError("columns are missing")
         columns = dict(zip(names, zip(*cells, strict=True), strict=True))
         columns = {name: ("",) * len(cells) for name in METRICS if name not in columns} | columns

@@ -13,6 +13,8 @@ from concurrent.futures.process import BrokenProcessPool
 from contextlib import closing, contextmanager
 from pathlib import Path
 
+import jax
+
 from tegotae.devices import available_cores, compute_on
 from tegotae.errors import TegotaeError
 from tegotae.progress import reporting
@@ -109,7 +111,10 @@ def work_all(units: list[Unit]) -> list[Record]:
         TegotaeError: if the worker cannot compute as all others do.
     """
     compute_on(DEVICES)
-    return [work(unit) for unit in units]
+    try:
+        return [work(unit) for unit in units]
+    finally:
+        jax.clear_caches()  # the programs of a bundle are no other's, and a hundred of them are GiB
 
 
 def on_cores(
