@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
 
-from tegotae import Engine, Hopper, Scenario, TegotaeError, Timing, build
+from tegotae import Engine, Hopper, Scenario, TegotaeError, Timing, build, controller_file
 from tegotae.cli import main
 from tegotae.evaluation import Protocol, evaluate
 from tegotae.metrics import GaitSummary
@@ -234,6 +235,14 @@ def test_an_evaluation_reports_the_share_where_the_table_holds():
     other = evaluate(build("V-reflex-w8"), [[2.0]], 8.0, heavy, short).episodes
     assert np.isnan(other["optimum_share"]).all()
     assert not has_table(HOPPER, "net")
+
+
+def test_a_trained_controller_comes_near_the_optimum_and_not_above():
+    kept = Path(__file__).parents[1] / "docs" / "_static" / "figures" / "optimum-ART-w8.json"
+    saved = controller_file.load(kept)
+    short = Protocol(undisturbed_s=30.0, disturbed_s=5.0, offsets=(0.0,), clamped_phases=1)
+    found = evaluate(saved.controller, saved.weights, saved.omega, saved.body, short).episodes
+    assert 0.97 < found["optimum_share"][0, 0] < 1.001
 
 
 # What is refused

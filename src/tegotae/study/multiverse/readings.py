@@ -18,6 +18,7 @@ PLATEAU = math.inf
 """A training budget without a number: until training has converged."""
 
 _STANDARD = Hopper()
+_RATIOS = ("natural_frequency", "damping_ratio", "force_ratio")
 _SEED = 0
 
 
@@ -101,7 +102,9 @@ class Reading:
 
     @property
     def hopper(self) -> Hopper:
-        """The body of these ratios."""
+        """The body of these ratios; the standard one to the last bit where they are its own."""
+        if all(getattr(self, name) == getattr(Reading, name) for name in _RATIOS):
+            return _STANDARD
         mass, length, gravity = (
             _STANDARD.mass_kg,
             _STANDARD.rest_length_m,
