@@ -38,7 +38,7 @@ def test_the_first_reading_is_the_study():
     assert reading == Reading()
     hopper, standard = reading.hopper, Hopper()
     for name in ("stiffness_n_per_m", "damping_ns_per_m", "max_force_n", "mass_kg"):
-        assert getattr(hopper, name) == pytest.approx(getattr(standard, name), rel=1e-12)
+        assert getattr(hopper, name) == pytest.approx(getattr(standard, name), rel=0.0)
     assert (reading.parameters, reading.episodes) == (96, PLATEAU)
 
 
