@@ -180,7 +180,7 @@ def test_times_that_make_no_rollout_are_refused(timing, said):
 def test_a_tick_too_long_for_the_hopper_is_refused():
     timing = Timing(duration_s=4.0, tick_s=0.05, frame_s=0.05)
     with pytest.raises(
-        TegotaeError, match=r"control tick of 0\.05 s is too long .* at most 0\.035"
+        TegotaeError, match=r"control tick of 0\.05 s is too long .* at most 0\.014"
     ):
         simulation(timing=timing).run()
 
