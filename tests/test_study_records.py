@@ -10,6 +10,7 @@ import pytest
 
 from tegotae.errors import TegotaeError
 from tegotae.evaluation import METRICS
+from tegotae.metrics.ranges import RANGES
 from tegotae.study import runner
 from tegotae.study.export import merge, write_csv
 from tegotae.study.folder import Folder
@@ -23,6 +24,11 @@ from tegotae.training.stopping import Stopping
 def made_up(unit: Unit, runs: int = 2) -> Record:
     """A record of the right form with numbers that depend on the unit alone."""
     random = np.random.default_rng(int(unit.key[-8:], 16))
+
+    def metric(name: str, *shape: int) -> np.ndarray:
+        least, most = RANGES[name]
+        return np.clip(random.normal(size=shape), least, most).astype("float32")
+
     n_weights = unit.run.training.controller.n_weights
     return Record(
         unit.configuration,
@@ -33,8 +39,8 @@ def made_up(unit: Unit, runs: int = 2) -> Record:
         np.array(["cap"] * runs),
         {"centre_fitness": random.normal(size=(3, runs)).astype("float32")},
         np.array([7.0, 9.0]),
-        {name: random.normal(size=(runs, 2)).astype("float32") for name in METRICS},
-        {name: random.normal(size=(1, runs, 2)).astype("float32") for name in METRICS},
+        {name: metric(name, runs, 2) for name in METRICS},
+        {name: metric(name, 1, runs, 2) for name in METRICS},
     )
 
 
