@@ -339,12 +339,12 @@ def test_what_cannot_be_is_refused_before_any_work(
 
 def test_a_study_is_no_multiverse_and_a_multiverse_no_study(smoke_study, tmp_path, one_line_error):
     said = one_line_error("study", "multiverse", "status", "--dir", str(smoke_study))
-    assert "is damaged; choose another folder" in said
+    assert "is a folder of tegotae study; look at it with that" in said
     folder = MultiverseFolder(tmp_path / "multiverse")
     with folder.claimed(multiverse("smoke")):
         pass
     said = one_line_error("study", "status", "--dir", str(folder.path))
-    assert "no scale is called 'multiverse-smoke'" in said
+    assert "is a folder of tegotae study multiverse; look at it with that" in said
 
 
 def test_an_unknown_frequency_is_refused(trained, tmp_path, one_line_error):

@@ -40,6 +40,8 @@ class Folder:
 
     SETTINGS = frozenset({"scale", "seeds", "algorithm"})
     """What the description of a study has at least."""
+    COMMAND = "study"
+    """The command that such a folder is for."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
@@ -94,12 +96,15 @@ class Folder:
             found = dict(json.loads(place.read_text()))
         except FileNotFoundError:
             raise TegotaeError(
-                f"{self.path} holds no study; start one with tegotae study run"
+                f"{self.path} holds no study; start one with tegotae {self.COMMAND} run"
             ) from None
         except OSError as error:
             raise TegotaeError(f"cannot read {place}: {error.strerror}") from None
         except (ValueError, TypeError):
             found = {}
+        kind = "study multiverse" if "choices" in found else "study"
+        if "scale" in found and kind != self.COMMAND:
+            raise TegotaeError(f"{self.path} is a folder of tegotae {kind}; look at it with that")
         if not found.keys() >= self.SETTINGS:
             raise TegotaeError(f"{place} is damaged; choose another folder")
         if found.get("format") != FORMAT:

@@ -21,6 +21,7 @@ class MultiverseFolder(Folder):
     """
 
     SETTINGS = frozenset({"scale", "seeds", "models", "choices"})
+    COMMAND = "study multiverse"
 
     def is_of(self, document: dict[str, Any], configuration: dict[str, Any]) -> bool:
         """Whether a record of this configuration belongs to the multiverse of this document."""
