@@ -12,7 +12,7 @@ import tegotae
 from tegotae import TegotaeError, check_body, check_controller, check_oscillator, check_term
 from tegotae.bodies import Hopper
 from tegotae.controller import Controller, Tegotae
-from tegotae.oscillators import ClampedPhase, Oscillator, PhaseOscillator, PhaseState
+from tegotae.oscillators import Oscillator, PhaseOscillator, PhaseState
 from tegotae.parameters import traceable
 from tegotae.terms import (
     ConstantGain,
@@ -47,7 +47,7 @@ def test_every_term_of_the_package_passes(term):
 
 @pytest.mark.parametrize(
     "oscillator",
-    [PhaseOscillator(), PhaseOscillator(slowest_rad_per_s=1.0), ClampedPhase()],
+    [PhaseOscillator(), PhaseOscillator(slowest_rad_per_s=1.0), PhaseOscillator().clamped()],
     ids=repr,
 )
 def test_every_oscillator_of_the_package_passes(oscillator):
@@ -337,9 +337,18 @@ class ForgetsItsForm(SoundOscillator):
 
 
 @dataclass(frozen=True)
-class ReadsAField(SoundOscillator):
-    def rate(self, state, omega, feedback):
-        return (omega + feedback * jnp.cos(state.phase),)
+class ForgetsASignal(SoundOscillator):
+    SIGNALS = ("sin_phase", "cos_phase", "amplitude")
+
+
+@dataclass(frozen=True)
+class MiscountsItsWeights(SoundOscillator):
+    @property
+    def n_weights(self):
+        return 2
+
+    def initial(self, key):
+        return jnp.zeros(3)
 
 
 @pytest.mark.parametrize(
@@ -356,8 +365,9 @@ class ReadsAField(SoundOscillator):
         (StartsElsewhere(), r"StartsElsewhere\.phase of StartsElsewhere\.start\(φ\) is"),
         (Swapped(), r"the sine of Swapped\.sin_cos is"),
         (ForgetsItsForm(), r"ForgetsItsForm\.settle.* returns tuple of 1.*PhaseState of 1"),
-        (ReadsAField(), r"ReadsAField\.rate, given the state as a plain tuple, raised Attr"),
-        (Oscillator, r"Oscillator is a class.*define phase, rate, sin_cos, start first"),
+        (ForgetsASignal(), r"ForgetsASignal\.signals gives .*; SIGNALS names amplitude"),
+        (MiscountsItsWeights(), r"MiscountsItsWeights\.initial has shape \(3,\); .*says \(2,\)"),
+        (Oscillator, r"Oscillator is a class.*define rate, start first"),
         (5.0, r"float is no Oscillator"),
     ],
     ids=lambda x: getattr(x, "__name__", type(x).__name__),

@@ -19,7 +19,7 @@ from hypothesis import strategies as st
 
 from tegotae import Hopper, TegotaeError, all_models, build, controller_file, find
 from tegotae.controller_file import SavedController, load, save
-from tegotae.oscillators import ClampedPhase
+from tegotae.oscillators import PhaseOscillator
 from tegotae.terms import VanillaReaction
 
 
@@ -60,7 +60,8 @@ def test_what_no_model_of_the_study_has_is_read_back_too(tmp_path):
     saved = example()
     assert saved.controller.tegotae is not None
     limited = dataclasses.replace(saved.controller.tegotae, limit_rad_per_s=4.0)
-    controller = dataclasses.replace(saved.controller, oscillator=ClampedPhase(), tegotae=limited)
+    floored = PhaseOscillator(slowest_rad_per_s=0.5)
+    controller = dataclasses.replace(saved.controller, oscillator=floored, tegotae=limited)
     saved = dataclasses.replace(saved, controller=controller, model=None)
     save(saved, tmp_path / "controller.json")
     assert_same(saved, load(tmp_path / "controller.json"))

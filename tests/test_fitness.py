@@ -14,6 +14,7 @@ from tegotae.metrics.efficiency import cot_inverse, work_total
 from tegotae.metrics.gait import GaitSummary
 from tegotae.metrics.hopping import hop_height_m
 from tegotae.metrics.spectrum import delta_omega, peak, rest_delta_omega, spectrum
+from tegotae.recorder import COMMON
 from tegotae.training.fitness import EPISODE, FAILED, SETTLE_S, Fitness
 
 TIMING = Timing(duration_s=20.0)
@@ -25,7 +26,7 @@ def trajectory(height: np.ndarray, **totals) -> Trajectory:
     """A trajectory [frames, lanes] of the given heights and their apexes, and of given totals."""
     lanes = height.shape[1]
     zero = np.zeros((len(TIME), lanes), "float32")
-    entries = dict.fromkeys(Trajectory._fields, zero)
+    entries = {channel.name: zero for channel in COMMON}
     entries |= {"time_s": TIME[:, None] + zero, "failed": zero > 0.0, "height_m": height + zero}
     rises = np.diff(height, axis=0) > 0.0
     at_apex = np.pad(rises[:-1] & ~rises[1:], ((1, 1), (0, 0)))
@@ -41,9 +42,8 @@ def trajectory(height: np.ndarray, **totals) -> Trajectory:
 
 def judge(what: Trajectory, omega=5.0, fitness: Fitness = FITNESS) -> dict[str, np.ndarray]:
     lanes = what.height_m.shape[1]
-    entries = Scenario(omega=omega)._asdict().items()
-    scenario = Scenario(
-        **{name: jnp.asarray(np.broadcast_to(x, (lanes,)), "float32") for name, x in entries}
+    scenario = jax.tree.map(
+        lambda x: jnp.asarray(np.broadcast_to(x, (lanes,)), "float32"), Scenario(np.asarray(omega))
     )
     body = jax.tree.map(jnp.float32, Hopper())
     return jax.tree.map(np.asarray, fitness(what, scenario, body, TIMING))
@@ -271,10 +271,10 @@ def test_on_the_device_it_is_what_it_is_on_the_recorded_trajectory():
     timing = Timing(duration_s=8.0)
     controller = build("V-reflex-w8")
     sigma = np.array([[0.0], [2.0], [5.0]])
-    scenario = Scenario(omega=8.0, height_m=[1.0 - 0.981 / 5.0, 1.2, 12.0])
+    lanes = scenario = Scenario(omega=8.0, height_m=np.array([1.0 - 0.981 / 5.0, 1.2, 12.0]))
     on_device = Engine(controller=controller, timing=timing, summary=FITNESS).run(sigma, scenario)
     recorded = Engine(controller=controller, timing=timing).run(sigma, scenario)
-    lanes = Scenario(*(jnp.asarray(np.broadcast_to(x, (3,)), "float32") for x in scenario))
+    lanes = jax.tree.map(lambda x: jnp.asarray(np.broadcast_to(x, (3,)), "float32"), lanes)
     body = jax.tree.map(jnp.float32, Hopper())
     afterwards = FITNESS(jax.tree.map(jnp.asarray, recorded), lanes, body, timing)
     assert set(on_device) == {"fitness", "cot_inverse", "delta_omega", "failed"}

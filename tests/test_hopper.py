@@ -145,7 +145,7 @@ def test_a_sector_that_begins_inside_a_tick_displaces_the_body_as_it_does():
     )
     with jax.enable_x64(True):
         path = (jnp.asarray([x], "float64") for x in (0.93, 1.03, 5.0))
-        said = push(Controller(sector), Hopper(), jnp.zeros(1), *path)
+        said = push(Controller(sector), Hopper().max_force_n, jnp.zeros(1), *path)
         mean, rise = float(said.mean_n[0]), float(said.rise_n[0])
     assert mean == pytest.approx(0.3 * 4.0)
     moved = advance(Hopper(), 0.8, 0.2, tick, force=mean, rise=rise, tick=tick)

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-import kept_hopper
 import numpy as np
 import pytest
+
+import kept_hopper
 
 
 @pytest.fixture(scope="module")

@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 import warnings
 
+import jax
 import numpy as np
 import pytest
 
 from synthetic import Hopping, seconds
 from tegotae import TegotaeError
 from tegotae.metrics import REGIMES, from_samples, gait, measure, smoothness
-from tegotae.rollout import Trajectory
 
 UNDEFINED_WITHOUT_CYCLE = (
     "limit_cycle_period",
@@ -259,10 +259,10 @@ def test_many_recordings_at_once_give_what_each_gives_alone():
     frames = [from_samples(time_s, y, rest_length_m=1.0, force_n=force) for y in heights]
 
     def measured(trajectory):
-        single = Trajectory(*(x if x.dtype == bool else x.astype("float32") for x in trajectory))
+        single = jax.tree.map(lambda x: x if x.dtype == bool else x.astype("float32"), trajectory)
         return gait(single, omega=5.0, rest_length_m=1.0, max_force_n=4.0, frame_s=0.02)
 
-    together = measured(Trajectory(*(np.concatenate(x, axis=1) for x in zip(*frames, strict=True))))
+    together = measured(jax.tree.map(lambda *x: np.concatenate(x, axis=1), *frames))
     for lane, alone in enumerate(map(measured, frames)):
         for name in alone._fields:
             np.testing.assert_allclose(

@@ -9,7 +9,7 @@ import pytest
 
 from tegotae import TegotaeError
 from tegotae.metrics import Hops, LimitCycle, hops, settled
-from tegotae.rollout import Trajectory
+from tegotae.recorder import COMMON, Trajectory
 
 ROWS = 60
 HOP_S = 0.5
@@ -122,7 +122,7 @@ def test_hops_are_only_flights_that_clear_the_ground_by_one_percent():
     frames, nan = 6, np.nan
     lane = np.array([nan, 1.2, 1.005, nan, 1.0, 1.5])
     ground = np.array([0.0, 0.0, 0.0, 0.0, -0.2, -0.2])
-    columns = {name: np.zeros((frames, 1), "float32") for name in Trajectory._fields}
+    columns = {channel.name: np.zeros((frames, 1), "float32") for channel in COMMON}
     columns["apex_height_m"] = lane[:, None].astype("float32")
     columns["apex_time_s"] = np.arange(frames, dtype="float32")[:, None]
     columns["apex_phase_rad"] = np.full((frames, 1), 7.0, "float32")

@@ -32,12 +32,13 @@ def art_rollout() -> Trajectory:
 
 
 def lanes_of(trajectory: Trajectory, lanes) -> Trajectory:
-    return Trajectory(*(entry[:, lanes] for entry in trajectory))
+    return jax.tree.map(lambda entry: entry[:, lanes], trajectory)
 
 
 def assert_identical(one: Trajectory, other: Trajectory) -> None:
-    for name, a, b in zip(Trajectory._fields, one, other, strict=True):
-        np.testing.assert_array_equal(a, b, err_msg=name)
+    assert one.channels.keys() == other.channels.keys()
+    for name, a in one.channels.items():
+        np.testing.assert_array_equal(a, other.channels[name], err_msg=name)
 
 
 # What is recorded.
@@ -45,7 +46,7 @@ def assert_identical(one: Trajectory, other: Trajectory) -> None:
 
 def test_a_trajectory_has_a_row_per_frame_and_a_column_per_lane():
     out = art_rollout()
-    for name, entry in zip(Trajectory._fields, out, strict=True):
+    for name, entry in out.channels.items():
         assert entry.shape == (150, LANES), name
         assert isinstance(entry, np.ndarray), name
         assert entry.dtype == ("bool" if name == "failed" else "float32"), name
@@ -54,7 +55,7 @@ def test_a_trajectory_has_a_row_per_frame_and_a_column_per_lane():
 
 def test_double_precision_is_double_all_through():
     out = VANILLA.run([[2.0]], Scenario(omega=5.0), dtype="float64")
-    for name, entry in zip(Trajectory._fields, out, strict=True):
+    for name, entry in out.channels.items():
         assert entry.dtype == ("bool" if name == "failed" else "float64"), name
 
 
@@ -69,7 +70,11 @@ def test_every_lane_has_its_own_weights_frequency_and_release():
     together = VANILLA.run(weights, scenario)
     assert len(set(together.height_m[-1])) == 3
     for lane in range(4):
-        own = Scenario(**{name: x[lane] for name, x in scenario._asdict().items() if np.ndim(x)})
+        own = Scenario(
+            *(entry[lane] for entry in (scenario.omega, scenario.height_m)),
+            velocity_m_per_s=scenario.velocity_m_per_s[lane],
+            phase_rad=scenario.phase_rad[lane],
+        )
         alone = VANILLA.run(weights[lane], own)
         np.testing.assert_allclose(together.height_m[:, lane], alone.height_m[:, 0], atol=1e-5)
 
@@ -160,7 +165,7 @@ def highest(trajectory, scenario, body, timing):
 
 
 def test_a_rollout_can_be_part_of_a_users_compiled_program():
-    scenario = Scenario(*(jnp.full((LANES,), x, "float32") for x in Scenario(omega=6.0)))
+    scenario = jax.tree.map(lambda x: jnp.full((LANES,), x, "float32"), Scenario(omega=6.0))
     body = jax.tree.map(jnp.float32, Hopper())
     weights = jnp.asarray(art_weights().T, "float32")
     out = jax.jit(ART.trace)(weights, scenario, body)
@@ -226,10 +231,10 @@ def test_drops_can_differ_from_lane_to_lane():
 
 def with_lane(lane: int, **change) -> Scenario:
     """All lanes alike but for one."""
-    entries = {name: np.full(LANES, x) for name, x in Scenario(omega=6.0)._asdict().items()}
+    scenario = jax.tree.map(lambda x: np.full(LANES, x), Scenario(omega=6.0))
     for name, value in change.items():
-        entries[name][lane] = value
-    return Scenario(**entries)
+        getattr(scenario, name)[lane] = value
+    return scenario
 
 
 @pytest.mark.parametrize("spoiled", [0, 3, LANES - 1])
@@ -324,7 +329,7 @@ four = Stopping.after(4)
 curves = [c for _, c in evolve(training, start(training, [0, 1]), [0, 1], 6.0, four)]
 np.savez(
     sys.argv[1],
-    **out._asdict(),
+    **out.channels,
     curves=np.array(curves),
     devices=len(jax.devices()),
 )

@@ -27,7 +27,7 @@ import numpy as np
 import tegotae
 from tegotae.controller import Controller, Tegotae
 from tegotae.integrators import Hold, Integrator, Moment, PredictorCorrector
-from tegotae.integrators.base import drive, phase_of, push
+from tegotae.integrators.base import drive, held, moved, phase_of, push
 from tegotae.metrics.hopping import hop_height_m
 from tegotae.oscillators import PhaseOscillator
 from tegotae.terms import ConstantGain, Reflex, Sector, VanillaAction, VanillaReaction
@@ -60,21 +60,18 @@ class Heun(Integrator):
         """One tick; see `Integrator.tick`."""
         now = moment.drive
         phase = phase_of(controller, moment.oscillator, now.feedback)
-        guess = tuple(
-            x + tick_s * rate for x, rate in zip(moment.oscillator, now.rate, strict=True)
-        )
+        guess = held(moment.oscillator, now.rate, tick_s)
         phase_guess = phase_of(controller, guess, now.feedback)
-        force = push(controller, body, now.smooth_force, phase, phase_guess, omega)
+        force = push(controller, body.max_force_n, now.smooth_force, phase, phase_guess, omega)
         body_guess, _ = body.advance(moment.body, force, ground_m, tick_s)
         then = drive(controller, body, weights, omega, body_guess, guess, ground_m)
 
-        oscillator = tuple(
-            x + 0.5 * tick_s * (a + b)
-            for x, a, b in zip(moment.oscillator, now.rate, then.rate, strict=True)
+        oscillator = moved(
+            moment.oscillator, lambda a, b: 0.5 * tick_s * (a + b), now.rate, then.rate
         )
         phase_end = phase_of(controller, oscillator, now.feedback)
         mean_force = 0.5 * (now.smooth_force + then.smooth_force)
-        force = push(controller, body, mean_force, phase, phase_end, omega)
+        force = push(controller, body.max_force_n, mean_force, phase, phase_end, omega)
         state, contact = body.advance(moment.body, force, ground_m, tick_s)
         end = drive(controller, body, weights, omega, state, oscillator, ground_m)
         return Moment(state, oscillator, end, now), contact, force

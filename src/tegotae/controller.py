@@ -1,4 +1,4 @@
-"""The controller: Tegotae terms, an oscillator and an actuation, put together."""
+"""The controller: Tegotae terms, an oscillator and an actuation, for one limb or several."""
 
 from __future__ import annotations
 
@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import jax
 import jax.numpy as jnp
 
-from tegotae.errors import require_finite
+from tegotae.couplings.base import Coupling
+from tegotae.errors import TegotaeError, require_count, require_finite
 from tegotae.oscillators import Oscillator
 from tegotae.terms.actuation import Actuation
 from tegotae.terms.base import Signals, Term
@@ -43,14 +44,31 @@ class Tegotae:
 
 @dataclass(frozen=True)
 class Controller:
-    """What drives a body: oscillator, Tegotae feedback and actuation.
+    """What drives a body: oscillator, Tegotae feedback and actuation, a unit of these a limb.
 
     Without `oscillator` and `tegotae` it is the single network that the paper compares with: its
     actuation reads the senses directly.
 
-    The weights of all terms form one flat vector, in the order action, reaction, gain, actuation
-    (`layout`). A controller holds no weights and no state, and is hashable: it is the static part
-    of a compiled program.
+    All units are alike but for their weights. Each feels its own limb alone; `coupling`, if any, is
+    the only place where they see each other. The hopper's controller is a network of one unit.
+
+    The weights form one flat vector: for each set of weights those of action, reaction, gain,
+    actuation and oscillator (`layout`), and then the coupling's. A controller holds no weights and
+    no state, and is hashable: it is the static part of a compiled program.
+
+    Args:
+        actuation: from the signals of a limb to its force.
+        oscillator: the rhythm; None without.
+        tegotae: the feedback; None without.
+        limbs: how many units.
+        coupling: between the oscillators of several limbs; None for decentralised control.
+        sharing: which set of weights each unit has, numbered from 0 on: (0, 0, 0, 0) is shared by
+            all, the default; (0, 0, 1, 1) by girdle; (0, 1, 2, 3) is free.
+        wiring: which limb of the body each unit feels and drives; in their order by default.
+
+    Raises:
+        TegotaeError: for a coupling without oscillators or limbs to couple, sets that are not
+            numbered through, or a wiring that leaves a limb undriven or drives it twice.
 
     Example:
         >>> from tegotae.oscillators import PhaseOscillator
@@ -58,11 +76,35 @@ class Controller:
         >>> terms = Tegotae(VanillaAction(), VanillaReaction(), ConstantGain())
         >>> Controller(Reflex(), PhaseOscillator(), terms).n_weights
         1
+        >>> Controller(Reflex(), PhaseOscillator(), terms, limbs=4, sharing=(0, 0, 1, 1)).n_weights
+        2
     """
 
     actuation: Actuation
     oscillator: Oscillator | None = None
     tegotae: Tegotae | None = None
+    limbs: int = 1
+    coupling: Coupling | None = None
+    sharing: tuple[int, ...] | None = None
+    wiring: tuple[int, ...] | None = None
+
+    def __post_init__(self) -> None:
+        require_count("limbs", self.limbs)
+        if self.coupling is not None:
+            if self.oscillator is None:
+                raise TegotaeError("the controller has a coupling but no oscillators to couple")
+            if self.limbs < 2:
+                raise TegotaeError("a coupling needs at least two limbs, and this controller has 1")
+            self.coupling.check(self.limbs)
+        if self.sharing is not None:
+            _check_sharing(self.sharing, self.limbs)
+        if self.wiring is not None:
+            _check_wiring(self.wiring, self.limbs)
+
+    @property
+    def limb_shape(self) -> tuple[int, ...]:
+        """What arrays have before the axes of the lanes: () with one limb, else (limbs,)."""
+        return () if self.limbs == 1 else (self.limbs,)
 
     @property
     def terms(self) -> dict[str, Term]:
@@ -72,24 +114,66 @@ class Controller:
         return {**feedback, "actuation": self.actuation}
 
     @property
+    def _parts(self) -> dict[str, Term | Oscillator]:
+        """Whatever of a unit has weights, by role, in their order."""
+        rhythm = self.oscillator
+        learned = {} if rhythm is None or not rhythm.n_weights else {"oscillator": rhythm}
+        return {**self.terms, **learned}
+
+    @property
     def layout(self) -> dict[str, slice]:
-        """Where in the weight vector each term's weights lie."""
+        """Where in a unit's weights those of each part lie."""
         slices, start = {}, 0
-        for role, term in self.terms.items():
-            slices[role] = slice(start, start + term.n_weights)
-            start += term.n_weights
+        for role, part in self._parts.items():
+            slices[role] = slice(start, start + part.n_weights)
+            start += part.n_weights
         return slices
+
+    @property
+    def unit_weights(self) -> int:
+        """How many trained numbers a unit has."""
+        return sum(part.n_weights for part in self._parts.values())
+
+    @property
+    def sets(self) -> int:
+        """How many units have weights of their own."""
+        return 1 if self.sharing is None else max(self.sharing) + 1
 
     @property
     def n_weights(self) -> int:
         """How many trained numbers the controller has."""
-        return sum(term.n_weights for term in self.terms.values())
+        between = 0 if self.coupling is None else self.coupling.n_weights(self.limbs)
+        return self.sets * self.unit_weights + between
 
     def initial(self, key: jax.Array) -> jax.Array:
         """Random weights to start training from, shape [n_weights]."""
-        keys = jax.random.split(key, len(self.terms))
-        parts = [term.initial(k) for term, k in zip(self.terms.values(), keys, strict=True)]
+        if self.sets == 1 and self.coupling is None:
+            return self._initial_unit(key)
+        own, between = jax.random.split(key)
+        units = [self._initial_unit(each) for each in jax.random.split(own, self.sets)]
+        if self.coupling is not None:
+            units.append(self.coupling.initial(between, self.limbs))
+        return jnp.concatenate(units)
+
+    def _initial_unit(self, key: jax.Array) -> jax.Array:
+        keys = jax.random.split(key, len(self._parts))
+        parts = [part.initial(k) for part, k in zip(self._parts.values(), keys, strict=True)]
         return jnp.concatenate(parts)
+
+    def spread(self, weights: Weights) -> Weights:
+        """The weights limb by limb: those of the units [*limb_shape, ...], the coupling's as is.
+
+        Args:
+            weights: n_weights arrays, each of the shape of the lanes.
+
+        Returns:
+            unit_weights arrays with a limb axis, if there are several, and those of the coupling.
+        """
+        if not self.limb_shape:
+            return weights
+        n, sharing = self.unit_weights, self.sharing or (0,) * self.limbs
+        units = [jnp.stack([weights[at * n + i] for at in sharing]) for i in range(n)]
+        return (*units, *(weights[i] for i in range(self.sets * n, self.n_weights)))
 
     def feedback(self, weights: Weights, signals: Signals) -> jax.Array:
         """Tegotae feedback `f = G · A′ · R` [rad/s] (equation 4); zero without Tegotae terms."""
@@ -107,3 +191,44 @@ class Controller:
         """The part of the actuator force that is no phase sector, clipped to [0, α] [N]."""
         force = self.actuation(weights[self.layout["actuation"]], signals)
         return jnp.clip(force, 0.0, max_force_n)
+
+    def rate(
+        self,
+        weights: Weights,
+        oscillator: object,
+        omega: jax.Array,
+        feedback: jax.Array,
+        signals: Signals,
+    ) -> object:
+        """Time derivative of the oscillators' state: driven by feedback and coupling."""
+        if self.oscillator is None:
+            return ()
+        if self.coupling is not None:
+            feedback = feedback + self.coupling(weights[self.unit_weights :], signals)
+        if "oscillator" not in self.layout:
+            return self.oscillator.rate(oscillator, omega, feedback)
+        return self.oscillator.rate(oscillator, omega, feedback, weights[self.layout["oscillator"]])
+
+
+def _check_sharing(sharing: tuple[int, ...], limbs: int) -> None:
+    if len(sharing) != limbs:
+        raise TegotaeError(
+            f"sharing names the weights of {len(sharing)} limbs; the controller has {limbs}"
+        )
+    if sorted(set(sharing)) != list(range(max(sharing) + 1)):
+        raise TegotaeError(
+            f"sharing is {sharing}; number the sets of weights from 0 on and leave none out, "
+            f"such as {tuple(range(limbs))}"
+        )
+
+
+def _check_wiring(wiring: tuple[int, ...], limbs: int) -> None:
+    for limb in range(limbs):
+        if (drivers := wiring.count(limb)) != 1:
+            how = "by no unit" if drivers == 0 else f"by {drivers} units"
+            raise TegotaeError(
+                f"wiring is {wiring}: limb {limb} is driven {how}; every one of the limbs "
+                f"0 ... {limbs - 1} must be driven once"
+            )
+    if len(wiring) != limbs:
+        raise TegotaeError(f"wiring has {len(wiring)} entries; the controller has {limbs} limbs")

@@ -21,7 +21,6 @@ from tegotae.metrics.limit_cycle import LimitCycle, settled
 from tegotae.metrics.ranges import summarise
 from tegotae.metrics.statistics import Interval, mean_defined
 from tegotae.optimum.table import has_table, share
-from tegotae.oscillators import ClampedPhase
 from tegotae.rollout import Engine, Scenario, Timing, Trajectory
 
 METRICS = {
@@ -337,7 +336,7 @@ def _cpgu(
 ) -> np.ndarray:
     """Share of the clamped phases at which a lane does not hop on a limit cycle, [lanes]."""
     engine = Engine(
-        controller=dataclasses.replace(controller, oscillator=ClampedPhase()),
+        controller=dataclasses.replace(controller, oscillator=controller.oscillator.clamped()),
         timing=Timing(duration_s=protocol.undisturbed_s, tick_s=protocol.tick_s),
         summary=_hops_and_end,
     )

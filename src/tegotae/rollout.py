@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import dataclasses
-import math
+import inspect
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
-from typing import Any, NamedTuple, cast
+from typing import Any, cast
 
 import jax
 import jax.numpy as jnp
@@ -18,8 +18,10 @@ from tegotae.bodies import Body, Hopper
 from tegotae.controller import Controller, Weights
 from tegotae.devices import lane_devices, loops_are_kernels, on_cpu
 from tegotae.errors import TegotaeError, require_finite
-from tegotae.integrators import Integrator, Moment, PredictorCorrector
-from tegotae.integrators.base import drive, phase_of
+from tegotae.integrators import Integrator, PredictorCorrector
+from tegotae.loop import ClosedLoop, Tick, check_senses
+from tegotae.recorder import Frame, Recorder, Trajectory
+from tegotae.world import Scenario, ground_m
 
 LANES_PER_BLOCK = 64 if loops_are_kernels() else 512
 """Lanes advanced together on a CPU device: few enough to stay in a core's cache, and enough to be
@@ -77,94 +79,6 @@ class Timing:
         return round(self.duration_s / self.frame_s)
 
 
-class Scenario(NamedTuple):
-    """What a lane meets: each entry a number, or an array of shape [lanes]."""
-
-    omega: Any
-    """Prescribed frequency ω [rad/s]."""
-    height_m: Any = 1.2
-    """Release height [m]."""
-    velocity_m_per_s: Any = 0.0
-    """Release velocity [m/s]."""
-    phase_rad: Any = 0.0
-    """Oscillator phase at release [rad]."""
-    drop_m: Any = 0.0
-    """How far the ground drops [m]."""
-    drop_time_s: Any = math.inf
-    """When it drops [s]; at the first control tick not earlier."""
-
-
-class Trajectory(NamedTuple):
-    """What was recorded: arrays of shape [frames, lanes], each frame at its end.
-
-    Totals are running sums from the release on; events are NaN in frames without one, and the
-    last of its kind in frames with several.
-    """
-
-    time_s: Any
-    """Time [s]."""
-    height_m: Any
-    """Height y [m]."""
-    velocity_m_per_s: Any
-    """Velocity ẏ [m/s]."""
-    phase_rad: Any
-    """Phase φ [rad] in [0, 2π); zero without an oscillator."""
-    spring_force_n: Any
-    """Spring force F_k [N]."""
-    feedback_rad_per_s: Any
-    """Tegotae feedback f [rad/s]."""
-    actuator_force_n: Any
-    """Mean actuator force over the frame's last tick [N]; zero in flight."""
-    ground_m: Any
-    """Ground height h [m]."""
-    energy_j: Any
-    """Mechanical energy [J]."""
-    impulse_ns: Any
-    """Total of the actuator's impulse ∫ F_a dt [N s]."""
-    work_absolute_j: Any
-    """Total of ∫ |F_a ẏ| dt [J]."""
-    work_positive_j: Any
-    """Total of ∫ max(0, F_a ẏ) dt [J]."""
-    work_net_j: Any
-    """Total of ∫ F_a ẏ dt [J]."""
-    climb_flight_m: Any
-    """Total of heights climbed in flight [m]."""
-    climb_m: Any
-    """Total of heights climbed, in flight and in stance [m]."""
-    apex_time_s: Any
-    """Time of a flight apex [s]."""
-    apex_height_m: Any
-    """Height of that apex [m]."""
-    apex_phase_rad: Any
-    """Phase at that apex [rad]."""
-    touchdown_time_s: Any
-    """Time of a touchdown [s]."""
-    failed: Any
-    """True from the frame on in which the lane failed; its state then stands still."""
-
-
-class _Totals(NamedTuple):
-    impulse: jax.Array
-    positive: jax.Array
-    net: jax.Array
-    climb_flight: jax.Array
-    climb: jax.Array
-
-
-class _Events(NamedTuple):
-    apex_time: jax.Array
-    apex_height: jax.Array
-    apex_phase: jax.Array
-    touchdown_time: jax.Array
-
-
-class _Lane(NamedTuple):
-    moment: Moment
-    totals: _Totals
-    force: jax.Array
-    failed: jax.Array
-
-
 def whole_trajectory(
     trajectory: Trajectory, scenario: Scenario, body: Body, timing: Timing
 ) -> Trajectory:
@@ -185,7 +99,8 @@ class Engine:
         timing: duration, control period, recording period.
         summary: function of (trajectory, scenario, body, timing) to a pytree of arrays, lanes last,
             run on the device block by block: only what it returns is kept, so memory does not grow
-            with lanes x frames. It must be hashable (a function, or a frozen dataclass).
+            with lanes x frames. It must be hashable (a function, or a frozen dataclass), and may
+            say in `needs` which channels it reads; others are then not computed.
 
     Example:
         >>> from tegotae.models import build
@@ -200,6 +115,14 @@ class Engine:
     timing: Timing = dataclasses.field(default_factory=Timing)
     summary: Summary = whole_trajectory
 
+    def recorder(self, body: Body) -> Recorder:
+        """What is recorded on this body: what the summary says it needs, else everything.
+
+        Raises:
+            TegotaeError: if the summary needs a channel that nobody declares.
+        """
+        return Recorder.of(self.controller, body, getattr(self.summary, "needs", None))
+
     def run(
         self,
         weights: Any,
@@ -212,7 +135,7 @@ class Engine:
 
         Args:
             weights: shape [lanes, n_weights] or [n_weights].
-            scenario: numbers, or arrays of shape [lanes].
+            scenario: numbers, or arrays of shape [lanes] or [limbs, lanes] (`Scenario`).
             body: the body; the paper's hopper by default.
             dtype: "float32" or "float64".
 
@@ -225,6 +148,8 @@ class Engine:
             raise TegotaeError(f"dtype is {dtype!r}; it must be 'float32' or 'float64'")
         body.check_tick(self.timing.tick_s)
         check_senses(self.controller, body)
+        check_posture(body, scenario)
+        self.recorder(body)
         with jax.enable_x64(dtype == "float64"):
             weights, scenario = _as_lanes(self.controller, weights, scenario, dtype)
             body = jax.tree.map(lambda x: jnp.asarray(x, dtype), body)
@@ -241,7 +166,7 @@ class Engine:
 
         Args:
             weights: shape [n_weights, lanes].
-            scenario: arrays of shape [lanes].
+            scenario: arrays of shape [lanes], or [limbs, lanes] (`Scenario`).
             body: the body.
             wanted: how many of the lanes are wanted, from the first on; all by default. Blocks of
                 others cost nothing, and their summary is zero.
@@ -287,21 +212,21 @@ class Engine:
             mine = jnp.clip(-(-(wanted - ahead) // (len(devices) * block)), 0, blocks)
             return jax.lax.fori_loop(0, mine, advance, nothing)
 
-        lanes_last = (PartitionSpec(None, "lanes"), PartitionSpec("lanes"), PartitionSpec())
+        def lanes_last(x: Any) -> PartitionSpec:
+            return PartitionSpec(*[None] * (len(x.shape) - 1), "lanes")
+
+        def of_a_block(x: jax.Array) -> jax.ShapeDtypeStruct:
+            return jax.ShapeDtypeStruct((*x.shape[:-1], block), x.dtype)
+
+        given = (weights, scenario)
         shapes = jax.eval_shape(
-            partial(_advance_block, self),
-            jax.ShapeDtypeStruct((weights.shape[0], block), weights.dtype),
-            jax.tree.map(lambda x: jax.ShapeDtypeStruct((block,), x.dtype), scenario),
-            body,
-        )
-        out_specs = jax.tree.map(
-            lambda s: PartitionSpec(*[None] * (len(s.shape) - 1), "lanes"), shapes
+            partial(_advance_block, self), *jax.tree.map(of_a_block, given), body
         )
         sharded = jax.shard_map(
             on_device,
             mesh=Mesh(np.array(devices), ("lanes",)),
-            in_specs=(*lanes_last, PartitionSpec()),
-            out_specs=out_specs,
+            in_specs=(*jax.tree.map(lanes_last, given), PartitionSpec(), PartitionSpec()),
+            out_specs=jax.tree.map(lanes_last, shapes),
             check_vma=False,
         )
         count = jnp.asarray(n_lanes if wanted is None else wanted, "int32")
@@ -314,19 +239,13 @@ def _run(engine: Engine, weights: jax.Array, scenario: Scenario, body: Body) -> 
     return engine.trace(weights, scenario, body)
 
 
-def check_senses(controller: Controller, body: Body) -> None:
-    """Raise `TegotaeError` if a term reads a signal that nothing provides."""
-    known = set(body.SENSES)
-    if controller.oscillator is not None:
-        known |= {"sin_phase", "cos_phase"}
-    for role, term in controller.terms.items():
-        available = known | ({"feedback"} if role == "actuation" else set())
-        for name in term.reads:
-            if name not in available:
-                raise TegotaeError(
-                    f"the {role} term reads {name!r}, which nothing provides; "
-                    f"known here: {', '.join(sorted(available))}"
-                )
+def check_posture(body: Body, scenario: Scenario) -> None:
+    """Raise `TegotaeError` if the posture names what the body's release does not take."""
+    takes = list(inspect.signature(body.release).parameters)[2:]
+    for name in dict(scenario.posture):
+        if name not in takes:
+            says = f"it takes {', '.join(takes)}" if takes else "it takes none"
+            raise TegotaeError(f"{type(body).__name__} knows no posture {name!r}; {says}")
 
 
 def _as_lanes(
@@ -341,20 +260,38 @@ def _as_lanes(
             f"weights have shape {weights.shape}; this controller needs "
             f"[lanes, {controller.n_weights}]"
         )
-    entries = [np.asarray(value, dtype) for value in scenario]
+    shape = controller.limb_shape
+    plain, posture = scenario._asdict(), dict(scenario.posture)
+    del plain["posture"]
+    entries = {name: _entry(name, x, shape, dtype) for name, x in {**plain, **posture}.items()}
     try:
-        (lanes,) = np.broadcast_shapes((len(weights),), *(entry.shape for entry in entries))
+        (lanes,) = np.broadcast_shapes((len(weights),), *(x.shape[-1:] for x in entries.values()))
     except ValueError:
-        shapes = ", ".join(str(entry.shape) for entry in entries)
+        shapes = ", ".join(str(x.shape) for x in entries.values())
         raise TegotaeError(
             f"weights for {len(weights)} lanes do not go with scenario entries of shapes {shapes}; "
             "each must be a number or have one entry per lane"
         ) from None
     columns = np.broadcast_to(weights, (lanes, weights.shape[1])).T
+
+    def whole(name: str) -> jax.Array:
+        entry = entries[name]
+        return jnp.asarray(np.broadcast_to(entry, (*entry.shape[:-1], lanes)))
+
     return (
         jnp.asarray(np.ascontiguousarray(columns)),
-        Scenario(*(jnp.asarray(np.broadcast_to(entry, (lanes,))) for entry in entries)),
+        Scenario(**{name: whole(name) for name in plain}, posture={n: whole(n) for n in posture}),
     )
+
+
+def _entry(name: str, value: Any, limb_shape: tuple[int, ...], dtype: str) -> np.ndarray:
+    """An entry of a scenario as an array whose last axis is that of the lanes."""
+    entry = np.asarray(value, dtype)
+    by_limb = name in ("omega", "phase_rad") and limb_shape == entry.shape[:-1]
+    if entry.ndim > 1 and not by_limb:
+        limbs = f" or [{limb_shape[0]}, lanes]" if limb_shape else ""
+        raise TegotaeError(f"{name} has shape {entry.shape}; it must be a number, [lanes]{limbs}")
+    return entry if entry.ndim else entry[None]
 
 
 def _outside_of_kernels(index: jax.Array) -> jax.Array:
@@ -368,109 +305,39 @@ def _outside_of_kernels(index: jax.Array) -> jax.Array:
 
 
 def _advance_block(engine: Engine, weights: jax.Array, scenario: Scenario, body: Body) -> Any:
-    """Roll out one block: weights [n_weights, block], scenario of [block] arrays."""
-    controller, timing = engine.controller, engine.timing
+    """Roll out one block: weights [n_weights, block], scenario of [..., block] arrays."""
+    timing, recorder = engine.timing, engine.recorder(body)
+    loop = ClosedLoop(engine.controller, engine.integrator)
     dtype = weights.dtype
-    rows = cast(Weights, weights)  # an array is a sequence of its rows
     tick_s = jnp.asarray(timing.tick_s, dtype)
-    zero = jnp.zeros_like(scenario.omega)
-    drop_tick = jnp.ceil(scenario.drop_time_s / tick_s - 1e-3)
+    # An array is a sequence of its rows.
+    rows, spread = loop.spread(cast(Weights, weights), scenario)
 
-    def ground_at(tick: jax.Array) -> jax.Array:
-        return jnp.where(tick.astype(dtype) >= drop_tick, -scenario.drop_m, 0.0)
+    def tick(carry: Any, index: jax.Array) -> Any:
+        lane, totals, events = carry
+        lane, brought = loop.tick(rows, body, spread, lane, index, tick_s)
+        return (lane, recorder.add(totals, brought), recorder.hear(events, brought)), None
 
-    def tick(lane_events: tuple[_Lane, _Events], index: jax.Array):
-        lane, events = lane_events
-        ground = ground_at(index)
-        moment, contact, push = engine.integrator.tick(
-            controller, body, rows, scenario.omega, lane.moment, ground, tick_s
-        )
-        phase = phase_of(controller, lane.moment.oscillator, zero)
-        travel = phase_of(controller, moment.oscillator, zero) - phase
-        if controller.oscillator is not None:
-            moment = moment._replace(oscillator=controller.oscillator.settle(moment.oscillator))
-        sound = ~lane.failed & ~body.failed(moment.body, ground)
-        sound &= jnp.isfinite(body.height(moment.body)) & jnp.isfinite(travel)
-
-        force = push.mean_n * contact.stance_share
-        work = contact.work_j
-        gains = _Totals(
-            force * tick_s,
-            jnp.maximum(work, 0.0),
-            work,
-            contact.climb_flight_m,
-            contact.climb_m,
-        )
-        at = index.astype(dtype)
-        apex = sound & ~jnp.isnan(contact.apex_share)
-        touchdown = sound & ~jnp.isnan(contact.touchdown_share)
-        events = _Events(
-            jnp.where(apex, (at + contact.apex_share) * tick_s, events.apex_time),
-            jnp.where(apex, contact.apex_height_m, events.apex_height),
-            jnp.where(apex, phase + contact.apex_share * travel, events.apex_phase),
-            jnp.where(touchdown, (at + contact.touchdown_share) * tick_s, events.touchdown_time),
-        )
-        advanced = _Lane(
-            moment,
-            jax.tree.map(jnp.add, lane.totals, gains),
-            force,
-            lane.failed,
-        )
-        # A lane that fails stands still from its last sound tick on.
-        kept = jax.tree.map(lambda new, old: jnp.where(sound, new, old), advanced, lane)
-        return (kept._replace(failed=~sound), events), None
-
-    def frame(lane: _Lane, index: jax.Array):
+    def frame(carry: Any, index: jax.Array) -> Any:
         if on_cpu() and loops_are_kernels():
             index = _outside_of_kernels(index)
-        none = jnp.full_like(zero, jnp.nan)
+        lane, totals = carry
         first = index * timing.ticks_per_frame
-        (lane, events), _ = jax.lax.scan(
-            tick,
-            (lane, _Events(none, none, none, none)),
-            first + jnp.arange(timing.ticks_per_frame),
+        (lane, totals, events), _ = jax.lax.scan(
+            tick, (lane, totals, no_events), first + jnp.arange(timing.ticks_per_frame)
         )
-        ground = ground_at(first + timing.ticks_per_frame - 1)
-        moment, totals = lane.moment, lane.totals
-        sensed = body.sense(moment.body, ground).values
-        recorded = Trajectory(
-            time_s=jnp.broadcast_to(
-                (first + timing.ticks_per_frame).astype(dtype) * tick_s, zero.shape
-            ),
-            height_m=body.height(moment.body),
-            velocity_m_per_s=body.velocity(moment.body),
-            phase_rad=phase_of(controller, moment.oscillator, zero),
-            spring_force_n=sensed.get("spring_force", zero),
-            feedback_rad_per_s=moment.drive.feedback,
-            actuator_force_n=lane.force,
-            ground_m=ground,
-            energy_j=body.energy(moment.body, ground),
-            impulse_ns=totals.impulse,
-            work_absolute_j=2.0 * totals.positive - totals.net,  # |x| = 2 max(0, x) - x
-            work_positive_j=totals.positive,
-            work_net_j=totals.net,
-            climb_flight_m=totals.climb_flight,
-            climb_m=totals.climb,
-            apex_time_s=events.apex_time,
-            apex_height_m=events.apex_height,
-            apex_phase_rad=events.apex_phase,
-            touchdown_time_s=events.touchdown_time,
-            failed=lane.failed,
-        )
-        return lane, recorded
+        ground = ground_m(scenario, first + timing.ticks_per_frame - 1, tick_s)
+        time = (first + timing.ticks_per_frame).astype(dtype) * tick_s
+        time = jnp.broadcast_to(time, scenario.height_m.shape)
+        now = Frame(time, lane, ground, engine.controller, body)
+        return (lane, totals), recorder.frame(now, totals, events)
 
-    start = body.release(scenario.height_m, scenario.velocity_m_per_s)
-    oscillator = (
-        () if controller.oscillator is None else controller.oscillator.start(scenario.phase_rad)
-    )
-    said = drive(
-        controller, body, rows, scenario.omega, start, oscillator, ground_at(jnp.asarray(0))
-    )
-    lane = _Lane(
-        Moment(start, oscillator, said, said),
-        _Totals(zero, zero, zero, zero, zero),
-        zero,
-        ~jnp.isfinite(scenario.height_m + scenario.velocity_m_per_s + scenario.omega),
-    )
-    _, trajectory = jax.lax.scan(frame, lane, jnp.arange(timing.n_frames))
+    lane = loop.start(rows, body, spread, tick_s)
+
+    def first_tick() -> Tick:
+        return loop.tick(rows, body, spread, lane, jnp.asarray(0), tick_s)[1]
+
+    no_events = recorder.events(first_tick)
+    carry = lane, recorder.totals(first_tick)
+    _, trajectory = jax.lax.scan(frame, carry, jnp.arange(timing.n_frames))
     return engine.summary(trajectory, scenario, body, timing)

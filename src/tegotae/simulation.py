@@ -7,6 +7,7 @@ import math
 from dataclasses import dataclass, field
 from typing import Any
 
+import jax
 import numpy as np
 
 from tegotae.bodies import Hopper
@@ -58,7 +59,7 @@ class Simulation:
         check_work(self.energy)
         if self.dtype not in ("float32", "float64"):
             raise TegotaeError(f"dtype is {self.dtype!r}; it must be 'float32' or 'float64'")
-        for name, value in self.scenario._asdict().items():
+        for name, value in _numbers(self.scenario).items():
             if name != "drop_time_s" or value != math.inf:
                 require_finite(name, value)
         require_finite("height_m", self.scenario.height_m, above=0.0)
@@ -73,7 +74,7 @@ class Simulation:
 
     def _require_in_range(self) -> None:
         largest = float(np.finfo(self.dtype).max)
-        numbers = {**self.scenario._asdict(), **dataclasses.asdict(self.hopper)}
+        numbers = {**_numbers(self.scenario), **dataclasses.asdict(self.hopper)}
         numbers |= {f"weight {i}": weight for i, weight in enumerate(self.weights)}
         for name, value in numbers.items():
             if value != math.inf and abs(value) > largest:
@@ -97,7 +98,7 @@ class Simulation:
         # Wrapped here, in double precision: float32 holds few digits of a large phase.
         scenario = self.scenario._replace(phase_rad=self.scenario.phase_rad % math.tau)
         lanes = engine.run(self.weights, scenario, self.hopper, dtype=self.dtype)
-        return Result(self, Trajectory(*(entry[:, 0] for entry in lanes)))
+        return Result(self, jax.tree.map(lambda x: x[..., 0], lanes))
 
 
 @dataclass(frozen=True)
@@ -141,6 +142,12 @@ class Result:
             "failed": failed,
             "failed_time_s": float(t.time_s[np.argmax(t.failed)]) if failed else None,
         }
+
+
+def _numbers(scenario: Scenario) -> dict[str, Any]:
+    """A scenario's entries by name, those of the posture among them."""
+    entries = scenario._asdict()
+    return {**dict(entries.pop("posture")), **entries}
 
 
 def _finite(value: Any) -> float | None:

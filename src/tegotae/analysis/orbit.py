@@ -12,7 +12,7 @@ from tegotae.controller_file import SavedController
 from tegotae.errors import TegotaeError, require_finite
 from tegotae.metrics.gait import LIMIT_CYCLE, REGIMES, GaitSummary
 from tegotae.metrics.hopping import hops
-from tegotae.rollout import Engine, Scenario, Timing, Trajectory
+from tegotae.rollout import Engine, Scenario, Timing
 
 SETTLE_S = 60.0
 """Simulated time in which a gait has to settle [s]."""
@@ -96,7 +96,7 @@ def find_orbit(
     k = int(period)
     last = int(table.count) - 1
     first = last - k
-    path = Trajectory(*(x[table.frame[first] : table.frame[last]] for x in lane))
+    path = jax.tree.map(lambda x: x[table.frame[first] : table.frame[last]], lane)
     return Orbit(
         hops=k,
         period_s=float(table.time_s[last] - table.time_s[first]),

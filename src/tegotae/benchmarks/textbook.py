@@ -18,11 +18,12 @@ import numpy as np
 
 from tegotae.bodies import Hopper
 from tegotae.controller import Controller, Tegotae
-from tegotae.integrators import Moment, PredictorCorrector
-from tegotae.integrators.base import drive
+from tegotae.integrators import PredictorCorrector
+from tegotae.loop import ClosedLoop
 from tegotae.models import build
 from tegotae.oscillators import PhaseOscillator
 from tegotae.terms import LearnedActuation, Network
+from tegotae.world import Scenario
 
 
 class ProductNetwork(Network):
@@ -43,7 +44,7 @@ class LibrarySine(PhaseOscillator):
     """The phase oscillator with JAX's own sine and cosine."""
 
     def sin_cos(self, state):
-        return jnp.sin(state[0]), jnp.cos(state[0])
+        return jnp.sin(state.phase), jnp.cos(state.phase)
 
 
 def controller() -> Controller:
@@ -65,27 +66,21 @@ def controller() -> Controller:
 @partial(jax.jit, static_argnums=(0, 3))
 def rollouts(static: Controller, weights: jax.Array, tick_s: jax.Array, ticks: int) -> jax.Array:
     """Final heights, of one rollout per row of weights."""
-    body, integrator = Hopper(), PredictorCorrector()
+    body, loop = Hopper(), ClosedLoop(static, PredictorCorrector())
 
     def one(row: jax.Array) -> jax.Array:
-        omega, ground = jnp.float32(5.0), jnp.float32(0.0)
-        state = body.release(jnp.float32(1.2), jnp.float32(0.0))
-        oscillator = PhaseOscillator().start(jnp.float32(0.0))
-        row_weights = tuple(row)
-        said = drive(static, body, row_weights, omega, state, oscillator, ground)
+        scenario = jax.tree.map(jnp.float32, Scenario(omega=5.0))
+        rows, scenario = loop.spread(tuple(row), scenario)
 
-        def step(carry, _):
-            moment, work, climb = carry
-            moment, contact, _ = integrator.tick(
-                static, body, row_weights, omega, moment, ground, tick_s
-            )
-            moment = moment._replace(oscillator=PhaseOscillator().settle(moment.oscillator))
-            carry = (moment, work + jnp.abs(contact.work_j), climb + contact.climb_flight_m)
-            return carry, None
+        def step(carry, index):
+            lane, work, climb = carry
+            lane, brought = loop.tick(rows, body, scenario, lane, index, tick_s)
+            contact = brought.contact
+            return (lane, work + jnp.abs(contact.work_j), climb + contact.climb_flight_m), None
 
-        start = (Moment(state, oscillator, said, said), jnp.float32(0.0), jnp.float32(0.0))
-        (moment, work, climb), _ = jax.lax.scan(step, start, None, length=ticks)
-        return moment.body.height + work + climb
+        begun = loop.start(rows, body, scenario, tick_s), jnp.float32(0.0), jnp.float32(0.0)
+        (lane, work, climb), _ = jax.lax.scan(step, begun, jnp.arange(ticks))
+        return lane.moment.body.height + work + climb
 
     return jax.vmap(one)(weights)
 

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import jax
 
+if TYPE_CHECKING:
+    from tegotae.recorder import Channel
+
 
 class Sensation(NamedTuple):
-    """What a body feels at one instant. Every entry has the shape of the lanes."""
+    """What a body feels at one instant: every entry of shape [*limb_shape, lanes]."""
 
     values: dict[str, jax.Array]
     """Sensed quantities by name, in SI units."""
@@ -18,7 +21,10 @@ class Sensation(NamedTuple):
 
 
 class Push(NamedTuple):
-    """The actuator force over one tick, linear in time: mean + rise · (share of the tick - ½)."""
+    """The actuator force over one tick, linear in time: mean + rise · (share of the tick - ½).
+
+    Both of shape [*limb_shape, lanes].
+    """
 
     mean_n: jax.Array
     """Mean force [N]."""
@@ -27,7 +33,11 @@ class Push(NamedTuple):
 
 
 class Contact(NamedTuple):
-    """The body's motion over one control tick. Every entry has the shape of the lanes."""
+    """The body's motion over one control tick.
+
+    Of shape [*limb_shape, lanes] for what each limb does (its stance, its work, its touchdown),
+    [lanes] for what the body does.
+    """
 
     stance_share: jax.Array
     """Share of the tick spent in stance, 0 ... 1."""
@@ -46,11 +56,12 @@ class Contact(NamedTuple):
 
 
 class Body(ABC):
-    """A mechanical system with one actuated leg.
+    """A mechanical system with one actuated leg, or several.
 
     A body is a frozen dataclass of numbers, made a pytree by `tegotae.parameters.traceable`, so
-    that its parameters are arguments of the compiled program. Its methods are elementwise: every
-    array has the shape of the lanes, and no lane may look at another.
+    that its parameters are arguments of the compiled program. No lane may look at another: the
+    lanes come last in every array. What belongs to a limb has the limbs' axis before them, if the
+    body has several; a body of one limb has no such axis (`limb_shape`).
     """
 
     SENSES: tuple[str, ...] = ()
@@ -62,6 +73,21 @@ class Body(ABC):
     """Length of the unloaded leg l0 [m], below which there is stance: a field of every body."""
 
     @property
+    def limbs(self) -> int:
+        """How many limbs there are."""
+        return 1
+
+    @property
+    def limb_shape(self) -> tuple[int, ...]:
+        """What arrays of the limbs have before the axis of the lanes: () for one, else (limbs,)."""
+        return () if self.limbs == 1 else (self.limbs,)
+
+    @property
+    def channels(self) -> tuple[Channel, ...]:
+        """What a rollout records of this body beside what it records of every body."""
+        return ()
+
+    @property
     @abstractmethod
     def rate_scale(self) -> Any:
         """A typical rate of the body [rad/s], by which a network sees the Tegotae feedback."""
@@ -71,7 +97,11 @@ class Body(ABC):
 
     @abstractmethod
     def release(self, height_m: jax.Array, velocity_m_per_s: jax.Array) -> Any:
-        """The state at release, a tuple of arrays."""
+        """The state at release, a tuple of arrays.
+
+        A body that needs more to be released takes it by further names, each with a default
+        (`Scenario.posture`).
+        """
 
     @abstractmethod
     def sense(self, state: Any, ground_m: jax.Array) -> Sensation:

@@ -4,28 +4,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields
 from functools import partial
-from itertools import count
-from math import factorial
 from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
 
 from tegotae.bodies.base import Body, Contact, Push, Sensation
+from tegotae.bodies.motion import LARGEST_TURN_RAD, ORDER, crossing_time, rise, series
 from tegotae.errors import TegotaeError, require_finite
 from tegotae.parameters import traceable
-
-_NEWTON_STEPS = 2
-_LARGEST_TURN_RAD = 0.1
-"""Rate of stance times tick [rad] up to which the exact advance of stance is as exact as said."""
-_REMAINDER = {"float32": 1e-7, "float64": 1e-10}
-"""What the series of `_flow` may leave out of the velocity in a tick, as a share of the motion."""
-_TAYLOR_ORDER = {
-    dtype: next(n for n in count(1) if _LARGEST_TURN_RAD**n / factorial(n) < remainder)
-    for dtype, remainder in _REMAINDER.items()
-}
-"""Order of that series: its velocity leaves out (rate·tick)ⁿ/n!, most at the longest tick. For the
-paper's hopper at 1 ms it is 1e-13 in float32."""
 
 
 class HopperState(NamedTuple):
@@ -112,10 +99,10 @@ class Hopper(Body):
     def check_tick(self, tick_s: float) -> None:
         """Raise `TegotaeError` if a control tick is too long for the exact advance of stance."""
         fastest = max(self.natural_frequency_rad_per_s, self.damping_ns_per_m / self.mass_kg)
-        if fastest * tick_s > _LARGEST_TURN_RAD:
+        if fastest * tick_s > LARGEST_TURN_RAD:
             raise TegotaeError(
                 f"the control tick of {tick_s:g} s is too long for this hopper, whose stance has a "
-                f"rate of {fastest:g} rad/s; use at most {_LARGEST_TURN_RAD / fastest:.2g} s"
+                f"rate of {fastest:g} rad/s; use at most {LARGEST_TURN_RAD / fastest:.2g} s"
             )
 
     def release(self, height_m: jax.Array, velocity_m_per_s: jax.Array) -> HopperState:
@@ -177,7 +164,7 @@ class Hopper(Body):
         crosses = (x_whole < 0.0) != stance
 
         def across() -> tuple[jax.Array, ...]:
-            before = jnp.where(crosses, _crossing_time(held, x0, v0, tick_s), tick_s)
+            before = jnp.where(crosses, crossing_time(_derivatives(held, x0, v0), tick_s), tick_s)
             _, v_cross = _flow(held, x0, v0, before)
             other = self._law(~stance, push.mean_n, 0.0)
             x1, v1 = _flow(other, jnp.zeros_like(x0), v_cross, tick_s - before)
@@ -199,8 +186,8 @@ class Hopper(Body):
         """What happened in a tick that passed (height over touchdown, velocity) at three times."""
         (x0, v0), (x_mid, v_mid), (x1, v1) = start, middle, end
         stance = x0 < 0.0
-        rise_before = _rise(x0, v0, x_mid, v_mid, before)
-        rise_after = _rise(x_mid, v_mid, x1, v1, after)
+        rise_before = rise(x0, v0, x_mid, v_mid, before)
+        rise_after = rise(x_mid, v_mid, x1, v1, after)
         # The flight part of the tick, from a to b.
         flies = crosses | ~stance
         xa, va = jnp.where(stance, x_mid, x0), jnp.where(stance, v_mid, v0)
@@ -240,54 +227,19 @@ class Hopper(Body):
         )
 
 
-def _flow(law: _Law, x: jax.Array, v: jax.Array, time_s: jax.Array) -> tuple[jax.Array, jax.Array]:
-    """Position and velocity after `time_s` under a linear law: the Taylor series of its flow.
+def _derivatives(law: _Law, x: jax.Array, v: jax.Array) -> list[jax.Array]:
+    """x and its derivatives under a linear law, as many as `series` needs.
 
-    From the fourth on, each derivative follows from the two before it:
+    From the fourth on, each follows from the two before it:
     x⁽ⁿ⁺²⁾ = -stiffness·x⁽ⁿ⁾ - damping·x⁽ⁿ⁺¹⁾.
-    For rates below 0.1 rad per tick (`check_tick`) the remainder is below 1e-7 of the motion in
-    float32, 1e-10 in float64.
-    Unlike the closed form it needs no case distinction between under- and overdamped legs, and
-    adds small increments to x and v, which float32 rounds less.
     """
-    order = _TAYLOR_ORDER[x.dtype.name]
     derivatives = [x, v, law.push - law.stiffness * x - law.damping * v]
     derivatives.append(law.rise - law.stiffness * v - law.damping * derivatives[2])
-    for _ in range(order - 3):
+    for _ in range(ORDER[x.dtype.name] - 3):
         derivatives.append(-law.stiffness * derivatives[-2] - law.damping * derivatives[-1])
-    x1 = v1 = derivatives[-1]
-    for n in range(order, 0, -1):
-        x1 = derivatives[n - 1] + (time_s / n) * x1
-    for n in range(order - 1, 0, -1):
-        v1 = derivatives[n] + (time_s / n) * v1
-    return x1, v1
+    return derivatives
 
 
-def _crossing_time(law: _Law, x: jax.Array, v: jax.Array, tick_s: jax.Array) -> jax.Array:
-    """Time in [0, tick] at which the motion first crosses x = 0, where it is known to do so.
-
-    The root of the motion at constant acceleration (exact in undamped flight) is the start of two
-    Newton steps on the true motion.
-    """
-    acceleration = law.push - law.stiffness * x - law.damping * v
-    at_crossing = jnp.sqrt(jnp.maximum(v * v - 2.0 * acceleration * x, 0.0))
-    # Stance (x < 0) is left upwards, flight downwards; this form of the root does not cancel.
-    denominator = v + jnp.where(x < 0.0, at_crossing, -at_crossing)
-    time = jnp.clip(-2.0 * x / jnp.where(denominator == 0.0, 1.0, denominator), 0.0, tick_s)
-    for _ in range(_NEWTON_STEPS):
-        x_at, v_at = _flow(law, x, v, time)
-        time = jnp.clip(time - x_at / jnp.where(v_at == 0.0, 1.0, v_at), 0.0, tick_s)
-    return time
-
-
-def _rise(
-    x0: jax.Array, v0: jax.Array, x1: jax.Array, v1: jax.Array, time_s: jax.Array
-) -> jax.Array:
-    """Height climbed [m] between two states less than a tick apart, ∫ max(0, ẏ) dt.
-
-    Where the velocity changes sign on the way, it is taken as linear in time.
-    """
-    turns = (v0 > 0.0) != (v1 > 0.0)
-    fastest = jnp.maximum(v0, v1)
-    rising_s = time_s * fastest / jnp.where(turns, jnp.abs(v1 - v0), 1.0)
-    return jnp.where(turns, 0.5 * fastest * rising_s, jnp.maximum(x1 - x0, 0.0))
+def _flow(law: _Law, x: jax.Array, v: jax.Array, time_s: jax.Array) -> tuple[jax.Array, jax.Array]:
+    """Position and velocity after `time_s` under a linear law."""
+    return series(_derivatives(law, x, v), time_s)

@@ -13,9 +13,12 @@ import numpy as np
 from tegotae.bodies import Body, Contact, Push, Sensation
 from tegotae.checks import probing
 from tegotae.errors import TegotaeError
+from tegotae.loop import over_limbs
 
 _TICK_S = 0.001
 _TICKS = 2000
+_OF_LIMBS = ("stance_share", "work_j", "touchdown_share")
+"""What of a `Contact` belongs to each limb."""
 _ENERGY_TOLERANCE = 1e-3
 """Share of the energy that may be made from nothing over a rollout: integration error."""
 
@@ -88,6 +91,11 @@ def _check_properties(name: str, body: Body) -> None:
     body.check_tick(_TICK_S)
 
 
+def _per_limb(body: Body, x: jax.Array) -> jax.Array:
+    """The same for each limb."""
+    return jnp.broadcast_to(x, (*body.limb_shape, *x.shape))
+
+
 def _start(body: Body, dtype: str) -> tuple[Any, jax.Array]:
     """Lanes in flight, in stance and about to touch down, and a ground that is not at zero."""
     rest = float(body.rest_length_m)
@@ -105,7 +113,7 @@ def _check_methods(name: str, body: Body, dtype: str) -> None:
         raise TegotaeError(
             f"{name}.release returns {state!r:.60}; it must return a tuple of arrays"
         )
-    probing.require_arrays(f"{name}.release", state, dtype)
+    probing.require_arrays(f"{name}.release", state, dtype, before=None)
     for method, given in (("height", height), ("velocity", velocity)):
         told = probing.attempt(f"{name}.{method}", _method(method), body, state)
         probing.require_arrays(f"{name}.{method}", told, dtype)
@@ -116,7 +124,7 @@ def _check_methods(name: str, body: Body, dtype: str) -> None:
             )
 
     state, ground = _start(body, dtype)
-    force = jnp.full_like(ground, 0.5) * jnp.asarray(body.max_force_n, dtype)
+    force = _per_limb(body, jnp.full_like(ground, 0.5) * jnp.asarray(body.max_force_n, dtype))
     tick = jnp.asarray(_TICK_S, dtype)
     _check_sense(name, body, state, ground, dtype)
     _check_predict(name, body, state, force, ground, tick, dtype)
@@ -143,7 +151,8 @@ def _check_sense(name: str, body: Body, state: Any, ground: jax.Array, dtype: st
             f"{', '.join(sorted(body.SENSES))}: they must be the same"
         )
     for quantity in body.SENSES:
-        probing.require_arrays(f"{what}'s {quantity}", sensation.values[quantity], dtype)
+        felt = sensation.values[quantity]
+        probing.require_arrays(f"{what}'s {quantity}", felt, dtype, before=body.limb_shape)
         if quantity not in sensation.scales:
             raise TegotaeError(
                 f"{what} gives no scale for {quantity}; networks see quantity / scale, so add one"
@@ -159,7 +168,9 @@ def _check_predict(name, body, state, force, ground, tick, dtype) -> None:
         raise TegotaeError(f"{what} must return (state, stance from, stance to)")
     guess, stance_from, stance_to = result
     probing.same_structure(what, guess, state)
-    probing.require_arrays(what, result, dtype)
+    probing.require_arrays(what, guess, dtype, before=None)
+    shares = stance_from, stance_to
+    probing.require_arrays(what, shares, dtype, before=body.limb_shape)
     if not bool(((stance_from >= 0) & (stance_from <= stance_to) & (stance_to <= 1)).all()):
         raise TegotaeError(
             f"{what} returns stance from {probing.listed(stance_from)} to "
@@ -175,11 +186,15 @@ def _check_advance(name, body, state, force, ground, tick, dtype) -> None:
         raise TegotaeError(f"{what} must return (state, tegotae.bodies.Contact)")
     end, contact = result
     probing.same_structure(what, end, state)
-    probing.require_arrays(what, end, dtype)
+    probing.require_arrays(what, end, dtype, before=None)
     for field, value in contact._asdict().items():
         event = field.startswith(("apex", "touchdown"))
         probing.require_arrays(
-            f"{what}'s {field}", value, dtype, kind="events" if event else "finite"
+            f"{what}'s {field}",
+            value,
+            dtype,
+            kind="events" if event else "finite",
+            before=body.limb_shape if field in _OF_LIMBS else (),
         )
         array = np.asarray(value)
         if field.endswith("_share") and not np.all(np.isnan(array) | ((array >= 0) & (array <= 1))):
@@ -200,14 +215,18 @@ def _check_advance(name, body, state, force, ground, tick, dtype) -> None:
 def _check_small_ticks(name: str, body: Body) -> None:
     """`predict` and the velocity must agree with `advance` the better the shorter the tick."""
     state, ground = _start(body, "float64")
-    force = 0.5 * jnp.asarray(body.max_force_n) * jnp.ones_like(ground)
+    force = _per_limb(body, 0.5 * jnp.asarray(body.max_force_n) * jnp.ones_like(ground))
 
     @jax.jit
     def gaps(tick: jax.Array) -> tuple[jax.Array, jax.Array]:
         end, contact = body.advance(state, Push(force), ground, tick)
         guess, _, _ = body.predict(state, force, ground, tick)
-        steady = (contact.stance_share == 0.0) | (contact.stance_share == 1.0)
-        apart = [jnp.abs(a - b) for a, b in zip(end, guess, strict=True)]
+        share = contact.stance_share
+        steady = over_limbs(jnp.all, (share == 0.0) | (share == 1.0), body)
+        apart = [
+            jnp.abs(a - b).reshape(-1, probing.LANES).max(axis=0)
+            for a, b in zip(jax.tree.leaves(end), jax.tree.leaves(guess), strict=True)
+        ]
         slope = (body.height(end) - body.height(state)) / tick
         return (
             jnp.where(steady, sum(apart[1:], apart[0]) / tick, 0.0),
@@ -231,12 +250,12 @@ def _check_energy(name: str, body: Body) -> None:
 
     @jax.jit
     def excess(share: jax.Array) -> jax.Array:
-        push = Push(share * jnp.asarray(body.max_force_n) * jnp.ones_like(ground))
+        push = Push(_per_limb(body, share * body.max_force_n * jnp.ones_like(ground)))
 
         def step(carry: Any, _: Any) -> Any:
             state, work = carry
             state, contact = body.advance(state, push, ground, tick)
-            work = work + contact.work_j
+            work = work + over_limbs(jnp.sum, contact.work_j, body)
             return (state, work), (body.energy(state, ground) - work, body.failed(state, ground))
 
         _, (balance, failed) = jax.lax.scan(step, (start, jnp.zeros_like(ground)), None, _TICKS)

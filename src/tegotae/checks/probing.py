@@ -105,7 +105,14 @@ def attempt(what: str, function: Callable, *args: Any) -> Any:
         raise TegotaeError(f"{what} raised {first_line(error)}") from error
 
 
-def require_arrays(what: str, value: Any, dtype: str, *, kind: str = "finite") -> None:
+def require_arrays(
+    what: str,
+    value: Any,
+    dtype: str,
+    *,
+    kind: str = "finite",
+    before: tuple[int, ...] | None = (),
+) -> None:
     """Raise `TegotaeError` unless every array of a pytree has the lanes' shape and the dtype.
 
     Args:
@@ -113,14 +120,17 @@ def require_arrays(what: str, value: Any, dtype: str, *, kind: str = "finite") -
         value: a pytree of arrays.
         dtype: what the lanes were given as; "bool" for conditions.
         kind: "finite", or "events" where NaN means none.
+        before: the axes before that of the lanes, such as the limbs'; None for any.
     """
     leaves = jax.tree.leaves(value)
     for leaf in leaves:
         array = np.asarray(leaf)
-        if array.shape != (LANES,):
+        wanted = (*(array.shape[:-1] if before is None else before), LANES)
+        if array.shape != wanted:
+            axes = "the shape of the lanes" if len(wanted) == 1 else f"shape {wanted}, limbs first"
             raise TegotaeError(
-                f"{what} has shape {array.shape} for lanes of shape ({LANES},); it must have the "
-                "shape of the lanes (jnp.full_like or jnp.zeros_like makes an array of a constant)"
+                f"{what} has shape {array.shape} for lanes of shape ({LANES},); it must have "
+                f"{axes} (jnp.full_like or jnp.zeros_like makes an array of a constant)"
             )
         if array.dtype != dtype:
             raise TegotaeError(
@@ -137,14 +147,16 @@ def require_independent(what: str, function: Callable, *args: Any) -> None:
     Args:
         what: name of the function in the message.
         function: of pytrees of arrays.
-        args: the arguments; of every array of shape [LANES] a lane is spoiled.
+        args: the arguments; of every array [..., LANES] a lane is spoiled.
     """
     program = jax.jit(function)
     sound = program(*args)
     for poison in (jnp.nan, 17.0):
 
         def spoil(x: jax.Array, poison: float = poison) -> jax.Array:
-            return x.at[SPOILED].set(jnp.asarray(poison, x.dtype)) if x.shape == (LANES,) else x
+            if x.shape[-1:] != (LANES,):
+                return x
+            return x.at[..., SPOILED].set(jnp.asarray(poison, x.dtype))
 
         spoiled = jax.tree.map(spoil, args)
         for before, after in zip(
@@ -152,7 +164,7 @@ def require_independent(what: str, function: Callable, *args: Any) -> None:
         ):
             others = np.arange(LANES) != SPOILED
             if not np.array_equal(
-                np.asarray(before)[others], np.asarray(after)[others], equal_nan=True
+                np.asarray(before)[..., others], np.asarray(after)[..., others], equal_nan=True
             ):
                 raise TegotaeError(
                     f"{what} lets one lane change another; use elementwise functions only (no sum, "

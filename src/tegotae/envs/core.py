@@ -1,8 +1,8 @@
 """The environment itself: any number of hoppers, one step of the agent in one compiled call.
 
-The physics is the engine's own, `Hold.tick`: the controller is sampled at the start of a tick and
-held. The single, the batched and the Stable-Baselines3 environments are all this, in the clothes
-of their interfaces.
+The physics is the engine's own, `ClosedLoop.tick`, with the controller sampled at the start of a
+tick and held. The single, the batched and the Stable-Baselines3 environments are all this, in the
+clothes of their interfaces.
 """
 
 from __future__ import annotations
@@ -21,11 +21,12 @@ from tegotae.controller import Controller
 from tegotae.envs.rewards import HopReward
 from tegotae.envs.settings import HopperSettings
 from tegotae.errors import TegotaeError
-from tegotae.integrators import Hold, Moment
-from tegotae.integrators.base import drive, phase_of, signals
+from tegotae.integrators import Hold
+from tegotae.integrators.base import phase_of, signals
+from tegotae.loop import ClosedLoop, Lane, keep
 from tegotae.metrics.efficiency import cot_inverse
 from tegotae.metrics.hopping import hop_height_m
-from tegotae.rollout import Scenario
+from tegotae.world import Scenario, ground_m
 
 SENSE_BOUND = 1e3
 """Observations are clipped to this many times their scale, far beyond what a leg survives."""
@@ -62,12 +63,10 @@ class _Ledger(NamedTuple):
 class Episodes(NamedTuple):
     """Where every lane's episode is."""
 
-    moment: Moment
+    lane: Lane
     scenario: Scenario
     tick: jax.Array
-    force: jax.Array
     ledger: _Ledger
-    failed: jax.Array
 
 
 class _Numbers(NamedTuple):
@@ -88,6 +87,11 @@ class _Program:
     observed: tuple[str, ...]
     dimensionless: bool
     reward: HopReward
+
+    @property
+    def loop(self) -> ClosedLoop:
+        """Controller and body, the controller sampled and held."""
+        return ClosedLoop(self.controller, Hold())
 
 
 class Step(NamedTuple):
@@ -140,8 +144,8 @@ class Hoppers:
 
         What it returns speaks of all lanes, as they now are; there are no rewards in it.
         """
-        table = np.array(scenarios, np.float32).T
-        arrays = Scenario(*np.broadcast_to(table, (table.shape[0], self.lanes)))
+        arrays = jax.tree.map(lambda *entries: np.array(entries, np.float32), *scenarios)
+        arrays = jax.tree.map(lambda x: np.broadcast_to(x, (self.lanes,)), arrays)
         if self._episodes is None or where is None:
             self._episodes, packed = self._compiled.start(self._numbers, arrays)
         else:
@@ -206,31 +210,19 @@ def _single(value: Any) -> jax.Array:
     return jnp.asarray(value, jnp.float32)
 
 
-def _ground(scenario: Scenario, tick: jax.Array, tick_s: jax.Array) -> jax.Array:
-    """Height of the ground during a tick [m], as in the engine."""
-    drop_tick = jnp.ceil(scenario.drop_time_s / tick_s - 1e-3)
-    return jnp.where(tick.astype(drop_tick.dtype) >= drop_tick, -scenario.drop_m, 0.0)
-
-
 def _start(program: _Program, numbers: _Numbers, scenario: Scenario) -> tuple[Episodes, jax.Array]:
     """New episodes in every lane."""
-    controller, body = program.controller, numbers.body
+    body = numbers.body
     scenario = jax.tree.map(jnp.asarray, scenario)
     zero = jnp.zeros_like(scenario.omega)
-    ground = _ground(scenario, jnp.zeros(zero.shape, jnp.int32), numbers.tick_s)
-    state = body.release(scenario.height_m, scenario.velocity_m_per_s)
-    oscillator = (
-        () if controller.oscillator is None else controller.oscillator.start(scenario.phase_rad)
-    )
-    said = drive(controller, body, (zero,), scenario.omega, state, oscillator, ground)
-    energy = body.energy(state, ground)
+    lane = program.loop.start((zero,), body, scenario, numbers.tick_s)
+    ground = ground_m(scenario, jnp.asarray(0), numbers.tick_s)
+    energy = body.energy(lane.moment.body, ground)
     episodes = Episodes(
-        Moment(state, oscillator, said, said),
+        lane._replace(failed=body.failed(lane.moment.body, ground)),
         scenario,
         jnp.zeros(zero.shape, jnp.int32),
-        zero,
         _Ledger(zero, zero, energy, zero, zero, zero, zero),
-        body.failed(state, ground),
     )
     return episodes, _report(program, numbers, episodes, zero)
 
@@ -245,7 +237,7 @@ def _restart(
     """New episodes in the lanes of a mask."""
     fresh, _ = _start(program, numbers, scenario)
     kept = jax.tree.map(lambda new, old: jnp.where(where, new, old), fresh, episodes)
-    return kept, _report(program, numbers, kept, jnp.zeros_like(kept.force))
+    return kept, _report(program, numbers, kept, jnp.zeros_like(kept.lane.force_n))
 
 
 def _advance(
@@ -257,10 +249,10 @@ def _advance(
     def tick(_, carry: tuple[Episodes, jax.Array]) -> tuple[Episodes, jax.Array]:
         return _tick(program, numbers, command, *carry)
 
-    paid = jnp.zeros_like(episodes.force)
+    paid = jnp.zeros_like(episodes.lane.force_n)
     episodes, paid = jax.lax.fori_loop(0, numbers.decimation, tick, (episodes, paid))
     ledger = episodes.ledger
-    ends = (episodes.tick >= numbers.n_ticks) & ~episodes.failed
+    ends = (episodes.tick >= numbers.n_ticks) & ~episodes.lane.failed
     mean = ledger.total_reward / jnp.maximum(ledger.hops, 1.0)
     return episodes, _report(program, numbers, episodes, paid + jnp.where(ends, mean, 0.0))
 
@@ -273,56 +265,44 @@ def _tick(
     paid: jax.Array,
 ) -> tuple[Episodes, jax.Array]:
     """One control tick, and what it adds to the reward."""
-    controller, body, tick_s = program.controller, numbers.body, numbers.tick_s
-    scenario, ledger = episodes.scenario, episodes.ledger
-    ground = _ground(scenario, episodes.tick, tick_s)
-    moment, contact, push = Hold().tick(
-        controller, body, (command,), scenario.omega, episodes.moment, ground, tick_s
+    body, ledger = numbers.body, episodes.ledger
+    lane, brought = program.loop.tick(
+        (command,), body, episodes.scenario, episodes.lane, episodes.tick, numbers.tick_s
     )
-    travel = phase_of(controller, moment.oscillator, command)
-    if controller.oscillator is not None:
-        moment = moment._replace(oscillator=controller.oscillator.settle(moment.oscillator))
-    sound = ~episodes.failed & ~body.failed(moment.body, ground)
-    sound &= jnp.isfinite(body.height(moment.body)) & jnp.isfinite(travel)
+    sound, contact, ground = brought.sound, brought.contact, brought.ground_m
 
     work = program.reward.work(contact.work_j)
     climb_hop, work_hop = ledger.climb + contact.climb_flight_m, ledger.work + work
-    energy = body.energy(moment.body, ground)
+    energy = body.energy(brought.end.body, ground)
     # A comparison with the NaN of a tick without apex is false.
     hop = sound & (contact.apex_height_m >= hop_height_m(body.rest_length_m, ground))
     value, counts = program.reward.of_hop(
         climb_m=climb_hop, work_j=work_hop, lost_j=ledger.energy - energy
     )
     gain = jnp.where(hop, value, 0.0)
-    advanced = Episodes(
-        moment,
-        scenario,
-        episodes.tick + 1,
-        push.mean_n * contact.stance_share,
-        _Ledger(
-            jnp.where(hop, 0.0, climb_hop),
-            jnp.where(hop, 0.0, work_hop),
-            jnp.where(hop, energy, ledger.energy),
-            ledger.total_climb + contact.climb_flight_m,
-            ledger.total_work + work,
-            ledger.total_reward + gain,
-            ledger.hops + jnp.where(hop & counts, 1.0, 0.0),
-        ),
-        episodes.failed,
+    earned = _Ledger(
+        jnp.where(hop, 0.0, climb_hop),
+        jnp.where(hop, 0.0, work_hop),
+        jnp.where(hop, energy, ledger.energy),
+        ledger.total_climb + contact.climb_flight_m,
+        ledger.total_work + work,
+        ledger.total_reward + gain,
+        ledger.hops + jnp.where(hop & counts, 1.0, 0.0),
     )
     # As in the engine, a lane that fails stands still from its last sound tick on.
-    kept = jax.tree.map(lambda new, old: jnp.where(sound, new, old), advanced, episodes)
-    return kept._replace(failed=~sound), paid + gain
+    ledger = jax.tree.map(partial(keep, sound), earned, ledger)
+    tick = keep(sound, episodes.tick + 1, episodes.tick)
+    return Episodes(lane, episodes.scenario, tick, ledger), paid + gain
 
 
 def _report(
     program: _Program, numbers: _Numbers, episodes: Episodes, reward: jax.Array
 ) -> jax.Array:
     """All that leaves the device, one row a quantity: a single transfer instead of a dozen."""
-    controller, body, moment = program.controller, numbers.body, episodes.moment
+    controller, body, moment = program.controller, numbers.body, episodes.lane.moment
     ledger = episodes.ledger
     like = reward
-    ground = _ground(episodes.scenario, episodes.tick, numbers.tick_s)
+    ground = ground_m(episodes.scenario, episodes.tick, numbers.tick_s)
     sensed = signals(controller, body, moment.body, moment.oscillator, ground)
     observation = []
     for name in program.observed:
@@ -330,7 +310,7 @@ def _report(
         if not program.dimensionless:
             value, scale = sensed[name], sensed.scales.get(name, 1.0)
         observation.append(jnp.clip(value, -SENSE_BOUND * scale, SENSE_BOUND * scale))
-    truncated = ~episodes.failed & (episodes.tick >= numbers.n_ticks)
+    truncated = ~episodes.lane.failed & (episodes.tick >= numbers.n_ticks)
     telemetry = {
         "time_s": episodes.tick.astype(like.dtype) * numbers.tick_s,
         "height_m": body.height(moment.body),
@@ -338,7 +318,7 @@ def _report(
         "ground_m": ground,
         "phase_rad": phase_of(controller, moment.oscillator, like),
         "feedback_rad_per_s": moment.drive.feedback,
-        "actuator_force_n": episodes.force,
+        "actuator_force_n": episodes.lane.force_n,
         "work_j": ledger.total_work,
         "climb_flight_m": ledger.total_climb,
         "cot_inverse": cot_inverse(ledger.total_climb, ledger.total_work),
@@ -347,7 +327,7 @@ def _report(
     rows = [
         *observation,
         reward,
-        episodes.failed.astype(like.dtype),
+        episodes.lane.failed.astype(like.dtype),
         truncated.astype(like.dtype),
         *(telemetry[name] for name in TELEMETRY),
     ]

@@ -15,6 +15,7 @@ from tegotae.controller import Controller
 from tegotae.envs.naming import flat
 from tegotae.envs.wiring import Wires, Wiring, look_up
 from tegotae.errors import TegotaeError
+from tegotae.integrators.base import decide, held, phase_of, push, settled, with_rhythm
 from tegotae.terms import Signals
 
 PHASE_KEY = "phase"
@@ -70,7 +71,7 @@ class TegotaeWrapper(gymnasium.Wrapper[Any, np.ndarray, Any, np.ndarray]):
             dtype=np.float32,
         )
         self.observation_space = _with_phase_space(env.observation_space, self._n)
-        self._oscillator: tuple[Any, ...] = ()
+        self._oscillator: Any = ()
         self._sensed: np.ndarray | None = None
 
     def reset(
@@ -156,18 +157,10 @@ def _control(
     controller: Controller, weights, omega, oscillator, sensed, scales, added, max_force, step_s
 ):
     """One sample of all limbs' controllers: oscillators one step on, force share, feedback."""
-    rhythm = controller.oscillator
-    assert rhythm is not None
-    sine, cosine = rhythm.sin_cos(oscillator)
-    signals = Signals({**sensed, "sin_phase": sine, "cos_phase": cosine}, scales)
     rows = tuple(weights[i] for i in range(weights.shape[0]))
-    feedback = controller.feedback(rows, signals) + added
-    force = controller.smooth_force(rows, signals.adding(feedback=feedback), max_force)
-    moved = tuple(
-        x + step_s * rate
-        for x, rate in zip(oscillator, rhythm.rate(oscillator, omega, feedback), strict=True)
-    )
-    sector = controller.actuation.full_force(rhythm.phase(oscillator), rhythm.phase(moved), omega)
-    if sector is not None:
-        force = force + sector[0] * (max_force - force)
-    return rhythm.settle(moved), force / max_force, feedback
+    heard = with_rhythm(controller, Signals(sensed, scales), oscillator)
+    said = decide(controller, rows, omega, heard, oscillator, max_force, added=added)
+    ahead = held(oscillator, said.rate, step_s)
+    path = (phase_of(controller, each, said.feedback) for each in (oscillator, ahead))
+    force = push(controller, max_force, said.smooth_force, *path, omega)
+    return settled(controller, ahead), force.mean_n / max_force, said.feedback

@@ -14,13 +14,13 @@ from tegotae.terms.base import Signals
 
 
 class Drive(NamedTuple):
-    """What the controller says at one instant."""
+    """What the controller says at one instant; arrays [*limb_shape, lanes]."""
 
     feedback: jax.Array
     """Tegotae feedback f [rad/s]."""
     smooth_force: jax.Array
     """Actuator force without any phase sector [N], in [0, α]."""
-    rate: tuple[jax.Array, ...]
+    rate: Any
     """Time derivative of the oscillator's state."""
 
 
@@ -28,7 +28,7 @@ class Moment(NamedTuple):
     """Where a rollout is: all that one tick hands to the next."""
 
     body: Any
-    oscillator: tuple[jax.Array, ...]
+    oscillator: Any
     drive: Drive
     earlier: Drive
 
@@ -47,19 +47,57 @@ class Integrator(ABC):
         ground_m: jax.Array,
         tick_s: jax.Array,
     ) -> tuple[Moment, Contact, Push]:
-        """The moment one tick on, what the body did, and the actuator's push on it."""
+        """The moment one tick on, what the body did, and the actuators' push on it.
+
+        `weights` and `omega` have been spread over the limbs (`Controller.spread`).
+        """
 
 
 def signals(
-    controller: Controller, body: Body, body_state: Any, oscillator: tuple, ground_m: jax.Array
+    controller: Controller, body: Body, body_state: Any, oscillator: Any, ground_m: jax.Array
 ) -> Signals:
-    """What the feedback terms may read: the body's senses and the phase."""
+    """What the feedback terms may read: the body's senses and the oscillator's signals."""
     sensation = body.sense(body_state, ground_m)
-    sensed = Signals(dict(sensation.values), dict(sensation.scales))
+    values = {name: to_units(controller, x) for name, x in sensation.values.items()}
+    return with_rhythm(controller, Signals(values, dict(sensation.scales)), oscillator)
+
+
+def with_rhythm(controller: Controller, sensed: Signals, oscillator: Any) -> Signals:
+    """What is sensed, and the signals of the oscillator, if there is one."""
     if controller.oscillator is None:
         return sensed
-    sine, cosine = controller.oscillator.sin_cos(oscillator)
-    return sensed.adding(sin_phase=sine, cos_phase=cosine)
+    return sensed.adding(**controller.oscillator.signals(oscillator))
+
+
+def decide(
+    controller: Controller,
+    weights: Weights,
+    omega: jax.Array,
+    heard: Signals,
+    oscillator: Any,
+    max_force_n: Any,
+    *,
+    rate_scale: Any = None,
+    added: Any = None,
+) -> Drive:
+    """Evaluate the controller once.
+
+    Args:
+        controller: what decides.
+        weights: spread over the limbs.
+        omega: ω [rad/s], spread over the limbs.
+        heard: all that its terms may read (`signals`).
+        oscillator: the oscillators' state.
+        max_force_n: α [N].
+        rate_scale: what makes the feedback dimensionless for a learned actuation [rad/s].
+        added: feedback from elsewhere, such as an agent [rad/s].
+    """
+    feedback = controller.feedback(weights, heard)
+    if added is not None:
+        feedback = feedback + added
+    everything = heard.adding(scale=rate_scale, feedback=feedback)
+    force = controller.smooth_force(weights, everything, max_force_n)
+    return Drive(feedback, force, controller.rate(weights, oscillator, omega, feedback, heard))
 
 
 def drive(
@@ -68,33 +106,50 @@ def drive(
     weights: Weights,
     omega: jax.Array,
     body_state: Any,
-    oscillator: tuple,
+    oscillator: Any,
     ground_m: jax.Array,
 ) -> Drive:
-    """Evaluate the controller once."""
-    sensed = signals(controller, body, body_state, oscillator, ground_m)
-    feedback = controller.feedback(weights, sensed)
-    # The rate √(g/l0) makes the feedback dimensionless for a learned actuation.
-    everything = sensed.adding(scale=body.rate_scale, feedback=feedback)
-    force = controller.smooth_force(weights, everything, body.max_force_n)
-    rate = (
-        ()
-        if controller.oscillator is None
-        else controller.oscillator.rate(oscillator, omega, feedback)
+    """What the controller says to a body in this state."""
+    heard = signals(controller, body, body_state, oscillator, ground_m)
+    return decide(
+        controller,
+        weights,
+        omega,
+        heard,
+        oscillator,
+        body.max_force_n,
+        rate_scale=body.rate_scale,
     )
-    return Drive(feedback, force, rate)
 
 
-def phase_of(controller: Controller, oscillator: tuple, like: jax.Array) -> jax.Array:
-    """The oscillator's phase [rad]; zero without an oscillator."""
-    if controller.oscillator is None:
+def moved(state: Any, step: Any, *rates: Any) -> Any:
+    """The state after a step, `x + step(rates)`, leaf by leaf."""
+    leaves, structure = jax.tree.flatten(state)
+    columns = [jax.tree.leaves(rate) for rate in rates]
+    ahead = [x + step(*of_leaf) for x, *of_leaf in zip(leaves, *columns, strict=True)]
+    return jax.tree.unflatten(structure, ahead)
+
+
+def held(state: Any, rate: Any, tick_s: Any) -> Any:
+    """An oscillator's state after a tick at a held rate."""
+    return moved(state, lambda x: tick_s * x, rate)
+
+
+def settled(controller: Controller, oscillator: Any) -> Any:
+    """An oscillator's state as it is kept between ticks."""
+    return oscillator if controller.oscillator is None else controller.oscillator.settle(oscillator)
+
+
+def phase_of(controller: Controller, oscillator: Any, like: jax.Array) -> jax.Array:
+    """The oscillators' phase [rad]; zero without one."""
+    if controller.oscillator is None or not controller.oscillator.has_phase:
         return jnp.zeros_like(like)
     return controller.oscillator.phase(oscillator)
 
 
 def push(
     controller: Controller,
-    body: Body,
+    max_force_n: Any,
     smooth_force: jax.Array,
     phase_start: jax.Array,
     phase_end: jax.Array,
@@ -109,5 +164,21 @@ def push(
     if sector is None:
         return Push(smooth_force)
     share, centre = sector
-    switched = share * (body.max_force_n - smooth_force)
+    switched = share * (max_force_n - smooth_force)
     return Push(smooth_force + switched, 12.0 * switched * (centre - 0.5))
+
+
+def to_units(controller: Controller, of_limbs: Any) -> Any:
+    """What belongs to the body's limbs in the order of the units that feel them."""
+    if controller.wiring is None:
+        return of_limbs
+    return jnp.stack([of_limbs[limb] for limb in controller.wiring])
+
+
+def to_limbs(controller: Controller, of_units: Push) -> Push:
+    """The units' pushes in the order of the body's limbs."""
+    if controller.wiring is None:
+        return of_units
+    order = [controller.wiring.index(limb) for limb in range(controller.limbs)]
+    rise = jnp.broadcast_to(jnp.asarray(of_units.rise_n), of_units.mean_n.shape)
+    return Push(*(jnp.stack([x[unit] for unit in order]) for x in (of_units.mean_n, rise)))

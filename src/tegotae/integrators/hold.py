@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from tegotae.integrators.base import Integrator, Moment, drive, phase_of, push
+from tegotae.integrators.base import Integrator, Moment, drive, held, phase_of, push, to_limbs
 
 
 @dataclass(frozen=True)
@@ -14,10 +14,9 @@ class Hold(Integrator):
     def tick(self, controller, body, weights, omega, moment, ground_m, tick_s):
         """One tick; see `Integrator.tick`."""
         now = drive(controller, body, weights, omega, moment.body, moment.oscillator, ground_m)
-        oscillator = tuple(
-            x + tick_s * rate for x, rate in zip(moment.oscillator, now.rate, strict=True)
-        )
+        oscillator = held(moment.oscillator, now.rate, tick_s)
         phase = phase_of(controller, moment.oscillator, now.feedback)
-        force = push(controller, body, now.smooth_force, phase, phase, omega)
+        force = push(controller, body.max_force_n, now.smooth_force, phase, phase, omega)
+        force = to_limbs(controller, force)
         state, contact = body.advance(moment.body, force, ground_m, tick_s)
         return Moment(state, oscillator, now, moment.drive), contact, force

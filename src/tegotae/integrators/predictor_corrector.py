@@ -6,7 +6,16 @@ from dataclasses import dataclass
 
 import jax.numpy as jnp
 
-from tegotae.integrators.base import Integrator, Moment, drive, phase_of, push
+from tegotae.integrators.base import (
+    Integrator,
+    Moment,
+    drive,
+    moved,
+    phase_of,
+    push,
+    to_limbs,
+    to_units,
+)
 
 
 @dataclass(frozen=True)
@@ -29,25 +38,31 @@ class PredictorCorrector(Integrator):
         now, earlier = moment.drive, moment.earlier
         phase = phase_of(controller, moment.oscillator, now.feedback)
 
-        guess = tuple(
-            x + tick_s * (1.5 * rate - 0.5 * rate_earlier)
-            for x, rate, rate_earlier in zip(moment.oscillator, now.rate, earlier.rate, strict=True)
+        guess = moved(
+            moment.oscillator,
+            lambda rate, rate_earlier: tick_s * (1.5 * rate - 0.5 * rate_earlier),
+            now.rate,
+            earlier.rate,
         )
         phase_guess = phase_of(controller, guess, now.feedback)
-        force = push(controller, body, now.smooth_force, phase, phase_guess, omega)
-        body_guess, stance_from, stance_to = body.predict(
-            moment.body, force.mean_n, ground_m, tick_s
+        force = push(controller, body.max_force_n, now.smooth_force, phase, phase_guess, omega)
+        body_guess, *stance = body.predict(
+            moment.body, to_limbs(controller, force).mean_n, ground_m, tick_s
         )
+        stance_from, stance_to = (to_units(controller, share) for share in stance)
         then = drive(controller, body, weights, omega, body_guess, guess, ground_m)
 
-        oscillator = tuple(
-            x + tick_s * _adams_moulton(*rates)
-            for x, *rates in zip(moment.oscillator, earlier.rate, now.rate, then.rate, strict=True)
+        oscillator = moved(
+            moment.oscillator,
+            lambda *rates: tick_s * _adams_moulton(*rates),
+            earlier.rate,
+            now.rate,
+            then.rate,
         )
         phase_travel = phase_of(controller, oscillator, now.feedback) - phase
         force = push(
             controller,
-            body,
+            body.max_force_n,
             jnp.clip(
                 _adams_moulton(earlier.smooth_force, now.smooth_force, then.smooth_force),
                 0.0,
@@ -57,6 +72,7 @@ class PredictorCorrector(Integrator):
             phase + stance_to * phase_travel,
             omega,
         )
+        force = to_limbs(controller, force)
         state, contact = body.advance(moment.body, force, ground_m, tick_s)
         return Moment(state, oscillator, then, now), contact, force
 

@@ -100,7 +100,7 @@ def gait(
                 f"undisturbed_s is {undisturbed_s:g}; it must be at least four frames "
                 f"({4 * frame_s:g} s) and within the trajectory ({len(whole.time_s) * frame_s:g} s)"
             )
-        trajectory = Trajectory(*(recorded[:frames] for recorded in whole))
+        trajectory = jax.tree.map(lambda recorded: recorded[:frames], whole)
     end_s = trajectory.time_s[-1]
     cycle = settled(table, limit_cycle, -jnp.inf, end_s)
     failed = trajectory.failed[-1]

@@ -1,6 +1,7 @@
-"""Oscillators: the rhythm that Tegotae feedback entrains."""
+"""Oscillators: the rhythm generators of decentralised control."""
 
 from tegotae.oscillators.base import Oscillator
-from tegotae.oscillators.phase import ClampedPhase, PhaseOscillator, PhaseState
+from tegotae.oscillators.clamped import Clamped
+from tegotae.oscillators.phase import PhaseOscillator, PhaseState
 
-__all__ = ["ClampedPhase", "Oscillator", "PhaseOscillator", "PhaseState"]
+__all__ = ["Clamped", "Oscillator", "PhaseOscillator", "PhaseState"]

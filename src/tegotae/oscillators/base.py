@@ -3,36 +3,89 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from typing import Any
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
 
 import jax
+import jax.numpy as jnp
+
+from tegotae.errors import TegotaeError
+
+if TYPE_CHECKING:
+    from tegotae.recorder import Channel
 
 
 class Oscillator(ABC):
-    """A rhythm generator with a phase: a frozen dataclass without state of its own.
+    """A rhythm generator: a frozen dataclass without state of its own.
 
-    Its state is a tuple of arrays of the shape of the lanes, passed in and out; every method is
-    elementwise.
+    Its state is a pytree of arrays (a NamedTuple, say), passed in and out; every method is
+    elementwise. A phase is the usual thing to have, and not a must: an oscillator without one
+    leaves `phase` and `sin_cos` alone, and names and gives its own `signals`.
     """
 
+    SIGNALS: tuple[str, ...] = ("sin_phase", "cos_phase")
+    """Names of what `signals` returns: what terms and couplings may read of it."""
+
+    @property
+    def channels(self) -> tuple[Channel, ...]:
+        """What a rollout records of this oscillator beside its phase."""
+        return ()
+
+    @property
+    def n_weights(self) -> int:
+        """How many trained numbers the oscillator has."""
+        return 0
+
+    def initial(self, key: jax.Array) -> jax.Array:
+        """Random weights to start training from, shape [n_weights]."""
+        return jnp.zeros((self.n_weights,))
+
     @abstractmethod
-    def start(self, phase_rad: jax.Array) -> tuple[jax.Array, ...]:
-        """The state at phase `phase_rad` [rad]."""
+    def start(self, phase_rad: jax.Array) -> Any:
+        """The state at phase `phase_rad` [rad]; without a phase, any that it leads to."""
 
     @abstractmethod
     def rate(
-        self, state: tuple[jax.Array, ...], omega: jax.Array, feedback: jax.Array
-    ) -> tuple[jax.Array, ...]:
-        """Time derivative of the state, given ω and the Tegotae feedback f [rad/s]."""
+        self,
+        state: Any,
+        omega: jax.Array,
+        feedback: jax.Array,
+        weights: Sequence[jax.Array] = (),
+    ) -> Any:
+        """Time derivative of the state, given ω and the Tegotae feedback f [rad/s].
 
-    @abstractmethod
-    def phase(self, state: tuple[jax.Array, ...]) -> jax.Array:
+        `weights` are given to an oscillator that has some: n_weights arrays, each like the lanes.
+        """
+
+    def phase(self, state: Any) -> jax.Array:
         """The phase φ [rad]; it may be unwrapped within one control tick."""
+        raise TegotaeError(f"{type(self).__name__} has no phase")
 
-    @abstractmethod
-    def sin_cos(self, state: tuple[jax.Array, ...]) -> tuple[jax.Array, jax.Array]:
+    def sin_cos(self, state: Any) -> tuple[jax.Array, jax.Array]:
         """Sine and cosine of the phase."""
+        raise TegotaeError(f"{type(self).__name__} has no phase")
 
-    def settle(self, state: tuple[Any, ...]) -> tuple[Any, ...]:
+    def signals(self, state: Any) -> dict[str, jax.Array]:
+        """What terms and couplings may read, by the names of `SIGNALS`."""
+        sine, cosine = self.sin_cos(state)
+        return {"sin_phase": sine, "cos_phase": cosine}
+
+    def settle(self, state: Any) -> Any:
         """The same state, in the form kept between ticks (such as a phase wrapped to [0, 2π))."""
         return state
+
+    def clamped(self) -> Oscillator:
+        """This oscillator with its rhythm held still, for CPGu; all of its state, by default."""
+        from tegotae.oscillators.clamped import Clamped
+
+        return Clamped(self)
+
+    @property
+    def has_phase(self) -> bool:
+        """Whether there is a phase."""
+        return type(self).phase is not Oscillator.phase
+
+    @property
+    def is_its_phase(self) -> bool:
+        """Whether the phase is all of the state, so that an orbit can be entered by it alone."""
+        return self.has_phase and len(jax.tree.leaves(self.start(jnp.zeros(1)))) == 1

@@ -1,4 +1,4 @@
-"""The phase oscillator of the paper, and its clamped form."""
+"""The phase oscillator of the paper."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class PhaseOscillator(Oscillator):
         >>> import jax.numpy as jnp
         >>> oscillator = PhaseOscillator()
         >>> oscillator.rate(oscillator.start(jnp.zeros(1)), jnp.array([5.0]), jnp.array([-2.0]))
-        (Array([3.], dtype=float32),)
+        PhaseState(phase=Array([3.], dtype=float32))
     """
 
     slowest_rad_per_s: float | None = None
@@ -39,33 +39,21 @@ class PhaseOscillator(Oscillator):
         """State at phase φ [rad]."""
         return PhaseState(maths.wrap_phase(phase_rad))
 
-    def rate(self, state, omega, feedback) -> tuple[jax.Array, ...]:
+    def rate(self, state, omega, feedback, weights=()) -> PhaseState:
         """φ̇ = ω + f [rad/s]."""
         rate = omega + feedback
         if self.slowest_rad_per_s is not None:
             rate = jnp.maximum(rate, self.slowest_rad_per_s)
-        return (rate,)
+        return PhaseState(rate)
 
     def phase(self, state) -> jax.Array:
         """φ [rad]."""
-        return state[0]
+        return state.phase
 
     def sin_cos(self, state) -> tuple[jax.Array, jax.Array]:
         """sin φ, cos φ."""
-        return maths.sin_cos(state[0])
+        return maths.sin_cos(state.phase)
 
     def settle(self, state) -> PhaseState:
         """φ modulo 2π: a growing phase would lose float32 digits."""
-        return PhaseState(maths.wrap_phase(state[0]))
-
-
-@dataclass(frozen=True)
-class ClampedPhase(PhaseOscillator):
-    """A phase that does not move, `φ̇ = 0`: what is left of a controller without its oscillator.
-
-    The measure CPGu asks whether a controller hops with the phase held at fixed values.
-    """
-
-    def rate(self, state, omega, feedback) -> tuple[jax.Array, ...]:
-        """φ̇ = 0."""
-        return (jnp.zeros_like(state[0]),)
+        return PhaseState(maths.wrap_phase(state.phase))

@@ -24,6 +24,11 @@ class Actuation(Term):
     the sector's edges take effect inside a tick.
     """
 
+    @property
+    def needs_phase(self) -> bool:
+        """Whether it cannot do without an oscillator's phase; so with `full_force`."""
+        return type(self).full_force is not Actuation.full_force
+
     def full_force(
         self, phase_start: jax.Array, phase_end: jax.Array, omega: jax.Array
     ) -> tuple[jax.Array, jax.Array] | None:

@@ -160,7 +160,7 @@ def evolve(
     driven.check_tick(training.timing.tick_s)
     driven = jax.tree.map(lambda x: jnp.asarray(x, "float32"), driven)
     parameters = training.algorithm.parameters(training.controller.n_weights)
-    scenario = Scenario(*map(np.float32, Scenario(omega, height_m=release_m)))
+    scenario = jax.tree.map(np.float32, Scenario(omega, height_m=release_m))
     seen = [] if fitness is None else list(np.asarray(fitness))
     if len(seen) != np.max(progress.generation):
         raise TegotaeError(
@@ -228,7 +228,7 @@ def _generation(
     # Seeds that go on come first: blocks of lanes of ended ones cost nothing.
     order = jnp.argsort(~going, stable=True)
     everyone = everyone[order].reshape(lanes, n_weights).T
-    each = Scenario(*(jnp.broadcast_to(x, (lanes,)) for x in scenario))
+    each = jax.tree.map(lambda x: jnp.broadcast_to(x, (lanes,)), scenario)
     wanted = going.sum() * per_seed
     outcome = weigh(training.engine.trace(everyone, each, body, wanted), weighing)
     back = jnp.argsort(order)

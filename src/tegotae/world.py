@@ -1,0 +1,38 @@
+"""What a lane meets: release, frequency, and a ground that may drop. All of it is data."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+
+
+class Scenario(NamedTuple):
+    """What a lane meets: each entry a number, or an array of shape [lanes].
+
+    Of a controller for several limbs, `omega` and `phase_rad` may be of shape [limbs, lanes]; else
+    they are the same for all limbs.
+    """
+
+    omega: Any
+    """Prescribed frequency ω [rad/s]."""
+    height_m: Any = 1.2
+    """Release height [m]."""
+    velocity_m_per_s: Any = 0.0
+    """Release velocity [m/s]."""
+    phase_rad: Any = 0.0
+    """Oscillator phase at release [rad]."""
+    drop_m: Any = 0.0
+    """How far the ground drops [m]."""
+    drop_time_s: Any = math.inf
+    """When it drops [s]; at the first control tick not earlier."""
+    posture: Any = ()
+    """What else the body's release takes, by name: {"pitch_rad": 0.1} for a bar."""
+
+
+def ground_m(scenario: Scenario, tick: jax.Array, tick_s: jax.Array) -> jax.Array:
+    """Height of the ground during a control tick [m]."""
+    drop_tick = jnp.ceil(scenario.drop_time_s / tick_s - 1e-3)
+    return jnp.where(tick.astype(drop_tick.dtype) >= drop_tick, -scenario.drop_m, 0.0)
