@@ -9,10 +9,20 @@ from typing import Any
 
 import numpy as np
 
-from tegotae.evaluation import METRICS
+from tegotae.bodies import Hopper
+from tegotae.errors import TegotaeError
+from tegotae.metrics.metric import Conditions
+from tegotae.metrics.registry import derived, names
 from tegotae.metrics.statistics import mean_defined
 from tegotae.models import Model, all_models, find
 from tegotae.study.record import Record
+
+
+_DESIGN = (
+    *("model", "architecture", "learned", "reaction", "gain", "actuation", "observation"),
+    *("omega_t", "run"),
+)
+_TRAINING = ("best_fitness", "episodes_trained", "ended", "training_budget")
 
 
 @dataclass(frozen=True)
@@ -22,7 +32,7 @@ class Table:
     Args:
         columns: by name: `model`, `architecture`, `learned`, `reaction`, `gain`, `actuation`,
             `observation`, `omega_t` [rad/s], `run`, `best_fitness`, `episodes_trained`, `ended`,
-            and every one of `METRICS`; in a table of budgets also `training_budget` [episodes].
+            and the metrics that it holds; in a table of budgets also `training_budget` [episodes].
     """
 
     columns: dict[str, np.ndarray]
@@ -31,7 +41,19 @@ class Table:
         return len(self.columns["model"])
 
     def __getitem__(self, name: str) -> np.ndarray:
-        return self.columns[name]
+        try:
+            return self.columns[name]
+        except KeyError:
+            raise TegotaeError(f"the table has no column {name}") from None
+
+    @property
+    def metrics(self) -> tuple[str, ...]:
+        """The metrics that it holds: those with a column in which anything is defined."""
+        return tuple(
+            name
+            for name, column in self.columns.items()
+            if name not in (*_DESIGN, *_TRAINING) and not np.isnan(column).all()
+        )
 
     def where(self, **values: Any) -> Table:
         """The rows in which each named column has the given value, or one of a tuple of values."""
@@ -59,7 +81,8 @@ class Table:
 def tabulate(records: Iterable[Record]) -> Table:
     """The table of some records, in the order of the registry of models."""
     return of_runs(
-        (record.model, _training(record), _means(record.episodes)) for record in _ordered(records)
+        (record.model, _training(record), _means(record, record.episodes))
+        for record in _ordered(records)
     )
 
 
@@ -76,7 +99,7 @@ def tabulate_budgets(records: Iterable[Record]) -> Table | None:
             training |= {"training_budget": np.full(len(episodes), budget)}
             training |= {"episodes_trained": episodes, "best_fitness": _best(record, budget)}
             metrics = {name: values[i] for name, values in record.at_budgets.items()}
-            rows.append((record.model, training, _means(metrics or record.episodes)))
+            rows.append((record.model, training, _means(record, metrics or record.episodes)))
     return of_runs(rows) if rows else None
 
 
@@ -85,8 +108,16 @@ def _ordered(records: Iterable[Record]) -> list[Record]:
     return [by_model[name] for name in all_models() if name in by_model]
 
 
-def _means(episodes: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
-    return {name: mean_defined(values) for name, values in episodes.items()}
+def _means(record: Record, episodes: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Means over the episodes of each run, of what was measured and of what follows from it.
+
+    What follows is found episode by episode: it would be another thing of means.
+    """
+    protocol = record.configuration["protocol"]
+    body = Hopper(**record.configuration["hopper"])
+    conditions = Conditions(body, protocol["work"], protocol["drop_m"])
+    whole = episodes | derived(episodes, conditions)
+    return {name: mean_defined(values) for name, values in whole.items()}
 
 
 def _training(record: Record) -> dict[str, np.ndarray]:
@@ -109,8 +140,12 @@ def _best(record: Record, budget: int) -> np.ndarray:
 def of_runs(sets: Iterable[tuple[str, dict[str, np.ndarray], dict[str, np.ndarray]]]) -> Table:
     """The table of (model's name, training of its runs, metrics of its runs), [runs] each.
 
-    A metric that is not there is undefined.
+    It has the metrics of any of them, in the order in which metrics are shown; a metric that a
+    model lacks is undefined there.
     """
+    sets = list(sets)
+    found = {metric for _, _, metrics in sets for metric in metrics}
+    held = [*(name for name in names() if name in found), *sorted(found.difference(names()))]
     rows: dict[str, list] = {}
     for name, training, metrics in sets:
         place = design(find(name))
@@ -119,7 +154,7 @@ def of_runs(sets: Iterable[tuple[str, dict[str, np.ndarray], dict[str, np.ndarra
                 **place,
                 "run": i,
                 **{key: values[i].item() for key, values in training.items()},
-                **{m: float(metrics[m][i]) if m in metrics else np.nan for m in METRICS},
+                **{m: float(metrics[m][i]) if m in metrics else np.nan for m in held},
             }
             for key, entry in row.items():
                 rows.setdefault(key, []).append(entry)
