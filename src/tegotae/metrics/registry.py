@@ -154,7 +154,7 @@ def chosen(asked: Iterable[str | Metric] | None = None) -> tuple[Metric, ...]:
             continue
         found = find(each if isinstance(each, str) else each.name)
         if isinstance(each, Metric) and each != found:
-            raise TegotaeError(f"{each.name} is not registered; tegotae.register it first")
+            raise TegotaeError(f"{each.name} is not registered; tegotae.metrics.register it first")
         wanted.add(found.name)
     if not wanted:
         raise TegotaeError(f"no metric is asked for; name at least one, or {ALL}")

@@ -11,12 +11,11 @@ import numpy as np
 
 from tegotae.bodies import Hopper
 from tegotae.errors import TegotaeError
-from tegotae.metrics.metric import Conditions
-from tegotae.metrics.registry import derived, names
+from tegotae.metrics.metric import Conditions, DerivedMetric, Metric
+from tegotae.metrics.registry import derived, metrics, names
 from tegotae.metrics.statistics import mean_defined
 from tegotae.models import Model, all_models, find
 from tegotae.study.record import Record
-
 
 _DESIGN = (
     *("model", "architecture", "learned", "reaction", "gain", "actuation", "observation"),
@@ -48,11 +47,20 @@ class Table:
 
     @property
     def metrics(self) -> tuple[str, ...]:
-        """The metrics that it holds: those with a column in which anything is defined."""
+        """The names of the metrics that it holds."""
+        return tuple(name for name in self.columns if name not in (*_DESIGN, *_TRAINING))
+
+    def shown(self, place: str) -> tuple[Metric, ...]:
+        """The metrics that it holds and that are shown at a place, such as "figure".
+
+        One that follows from others but is undefined in every row is left out: the table is from
+        before there was the metric, or there is none on this body.
+        """
         return tuple(
-            name
-            for name, column in self.columns.items()
-            if name not in (*_DESIGN, *_TRAINING) and not np.isnan(column).all()
+            metric
+            for metric in metrics(place)
+            if metric.name in self.columns
+            and not (isinstance(metric, DerivedMetric) and np.isnan(self[metric.name]).all())
         )
 
     def where(self, **values: Any) -> Table:
@@ -60,7 +68,7 @@ class Table:
         keep = np.ones(len(self), bool)
         for name, value in values.items():
             allowed = value if isinstance(value, tuple) else (value,)
-            keep &= np.isin(self.columns[name], allowed)
+            keep &= np.isin(self[name], allowed)
         return Table({name: column[keep] for name, column in self.columns.items()})
 
     def per_model(self) -> Table:
@@ -98,8 +106,8 @@ def tabulate_budgets(records: Iterable[Record]) -> Table | None:
             episodes = np.minimum(training.pop("episodes_trained"), budget)
             training |= {"training_budget": np.full(len(episodes), budget)}
             training |= {"episodes_trained": episodes, "best_fitness": _best(record, budget)}
-            metrics = {name: values[i] for name, values in record.at_budgets.items()}
-            rows.append((record.model, training, _means(record, metrics or record.episodes)))
+            then = {name: values[i] for name, values in record.at_budgets.items()}
+            rows.append((record.model, training, _means(record, then or record.episodes)))
     return of_runs(rows) if rows else None
 
 
@@ -109,15 +117,17 @@ def _ordered(records: Iterable[Record]) -> list[Record]:
 
 
 def _means(record: Record, episodes: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """Means over the episodes of each run, of what was measured and of what follows from it.
+    return {n: mean_defined(values) for n, values in with_derived(record, episodes).items()}
 
-    What follows is found episode by episode: it would be another thing of means.
+
+def with_derived(record: Record, episodes: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Metrics of a record's episodes, and those that follow from them (`derived`).
+
+    They are found episode by episode, as a mean's is another thing than the mean.
     """
     protocol = record.configuration["protocol"]
     body = Hopper(**record.configuration["hopper"])
-    conditions = Conditions(body, protocol["work"], protocol["drop_m"])
-    whole = episodes | derived(episodes, conditions)
-    return {name: mean_defined(values) for name, values in whole.items()}
+    return episodes | derived(episodes, Conditions(body, protocol["work"], protocol["drop_m"]))
 
 
 def _training(record: Record) -> dict[str, np.ndarray]:
@@ -144,17 +154,17 @@ def of_runs(sets: Iterable[tuple[str, dict[str, np.ndarray], dict[str, np.ndarra
     model lacks is undefined there.
     """
     sets = list(sets)
-    found = {metric for _, _, metrics in sets for metric in metrics}
+    found = {name for _, _, values in sets for name in values}
     held = [*(name for name in names() if name in found), *sorted(found.difference(names()))]
     rows: dict[str, list] = {}
-    for name, training, metrics in sets:
+    for name, training, measured in sets:
         place = design(find(name))
         for i in range(len(training["best_fitness"])):
             row = {
                 **place,
                 "run": i,
                 **{key: values[i].item() for key, values in training.items()},
-                **{m: float(metrics[m][i]) if m in metrics else np.nan for m in held},
+                **{m: float(measured[m][i]) if m in measured else np.nan for m in held},
             }
             for key, entry in row.items():
                 rows.setdefault(key, []).append(entry)
