@@ -1,4 +1,4 @@
-"""Tables as files and text: CSV and Parquet, through pandas.
+"""Tables as files and text: CSV through pandas, and Parquet.
 
 Columns of equal length by name. A number is written so that it is read again to the last bit, or
 with fewer digits where they are asked for; what is undefined (NaN) is an empty cell.
@@ -52,12 +52,11 @@ def write_parquet(path: Path, columns: Mapping[str, Any]) -> None:
     Raises:
         TegotaeError: if pyarrow is not installed or the file cannot be written.
     """
-    require("pyarrow", "study")
-    from pandas import DataFrame
-
+    arrow = require("pyarrow", "study")
+    parquet = require("pyarrow.parquet", "study")
     stream = io.BytesIO()
-    frame = DataFrame(_plain(columns))
-    frame.to_parquet(stream, engine="pyarrow", index=False)
+    # Without pandas, which would make nothing (null) of what is undefined (NaN).
+    parquet.write_table(arrow.table(_plain(columns)), stream)
     write_atomically(output_file(path), stream.getvalue())
 
 
