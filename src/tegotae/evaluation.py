@@ -28,7 +28,7 @@ from tegotae.metrics.metric import (
     GaitMetric,
     Metric,
 )
-from tegotae.metrics.registry import built_in_gait, chosen, summarise, with_needed
+from tegotae.metrics.registry import built_in_gait, channels_of, chosen, summarise, with_needed
 from tegotae.metrics.statistics import Interval, mean_defined
 from tegotae.rollout import Engine, Scenario, Timing, Trajectory
 
@@ -275,12 +275,13 @@ def _of_gait(
 
     Where one of them is about it, the ground drops at the first apex after the undisturbed time.
     """
-    if any(metric.disturbed for metric in metrics):
-        rollout = disturbed_rollout(controller, weights, scenario, body, protocol)
-    else:
-        rollout = _undisturbed(controller, weights, scenario, body, protocol), None
-    trajectory, drop_time_s = rollout
     own = built_in_gait()
+    channels = channels_of((*own, *metrics))
+    given = controller, weights, scenario, body, protocol, channels
+    if any(metric.disturbed for metric in metrics):
+        trajectory, drop_time_s = disturbed_rollout(*given)
+    else:
+        trajectory, drop_time_s = _undisturbed(*given), None
     # The package's own are always computed together, by one program, whatever else is asked for:
     # their numbers do not depend on which others there are.
     users = tuple(metric for metric in metrics if metric not in own)
@@ -312,18 +313,41 @@ def _per_lane(metric: Metric, values: np.ndarray, lanes: int) -> np.ndarray:
     return values
 
 
+@dataclass(frozen=True)
+class _Kept:
+    """The trajectory's channels that are needed, as an `Engine`'s summary."""
+
+    needs: tuple[str, ...] | None
+
+    def __call__(
+        self, trajectory: Trajectory, scenario: Scenario, body: Body, timing: Timing
+    ) -> Trajectory:
+        return trajectory
+
+
 def _undisturbed(
-    controller: Controller, weights: Any, scenario: Scenario, body: Body, protocol: Protocol
+    controller: Controller,
+    weights: Any,
+    scenario: Scenario,
+    body: Body,
+    protocol: Protocol,
+    channels: tuple[str, ...] | None = None,
 ) -> Trajectory:
     """The undisturbed part of the episodes alone."""
     timing = Timing(duration_s=protocol.undisturbed_s, tick_s=protocol.tick_s)
     # Without an oscillator the frequency has no effect, but must be a number.
     driven = scenario._replace(omega=np.nan_to_num(scenario.omega))
-    return Engine(controller=controller, timing=timing).run(weights, driven, body)
+    engine = Engine(controller=controller, timing=timing, summary=_Kept(channels))
+    return engine.run(weights, driven, body)
 
 
 def disturbed_rollout(
-    controller: Controller, weights: Any, scenario: Scenario, body: Body, protocol: Protocol
+    controller: Controller,
+    weights: Any,
+    scenario: Scenario,
+    body: Body,
+    protocol: Protocol,
+    channels: tuple[str, ...] | None = None,
 ) -> tuple[Trajectory, np.ndarray | None]:
     """Episodes in which the ground drops at the first apex of a hop after the undisturbed time.
 
@@ -336,6 +360,7 @@ def disturbed_rollout(
         scenario: frequencies ω [rad/s], NaN without an oscillator, and releases.
         body: the body.
         protocol: times, size of the drop, control period.
+        channels: which are recorded; all by default.
 
     Returns:
         The trajectory, arrays of shape [frames, lanes], and when the ground dropped [s], [lanes]:
@@ -344,7 +369,7 @@ def disturbed_rollout(
     timing = Timing(
         duration_s=protocol.undisturbed_s + protocol.disturbed_s, tick_s=protocol.tick_s
     )
-    engine = Engine(controller=controller, timing=timing)
+    engine = Engine(controller=controller, timing=timing, summary=_Kept(channels))
     # Without an oscillator the frequency has no effect, but must be a number.
     driven = scenario._replace(omega=np.nan_to_num(scenario.omega))
     trajectory = engine.run(weights, driven, body)

@@ -12,7 +12,7 @@ import numpy as np
 from tegotae.bodies import Hopper
 from tegotae.checks import probing
 from tegotae.errors import TegotaeError
-from tegotae.metrics.episode import ClampedEpisodes, Episode
+from tegotae.metrics.episode import TOLD_FROM, ClampedEpisodes, Episode
 from tegotae.metrics.hopping import Hops, hops
 from tegotae.metrics.limit_cycle import LimitCycle, Settled, settled
 from tegotae.metrics.metric import (
@@ -27,13 +27,7 @@ from tegotae.metrics.metric import (
 )
 from tegotae.metrics.recording import from_samples
 from tegotae.metrics.registry import find
-from tegotae.rollout import Trajectory
-
-KNOWN = (
-    *("time_s", "ground_m", "failed", "touchdown_time_s"),
-    *("apex_time_s", "apex_height_m", "apex_phase_rad"),
-)
-"""Channels that hops and limit cycle are told from: every metric may read them undeclared."""
+from tegotae.recorder import Trajectory
 
 _FRAME_S = 0.02
 _FRAMES = 700
@@ -64,7 +58,7 @@ def check_metric(metric: Metric) -> None:
     _check_range(metric)
     probing.require_hashable(f"{name} {metric.name}", metric)
     if isinstance(metric, GaitMetric):
-        _check_channels(metric)
+        probing.require_names(f"{metric.name}.channels", metric.channels)
         for dtype in probing.DTYPES:
             with jax.enable_x64(dtype == "float64"):
                 _check_gait(metric, dtype)
@@ -119,16 +113,6 @@ def _check_range(metric: Metric) -> None:
         )
 
 
-def _check_channels(metric: GaitMetric) -> None:
-    probing.require_names(f"{metric.name}.channels", metric.channels)
-    for channel in metric.channels:
-        if channel not in Trajectory._fields:
-            raise TegotaeError(
-                f"{metric.name}.channels names {channel!r}, which nothing records; "
-                f"known here: {', '.join(Trajectory._fields)}"
-            )
-
-
 class _Declared:
     """A recording of which only what a metric declares may be read."""
 
@@ -136,13 +120,14 @@ class _Declared:
         self._recorded, self._metric = recorded, metric
 
     def __getattr__(self, channel: str) -> Any:
-        value = getattr(self._recorded, channel)
-        if channel not in (*KNOWN, *self._metric.channels):
+        if channel not in (*TOLD_FROM, *self._metric.channels):
             raise TegotaeError(
                 f"{self._metric.name} reads the channel {channel!r} but does not declare it; add "
                 f"{channel!r} to its channels"
             )
-        return value
+        # What only some bodies or oscillators record is made up.
+        found = self._recorded.channels
+        return found[channel] if channel in found else 1.0 + 0.1 * found["height_m"]
 
 
 @cache
@@ -162,11 +147,9 @@ def _recordings() -> Trajectory:
             force_n=2.0 + np.cos(omega * time_s),
             frame_s=_FRAME_S,
         )
-        lanes.append(
-            jax.tree.map(lambda recorded: np.nan_to_num(recorded[:_FRAMES]), found)._replace(
-                **{name: getattr(found, name)[:_FRAMES] for name in KNOWN}
-            )
-        )
+        whole = {name: x[:_FRAMES] for name, x in found.channels.items()}
+        told = {name: x if name in TOLD_FROM else np.nan_to_num(x) for name, x in whole.items()}
+        lanes.append(Trajectory(**told))
     return jax.tree.map(lambda *each: np.concatenate(each, axis=1), *lanes)
 
 

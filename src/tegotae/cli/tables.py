@@ -36,7 +36,9 @@ def print_rows(columns: Iterable[str], rows: Iterable[Iterable[str]], *, key: in
             table.add_column(columns[i], no_wrap=True)
         for row in rows:
             table.add_row(*(row[i] for i in part))
-        console.width = max(console.width, Console(width=10_000, markup=False, emoji=False).measure(table).maximum)
+        console.width = max(
+            console.width, Console(width=10_000, markup=False, emoji=False).measure(table).maximum
+        )
         console.print(table)
 
 

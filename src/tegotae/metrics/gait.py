@@ -25,7 +25,7 @@ from tegotae.metrics.hopping import hops
 from tegotae.metrics.limit_cycle import LimitCycle, settled
 from tegotae.metrics.metric import REGIME, GaitMetric
 from tegotae.metrics.recording import from_samples
-from tegotae.metrics.registry import built_in_gait
+from tegotae.metrics.registry import built_in_gait, channels_of
 from tegotae.metrics.smoothness import FORCE_PERIOD_S
 from tegotae.rollout import Scenario, Timing, Trajectory
 
@@ -220,6 +220,11 @@ class GaitSummary:
         check_work(self.work)
         if self.undisturbed_s is not None:
             require_finite("undisturbed_s", self.undisturbed_s, above=0.0)
+
+    @property
+    def needs(self) -> tuple[str, ...]:
+        """The channels that are recorded for it."""
+        return channels_of(built_in_gait())
 
     def __call__(
         self, trajectory: Trajectory, scenario: Scenario, body: Body, timing: Timing

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from tegotae.errors import TegotaeError
+from tegotae.metrics.episode import TOLD_FROM
 from tegotae.metrics.metric import (
     REGIME,
     Conditions,
@@ -56,6 +57,12 @@ def built_in() -> tuple[Metric, ...]:
 def built_in_gait() -> tuple[GaitMetric, ...]:
     """Those of a gait's recording. They are compiled together."""
     return tuple(metric for metric in built_in() if isinstance(metric, GaitMetric))
+
+
+def channels_of(asked: Iterable[Metric]) -> tuple[str, ...]:
+    """The channels of a recording that some metrics are computed from."""
+    more = (channel for m in asked if isinstance(m, GaitMetric) for channel in m.channels)
+    return tuple(dict.fromkeys((*TOLD_FROM, *more)))
 
 
 def metrics(shown: str | None = None) -> tuple[Metric, ...]:
