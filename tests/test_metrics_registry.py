@@ -150,13 +150,15 @@ def test_a_metric_that_is_not_registered_is_not_evaluated():
 
 def test_what_was_measured_before_there_was_a_metric_has_it_where_it_follows():
     values = {
-        "cot_inverse": np.array([0.6, 0.6, 0.0]),
-        "w_peak": np.array([4.0, 4.0, np.nan]),
-        "limit_cycle_period": np.array([1.0, 2.0, np.nan]),
+        "cot_inverse": np.array([0.6, 0.6, 0.6, 0.0]),
+        "w_peak": np.array([4.0, 4.0, 4.0, np.nan]),
+        "a_peak": np.array([0.98, 0.98, 0.6, np.nan]),
+        "limit_cycle_period": np.array([1.0, 2.0, 1.0, np.nan]),
     }
     found = there.derived(values, Conditions(Hopper()))
     assert found["optimum_share"][0] == pytest.approx(0.6 / 1.212, abs=1e-3)
-    # Of a longer period the spectrum does not tell the hop rate; at rest there is none.
+    # The spectrum does not tell the hop rate of a longer period, or one that is lost in harmonics;
+    # at rest there is none.
     assert np.isnan(found["optimum_share"][1:]).all()
     heavy = there.derived(values, Conditions(Hopper(mass_kg=0.11)))
     assert np.isnan(heavy["optimum_share"]).all()

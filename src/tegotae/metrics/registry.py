@@ -195,7 +195,7 @@ def derived(values: Mapping[str, Any], conditions: Conditions) -> dict[str, Any]
 
     Example:
         >>> from tegotae import Hopper
-        >>> gait = {"cot_inverse": 0.6, "w_peak": 4.0, "limit_cycle_period": 1.0}
+        >>> gait = {"cot_inverse": 0.6, "w_peak": 4.0, "a_peak": 1.0, "limit_cycle_period": 1}
         >>> gait = {name: np.array([value]) for name, value in gait.items()}
         >>> found = derived(gait, Conditions(Hopper()))
         >>> sorted(found), f"{found['optimum_share'][0]:.2f}"

@@ -11,6 +11,9 @@ import numpy as np
 from tegotae.metrics.episode import Episode
 from tegotae.metrics.metric import REPORT, TABLE, Conditions, Derivation, GaitMetric
 
+_PURE = 0.9
+"""A peak of so large an A_peak is that of the hops, and no harmonic's."""
+
 
 def _compute(episode: Episode) -> Any:
     cycle = episode.cycle
@@ -20,9 +23,10 @@ def _compute(episode: Episode) -> Any:
 
 
 def _of_spectrum(values: Mapping[str, Any], conditions: Conditions) -> Any:
-    # A gait that repeats itself with every hop peaks at the frequency of its hops. One of a longer
-    # period may peak there or below.
-    return np.where(values["limit_cycle_period"] == 1.0, values["w_peak"], np.nan)
+    # A gait that repeats itself with every hop peaks at the frequency of its hops, unless its
+    # power is spread over harmonics. One of a longer period may peak there or below.
+    known = (values["limit_cycle_period"] == 1.0) & (values["a_peak"] >= _PURE)
+    return np.where(known, values["w_peak"], np.nan)
 
 
 METRIC = GaitMetric(
@@ -33,6 +37,6 @@ METRIC = GaitMetric(
     more_is_better=None,
     range=(0.0, float("inf")),
     shown=(TABLE, REPORT),
-    otherwise=Derivation(("w_peak", "limit_cycle_period"), _of_spectrum),
+    otherwise=Derivation(("w_peak", "a_peak", "limit_cycle_period"), _of_spectrum),
     compute=_compute,
 )
