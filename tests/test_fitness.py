@@ -155,7 +155,7 @@ def test_a_gait_that_has_died_out_by_the_last_quarter_is_none():
     for last_s, alive in ((14.95, False), (15.35, True)):
         what = hopping(0.4, (1.5,), first_s=0.1)
         hops = jnp.where(what.time_s <= last_s, what.apex_height_m, jnp.nan)
-        cot = judge(what._replace(apex_height_m=hops))["cot_inverse"][0]
+        cot = judge(Trajectory(**{**what.channels, "apex_height_m": hops}))["cot_inverse"][0]
         assert cot == pytest.approx(0.75 if alive else 0.0, rel=1e-4)
 
 

@@ -164,7 +164,7 @@ def _apex(tick: Tick) -> jax.Array:
 
 def _at(tick: Tick, share: jax.Array) -> jax.Array:
     """The time at a share of a tick [s]."""
-    return (tick.index.astype(share.dtype) + share) * tick.tick_s
+    return (tick.number.astype(share.dtype) + share) * tick.tick_s
 
 
 COMMON: tuple[Channel, ...] = (

@@ -53,6 +53,25 @@ class Orbit:
     """Actuator force F_a [N], [samples]; zero in flight."""
 
 
+def require_enterable(saved: SavedController, what: str) -> None:
+    """Raise `TegotaeError` unless an orbit can be entered by body and phase alone.
+
+    An analysis that starts rollouts on a limit cycle knows of the oscillator its phase. One with
+    more state, or without a phase, would start off the cycle.
+    """
+    oscillator, body = saved.controller.oscillator, saved.body
+    if body.limbs > 1:
+        raise TegotaeError(
+            f"{what} is made for bodies of one limb; a {type(body).__name__} has {body.limbs}"
+        )
+    if oscillator is not None and not oscillator.is_its_phase:
+        why = "more state than its phase" if oscillator.has_phase else "no phase"
+        raise TegotaeError(
+            f"{what} starts rollouts on the limit cycle by phase alone; "
+            f"{type(oscillator).__name__} has {why}"
+        )
+
+
 def find_orbit(
     saved: SavedController,
     *,

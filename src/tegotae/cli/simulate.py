@@ -121,7 +121,7 @@ class Simulate(ControllerOptions):
 
     def _parameters(self, simulation: Simulation) -> dict:
         scenario: dict[str, float | None] = {
-            k: float(v) for k, v in simulation.scenario._asdict().items()
+            k: float(v) for k, v in simulation.scenario._asdict().items() if k != "posture"
         }
         if math.isinf(simulation.scenario.drop_time_s):
             scenario["drop_time_s"] = None

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import jax
 import jax.numpy as jnp
 
 from tegotae.oscillators.base import Oscillator
+
+if TYPE_CHECKING:
+    from tegotae.recorder import Channel
 
 
 @dataclass(frozen=True)
@@ -32,6 +35,11 @@ class Clamped(Oscillator):
     def SIGNALS(self) -> tuple[str, ...]:  # type: ignore[override]  # noqa: N802
         """Those of the oscillator within."""
         return self.inner.SIGNALS
+
+    @property
+    def channels(self) -> tuple[Channel, ...]:
+        """As the oscillator within."""
+        return self.inner.channels
 
     @property
     def n_weights(self) -> int:

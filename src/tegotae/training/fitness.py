@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
@@ -58,6 +58,12 @@ class Judged:
     """
 
     settle_s: float = SETTLE_S
+
+    needs: ClassVar[tuple[str, ...]] = (
+        *("time_s", "height_m", "ground_m", "apex_height_m", "climb_flight_m", "climb_m"),
+        *("work_absolute_j", "work_positive_j", "work_net_j", "failed"),
+    )
+    """The channels that it reads."""
 
     def __call__(
         self, trajectory: Trajectory, scenario: Scenario, body: Body, timing: Timing
@@ -149,6 +155,8 @@ class Fitness:
     settle_s: float = SETTLE_S
     energy: str = "absolute"
     follow_omega: bool = True
+
+    needs: ClassVar[tuple[str, ...]] = Judged.needs
 
     def __post_init__(self) -> None:
         require_finite("settle_s", self.settle_s, least=0.0)
