@@ -23,7 +23,7 @@ from tegotae import (
 from tegotae.analysis import find_orbit, measure_phase_response, poincare_section
 from tegotae.controller_file import SavedController
 from tegotae.loop import check_senses
-from tegotae.oscillators import PhaseOscillator
+from tegotae.oscillators import Clamped, PhaseOscillator
 from tegotae.recorder import Trajectory, needing
 from tegotae.terms import LearnedActuation, Sector
 
@@ -43,7 +43,7 @@ def run(controller: Controller, weights, **more) -> Trajectory:
 @pytest.mark.parametrize("oscillator", [LearnedAmplitude(), Relaxation()], ids=str)
 def test_a_users_oscillator_keeps_the_contract(oscillator):
     check_oscillator(oscillator)
-    check_oscillator(oscillator.clamped())
+    check_oscillator(Clamped(oscillator))
 
 
 def test_an_oscillators_weights_come_after_those_of_the_terms():
@@ -62,7 +62,7 @@ def test_its_state_is_recorded_where_it_declares_so():
 
 
 def test_clamped_it_keeps_all_of_its_state_and_its_weights():
-    clamped = dataclasses.replace(SWELLING, oscillator=SWELLING.oscillator.clamped())
+    clamped = dataclasses.replace(SWELLING, oscillator=Clamped(LearnedAmplitude()))
     assert clamped.n_weights == SWELLING.n_weights
     path = run(clamped, [2.0, 0.5])
     np.testing.assert_array_equal(path.amplitude, 1.0)

@@ -21,6 +21,7 @@ from tegotae.metrics.limit_cycle import LimitCycle, settled
 from tegotae.metrics.ranges import summarise
 from tegotae.metrics.statistics import Interval, mean_defined
 from tegotae.optimum.table import has_table, share
+from tegotae.oscillators import Clamped
 from tegotae.rollout import Engine, Scenario, Timing, Trajectory
 
 METRICS = {
@@ -335,8 +336,9 @@ def _cpgu(
     controller: Controller, weights: np.ndarray, scenario: Scenario, body: Body, protocol: Protocol
 ) -> np.ndarray:
     """Share of the clamped phases at which a lane does not hop on a limit cycle, [lanes]."""
+    assert controller.oscillator is not None
     engine = Engine(
-        controller=dataclasses.replace(controller, oscillator=controller.oscillator.clamped()),
+        controller=dataclasses.replace(controller, oscillator=Clamped(controller.oscillator)),
         timing=Timing(duration_s=protocol.undisturbed_s, tick_s=protocol.tick_s),
         summary=_hops_and_end,
     )

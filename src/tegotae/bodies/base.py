@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import jax
 
-if TYPE_CHECKING:
-    from tegotae.recorder import Channel
+from tegotae.channels import Channel
 
 
 class Sensation(NamedTuple):

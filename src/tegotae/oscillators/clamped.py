@@ -4,15 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import jax
 import jax.numpy as jnp
 
+from tegotae.channels import Channel
 from tegotae.oscillators.base import Oscillator
-
-if TYPE_CHECKING:
-    from tegotae.recorder import Channel
 
 
 @dataclass(frozen=True)
@@ -24,7 +22,7 @@ class Clamped(Oscillator):
     Example:
         >>> from tegotae.oscillators import PhaseOscillator
         >>> import jax.numpy as jnp
-        >>> clamped = PhaseOscillator().clamped()
+        >>> clamped = Clamped(PhaseOscillator())
         >>> clamped.rate(clamped.start(jnp.ones(1)), jnp.array([5.0]), jnp.array([2.0]))
         PhaseState(phase=Array([0.], dtype=float32))
     """
