@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
@@ -57,6 +57,11 @@ class Judged:
     """
 
     settle_s: float = SETTLE_S
+
+    needs: ClassVar[tuple[str, ...]] = (
+        *("time_s", "height_m", "ground_m", "failed", "apex_height_m", "climb_m"),
+        *("climb_flight_m", *(f"work_{definition}_j" for definition in WORK)),
+    )
 
     def __call__(
         self, trajectory: Trajectory, scenario: Scenario, body: Body, timing: Timing
@@ -148,6 +153,8 @@ class Fitness(Objective):
     settle_s: float = SETTLE_S
     work: str = "absolute"
     follow_omega: bool = True
+
+    needs = Judged.needs
 
     def __post_init__(self) -> None:
         require_finite("settle_s", self.settle_s, least=0.0)
