@@ -152,7 +152,7 @@ def test_only_controllers_that_sense_the_velocity_depend_on_the_slice():
 def test_the_single_network_has_a_surface_over_velocity_instead_of_phase():
     controller = build("T-Fv")
     weights = np.random.default_rng(1).normal(size=controller.n_weights)
-    saved = SavedController(controller, weights, 0.0)
+    saved = SavedController(controller, weights, None)
     found = actuation_surface(saved, FORCES, columns=5, velocity_range_m_per_s=(-2.0, 2.0))
     assert found.phase_rad is None
     assert found.velocity_m_per_s.tolist() == [-2.0, -1.0, 0.0, 1.0, 2.0]
@@ -251,7 +251,8 @@ def test_a_linear_map_has_its_own_matrix_and_the_fixed_point_that_it_is_given():
     def image(points):
         return star + (points - star) @ matrix.T
 
-    found, slope = fixed_point(image, np.array([1.32, 1.95]), 1e-3)
+    found, slope, refined = fixed_point(image, np.array([1.32, 1.95]), 1e-3)
+    assert refined
     np.testing.assert_allclose(found, star, atol=1e-8)
     np.testing.assert_allclose(slope, matrix, atol=1e-8)
 
@@ -265,9 +266,10 @@ def test_phases_either_side_of_zero_are_near_each_other():
     assert at[1] == pytest.approx(0.0, abs=1e-9)
 
 
-def test_a_map_without_images_keeps_its_start():
+def test_a_map_without_images_keeps_its_start_and_says_so():
     start = np.array([1.2, 1.0])
-    found, slope = fixed_point(lambda points: np.full_like(points, np.nan), start, 1e-3)
+    found, slope, refined = fixed_point(lambda points: np.full_like(points, np.nan), start, 1e-3)
+    assert not refined
     assert found.tolist() == start.tolist()
     assert np.isnan(slope).all()
 

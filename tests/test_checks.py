@@ -12,7 +12,7 @@ import tegotae
 from tegotae import TegotaeError, check_body, check_controller, check_oscillator, check_term
 from tegotae.bodies import Hopper
 from tegotae.controller import Controller, Tegotae
-from tegotae.oscillators import Oscillator, PhaseOscillator, PhaseState
+from tegotae.oscillators import Clamped, Oscillator, PhaseOscillator, PhaseState
 from tegotae.parameters import traceable
 from tegotae.terms import (
     ConstantGain,
@@ -47,7 +47,7 @@ def test_every_term_of_the_package_passes(term):
 
 @pytest.mark.parametrize(
     "oscillator",
-    [PhaseOscillator(), PhaseOscillator(slowest_rad_per_s=1.0), PhaseOscillator().clamped()],
+    [PhaseOscillator(), PhaseOscillator(slowest_rad_per_s=1.0), Clamped(PhaseOscillator())],
     ids=repr,
 )
 def test_every_oscillator_of_the_package_passes(oscillator):

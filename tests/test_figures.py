@@ -301,6 +301,7 @@ def test_the_section_shows_the_decay_beside_that_of_the_linear_map(dimension):
     star = np.array([1.2, 2.0])[:dimension]
     found = Poincare(
         fixed_point=star,
+        refined=True,
         jacobian=matrix,
         multipliers=np.diag(matrix).astype(complex),
         hops=1,

@@ -217,7 +217,7 @@ def test_without_damping_and_force_the_bar_keeps_its_energy():
     bar = Bar(damping_ns_per_m=0.0, inertia_ratio=0.5)
     silent = network(build("V-reflex-w8"))
     path = run(silent, [0.0], bar, posture={"pitch_rad": 0.2, "pitch_rate_rad_per_s": 0.5})
-    np.testing.assert_allclose(path.energy_j, path.energy_j[0], rtol=1e-9)
+    assert np.ptp(path.energy_j) < 1e-9 * path.energy_j[0, 0]
 
 
 @pytest.mark.parametrize(
@@ -238,7 +238,7 @@ def test_a_light_bar_falls_into_antiphase_and_a_heavy_one_into_phase(inertia_rat
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: network(ONE, 0), "limbs is 0; it must be at least 1"),
+        (lambda: network(ONE, 0), "limbs is 0; it must be a whole number of at least 1"),
         (lambda: network(ONE, sharing=(0,)), "sharing names the weights of 1 limbs; .* has 2"),
         (lambda: network(ONE, sharing=(0, 2)), r"number the sets of weights from 0 on"),
         (lambda: network(ONE, wiring=(0, 0)), r"limb 0 is driven by 2 units"),

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tegotae.maths import TWO_PI, sin_cos, wrap_phase
-from tegotae.oscillators import PhaseOscillator, PhaseState
+from tegotae.oscillators import Clamped, PhaseOscillator, PhaseState
 
 PHASES = np.linspace(-1e4, 1e4, 400_001)
 
@@ -37,7 +37,7 @@ def test_a_floor_keeps_the_phase_from_falling_below_it_and_leaves_faster_rates_a
 
 
 def test_a_clamped_phase_stays_where_it_is_whatever_the_feedback():
-    oscillator = PhaseOscillator().clamped()
+    oscillator = Clamped(PhaseOscillator())
     state = oscillator.start(jnp.array([1.0, 2.0]))
     (rate,) = oscillator.rate(state, jnp.array([5.0, 5.0]), jnp.array([3.0, -9.0]))
     np.testing.assert_array_equal(rate, 0.0)

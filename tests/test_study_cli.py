@@ -15,14 +15,16 @@ import numpy as np
 import pytest
 
 import studies
-from tegotae import Hopper
+from tegotae import Hopper, find
 from tegotae.cli import main
 from tegotae.errors import TegotaeError
 from tegotae.study import runner
 from tegotae.study.folder import Folder
 from tegotae.study.plan import plan
 from tegotae.study.record import SUFFIX, read, write
+from tegotae.study.table import tabulate
 from tegotae.study.unit import key_of
+from tegotae.training.fitness import Fitness
 
 
 @pytest.fixture
@@ -90,18 +92,32 @@ def test_status_says_what_is_done_and_what_is_missing(half, smoke_study, capsys)
     assert capsys.readouterr().out == "scale smoke: 2 of 3 models done\nmissing: T-Fv\n"
 
 
-def test_status_counts_the_models_of_its_scale_alone(smoke_study, tmp_path, capsys):
-    """A study of the smoke scale's settings with one more model, made from Python."""
-    folder = studies.copy(smoke_study, tmp_path / "study", *studies.MODELS)
-    (source,) = folder.glob("records/T-*")
-    more = dataclasses.replace(plan("smoke"), models=("T-F",)).units[0]
-    write(
-        dataclasses.replace(read(source), configuration=more.configuration),
-        Folder(folder).place(more),
-    )
-    assert len(Folder(folder).all()[0]) == 4
-    assert main(["study", "status", "--dir", str(folder)]) == 0
-    assert capsys.readouterr().out == "scale smoke: 3 of 3 models done\n"
+def test_a_study_may_have_experiments_beside_the_models_of_its_scale(half, capsys):
+    """One more experiment, made from Python: it is counted, tabulated, and stands by itself."""
+    experiment = dataclasses.replace(find("T-F").experiment(), name="mine")
+    whole = plan("smoke", "V-*", [experiment])
+    more = next(unit for unit in whole.units if unit.run.experiment is experiment)
+    (source,) = half.glob("records/ART-*")
+    record = dataclasses.replace(read(source), configuration=more.configuration)
+    runner.run(whole, half, lambda todo: ((unit, record) for [unit] in todo))
+    assert sorted(r.model for r in Folder(half).all()[0]) == [
+        "ART-rF-tphif-w8",
+        "V-sector-w8",
+        "mine",
+    ]
+    assert main(["study", "status", "--dir", str(half)]) == 0
+    assert capsys.readouterr().out.endswith("scale smoke: 3 of 4 models done\nmissing: T-Fv\n")
+    table = tabulate(Folder(half).all()[0])
+    assert table.where(model="mine")["architecture"].tolist() == ["mine", "mine"]
+
+
+def test_two_experiments_of_one_name_are_refused(half, no_work):
+    other = dataclasses.replace(find("T-F").experiment(), name="V-sector-w8")
+    with pytest.raises(TegotaeError, match="2 experiments are called V-sector-w8"):
+        plan("smoke", "V-*", [other])
+    alone = plan("smoke", "", [other])
+    with pytest.raises(TegotaeError, match=r"holds a study with another .*controller"):
+        runner.run(alone, half)
 
 
 def test_both_kinds_of_table_hold_the_same(smoke_study, tmp_path):
@@ -236,7 +252,7 @@ def test_a_record_that_cannot_be_read_is_not_called_damaged(
 
 
 def test_a_record_under_a_wrong_name_is_damaged(half, smoke_study, capsys):
-    units = {unit.run.model.name: unit for unit in plan("smoke").units}
+    units = {unit.run.experiment.name: unit for unit in plan("smoke").units}
     wrong = Folder(half).place(units["T-Fv"])
     shutil.copy(Folder(half).place(units["V-sector-w8"]), wrong)
     assert main(["study", "status", "--dir", str(half)]) == 0
@@ -253,16 +269,17 @@ def test_a_record_under_a_wrong_name_is_damaged(half, smoke_study, capsys):
         {"format": 0},
         {"stopping": {}},
         {"seeds": [0, 1, 2]},
-        {"budget": 20},
-        {"energy": "positive"},
-        {"follow_omega": False},
-        {"hopper": {**dataclasses.asdict(Hopper()), "mass_kg": 0.2}},
+        {"budgets": []},
+        {"experiment": {"release_m": 1.1}},
+        {"experiment": {"fitness": {**Fitness(work="positive").__dict__, "kind": "Fitness"}}},
+        {"experiment": {"something": "new"}},
         {"something": "new"},
     ],
 )
 def test_a_whole_record_of_other_settings_is_never_mixed_in(half, smoke_study, change, capsys):
     record = read(next(half.glob("records/V-*")))
-    record.configuration.update(change)
+    experiment = {**record.configuration["experiment"], **change.get("experiment", {})}
+    record.configuration.update({**change, "experiment": experiment})
     name = f"{key_of(record.configuration)}{SUFFIX}"
     write(record, half / "records" / name)
     found, said = Folder(half).all()
@@ -329,7 +346,7 @@ def test_a_full_disk_keeps_what_is_done(smoke_study, tmp_path, monkeypatch):
         try:
             for bundle in bundles:
                 for unit in bundle:
-                    yield unit, known[unit.run.model.name]
+                    yield unit, known[unit.run.experiment.name]
         finally:
             ended.append(True)
 
@@ -394,7 +411,7 @@ def test_a_damaged_description_of_a_study_is_refused(half, one_line_error, text)
     assert len(studies.records(half)) == 2
 
 
-@pytest.mark.parametrize("lacks", ["format", "stopping", "energy", "hopper"])
+@pytest.mark.parametrize("lacks", ["format", "stopping", "experiments"])
 def test_a_study_of_an_earlier_version_is_refused(half, one_line_error, lacks, tmp_path):
     document = json.loads((half / "study.json").read_text())
     del document[lacks]
@@ -408,10 +425,18 @@ def test_a_study_of_an_earlier_version_is_refused(half, one_line_error, lacks, t
     assert contents(half) == before
 
 
-@pytest.mark.parametrize("name", ["energy", "follow_omega", "hopper"])
-def test_a_study_of_another_measure_or_body_is_another_study(half, name):
-    changed = {"energy": "positive", "follow_omega": False, "hopper": Hopper(mass_kg=0.2)}
-    other = dataclasses.replace(plan("smoke"), **{name: changed[name]})
+@pytest.mark.parametrize(
+    ("name", "changed"),
+    [
+        ("fitness.work", {"fitness": Fitness(settle_s=2.0, work="positive")}),
+        ("fitness.follow_omega", {"fitness": Fitness(settle_s=2.0, follow_omega=False)}),
+        ("body.mass_kg", {"body": Hopper(mass_kg=0.2)}),
+    ],
+)
+def test_a_study_of_another_measure_or_body_is_another_study(half, name, changed):
+    whole = plan("smoke")
+    experiments = tuple(dataclasses.replace(each, **changed) for each in whole.experiments)
+    other = dataclasses.replace(whole, experiments=experiments)
     before = contents(half)
     with pytest.raises(TegotaeError, match=f"holds a study with another {name}; "):
         runner.run(other, half)

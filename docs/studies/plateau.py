@@ -12,12 +12,13 @@ missed; and `plateau.png`.
 from __future__ import annotations
 
 import csv
-import dataclasses
 import io
 import sys
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
+import jax
+import jax.numpy as jnp
 import numpy as np
 import tyro
 from matplotlib.figure import Figure
@@ -28,6 +29,7 @@ from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, save_figure, sty
 from tegotae.files import output_folder, write_atomically
 from tegotae.models import find
 from tegotae.training.algorithms import CMAES, Algorithm, OpenES
+from tegotae.training.evolve import Progress
 from tegotae.training.run import Run
 from tegotae.training.settings import configuration
 from tegotae.training.stopping import RUNNING, Stopping
@@ -37,15 +39,23 @@ DOCS = Path(__file__).resolve().parents[1]
 _OWN = configuration("pgpe").settings
 _SHORT = configuration("pgpe-80x16").settings
 
-SETTINGS: dict[str, Algorithm] = {
-    "pgpe": _OWN,
-    "population 64": dataclasses.replace(_OWN, population=64),
-    "deviation 0.1": dataclasses.replace(_OWN, std=0.1),
-    "pgpe-80x16": _SHORT,
-    "cma-es": CMAES(population=32, std=0.2),
-    "openai-es": OpenES(population=32),
+Stages = tuple[tuple[Algorithm, float], ...]
+"""Algorithms, each with its share of the episodes; each begins at the best mean of the last."""
+
+SETTINGS: dict[str, Stages] = {
+    "pgpe": ((_OWN, 1.0),),
+    "population 64": ((replace(_OWN, population=64), 1.0),),
+    "deviation 0.1": ((replace(_OWN, std=0.1), 1.0),),
+    "deviation anew": ((_OWN, 0.5), (_OWN, 0.5)),
+    "64 late": ((_OWN, 0.5), (replace(_OWN, population=64, std=0.05), 0.5)),
+    "pgpe-80x16": ((_SHORT, 1.0),),
+    "cma-es": ((CMAES(population=32, std=0.2), 1.0),),
+    "openai-es": ((OpenES(population=32), 1.0),),
 }
 """What is compared, by name; the first is what the study takes."""
+
+RESTARTS = "pgpe, best of two"
+"""The first setting once more: of two runs, with half of the episodes each, the better."""
 
 BUDGETS = (1280, 2560, 5120, 10240, 15360)
 """Episodes after which the best fitness is told."""
@@ -76,13 +86,15 @@ class Plateau:
         curves: dict[tuple[str, str], tuple[np.ndarray, np.ndarray]] = {}
         for model in self.models:
             for name in self.settings:
-                fitness = self._train(model, SETTINGS[name])
-                population = SETTINGS[name].population
-                episodes = population * np.arange(1, len(fitness) + 1)
+                episodes, fitness = self._train(model, SETTINGS[name])
                 best = np.maximum.accumulate(fitness, axis=0)
                 curves[name, model] = episodes, best
-                rows += _rows(name, model, population, fitness, best)
+                rows += _rows(name, model, episodes, fitness, best)
                 print(f"{model}, {name}: {np.round(np.sort(best[-1]), 2)}", flush=True)
+            if "pgpe" in self.settings and self.seeds > 1:
+                episodes, best = _best_of_two(*curves["pgpe", model])
+                curves[RESTARTS, model] = episodes, best
+                rows += _rows(RESTARTS, model, episodes, best, best)
         stream = io.StringIO()
         writer = csv.writer(stream, lineterminator="\n")
         writer.writerow(COLUMNS)
@@ -90,36 +102,61 @@ class Plateau:
         write_atomically(self.out / "plateau.csv", stream.getvalue())
         save_figure(draw(curves), self.out / "plateau.png")
 
-    def _train(self, model: str, algorithm: Algorithm) -> np.ndarray:
-        """Fitness of the distribution's mean, [generations, seeds]."""
-        run = Run(
-            model=find(model),
-            seeds=tuple(range(self.seeds)),
-            stopping=Stopping.after(BUDGETS[-1] // algorithm.population),
-            algorithm=algorithm,
-        )
-        return np.array([curves.centre_fitness for _, curves in run.evolve(run.start())])
+    def _train(self, model: str, stages: Stages) -> tuple[np.ndarray, np.ndarray]:
+        """Episodes done after each generation, and the mean's fitness [generations, seeds]."""
+        weights, done = None, 0
+        episodes: list[int] = []
+        fitness: list[np.ndarray] = []
+        for stage, (algorithm, share) in enumerate(stages):
+            run = Run(
+                experiment=find(model).experiment(),
+                # Other noise in every stage.
+                seeds=tuple(1000 * stage + seed for seed in range(self.seeds)),
+                stopping=Stopping.after(round(share * BUDGETS[-1]) // algorithm.population),
+                algorithm=algorithm,
+            )
+            begun = run.start() if weights is None else _from(run, weights)
+            for reached, curves in run.evolve(begun):
+                done += algorithm.population
+                episodes.append(done)
+                fitness.append(curves.centre_fitness)
+                weights = np.asarray(reached.best_weights)
+        return np.array(episodes), np.array(fitness)
+
+
+def _from(run: Run, weights: np.ndarray) -> Progress:
+    """The start of a search around these weights, [seeds, n_weights]."""
+    keys = jax.vmap(jax.random.key)(jnp.asarray(run.seeds))
+    search = jax.vmap(run.algorithm.start)(keys, jnp.asarray(weights))
+    return run.start()._replace(search=search, best_weights=weights)
+
+
+def _best_of_two(episodes: np.ndarray, best: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Of each pair of runs the better, after half of the episodes each."""
+    pairs = best[:, : best.shape[1] // 2 * 2].reshape(len(best), -1, 2).max(axis=2)
+    half = np.searchsorted(episodes, 0.5 * episodes, side="right") - 1
+    return episodes, np.where(half[:, None] >= 0, pairs[half], -np.inf)
 
 
 def _rows(
-    name: str, model: str, population: int, fitness: np.ndarray, best: np.ndarray
+    name: str, model: str, episodes: np.ndarray, fitness: np.ndarray, best: np.ndarray
 ) -> list[tuple]:
-    # The rule counts generations of 32 episodes.
     rule = Stopping()
-    scale = 32 / population
-    rule = dataclasses.replace(
-        rule, generations=round(rule.generations * scale), least=round(rule.least * scale)
-    )
     rows = []
     for seed, (curve, of_seed) in enumerate(zip(fitness.T, best.T, strict=True)):
-        done = next(
-            (n for n in range(1, len(curve)) if rule.reason(curve[:n]) != RUNNING), len(curve)
-        )
-        at = [of_seed[min(budget // population, len(of_seed)) - 1] for budget in BUDGETS]
-        missed = of_seed[-1] - of_seed[done - 1]
-        rows.append(
-            (name, model, seed, *(f"{x:.4f}" for x in at), done * population, f"{missed:.4f}")
-        )
+        at = [of_seed[np.searchsorted(episodes, budget, side="right") - 1] for budget in BUDGETS]
+        told = [f"{x:.4f}" for x in at]
+        ends, misses = "", ""
+        if name != RESTARTS:
+            # The rule counts generations of 32 episodes.
+            at_32 = np.searchsorted(episodes, np.arange(32, episodes[-1] + 1, 32))
+            seen = curve[np.minimum(at_32, len(curve) - 1)]
+            done = next(
+                (n for n in range(1, len(seen)) if rule.reason(seen[:n]) != RUNNING), len(seen)
+            )
+            reached = of_seed[np.searchsorted(episodes, 32 * done, side="right") - 1]
+            ends, misses = 32 * done, f"{of_seed[-1] - reached:.4f}"
+        rows.append((name, model, seed, *told, ends, misses))
     return rows
 
 
@@ -127,21 +164,23 @@ def draw(curves: dict[tuple[str, str], tuple[np.ndarray, np.ndarray]]) -> Figure
     """A panel a model: the mean over runs of the best fitness so far, a line a setting."""
     models = list(dict.fromkeys(model for _, model in curves))
     with styled():
-        figure = new_figure(PAGE_IN, 2.4)
+        figure = new_figure(PAGE_IN, 2.8)
+        # More settings than colours: what follows is dashed.
+        styles = [{"color": colour, "ls": dash} for dash in ("-", "--") for colour in COLOURS]
         panels = figure.subplots(1, len(models), sharey=True, squeeze=False)[0]
         for panel, model in zip(panels, models, strict=True):
             names = [name for name, of in curves if of == model]
-            for colour, name in zip(COLOURS, names, strict=False):
+            for name, style in zip(names, styles, strict=False):
                 episodes, best = curves[name, model]
                 # What does not hop yet would drown what does.
                 mean = np.maximum(best, 0.0).mean(axis=1)
-                panel.plot(episodes, mean, color=colour, lw=1.2, label=name)
+                panel.plot(episodes, mean, lw=1.2, label=name, **style)
             panel.set_xscale("log")
             panel.set_title(model, loc="left", fontsize=8)
             panel.set_xlabel("episodes")
         panels[0].set_ylabel("best fitness so far [m/J]")
         handles, labels = panels[0].get_legend_handles_labels()
-        figure.legend(handles, labels, loc="outside lower center", ncols=len(labels))
+        figure.legend(handles, labels, loc="outside lower center", ncols=5)
     return figure
 
 

@@ -30,6 +30,7 @@ from tegotae.metrics.metric import (
 )
 from tegotae.metrics.registry import built_in_gait, channels_of, chosen, summarise, with_needed
 from tegotae.metrics.statistics import Interval, mean_defined
+from tegotae.oscillators import Clamped
 from tegotae.rollout import Engine, Scenario, Timing, Trajectory
 
 
@@ -417,8 +418,9 @@ def clamped_rollouts(
         body: the body.
         protocol: how many phases, time, control period, what counts as settled.
     """
+    assert controller.oscillator is not None
     engine = Engine(
-        controller=dataclasses.replace(controller, oscillator=controller.oscillator.clamped()),
+        controller=dataclasses.replace(controller, oscillator=Clamped(controller.oscillator)),
         timing=Timing(duration_s=protocol.undisturbed_s, tick_s=protocol.tick_s),
         summary=_hops_and_end,
     )

@@ -31,7 +31,7 @@ class Lane(NamedTuple):
 class Tick(NamedTuple):
     """What a control tick brought: all that channels and rewards are made of."""
 
-    index: jax.Array
+    number: jax.Array
     """Its number, from 0 on."""
     tick_s: jax.Array
     """Its duration [s]."""

@@ -11,6 +11,7 @@ import jax
 import jax.numpy as jnp
 
 from tegotae.bodies import Body
+from tegotae.channels import Channel, Combined, Latest, State, Total
 from tegotae.controller import Controller
 from tegotae.errors import TegotaeError, unknown
 from tegotae.integrators.base import phase_of, to_units
@@ -30,56 +31,6 @@ class Frame(NamedTuple):
     """What drives it."""
     body: Body
     """The body."""
-
-
-@dataclass(frozen=True)
-class Channel:
-    """Something recorded frame by frame, an array [frames, *limb_shape, lanes] or [frames, lanes].
-
-    One of its four kinds: `State`, `Total`, `Latest`, `Combined`.
-
-    Args:
-        name: its name, with its unit.
-        meaning: what it is.
-    """
-
-    name: str
-    meaning: str
-
-
-@dataclass(frozen=True)
-class State(Channel):
-    """The value at the end of each frame."""
-
-    of: Callable[[Frame], jax.Array]
-
-
-@dataclass(frozen=True)
-class Total(Channel):
-    """The running sum, from the release on, of what every control tick adds."""
-
-    gain: Callable[[Tick], jax.Array]
-
-
-@dataclass(frozen=True)
-class Latest(Channel):
-    """The last event of its kind in a frame; NaN in frames without one.
-
-    Args:
-        when: whether a control tick has one.
-        value: what is recorded of it.
-    """
-
-    when: Callable[[Tick], jax.Array]
-    value: Callable[[Tick], jax.Array]
-
-
-@dataclass(frozen=True)
-class Combined(Channel):
-    """What follows from totals, each given by name."""
-
-    of: Callable[..., jax.Array]
-    needs: tuple[str, ...]
 
 
 @jax.tree_util.register_pytree_node_class
@@ -164,7 +115,7 @@ def _apex(tick: Tick) -> jax.Array:
 
 def _at(tick: Tick, share: jax.Array) -> jax.Array:
     """The time at a share of a tick [s]."""
-    return (tick.index.astype(share.dtype) + share) * tick.tick_s
+    return (tick.number.astype(share.dtype) + share) * tick.tick_s
 
 
 COMMON: tuple[Channel, ...] = (

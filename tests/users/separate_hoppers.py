@@ -8,8 +8,8 @@ import jax
 import jax.numpy as jnp
 
 from tegotae.bodies import Body, Contact, Hopper, HopperState, Push, Sensation
+from tegotae.channels import State
 from tegotae.parameters import traceable
-from tegotae.recorder import State
 
 
 @traceable

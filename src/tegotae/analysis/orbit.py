@@ -14,8 +14,8 @@ from tegotae.metrics.gait import LIMIT_CYCLE, REGIMES, GaitSummary
 from tegotae.metrics.hopping import hops
 from tegotae.rollout import Engine, Scenario, Timing
 
-SETTLE_S = 60.0
-"""Simulated time in which a gait has to settle [s]."""
+ORBIT_AFTER_S = 60.0
+"""Simulated time in which a gait has to settle before its orbit is looked at [s]."""
 
 
 class NoLimitCycleError(TegotaeError):
@@ -53,12 +53,31 @@ class Orbit:
     """Actuator force F_a [N], [samples]; zero in flight."""
 
 
+def require_enterable(saved: SavedController, what: str) -> None:
+    """Raise `TegotaeError` unless an orbit can be entered by body and phase alone.
+
+    An analysis that starts rollouts on a limit cycle knows of the oscillator its phase. One with
+    more state, or without a phase, would start off the cycle.
+    """
+    oscillator, body = saved.controller.oscillator, saved.body
+    if body.limbs > 1:
+        raise TegotaeError(
+            f"{what} is made for bodies of one limb; a {type(body).__name__} has {body.limbs}"
+        )
+    if oscillator is not None and not oscillator.is_its_phase:
+        why = "more state than its phase" if oscillator.has_phase else "no phase"
+        raise TegotaeError(
+            f"{what} starts rollouts on the limit cycle by phase alone; "
+            f"{type(oscillator).__name__} has {why}"
+        )
+
+
 def find_orbit(
     saved: SavedController,
     *,
     height_m: float = 1.2,
     phase_rad: float = 0.0,
-    settle_s: float = SETTLE_S,
+    settle_s: float = ORBIT_AFTER_S,
     tick_s: float = 0.001,
 ) -> Orbit:
     """Release a controller's body, let it settle, and return its last limit cycle.
@@ -85,7 +104,7 @@ def find_orbit(
     require_finite("phase", phase_rad)
     timing = Timing(duration_s=settle_s, tick_s=tick_s, frame_s=tick_s)
     engine = Engine(controller=saved.controller, timing=timing, summary=_recorded)
-    scenario = Scenario(omega=saved.omega, height_m=height_m, phase_rad=phase_rad)
+    scenario = Scenario.of(saved.omega, height_m=height_m, phase_rad=phase_rad)
     recorded = engine.run(saved.weights, scenario, saved.body, dtype="float64")
     lane, regime, period, table = jax.tree.map(lambda x: x[..., 0], recorded)
     if regime != LIMIT_CYCLE:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tegotae.analysis.orbit import Orbit
+from tegotae.analysis.orbit import Orbit, require_enterable
 from tegotae.analysis.outcome import turn
 from tegotae.bodies import Hopper
 from tegotae.controller_file import SavedController
@@ -67,6 +67,7 @@ def measure_phase_response(
 
     Reference: A. T. Winfree, The Geometry of Biological Time, chapter 4.
     """
+    require_enterable(saved, "a phase response")
     body = saved.body
     if not isinstance(body, Hopper):
         raise TegotaeError(f"a push needs a hopper's mass, and this is a {type(body).__name__}")
@@ -88,8 +89,8 @@ def measure_phase_response(
     )
     table = engine.run(
         saved.weights,
-        Scenario(
-            omega=saved.omega,
+        Scenario.of(
+            saved.omega,
             height_m=orbit.height_m[point],
             velocity_m_per_s=orbit.velocity_m_per_s[point] + push / body.mass_kg,
             phase_rad=orbit.phase_rad[point],

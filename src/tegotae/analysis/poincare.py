@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tegotae.analysis.orbit import Orbit
+from tegotae.analysis.orbit import Orbit, require_enterable
 from tegotae.analysis.outcome import turn
 from tegotae.controller_file import SavedController
 from tegotae.errors import TegotaeError, require_count, require_finite
@@ -36,6 +36,8 @@ class Poincare:
 
     fixed_point: np.ndarray
     """x* = P(x*), shape [d]."""
+    refined: bool
+    """Whether Newton's method found it; else it is the apex at which the rollout had settled."""
     jacobian: np.ndarray
     """∂P/∂x at x*, shape [d, d]."""
     multipliers: np.ndarray
@@ -89,6 +91,7 @@ def poincare_section(
 
     Reference: S. H. Strogatz, Nonlinear Dynamics and Chaos, section 8.7.
     """
+    require_enterable(saved, "a Poincaré section")
     require_finite("step", step, above=0.0)
     require_finite("nudge", nudge, above=NUMERICAL)
     require_count("turns", turns, least=3)
@@ -98,7 +101,7 @@ def poincare_section(
     def after(points: np.ndarray, cycles: int) -> np.ndarray:
         return _apexes(saved, orbit, points, cycles, tick_s)
 
-    fixed, matrix = fixed_point(lambda points: after(points, 1)[0], start, step)
+    fixed, matrix, found = fixed_point(lambda points: after(points, 1)[0], start, step)
     if not np.all(np.isfinite(matrix)):
         raise TegotaeError(
             f"a step of {step:g} off the limit cycle leads to no hop; use a smaller step"
@@ -110,6 +113,7 @@ def poincare_section(
     distance = np.linalg.norm(_apart(nudged, fixed), axis=-1)
     return Poincare(
         fixed_point=fixed,
+        refined=found,
         jacobian=matrix,
         multipliers=values,
         hops=orbit.hops,
@@ -136,31 +140,31 @@ def linearised(image: Map, point: np.ndarray, step: float) -> tuple[np.ndarray, 
     return images[0], (_apart(ahead, behind) / (2.0 * step)).T
 
 
-def fixed_point(image: Map, start: np.ndarray, step: float) -> tuple[np.ndarray, np.ndarray]:
-    """x* = P(x*) near `start` by Newton's method, and ∂P/∂x there.
+def fixed_point(image: Map, start: np.ndarray, step: float) -> tuple[np.ndarray, np.ndarray, bool]:
+    """x* = P(x*) near `start` by Newton's method, ∂P/∂x there, and whether it was found.
 
-    `start` itself, where Newton's method leads astray.
+    Where Newton's method leads astray it is `start` itself.
 
     Example:
-        >>> found, slope = fixed_point(np.cos, np.array([0.7]), 1e-4)
-        >>> f"{found[0]:.6f} {slope[0, 0]:.6f}"
-        '0.739085 -0.673612'
+        >>> at, slope, found = fixed_point(np.cos, np.array([0.7]), 1e-4)
+        >>> f"{at[0]:.6f} {slope[0, 0]:.6f} {found}"
+        '0.739085 -0.673612 True'
     """
     point, at_start = start, linearised(image, start, step)
     at, matrix = at_start
     for _ in range(_NEWTON_STEPS):
         miss = _apart(at, point)
         if np.linalg.norm(miss) < _CLOSE:
-            break
+            return point, matrix, True
         slope = np.eye(len(point)) - matrix
         defined = np.all(np.isfinite(miss)) and np.all(np.isfinite(slope))
         if not defined or np.linalg.cond(slope) > _SINGULAR:
-            return start, at_start[1]
+            return start, at_start[1], False
         point = point + np.linalg.solve(slope, miss)
         if np.linalg.norm(_apart(point, start)) > _ASTRAY:
-            return start, at_start[1]
+            return start, at_start[1], False
         at, matrix = linearised(image, point, step)
-    return point, matrix
+    return point, matrix, bool(np.linalg.norm(_apart(at, point)) < _CLOSE)
 
 
 def observed_factor(distance: np.ndarray) -> float:
@@ -205,8 +209,8 @@ def _apexes(
     )
     table = engine.run(
         np.broadcast_to(saved.weights, (len(points), len(saved.weights))),
-        Scenario(
-            omega=saved.omega,
+        Scenario.of(
+            saved.omega,
             height_m=points[:, 0],
             phase_rad=points[:, 1] if points.shape[1] > 1 else 0.0,
         ),
@@ -243,7 +247,7 @@ def transient(
     engine = Engine(
         controller=saved.controller, timing=Timing(duration_s=duration_s), summary=_hops
     )
-    scenario = Scenario(omega=saved.omega, height_m=height_m, phase_rad=phase_rad)
+    scenario = Scenario.of(saved.omega, height_m=height_m, phase_rad=phase_rad)
     table = engine.run(saved.weights, scenario, saved.body, dtype="float64")
     number = int(table.count[0])
     points = np.stack([table.height_m[:number, 0], table.phase_rad[:number, 0]], axis=-1)

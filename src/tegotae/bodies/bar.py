@@ -11,6 +11,7 @@ import jax.numpy as jnp
 
 from tegotae.bodies.base import Body, Contact, Push, Sensation
 from tegotae.bodies.motion import LARGEST_TURN_RAD, ORDER, crossing_time, rise, series
+from tegotae.channels import Channel, State
 from tegotae.errors import TegotaeError, require_finite
 from tegotae.parameters import traceable
 
@@ -149,10 +150,8 @@ class Bar(Body):
         return jnp.sqrt(self.gravity_m_per_s2 / self.rest_length_m)
 
     @property
-    def channels(self):
+    def channels(self) -> tuple[Channel, ...]:
         """Pitch and its rate."""
-        from tegotae.recorder import State
-
         return (
             State("pitch_rad", "Pitch θ [rad].", lambda f: f.lane.moment.body.pitch),
             State(

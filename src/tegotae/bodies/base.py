@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import jax
 
-if TYPE_CHECKING:
-    from tegotae.recorder import Channel
+from tegotae.channels import Channel
 
 
 class Sensation(NamedTuple):
@@ -94,6 +93,9 @@ class Body(ABC):
 
     def check_tick(self, tick_s: float) -> None:  # noqa: B027 - optional
         """Raise `TegotaeError` if this control period [s] is too long for the body."""
+
+    def check_release(self, height_m: float) -> None:  # noqa: B027 - optional
+        """Raise `TegotaeError` if, released at rest from this height [m], it can never hop."""
 
     @abstractmethod
     def release(self, height_m: jax.Array, velocity_m_per_s: jax.Array) -> Any:

@@ -161,6 +161,6 @@ def _control(
     heard = with_rhythm(controller, Signals(sensed, scales), oscillator)
     said = decide(controller, rows, omega, heard, oscillator, max_force, added=added)
     ahead = held(oscillator, said.rate, step_s)
-    path = (phase_of(controller, each, said.feedback) for each in (oscillator, ahead))
-    force = push(controller, max_force, said.smooth_force, *path, omega)
+    begins, ends = (phase_of(controller, each, said.feedback) for each in (oscillator, ahead))
+    force = push(controller, max_force, said.smooth_force, begins, ends, omega)
     return settled(controller, ahead), force.mean_n / max_force, said.feedback

@@ -52,6 +52,7 @@ def poincare_tables(found: Poincare, transient: np.ndarray) -> dict[str, dict[st
             "imaginary": np.imag(found.multipliers),
             "modulus": np.abs(found.multipliers),
             "observed_factor": found.observed,
+            "refined": found.refined,
             "period_hops": found.hops,
             "period_s": found.period_s,
             "decay_time_s": found.decay_s,
@@ -74,18 +75,24 @@ def _draw_section(axes: Axes, found: Poincare, transient: np.ndarray) -> None:
         axes.plot(transient[:, 1], transient[:, 0], color="0.75", lw=0.5)
         axes.plot(transient[:, 1], transient[:, 0], ".", color=COLOURS[0], ms=4)
         axes.plot(*transient[0, ::-1], "s", color=COLOURS[2], ms=4, label="first apex")
-        axes.plot(*found.fixed_point[::-1], "x", color=COLOURS[4], ms=7, mew=1.4, label="x*")
+        axes.plot(
+            *found.fixed_point[::-1], "x", color=COLOURS[4], ms=7, mew=1.4, label=_star(found)
+        )
         axes.set_xlabel("phase at the apex φ [rad]")
     else:
         axes.plot(transient[:-1, 0], transient[1:, 0], ".", color=COLOURS[0], ms=4)
         axes.plot(transient[0, 0], transient[1, 0], "s", color=COLOURS[2], ms=4, label="first apex")
         if found.hops == 1:
             star = found.fixed_point[0]
-            axes.plot(star, star, "x", color=COLOURS[4], ms=7, mew=1.4, label="x*")
+            axes.plot(star, star, "x", color=COLOURS[4], ms=7, mew=1.4, label=_star(found))
         axes.axline((transient[0, 0], transient[0, 0]), slope=1.0, color="0.6", lw=0.6)
         axes.set_xlabel("height of the apex before [m]")
     axes.set_ylabel("height of the apex y [m]")
     axes.legend(handletextpad=0.2)
+
+
+def _star(found: Poincare) -> str:
+    return "x*" if found.refined else "x*, not refined"
 
 
 def _draw_decay(axes: Axes, found: Poincare) -> None:

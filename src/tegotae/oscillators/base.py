@@ -4,15 +4,13 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import jax
 import jax.numpy as jnp
 
+from tegotae.channels import Channel
 from tegotae.errors import TegotaeError
-
-if TYPE_CHECKING:
-    from tegotae.recorder import Channel
 
 
 class Oscillator(ABC):
@@ -73,12 +71,6 @@ class Oscillator(ABC):
     def settle(self, state: Any) -> Any:
         """The same state, in the form kept between ticks (such as a phase wrapped to [0, 2π))."""
         return state
-
-    def clamped(self) -> Oscillator:
-        """This oscillator with its rhythm held still, for CPGu; all of its state, by default."""
-        from tegotae.oscillators.clamped import Clamped
-
-        return Clamped(self)
 
     @property
     def has_phase(self) -> bool:

@@ -9,6 +9,7 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 
+from tegotae.channels import Channel
 from tegotae.oscillators.base import Oscillator
 
 
@@ -21,7 +22,7 @@ class Clamped(Oscillator):
     Example:
         >>> from tegotae.oscillators import PhaseOscillator
         >>> import jax.numpy as jnp
-        >>> clamped = PhaseOscillator().clamped()
+        >>> clamped = Clamped(PhaseOscillator())
         >>> clamped.rate(clamped.start(jnp.ones(1)), jnp.array([5.0]), jnp.array([2.0]))
         PhaseState(phase=Array([0.], dtype=float32))
     """
@@ -32,6 +33,11 @@ class Clamped(Oscillator):
     def SIGNALS(self) -> tuple[str, ...]:  # type: ignore[override]  # noqa: N802
         """Those of the oscillator within."""
         return self.inner.SIGNALS
+
+    @property
+    def channels(self) -> tuple[Channel, ...]:
+        """As the oscillator within."""
+        return self.inner.channels
 
     @property
     def n_weights(self) -> int:

@@ -9,12 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from tegotae.bodies import Hopper
 from tegotae.errors import TegotaeError
 from tegotae.metrics.metric import Conditions, DerivedMetric, Metric
 from tegotae.metrics.registry import derived, metrics, names
 from tegotae.metrics.statistics import mean_defined
-from tegotae.models import Model, all_models, find
+from tegotae.models import Model, all_models
 from tegotae.study.record import Record
 
 _DESIGN = (
@@ -89,7 +88,7 @@ class Table:
 def tabulate(records: Iterable[Record]) -> Table:
     """The table of some records, in the order of the registry of models."""
     return of_runs(
-        (record.model, _training(record), _means(record, record.episodes))
+        (place(record), _training(record), _means(record, record.episodes))
         for record in _ordered(records)
     )
 
@@ -107,13 +106,14 @@ def tabulate_budgets(records: Iterable[Record]) -> Table | None:
             training |= {"training_budget": np.full(len(episodes), budget)}
             training |= {"episodes_trained": episodes, "best_fitness": _best(record, budget)}
             then = {name: values[i] for name, values in record.at_budgets.items()}
-            rows.append((record.model, training, _means(record, then or record.episodes)))
+            rows.append((place(record), training, _means(record, then or record.episodes)))
     return of_runs(rows) if rows else None
 
 
 def _ordered(records: Iterable[Record]) -> list[Record]:
-    by_model = {record.model: record for record in records}
-    return [by_model[name] for name in all_models() if name in by_model]
+    by_name = {record.model: record for record in records}
+    others = sorted(by_name.keys() - all_models().keys())
+    return [by_name[name] for name in (*all_models(), *others) if name in by_name]
 
 
 def _means(record: Record, episodes: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
@@ -125,9 +125,13 @@ def with_derived(record: Record, episodes: dict[str, np.ndarray]) -> dict[str, n
 
     They are found episode by episode, as a mean's is another thing than the mean.
     """
-    protocol = record.configuration["protocol"]
-    body = Hopper(**record.configuration["hopper"])
-    return episodes | derived(episodes, Conditions(body, protocol["work"], protocol["drop_m"]))
+    try:
+        experiment = record.experiment
+    except TegotaeError:  # of a part that is not registered here
+        return episodes
+    protocol = experiment.protocol
+    conditions = Conditions(experiment.body, protocol.work, protocol.drop_m)
+    return episodes | derived(episodes, conditions)
 
 
 def _training(record: Record) -> dict[str, np.ndarray]:
@@ -147,8 +151,10 @@ def _best(record: Record, budget: int) -> np.ndarray:
     return np.nanmax(record.curves["centre_fitness"][:generations], axis=0)
 
 
-def of_runs(sets: Iterable[tuple[str, dict[str, np.ndarray], dict[str, np.ndarray]]]) -> Table:
-    """The table of (model's name, training of its runs, metrics of its runs), [runs] each.
+def of_runs(
+    sets: Iterable[tuple[dict[str, Any], dict[str, np.ndarray], dict[str, np.ndarray]]],
+) -> Table:
+    """The table of (place in the design, training of its runs, metrics of its runs), [runs] each.
 
     It has the metrics of any of them, in the order in which metrics are shown; a metric that a
     model lacks is undefined there.
@@ -157,8 +163,7 @@ def of_runs(sets: Iterable[tuple[str, dict[str, np.ndarray], dict[str, np.ndarra
     found = {name for _, _, values in sets for name in values}
     held = [*(name for name in names() if name in found), *sorted(found.difference(names()))]
     rows: dict[str, list] = {}
-    for name, training, measured in sets:
-        place = design(find(name))
+    for place, training, measured in sets:
         for i in range(len(training["best_fitness"])):
             row = {
                 **place,
@@ -169,6 +174,16 @@ def of_runs(sets: Iterable[tuple[str, dict[str, np.ndarray], dict[str, np.ndarra
             for key, entry in row.items():
                 rows.setdefault(key, []).append(entry)
     return Table({key: np.array(values) for key, values in rows.items()})
+
+
+def place(record: Record) -> dict[str, Any]:
+    """Where a record's experiment stands in the study's design; if in none, in a row of its own."""
+    name, omega = record.model, record.configuration["experiment"]["omega"]
+    if name in all_models():
+        return design(all_models()[name])
+    own = dict.fromkeys(("learned", "reaction", "gain", "actuation", "observation"), "")
+    omega_t = np.nan if omega is None else omega
+    return {"model": name, "architecture": name, **own, "omega_t": omega_t}
 
 
 def design(model: Model) -> dict[str, Any]:

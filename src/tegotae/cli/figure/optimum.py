@@ -97,7 +97,7 @@ def _gait(saved: SavedController) -> Gait:
     engine = Engine(
         controller=saved.controller, timing=Timing(duration_s=60.0), summary=GaitSummary()
     )
-    return engine.run(saved.weights, Scenario(omega=saved.omega), saved.body).lane()
+    return engine.run(saved.weights, Scenario.of(saved.omega), saved.body).lane()
 
 
 def _stance(orbit: Orbit) -> dict[str, np.ndarray]:

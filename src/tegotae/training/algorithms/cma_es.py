@@ -24,6 +24,8 @@ class CMAES(Algorithm):
     Reference: N. Hansen, The CMA evolution strategy: a tutorial, 2016.
     """
 
+    NAME = "cma-es"
+
     population: int = 64
     """Episodes per generation."""
     std: float = 0.3
@@ -32,6 +34,11 @@ class CMAES(Algorithm):
     def __post_init__(self) -> None:
         require_count("population", self.population, least=4)
         require_finite("std", self.std, above=0.0)
+
+    @property
+    def program(self) -> CMAES:
+        """The population alone."""
+        return CMAES(population=self.population)
 
     def make(self, n_weights: int) -> CMA_ES:
         """evosax's CMA-ES."""

@@ -27,6 +27,8 @@ class OpenES(Algorithm):
     learning, 2017.
     """
 
+    NAME = "openai-es"
+
     population: int = 64
     """Episodes per generation: an even number."""
     std: float = 0.2
@@ -42,6 +44,11 @@ class OpenES(Algorithm):
             )
         require_finite("std", self.std, above=0.0)
         require_finite("learning_rate", self.learning_rate, above=0.0)
+
+    @property
+    def program(self) -> OpenES:
+        """The population alone."""
+        return OpenES(population=self.population)
 
     def make(self, n_weights: int) -> Open_ES:
         """evosax's OpenAI-ES."""

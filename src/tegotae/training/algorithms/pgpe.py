@@ -34,6 +34,8 @@ class PGPE(Algorithm):
         N. E. Toklu et al., ClipUp, PPSN 2020.
     """
 
+    NAME = "pgpe"
+
     population: int = 64
     """Episodes per generation: an even number."""
     std: float = 0.3
@@ -59,6 +61,11 @@ class PGPE(Algorithm):
             require_finite(name, getattr(self, name), above=0.0)
         for name in ("std_lr", "std_max_change", "momentum"):
             require_finite(name, getattr(self, name), least=0.0)
+
+    @property
+    def program(self) -> PGPE:
+        """The population alone."""
+        return PGPE(population=self.population)
 
     def make(self, n_weights: int) -> EvosaxPGPE:
         """evosax's PGPE."""
