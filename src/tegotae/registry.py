@@ -38,7 +38,7 @@ def register(part: P) -> P:
     A part is a frozen dataclass that keeps a contract: a subclass of `Body`, `Oscillator`, `Term`,
     `Coupling`, `Objective`, `Algorithm` or `AgentSettings`. It is named by
     its class. Registering it again, or a new version of the same class, is allowed; taking the name
-    of another part is not. A `Metric` is registered so, too: it is evaluated and shown from then on.
+    of another part is not. A `Metric` is registered so, too, and evaluated from then on.
 
     Args:
         part: the class, or an instance of it.
