@@ -22,7 +22,6 @@ from tegotae.envs import make_sb3  # noqa: E402
 from tegotae.integrators import Hold  # noqa: E402
 from tegotae.models import find  # noqa: E402
 from tegotae.terms import Signals  # noqa: E402
-from tegotae.training import agents  # noqa: E402
 from tegotae.training.agents import (  # noqa: E402
     AgentRun,
     PPOSettings,
@@ -35,6 +34,7 @@ from tegotae.training.agents.learner import AgentTraining, learn, make_agent  # 
 from tegotae.training.curves import read_curves  # noqa: E402
 from tegotae.training.evolve import Training, start  # noqa: E402
 from tegotae.training.fitness import Fitness  # noqa: E402
+from tegotae.training.learners import learner  # noqa: E402
 from tegotae.tuning import SPACES, Task  # noqa: E402
 
 TIMING = Timing(duration_s=6.0, tick_s=0.002)
@@ -53,18 +53,18 @@ def _one_thread():
     torch.set_num_threads(threads)
 
 
+def experiment(model="AR-rF-sector-w8"):
+    return find(model).experiment(timing=TIMING, fitness=Fitness(settle_s=SETTLE_S))
+
+
 def training(settings, model="AR-rF-sector-w8", **changes):
     settings = dataclasses.replace(settings, **changes)
-    controller = agent_controller(find(model), settings.NAME, settings.max_feedback_rad_per_s)
-    fitness = Fitness(settle_s=SETTLE_S, follow_omega=False)
-    return AgentTraining(
-        controller=controller, settings=settings, omega=8.0, timing=TIMING, fitness=fitness
-    )
+    return AgentTraining.of(experiment(model), settings)
 
 
 def run(settings=PPO, **changes):
-    given = {"model": find("AR-rF-sector-w8"), "seeds": (1,), "episodes": 4, "evaluate_every": 2}
-    return AgentRun(**{**given, **changes}, settings=settings, timing=TIMING, settle_s=SETTLE_S)
+    given = {"experiment": experiment(), "seeds": (1,), "episodes": 4, "evaluate_every": 2}
+    return AgentRun(**{**given, **changes}, settings=settings)
 
 
 def observations(learner, n=64):
@@ -258,7 +258,7 @@ class TestFolder:
         assert rows[-1]["simulated_s"] == "24"
         configuration = json.loads((folder / "run.json").read_text())["configuration"]
         assert configuration["algorithm"]["name"] == "ppo"
-        assert configuration["model"] == "AR-rF-sector-w8"
+        assert configuration["experiment"]["name"] == "AR-rF-sector-w8"
         versions = json.loads((folder / "run.json").read_text())["software"]
         assert {"torch", "stable-baselines3"} <= set(versions)
 
@@ -327,25 +327,19 @@ class TestTuning:
         optuna = pytest.importorskip("optuna")
         space = SPACES[algorithm]
         first = space.suggest(optuna.trial.FixedTrial(dict(space.first)))
-        assert first == agents.AGENTS[algorithm]()
+        assert first == learner(algorithm)()
 
     def test_settings_are_judged_by_each_seeds_best_policy_within_the_budget(self):
-        model = find("AR-rF-sector-w8")
-        task = Task(
-            models=(model,), budget_s=24.0, timing=TIMING, settle_s=SETTLE_S, follow_omega=False
-        )
-        found = SPACES["ppo"].learn(PPO, task, model, (0, 1))
+        task = Task(experiments=(experiment(),), budget_s=24.0)
+        found = SPACES["ppo"].learn(PPO, task, experiment(), (0, 1))
         for seed, best in zip((0, 1), found, strict=True):
             points = learn(training(PPO), seed=seed, episodes=4, evaluate_every=1)
             assert best == max(point.fitness for point in points)
 
     def test_settings_that_diverge_are_worth_what_they_had_reached(self):
-        model = find("AR-rF-sector-w8")
-        task = Task(
-            models=(model,), budget_s=24.0, timing=TIMING, settle_s=SETTLE_S, follow_omega=False
-        )
+        task = Task(experiments=(experiment(),), budget_s=24.0)
         wild = dataclasses.replace(PPO, learning_rate=1e30)
-        (found,) = SPACES["ppo"].learn(wild, task, model, (0,))
+        (found,) = SPACES["ppo"].learn(wild, task, experiment(), (0,))
         start = next(learn(training(PPO), seed=0, episodes=1))
         assert found >= start.fitness
 
@@ -362,7 +356,7 @@ class TestBadInput:
     )
     def test_models_without_a_meaning_are_refused(self, algorithm, model, why):
         with pytest.raises(TegotaeError, match=f"{algorithm} has no meaning for {model}: .*{why}"):
-            AgentRun(model=find(model), settings=agents.AGENTS[algorithm]())
+            AgentRun(experiment=find(model).experiment(), settings=learner(algorithm)())
 
     @pytest.mark.parametrize(
         ("kind", "given", "message"),
@@ -387,16 +381,22 @@ class TestBadInput:
 
     def test_an_episode_too_short_to_be_judged(self):
         with pytest.raises(TegotaeError, match="leaves less than 1 s after settling"):
-            AgentRun(model=find("AR"), timing=Timing(duration_s=4.5))
+            find("AR").experiment(timing=Timing(duration_s=4.5))
 
     @pytest.mark.parametrize(
         ("arguments", "message"),
         [
             (["AR", "--algorithm", "spo"], "no algorithm is called 'spo'; did you mean ppo"),
             (["V", "--algorithm", "sac"], "sac has no meaning for V-reflex-w8"),
-            (["AR", "--algorithm", "sac", "--population", "8"], "--population belongs to pgpe"),
-            (["AR", "--algorithm", "ppo", "--generations", "8"], "--generations belongs to pgpe"),
-            (["AR", "--episodes", "8"], "--episodes belongs to sac, ppo"),
+            (
+                ["AR", "--algorithm", "sac", "--population", "8"],
+                "--population belongs to cma-es, openai-es, pgpe;",
+            ),
+            (
+                ["AR", "--algorithm", "ppo", "--generations", "8"],
+                "--generations belongs to cma-es, openai-es, pgpe;",
+            ),
+            (["AR", "--episodes", "8"], "--episodes belongs to ppo, sac;"),
             (["AR", "--algorithm", "ppo", "--episodes", "0"], "episodes is 0"),
         ],
     )

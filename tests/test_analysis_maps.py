@@ -290,7 +290,7 @@ def test_a_gait_that_two_kinds_of_release_lead_away_from_each_other():
 
 def test_without_an_oscillator_velocities_take_the_place_of_phases():
     controller = build("T")
-    saved = SavedController(controller, np.zeros(controller.n_weights), 0.0)
+    saved = SavedController(controller, np.zeros(controller.n_weights), None)
     found = map_basin(saved, np.array([1.1, 1.2]), np.array([-1.0, 0.0, 1.0]), timing=TIMING)
     assert found.phase_rad is None
     assert found.velocity_m_per_s.tolist() == [-1.0, 0.0, 1.0]

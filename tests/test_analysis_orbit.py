@@ -152,7 +152,7 @@ def test_only_controllers_that_sense_the_velocity_depend_on_the_slice():
 def test_the_single_network_has_a_surface_over_velocity_instead_of_phase():
     controller = build("T-Fv")
     weights = np.random.default_rng(1).normal(size=controller.n_weights)
-    saved = SavedController(controller, weights, 0.0)
+    saved = SavedController(controller, weights, None)
     found = actuation_surface(saved, FORCES, columns=5, velocity_range_m_per_s=(-2.0, 2.0))
     assert found.phase_rad is None
     assert found.velocity_m_per_s.tolist() == [-2.0, -1.0, 0.0, 1.0, 2.0]

@@ -55,7 +55,7 @@ def test_json_is_one_object_with_the_result_and_the_parameters_used(simulate):
     assert len(found["apex_time_s"]) == len(found["apex_height_m"]) == len(found["apex_phase_rad"])
     assert found["work_j"] > 0.0
     assert found["cot_inverse_total"] > found["cot_inverse_flight"] > 0.0
-    assert found["energy"] == "absolute"
+    assert found["work"] == "absolute"
     assert found["window_s"] == [2.0, 4.0]
     assert (found["failed"], found["failed_time_s"]) == (False, None)
     assert found["parameters"] == {
@@ -239,7 +239,7 @@ def test_a_controller_without_oscillator_has_pictures_too(simulate, tmp_path):
     from tegotae.controller_file import SavedController, save
 
     single = build("T-Fv", 8)
-    save(SavedController(single, np.full(single.n_weights, 0.5), 0.0), tmp_path / "t.json")
+    save(SavedController(single, np.full(single.n_weights, 0.5), None), tmp_path / "t.json")
     picture = tmp_path / "t.png"
     simulate("--controller", str(tmp_path / "t.json"), "--plot", str(picture))
     assert is_readable(picture)

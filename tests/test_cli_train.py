@@ -131,7 +131,7 @@ def test_a_folder_of_another_training_is_refused(tiny_training, one_line_error, 
     assert "differs in seeds; choose another folder with --out" in one_line_error(
         "train", *words, "--seeds", "3"
     )
-    assert "differs in model" in one_line_error("train", "AR", *words[1:])
+    assert "differs in name" in one_line_error("train", "AR", *words[1:])
     assert tiny.contents(tiny_training) == before
 
 
@@ -255,10 +255,10 @@ REFUSED = {
     "ART --first-seed 2147483647 --seeds 2": "seed is 2147483648; it must be below 2^31",
     "ART --generations 0": "generations is 0; it must be a whole number of at least 1",
     "ART --algorithm pgp": "no algorithm is called 'pgp'; did you mean pgpe",
-    "ART --episodes 10": "--episodes belongs to sac, ppo; pgpe has no such option",
-    "AR --algorithm sac --population 8": "--population belongs to pgpe",
+    "ART --episodes 10": "--episodes belongs to ppo, sac; pgpe has no such option",
+    "AR --algorithm sac --population 8": "--population belongs to cma-es, openai-es, pgpe;",
     "AR --algorithm sac --episodes 0": "episodes is 0",
-    "ART --energy kinetic": "energy is 'kinetic'; it must be one of absolute, positive, net",
+    "ART --energy kinetic": "work is 'kinetic'; it must be one of absolute, positive, net",
     "ART --budget 5": "budget is 5, too small",
     "ART --budget 0": "budget is 0",
     "V --budget 0": "budget is 0",

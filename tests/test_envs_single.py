@@ -132,9 +132,9 @@ class TestInterface:
         np.testing.assert_allclose(si, [2.0, 1.0, 0.45], rtol=1e-6)
 
     def test_hopper_and_reward_may_be_given_by_their_arguments(self):
-        env = HopperEnv(body={"mass_kg": 0.2}, reward={"energy": "net"})
+        env = HopperEnv(body={"mass_kg": 0.2}, reward={"work": "net"})
         assert env.settings.body == Hopper(mass_kg=0.2)
-        assert env.settings.reward == HopReward(energy="net")
+        assert env.settings.reward == HopReward(work="net")
 
     def test_observation_stays_in_its_space_whatever_happens(self):
         env = HopperEnv(
@@ -264,7 +264,7 @@ class TestReward:
 
     @pytest.mark.parametrize(("energy", "work"), [("absolute", 3.0), ("positive", 2.0), ("net", 1)])
     def test_counts_work_as_defined(self, energy, work):
-        reward = HopReward(energy=energy)
+        reward = HopReward(work=energy)
         signed = np.array([2.0, -1.0], np.float32)
         assert float(np.sum(np.asarray(reward.work(signed)))) == work
 
@@ -360,7 +360,7 @@ class TestMisuse:
         with pytest.raises(TegotaeError, match="option of reset"):
             env.reset(options={"mass_kg": 1.0})
 
-    @pytest.mark.parametrize("kwargs", [{"energy": "heat"}, {"least_work_j": -1.0}])
+    @pytest.mark.parametrize("kwargs", [{"work": "heat"}, {"least_work_j": -1.0}])
     def test_of_the_reward_is_told(self, kwargs):
         with pytest.raises(TegotaeError):
             HopReward(**kwargs)

@@ -14,7 +14,7 @@ from tegotae.figures.study import (
     frequencies,
 )
 from tegotae.models import all_models
-from tegotae.study.table import Table, of_runs
+from tegotae.study.table import Table, design, of_runs
 
 MODELS = {
     "V-sector-w4": 0.6,
@@ -39,7 +39,7 @@ def table(**changed: np.ndarray) -> Table:
     for name in MODELS:
         runs = 5 if known[name].is_trained else 1
         values = {metric: row[:runs] for metric, row in metrics(name, runs).items()}
-        sets.append((name, {"best_fitness": np.zeros(runs)}, values))
+        sets.append((design(known[name]), {"best_fitness": np.zeros(runs)}, values))
     return of_runs(sets)
 
 

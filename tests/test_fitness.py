@@ -15,7 +15,8 @@ from tegotae.metrics.gait import GaitSummary
 from tegotae.metrics.hopping import hop_height_m
 from tegotae.metrics.spectrum import delta_omega, peak, rest_delta_omega, spectrum
 from tegotae.recorder import COMMON
-from tegotae.training.fitness import EPISODE, FAILED, SETTLE_S, Fitness
+from tegotae.training.fitness import EPISODE, SETTLE_S, Fitness
+from tegotae.training.objective import FAILED_FITNESS
 
 TIMING = Timing(duration_s=20.0)
 FITNESS = Fitness(settle_s=4.0)
@@ -166,7 +167,7 @@ def test_the_definition_of_energy_is_a_choice(energy):
         for name, x in zip(("absolute", "positive", "net"), (4, 3, 2), strict=True)
     }
     what = trajectory(sinusoid(5.0), climb_flight_m=12.0 * TIME, **work)
-    out = judge(what, fitness=Fitness(energy=energy))
+    out = judge(what, fitness=Fitness(work=energy))
     expected = {"absolute": 3.0, "positive": 4.0, "net": 6.0}[energy]
     assert out["cot_inverse"][0] == pytest.approx(expected, rel=1e-4)
     np.testing.assert_array_equal(work_total(what, energy), getattr(what, f"work_{energy}_j"))
@@ -247,7 +248,7 @@ def test_a_failure_is_worse_than_anything_that_does_not_fail():
     out = judge(best_failure)
     assert out["failed"][0]
     assert out["cot_inverse"][0] == 0.0
-    assert FAILED <= out["fitness"][0] <= FAILED + 1.0 < worst
+    assert FAILED_FITNESS <= out["fitness"][0] <= FAILED_FITNESS + 1.0 < worst
 
 
 def test_to_fail_later_is_better():
@@ -263,7 +264,7 @@ def test_a_failed_lane_is_no_matter_to_the_others():
     failed[:, 2] = True
     out = judge(trajectory(spoiled, failed=failed))
     np.testing.assert_array_equal(out["fitness"][:2], judge(trajectory(height))["fitness"])
-    assert out["fitness"][2] == FAILED
+    assert out["fitness"][2] == FAILED_FITNESS
     assert all(np.isfinite(out[name][2]) for name in ("fitness", "cot_inverse"))
 
 
@@ -312,7 +313,7 @@ def test_a_settling_time_out_of_range_is_refused(value):
 def test_an_unknown_energy_is_refused_with_those_that_are_known():
     message = r"^\w+ is 'gross'; it must be one of absolute, positive, net$"
     with pytest.raises(TegotaeError, match=message):
-        Fitness(energy="gross")
+        Fitness(work="gross")
     with pytest.raises(TegotaeError, match=message):
         work_total(trajectory(sinusoid(5.0)), "gross")
 

@@ -73,5 +73,5 @@ def test_agents_are_not_trained_in_a_folder_in_use(tmp_path):
     from tegotae import find
 
     with locked(tmp_path), pytest.raises(TegotaeError, match=f"at work in {tmp_path}; "):
-        train_agents(AgentRun(model=find("AR")), tmp_path)
+        train_agents(AgentRun(experiment=find("AR").experiment()), tmp_path)
     assert os.listdir(tmp_path) == [".lock"]

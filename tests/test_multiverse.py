@@ -18,6 +18,7 @@ from tegotae.cli import main
 from tegotae.errors import TegotaeError
 from tegotae.figures.multiverse import curve_figure, overview_figure
 from tegotae.metrics.statistics import Interval
+from tegotae.models import find
 from tegotae.report.multiverse import shares_table
 from tegotae.study import runner
 from tegotae.study.claims import FAILS, HOLDS, UNDECIDED, Part, Verdict
@@ -102,11 +103,13 @@ def test_a_reading_is_in_every_unit_that_it_is_about():
     for reading, units in plan.by_reading:
         assert list(units) == list(plan.models)
         for unit in units.values():
-            run, protocol = unit.run, unit.protocol
-            assert run.hopper == reading.hopper
-            assert (run.energy, run.follow_omega) == (reading.work, reading.follow_omega)
-            assert run.budget == reading.parameters
-            assert run.release_m == reading.release
+            experiment, protocol = unit.run.experiment, unit.run.experiment.protocol
+            assert experiment.body == reading.hopper
+            assert experiment.fitness.work == reading.work
+            assert experiment.fitness.follow_omega == reading.follow_omega
+            model = find(experiment.name)
+            assert experiment.controller == model.controller(reading.parameters)
+            assert experiment.release_m == reading.release
             assert (protocol.work, protocol.drop_m) == (reading.work, reading.drop)
             assert protocol.release_m == reading.release
             assert protocol.limit_cycle.height_tolerance_m == 0.005 * reading.tolerance

@@ -67,8 +67,8 @@ def test_a_window_from_the_release_on_holds_everything():
 
 
 def test_the_definition_of_work_is_a_choice_and_is_named():
-    found = {energy: simulation(energy=energy).run().summary() for energy in ENERGIES}
-    assert all(found[energy]["energy"] == energy for energy in ENERGIES)
+    found = {energy: simulation(work=energy).run().summary() for energy in ENERGIES}
+    assert all(found[energy]["work"] == energy for energy in ENERGIES)
     absolute, positive, net = (found[energy]["work_j"] for energy in ENERGIES)
     assert absolute >= positive >= net
     assert absolute > 0.0
@@ -132,7 +132,7 @@ REFUSED = {
     "a height beyond float32": ({"height_m": 1e39}, {}, "height_m is 1e\\+39; the largest float32"),
     "a mass beyond float32": ({}, {"hopper": Hopper(mass_kg=1e300)}, "mass_kg is 1e\\+300; the l"),
     "a weight beyond float32": ({}, {"weights": np.array([1e200])}, "weight 0 is 1e\\+200"),
-    "an unknown energy": ({}, {"energy": "kinetic"}, "work is 'kinetic'; it must be one of absol"),
+    "an unknown energy": ({}, {"work": "kinetic"}, "work is 'kinetic'; it must be one of absol"),
     "an unknown dtype": ({}, {"dtype": "float16"}, "dtype is 'float16'"),
     "a window after the end": ({}, {"measure_from_s": 4.0}, "window begins at 4 s, .* ends at 4 s"),
     "a window before the release": ({}, {"measure_from_s": -1.0}, "measure_from_s is -1"),

@@ -23,6 +23,7 @@ from tegotae.study.folder import Folder
 from tegotae.study.plan import plan
 from tegotae.study.record import SUFFIX, read, write
 from tegotae.study.unit import key_of
+from tegotae.training.fitness import Fitness
 
 
 @pytest.fixture
@@ -236,7 +237,7 @@ def test_a_record_that_cannot_be_read_is_not_called_damaged(
 
 
 def test_a_record_under_a_wrong_name_is_damaged(half, smoke_study, capsys):
-    units = {unit.run.model.name: unit for unit in plan("smoke").units}
+    units = {unit.run.experiment.name: unit for unit in plan("smoke").units}
     wrong = Folder(half).place(units["T-Fv"])
     shutil.copy(Folder(half).place(units["V-sector-w8"]), wrong)
     assert main(["study", "status", "--dir", str(half)]) == 0
@@ -253,16 +254,17 @@ def test_a_record_under_a_wrong_name_is_damaged(half, smoke_study, capsys):
         {"format": 0},
         {"stopping": {}},
         {"seeds": [0, 1, 2]},
-        {"budget": 20},
-        {"energy": "positive"},
-        {"follow_omega": False},
-        {"hopper": {**dataclasses.asdict(Hopper()), "mass_kg": 0.2}},
+        {"budgets": []},
+        {"experiment": {"release_m": 1.1}},
+        {"experiment": {"fitness": {**Fitness(work="positive").__dict__, "kind": "Fitness"}}},
+        {"experiment": {"something": "new"}},
         {"something": "new"},
     ],
 )
 def test_a_whole_record_of_other_settings_is_never_mixed_in(half, smoke_study, change, capsys):
     record = read(next(half.glob("records/V-*")))
-    record.configuration.update(change)
+    experiment = {**record.configuration["experiment"], **change.get("experiment", {})}
+    record.configuration.update({**change, "experiment": experiment})
     name = f"{key_of(record.configuration)}{SUFFIX}"
     write(record, half / "records" / name)
     found, said = Folder(half).all()
@@ -329,7 +331,7 @@ def test_a_full_disk_keeps_what_is_done(smoke_study, tmp_path, monkeypatch):
         try:
             for bundle in bundles:
                 for unit in bundle:
-                    yield unit, known[unit.run.model.name]
+                    yield unit, known[unit.run.experiment.name]
         finally:
             ended.append(True)
 
@@ -394,7 +396,7 @@ def test_a_damaged_description_of_a_study_is_refused(half, one_line_error, text)
     assert len(studies.records(half)) == 2
 
 
-@pytest.mark.parametrize("lacks", ["format", "stopping", "energy", "hopper"])
+@pytest.mark.parametrize("lacks", ["format", "stopping", "experiments"])
 def test_a_study_of_an_earlier_version_is_refused(half, one_line_error, lacks, tmp_path):
     document = json.loads((half / "study.json").read_text())
     del document[lacks]
@@ -408,10 +410,18 @@ def test_a_study_of_an_earlier_version_is_refused(half, one_line_error, lacks, t
     assert contents(half) == before
 
 
-@pytest.mark.parametrize("name", ["energy", "follow_omega", "hopper"])
-def test_a_study_of_another_measure_or_body_is_another_study(half, name):
-    changed = {"energy": "positive", "follow_omega": False, "hopper": Hopper(mass_kg=0.2)}
-    other = dataclasses.replace(plan("smoke"), **{name: changed[name]})
+@pytest.mark.parametrize(
+    ("name", "changed"),
+    [
+        ("fitness.work", {"fitness": Fitness(settle_s=2.0, work="positive")}),
+        ("fitness.follow_omega", {"fitness": Fitness(settle_s=2.0, follow_omega=False)}),
+        ("body.mass_kg", {"body": Hopper(mass_kg=0.2)}),
+    ],
+)
+def test_a_study_of_another_measure_or_body_is_another_study(half, name, changed):
+    whole = plan("smoke")
+    experiments = tuple(dataclasses.replace(each, **changed) for each in whole.experiments)
+    other = dataclasses.replace(whole, experiments=experiments)
     before = contents(half)
     with pytest.raises(TegotaeError, match=f"holds a study with another {name}; "):
         runner.run(other, half)

@@ -19,8 +19,9 @@ from tegotae.cli import main
 from tegotae.cli.tune import Tune
 from tegotae.training import evolve
 from tegotae.training import settings as configurations
-from tegotae.training.agents import AGENTS
-from tegotae.training.algorithms import ALGORITHMS, PGPE
+from tegotae.training.algorithms import PGPE
+from tegotae.training.fitness import Fitness
+from tegotae.training.learners import agents, evolutions, learner
 from tegotae.training.run import Run, train
 from tegotae.training.settings import configuration, load, tuned
 from tegotae.training.stopping import Stopping
@@ -32,12 +33,15 @@ from toy_tuning import TASK
 optuna = pytest.importorskip("optuna")
 
 TINY = Task(
-    models=(find("AR"),),
+    experiments=(
+        find("AR").experiment(
+            budget=8,
+            timing=Timing(duration_s=3.0, tick_s=0.004),
+            fitness=Fitness(settle_s=1.0),
+        ),
+    ),
     seeds=2,
     budget_s=256 * 3.0,
-    timing=Timing(duration_s=3.0, tick_s=0.004),
-    settle_s=1.0,
-    budget=8,
 )
 """A task that can be trained for in a test."""
 
@@ -64,23 +68,25 @@ def test_every_point_of_a_space_is_a_valid_setting_of_its_algorithm(algorithm):
     study = optuna.create_study(sampler=optuna.samplers.RandomSampler(seed=0))
     for _ in range(100):
         settings = SPACES[algorithm].suggest(study.ask())
-        assert isinstance(settings, configurations.KINDS[algorithm])
+        assert isinstance(settings, learner(algorithm))
 
 
-@pytest.mark.parametrize("algorithm", ALGORITHMS)
+@pytest.mark.parametrize("algorithm", evolutions())
 def test_a_search_begins_with_the_settings_that_the_algorithm_has_by_default(algorithm):
     first = tried_first(SPACES[algorithm])
-    assert dataclasses.asdict(first) == pytest.approx(dataclasses.asdict(ALGORITHMS[algorithm]()))
+    assert dataclasses.asdict(first) == pytest.approx(dataclasses.asdict(learner(algorithm)()))
 
 
-@pytest.mark.parametrize("algorithm", ALGORITHMS)
+@pytest.mark.parametrize("algorithm", evolutions())
 def test_every_setting_is_worth_the_same_simulated_time(algorithm):
     """As many whole generations as there are episodes for, and never none."""
     study = optuna.create_study(sampler=optuna.samplers.RandomSampler(seed=0))
     task = dataclasses.replace(TINY, budget_s=1000 * 3.0)
+    (experiment,) = task.experiments
     for _ in range(30):
         population = SPACES[algorithm].suggest(study.ask()).population
-        assert population <= SPACES[algorithm].least_episodes <= task.episodes(least=population)
+        least = SPACES[algorithm].least_episodes
+        assert population <= least <= task.episodes(experiment, least=population)
 
 
 # How a setting is judged.
@@ -90,13 +96,10 @@ def test_every_setting_is_worth_the_same_simulated_time(algorithm):
 def trained(tmp_path_factory):
     """Population, seeds and fitness of a training on disk that spends what TINY allows."""
     run = Run(
-        model=TINY.models[0],
+        experiment=TINY.experiments[0],
         seeds=(7, 8),
         stopping=Stopping.after(16),
         algorithm=PGPE(population=16, learning_rate=0.1),
-        timing=TINY.timing,
-        settle_s=TINY.settle_s,
-        budget=TINY.budget,
     )
     paths = train(run, tmp_path_factory.mktemp("trained"))
     return run, [json.loads(path.read_text())["training"]["best_fitness"] for path in paths]
@@ -104,22 +107,22 @@ def trained(tmp_path_factory):
 
 def test_a_value_is_the_best_fitness_of_a_training_that_spends_the_budget(trained):
     run, fitness = trained
-    assert evolved(run.algorithm, TINY, TINY.models[0], run.seeds) == pytest.approx(fitness)
+    assert evolved(run.algorithm, TINY, TINY.experiments[0], run.seeds) == pytest.approx(fitness)
 
 
 def test_settings_that_differ_in_no_shape_share_one_compiled_program(trained):
     run, fitness = trained
     compiled = evolve._generation._cache_size()
     other = dataclasses.replace(run.algorithm, std=0.05, learning_rate=0.3, max_speed=0.9)
-    assert evolved(other, TINY, TINY.models[0], run.seeds) != pytest.approx(fitness)
+    assert evolved(other, TINY, TINY.experiments[0], run.seeds) != pytest.approx(fitness)
     assert evolve._generation._cache_size() == compiled
 
 
 def test_a_trials_value_is_the_mean_over_models_and_seeds(toy, tmp_path):
     (trial,) = search(tmp_path / "s", 1)
     expected = [
-        toy_tuning.parabola(toy_tuning.Toy(0.0), TASK, model, (TASK.first_seed + seed,))[0]
-        for model in TASK.models
+        toy_tuning.parabola(toy_tuning.Toy(0.0), TASK, experiment, (TASK.first_seed + seed,))[0]
+        for experiment in TASK.experiments
         for seed in range(TASK.seeds)
     ]
     assert [trial.intermediate_values[i] for i in range(TASK.instances)] == expected
@@ -147,8 +150,8 @@ def test_the_order_of_the_work_of_many_workers_does_not_mix_up_the_values():
     found = judge(toy_tuning.space(), settings, TASK, workers=3)
     expected = [
         [
-            toy_tuning.parabola(one, TASK, model, (TASK.first_seed + seed,))[0]
-            for model in TASK.models
+            toy_tuning.parabola(one, TASK, experiment, (TASK.first_seed + seed,))[0]
+            for experiment in TASK.experiments
             for seed in range(TASK.seeds)
         ]
         for one in settings
@@ -282,17 +285,22 @@ def test_a_storage_in_use_is_refused(toy, tmp_path):
 # Named configurations.
 
 
+def trained_for(task: dict) -> int:
+    """For how many experiments settings were judged; earlier versions named models."""
+    return len(task.get("experiments") or task["models"])
+
+
 @pytest.mark.parametrize("name", configurations.names())
 def test_every_configuration_of_the_package_says_how_it_was_found(name):
     kept = configuration(name)
-    assert isinstance(kept.settings, configurations.KINDS[kept.algorithm])
+    assert isinstance(kept.settings, learner(kept.algorithm))
     if name == "pgpe":  # not by a search, but by a comparison that a page shows
         assert "docs/studies/plateau.py" in kept.found["about"]
         return
     found = kept.found
     assert found["trials"]["complete"] > 0
     assert found["mean_fitness"] == pytest.approx(np.mean(found["fitness"]))
-    assert len(found["fitness"]) == len(found["task"]["models"]) * found["task"]["seeds"]
+    assert len(found["fitness"]) == trained_for(found["task"]) * found["task"]["seeds"]
     assert {"tegotae", "jax", "optuna"} <= set(found["software"])
 
 
@@ -307,9 +315,9 @@ def test_the_algorithms_of_fig_3_were_tuned_with_the_same_simulated_time():
     assert len({most_simulated_s(name) for name in ("pgpe-figure3", "sac", "ppo")}) == 1
 
 
-@pytest.mark.parametrize("algorithm", [*ALGORITHMS, *AGENTS])
+@pytest.mark.parametrize("algorithm", [*evolutions(), *agents()])
 def test_every_algorithm_has_tuned_settings_or_those_of_its_class(algorithm):
-    kind = {**ALGORITHMS, **AGENTS}[algorithm]
+    kind = learner(algorithm)
     kept = algorithm in configurations.names()
     assert tuned(algorithm) == (configuration(algorithm).settings if kept else kind())
 
@@ -365,7 +373,7 @@ def test_the_command_keeps_settings_that_are_a_configuration(tmp_path, capsys):
     kept = load(tmp_path / "k.json")
     assert kept.algorithm == "openai-es"
     assert kept.found["trials"] == {"complete": 2, "pruned": 0, "fail": 0}
-    assert kept.found["task"]["models"] == ["AR-rF-reflex-w8"]
+    assert [each["name"] for each in kept.found["task"]["experiments"]] == ["AR-rF-reflex-w8"]
     assert kept.found["confirmation"]["first_seed"] != kept.found["task"]["first_seed"]
     out = capsys.readouterr().out
     assert f"population = {kept.settings.population}" in out
@@ -413,4 +421,4 @@ def test_without_optuna_the_extra_is_named(one_line_error, tmp_path, monkeypatch
 @pytest.mark.parametrize(("algorithm", "follows"), [("pgpe", True), ("sac", False), ("ppo", False)])
 def test_agents_are_tuned_for_what_they_are_paid(algorithm, follows, tmp_path):
     command = Tune(models=("AR",), storage=tmp_path / "s", algorithm=algorithm)
-    assert command.task.follow_omega is follows
+    assert command.task.experiments[0].fitness.follow_omega is follows

@@ -12,6 +12,7 @@ import numpy as np
 
 from tegotae import Timing, controller_file, find
 from tegotae.cli import main
+from tegotae.training.fitness import Fitness
 from tegotae.training.run import Run
 from tegotae.training.settings import tuned
 from tegotae.training.stopping import Stopping
@@ -24,16 +25,23 @@ OPTIONS = (
 )
 """What to give to `tegotae train`, but for the generations and the folder."""
 
+SETTINGS: dict[str, Any] = {
+    "timing": Timing(duration_s=3.0, tick_s=0.002),
+    "fitness": Fitness(settle_s=1.0),
+}
+"""What an experiment's episode is."""
 RUN = Run(
-    model=find("ART"),
+    experiment=find("ART").experiment(budget=20, **SETTINGS),
     seeds=SEEDS,
     stopping=Stopping(generations=GENERATIONS),
     algorithm=dataclasses.replace(tuned("pgpe"), population=8),
-    timing=Timing(duration_s=3.0, tick_s=0.002),
-    settle_s=1.0,
-    budget=20,
 )
 """The same for `tegotae.training.run.train`."""
+
+
+def changed(run: Run = RUN, **settings: Any) -> Run:
+    """The training with other settings of its experiment."""
+    return dataclasses.replace(run, experiment=dataclasses.replace(run.experiment, **settings))
 
 
 def run_of(generations: int) -> Run:

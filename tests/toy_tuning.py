@@ -8,10 +8,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from tegotae.errors import TegotaeError
-from tegotae.models import Model, find
+from tegotae.experiment import Experiment
+from tegotae.models import find
 from tegotae.tuning import SPACES, Space, Task, tune
 
-TASK = Task(models=(find("ART"), find("AR")), seeds=4)
+TASK = Task(experiments=(find("ART").experiment(), find("AR").experiment()), seeds=4)
 """Eight trainings a trial."""
 
 
@@ -26,26 +27,32 @@ def suggest(trial) -> Toy:
     return Toy(trial.suggest_float("x", -4.0, 4.0))
 
 
-def parabola(settings: Toy, task: Task, model: Model, seeds: tuple[int, ...]) -> list[float]:
+def parabola(
+    settings: Toy, task: Task, experiment: Experiment, seeds: tuple[int, ...]
+) -> list[float]:
     """Best at x = 1; every training has a level of its own, which is larger than what x does."""
-    level = 100.0 * (model.name == find("AR").name)
+    level = 100.0 * (experiment.name == find("AR").name)
     return [level + seed % 7 - (settings.x - 1.0) ** 2 for seed in seeds]
 
 
-def dying(settings: Toy, task: Task, model: Model, seeds: tuple[int, ...]) -> list[float]:
+def dying(settings: Toy, task: Task, experiment: Experiment, seeds: tuple[int, ...]) -> list[float]:
     """The process ends in the second half of a trial, as one that is out of memory does."""
     if seeds[0] > task.first_seed:
         os._exit(9)
-    return parabola(settings, task, model, seeds)
+    return parabola(settings, task, experiment, seeds)
 
 
-def refusing(settings: Toy, task: Task, model: Model, seeds: tuple[int, ...]) -> list[float]:
+def refusing(
+    settings: Toy, task: Task, experiment: Experiment, seeds: tuple[int, ...]
+) -> list[float]:
     raise TegotaeError("x is out of the question")
 
 
-def waiting(settings: Toy, task: Task, model: Model, seeds: tuple[int, ...]) -> list[float]:
+def waiting(
+    settings: Toy, task: Task, experiment: Experiment, seeds: tuple[int, ...]
+) -> list[float]:
     """Well into the third trial it says so, and waits for the file `release` to be closed."""
-    fitness = parabola(settings, task, model, seeds)
+    fitness = parabola(settings, task, experiment, seeds)
     place = Path(os.environ["TOY_RELEASE"])
     counter = place.with_name("jobs")
     with counter.open("a") as jobs:

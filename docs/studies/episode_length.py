@@ -19,11 +19,12 @@ import tyro
 
 from tegotae.cli.status import exit_status
 from tegotae.cli.tables import print_rows
-from tegotae.evaluation import Protocol, evaluate
+from tegotae.evaluation import evaluate
 from tegotae.metrics.statistics import mean_defined
 from tegotae.models import find
 from tegotae.rollout import Timing
 from tegotae.training.algorithms import PGPE
+from tegotae.training.fitness import Fitness
 from tegotae.training.run import Run
 from tegotae.training.stopping import Stopping
 
@@ -60,18 +61,20 @@ class EpisodeLength:
 
     def _row(self, name: str, episode_s: float, settle_s: float, population: int) -> list[str]:
         run = Run(
-            model=find(name),
+            experiment=find(name).experiment(
+                timing=Timing(duration_s=episode_s, tick_s=0.002),
+                fitness=Fitness(settle_s=settle_s),
+            ),
             seeds=tuple(range(self.seeds)),
             stopping=Stopping.after(self.generations),
             algorithm=PGPE(population=population),
-            timing=Timing(duration_s=episode_s, tick_s=0.002),
-            settle_s=settle_s,
         )
-        training, omega_t = run.training, run.model.omega_t
+        experiment, protocol = run.experiment, run.experiment.protocol
         ((progress, _),) = deque(run.evolve(run.start()), maxlen=1)
         weights = np.asarray(progress.best_weights)
-        protocol = Protocol()
-        found = evaluate(training.controller, weights, omega_t, run.hopper, protocol).episodes
+        found = evaluate(
+            experiment.controller, weights, experiment.omega, experiment.body, protocol
+        ).episodes
         at_omega_t = found["limit_cycle_share"][:, protocol.offsets.index(0.0)]
         means = [at_omega_t.mean(), *(mean_defined(found[metric].ravel()) for metric in METRICS)]
         return [name, f"{episode_s:g}", f"{settle_s:g}", f"{population}"] + [

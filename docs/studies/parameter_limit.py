@@ -36,7 +36,7 @@ from tegotae.files import output_folder
 from tegotae.metrics.statistics import Interval, difference, interval
 from tegotae.models import BUDGET, find
 from tegotae.training.algorithms import PGPE
-from tegotae.training.fitness import FAILED
+from tegotae.training.objective import FAILED_FITNESS
 from tegotae.training.run import Run, train
 from tegotae.training.settings import configuration
 from tegotae.training.stopping import Stopping
@@ -144,8 +144,9 @@ class ParameterLimit:
 
     def _train(self, way: str, size: int) -> Trained:
         model, settings = find(self.model), WAYS[way](size)
-        run = Run(model=model, seeds=tuple(range(self.seeds)), algorithm=settings, budget=size)
-        episode_s = run.timing.duration_s
+        experiment = model.experiment(budget=size)
+        run = Run(experiment=experiment, seeds=tuple(range(self.seeds)), algorithm=settings)
+        episode_s = experiment.timing.duration_s
         generations = max(1, int(self.simulated_s // (settings.population * episode_s)))
         run = dataclasses.replace(run, stopping=Stopping.after(generations))
         folder = self.work / f"{model.name}-{size}-{way.replace(' ', '-')}"
@@ -158,8 +159,8 @@ class ParameterLimit:
 
         fitness = column("centre_fitness")
         # A rollout that failed has a fitness of minus a million, which says nothing in a mean.
-        fitness = np.where(fitness > 0.5 * FAILED, fitness, np.nan)
-        best = (np.nan_to_num(fitness, nan=FAILED).argmax(axis=0), np.arange(self.seeds))
+        fitness = np.where(fitness > 0.5 * FAILED_FITNESS, fitness, np.nan)
+        best = (np.nan_to_num(fitness, nan=FAILED_FITNESS).argmax(axis=0), np.arange(self.seeds))
         return Trained(
             way,
             size,
@@ -179,7 +180,7 @@ def write_tables(found: list[Trained], out: Path) -> None:
         for t in found:
             s = t.settings
             for seed in range(t.best.shape[1]):
-                numbers = np.nan_to_num([t.best[0, seed], t.best[-1, seed]], nan=FAILED)
+                numbers = np.nan_to_num([t.best[0, seed], t.best[-1, seed]], nan=FAILED_FITNESS)
                 numbers = (*numbers, t.cot_inverse[seed])
                 row = (t.way, t.n_weights, s.population, f"{s.std:.4g}", f"{s.learning_rate:.4g}")
                 table.writerow([*row, seed, *(f"{x:.5g}" for x in numbers)])

@@ -93,7 +93,7 @@ class Plateau:
     def _train(self, model: str, algorithm: Algorithm) -> np.ndarray:
         """Fitness of the distribution's mean, [generations, seeds]."""
         run = Run(
-            model=find(model),
+            experiment=find(model).experiment(),
             seeds=tuple(range(self.seeds)),
             stopping=Stopping.after(BUDGETS[-1] // algorithm.population),
             algorithm=algorithm,

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from tegotae import controller_file
-from tegotae.bodies import Body, Hopper
+from tegotae.bodies import Body
 from tegotae.controller import Controller
 from tegotae.controller_file import SavedController
 from tegotae.errors import TegotaeError
@@ -74,7 +74,7 @@ def group(files: Sequence[tuple[Path, SavedController]]) -> list[Runs]:
             model or members[0][0].stem,
             controller,
             np.stack([saved.weights for _, saved in members]),
-            None if controller.oscillator is None else omega,
+            omega,
             body,
             tuple(str(saved.training.get("seed", path.stem)) for path, saved in members),
         )
@@ -119,6 +119,14 @@ def _searched(name: str) -> Runs:
             f"{model.name} has weights to train and no file was given; "
             f"first: tegotae train {model.name} --out FOLDER"
         )
-    controller, omega = model.controller(), model.omega_t or 0.0
-    gain, _ = best_gain(controller, omega)
-    return Runs(model.name, controller, np.array([[gain]]), omega, Hopper(), ("search",))
+    experiment = model.experiment()
+    gain, _ = best_gain(experiment)
+    weights = np.array([[gain]])
+    return Runs(
+        model.name,
+        experiment.controller,
+        weights,
+        experiment.omega,
+        experiment.body,
+        ("search",),
+    )

@@ -2,30 +2,23 @@
 
 from __future__ import annotations
 
-import dataclasses
 import json
 import math
-import reprlib
 from dataclasses import dataclass, field
 from pathlib import Path
-from types import UnionType
-from typing import Any, TypeVar, get_args, get_origin, get_type_hints
+from typing import Any
 
 import numpy as np
 
-from tegotae import bodies, oscillators, terms
 from tegotae.bodies import Body, Hopper
-from tegotae.controller import Controller, Tegotae
+from tegotae.controller import Controller
+from tegotae.documents import describe, entry
 from tegotae.errors import TegotaeError
 from tegotae.files import write_atomically
-from tegotae.oscillators import Oscillator
 from tegotae.rollout import check_senses
-from tegotae.terms import Actuation, Term
-
-T = TypeVar("T")
 
 FORMAT = "tegotae controller"
-VERSION = 1
+VERSION = 2
 
 
 @dataclass(frozen=True)
@@ -35,7 +28,7 @@ class SavedController:
     Args:
         controller: the structure.
         weights: shape [n_weights].
-        omega: the frequency it was trained at, ω_t [rad/s]; 0 without an oscillator.
+        omega: the frequency it was trained at, ω_t [rad/s]; None without an oscillator.
         body: the body it was trained on.
         model: the model's name, if it is one of the registry's.
         training: how it was trained and how well that went; numbers, strings and lists only.
@@ -44,7 +37,7 @@ class SavedController:
 
     controller: Controller
     weights: np.ndarray
-    omega: float
+    omega: float | None
     body: Body = field(default_factory=Hopper)
     model: str | None = None
     training: dict[str, Any] = field(default_factory=dict)
@@ -59,14 +52,15 @@ def save(saved: SavedController, path: Path | str) -> None:
     """
     weights = np.asarray(saved.weights, "float64")
     _check_weights(saved.controller, weights, str(path))
+    _check_frequency(saved, f"{path} cannot be written")
     document = {
         "format": FORMAT,
         "version": VERSION,
         "model": saved.model,
-        "omega_rad_per_s": float(saved.omega),
-        "controller": _describe_controller(saved.controller),
+        "omega_rad_per_s": None if saved.omega is None else float(saved.omega),
+        "controller": describe(saved.controller),
         "weights": weights.tolist(),
-        "body": _describe(saved.body),
+        "body": describe(saved.body),
         "training": saved.training,
         "software": saved.software,
     }
@@ -96,20 +90,23 @@ def load(path: Path | str) -> SavedController:
         raise TegotaeError(f"{path} {what}") from None
     if not isinstance(document, dict) or document.get("format") != FORMAT:
         raise TegotaeError(f"{path} is not a controller file of tegotae")
-    if document.get("version") != VERSION:
+    if document.get("version") not in (1, VERSION):
         raise TegotaeError(
             f"{path} is of version {document.get('version')!r}; "
-            f"this program reads version {VERSION}"
+            f"this program reads versions 1 and {VERSION}"
         )
     try:
+        if document["version"] == 1:
+            document = _of_version_1(document)
+        omega = entry(document, "omega_rad_per_s", float | None)
         saved = SavedController(
-            _restore_controller(_entry(document, "controller", dict)),
-            np.asarray(_entry(document, "weights", list[float]), "float64"),
-            float(_entry(document, "omega_rad_per_s", float)),
-            _restore(document, "body", Body),
-            _entry(document, "model", str | None),
-            _entry(document, "training", dict),
-            _entry(document, "software", dict),
+            entry(document, "controller", Controller),
+            np.asarray(entry(document, "weights", list[float]), "float64"),
+            None if omega is None else float(omega),
+            entry(document, "body", Body),
+            entry(document, "model", str | None),
+            entry(document, "training", dict),
+            entry(document, "software", dict),
         )
         check_senses(saved.controller, saved.body)
     except KeyError as error:
@@ -117,9 +114,17 @@ def load(path: Path | str) -> SavedController:
     except (TypeError, ValueError, OverflowError) as error:
         raise TegotaeError(f"{path} is damaged: {error}") from None
     _check_weights(saved.controller, saved.weights, str(path))
-    if not math.isfinite(saved.omega):
+    if saved.omega is not None and not math.isfinite(saved.omega):
         raise TegotaeError(f"{path} is damaged: its frequency is {saved.omega}")
+    _check_frequency(saved, f"{path} is damaged")
     return saved
+
+
+def _check_frequency(saved: SavedController, where: str) -> None:
+    if saved.omega is None and saved.controller.oscillator is not None:
+        raise TegotaeError(f"{where}: it has an oscillator but no frequency")
+    if saved.omega is not None and saved.controller.oscillator is None:
+        raise TegotaeError(f"{where}: it has a frequency but no oscillator")
 
 
 def _check_weights(controller: Controller, weights: np.ndarray, path: str) -> None:
@@ -131,78 +136,20 @@ def _check_weights(controller: Controller, weights: np.ndarray, path: str) -> No
         raise TegotaeError(f"{path}: {int((~np.isfinite(weights)).sum())} weights are not finite")
 
 
-def _kinds() -> dict[str, type]:
-    modules = (bodies, oscillators, terms)
-    return {
-        name: getattr(module, name)
-        for module in modules
-        for name in module.__all__
-        if dataclasses.is_dataclass(getattr(module, name))
-    }
+def _of_version_1(document: dict[str, Any]) -> dict[str, Any]:
+    """A document of version 1 as one of this version.
 
-
-def _describe(part: Any) -> dict[str, Any]:
-    """A frozen dataclass of this package as a dictionary with its kind."""
-    kind = type(part).__name__
-    if _kinds().get(kind) is not type(part):
-        raise TegotaeError(
-            f"a {kind} cannot be saved: only the bodies, oscillators and terms of tegotae can"
-        )
-    values = {f.name: getattr(part, f.name) for f in dataclasses.fields(part)}
-    return {"kind": kind, **values}
-
-
-def _restore(parts: dict[str, Any], role: str, base: type[T]) -> T:
-    """The part of that role, a `base`, each of its fields of the type that its class says."""
-    values = dict(_entry(parts, role, dict))
-    name = _entry(values, "kind", str)
-    kind = _kinds().get(name)
-    if kind is None or not issubclass(kind, base):
-        raise TypeError(f"its {role} is a {name!r}, which is no {base.__name__.lower()} known here")
-    del values["kind"]
-    hints = get_type_hints(kind)
-    for field_name in values:
-        if field_name not in hints:
-            raise TypeError(f"a {name} has no {field_name!r}")
-        value = _entry(values, field_name, hints[field_name])
-        values[field_name] = tuple(value) if isinstance(value, list) else value
-    return kind(**values)
-
-
-def _entry(parts: dict[str, Any], name: str, hint: Any) -> Any:
-    """The entry, if JSON could have made it from a value of type `hint`."""
-    if not _fits(parts[name], hint):
-        raise TypeError(f"its {name} is {reprlib.repr(parts[name])}")
-    return parts[name]
-
-
-def _fits(value: Any, hint: Any) -> bool:
-    if get_origin(hint) in (list, tuple):
-        return isinstance(value, list) and all(_fits(entry, get_args(hint)[0]) for entry in value)
-    if isinstance(hint, UnionType):
-        return any(_fits(value, each) for each in get_args(hint))
-    if isinstance(value, bool):
-        return hint is bool
-    return isinstance(value, (int, float) if hint is float else hint)
-
-
-def _describe_controller(controller: Controller) -> dict[str, Any]:
-    parts: dict[str, Any] = {role: _describe(term) for role, term in controller.terms.items()}
-    if controller.oscillator is not None:
-        parts["oscillator"] = _describe(controller.oscillator)
-    if controller.tegotae is not None:
-        parts["limit_rad_per_s"] = controller.tegotae.limit_rad_per_s
-    return parts
-
-
-def _restore_controller(parts: dict[str, Any]) -> Controller:
-    tegotae = None
+    There the terms of the feedback lay beside the actuation, and a controller without an oscillator
+    had the frequency 0.
+    """
+    parts = dict(entry(document, "controller", dict))
     if "action" in parts:
-        tegotae = Tegotae(
-            _restore(parts, "action", Term),
-            _restore(parts, "reaction", Term),
-            _restore(parts, "gain", Term),
-            _entry({"limit_rad_per_s": None, **parts}, "limit_rad_per_s", float | None),
-        )
-    oscillator = _restore(parts, "oscillator", Oscillator) if "oscillator" in parts else None
-    return Controller(_restore(parts, "actuation", Actuation), oscillator, tegotae)
+        own = [name for name in ("limit_rad_per_s",) if name in parts]
+        names = ["action", "reaction", "gain", *own]
+        parts["tegotae"] = {name: parts.pop(name) for name in names}
+    omega = float(entry(document, "omega_rad_per_s", float))
+    return {
+        **document,
+        "controller": parts,
+        "omega_rad_per_s": omega if "oscillator" in parts else None,
+    }

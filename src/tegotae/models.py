@@ -18,9 +18,11 @@ from __future__ import annotations
 import itertools
 from dataclasses import dataclass
 from functools import cache
+from typing import Any
 
 from tegotae.controller import Controller, Tegotae
 from tegotae.errors import TegotaeError, require_count, unknown
+from tegotae.experiment import Experiment
 from tegotae.oscillators import PhaseOscillator
 from tegotae.terms import (
     Actuation,
@@ -156,6 +158,24 @@ class Model:
             network("G") if "G" in inputs else ConstantGain(),
         )
         return Controller(actuation, PhaseOscillator(), tegotae)
+
+    def experiment(self, *, budget: int = BUDGET, **settings: Any) -> Experiment:
+        """The training and evaluation of this model, as in the paper but for what is given.
+
+        Args:
+            budget: largest number of trained parameters.
+            settings: of the `Experiment`: body, release_m, timing, fitness, protocol.
+
+        Raises:
+            TegotaeError: for a budget too small, or settings that do not fit together.
+
+        Example:
+            >>> find("T").experiment(release_m=1.1).omega is None
+            True
+        """
+        return Experiment(
+            name=self.name, controller=self.controller(budget), omega=self.omega_t, **settings
+        )
 
     def _network_inputs(self) -> dict[str, tuple[str, ...]]:
         if self.is_single_network:

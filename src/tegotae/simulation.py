@@ -28,7 +28,7 @@ class Simulation:
         scenario: frequency, release and ground.
         hopper: the body.
         timing: duration, control period, recording period.
-        energy: definition of work.
+        work: definition of work.
         measure_from_s: where the window begins over which work and climbs are counted [s];
             half of the duration by default. It ends with the rollout.
         dtype: "float32" or "float64".
@@ -50,13 +50,13 @@ class Simulation:
     scenario: Scenario
     hopper: Hopper = field(default_factory=Hopper)
     timing: Timing = field(default_factory=Timing)
-    energy: str = "absolute"
+    work: str = "absolute"
     measure_from_s: float | None = None
     dtype: str = "float32"
     integrator: Integrator = field(default_factory=PredictorCorrector)
 
     def __post_init__(self) -> None:
-        check_work(self.energy)
+        check_work(self.work)
         if self.dtype not in ("float32", "float64"):
             raise TegotaeError(f"dtype is {self.dtype!r}; it must be 'float32' or 'float64'")
         for name, value in _numbers(self.scenario).items():
@@ -124,7 +124,7 @@ class Result:
         def over_window(total: np.ndarray) -> float:
             return float(total[-1] - (total[first - 1] if first else 0.0))
 
-        work = over_window(work_total(t, simulation.energy))
+        work_j = over_window(work_total(t, simulation.work))
         flight, total = over_window(t.climb_flight_m), over_window(t.climb_m)
         times, heights, phases = self.apexes
         failed = bool(t.failed[-1])
@@ -132,12 +132,12 @@ class Result:
             "apex_time_s": times.astype(float).tolist(),
             "apex_height_m": heights.astype(float).tolist(),
             "apex_phase_rad": phases.astype(float).tolist(),
-            "cot_inverse_flight": None if failed else _finite(cot_inverse(flight, work)),
-            "cot_inverse_total": None if failed else _finite(cot_inverse(total, work)),
+            "cot_inverse_flight": None if failed else _finite(cot_inverse(flight, work_j)),
+            "cot_inverse_total": None if failed else _finite(cot_inverse(total, work_j)),
             "climb_flight_m": _finite(flight),
             "climb_total_m": _finite(total),
-            "work_j": _finite(work),
-            "energy": simulation.energy,
+            "work_j": _finite(work_j),
+            "work": simulation.work,
             "window_s": [first * timing.frame_s, timing.n_frames * timing.frame_s],
             "failed": failed,
             "failed_time_s": float(t.time_s[np.argmax(t.failed)]) if failed else None,

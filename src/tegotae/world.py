@@ -31,6 +31,14 @@ class Scenario(NamedTuple):
     posture: Any = ()
     """What else the body's release takes, by name: {"pitch_rad": 0.1} for a bar."""
 
+    @classmethod
+    def of(cls, omega: float | None, **entries: Any) -> Scenario:
+        """A scenario at a prescribed frequency [rad/s], None without an oscillator.
+
+        Nothing reads a frequency then; a number, which the lanes are made of, stands in for it.
+        """
+        return cls(0.0 if omega is None else omega, **entries)
+
 
 def ground_m(scenario: Scenario, tick: jax.Array, tick_s: jax.Array) -> jax.Array:
     """Height of the ground during a control tick [m]."""

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tegotae.analysis.outcome import Outcome, OutcomeSummary
-from tegotae.analysis.sweep import SETTLE_S, as_maps, lanes
+from tegotae.analysis.sweep import MAP_DURATION_S, as_maps, lanes
 from tegotae.controller_file import SavedController
 from tegotae.metrics.gait import LIMIT_CYCLE
 from tegotae.rollout import Engine, Scenario, Timing
@@ -81,11 +81,11 @@ def map_basin(
     height, column = lanes(height_m, across)
     engine = Engine(
         controller=saved.controller,
-        timing=timing or Timing(duration_s=SETTLE_S),
+        timing=timing or Timing(duration_s=MAP_DURATION_S),
         summary=OutcomeSummary(),
     )
-    scenario = Scenario(
-        omega=saved.omega,
+    scenario = Scenario.of(
+        saved.omega,
         height_m=height,
         velocity_m_per_s=0.0 if with_phase else column,
         phase_rad=column if with_phase else 0.0,

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tegotae.analysis.outcome import Outcome, OutcomeSummary
-from tegotae.analysis.sweep import SETTLE_S, as_maps, lanes
+from tegotae.analysis.sweep import MAP_DURATION_S, as_maps, lanes
 from tegotae.bodies import Body
 from tegotae.controller import Controller
 from tegotae.errors import TegotaeError
@@ -62,7 +62,7 @@ def sweep_gain(
         )
     engine = Engine(
         controller=controller,
-        timing=timing or Timing(duration_s=SETTLE_S),
+        timing=timing or Timing(duration_s=MAP_DURATION_S),
         summary=OutcomeSummary(GaitSummary(work=work)),
     )
     gains, frequencies = lanes(sigma, omega)

@@ -14,8 +14,8 @@ from tegotae.metrics.gait import LIMIT_CYCLE, REGIMES, GaitSummary
 from tegotae.metrics.hopping import hops
 from tegotae.rollout import Engine, Scenario, Timing
 
-SETTLE_S = 60.0
-"""Simulated time in which a gait has to settle [s]."""
+ORBIT_AFTER_S = 60.0
+"""Simulated time in which a gait has to settle before its orbit is looked at [s]."""
 
 
 class NoLimitCycleError(TegotaeError):
@@ -77,7 +77,7 @@ def find_orbit(
     *,
     height_m: float = 1.2,
     phase_rad: float = 0.0,
-    settle_s: float = SETTLE_S,
+    settle_s: float = ORBIT_AFTER_S,
     tick_s: float = 0.001,
 ) -> Orbit:
     """Release a controller's body, let it settle, and return its last limit cycle.
@@ -104,7 +104,7 @@ def find_orbit(
     require_finite("phase", phase_rad)
     timing = Timing(duration_s=settle_s, tick_s=tick_s, frame_s=tick_s)
     engine = Engine(controller=saved.controller, timing=timing, summary=_recorded)
-    scenario = Scenario(omega=saved.omega, height_m=height_m, phase_rad=phase_rad)
+    scenario = Scenario.of(saved.omega, height_m=height_m, phase_rad=phase_rad)
     recorded = engine.run(saved.weights, scenario, saved.body, dtype="float64")
     lane, regime, period, table = jax.tree.map(lambda x: x[..., 0], recorded)
     if regime != LIMIT_CYCLE:

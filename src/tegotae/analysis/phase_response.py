@@ -89,8 +89,8 @@ def measure_phase_response(
     )
     table = engine.run(
         saved.weights,
-        Scenario(
-            omega=saved.omega,
+        Scenario.of(
+            saved.omega,
             height_m=orbit.height_m[point],
             velocity_m_per_s=orbit.velocity_m_per_s[point] + push / body.mass_kg,
             phase_rad=orbit.phase_rad[point],

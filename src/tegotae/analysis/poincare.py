@@ -209,8 +209,8 @@ def _apexes(
     )
     table = engine.run(
         np.broadcast_to(saved.weights, (len(points), len(saved.weights))),
-        Scenario(
-            omega=saved.omega,
+        Scenario.of(
+            saved.omega,
             height_m=points[:, 0],
             phase_rad=points[:, 1] if points.shape[1] > 1 else 0.0,
         ),
@@ -247,7 +247,7 @@ def transient(
     engine = Engine(
         controller=saved.controller, timing=Timing(duration_s=duration_s), summary=_hops
     )
-    scenario = Scenario(omega=saved.omega, height_m=height_m, phase_rad=phase_rad)
+    scenario = Scenario.of(saved.omega, height_m=height_m, phase_rad=phase_rad)
     table = engine.run(saved.weights, scenario, saved.body, dtype="float64")
     number = int(table.count[0])
     points = np.stack([table.height_m[:number, 0], table.phase_rad[:number, 0]], axis=-1)

@@ -14,6 +14,7 @@ from tegotae.controller_file import SavedController
 from tegotae.errors import TegotaeError, require_finite
 from tegotae.integrators.base import drive, push
 from tegotae.maths import TWO_PI
+from tegotae.rollout import Scenario
 
 
 @dataclass(frozen=True)
@@ -92,7 +93,7 @@ def actuation_surface(
         angle = jnp.asarray(column if with_oscillator else np.zeros_like(column))
         oscillator = () if controller.oscillator is None else controller.oscillator.start(angle)
         weights = [jnp.full(column.shape, weight) for weight in saved.weights]
-        omega = jnp.full(column.shape, float(saved.omega))
+        omega = jnp.full(column.shape, float(Scenario.of(saved.omega).omega))
         said = drive(controller, body, weights, omega, state, oscillator, jnp.zeros(column.shape))
         answer = push(controller, body.max_force_n, said.smooth_force, angle, angle, omega)
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from tegotae.errors import TegotaeError, require_count, require_finite
 
-SETTLE_S = 40.0
+MAP_DURATION_S = 40.0
 """Simulated time of every rollout of a map [s], as of the undisturbed part of an evaluation: what
 has not settled by its end counts as without limit cycle."""
 

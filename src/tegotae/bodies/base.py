@@ -94,6 +94,9 @@ class Body(ABC):
     def check_tick(self, tick_s: float) -> None:  # noqa: B027 - optional
         """Raise `TegotaeError` if this control period [s] is too long for the body."""
 
+    def check_release(self, height_m: float) -> None:  # noqa: B027 - optional
+        """Raise `TegotaeError` if, released at rest from this height [m], it can never hop."""
+
     @abstractmethod
     def release(self, height_m: jax.Array, velocity_m_per_s: jax.Array) -> Any:
         """The state at release, a tuple of arrays.

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, fields
 from functools import partial
 from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 
 from tegotae.bodies.base import Body, Contact, Push, Sensation
 from tegotae.bodies.motion import LARGEST_TURN_RAD, ORDER, crossing_time, rise, series
@@ -104,6 +106,47 @@ class Hopper(Body):
                 f"the control tick of {tick_s:g} s is too long for this hopper, whose stance has a "
                 f"rate of {fastest:g} rad/s; use at most {LARGEST_TURN_RAD / fastest:.2g} s"
             )
+
+    def check_release(self, height_m: float) -> None:
+        """Raise `TegotaeError` if, released at rest from this height [m], it can never hop.
+
+        It cannot if the actuator does not lift the weight, if the release is below the leg's
+        length, from where nothing falls, or if the first landing presses the leg to nothing even
+        where the actuator pushes with all its force.
+        """
+        if self.max_force_n <= self.weight_n:
+            raise TegotaeError(
+                f"this hopper cannot hop: its actuator pushes with {self.max_force_n:g} N at most, "
+                f"and it weighs {self.weight_n:g} N"
+            )
+        if height_m < self.rest_length_m:
+            raise TegotaeError(
+                f"released from {height_m:g} m this hopper does not fall onto its leg, which is "
+                f"{self.rest_length_m:g} m long; release it from there or higher"
+            )
+        depth = self._landing_depth_m(height_m)
+        if depth >= self.rest_length_m:
+            raise TegotaeError(
+                f"released from {height_m:g} m this hopper breaks its leg: the landing presses it "
+                f"by {depth:.3g} m even at full push, and it is {self.rest_length_m:g} m long"
+            )
+
+    def _landing_depth_m(self, height_m: float) -> float:
+        """How far the first landing after a release at rest presses the leg at full push [m]."""
+        mass, rate = self.mass_kg, self.natural_frequency_rad_per_s
+        sag = (self.weight_n - self.max_force_n) / mass / rate**2  # above the rest length, here
+        speed = math.sqrt(2.0 * self.gravity_m_per_s2 * (height_m - self.rest_length_m))
+        undamped = sag + math.hypot(sag, speed / rate)
+        if undamped < self.rest_length_m:
+            return undamped
+        # The deepest point of d̈ = g - α/m - (c/m) ḋ - (k/m) d comes within an undamped turn.
+        time = np.linspace(0.0, 2.0 * math.pi / rate, 2001)
+        roots = np.roots([1.0, self.damping_ns_per_m / mass, rate**2]).astype(complex)
+        if abs(roots[0] - roots[1]) < 1e-6 * rate:
+            roots[1] += 1e-6 * rate
+        b = (speed + roots[0] * sag) / (roots[1] - roots[0])
+        depth = sag + (-sag - b) * np.exp(roots[0] * time) + b * np.exp(roots[1] * time)
+        return float(depth.real.max())
 
     def release(self, height_m: jax.Array, velocity_m_per_s: jax.Array) -> HopperState:
         """State at release: height [m] and velocity [m/s]."""

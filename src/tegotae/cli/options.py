@@ -98,6 +98,6 @@ class ControllerOptions(HopperOptions):
             raise TegotaeError(f"{file} is for a body that is not a hopper")
         return dataclasses.replace(
             saved,
-            omega=saved.omega if self.omega is None else self.omega,
+            omega=saved.omega if self.omega is None or saved.omega is None else self.omega,
             body=self.hopper(saved.body),
         )

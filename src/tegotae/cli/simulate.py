@@ -100,8 +100,8 @@ class Simulate(ControllerOptions):
                 f"the ground is to drop at {self.drop_time:g} s, but the rollout ends at "
                 f"{self.duration:g} s; set --drop-time or --duration"
             )
-        scenario = Scenario(
-            omega=saved.omega,
+        scenario = Scenario.of(
+            saved.omega,
             height_m=preset(self.preset).height_m if self.height is None else self.height,
             velocity_m_per_s=self.velocity,
             phase_rad=self.phase,
@@ -123,6 +123,8 @@ class Simulate(ControllerOptions):
         scenario: dict[str, float | None] = {
             k: float(v) for k, v in simulation.scenario._asdict().items() if k != "posture"
         }
+        if simulation.controller.oscillator is None:
+            scenario["omega"] = None
         if math.isinf(simulation.scenario.drop_time_s):
             scenario["drop_time_s"] = None
         vanilla = self.controller is None
@@ -157,7 +159,7 @@ def _print(summary: dict) -> None:
     console.print(f"from {start:g} to {end:g} s:")
     console.print(f"  CoT⁻¹ (flight)   {_show(summary['cot_inverse_flight'])} m/J")
     console.print(f"  CoT⁻¹ (all)      {_show(summary['cot_inverse_total'])} m/J")
-    console.print(f"  work ({summary['energy']})  {_show(summary['work_j'])} J")
+    console.print(f"  work ({summary['work']})  {_show(summary['work_j'])} J")
 
 
 def _show(value: float | None) -> str:

@@ -62,7 +62,7 @@ class StudyStatus:
         """Print it."""
         folder = Folder(self.dir)
         document = folder.document
-        models = [unit.run.model.name for unit in plan(document["scale"]).units]
+        models = [unit.run.experiment.name for unit in plan(document["scale"]).units]
         records, damaged = folder.all()
         found = {record.model for record in records}
         missing = [name for name in models if name not in found]

@@ -12,14 +12,14 @@ import numpy as np
 import tyro
 
 from tegotae.cli.tables import print_rows
-from tegotae.errors import TegotaeError, require_count, unknown
+from tegotae.errors import TegotaeError, require_count
 from tegotae.extras import require
 from tegotae.models import BUDGET, find
 from tegotae.rollout import Timing
-from tegotae.training.agents import AGENTS, AgentRun, train_agents
-from tegotae.training.algorithms import ALGORITHMS
+from tegotae.training.agents import AgentRun, train_agents
 from tegotae.training.evolve import Curves
-from tegotae.training.fitness import EPISODE, SETTLE_S
+from tegotae.training.fitness import EPISODE, SETTLE_S, Fitness
+from tegotae.training.learners import agents, evolutions, learner
 from tegotae.training.run import Run, train
 from tegotae.training.settings import tuned
 from tegotae.training.stopping import CAP, PLATEAU, RUNNING, SEARCH, Stopping
@@ -78,14 +78,13 @@ class Train:
 
     def run(self) -> None:
         """Train, and print how it went."""
-        if self.algorithm not in (*ALGORITHMS, *AGENTS):
-            raise unknown("algorithm", self.algorithm, [*ALGORITHMS, *AGENTS])
+        learner(self.algorithm)
         require_count("seeds", self.seeds)
         require_count("first_seed", self.first_seed, least=0)
         name = find(self.model).name
         folder = name if self.algorithm == "pgpe" else f"{name}-{self.algorithm}"
         out = Path("runs") / folder if self.out is None else self.out
-        learns = self.algorithm in AGENTS
+        learns = self.algorithm in agents()
         try:
             paths = self._agents(out) if learns else self._evolution(out)
         except KeyboardInterrupt:
@@ -95,7 +94,7 @@ class Train:
         _summarise(paths, "episode" if learns else "generation")
 
     def _evolution(self, out: Path) -> list[Path]:
-        self._refuse("episodes", AGENTS)
+        self._refuse("episodes", agents())
         chosen = {} if self.population is None else {"population": self.population}
         run = Run(
             stopping=self._stopping,
@@ -111,9 +110,9 @@ class Train:
         return train(run, out, on_generation=on_generation)
 
     def _agents(self, out: Path) -> list[Path]:
-        self._refuse("population", ALGORITHMS)
+        self._refuse("population", evolutions())
         for option in ("generations", "to_cap", "plateau_share", "plateau_tolerance"):
-            self._refuse(option, ALGORITHMS)
+            self._refuse(option, evolutions())
         run = AgentRun(
             episodes=1000 if self.episodes is None else self.episodes,
             settings=tuned(self.algorithm),
@@ -143,14 +142,13 @@ class Train:
     @property
     def _common(self) -> dict[str, Any]:
         """What all kinds of training are told."""
-        return {
-            "model": find(self.model),
-            "seeds": tuple(range(self.first_seed, self.first_seed + self.seeds)),
-            "timing": Timing(duration_s=self.duration, tick_s=self.tick),
-            "settle_s": self.settle,
-            "energy": self.energy,
-            "budget": self.budget,
-        }
+        experiment = find(self.model).experiment(
+            budget=self.budget,
+            timing=Timing(duration_s=self.duration, tick_s=self.tick),
+            fitness=Fitness(settle_s=self.settle, work=self.energy),
+        )
+        seeds = tuple(range(self.first_seed, self.first_seed + self.seeds))
+        return {"experiment": experiment, "seeds": seeds}
 
     def _refuse(self, option: str, owners: Iterable[str]) -> None:
         if getattr(self, option) not in (None, False):

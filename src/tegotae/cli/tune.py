@@ -16,8 +16,8 @@ from tegotae.errors import require_count, unknown
 from tegotae.files import output_file, write_atomically
 from tegotae.models import BUDGET, find
 from tegotae.rollout import Timing
-from tegotae.training.agents import AGENTS
-from tegotae.training.fitness import EPISODE, SETTLE_S
+from tegotae.training.fitness import EPISODE, SETTLE_S, Fitness
+from tegotae.training.learners import agents
 from tegotae.tuning.spaces import SPACES
 from tegotae.tuning.task import BUDGET_S, FIRST_SEED, Task
 
@@ -100,17 +100,15 @@ class Tune:
     @property
     def task(self) -> Task:
         """What settings are judged on."""
-        return Task(
-            models=tuple(find(name) for name in self.models),
-            seeds=self.seeds,
-            budget_s=self.budget_s,
-            timing=Timing(duration_s=self.duration, tick_s=self.tick),
-            settle_s=self.settle,
-            energy=self.energy,
-            # An agent's reward has no ΔΩ, and so it is judged without.
-            follow_omega=not self.cot_only and self.algorithm not in AGENTS,
-            budget=self.budget,
+        # An agent's reward has no ΔΩ, and so it is judged without.
+        follow_omega = not self.cot_only and self.algorithm not in agents()
+        timing = Timing(duration_s=self.duration, tick_s=self.tick)
+        fitness = Fitness(settle_s=self.settle, work=self.energy, follow_omega=follow_omega)
+        experiments = tuple(
+            find(name).experiment(budget=self.budget, timing=timing, fitness=fitness)
+            for name in self.models
         )
+        return Task(experiments=experiments, seeds=self.seeds, budget_s=self.budget_s)
 
 
 def _print(document: dict[str, Any], ranked: list[FrozenTrial]) -> None:

@@ -271,7 +271,7 @@ def _tick(
     )
     sound, contact, ground = brought.sound, brought.contact, brought.ground_m
 
-    work = program.reward.work(contact.work_j)
+    work = program.reward.counted(contact.work_j)
     climb_hop, work_hop = ledger.climb + contact.climb_flight_m, ledger.work + work
     energy = body.energy(brought.end.body, ground)
     # A comparison with the NaN of a tick without apex is false.

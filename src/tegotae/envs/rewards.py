@@ -7,8 +7,8 @@ from typing import Any
 
 import jax.numpy as jnp
 
-from tegotae.errors import TegotaeError, require_finite
-from tegotae.metrics.efficiency import WORK, cot_inverse
+from tegotae.errors import require_finite
+from tegotae.metrics.efficiency import check_work, cot_inverse
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -22,7 +22,7 @@ class HopReward:
     no formula: `CoT⁻¹` is its equation 12, taken hop by hop.)
 
     Args:
-        energy: definition of work, one of "absolute", "positive", "net".
+        work: definition of work, one of "absolute", "positive", "net".
         least_work_j: work that counts as none [J]. The paper's reward can be had for almost
             nothing: the first hops after a release need no work, and so pay the more the less is
             done in them. A greater value, or `charge_stored`, closes that door.
@@ -38,20 +38,19 @@ class HopReward:
         0.5
     """
 
-    energy: str = "absolute"
+    work: str = "absolute"
     least_work_j: float = 1e-6
     charge_stored: bool = False
 
     def __post_init__(self) -> None:
         require_finite("least_work_j", self.least_work_j, least=0.0)
-        if self.energy not in WORK:
-            raise TegotaeError(f"energy is {self.energy!r}; it must be one of {', '.join(WORK)}")
+        check_work(self.work)
 
-    def work(self, work_j: Any) -> Any:
+    def counted(self, work_j: Any) -> Any:
         """What counts of the actuator's signed work over a tick [J]."""
-        if self.energy == "net":
+        if self.work == "net":
             return work_j
-        return jnp.abs(work_j) if self.energy == "absolute" else jnp.maximum(work_j, 0.0)
+        return jnp.abs(work_j) if self.work == "absolute" else jnp.maximum(work_j, 0.0)
 
     def of_hop(self, *, climb_m: Any, work_j: Any, lost_j: Any) -> tuple[Any, Any]:
         """CoT⁻¹ of a hop [m/J] and whether it is paid, each of the shape of the lanes."""

@@ -9,7 +9,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from tegotae.bodies import Hopper
+from tegotae.bodies import Body, Hopper
 from tegotae.controller import Controller
 from tegotae.envs.actions import feedback_controller, force_controller
 from tegotae.envs.rewards import HopReward
@@ -42,8 +42,8 @@ class HopperSettings:
         500
     """
 
-    body: Hopper = field(default_factory=Hopper)
-    """The hopper, with all its parameters; or some of them by name, `{"mass_kg": 0.2}`."""
+    body: Body = field(default_factory=Hopper)
+    """The body; or some parameters of a hopper by name, `{"mass_kg": 0.2}`."""
     tick_s: float = 0.001
     """Control period [s]: how finely the environment is advanced."""
     decimation: int = 10
@@ -67,8 +67,8 @@ class HopperSettings:
     """The step reward, or its arguments by name."""
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "body", _of_kind(Hopper, "body", self.body))
-        object.__setattr__(self, "reward", _of_kind(HopReward, "reward", self.reward))
+        object.__setattr__(self, "body", _of_kind(Body, "body", self.body, Hopper))
+        object.__setattr__(self, "reward", _of_kind(HopReward, "reward", self.reward, HopReward))
         require_finite("tick_s", self.tick_s, above=0.0)
         require_count("decimation", self.decimation)
         require_finite("duration_s", self.duration_s, above=0.0)
@@ -230,12 +230,15 @@ def _check_number(name: str, value: Any) -> None:
         require_finite(name, value)
 
 
-def _of_kind(kind: type[Any], name: str, value: Any) -> Any:
-    """The value, which may be given as a mapping of the constructor's arguments."""
+def _of_kind(kind: type[Any], name: str, value: Any, usual: type[Any]) -> Any:
+    """The value, which may be given as a mapping of the arguments of the usual one."""
     if isinstance(value, Mapping):
-        return _construct(kind, f"argument of {name}", value)
+        return _construct(usual, f"argument of {name}", value)
     if not isinstance(value, kind):
-        raise TegotaeError(f"{name} is {value!r}; it must be a {kind.__name__}, or its arguments")
+        raise TegotaeError(
+            f"{name} is {value!r}; it must be a {kind.__name__}, or the arguments of a "
+            f"{usual.__name__}"
+        )
     return value
 
 

@@ -15,7 +15,7 @@ from matplotlib.patches import Patch
 from tegotae.errors import TegotaeError
 from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, styled
 from tegotae.metrics.statistics import interval
-from tegotae.training.fitness import FAILED
+from tegotae.training.objective import FAILED_FITNESS
 from tegotae.training.stopping import CAP, PLATEAU
 
 _ACROSS = 3
@@ -60,7 +60,7 @@ class Trainings:
 
         NaN until a run has its first rollout that did not fail.
         """
-        alive = np.where(self.fitness > 0.5 * FAILED, self.fitness, np.nan)
+        alive = np.where(self.fitness > 0.5 * FAILED_FITNESS, self.fitness, np.nan)
         return np.fmax.accumulate(alive, axis=0)
 
 

@@ -12,7 +12,6 @@ from tegotae.bodies import Hopper
 from tegotae.controller_file import SavedController
 from tegotae.figures.study import ARCHITECTURES
 from tegotae.figures.surface import surface_figure
-from tegotae.models import find
 from tegotae.report.values import embedded_figure, number
 from tegotae.rollout import Scenario, Timing
 from tegotae.simulation import Simulation
@@ -56,15 +55,15 @@ def best_row(table: Table, architecture: str) -> int | None:
 
 
 def _controller(records: list[Record], table: Table, row: int) -> SavedController:
-    model, run = find(str(table["model"][row])), int(table["run"][row])
-    record = next(record for record in records if record.model == model.name)
-    configuration = record.configuration
+    name, run = str(table["model"][row]), int(table["run"][row])
+    record = next(record for record in records if record.model == name)
+    experiment = record.experiment
     return SavedController(
-        model.controller(configuration["budget"]),
+        experiment.controller,
         np.asarray(record.weights[run], float),
-        model.omega_t or 0.0,
-        Hopper(**configuration["hopper"]),
-        model.name,
+        experiment.omega,
+        experiment.body,
+        experiment.name,
         {"seed": run, "best_fitness": float(table["best_fitness"][row])},
         record.software,
     )
@@ -88,7 +87,7 @@ def _hop(saved: SavedController) -> dict[str, Any]:
     assert isinstance(saved.body, Hopper)
     timing = Timing(duration_s=_UNTIL_S, frame_s=1.0 / _FRAMES_PER_S)
     result = Simulation(
-        saved.controller, saved.weights, Scenario(omega=saved.omega), saved.body, timing
+        saved.controller, saved.weights, Scenario.of(saved.omega), saved.body, timing
     ).run()
     last = slice(-int(_HOP_S * _FRAMES_PER_S), None)
     t = result.trajectory

@@ -8,8 +8,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from tegotae.figures.convergence import Trainings, convergence_figure, convergence_table
-from tegotae.models import find
 from tegotae.study.record import Record
+from tegotae.study.table import place
 
 POINTS = 60
 """Points of a curve, evenly spaced in the logarithm of the episodes."""
@@ -26,8 +26,9 @@ def trainings(records: Iterable[Record]) -> dict[tuple[str, float | None], Train
     groups: dict[tuple[str, float | None], list[Record]] = {}
     for record in records:
         if record.curves:
-            model = find(record.model)
-            groups.setdefault((model.architecture, model.omega_t), []).append(record)
+            stands = place(record)
+            omega_t = None if np.isnan(stands["omega_t"]) else stands["omega_t"]
+            groups.setdefault((stands["architecture"], omega_t), []).append(record)
     return {key: _together(group) for key, group in groups.items()}
 
 

@@ -14,6 +14,7 @@ from tegotae.evaluation import LATER_METRICS, METRICS
 from tegotae.extras import require
 from tegotae.files import output_file, output_folder, write_atomically
 from tegotae.study.folder import Folder
+from tegotae.study.plan import united
 from tegotae.study.record import SUFFIX, Record, write
 from tegotae.study.table import Table
 from tegotae.study.unit import key_of
@@ -105,12 +106,16 @@ def merge(source: Folder, target: Folder) -> int:
         TegotaeError: if the folders hold different studies, or the target is in use or cannot be
             written.
     """
-    if source.document != target.document:
+    try:
+        united(target.document, source.document)
+    except TegotaeError as error:
         raise TegotaeError(
-            f"{source.path} and {target.path} hold different studies; they cannot be merged"
-        )
+            f"{source.path} and {target.path} hold different studies, with {error}; they cannot "
+            "be merged"
+        ) from None
     output_folder(target.records)
     with target.locked():
+        target.describe(source.document)
         whole, others = source.all()
         for message in others:
             print(f"{source.path}: {message}")

@@ -12,7 +12,7 @@ from typing import Any, Protocol
 from tegotae.errors import TegotaeError
 from tegotae.files import output_folder, write_atomically
 from tegotae.locks import locked
-from tegotae.study.plan import is_of
+from tegotae.study.plan import is_of, united
 from tegotae.study.record import SUFFIX, DamagedRecordError, Record, read, write
 from tegotae.study.unit import FORMAT, Unit, key_of
 
@@ -64,25 +64,34 @@ class Folder:
             yield
 
     def _claim(self, plan: Work) -> None:
+        if (self.path / "study.json").exists():
+            try:
+                united(self.document, plan.document)
+            except TegotaeError as error:
+                raise TegotaeError(
+                    f"{self.path} holds a study with {error}; choose another folder"
+                ) from None
+        output_folder(self.records)
+        self.describe(plan.document)
+
+    def describe(self, document: dict[str, Any]) -> None:
+        """Write into the folder what it is for, beside the experiments that it has already.
+
+        Raises:
+            TegotaeError: if the folder has records that nothing tells of, holds another study, or
+                cannot be written.
+        """
         place = self.path / "study.json"
         if place.exists():
             found = self.document
-            if found != plan.document:
-                names = sorted(
-                    n for n in {*found, *plan.document} if found.get(n) != plan.document.get(n)
-                )
-                raise TegotaeError(
-                    f"{self.path} holds a study with another {', '.join(names)}; "
-                    "choose another folder"
-                )
-            output_folder(self.records)
-        else:
-            output_folder(self.records)
-            if any(self.records.iterdir()):
-                raise TegotaeError(
-                    f"{self.path} holds records but no study.json; choose another folder"
-                )
-            write_atomically(place, json.dumps(plan.document, indent=1) + "\n")
+            document = united(found, document)
+            if document == found:
+                return
+        elif any(self.records.iterdir()):
+            raise TegotaeError(
+                f"{self.path} holds records but no study.json; choose another folder"
+            )
+        write_atomically(place, json.dumps(document, indent=1) + "\n")
 
     @property
     def document(self) -> dict[str, Any]:

@@ -1,22 +1,25 @@
-"""What a study consists of: models, runs, settings, at three scales."""
+"""What a study consists of: experiments, runs, settings, at three scales."""
 
 from __future__ import annotations
 
 import dataclasses
 import fnmatch
 import json
+from collections import Counter
 from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
 
-from tegotae.bodies import Hopper
-from tegotae.errors import require_count, unknown
+from tegotae.documents import describe
+from tegotae.errors import TegotaeError, require_count, unknown
 from tegotae.evaluation import Protocol
-from tegotae.models import BUDGET, Model, all_models
+from tegotae.experiment import Experiment, differing
+from tegotae.models import Model, all_models, find
 from tegotae.rollout import Timing
 from tegotae.study.unit import FORMAT, Unit
 from tegotae.training.algorithms import PGPE, Algorithm
-from tegotae.training.fitness import EPISODE, SETTLE_S
+from tegotae.training.algorithms.document import algorithm_document
+from tegotae.training.fitness import Fitness
 from tegotae.training.run import Run
 from tegotae.training.settings import configuration, tuned
 from tegotae.training.stopping import Stopping
@@ -30,84 +33,99 @@ _PLAIN = ("reflex", "sector", "tphif")
 
 @dataclass(frozen=True, kw_only=True)
 class Plan:
-    """A study: the same settings for every model.
+    """A study: experiments that are trained and evaluated in the same way.
 
     Raises:
-        TegotaeError: for a scale or a pattern that is not known, or a count below one.
+        TegotaeError: for a count below one, no experiment, or two of the same name.
     """
 
     scale: str
     """The name of the scale that it was made from."""
-    models: tuple[str, ...]
-    """Names of the models."""
+    experiments: tuple[Experiment, ...]
+    """What is trained and evaluated: the paper's models, and any others beside them."""
     seeds: int
-    """Runs per model."""
+    """Runs per experiment."""
     stopping: Stopping = field(default_factory=Stopping)
     """When a run ends."""
     budgets: tuple[int, ...] = BUDGETS
     """After how many episodes of training runs are evaluated, too."""
     algorithm: Algorithm = field(default_factory=partial(tuned, "pgpe"))
-    timing: Timing = EPISODE
-    settle_s: float = SETTLE_S
-    energy: str = "absolute"
-    follow_omega: bool = True
-    budget: int = BUDGET
-    hopper: Hopper = field(default_factory=Hopper)
-    release_m: float = 1.2
-    protocol: Protocol = field(default_factory=Protocol)
+    """How is learned."""
 
     def __post_init__(self) -> None:
         require_count("seeds", self.seeds)
+        names = Counter(experiment.name for experiment in self.experiments)
+        if not names:
+            raise TegotaeError("a study of no experiments; name at least one")
+        for name, count in names.items():
+            if count > 1:
+                raise TegotaeError(f"{count} experiments are called {name}; call each its own name")
 
     @property
     def units(self) -> list[Unit]:
-        """The study's work, one unit a model; those that share a compiled program in a row."""
-        known = all_models()
-        units = [self._unit(known[name]) for name in self.models]
-        shapes = {unit.run.model: repr(unit.run.training.controller) for unit in units}
-        first = {shape: i for i, shape in reversed(list(enumerate(shapes.values())))}
-        return sorted(units, key=lambda unit: first[shapes[unit.run.model]])
+        """The study's work, one unit an experiment; what shares a compiled program in a row."""
+        units = [self._unit(experiment) for experiment in self.experiments]
+        first: dict[str, int] = {}
+        for i, unit in enumerate(units):
+            first.setdefault(repr(unit.run.training.controller), i)
+        return sorted(units, key=lambda unit: first[repr(unit.run.training.controller)])
 
-    def _unit(self, model: Model) -> Unit:
+    def _unit(self, experiment: Experiment) -> Unit:
         run = Run(
-            model=model,
+            experiment=experiment,
             seeds=tuple(range(self.seeds)),
             stopping=self.stopping,
             algorithm=self.algorithm,
-            timing=self.timing,
-            settle_s=self.settle_s,
-            energy=self.energy,
-            follow_omega=self.follow_omega,
-            budget=self.budget,
-            hopper=self.hopper,
-            release_m=self.release_m,
         )
-        return Unit(run, self.protocol, self.budgets)
+        return Unit(run, self.budgets)
 
     @property
     def document(self) -> dict[str, Any]:
-        """The settings as JSON values, without the list of models."""
-        values = {
-            f.name: getattr(self, f.name) for f in dataclasses.fields(self) if f.name != "models"
-        }
+        """The study as JSON values, its experiments by name."""
         document = {
-            name: dataclasses.asdict(v) if dataclasses.is_dataclass(v) else v  # type: ignore[arg-type]
-            for name, v in values.items()
+            "format": FORMAT,
+            "scale": self.scale,
+            "seeds": self.seeds,
+            "stopping": describe(self.stopping),
+            "budgets": self.budgets,
+            "algorithm": algorithm_document(self.algorithm),
+            "experiments": {each.name: each.document for each in self.experiments},
         }
-        document["algorithm"]["name"] = type(self.algorithm).__name__
-        document["format"] = FORMAT
         return json.loads(json.dumps(document))
 
 
-def is_of(document: dict[str, Any], configuration: dict[str, Any]) -> bool:
-    """Whether a unit of this configuration is one of the study of this `Plan.document`.
+def united(found: dict[str, Any], wanted: dict[str, Any]) -> dict[str, Any]:
+    """The document of a study that has the experiments of both of two `Plan.document`s.
 
-    All but the model must be equal.
+    Raises:
+        TegotaeError: if they are no parts of one study: anything but the experiments differs, or
+            two of the same name do; says what.
     """
-    ours = {name: value for name, value in document.items() if name != "scale"}
-    ours["seeds"] = list(range(document["seeds"]))
-    ours["algorithm"] = {**document["algorithm"], "name": document["algorithm"]["name"].lower()}
-    return ours == {name: value for name, value in configuration.items() if name != "model"}
+    names = differing(_without_experiments(found), _without_experiments(wanted))
+    theirs, ours = found.get("experiments", {}), wanted.get("experiments", {})
+    for name in theirs.keys() & ours.keys():
+        names += [each for each in differing(theirs[name], ours[name]) if each not in names]
+    if names:
+        raise TegotaeError(f"another {', '.join(sorted(names))}")
+    return {**wanted, "experiments": {**theirs, **ours}} if theirs or ours else wanted
+
+
+def _without_experiments(document: dict[str, Any]) -> dict[str, Any]:
+    return {name: value for name, value in document.items() if name != "experiments"}
+
+
+def is_of(document: dict[str, Any], configuration: dict[str, Any]) -> bool:
+    """Whether a unit of this configuration is one of the study of this `Plan.document`."""
+    experiment = configuration.get("experiment")
+    name = experiment.get("name") if isinstance(experiment, dict) else None
+    return name in document["experiments"] and configuration == {
+        "format": document["format"],
+        "experiment": document["experiments"][name],
+        "seeds": list(range(document["seeds"])),
+        "algorithm": document["algorithm"],
+        "stopping": document["stopping"],
+        "budgets": document["budgets"],
+    }
 
 
 def plan(scale: str, pattern: str = "*") -> Plan:
@@ -124,23 +142,27 @@ def plan(scale: str, pattern: str = "*") -> Plan:
     if scale not in _SCALES:
         raise unknown("scale", scale, _SCALES)
     whole = _SCALES[scale]()
-    chosen = tuple(name for name in whole.models if fnmatch.fnmatchcase(name, pattern))
+    chosen = tuple(e for e in whole.experiments if fnmatch.fnmatchcase(e.name, pattern))
     if not chosen:
-        raise unknown("model of this scale", pattern, whole.models)
-    return dataclasses.replace(whole, models=chosen)
+        raise unknown("model of this scale", pattern, [e.name for e in whole.experiments])
+    return dataclasses.replace(whole, experiments=chosen)
 
 
 def _smoke() -> Plan:
     return Plan(
         scale="smoke",
-        models=("V-sector-w8", "ART-rF-tphif-w8", "T-Fv"),
+        experiments=tuple(
+            find(name).experiment(
+                timing=Timing(duration_s=4.0, tick_s=0.002),
+                fitness=Fitness(settle_s=2.0),
+                protocol=Protocol(undisturbed_s=8.0, disturbed_s=8.0, offsets=(-1.0, 1.0)),
+            )
+            for name in ("V-sector-w8", "ART-rF-tphif-w8", "T-Fv")
+        ),
         seeds=2,
         stopping=Stopping.after(3),
         budgets=(16,),
         algorithm=PGPE(population=8),
-        timing=Timing(duration_s=4.0, tick_s=0.002),
-        settle_s=2.0,
-        protocol=Protocol(undisturbed_s=8.0, disturbed_s=8.0, offsets=(-1.0, 1.0)),
     )
 
 
@@ -152,12 +174,13 @@ def _quick() -> Plan:
         half_learned = model.learned_action != (model.reaction is not None)
         return model.actuation_name in _PLAIN and len(sensed) < 2 and not half_learned
 
-    models = tuple(name for name, model in all_models().items() if plain(model))
-    return Plan(scale="quick", models=models, seeds=5)
+    models = filter(plain, all_models().values())
+    return Plan(scale="quick", experiments=tuple(each.experiment() for each in models), seeds=5)
 
 
 def _paper() -> Plan:
-    return Plan(scale="paper", models=tuple(all_models()), seeds=15)
+    experiments = tuple(model.experiment() for model in all_models().values())
+    return Plan(scale="paper", experiments=experiments, seeds=15)
 
 
 def _paper_80x16() -> Plan:

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from tegotae.errors import TegotaeError
+from tegotae.experiment import Experiment
 from tegotae.files import write_atomically
 
 SUFFIX = ".record.npz"
@@ -57,8 +58,17 @@ class Record:
 
     @property
     def model(self) -> str:
-        """The model's name."""
-        return self.configuration["model"]
+        """The experiment's name: the model's, for the paper's."""
+        return self.configuration["experiment"]["name"]
+
+    @property
+    def experiment(self) -> Experiment:
+        """What was trained and evaluated.
+
+        Raises:
+            TegotaeError: if it has a part that is not registered.
+        """
+        return Experiment.of(self.configuration["experiment"])
 
     @property
     def population(self) -> int:

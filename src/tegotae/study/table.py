@@ -11,7 +11,7 @@ import numpy as np
 
 from tegotae.evaluation import METRICS
 from tegotae.metrics.statistics import mean_defined
-from tegotae.models import Model, all_models, find
+from tegotae.models import Model, all_models
 from tegotae.study.record import Record
 
 
@@ -59,7 +59,7 @@ class Table:
 def tabulate(records: Iterable[Record]) -> Table:
     """The table of some records, in the order of the registry of models."""
     return of_runs(
-        (record.model, _training(record), _means(record.episodes)) for record in _ordered(records)
+        (place(record), _training(record), _means(record.episodes)) for record in _ordered(records)
     )
 
 
@@ -76,13 +76,14 @@ def tabulate_budgets(records: Iterable[Record]) -> Table | None:
             training |= {"training_budget": np.full(len(episodes), budget)}
             training |= {"episodes_trained": episodes, "best_fitness": _best(record, budget)}
             metrics = {name: values[i] for name, values in record.at_budgets.items()}
-            rows.append((record.model, training, _means(metrics or record.episodes)))
+            rows.append((place(record), training, _means(metrics or record.episodes)))
     return of_runs(rows) if rows else None
 
 
 def _ordered(records: Iterable[Record]) -> list[Record]:
-    by_model = {record.model: record for record in records}
-    return [by_model[name] for name in all_models() if name in by_model]
+    by_name = {record.model: record for record in records}
+    others = sorted(by_name.keys() - all_models().keys())
+    return [by_name[name] for name in (*all_models(), *others) if name in by_name]
 
 
 def _means(episodes: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
@@ -106,14 +107,15 @@ def _best(record: Record, budget: int) -> np.ndarray:
     return np.nanmax(record.curves["centre_fitness"][:generations], axis=0)
 
 
-def of_runs(sets: Iterable[tuple[str, dict[str, np.ndarray], dict[str, np.ndarray]]]) -> Table:
-    """The table of (model's name, training of its runs, metrics of its runs), [runs] each.
+def of_runs(
+    sets: Iterable[tuple[dict[str, Any], dict[str, np.ndarray], dict[str, np.ndarray]]],
+) -> Table:
+    """The table of (place in the design, training of its runs, metrics of its runs), [runs] each.
 
     A metric that is not there is undefined.
     """
     rows: dict[str, list] = {}
-    for name, training, metrics in sets:
-        place = design(find(name))
+    for place, training, metrics in sets:
         for i in range(len(training["best_fitness"])):
             row = {
                 **place,
@@ -124,6 +126,16 @@ def of_runs(sets: Iterable[tuple[str, dict[str, np.ndarray], dict[str, np.ndarra
             for key, entry in row.items():
                 rows.setdefault(key, []).append(entry)
     return Table({key: np.array(values) for key, values in rows.items()})
+
+
+def place(record: Record) -> dict[str, Any]:
+    """Where a record's experiment stands in the study's design; if in none, in a row of its own."""
+    name, omega = record.model, record.configuration["experiment"]["omega"]
+    if name in all_models():
+        return design(all_models()[name])
+    own = dict.fromkeys(("learned", "reaction", "gain", "actuation", "observation"), "")
+    omega_t = np.nan if omega is None else omega
+    return {"model": name, "architecture": name, **own, "omega_t": omega_t}
 
 
 def design(model: Model) -> dict[str, Any]:

@@ -6,7 +6,7 @@ import dataclasses
 import hashlib
 import json
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any, NamedTuple
 
@@ -14,13 +14,13 @@ import numpy as np
 
 from tegotae.devices import described_devices
 from tegotae.errors import TegotaeError, require_count
-from tegotae.evaluation import Protocol, drawn_releases, evaluate
+from tegotae.evaluation import drawn_releases, evaluate
 from tegotae.study.record import Record
 from tegotae.training.evolve import Curves
 from tegotae.training.run import Run, ends, software
 from tegotae.training.stopping import SEARCH
 
-FORMAT = 2
+FORMAT = 3
 """Changed whenever the same configuration would give other numbers."""
 DEVICES = 2
 """CPU devices that a worker computes on, the least there are (`tegotae.devices`)."""
@@ -28,11 +28,10 @@ DEVICES = 2
 
 @dataclass(frozen=True)
 class Unit:
-    """What is trained, and how it is then evaluated.
+    """What is trained, and after how much training it is evaluated.
 
     Args:
-        run: the training.
-        protocol: the evaluation.
+        run: the training; its experiment says how is evaluated, too.
         budgets: after how many episodes of training it is evaluated, too.
 
     Raises:
@@ -40,7 +39,6 @@ class Unit:
     """
 
     run: Run
-    protocol: Protocol = field(default_factory=Protocol)
     budgets: tuple[int, ...] = ()
 
     def __post_init__(self) -> None:
@@ -57,20 +55,20 @@ class Unit:
             **self.run.configuration,
             "stopping": dataclasses.asdict(self.run.stopping),
             "budgets": list(self.budgets),
-            "protocol": dataclasses.asdict(self.protocol),
         }
         return json.loads(json.dumps(document))
 
     @property
     def key(self) -> str:
-        """The record's name: the model's, and a hash of the configuration."""
+        """The record's name: the experiment's, and a hash of the configuration."""
         return key_of(self.configuration)
 
 
 def key_of(configuration: dict[str, Any]) -> str:
-    """The name of a record with this configuration: the model's, and a hash of it all."""
+    """The name of a record with this configuration: the experiment's, and a hash of it all."""
     canonical = json.dumps(configuration, sort_keys=True)
-    return f"{configuration['model']}-{hashlib.sha256(canonical.encode()).hexdigest()[:12]}"
+    digest = hashlib.sha256(canonical.encode()).hexdigest()
+    return f"{configuration['experiment']['name']}-{digest[:12]}"
 
 
 class _Learned(NamedTuple):
@@ -92,15 +90,15 @@ class _Learned(NamedTuple):
 
 def work(unit: Unit) -> Record:
     """Train a unit from random weights and evaluate what came out. Deterministic."""
-    run = unit.run
-    model, protocol = run.model, unit.protocol
-    n_runs = len(run.seeds)
-    learned = _trained(unit) if model.is_trained else _searched(run)
+    run, experiment = unit.run, unit.run.experiment
+    protocol, n_runs = experiment.protocol, len(run.seeds)
+    learned = _searched(run) if experiment.is_searched else _trained(unit)
     # A search has no randomness. What spreads are the conditions that its outcome starts from.
-    releases = None if model.is_trained else drawn_releases(n_runs, protocol.release_m)
-    controller = model.controller(run.budget)
+    releases = drawn_releases(n_runs, protocol.release_m) if experiment.is_searched else None
     sets = np.concatenate([learned.weights, *learned.at_budgets])
-    found = evaluate(controller, sets, model.omega_t, run.hopper, protocol, releases)
+    found = evaluate(
+        experiment.controller, sets, experiment.omega, experiment.body, protocol, releases
+    )
 
     def at(number: int) -> dict[str, np.ndarray]:
         rows = slice(number * n_runs, (number + 1) * n_runs)

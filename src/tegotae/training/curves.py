@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from tegotae.errors import TegotaeError
+from tegotae.training.algorithms.document import algorithm_name
 
 COLUMNS = ("algorithm", "model", "seed", "episode", "simulated_s", "cot_inverse")
 """Columns of a table of learning curves, one row a point."""
@@ -137,12 +138,24 @@ class _Training:
 
     @property
     def settings(self) -> Mapping[str, Any]:
-        """Those of the algorithm."""
-        return self.configuration["algorithm"]
+        """Those of the algorithm, with its name."""
+        document = self.configuration["algorithm"]
+        return {**document, "name": algorithm_name(document)}
+
+    @property
+    def experiment(self) -> Mapping[str, Any]:
+        """What was trained; earlier versions told it beside the algorithm."""
+        return self.configuration.get("experiment", self.configuration)
+
+    @property
+    def model(self) -> str:
+        """The experiment's name."""
+        experiment = self.experiment
+        return experiment["name"] if "name" in experiment else experiment["model"]
 
     def curves(self, label: str) -> list[LearningCurve]:
         """One curve per seed."""
-        duration_s = self.configuration["timing"]["duration_s"]
+        duration_s = self.experiment["timing"]["duration_s"]
         per_generation = self.settings.get("population", 0) * duration_s
         points: dict[int, list[tuple[float, float, float]]] = {}
         for row in self.rows:
@@ -156,7 +169,7 @@ class _Training:
             point = (episode, simulated_s, float(cot_inverse))
             points.setdefault(int(row["seed"]), []).append(point)
         return [
-            LearningCurve(label, self.configuration["model"], seed, *np.array(rows).T)
+            LearningCurve(label, self.model, seed, *np.array(rows).T)
             for seed, rows in points.items()
         ]
 

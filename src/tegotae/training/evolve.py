@@ -18,7 +18,8 @@ from tegotae.devices import on_every_device
 from tegotae.errors import TegotaeError
 from tegotae.rollout import Engine, Scenario, Timing, check_senses
 from tegotae.training.algorithms import PGPE, Algorithm
-from tegotae.training.fitness import EPISODE, Fitness, Weighing, weigh
+from tegotae.training.fitness import EPISODE, Fitness
+from tegotae.training.objective import Objective
 from tegotae.training.stopping import RUNNING, Stopping
 
 
@@ -38,7 +39,7 @@ class Training:
 
     controller: Controller
     algorithm: Algorithm = field(default_factory=PGPE)
-    fitness: Fitness = field(default_factory=Fitness)
+    fitness: Objective = field(default_factory=Fitness)
     timing: Timing = EPISODE
 
     def __post_init__(self) -> None:
@@ -55,7 +56,7 @@ class Training:
         return dataclasses.replace(
             self,
             algorithm=self.algorithm.program,
-            fitness=Fitness(settle_s=self.fitness.settle_s),
+            fitness=self.fitness.program,
         )
 
 
@@ -133,7 +134,7 @@ def evolve(
     training: Training,
     progress: Progress,
     seeds: Sequence[int],
-    omega: float,
+    omega: float | None,
     stopping: Stopping,
     body: Body | None = None,
     *,
@@ -146,7 +147,7 @@ def evolve(
         training: what and how.
         progress: from `start`, or where an earlier training stopped.
         seeds: the seeds that `progress` was started with.
-        omega: prescribed frequency ω_t [rad/s].
+        omega: prescribed frequency ω_t [rad/s]; None without an oscillator.
         stopping: when a seed ends.
         body: the body; the paper's hopper by default.
         release_m: height of the release [m], at rest.
@@ -160,7 +161,7 @@ def evolve(
     driven.check_tick(training.timing.tick_s)
     driven = jax.tree.map(lambda x: jnp.asarray(x, "float32"), driven)
     parameters = training.algorithm.parameters(training.controller.n_weights)
-    scenario = jax.tree.map(np.float32, Scenario(omega, height_m=release_m))
+    scenario = jax.tree.map(np.float32, Scenario.of(omega, height_m=release_m))
     seen = [] if fitness is None else list(np.asarray(fitness))
     if len(seen) != np.max(progress.generation):
         raise TegotaeError(
@@ -174,7 +175,7 @@ def evolve(
         progress, curves = _generation(
             training.program,
             parameters,
-            training.fitness.weighing,
+            training.fitness.data,
             progress,
             jnp.asarray(seeds),
             going,
@@ -202,7 +203,7 @@ def _per_weight(std: jax.Array, centre: jax.Array) -> jax.Array:
 def _generation(
     training: Training,
     parameters: Any,
-    weighing: Weighing,
+    data: Any,
     progress: Progress,
     seeds: jax.Array,
     going: jax.Array,
@@ -230,7 +231,7 @@ def _generation(
     everyone = everyone[order].reshape(lanes, n_weights).T
     each = jax.tree.map(lambda x: jnp.broadcast_to(x, (lanes,)), scenario)
     wanted = going.sum() * per_seed
-    outcome = weigh(training.engine.trace(everyone, each, body, wanted), weighing)
+    outcome = training.fitness.weigh(training.engine.trace(everyone, each, body, wanted), data)
     back = jnp.argsort(order)
     outcome = {
         name: x.reshape(n_seeds, per_seed)[back] for name, x in on_every_device(outcome).items()

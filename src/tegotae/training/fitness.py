@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
 from typing import Any, ClassVar, NamedTuple
 
@@ -14,9 +15,7 @@ from tegotae.metrics.efficiency import WORK, check_work, cot_inverse, work_total
 from tegotae.metrics.hopping import dies_out, hop_height_m
 from tegotae.metrics.spectrum import REST_RANGE_M, delta_omega, peak, rest_delta_omega, spectrum
 from tegotae.rollout import Scenario, Timing, Trajectory
-
-FAILED = -1e6
-"""Fitness of a rollout that failed: below any that did not."""
+from tegotae.training.objective import Objective, with_failures
 
 EPISODE = Timing(duration_s=24.0, tick_s=0.002)
 """An episode of training. At 2 ms regular apexes stay within 0.6 mm of an adaptive solver
@@ -127,7 +126,7 @@ def weigh(outcome: Outcome, by: Weighing) -> dict[str, Any]:
     gap = jnp.where(by.follow_omega > 0.0, outcome.delta_omega, 0.0)
     fitness = cot + gap + _TIE_BREAK * jnp.tanh(outcome.climb_m)
     return {
-        "fitness": jnp.where(outcome.failed, FAILED + outcome.survived, fitness),
+        "fitness": with_failures(fitness, outcome.failed, outcome.survived),
         "cot_inverse": jnp.where(outcome.failed, 0.0, cot),
         "delta_omega": gap,
         "failed": outcome.failed,
@@ -135,7 +134,7 @@ def weigh(outcome: Outcome, by: Weighing) -> dict[str, Any]:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Fitness:
+class Fitness(Objective):
     """`fitness = CoT⁻¹ + ΔΩ` over the settled part of an episode (paper equations 11-13).
 
     In training the settled part is what follows `settle_s`; of that, CoT⁻¹ is over whole hops
@@ -144,7 +143,7 @@ class Fitness:
 
     Args:
         settle_s: time left to settle [s].
-        energy: definition of work, one of "absolute", "positive", "net".
+        work: definition of work, one of "absolute", "positive", "net".
         follow_omega: whether ΔΩ counts; it does not without an oscillator, nor in the paper's
             comparison of algorithms (Fig. 3).
 
@@ -153,14 +152,14 @@ class Fitness:
     """
 
     settle_s: float = SETTLE_S
-    energy: str = "absolute"
+    work: str = "absolute"
     follow_omega: bool = True
 
     needs: ClassVar[tuple[str, ...]] = Judged.needs
 
     def __post_init__(self) -> None:
         require_finite("settle_s", self.settle_s, least=0.0)
-        check_work(self.energy, "energy")
+        check_work(self.work)
 
     def check(self, timing: Timing) -> None:
         """Raise `TegotaeError` if an episode leaves too little after settling to be judged."""
@@ -170,19 +169,36 @@ class Fitness:
                 f"{self.settle_s:g} s; make it at least {self.settle_s + 1.0:g} s"
             )
 
-    @property
-    def judged(self) -> Judged:
-        """What of an episode counts: the part of the fitness that is compiled."""
-        return Judged(settle_s=self.settle_s)
+    def without_frequency(self) -> Fitness:
+        """The same without ΔΩ."""
+        return dataclasses.replace(self, follow_omega=False)
 
     @property
-    def weighing(self) -> Weighing:
-        """How that makes a fitness: the part that is data."""
-        chosen = [float(definition == self.energy) for definition in WORK]
+    def program(self) -> Fitness:
+        """The settling time alone: everything else is data."""
+        return Fitness(settle_s=self.settle_s)
+
+    @property
+    def data(self) -> Weighing:
+        """How an outcome makes a fitness."""
+        chosen = [float(definition == self.work) for definition in WORK]
         return Weighing(np.array(chosen, "float32"), np.float32(self.follow_omega))
+
+    @property
+    def judged(self) -> Judged:
+        """What of an episode counts."""
+        return Judged(settle_s=self.settle_s)
+
+    def score(self, trajectory: Trajectory, scenario: Scenario, body: Body, timing: Timing) -> Any:
+        """The fitness of every lane, [lanes]."""
+        return self(trajectory, scenario, body, timing)["fitness"]
+
+    def weigh(self, judged: Outcome, data: Weighing) -> dict[str, Any]:
+        """Fitness and its parts, each of shape [lanes]."""
+        return weigh(judged, data)
 
     def __call__(
         self, trajectory: Trajectory, scenario: Scenario, body: Body, timing: Timing
     ) -> dict[str, Any]:
         """Fitness and its parts, each of shape [lanes]: an `Engine`'s summary."""
-        return weigh(self.judged(trajectory, scenario, body, timing), self.weighing)
+        return self.weigh(self.judged(trajectory, scenario, body, timing), self.data)

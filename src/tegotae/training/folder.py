@@ -11,12 +11,11 @@ from typing import Any
 import numpy as np
 
 from tegotae import controller_file
-from tegotae.bodies import Hopper
 from tegotae.controller import Controller
 from tegotae.controller_file import SavedController
 from tegotae.errors import TegotaeError
+from tegotae.experiment import Experiment, differing
 from tegotae.files import write_atomically
-from tegotae.models import Model
 
 
 def versions_of(*packages: str) -> dict[str, str]:
@@ -35,17 +34,17 @@ def claim(out: Path, configuration: Mapping[str, Any], versions: Mapping[str, st
     if any(out.glob("checkpoint*")) or any(out.glob("*-seed*.json")):
         found = _configuration(path)
         if names := differing(found, wanted):
+            if "experiment" not in found:
+                raise TegotaeError(
+                    f"{out} holds a training of an earlier version of tegotae; "
+                    "choose another folder with --out"
+                )
             raise TegotaeError(
-                f"{out} holds a training of {found.get('model')} that differs in "
-                f"{', '.join(names)}; choose another folder with --out"
+                f"{out} holds a training of {dict(found['experiment']).get('name')} that differs "
+                f"in {', '.join(names)}; choose another folder with --out"
             )
     document = {"configuration": wanted, "software": dict(versions)}
     write_atomically(path, json.dumps(document, indent=1) + "\n")
-
-
-def differing(found: Mapping[str, Any], wanted: Mapping[str, Any]) -> list[str]:
-    """Names of what differs between two configurations of JSON values."""
-    return [name for name in {**wanted, **found} if found.get(name) != wanted.get(name)]
 
 
 def _configuration(path: Path) -> dict[str, Any]:
@@ -64,24 +63,34 @@ def _configuration(path: Path) -> dict[str, Any]:
 def save_controller(
     out: Path,
     *,
-    model: Model,
-    hopper: Hopper,
+    experiment: Experiment,
     controller: Controller,
     weights: np.ndarray,
     configuration: Mapping[str, Any],
     outcome: Mapping[str, Any],
     versions: Mapping[str, str],
 ) -> Path:
-    """Write `MODEL-seedN.json`, the controller that the training of one seed ended in.
+    """Write `NAME-seedN.json`, the controller that the training of one seed ended in.
 
     Args:
+        experiment: what was trained.
+        controller: its controller, as it is with these weights.
+        weights: shape [n_weights].
         configuration: how it was trained.
         outcome: how that went; its `seed` is part of the file's name.
     """
-    path = out / f"{model.name}-seed{outcome['seed']}.json"
-    training = {**configuration, **outcome}
+    path = out / f"{experiment.name}-seed{outcome['seed']}.json"
+    # The file says itself what was trained, and on what.
+    own = ("name", "controller", "omega", "body")
+    about = {n: x for n, x in configuration["experiment"].items() if n not in own}
     saved = SavedController(
-        controller, weights, model.omega_t or 0.0, hopper, model.name, training, dict(versions)
+        controller,
+        weights,
+        experiment.omega,
+        experiment.body,
+        experiment.name,
+        {**configuration, "experiment": about, **outcome},
+        dict(versions),
     )
     controller_file.save(saved, path)
     return path

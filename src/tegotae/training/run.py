@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import dataclasses
 import io
 import json
 import math
@@ -18,18 +17,17 @@ from typing import Any
 import jax
 import numpy as np
 
-from tegotae.bodies import Hopper
 from tegotae.controller import Controller
-from tegotae.errors import TegotaeError, require_count, require_finite
+from tegotae.errors import TegotaeError, require_count
+from tegotae.experiment import Experiment, differing
 from tegotae.files import output_folder, write_atomically
 from tegotae.locks import locked
-from tegotae.models import BUDGET, Model
+from tegotae.metrics.statistics import mean_defined
 from tegotae.progress import reporting
-from tegotae.rollout import Timing
 from tegotae.training.algorithms import PGPE, Algorithm
+from tegotae.training.algorithms.document import algorithm_document
 from tegotae.training.evolve import Curves, Progress, Training, evolve, start
-from tegotae.training.fitness import EPISODE, SETTLE_S, Fitness
-from tegotae.training.folder import claim, differing, save_controller, versions_of
+from tegotae.training.folder import claim, save_controller, versions_of
 from tegotae.training.search import best_gain
 from tegotae.training.stopping import SEARCH, Stopping
 
@@ -39,77 +37,49 @@ _REMEDY = "remove it to train anew, or choose another folder with --out"
 
 @dataclass(frozen=True, kw_only=True)
 class Run:
-    """All that decides what a training run learns.
+    """A training by an evolution strategy: what, from which seeds, how, and until when.
 
     Args:
+        experiment: what is trained, on what, by what measure.
+        seeds: one training from random weights each.
         stopping: when a run ends; `Stopping.after(n)` for exactly n generations.
-        follow_omega: whether ΔΩ counts in the fitness, as in the paper but for its Fig. 3.
-        release_m: height of the release in training [m], at rest.
+        algorithm: how is learned.
 
     Raises:
-        TegotaeError: for a count below one, seeds that are no distinct numbers from 0 to 2^31 - 1,
-            or a control period too long for the hopper.
+        TegotaeError: for seeds that are no distinct numbers from 0 to 2^31 - 1.
     """
 
-    model: Model
+    experiment: Experiment
     seeds: tuple[int, ...] = (0, 1, 2)
     stopping: Stopping = field(default_factory=Stopping)
     algorithm: Algorithm = field(default_factory=PGPE)
-    timing: Timing = EPISODE
-    settle_s: float = SETTLE_S
-    energy: str = "absolute"
-    follow_omega: bool = True
-    budget: int = BUDGET
-    hopper: Hopper = field(default_factory=Hopper)
-    release_m: float = 1.2
 
     def __post_init__(self) -> None:
         require_count("seeds", len(self.seeds))
-        require_finite("release_m", self.release_m, above=0.0)
         for seed in self.seeds:
             require_count("seed", seed, least=0)
             if seed >= 2**31:
                 raise TegotaeError(f"seed is {seed}; it must be below 2^31 ({2**31})")
         if len(set(self.seeds)) < len(self.seeds):
             raise TegotaeError(f"seeds are {self.seeds}; each may be given only once")
-        self.hopper.check_tick(self.timing.tick_s)
-
-    @property
-    def fitness(self) -> Fitness:
-        """The fitness; a single network has no frequency to follow."""
-        return Fitness(
-            settle_s=self.settle_s,
-            energy=self.energy,
-            follow_omega=self.follow_omega and not self.model.is_single_network,
-        )
 
     @property
     def training(self) -> Training:
         """The compiled program's static part."""
         return Training(
-            controller=self.model.controller(self.budget),
+            controller=self.experiment.controller,
             algorithm=self.algorithm,
-            fitness=self.fitness,
-            timing=self.timing,
+            fitness=self.experiment.measure,
+            timing=self.experiment.timing,
         )
 
     @property
     def configuration(self) -> dict[str, Any]:
         """What decides the result, but for the cap on generations, as JSON values."""
         return {
-            "model": self.model.name,
+            "experiment": self.experiment.document,
             "seeds": list(self.seeds),
-            "algorithm": {
-                "name": type(self.algorithm).__name__.lower(),
-                **dataclasses.asdict(self.algorithm),  # type: ignore[call-overload]
-            },
-            "timing": dataclasses.asdict(self.timing),
-            "settle_s": self.settle_s,
-            "energy": self.energy,
-            "follow_omega": self.follow_omega,
-            "budget": self.budget,
-            "hopper": dataclasses.asdict(self.hopper),
-            "release_m": self.release_m,
+            "algorithm": algorithm_document(self.algorithm),
             "stopping": self.stopping.rule,
         }
 
@@ -123,23 +93,16 @@ class Run:
             self.training,
             progress,
             self.seeds,
-            self.model.omega_t or 0.0,
+            self.experiment.omega,
             self.stopping,
-            self.hopper,
-            release_m=self.release_m,
+            self.experiment.body,
+            release_m=self.experiment.release_m,
             fitness=fitness,
         )
 
     def search(self) -> tuple[float, float]:
         """The σ of a pure V model, and its fitness."""
-        return best_gain(
-            self.model.controller(self.budget),
-            self.model.omega_t or 0.0,
-            self.hopper,
-            fitness=self.fitness,
-            timing=self.timing,
-            release_m=self.release_m,
-        )
+        return best_gain(self.experiment)
 
 
 def software() -> dict[str, str]:
@@ -164,8 +127,10 @@ def train(
     Raises:
         TegotaeError: if the folder cannot be written, is in use or holds another training.
     """
-    training = run.training
+    run.experiment.check()
+    training, configuration = run.training, run.configuration
     with locked(output_folder(out)):
+        claim(out, configuration, software())
         return _train(run, training, out, on_generation)
 
 
@@ -176,12 +141,11 @@ def _train(
     on_generation: Callable[[int, Curves], None] | None,
 ) -> list[Path]:
     """The same, alone in the folder."""
-    claim(out, run.configuration, software())
-    if not run.model.is_trained:
+    if run.experiment.is_searched:
         return _search(run, out)
     reached = begun, curves = _resume(run, training, out)
     saved_at, paths = -math.inf, []
-    with reporting(run.model.name, run.stopping.generations) as reporter:
+    with reporting(run.experiment.name, run.stopping.generations) as reporter:
         try:
             for progress, new in run.evolve(begun, [c.centre_fitness for c in curves]):
                 # In one assignment: an interrupt must not come between the two.
@@ -194,7 +158,7 @@ def _train(
                 reporter.update(
                     done,
                     f"fitness {float(np.mean(progress.best_fitness)):+.3f}  "
-                    f"CoT⁻¹ {float(np.nanmean(new.centre_cot_inverse)):.3f} m/J  "
+                    f"CoT⁻¹ {float(mean_defined(new.centre_cot_inverse)):.3f} m/J  "
                     f"{ended} of {len(run.seeds)} runs ended",
                 )
                 if on_generation is not None:
@@ -222,7 +186,8 @@ def _resume(run: Run, training: Training, out: Path) -> tuple[Progress, list[Cur
             arrays = {name: stored[name] for name in stored.files}
         found = dict(json.loads(str(arrays.get("configuration", "{}"))))
     if names := differing(found, json.loads(json.dumps(run.configuration))):
-        what = f"a training that differs in {', '.join(names)}" if found else "an earlier version"
+        earlier = "experiment" not in found
+        what = "an earlier version" if earlier else f"a training that differs in {', '.join(names)}"
         raise TegotaeError(f"{path} is of {what}; {_REMEDY}")
     with _useless(path):
         restored = [arrays[f"leaf{i}"] for i in range(len(leaves))]
@@ -288,8 +253,7 @@ def _save(
 ) -> Path:
     return save_controller(
         out,
-        model=run.model,
-        hopper=run.hopper,
+        experiment=run.experiment,
         controller=controller,
         weights=weights,
         configuration=run.configuration,
@@ -299,7 +263,6 @@ def _save(
 
 
 def _search(run: Run, out: Path) -> list[Path]:
-    controller = run.model.controller(run.budget)
     gain, fitness = run.search()
     # The search has no randomness: it is one run, whatever the seeds.
     outcome = {
@@ -309,4 +272,4 @@ def _search(run: Run, out: Path) -> list[Path]:
         "ended": SEARCH,
         "best_generation": 0,
     }
-    return [_save(run, controller, np.array([gain]), outcome, out)]
+    return [_save(run, run.experiment.controller, np.array([gain]), outcome, out)]

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any
 
 from tegotae.errors import TegotaeError
+from tegotae.experiment import differing
 from tegotae.extras import require
 from tegotae.files import output_file
 from tegotae.locks import hold
@@ -102,14 +103,19 @@ def _study(optuna: Any, path: Path, configuration: dict[str, Any]) -> Study:
     if found is None and not study.trials:
         study.set_user_attr(_CONFIGURATION, configuration)
     elif found != configuration:
-        found = found if isinstance(found, dict) else {}
-        differing = [k for k in {**configuration, **found} if found.get(k) != configuration.get(k)]
+        if not isinstance(found, dict) or "experiments" not in found:
+            raise _foreign(path, "a tuning of an earlier version of tegotae")
+        names = differing(found, configuration)
         raise _foreign(
             path,
-            f"a tuning of {found.get('algorithm')} for {', '.join(found.get('models', []))} that "
-            f"differs in {', '.join(differing)}",
+            f"a tuning of {found.get('algorithm')} for {_names(found)} that "
+            f"differs in {', '.join(names)}",
         )
     return study
+
+
+def _names(configuration: Mapping[str, Any]) -> str:
+    return ", ".join(str(each.get("name")) for each in configuration["experiments"])
 
 
 def _requeue_abandoned(optuna: Any, study: Study) -> None:

@@ -31,9 +31,10 @@ def tune(
 ) -> list[FrozenTrial]:
     """Try settings until `trials` of them are judged, those of earlier calls included.
 
-    A trial's value is the mean, over models and seeds, of the best fitness found within the task's
-    budget. Values are reported one by one, and a trial is pruned once a signed-rank test over what
-    it has in common with the best trial says that it is worse (`optuna.pruners.WilcoxonPruner`).
+    A trial's value is the mean, over experiments and seeds, of the best fitness found within the
+    task's budget. Values are reported one by one; a trial is pruned once a signed-rank test over
+    what it has in common with the best trial says that it is worse
+    (`optuna.pruners.WilcoxonPruner`).
     The next settings are drawn by `optuna.samplers.TPESampler`.
 
     Everything is in the storage file as soon as it is known: interrupted or killed, and called
@@ -57,7 +58,8 @@ def tune(
     optuna = require("optuna", "tune")
     require_count("trials", trials)
     space = SPACES[algorithm]
-    task.episodes(least=space.least_episodes)
+    for experiment in task.experiments:
+        task.episodes(experiment, least=space.least_episodes)
     configuration = {"algorithm": algorithm, **task.configuration}
     optuna.logging.set_verbosity(optuna.logging.ERROR)
     with opened(storage, configuration) as study:
@@ -141,9 +143,9 @@ def _go_on(crew: Crew, space: Space, task: Task, attempt: _Attempt) -> int:
 
 
 def _training(task: Task, job: tuple[int, tuple[int, ...]]) -> tuple[Any, ...]:
-    """Task, model and seeds, as `Space.learn` takes them."""
-    model, seeds = job
-    return task, task.models[model], tuple(task.first_seed + seed for seed in seeds)
+    """Task, experiment and seeds, as `Space.learn` takes them."""
+    number, seeds = job
+    return task, task.experiments[number], tuple(task.first_seed + seed for seed in seeds)
 
 
 def _instance(task: Task, model: int, seed: int) -> int:

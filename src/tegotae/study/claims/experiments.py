@@ -14,7 +14,7 @@ from tegotae.errors import TegotaeError
 from tegotae.metrics.statistics import BOOTSTRAP, Interval, difference, interval
 from tegotae.study.claims.verdict import Part, Verdict
 from tegotae.training.curves import LearningCurve, groups, read_curves
-from tegotae.training.fitness import FAILED
+from tegotae.training.objective import FAILED_FITNESS
 
 NEAR_LINEAR = 0.9
 """Points are nearly on a line if it explains at least this share of their variance."""
@@ -71,7 +71,7 @@ def claim_10(trainings: Sequence[Training]) -> Verdict:
         own = [t for t in trainings if t.way == way]
         sizes = sorted({t.parameters for t in own})
         small = [t.fitness for t in own if t.parameters <= _PARAMETERS]
-        start = [t.untrained_fitness for t in own if t.untrained_fitness > 0.5 * FAILED]
+        start = [t.untrained_fitness for t in own if t.untrained_fitness > 0.5 * FAILED_FITNESS]
         if not small or not start:
             continue
         untrained = float(np.median(start))

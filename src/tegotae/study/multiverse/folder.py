@@ -27,7 +27,9 @@ class MultiverseFolder(Folder):
         """Whether a record of this configuration belongs to the multiverse of this document."""
         shared = {"format": FORMAT, "seeds": list(range(document["seeds"]))}
         same = all(configuration.get(name) == value for name, value in shared.items())
-        return same and configuration.get("model") in document["models"]
+        experiment = configuration.get("experiment")
+        name = experiment.get("name") if isinstance(experiment, dict) else None
+        return same and name in document["models"]
 
     def plan(self, readings: int | None = None) -> Multiverse:
         """What the folder is for, of as many readings as the scale has by default.

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
 
+from tegotae.documents import describe
 from tegotae.errors import require_count, unknown
 from tegotae.evaluation import Protocol
 from tegotae.metrics.limit_cycle import LimitCycle
@@ -16,7 +17,8 @@ from tegotae.rollout import Timing
 from tegotae.study.multiverse.readings import CHOICES, PLATEAU, Reading, sample
 from tegotae.study.unit import FORMAT, Unit
 from tegotae.training.algorithms import PGPE, Algorithm
-from tegotae.training.fitness import EPISODE, SETTLE_S
+from tegotae.training.algorithms.document import algorithm_document
+from tegotae.training.fitness import EPISODE, SETTLE_S, Fitness
 from tegotae.training.run import Run
 from tegotae.training.settings import configuration, tuned
 from tegotae.training.stopping import Stopping
@@ -91,19 +93,6 @@ class Multiverse:
     def _unit(self, model: Model, reading: Reading) -> Unit:
         hopper, cycle = reading.hopper, self.protocol.limit_cycle
         algorithm, stopping = self._training(reading.episodes)
-        run = Run(
-            model=model,
-            seeds=tuple(range(self.seeds)),
-            stopping=stopping,
-            algorithm=algorithm,
-            timing=self.timing,
-            settle_s=self.settle_s,
-            energy=reading.work,
-            follow_omega=reading.follow_omega,
-            budget=reading.parameters,
-            hopper=hopper,
-            release_m=reading.release * hopper.rest_length_m,
-        )
         protocol = dataclasses.replace(
             self.protocol,
             drop_m=reading.drop * hopper.rest_length_m,
@@ -116,7 +105,23 @@ class Multiverse:
                 min_repeats=cycle.min_repeats,
             ),
         )
-        return Unit(run, protocol)
+        experiment = model.experiment(
+            budget=reading.parameters,
+            body=hopper,
+            release_m=reading.release * hopper.rest_length_m,
+            timing=self.timing,
+            fitness=Fitness(
+                settle_s=self.settle_s, work=reading.work, follow_omega=reading.follow_omega
+            ),
+            protocol=protocol,
+        )
+        run = Run(
+            experiment=experiment,
+            seeds=tuple(range(self.seeds)),
+            stopping=stopping,
+            algorithm=algorithm,
+        )
+        return Unit(run)
 
     def _training(self, episodes: float) -> tuple[Algorithm, Stopping]:
         """By which settings, and until when, a budget of training is spent."""
@@ -129,14 +134,10 @@ class Multiverse:
     @property
     def document(self) -> dict[str, Any]:
         """The settings as JSON values, without the number of readings: more of them can follow."""
-        document = {
-            f.name: dataclasses.asdict(v) if dataclasses.is_dataclass(v) else v  # type: ignore[arg-type]
-            for f in dataclasses.fields(self)
-            if f.name != "readings"
-            for v in [getattr(self, f.name)]
-        }
+        document = describe(self)
+        del document["readings"]
         for name in ("algorithm", "brief"):
-            document[name]["name"] = type(getattr(self, name)).__name__
+            document[name] = algorithm_document(getattr(self, name))
         document["scale"] = f"{_KIND}{self.scale}"  # which no study has
         document["format"] = FORMAT
         document["choices"] = {choice.name: [str(v) for v in choice.values] for choice in CHOICES}

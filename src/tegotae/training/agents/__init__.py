@@ -7,11 +7,7 @@ from tegotae.training.agents.policy import agent_controller, initial_weights
 from tegotae.training.agents.run import AgentRun, train_agents
 from tegotae.training.agents.settings import AgentSettings, PPOSettings, SACSettings
 
-AGENTS: dict[str, type[AgentSettings]] = {kind.NAME: kind for kind in (SACSettings, PPOSettings)}
-"""The agents' settings by the name that `tegotae train --algorithm` takes."""
-
 __all__ = [
-    "AGENTS",
     "AgentRun",
     "AgentSettings",
     "PPOSettings",

@@ -10,19 +10,22 @@ from typing import Any, NamedTuple
 import jax.numpy as jnp
 import numpy as np
 
-from tegotae.bodies import Hopper
+from tegotae.bodies import Body, Hopper
 from tegotae.controller import Controller
 from tegotae.envs.rewards import HopReward
 from tegotae.envs.settings import TegotaeHopperSettings
 from tegotae.errors import TegotaeError, require_count
+from tegotae.experiment import RELEASE_M, Experiment
 from tegotae.extras import require
+from tegotae.metrics.efficiency import WORK
 from tegotae.rollout import Engine, Scenario, Timing
 from tegotae.training.agents.actor import Feedback, Observed
-from tegotae.training.agents.policy import initial_weights
+from tegotae.training.agents.policy import agent_controller, initial_weights
 from tegotae.training.agents.ppo import make_ppo
 from tegotae.training.agents.sac import make_sac
 from tegotae.training.agents.settings import AgentSettings, PPOSettings, SACSettings
 from tegotae.training.fitness import EPISODE, Fitness
+from tegotae.training.objective import Objective
 
 require("stable_baselines3", "sb3")
 
@@ -47,7 +50,8 @@ class AgentTraining:
         controller: the policy, with a limit to its feedback (`agent_controller`).
         settings: the algorithm and how it is set.
         omega: prescribed frequency ω_t [rad/s].
-        hopper: the hopper.
+        hopper: the body.
+        release_m: height of the release of the episodes by which it is judged [m], at rest.
         timing: the episode; its control period is that of the evaluations alone.
         fitness: the measure of the deterministic policy, the same as for other algorithms; its
             definition of work is that of the reward, too.
@@ -55,13 +59,31 @@ class AgentTraining:
 
     controller: Controller
     settings: AgentSettings
-    omega: float
-    hopper: Hopper = field(default_factory=Hopper)
+    omega: float | None
+    hopper: Body = field(default_factory=Hopper)
     timing: Timing = EPISODE
-    fitness: Fitness = field(default_factory=lambda: Fitness(follow_omega=False))
+    fitness: Objective = field(default_factory=lambda: Fitness(follow_omega=False))
+    release_m: float = RELEASE_M
 
     def __post_init__(self) -> None:
         self.fitness.check(self.timing)
+
+    @classmethod
+    def of(cls, experiment: Experiment, settings: AgentSettings) -> AgentTraining:
+        """The training of an experiment's controller by an agent.
+
+        Raises:
+            TegotaeError: for a controller without a meaning for agents.
+        """
+        return cls(
+            controller=agent_controller(experiment, settings),
+            settings=settings,
+            omega=experiment.omega,
+            hopper=experiment.body,
+            timing=experiment.timing,
+            fitness=experiment.fitness.without_frequency(),
+            release_m=experiment.release_m,
+        )
 
     @property
     def environment(self) -> TegotaeHopperSettings:
@@ -77,16 +99,27 @@ class AgentTraining:
             tick_s=settings.tick_s,
             decimation=settings.decimation,
             duration_s=self.timing.duration_s,
+            height_m=self.release_m,
             observation=("phase", *senses),
-            omega=self.omega,
+            omega=self.scenario.omega,
             actuation=self.controller.actuation,
             max_feedback_rad_per_s=tegotae.limit_rad_per_s,
             reward=HopReward(
-                energy=self.fitness.energy,
+                work=self.work,
                 least_work_j=settings.least_work_j,
                 charge_stored=settings.charge_stored,
             ),
         )
+
+    @property
+    def scenario(self) -> Scenario:
+        """An episode by which the policy is judged."""
+        return Scenario.of(self.omega, height_m=self.release_m)
+
+    @property
+    def work(self) -> str:
+        """The definition of work that hops are paid by: the fitness's, if it has one."""
+        return getattr(self.fitness, "work", WORK[0])
 
     @property
     def engine(self) -> Engine:
@@ -174,7 +207,7 @@ def _observed(training: AgentTraining, environment: TegotaeHopperSettings) -> Ob
 
 
 def _judge(training: AgentTraining, engine: Engine, weights: np.ndarray, episode: float) -> Point:
-    outcome = engine.run(weights, Scenario(omega=training.omega), training.hopper)
+    outcome = engine.run(weights, training.scenario, training.hopper)
     return Point(
         episode,
         episode * training.timing.duration_s,

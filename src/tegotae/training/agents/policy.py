@@ -1,4 +1,4 @@
-"""The policy that an agent learns: a model's controller with a limit to its feedback."""
+"""The policy that an agent learns: a controller with a limit to its feedback."""
 
 from __future__ import annotations
 
@@ -9,48 +9,44 @@ import numpy as np
 
 from tegotae.controller import Controller
 from tegotae.errors import TegotaeError
-from tegotae.models import BUDGET, Model
+from tegotae.experiment import Experiment
+from tegotae.registry import name_of
+from tegotae.training.agents.settings import AgentSettings
 
 
-def agent_controller(
-    model: Model, algorithm: str, limit_rad_per_s: float, budget: int = BUDGET
-) -> Controller:
-    """The model's controller as an agent's deterministic policy, `f = L tanh(G A′ R / L)`.
+def agent_controller(experiment: Experiment, settings: AgentSettings) -> Controller:
+    """An experiment's controller as an agent's deterministic policy, `f = L tanh(G A′ R / L)`.
 
-    It has the weights of the model's own controller; only its feedback saturates, for an agent's
-    action is bounded.
-
-    Args:
-        algorithm: the algorithm's name, for the error.
-        limit_rad_per_s: L.
-        budget: largest number of weights.
+    It has the weights of the experiment's own controller; only its feedback saturates at the
+    settings' L, for an agent's action is bounded.
 
     Raises:
-        TegotaeError: for a model without a meaning for an agent whose action is the feedback.
+        TegotaeError: for a controller without a meaning for an agent whose action is the feedback.
 
     Example:
         >>> from tegotae.models import find
-        >>> controller = agent_controller(find("AR"), "sac", 40.0)
+        >>> from tegotae.training.agents import SACSettings
+        >>> controller = agent_controller(find("AR").experiment(), SACSettings())
         >>> controller.n_weights, controller.tegotae.limit_rad_per_s
         (96, 40.0)
     """
-    without = f"{algorithm} has no meaning for {model.name}:"
-    if model.is_single_network:
+    controller = experiment.controller
+    without = f"{name_of(type(settings))} has no meaning for {experiment.name}:"
+    if controller.tegotae is None:
         raise TegotaeError(
             f"{without} an agent's action is the Tegotae feedback, and it has none; use pgpe"
         )
-    if not model.is_trained:
+    if experiment.is_searched:
         raise TegotaeError(
             f"{without} it has no network to learn; its gain is found by search, with pgpe"
         )
-    if model.learned_actuation:
+    if controller.actuation.n_weights:
         raise TegotaeError(
             f"{without} the weights of its actuation lie behind the agent's action, the feedback, "
             "where no gradient reaches them; use pgpe"
         )
-    controller = model.controller(budget)
-    assert controller.tegotae is not None
-    tegotae = dataclasses.replace(controller.tegotae, limit_rad_per_s=limit_rad_per_s)
+    limit = settings.max_feedback_rad_per_s
+    tegotae = dataclasses.replace(controller.tegotae, limit_rad_per_s=limit)
     return dataclasses.replace(controller, tegotae=tegotae)
 
 

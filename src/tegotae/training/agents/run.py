@@ -11,17 +11,15 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from tegotae.bodies import Hopper
 from tegotae.controller import Controller
 from tegotae.errors import TegotaeError, require_count
+from tegotae.experiment import Experiment
 from tegotae.files import output_folder, write_atomically
 from tegotae.locks import locked
-from tegotae.models import BUDGET, Model
 from tegotae.progress import reporting
-from tegotae.rollout import Timing
 from tegotae.training.agents.policy import agent_controller
 from tegotae.training.agents.settings import AgentSettings, SACSettings
-from tegotae.training.fitness import EPISODE, SETTLE_S, Fitness
+from tegotae.training.algorithms.document import algorithm_document
 from tegotae.training.folder import claim, save_controller, versions_of
 
 if TYPE_CHECKING:
@@ -35,45 +33,36 @@ _SECONDS_BETWEEN_WRITES = 5.0
 
 @dataclass(frozen=True, kw_only=True)
 class AgentRun:
-    """All that decides what a training run of agents learns.
+    """A training of agents: what, from which seeds, how, and how long.
 
     Args:
-        timing: the episode; its control period is that of the evaluations.
+        experiment: what is trained. Its control period is that of the evaluations; an agent is not
+            paid for ΔΩ, and so it is not judged by it.
+        seeds: one training from random weights each.
+        episodes: how long each learns, in simulated time of so many whole episodes.
+        settings: how is learned.
         evaluate_every: episodes between two points of the learning curve.
 
     Raises:
-        TegotaeError: for a count below one, or a model without a meaning for agents.
+        TegotaeError: for a count below one, or a controller without a meaning for agents.
     """
 
-    model: Model
+    experiment: Experiment
     seeds: tuple[int, ...] = (0, 1, 2)
     episodes: int = 1000
     settings: AgentSettings = field(default_factory=SACSettings)
-    timing: Timing = EPISODE
-    settle_s: float = SETTLE_S
-    energy: str = "absolute"
-    budget: int = BUDGET
-    hopper: Hopper = field(default_factory=Hopper)
     evaluate_every: int = 10
 
     def __post_init__(self) -> None:
         require_count("seeds", len(self.seeds))
         require_count("episodes", self.episodes)
         require_count("evaluate_every", self.evaluate_every)
-        self.fitness.check(self.timing)
         _ = self.controller
 
     @property
     def controller(self) -> Controller:
         """The policy."""
-        settings = self.settings
-        limit = settings.max_feedback_rad_per_s
-        return agent_controller(self.model, settings.NAME, limit, self.budget)
-
-    @property
-    def fitness(self) -> Fitness:
-        """The measure of a policy: CoT⁻¹, which is what the agents are paid for."""
-        return Fitness(settle_s=self.settle_s, energy=self.energy, follow_omega=False)
+        return agent_controller(self.experiment, self.settings)
 
     @property
     def training(self) -> AgentTraining:
@@ -84,27 +73,15 @@ class AgentRun:
         """
         from tegotae.training.agents.learner import AgentTraining
 
-        return AgentTraining(
-            controller=self.controller,
-            settings=self.settings,
-            omega=self.model.omega_t or 0.0,
-            hopper=self.hopper,
-            timing=self.timing,
-            fitness=self.fitness,
-        )
+        return AgentTraining.of(self.experiment, self.settings)
 
     @property
     def configuration(self) -> dict[str, Any]:
         """What decides a seed's result, but for the number of episodes, as JSON values."""
+        fitness = self.experiment.fitness.without_frequency()
         return {
-            "model": self.model.name,
-            "algorithm": {"name": self.settings.NAME, **dataclasses.asdict(self.settings)},
-            "timing": dataclasses.asdict(self.timing),
-            "settle_s": self.settle_s,
-            "energy": self.energy,
-            "follow_omega": False,
-            "budget": self.budget,
-            "hopper": dataclasses.asdict(self.hopper),
+            "experiment": dataclasses.replace(self.experiment, fitness=fitness).document,
+            "algorithm": algorithm_document(self.settings),
             "evaluate_every": self.evaluate_every,
         }
 
@@ -127,8 +104,10 @@ def train_agents(
             seed diverges.
         MissingExtraError: without Stable-Baselines3.
     """
-    training = run.training
+    run.experiment.check()
+    training, configuration = run.training, run.configuration
     with locked(output_folder(out)):
+        claim(out, configuration, _software())
         return _train(run, training, out, on_point)
 
 
@@ -141,9 +120,8 @@ def _train(
     """The same, alone in the folder."""
     from tegotae.training.agents.learner import learn
 
-    claim(out, run.configuration, _software())
     curves = _read_curves(out)
-    with reporting(run.model.name, len(run.seeds) * run.episodes) as reporter:
+    with reporting(run.experiment.name, len(run.seeds) * run.episodes) as reporter:
         for i, seed in enumerate(run.seeds):
             if _is_done(run, seed, curves, out):
                 continue
@@ -175,7 +153,7 @@ def _software() -> dict[str, str]:
 
 
 def _file(run: AgentRun, seed: int, out: Path) -> Path:
-    return out / f"{run.model.name}-seed{seed}.json"
+    return out / f"{run.experiment.name}-seed{seed}.json"
 
 
 _Curves = dict[int, list[list[str]]]
@@ -214,8 +192,7 @@ def _write(run: AgentRun, seed: int, points: list[Point], curves: _Curves, out: 
     best = max(points, key=lambda point: point.fitness)
     save_controller(
         out,
-        model=run.model,
-        hopper=run.hopper,
+        experiment=run.experiment,
         controller=run.controller,
         weights=best.weights,
         configuration=run.configuration,

@@ -5,7 +5,4 @@ from tegotae.training.algorithms.cma_es import CMAES
 from tegotae.training.algorithms.open_es import OpenES
 from tegotae.training.algorithms.pgpe import PGPE
 
-ALGORITHMS: dict[str, type[Algorithm]] = {"pgpe": PGPE, "cma-es": CMAES, "openai-es": OpenES}
-"""The algorithms by the name that `tegotae train --algorithm` takes."""
-
-__all__ = ["ALGORITHMS", "CMAES", "PGPE", "Algorithm", "OpenES"]
+__all__ = ["CMAES", "PGPE", "Algorithm", "OpenES"]

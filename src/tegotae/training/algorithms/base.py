@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from functools import cache
-from typing import Any
+from typing import Any, ClassVar
 
 import jax
 import jax.numpy as jnp
@@ -19,6 +19,9 @@ class Algorithm(ABC):
     Only the population decides what is compiled. All other settings are data, in `parameters` or in
     the state that `start` returns: another learning rate compiles nothing anew.
     """
+
+    NAME: ClassVar[str]
+    """What commands and documents call it; the name of the class by default."""
 
     population: int
     """Episodes per generation and seed."""

@@ -24,6 +24,8 @@ class CMAES(Algorithm):
     Reference: N. Hansen, The CMA evolution strategy: a tutorial, 2016.
     """
 
+    NAME = "cma-es"
+
     population: int = 64
     """Episodes per generation."""
     std: float = 0.3

@@ -27,6 +27,8 @@ class OpenES(Algorithm):
     learning, 2017.
     """
 
+    NAME = "openai-es"
+
     population: int = 64
     """Episodes per generation: an even number."""
     std: float = 0.2

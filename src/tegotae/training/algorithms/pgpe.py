@@ -34,6 +34,8 @@ class PGPE(Algorithm):
         N. E. Toklu et al., ClipUp, PPSN 2020.
     """
 
+    NAME = "pgpe"
+
     population: int = 64
     """Episodes per generation: an even number."""
     std: float = 0.3

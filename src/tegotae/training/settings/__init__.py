@@ -13,11 +13,9 @@ from pathlib import Path
 from typing import Any
 
 from tegotae.errors import TegotaeError, unknown
-from tegotae.training.agents.settings import AgentSettings, PPOSettings, SACSettings
-from tegotae.training.algorithms import ALGORITHMS, Algorithm
-
-KINDS: dict[str, Any] = {**ALGORITHMS, **{kind.NAME: kind for kind in (SACSettings, PPOSettings)}}
-"""The settings' classes by the name of the algorithm."""
+from tegotae.training.agents.settings import AgentSettings
+from tegotae.training.algorithms import Algorithm
+from tegotae.training.learners import learner
 
 
 @dataclass(frozen=True)
@@ -68,18 +66,17 @@ def tuned(algorithm: str) -> Any:
         >>> tuned("cma-es").population > 0
         True
     """
-    if algorithm not in KINDS:
-        raise unknown("algorithm", algorithm, KINDS)
-    if algorithm in names():
-        return configuration(algorithm).settings
-    return KINDS[algorithm]()
+    kind = learner(algorithm)
+    return configuration(algorithm).settings if algorithm in names() else kind()
 
 
 def _read(file: Path | Traversable) -> Configuration:
     try:
         document = json.loads(file.read_text(encoding="utf-8"))
         algorithm, settings = document["algorithm"], dict(document["settings"])
-        kind, found = KINDS[algorithm], dict(document["found"])
+        kind, found = learner(algorithm), dict(document["found"])
+    except TegotaeError as error:
+        raise TegotaeError(f"{file}: {error}") from None
     except OSError as error:
         raise TegotaeError(f"cannot read {file}: {error.strerror}") from None
     except (ValueError, KeyError, TypeError):

@@ -5,8 +5,8 @@ from __future__ import annotations
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
-from tegotae.models import Model
-from tegotae.training.agents import AgentSettings, agent_controller
+from tegotae.experiment import Experiment
+from tegotae.training.agents import AgentSettings
 from tegotae.tuning.task import Task
 
 if TYPE_CHECKING:
@@ -37,21 +37,13 @@ SHARED_FIRST = {
 
 
 def learned(
-    settings: AgentSettings, task: Task, model: Model, seeds: tuple[int, ...]
+    settings: AgentSettings, task: Task, experiment: Experiment, seeds: tuple[int, ...]
 ) -> list[float]:
     """Fitness of each seed's best policy in the budget; that until then, if learning diverges."""
     from tegotae.training.agents.learner import AgentTraining, DivergedError, learn
 
-    limit = settings.max_feedback_rad_per_s
-    training = AgentTraining(
-        controller=agent_controller(model, settings.NAME, limit, task.budget),
-        settings=settings,
-        omega=model.omega_t or 0.0,
-        hopper=task.hopper,
-        timing=task.timing,
-        fitness=task.fitness(model),
-    )
-    episodes = task.episodes(least=1)
+    training = AgentTraining.of(experiment, settings)
+    episodes = task.episodes(experiment, least=1)
     best = []
     for seed in seeds:
         fitness = []

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from tegotae.models import Model
+from tegotae.experiment import Experiment
 from tegotae.tuning.task import Task
 
 if TYPE_CHECKING:
@@ -20,9 +20,9 @@ class Space:
     Args:
         suggest: from an Optuna trial to the algorithm's settings, a frozen dataclass. It may ask
             for a parameter only in one range, and reject none of the points in its ranges.
-        learn: from settings, task, model and seeds to the fitness of the best that each seed found
-            within the task's budget. It runs in another process, so it must be a function of a
-            module.
+        learn: from settings, task, experiment and seeds to the fitness of the best that each seed
+            found within the task's budget. It runs in another process, so it must be a function of
+            a module.
         first: the parameters that are tried first, such as the settings known so far.
         least_episodes: episodes that a training needs at least, whatever its settings.
         seeds_at_once: seeds handed to one call of `learn`; after each call it is decided whether
@@ -30,7 +30,7 @@ class Space:
     """
 
     suggest: Callable[[BaseTrial], Any]
-    learn: Callable[[Any, Task, Model, tuple[int, ...]], list[float]]
+    learn: Callable[[Any, Task, Experiment, tuple[int, ...]], list[float]]
     first: Mapping[str, Any]
     least_episodes: int = 1
     seeds_at_once: int = 1

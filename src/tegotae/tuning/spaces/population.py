@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from tegotae.models import Model
+from tegotae.experiment import Experiment
 from tegotae.training.algorithms import Algorithm
 from tegotae.training.run import Run
 from tegotae.training.stopping import Stopping
@@ -31,19 +31,16 @@ def suggest_std(trial: BaseTrial) -> float:
     return trial.suggest_float("std", 0.02, 1.0, log=True)
 
 
-def evolved(settings: Algorithm, task: Task, model: Model, seeds: tuple[int, ...]) -> list[float]:
+def evolved(
+    settings: Algorithm, task: Task, experiment: Experiment, seeds: tuple[int, ...]
+) -> list[float]:
     """Fitness of each seed's best distribution, of as many whole generations as the budget has."""
+    episodes = task.episodes(experiment, least=settings.population)
     run = Run(
-        model=model,
+        experiment=experiment,
         seeds=seeds,
-        stopping=Stopping.after(task.episodes(least=settings.population) // settings.population),
+        stopping=Stopping.after(episodes // settings.population),
         algorithm=settings,
-        timing=task.timing,
-        settle_s=task.settle_s,
-        energy=task.energy,
-        follow_omega=task.follow_omega,
-        budget=task.budget,
-        hopper=task.hopper,
     )
     ((progress, _),) = deque(run.evolve(run.start()), maxlen=1)
     return [float(fitness) for fitness in np.asarray(progress.best_fitness)]

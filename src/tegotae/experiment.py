@@ -1,0 +1,166 @@
+"""An experiment: what is trained, on what, by what measure, and how it is then evaluated."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from tegotae.bodies import Body, Hopper
+from tegotae.controller import Controller
+from tegotae.documents import describe, restore
+from tegotae.errors import TegotaeError, require_finite
+from tegotae.evaluation import Protocol
+from tegotae.rollout import Scenario, Timing, check_senses
+from tegotae.terms import ConstantGain
+from tegotae.training.fitness import EPISODE, Fitness
+from tegotae.training.objective import Objective
+
+RELEASE_M = 1.2
+"""Height of the paper's release [m]."""
+
+_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._+-]{0,99}")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Experiment:
+    """Everything that a training and an evaluation are about, but for how and how long is learned.
+
+    Trainings of any algorithm, tuning and the study are made of experiments; the 218 models of the
+    paper make theirs by `Model.experiment`.
+
+    Args:
+        name: what it is called, in files, tables and figures.
+        controller: the structure whose weights are learned.
+        omega: prescribed frequency ω_t [rad/s]; None without an oscillator.
+        body: what is driven.
+        release_m: height of the release in training [m], at rest.
+        timing: the episode of training.
+        fitness: by what measure an episode is judged in training.
+        protocol: how what was learned is evaluated.
+
+    Raises:
+        TegotaeError: for a name that is no file's, an oscillator without a frequency or the other
+            way round, a signal that nobody provides, a height that is not positive, a control
+            period too long for the body, or an episode that cannot be judged.
+
+    Example:
+        >>> from tegotae.models import find
+        >>> experiment = find("ART").experiment(body=Hopper(mass_kg=0.12))
+        >>> experiment.name, experiment.omega, experiment.controller.n_weights
+        ('ART-rF-tphif-w8', 8.0, 96)
+        >>> Experiment.of(experiment.document) == experiment
+        True
+    """
+
+    name: str
+    controller: Controller
+    omega: float | None = None
+    body: Body = field(default_factory=Hopper)
+    release_m: float = RELEASE_M
+    timing: Timing = EPISODE
+    fitness: Objective = field(default_factory=Fitness)
+    protocol: Protocol = field(default_factory=Protocol)
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.name, str) or not _NAME.fullmatch(self.name):
+            raise TegotaeError(
+                f"an experiment is called {self.name!r}; its name may have letters, digits and "
+                ". _ + -, begins with a letter or a digit, and has 100 characters at most"
+            )
+        if self.controller.oscillator is None and self.omega is not None:
+            raise TegotaeError(
+                f"{self.name} has a frequency ({self.omega:g} rad/s) but no oscillator; "
+                "its omega must be None"
+            )
+        if self.controller.oscillator is not None and self.omega is None:
+            raise TegotaeError(f"{self.name} has an oscillator; give it an omega, such as 8 rad/s")
+        if self.omega is not None:
+            require_finite("omega", self.omega, above=0.0)
+        require_finite("release_m", self.release_m, above=0.0)
+        check_senses(self.controller, self.body)
+        self.body.check_tick(self.timing.tick_s)
+        self.fitness.check(self.timing)
+
+    def check(self) -> None:
+        """See that there is something to train, on a body that can hop: before long work starts.
+
+        Raises:
+            TegotaeError: if not.
+        """
+        if self.controller.n_weights == 0:
+            raise TegotaeError(f"{self.name} has no weights to train")
+        self.body.check_release(self.release_m)
+
+    @property
+    def measure(self) -> Objective:
+        """The fitness as it applies here: without a frequency there is none to follow."""
+        return self.fitness.without_frequency() if self.omega is None else self.fitness
+
+    @property
+    def scenario(self) -> Scenario:
+        """An episode of training: numbers."""
+        return Scenario.of(self.omega, height_m=self.release_m)
+
+    @property
+    def is_searched(self) -> bool:
+        """Whether all there is to learn is a constant gain σ, which a search finds."""
+        tegotae = self.controller.tegotae
+        return (
+            tegotae is not None
+            and isinstance(tegotae.gain, ConstantGain)
+            and self.controller.n_weights == tegotae.gain.n_weights
+        )
+
+    @property
+    def document(self) -> dict[str, Any]:
+        """The experiment as plain JSON values.
+
+        Raises:
+            TegotaeError: for a part that is not registered (`tegotae.register`).
+        """
+        return describe(self)
+
+    @classmethod
+    def of(cls, document: Mapping[str, Any]) -> Experiment:
+        """The experiment of a document.
+
+        Raises:
+            TegotaeError: for a document of something else, or one that names a part that is not
+                registered.
+        """
+        try:
+            return restore(dict(document), cls, "experiment")
+        except KeyError as error:
+            raise TegotaeError(f"an experiment has no entry {error}") from None
+        except (TypeError, ValueError, OverflowError) as error:
+            raise TegotaeError(f"an experiment cannot be read: {error}") from None
+
+
+def differing(found: Any, wanted: Any, name: str = "") -> list[str]:
+    """Names of what differs between two documents, such as `fitness.work`.
+
+    Example:
+        >>> differing({"seeds": 1, "body": {"mass_kg": 1}}, {"seeds": 1, "body": {"mass_kg": 2}})
+        ['body.mass_kg']
+    """
+    if found == wanted:
+        return []
+    if isinstance(found, list) and isinstance(wanted, list) and len(found) == len(wanted):
+        inside = (differing(a, b, name) for a, b in zip(found, wanted, strict=True))
+        return list(dict.fromkeys(each for names in inside for each in names))
+    if not isinstance(found, Mapping) or not isinstance(wanted, Mapping):
+        return [name]
+    if name.endswith("controller") or found.get("kind") != wanted.get("kind"):
+        return [name]
+    names = [
+        each
+        for key in {**wanted, **found}
+        for each in (
+            differing(found[key], wanted[key], f"{name}.{key}" if name else key)
+            if key in found and key in wanted
+            else [f"{name}.{key}" if name else key]
+        )
+    ]
+    return [each.removeprefix("experiment.") for each in names]
