@@ -25,14 +25,15 @@ from tegotae.errors import require_finite, unknown
 from tegotae.files import output_folder
 from tegotae.models import find
 from tegotae.rollout import Timing
-from tegotae.training.agents import AGENTS, AgentRun, train_agents
+from tegotae.training.agents import AgentRun, train_agents
+from tegotae.training.fitness import Fitness
 from tegotae.training.run import Run, train
 from tegotae.training.settings import configuration
 from tegotae.training.stopping import Stopping
 
 MODELS = ("AR-rF-sector-w8", "AR-rF-reflex-w8")
 """The paper's policies I and II: learned A and R, constant gain, actuation (6) or (7)."""
-SETTINGS = {"pgpe": "pgpe-figure3", **{name: name for name in AGENTS}}
+SETTINGS = {"pgpe": "pgpe-figure3", "sac": "sac", "ppo": "ppo"}
 """Named configurations of the algorithms."""
 EPISODE = Timing(duration_s=12.0, tick_s=0.002)
 SETTLE_S = 4.0
@@ -77,20 +78,14 @@ class Figure3:
         out = self.out / algorithm / model
         settings: Any = configuration(SETTINGS[algorithm]).settings
         shared: dict[str, Any] = {
-            "model": find(model),
+            "experiment": find(model).experiment(
+                timing=EPISODE, fitness=Fitness(settle_s=SETTLE_S, follow_omega=False)
+            ),
             "seeds": tuple(range(self.seeds)),
-            "timing": EPISODE,
-            "settle_s": SETTLE_S,
         }
         if algorithm == "pgpe":
             generations = max(2, round(self.generations * self.scale))
-            run = Run(
-                **shared,
-                stopping=Stopping.after(generations),
-                algorithm=settings,
-                follow_omega=False,
-            )
-            train(run, out)
+            train(Run(**shared, stopping=Stopping.after(generations), algorithm=settings), out)
             return
         episodes = max(2, round(self.episodes * self.scale))
         every = max(1, round(10 * self.scale))

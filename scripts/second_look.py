@@ -37,7 +37,6 @@ from tegotae.figures.learning_curves import algorithms_figure, algorithms_tables
 from tegotae.files import output_folder
 from tegotae.models import find
 from tegotae.training.agents import (
-    AGENTS,
     AgentRun,
     AgentSettings,
     PPOSettings,
@@ -45,6 +44,7 @@ from tegotae.training.agents import (
     train_agents,
 )
 from tegotae.training.curves import read_curves
+from tegotae.training.fitness import Fitness
 from tegotae.training.run import Run, train
 from tegotae.training.settings import configuration, tuned
 from tegotae.training.stopping import Stopping
@@ -85,7 +85,7 @@ class SecondLook:
     """Runs per policy and algorithm."""
     episodes: int = 1000
     """Episodes of each run."""
-    algorithms: tuple[str, ...] = ("pgpe", *AGENTS)
+    algorithms: tuple[str, ...] = ("pgpe", "sac", "ppo")
     """Which to train."""
 
     def run(self) -> None:
@@ -105,15 +105,15 @@ class SecondLook:
     def train(self, algorithm: str, model: str, out: Path) -> None:
         """All seeds of one policy by one algorithm."""
         shared: dict[str, Any] = {
-            "model": find(model),
+            "experiment": find(model).experiment(
+                timing=EPISODE, fitness=Fitness(settle_s=SETTLE_S, follow_omega=False)
+            ),
             "seeds": tuple(range(self.seeds)),
-            "timing": EPISODE,
-            "settle_s": SETTLE_S,
         }
         if algorithm == "pgpe":
             settings = configuration("pgpe-80x16").settings
             stopping = Stopping.after(80)
-            train(Run(**shared, algorithm=settings, stopping=stopping, follow_omega=False), out)
+            train(Run(**shared, algorithm=settings, stopping=stopping), out)
             return
         settings = suited(tuned(algorithm))
         train_agents(AgentRun(**shared, episodes=self.episodes, settings=settings), out)

@@ -12,7 +12,7 @@ import numpy as np
 
 from tegotae.bodies import Body, Hopper
 from tegotae.controller import Controller
-from tegotae.documents import describe, entry
+from tegotae.descriptions import describe, entry
 from tegotae.errors import TegotaeError
 from tegotae.files import write_atomically
 from tegotae.rollout import check_senses

@@ -9,7 +9,7 @@ from typing import Any
 
 from tegotae.bodies import Body, Hopper
 from tegotae.controller import Controller
-from tegotae.documents import describe, restore
+from tegotae.descriptions import describe, restore
 from tegotae.errors import TegotaeError, require_finite
 from tegotae.evaluation import Protocol
 from tegotae.rollout import Scenario, Timing, check_senses

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
 
-from tegotae.documents import describe
+from tegotae.descriptions import describe
 from tegotae.errors import TegotaeError, require_count, unknown
 from tegotae.evaluation import Protocol
 from tegotae.experiment import Experiment, differing

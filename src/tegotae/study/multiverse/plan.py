@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
 
-from tegotae.documents import describe
+from tegotae.descriptions import describe
 from tegotae.errors import require_count, unknown
 from tegotae.evaluation import Protocol
 from tegotae.metrics.limit_cycle import LimitCycle

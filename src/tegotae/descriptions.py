@@ -1,4 +1,4 @@
-"""Descriptions as documents: frozen dataclasses to plain JSON values, and back.
+"""Descriptions as plain values: frozen dataclasses to plain JSON values, and back.
 
 A part (see `tegotae.registry`) becomes a dictionary of its fields with its `kind`; any other
 dataclass, such as a `Timing`, one of its fields alone, for its place says what it is.
