@@ -131,7 +131,7 @@ class Experiment:
                 registered.
         """
         try:
-            return restore(dict(document), cls, "experiment")
+            return restore(document, cls, "experiment")
         except KeyError as error:
             raise TegotaeError(f"an experiment has no entry {error}") from None
         except (TypeError, ValueError, OverflowError) as error:

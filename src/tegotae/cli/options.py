@@ -1,53 +1,65 @@
-"""Options that several commands share: which controller, on which hopper."""
+"""Options that several commands share: which controller, on which body, by what measure."""
 
 from __future__ import annotations
 
 import dataclasses
+import json
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 import tyro
 
 from tegotae import controller_file
-from tegotae.bodies import Hopper
+from tegotae.bodies import Body, Hopper
 from tegotae.controller_file import SavedController
 from tegotae.errors import TegotaeError, require_finite
+from tegotae.experiment import Experiment
+from tegotae.models import find
 from tegotae.presets import preset
+from tegotae.references import is_reference, named
+from tegotae.training.fitness import Fitness
+from tegotae.training.objective import Objective
+from tegotae.training.settings import tuned
 
 FromPreset = Annotated[float | None, tyro.conf.arg(help_behavior_hint="(default: the preset's)")]
 """A number that a preset, or a controller file, has too."""
+AsItIs = Annotated[float | None, tyro.conf.arg(help_behavior_hint="(default: as it is)")]
+"""A number of something that has one already: a preset, a file, an experiment."""
 Vanilla = Annotated[str | None, tyro.conf.arg(help_behavior_hint="(default: the preset's)")]
 """The name of a vanilla actuation."""
+OWN = tyro.conf.arg(help_behavior_hint="(default: the experiment's)")
+"""For an option without which an experiment stays as it is."""
+WORK = tyro.conf.arg(aliases=["--energy"], help_behavior_hint="(default: absolute)")
+"""For the definition of work, which earlier versions called energy."""
 UNSET = tyro.conf.arg(help_behavior_hint="")
 """For an option whose help says what leaving it out means."""
 
 
-@dataclass(frozen=True)
-class HopperOptions:
-    """The hopper's parameters; those not given come from a preset or a controller file."""
+@dataclass(frozen=True, kw_only=True)
+class HopperParameters:
+    """The hopper's parameters; those not given are left as they are."""
 
-    preset: str = "paper"
-    """Where numbers not given come from: paper, or pyTegotaeCPG."""
-    mass: FromPreset = None
+    mass: AsItIs = None
     """Mass [kg]."""
-    stiffness: FromPreset = None
+    stiffness: AsItIs = None
     """Spring stiffness [N/m]."""
-    damping: FromPreset = None
+    damping: AsItIs = None
     """Damping in stance [N s/m]."""
-    flight_damping: FromPreset = None
+    flight_damping: AsItIs = None
     """Damping in flight [N s/m]."""
-    rest_length: FromPreset = None
+    rest_length: AsItIs = None
     """Rest length of the leg [m]."""
-    gravity: FromPreset = None
+    gravity: AsItIs = None
     """Gravity [m/s²]."""
-    max_force: FromPreset = None
+    max_force: AsItIs = None
     """Largest actuator force [N]."""
 
-    def hopper(self, base: Hopper | None = None) -> Hopper:
-        """`base`, the preset's hopper by default, with the parameters that were given."""
-        given = {
+    @property
+    def given(self) -> dict[str, float]:
+        """The parameters that were given, by the names of the hopper's fields."""
+        values = {
             "mass_kg": self.mass,
             "stiffness_n_per_m": self.stiffness,
             "damping_ns_per_m": self.damping,
@@ -56,11 +68,170 @@ class HopperOptions:
             "gravity_m_per_s2": self.gravity,
             "max_force_n": self.max_force,
         }
+        return {name: value for name, value in values.items() if value is not None}
+
+    def on(self, body: Body) -> Body:
+        """A body with the parameters that were given.
+
+        Raises:
+            TegotaeError: for a parameter of the hopper, and another body.
+        """
+        if self.given and not isinstance(body, Hopper):
+            raise TegotaeError(
+                f"{next(iter(self.given))} is a parameter of the hopper; the body is a "
+                f"{type(body).__name__}, whose own stand in its file"
+            )
+        return dataclasses.replace(body, **self.given) if isinstance(body, Hopper) else body
+
+
+@dataclass(frozen=True, kw_only=True)
+class HopperOptions(HopperParameters):
+    """The hopper's parameters; those not given come from a preset or a controller file."""
+
+    preset: str = "paper"
+    """Where numbers not given come from: paper, or pyTegotaeCPG."""
+
+    def hopper(self, base: Hopper | None = None) -> Hopper:
+        """`base`, the preset's hopper by default, with the parameters that were given."""
         base = preset(self.preset).hopper if base is None else base
-        return dataclasses.replace(base, **{k: v for k, v in given.items() if v is not None})
+        return dataclasses.replace(base, **self.given)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
+class ExperimentOptions(HopperParameters):
+    """What of an experiment is to be other than it is by itself."""
+
+    body: Annotated[str | None, OWN] = None
+    """Another body: FILE.py:OBJECT or MODULE:OBJECT."""
+    release: Annotated[float | None, OWN] = None
+    """Height of the release [m], in training and evaluation."""
+    drop: Annotated[float | None, OWN] = None
+    """How far the ground drops in the evaluation [m]."""
+    duration: Annotated[float | None, OWN] = None
+    """Length of an episode of training [s]."""
+    tick: Annotated[float | None, OWN] = None
+    """Control period in training [s]."""
+    settle: Annotated[float | None, OWN] = None
+    """Time in an episode before it is judged [s]."""
+    work: Annotated[str | None, WORK] = None
+    """Definition of the actuator's work: absolute, positive or net."""
+    cot_only: bool = False
+    """Judge CoT⁻¹ alone, without ΔΩ, as in the paper's comparison of algorithms (agents always)."""
+    fitness: Annotated[str | None, OWN] = None
+    """Another measure of an episode: FILE.py:OBJECT or MODULE:OBJECT."""
+
+    def applied(self, experiment: Experiment) -> Experiment:
+        """The experiment with what was given.
+
+        Raises:
+            TegotaeError: for what does not fit together, or an option that the experiment's own
+                body or fitness does not have.
+        """
+        body = experiment.body if self.body is None else named(self.body, Body, "body")
+        times = {"duration_s": self.duration, "tick_s": self.tick}
+        heights = {"release_m": self.release, "drop_m": self.drop, "work": self.work}
+        release_m = experiment.release_m if self.release is None else self.release
+        return dataclasses.replace(
+            experiment,
+            body=self.on(body),
+            release_m=release_m,
+            timing=dataclasses.replace(experiment.timing, **_given(times)),
+            fitness=self._fitness(experiment.fitness),
+            protocol=dataclasses.replace(experiment.protocol, **_given(heights)),
+        )
+
+    def _fitness(self, own: Objective) -> Objective:
+        if self.fitness is not None:
+            own = named(self.fitness, Objective, "fitness")
+        values = _given({"settle_s": self.settle, "work": self.work})
+        if self.cot_only:
+            values["follow_omega"] = False
+        if values and not isinstance(own, Fitness):
+            if values.keys() == {"work"}:  # which the evaluation has, too
+                return own
+            option = {"settle_s": "settle", "follow_omega": "cot-only"}
+            name = next(option[name] for name in values if name in option)
+            raise TegotaeError(
+                f"--{name} belongs to the paper's fitness; this one is a {type(own).__name__}"
+            )
+        return dataclasses.replace(own, **values) if isinstance(own, Fitness) else own
+
+
+def experiment_named(name: str, budget: int | None = None) -> Experiment:
+    """The experiment of a model's name, of an architecture's, or of a user's own file.
+
+    Args:
+        name: such as ART, or `FILE.py:OBJECT`.
+        budget: largest number of trained parameters, of a model; the paper's by default.
+
+    Raises:
+        TegotaeError: for an unknown name, or a budget for what is no model of the paper.
+    """
+    if not is_reference(name):
+        return find(name).experiment(**({} if budget is None else {"budget": budget}))
+    if budget is not None:
+        raise TegotaeError(
+            f"--budget sizes the networks of the paper's models; {name} has a controller of its own"
+        )
+    return named(name, Experiment, "experiment")
+
+
+def experiments_at(place: str) -> list[Experiment]:
+    """The experiments of a user's own file, or of a file of their documents.
+
+    Args:
+        place: `FILE.py:OBJECT`, an experiment or a list of them, or a .json file of one document, a
+            list of them, or what a study's folder has as its study.json.
+
+    Raises:
+        TegotaeError: if they cannot be read.
+    """
+    if not place.endswith(".json"):
+        found = named(place, (Experiment, list, tuple), "experiment")
+        return [found] if isinstance(found, Experiment) else [_experiment(e, place) for e in found]
+    try:
+        document = json.loads(Path(place).read_text(encoding="utf-8"))
+    except OSError as error:
+        raise TegotaeError(f"cannot read {place}: {error.strerror}") from None
+    except (ValueError, RecursionError):
+        raise TegotaeError(f"{place} is no JSON document of experiments") from None
+    if isinstance(document, dict) and isinstance(document.get("experiments"), dict):
+        document = list(document["experiments"].values())
+    documents = document if isinstance(document, list) else [document]
+    try:
+        return [Experiment.of(each) for each in documents]
+    except TegotaeError as error:
+        raise TegotaeError(f"{place}: {error}") from None
+
+
+def _experiment(found: Any, place: str) -> Experiment:
+    if not isinstance(found, Experiment):
+        raise TegotaeError(f"{place} holds a {type(found).__name__}, which is no experiment")
+    return found
+
+
+def settings_named(name: str, algorithms: tuple[type, ...]) -> Any:
+    """The settings of an algorithm: as tuned, or of a user's own file.
+
+    Args:
+        name: such as pgpe, or `FILE.py:OBJECT`.
+        algorithms: the contracts, one of which it must keep.
+
+    Raises:
+        TegotaeError: for an unknown name, or an algorithm of another kind.
+    """
+    if is_reference(name):
+        return named(name, algorithms, "algorithm")
+    if not isinstance(settings := tuned(name), algorithms):
+        raise TegotaeError(f"{name} cannot be used here; it needs an evolution strategy, as pgpe")
+    return settings
+
+
+def _given(values: dict[str, Any]) -> dict[str, Any]:
+    return {name: value for name, value in values.items() if value is not None}
+
+
+@dataclass(frozen=True, kw_only=True)
 class ControllerOptions(HopperOptions):
     """A controller file, or else a vanilla controller made of options, and its hopper."""
 

@@ -2,23 +2,24 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import tyro
 
 from tegotae.cli.multiverse import StudyMultiverse
-from tegotae.cli.options import UNSET
+from tegotae.cli.options import UNSET, ExperimentOptions, experiments_at, settings_named
 from tegotae.errors import TegotaeError, require_count
 from tegotae.files import output_file, output_folder, write_atomically
 from tegotae.study.folder import Folder
-from tegotae.study.plan import plan
+from tegotae.study.plan import Plan, plan
 from tegotae.study.record import Record
+from tegotae.training.algorithms import Algorithm
 
 
-@dataclass(frozen=True)
-class StudyRun:
+@dataclass(frozen=True, kw_only=True)
+class StudyRun(ExperimentOptions):
     """Train and evaluate what is missing of a study; run it again to go on."""
 
     dir: Path
@@ -27,7 +28,14 @@ class StudyRun:
     """smoke (seconds), quick (all architectures, few runs), paper (218 models, 15 runs, to the
     plateau) or paper-80x16 (the same with the paper's budget)."""
     models: str = "*"
-    """Only these models, with * and ? as in a shell."""
+    """Only these models, with * and ? as in a shell; an empty text for none."""
+    experiments: Annotated[tuple[str, ...], UNSET] = ()
+    """Experiments of your own beside the models: FILE.py:OBJECT or MODULE:OBJECT, an experiment or
+    a list of them, or a file of their documents (.json). What else is given is for the models."""
+    algorithm: Annotated[str | None, UNSET] = None
+    """How to learn, if not as the scale does: a name such as cma-es, or FILE.py:OBJECT."""
+    seeds: Annotated[int | None, UNSET] = None
+    """Runs per experiment, if not as many as the scale has."""
     workers: Annotated[int | None, UNSET] = None
     """Worker processes of one core each; one per core by default."""
     cluster: Annotated[str | None, UNSET] = None
@@ -39,7 +47,7 @@ class StudyRun:
 
         from tegotae.study import runner
 
-        chosen = plan(self.scale, self.models)
+        chosen = self.plan
         if self.workers is not None:
             require_count("workers", self.workers)
         results = partial(runner.on_cores, workers=self.workers)
@@ -49,6 +57,20 @@ class StudyRun:
             results = on_cluster(self.cluster)
         total = runner.run(chosen, self.dir, results)
         print(f"{total} records in {self.dir}; next: tegotae study report --dir {self.dir}")
+
+    @property
+    def plan(self) -> Plan:
+        """What is to be done."""
+        others = [each for name in self.experiments for each in experiments_at(name)]
+        own = {each.name for each in others}
+        whole = plan(self.scale, self.models, others)
+        experiments = [e if e.name in own else self.applied(e) for e in whole.experiments]
+        for experiment in experiments:
+            experiment.check()
+        settings: dict[str, Any] = {} if self.seeds is None else {"seeds": self.seeds}
+        if self.algorithm is not None:
+            settings["algorithm"] = settings_named(self.algorithm, (Algorithm,))
+        return replace(whole, experiments=tuple(experiments), **settings)
 
 
 @dataclass(frozen=True)
@@ -62,7 +84,8 @@ class StudyStatus:
         """Print it."""
         folder = Folder(self.dir)
         document = folder.document
-        models = [unit.run.experiment.name for unit in plan(document["scale"]).units]
+        whole = [unit.run.experiment.name for unit in plan(document["scale"]).units]
+        models = list(dict.fromkeys([*whole, *document["experiments"]]))
         records, damaged = folder.all()
         found = {record.model for record in records}
         missing = [name for name in models if name not in found]

@@ -11,17 +11,18 @@ from typing import TYPE_CHECKING, Annotated, Any
 import numpy as np
 import tyro
 
+from tegotae.cli.options import ExperimentOptions, experiment_named, settings_named
 from tegotae.cli.tables import print_rows
 from tegotae.errors import TegotaeError, require_count
+from tegotae.experiment import Experiment
 from tegotae.extras import require
-from tegotae.models import BUDGET, find
-from tegotae.rollout import Timing
-from tegotae.training.agents import AgentRun, train_agents
+from tegotae.models import BUDGET
+from tegotae.registry import name_of
+from tegotae.training.agents import AgentRun, AgentSettings, train_agents
+from tegotae.training.algorithms import Algorithm
 from tegotae.training.evolve import Curves
-from tegotae.training.fitness import EPISODE, SETTLE_S, Fitness
-from tegotae.training.learners import agents, evolutions, learner
+from tegotae.training.learners import agents, evolutions
 from tegotae.training.run import Run, train
-from tegotae.training.settings import tuned
 from tegotae.training.stopping import CAP, PLATEAU, RUNNING, SEARCH, Stopping
 
 if TYPE_CHECKING:
@@ -31,15 +32,17 @@ if TYPE_CHECKING:
 _USUAL = Stopping()
 _CAP_HINT = f"(default: {_USUAL.generations})"
 _SHARE_HINT = f"(default: {_USUAL.share:g})"
+_BUDGET_HINT = f"(default: {BUDGET})"
 _GAIN_HINT = f"(default: {_USUAL.tolerance:g})"
 
 
-@dataclass(frozen=True)
-class Train:
+@dataclass(frozen=True, kw_only=True)
+class Train(ExperimentOptions):
     """Train a model's controllers, one per seed; run it again on the same folder to go on."""
 
     model: Annotated[str, tyro.conf.Positional]
-    """The model's name (see `tegotae models`), or an architecture such as ART."""
+    """The model's name (see `tegotae models`), an architecture such as ART, or an experiment of
+    your own, FILE.py:OBJECT or MODULE:OBJECT."""
     out: Annotated[
         Path | None,
         tyro.conf.arg(help_behavior_hint="(default: runs/MODEL, or runs/MODEL-ALGORITHM)"),
@@ -62,44 +65,40 @@ class Train:
     episodes: Annotated[int | None, tyro.conf.arg(help_behavior_hint="(default: 1000)")] = None
     """Episodes in all and per seed, where an agent learns."""
     algorithm: str = "pgpe"
-    """How to learn: a population by pgpe, cma-es or openai-es; an agent by sac or ppo."""
-    duration: float = EPISODE.duration_s
-    """Length of an episode [s]."""
-    tick: float = EPISODE.tick_s
-    """Control period [s]."""
-    settle: float = SETTLE_S
-    """Time in an episode before it is judged [s]."""
-    energy: str = "absolute"
-    """Definition of the actuator's work: absolute, positive or net."""
-    budget: int = BUDGET
-    """Largest number of trained parameters."""
+    """How to learn: a population by pgpe, cma-es or openai-es; an agent by sac or ppo; or an
+    algorithm of your own, FILE.py:OBJECT or MODULE:OBJECT."""
+    budget: Annotated[int | None, tyro.conf.arg(help_behavior_hint=_BUDGET_HINT)] = None
+    """Largest number of trained parameters of a model."""
     tensorboard: bool = False
     """Write TensorBoard logs beside the controllers (extra "tensorboard")."""
 
     def run(self) -> None:
         """Train, and print how it went."""
-        learner(self.algorithm)
+        settings = settings_named(self.algorithm, (Algorithm, AgentSettings))
         require_count("seeds", self.seeds)
         require_count("first_seed", self.first_seed, least=0)
-        name = find(self.model).name
-        folder = name if self.algorithm == "pgpe" else f"{name}-{self.algorithm}"
+        experiment = self.applied(experiment_named(self.model, self.budget))
+        algorithm = name_of(type(settings))
+        folder = experiment.name if algorithm == "pgpe" else f"{experiment.name}-{algorithm}"
         out = Path("runs") / folder if self.out is None else self.out
-        learns = self.algorithm in agents()
+        learns = isinstance(settings, AgentSettings)
         try:
-            paths = self._agents(out) if learns else self._evolution(out)
+            learn = self._agents if learns else self._evolution
+            paths = learn(experiment, settings, out)
         except KeyboardInterrupt:
             raise KeyboardInterrupt(
                 f"interrupted; {out} keeps what was learned, the same command goes on from there"
             ) from None
         _summarise(paths, "episode" if learns else "generation")
 
-    def _evolution(self, out: Path) -> list[Path]:
+    def _evolution(self, experiment: Experiment, settings: Any, out: Path) -> list[Path]:
         self._refuse("episodes", agents())
         chosen = {} if self.population is None else {"population": self.population}
         run = Run(
+            experiment=experiment,
+            seeds=self._seeds,
             stopping=self._stopping,
-            algorithm=replace(tuned(self.algorithm), **chosen),
-            **self._common,
+            algorithm=replace(settings, **chosen),
         )
         log = _logger(out) if self.tensorboard else None
 
@@ -109,14 +108,15 @@ class Train:
 
         return train(run, out, on_generation=on_generation)
 
-    def _agents(self, out: Path) -> list[Path]:
+    def _agents(self, experiment: Experiment, settings: Any, out: Path) -> list[Path]:
         self._refuse("population", evolutions())
         for option in ("generations", "to_cap", "plateau_share", "plateau_tolerance"):
             self._refuse(option, evolutions())
         run = AgentRun(
+            experiment=experiment,
+            seeds=self._seeds,
             episodes=1000 if self.episodes is None else self.episodes,
-            settings=tuned(self.algorithm),
-            **self._common,
+            settings=settings,
         )
         log = _logger(out) if self.tensorboard else None
 
@@ -140,15 +140,8 @@ class Train:
         return Stopping.after(chosen.generations) if self.to_cap else chosen
 
     @property
-    def _common(self) -> dict[str, Any]:
-        """What all kinds of training are told."""
-        experiment = find(self.model).experiment(
-            budget=self.budget,
-            timing=Timing(duration_s=self.duration, tick_s=self.tick),
-            fitness=Fitness(settle_s=self.settle, work=self.energy),
-        )
-        seeds = tuple(range(self.first_seed, self.first_seed + self.seeds))
-        return {"experiment": experiment, "seeds": seeds}
+    def _seeds(self) -> tuple[int, ...]:
+        return tuple(range(self.first_seed, self.first_seed + self.seeds))
 
     def _refuse(self, option: str, owners: Iterable[str]) -> None:
         if getattr(self, option) not in (None, False):

@@ -10,15 +10,17 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
-from tegotae.cli.options import UNSET
+from tegotae.cli.options import UNSET, ExperimentOptions, experiment_named, settings_named
 from tegotae.cli.tables import print_rows
-from tegotae.errors import require_count, unknown
+from tegotae.errors import require_count
 from tegotae.files import output_file, write_atomically
-from tegotae.models import BUDGET, find
-from tegotae.rollout import Timing
-from tegotae.training.fitness import EPISODE, SETTLE_S, Fitness
+from tegotae.models import BUDGET
+from tegotae.references import is_reference
+from tegotae.registry import name_of
+from tegotae.training.agents import AgentSettings
+from tegotae.training.algorithms import Algorithm
 from tegotae.training.learners import agents
-from tegotae.tuning.spaces import SPACES
+from tegotae.tuning.spaces import space_of
 from tegotae.tuning.task import BUDGET_S, FIRST_SEED, Task
 
 if TYPE_CHECKING:
@@ -28,16 +30,17 @@ _FRESH_SEEDS = 10_000
 """How far the seeds of the confirmation lie from those of the search."""
 
 
-@dataclass(frozen=True)
-class Tune:
+@dataclass(frozen=True, kw_only=True)
+class Tune(ExperimentOptions):
     """Search for an algorithm's settings (extra "tune"); the same command goes on after a stop."""
 
     models: Annotated[tuple[str, ...], tyro.conf.Positional]
-    """Models to do well on (see `tegotae models`): settings are judged by their mean fitness."""
+    """Models to do well on (see `tegotae models`), or experiments of your own, FILE.py:OBJECT:
+    settings are judged by their mean fitness."""
     storage: Path
     """File that keeps every trial: an Optuna journal."""
     algorithm: str = "pgpe"
-    """Whose settings."""
+    """Whose settings: a name such as pgpe, or FILE.py:OBJECT."""
     trials: int = 50
     """Settings to judge, those of earlier calls included."""
     seeds: int = 4
@@ -50,39 +53,27 @@ class Tune:
     """Fresh seeds on which the best settings are compared with those tried first; 0 for none."""
     keep: Annotated[Path | None, UNSET] = None
     """Write the best settings, with how they were found, to this file (.json)."""
-    duration: float = EPISODE.duration_s
-    """Length of an episode [s]."""
-    tick: float = EPISODE.tick_s
-    """Control period [s]."""
-    settle: float = SETTLE_S
-    """Time in an episode before it is judged [s]."""
-    energy: str = "absolute"
-    """Definition of the actuator's work: absolute, positive or net."""
-    cot_only: bool = False
-    """Judge CoT⁻¹ alone, without ΔΩ, as in the paper's comparison of algorithms (agents always)."""
-    budget: int = BUDGET
-    """Largest number of trained parameters."""
+    budget: Annotated[int | None, tyro.conf.arg(help_behavior_hint=f"(default: {BUDGET})")] = None
+    """Largest number of trained parameters of a model."""
 
     def run(self) -> None:
         """Search, and print what was found."""
         from tegotae.tuning import describe, judge, tune
         from tegotae.tuning.record import confirmation, ranking, tried_first
 
-        if self.algorithm not in SPACES:
-            raise unknown("algorithm", self.algorithm, SPACES)
+        algorithm = self._algorithm()
+        space = space_of(algorithm)
         require_count("confirm", self.confirm, least=0)
         if self.keep is not None:
             output_file(self.keep)
-        task, space = self.task, SPACES[self.algorithm]
+        task = self.task
         try:
-            trials = tune(
-                self.algorithm, task, self.storage, trials=self.trials, workers=self.workers
-            )
+            trials = tune(algorithm, task, self.storage, trials=self.trials, workers=self.workers)
         except KeyboardInterrupt:
             raise KeyboardInterrupt(
                 f"interrupted; {self.storage} keeps what was tried, the same command goes on"
             ) from None
-        document = describe(self.algorithm, task, space, trials)
+        document = describe(algorithm, task, space, trials)
         ranked = ranking(trials)
         _print(document, ranked)
         if self.confirm:
@@ -97,18 +88,22 @@ class Tune:
             write_atomically(self.keep, json.dumps(document, indent=1) + "\n")
             print(f"wrote {self.keep}")
 
+    def _algorithm(self) -> str:
+        """The algorithm's name; one of a user's file is known by it then."""
+        if not is_reference(self.algorithm):
+            return self.algorithm
+        return name_of(type(settings_named(self.algorithm, (Algorithm, AgentSettings))))
+
     @property
     def task(self) -> Task:
         """What settings are judged on."""
-        # An agent's reward has no ΔΩ, and so it is judged without.
-        follow_omega = not self.cot_only and self.algorithm not in agents()
-        timing = Timing(duration_s=self.duration, tick_s=self.tick)
-        fitness = Fitness(settle_s=self.settle, work=self.energy, follow_omega=follow_omega)
-        experiments = tuple(
-            find(name).experiment(budget=self.budget, timing=timing, fitness=fitness)
-            for name in self.models
-        )
-        return Task(experiments=experiments, seeds=self.seeds, budget_s=self.budget_s)
+        experiments = [self.applied(experiment_named(name, self.budget)) for name in self.models]
+        if self._algorithm() in agents():  # whose reward has no ΔΩ, and so they are judged without
+            experiments = [
+                dataclasses.replace(each, fitness=each.fitness.without_frequency())
+                for each in experiments
+            ]
+        return Task(experiments=tuple(experiments), seeds=self.seeds, budget_s=self.budget_s)
 
 
 def _print(document: dict[str, Any], ranked: list[FrozenTrial]) -> None:

@@ -6,6 +6,7 @@ import dataclasses
 import fnmatch
 import json
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
@@ -128,24 +129,30 @@ def is_of(document: dict[str, Any], configuration: dict[str, Any]) -> bool:
     }
 
 
-def plan(scale: str, pattern: str = "*") -> Plan:
-    """The plan of a scale, restricted to the models that match a pattern.
+def plan(scale: str, pattern: str = "*", others: Sequence[Experiment] = ()) -> Plan:
+    """The plan of a scale, restricted to the models that match a pattern, with others beside them.
 
     - `smoke`: three small models for seconds, to see that everything works;
     - `quick`: every architecture, on [F_k] and [F_k, ẏ], with its plain actuation, 5 runs each;
     - `paper`: all 218 models, 15 runs each, trained to the plateau;
     - `paper-80x16`: the same with the budget that the paper names, 80 generations of 16 episodes.
 
+    Args:
+        scale: its name.
+        pattern: of names of models, with * and ? as in a shell; empty for none of them.
+        others: experiments that are trained and evaluated beside the models.
+
     Raises:
-        TegotaeError: for an unknown scale, or a pattern that matches none of the scale's models.
+        TegotaeError: for an unknown scale, a pattern that matches none of the scale's models, or
+            two experiments of the same name.
     """
     if scale not in _SCALES:
         raise unknown("scale", scale, _SCALES)
     whole = _SCALES[scale]()
     chosen = tuple(e for e in whole.experiments if fnmatch.fnmatchcase(e.name, pattern))
-    if not chosen:
+    if not chosen and (pattern or not others):
         raise unknown("model of this scale", pattern, [e.name for e in whole.experiments])
-    return dataclasses.replace(whole, experiments=chosen)
+    return dataclasses.replace(whole, experiments=(*chosen, *others))
 
 
 def _smoke() -> Plan:

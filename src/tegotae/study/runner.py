@@ -18,6 +18,7 @@ import jax
 from tegotae.devices import available_cores, compute_on
 from tegotae.errors import TegotaeError
 from tegotae.progress import reporting
+from tegotae.registry import parts_in, register
 from tegotae.study.folder import Folder, Work
 from tegotae.study.record import Record
 from tegotae.study.unit import DEVICES, Unit, work
@@ -111,6 +112,9 @@ def work_all(units: list[Unit]) -> list[Record]:
         TegotaeError: if the worker cannot compute as all others do.
     """
     compute_on(DEVICES)
+    # A worker is a process of its own: it knows the parts that its work is made of.
+    for part in parts_in(tuple((unit.run.experiment, unit.run.algorithm) for unit in units)):
+        register(part)
     try:
         return [work(unit) for unit in units]
     finally:

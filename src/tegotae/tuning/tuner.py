@@ -14,7 +14,7 @@ from tegotae.errors import require_count
 from tegotae.extras import require
 from tegotae.progress import reporting
 from tegotae.tuning.crew import Crew
-from tegotae.tuning.spaces import SPACES, Space
+from tegotae.tuning.spaces import Space, space_of
 from tegotae.tuning.storage import opened
 from tegotae.tuning.task import Task
 
@@ -41,7 +41,7 @@ def tune(
     again, it goes on from there.
 
     Args:
-        algorithm: a name of `SPACES`.
+        algorithm: its name, as `space_of` takes it.
         task: what settings are judged on.
         storage: an Optuna journal, made if it does not exist.
         trials: judged settings in all, completed or pruned.
@@ -57,7 +57,7 @@ def tune(
     """
     optuna = require("optuna", "tune")
     require_count("trials", trials)
-    space = SPACES[algorithm]
+    space = space_of(algorithm)
     for experiment in task.experiments:
         task.episodes(experiment, least=space.least_episodes)
     configuration = {"algorithm": algorithm, **task.configuration}
