@@ -15,13 +15,14 @@ import numpy as np
 import pytest
 
 import studies
-from tegotae import Hopper
+from tegotae import Hopper, find
 from tegotae.cli import main
 from tegotae.errors import TegotaeError
 from tegotae.study import runner
 from tegotae.study.folder import Folder
 from tegotae.study.plan import plan
 from tegotae.study.record import SUFFIX, read, write
+from tegotae.study.table import tabulate
 from tegotae.study.unit import key_of
 from tegotae.training.fitness import Fitness
 
@@ -91,18 +92,32 @@ def test_status_says_what_is_done_and_what_is_missing(half, smoke_study, capsys)
     assert capsys.readouterr().out == "scale smoke: 2 of 3 models done\nmissing: T-Fv\n"
 
 
-def test_status_counts_the_models_of_its_scale_alone(smoke_study, tmp_path, capsys):
-    """A study of the smoke scale's settings with one more model, made from Python."""
-    folder = studies.copy(smoke_study, tmp_path / "study", *studies.MODELS)
-    (source,) = folder.glob("records/T-*")
-    more = dataclasses.replace(plan("smoke"), models=("T-F",)).units[0]
-    write(
-        dataclasses.replace(read(source), configuration=more.configuration),
-        Folder(folder).place(more),
-    )
-    assert len(Folder(folder).all()[0]) == 4
-    assert main(["study", "status", "--dir", str(folder)]) == 0
-    assert capsys.readouterr().out == "scale smoke: 3 of 3 models done\n"
+def test_a_study_may_have_experiments_beside_the_models_of_its_scale(half, capsys):
+    """One more experiment, made from Python: it is counted, tabulated, and stands by itself."""
+    experiment = dataclasses.replace(find("T-F").experiment(), name="mine")
+    whole = plan("smoke", "V-*", [experiment])
+    more = next(unit for unit in whole.units if unit.run.experiment is experiment)
+    (source,) = half.glob("records/ART-*")
+    record = dataclasses.replace(read(source), configuration=more.configuration)
+    runner.run(whole, half, lambda todo: ((unit, record) for [unit] in todo))
+    assert sorted(r.model for r in Folder(half).all()[0]) == [
+        "ART-rF-tphif-w8",
+        "V-sector-w8",
+        "mine",
+    ]
+    assert main(["study", "status", "--dir", str(half)]) == 0
+    assert capsys.readouterr().out.endswith("scale smoke: 3 of 4 models done\nmissing: T-Fv\n")
+    table = tabulate(Folder(half).all()[0])
+    assert table.where(model="mine")["architecture"].tolist() == ["mine", "mine"]
+
+
+def test_two_experiments_of_one_name_are_refused(half, no_work):
+    other = dataclasses.replace(find("T-F").experiment(), name="V-sector-w8")
+    with pytest.raises(TegotaeError, match="2 experiments are called V-sector-w8"):
+        plan("smoke", "V-*", [other])
+    alone = plan("smoke", "", [other])
+    with pytest.raises(TegotaeError, match="holds a study with another .*controller"):
+        runner.run(alone, half)
 
 
 def test_both_kinds_of_table_hold_the_same(smoke_study, tmp_path):

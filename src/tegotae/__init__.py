@@ -18,7 +18,9 @@ from tegotae.checks import (  # noqa: E402
 )
 from tegotae.controller import Controller, Tegotae  # noqa: E402
 from tegotae.errors import TegotaeError  # noqa: E402
+from tegotae.experiment import Experiment  # noqa: E402
 from tegotae.models import Model, all_models, build, find  # noqa: E402
+from tegotae.registry import register  # noqa: E402
 from tegotae.rollout import Engine, Scenario, Timing, Trajectory  # noqa: E402
 
 if find_spec("gymnasium") is not None:
@@ -33,6 +35,7 @@ __all__ = [
     "Body",
     "Controller",
     "Engine",
+    "Experiment",
     "Hopper",
     "Model",
     "Scenario",
@@ -47,4 +50,5 @@ __all__ = [
     "check_oscillator",
     "check_term",
     "find",
+    "register",
 ]

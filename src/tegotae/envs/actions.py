@@ -9,7 +9,7 @@ import jax
 import jax.numpy as jnp
 
 from tegotae.controller import Controller, Tegotae
-from tegotae.oscillators import PhaseOscillator
+from tegotae.oscillators import Oscillator, PhaseOscillator
 from tegotae.terms import Actuation, ConstantGain, Signals, Term
 
 
@@ -41,10 +41,11 @@ def force_controller() -> Controller:
     return Controller(CommandedForce())
 
 
-def feedback_controller(actuation: Actuation) -> Controller:
+def feedback_controller(actuation: Actuation, oscillator: Oscillator | None = None) -> Controller:
     """The controller whose one weight is the Tegotae feedback f [rad/s].
 
-    The phase oscillator and an actuation without weights make the force of it: the agent stands
-    where `G · A′(φ) · R(s)` stood.
+    An oscillator (the phase oscillator by default) and an actuation without weights make the force
+    of it: the agent stands where `G · A′(φ) · R(s)` stood.
     """
-    return Controller(actuation, PhaseOscillator(), Tegotae(_One(), _One(), ConstantGain()))
+    terms = Tegotae(_One(), _One(), ConstantGain())
+    return Controller(actuation, oscillator or PhaseOscillator(), terms)

@@ -14,6 +14,7 @@ from tegotae.controller import Controller
 from tegotae.envs.actions import feedback_controller, force_controller
 from tegotae.envs.rewards import HopReward
 from tegotae.errors import TegotaeError, require_count, require_finite, unknown
+from tegotae.oscillators import Oscillator, PhaseOscillator
 from tegotae.rollout import Scenario
 from tegotae.terms import Actuation, Reflex, Sector, SectorAndReflex
 
@@ -192,6 +193,8 @@ class TegotaeHopperSettings(HopperSettings):
     """`sector` (equation 6), `reflex` (equation 7), `both`, or an actuation without weights."""
     max_feedback_rad_per_s: float = 40.0
     """The feedback that an action of 1 is [rad/s]."""
+    oscillator: Oscillator = field(default_factory=PhaseOscillator)
+    """The oscillator."""
 
     CHOSEN = ("height_m", "velocity_m_per_s", "drop_m", "drop_time_s", "omega", "phase_rad")
 
@@ -212,7 +215,7 @@ class TegotaeHopperSettings(HopperSettings):
     def controller(self) -> Controller:
         """Oscillator and actuation; the one weight is the feedback."""
         assert isinstance(self.actuation, Actuation)
-        return feedback_controller(self.actuation)
+        return feedback_controller(self.actuation, self.oscillator)
 
     @property
     def action_scale(self) -> float:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
@@ -21,9 +21,7 @@ from tegotae.metrics.efficiency import WORK
 from tegotae.rollout import Engine, Scenario, Timing
 from tegotae.training.agents.actor import Feedback, Observed
 from tegotae.training.agents.policy import agent_controller, initial_weights
-from tegotae.training.agents.ppo import make_ppo
-from tegotae.training.agents.sac import make_sac
-from tegotae.training.agents.settings import AgentSettings, PPOSettings, SACSettings
+from tegotae.training.agents.settings import AgentSettings
 from tegotae.training.fitness import EPISODE, Fitness
 from tegotae.training.objective import Objective
 
@@ -34,12 +32,6 @@ from stable_baselines3.common.base_class import BaseAlgorithm  # noqa: E402
 from stable_baselines3.common.vec_env import VecEnv, VecNormalize  # noqa: E402
 
 from tegotae.envs.sb3 import HopperVecEnv  # noqa: E402
-
-MAKERS: dict[type[AgentSettings], Callable[[Any, VecEnv, Feedback, int], BaseAlgorithm]] = {
-    SACSettings: make_sac,
-    PPOSettings: make_ppo,
-}
-"""Which agent settings stand for."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -89,6 +81,8 @@ class AgentTraining:
     def environment(self) -> TegotaeHopperSettings:
         """The settings of the environment that the agent acts in."""
         settings, tegotae = self.settings, self.controller.tegotae
+        oscillator = self.controller.oscillator
+        assert oscillator is not None
         assert tegotae is not None
         assert tegotae.limit_rad_per_s is not None
         read = [name for term in self.controller.terms.values() for name in term.reads]
@@ -103,6 +97,7 @@ class AgentTraining:
             observation=("phase", *senses),
             omega=self.scenario.omega,
             actuation=self.controller.actuation,
+            oscillator=oscillator,
             max_feedback_rad_per_s=tegotae.limit_rad_per_s,
             reward=HopReward(
                 work=self.work,
@@ -163,7 +158,7 @@ def make_agent(
     env: VecEnv = HopperVecEnv(environment, settings.n_envs)
     if settings.normalize_reward:
         env = VecNormalize(env, norm_obs=False, norm_reward=True, gamma=settings.gamma)
-    return MAKERS[type(settings)](settings, env, feedback, seed), feedback
+    return settings.make(env, feedback, seed), feedback
 
 
 def learn(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from tegotae.errors import TegotaeError, require_count, require_finite
 
@@ -61,6 +61,20 @@ class AgentSettings:
         object.__setattr__(self, "critic_senses", tuple(self.critic_senses))
         object.__setattr__(self, "critic_layers", tuple(self.critic_layers))
 
+    def make(self, env: Any, feedback: Any, seed: int) -> Any:
+        """The Stable-Baselines3 agent, not yet trained.
+
+        Args:
+            env: a vector of environments whose action is the feedback.
+            feedback: the policy, a torch module from observations to actions before tanh; its
+                parameters are the controller's weights.
+            seed: of all that is drawn.
+        """
+        raise TegotaeError(
+            f"{type(self).__name__} does not say how its agent is made; give it a method "
+            "make(env, feedback, seed)"
+        )
+
 
 @dataclass(frozen=True, kw_only=True)
 class SACSettings(AgentSettings):
@@ -101,6 +115,12 @@ class SACSettings(AgentSettings):
                 f"buffer_size is {self.buffer_size}; it must hold at least a batch "
                 f"({self.batch_size}) and a step of all hoppers ({self.n_envs})"
             )
+
+    def make(self, env: Any, feedback: Any, seed: int) -> Any:
+        """SB3's SAC, its actor the feedback law."""
+        from tegotae.training.agents.sac import make_sac
+
+        return make_sac(self, env, feedback, seed)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -144,6 +164,12 @@ class PPOSettings(AgentSettings):
                 f"batch_size is {self.batch_size}; it must divide the {gathered} transitions that "
                 f"{self.n_envs} hoppers gather in {self.n_steps} steps"
             )
+
+    def make(self, env: Any, feedback: Any, seed: int) -> Any:
+        """SB3's PPO, its actor the feedback law."""
+        from tegotae.training.agents.ppo import make_ppo
+
+        return make_ppo(self, env, feedback, seed)
 
 
 def _require_share(name: str, value: float) -> None:

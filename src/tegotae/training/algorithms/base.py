@@ -13,11 +13,12 @@ import jax.numpy as jnp
 class Algorithm(ABC):
     """An optimiser of weights from episode fitness alone: a frozen dataclass of its settings.
 
-    It wraps an evosax strategy. Strategies minimise; the trainer hands them the negative fitness.
-    evosax starts JAX when it is imported, so that is left to `make`: a worker decides before on
-    which devices to compute (`tegotae.devices.compute_on`).
-    Only the population decides what is compiled. All other settings are data, in `parameters` or in
-    the state that `start` returns: another learning rate compiles nothing anew.
+    It makes a strategy: any object with evosax's `init(key, mean, parameters)`,
+    `ask(key, state, parameters)`, `tell(key, samples, fitness, state, parameters)` and
+    `default_params`, pure functions of arrays whose state has a `mean`, shape [n_weights], and a
+    `std`, one number or [n_weights]. Strategies minimise; the trainer hands them the negative
+    fitness. evosax starts JAX when it is imported, so that is left to `make`: a worker decides
+    before on which devices to compute (`tegotae.devices.compute_on`).
     """
 
     NAME: ClassVar[str]
@@ -28,8 +29,12 @@ class Algorithm(ABC):
 
     @property
     def program(self) -> Algorithm:
-        """The same algorithm and population at default settings: what is compiled."""
-        return type(self)(population=self.population)  # type: ignore[call-arg]
+        """What is compiled: all settings, unless a class says which of them are data.
+
+        Those that a strategy has from `parameters`, or from the state that `start` returns, need
+        not be: another value of them then compiles nothing anew.
+        """
+        return self
 
     @abstractmethod
     def make(self, n_weights: int) -> Any:

@@ -35,6 +35,11 @@ class CMAES(Algorithm):
         require_count("population", self.population, least=4)
         require_finite("std", self.std, above=0.0)
 
+    @property
+    def program(self) -> CMAES:
+        """The population alone."""
+        return CMAES(population=self.population)
+
     def make(self, n_weights: int) -> CMA_ES:
         """evosax's CMA-ES."""
         from evosax.algorithms import CMA_ES

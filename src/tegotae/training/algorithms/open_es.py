@@ -45,6 +45,11 @@ class OpenES(Algorithm):
         require_finite("std", self.std, above=0.0)
         require_finite("learning_rate", self.learning_rate, above=0.0)
 
+    @property
+    def program(self) -> OpenES:
+        """The population alone."""
+        return OpenES(population=self.population)
+
     def make(self, n_weights: int) -> Open_ES:
         """evosax's OpenAI-ES."""
         from tegotae.training.algorithms._fixed_deviation import FixedDeviation

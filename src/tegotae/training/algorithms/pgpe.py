@@ -62,6 +62,11 @@ class PGPE(Algorithm):
         for name in ("std_lr", "std_max_change", "momentum"):
             require_finite(name, getattr(self, name), least=0.0)
 
+    @property
+    def program(self) -> PGPE:
+        """The population alone."""
+        return PGPE(population=self.population)
+
     def make(self, n_weights: int) -> EvosaxPGPE:
         """evosax's PGPE."""
         from evosax.algorithms import PGPE as EvosaxPGPE  # noqa: N811

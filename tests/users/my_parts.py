@@ -1,0 +1,163 @@
+"""A user's file: parts of their own, and an experiment made of them. It lies outside the package."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+
+from tegotae import Experiment, Hopper, Timing
+from tegotae.controller import Controller, Tegotae
+from tegotae.evaluation import Protocol
+from tegotae.maths import sin_cos, wrap_phase
+from tegotae.oscillators import Oscillator
+from tegotae.parameters import traceable
+from tegotae.terms import ConstantGain, Reflex, Signals, Term, VanillaReaction
+from tegotae.training.algorithms import Algorithm
+from tegotae.training.objective import Objective
+
+
+@dataclass(frozen=True)
+class FourierAction(Term):
+    """`A′(φ) = Σ_n a_n cos nφ + b_n sin nφ` of first and second order."""
+
+    @property
+    def reads(self) -> tuple[str, ...]:
+        return ("sin_phase", "cos_phase")
+
+    @property
+    def n_weights(self) -> int:
+        return 4
+
+    def initial(self, key: jax.Array) -> jax.Array:
+        return 0.1 * jax.random.normal(key, (4,)) + jnp.array([-1.0, 0.0, 0.0, 0.0])
+
+    def __call__(self, weights: Sequence[jax.Array], signals: Signals) -> jax.Array:
+        sine, cosine = signals["sin_phase"], signals["cos_phase"]
+        second = weights[2] * (cosine * cosine - sine * sine) + weights[3] * 2.0 * sine * cosine
+        return weights[0] * cosine + weights[1] * sine + second
+
+
+class AdaptiveState(NamedTuple):
+    phase: jax.Array
+    shift: jax.Array
+
+
+@dataclass(frozen=True)
+class AdaptivePhase(Oscillator):
+    """`φ̇ = ω + a + f`, `τ ȧ = η f - a`."""
+
+    strength: float = 0.1
+    time_s: float = 2.0
+
+    def start(self, phase_rad: jax.Array) -> AdaptiveState:
+        return AdaptiveState(wrap_phase(phase_rad), jnp.zeros_like(phase_rad))
+
+    def rate(self, state: Any, omega: jax.Array, feedback: jax.Array) -> tuple[jax.Array, ...]:
+        _, shift = state
+        return omega + shift + feedback, (self.strength * feedback - shift) / self.time_s
+
+    def phase(self, state: Any) -> jax.Array:
+        return state[0]
+
+    def sin_cos(self, state: Any) -> tuple[jax.Array, jax.Array]:
+        return sin_cos(state[0])
+
+    def settle(self, state: Any) -> AdaptiveState:
+        return AdaptiveState(wrap_phase(state[0]), state[1])
+
+
+@traceable
+@dataclass(frozen=True, kw_only=True)
+class LoadedHopper(Hopper):
+    """A hopper that feels its spring through a sensor of some gain."""
+
+    sensor_gain: float = 1.1
+
+    def sense(self, state: Any, ground_m: jax.Array) -> Any:
+        felt = super().sense(state, ground_m)
+        values = dict(felt.values)
+        values["spring_force"] = self.sensor_gain * values["spring_force"]
+        return felt._replace(values=values)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Jump(Objective):
+    """How high the body gets in the last part of an episode [m], less a price of high gains."""
+
+    last_s: float = 1.0
+
+    def score(self, trajectory: Any, scenario: Any, body: Any, timing: Timing) -> jax.Array:
+        frames = round(self.last_s / timing.frame_s)
+        return trajectory.height_m[-frames:].max(axis=0)
+
+
+class ClimbState(NamedTuple):
+    mean: jax.Array
+    std: jax.Array
+    fitness: jax.Array
+
+
+@dataclass(frozen=True, kw_only=True)
+class HillClimb(Algorithm):
+    """Keep the best of some random neighbours."""
+
+    NAME = "hill-climb"
+    FIRST = {"step": 0.2}  # noqa: RUF012 - what a tuning tries first
+
+    population: int = 4
+    step: float = 0.2
+
+    def make(self, n_weights: int) -> Climber:
+        return Climber(self.population, self.step)
+
+    @staticmethod
+    def suggest(trial: Any) -> HillClimb:
+        return HillClimb(step=trial.suggest_float("step", 0.01, 1.0, log=True))
+
+
+@dataclass(frozen=True)
+class Climber:
+    """The strategy: pure functions of arrays."""
+
+    population: int
+    step: float
+    default_params: tuple = ()
+
+    def init(self, key: jax.Array, mean: jax.Array, parameters: Any) -> ClimbState:
+        return ClimbState(mean, jnp.asarray(self.step, mean.dtype), jnp.asarray(jnp.inf))
+
+    def ask(self, key: jax.Array, state: ClimbState, parameters: Any) -> tuple[jax.Array, Any]:
+        noise = jax.random.normal(key, (self.population, state.mean.shape[0]))
+        return state.mean[None] + state.std * noise, state
+
+    def tell(
+        self, key: jax.Array, samples: jax.Array, fitness: jax.Array, state: Any, parameters: Any
+    ) -> tuple[ClimbState, dict]:
+        best = jnp.argmin(fitness)
+        better = fitness[best] < state.fitness
+        mean = jnp.where(better, samples[best], state.mean)
+        return ClimbState(mean, state.std, jnp.minimum(fitness[best], state.fitness)), {}
+
+
+def make_experiment(name: str = "mine", **changes: Any) -> Experiment:
+    """An experiment of a few seconds, of parts that the package does not have."""
+    terms = Tegotae(FourierAction(), VanillaReaction(), ConstantGain())
+    settings: dict[str, Any] = {
+        "controller": Controller(Reflex(), AdaptivePhase(), terms),
+        "omega": 8.0,
+        "body": LoadedHopper(),
+        "timing": Timing(duration_s=2.0, tick_s=0.004),
+        "fitness": Jump(),
+        "protocol": Protocol(
+            undisturbed_s=2.0, disturbed_s=2.0, offsets=(0.0,), tick_s=0.004, clamped_phases=2
+        ),
+    }
+    return Experiment(name=name, **{**settings, **changes})
+
+
+experiment = make_experiment()
+several = [experiment, make_experiment("mine-slow", omega=4.0)]
