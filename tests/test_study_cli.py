@@ -116,7 +116,7 @@ def test_two_experiments_of_one_name_are_refused(half, no_work):
     with pytest.raises(TegotaeError, match="2 experiments are called V-sector-w8"):
         plan("smoke", "V-*", [other])
     alone = plan("smoke", "", [other])
-    with pytest.raises(TegotaeError, match="holds a study with another .*controller"):
+    with pytest.raises(TegotaeError, match=r"holds a study with another .*controller"):
         runner.run(alone, half)
 
 

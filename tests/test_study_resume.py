@@ -155,7 +155,7 @@ def test_workers_may_die_often_as_long_as_the_study_gets_on(smoke_study, tmp_pat
     def dying_after_one(bundles):
         for _ in range(3):
             for unit in bundles[0]:
-                yield unit, known[unit.run.model.name]
+                yield unit, known[unit.run.experiment.name]
             raise WorkersDiedError
 
     assert runner.run(plan("smoke"), tmp_path / "study", dying_after_one) == 3

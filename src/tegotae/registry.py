@@ -19,6 +19,7 @@ _CONTRACTS = {
     "tegotae.bodies": "Body",
     "tegotae.oscillators": "Oscillator",
     "tegotae.terms": "Term",
+    "tegotae.couplings": "Coupling",
     "tegotae.training.objective": "Objective",
     "tegotae.training.algorithms": "Algorithm",
     "tegotae.training.agents.settings": "AgentSettings",
@@ -33,8 +34,9 @@ def register(part: P) -> P:
     """Let documents name a user's own part, so that it can be saved, loaded, trained and studied.
 
     A part is a frozen dataclass that keeps a contract: a subclass of `Body`, `Oscillator`, `Term`,
-    `Objective`, `Algorithm` or `AgentSettings`. It is named by its class. Registering it again, or
-    a new version of the same class, is allowed; taking the name of another part is not.
+    `Coupling`, `Objective`, `Algorithm` or `AgentSettings`. It is named by
+    its class. Registering it again, or a new version of the same class, is allowed; taking the name
+    of another part is not.
 
     Args:
         part: the class, or an instance of it.

@@ -1,4 +1,4 @@
-"""A user's file: parts of their own, and an experiment made of them. It lies outside the package."""
+"""A user's file outside the package: parts of their own, and an experiment made of them."""
 
 from __future__ import annotations
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Sequence
 
 import tyro
@@ -16,6 +17,8 @@ from tegotae.cli.status import exit_status, leave
 from tegotae.cli.study import Study
 from tegotae.cli.train import Train
 from tegotae.cli.tune import Tune
+from tegotae.errors import TegotaeError
+from tegotae.references import imported
 
 COMMANDS = {
     "models": Models,
@@ -30,24 +33,53 @@ COMMANDS = {
 }
 
 
+_SWITCHES = (
+    "With --parts FILE.py, or --parts MODULE, any command knows the parts that you wrote there, "
+    "which files that name them need."
+)
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run a subcommand; the exit status is 0, 2 for unusable input, or 130 after Ctrl-C.
 
     Raises:
         SystemExit: of status 2 for arguments that do not make a command; of 0 after `--help`.
     """
+    words = list(sys.argv[1:] if arguments is None else arguments)
+    return exit_status(lambda: _run(words))
+
+
+def _run(words: list[str]) -> None:
+    words, places = _parts(words)
+    for place in places:
+        imported(place)
     command = tyro.extras.subcommand_cli_from_dict(
         COMMANDS,
         prog="tegotae",
-        description=__doc__,
-        args=arguments,
+        description=f"{__doc__} {_SWITCHES}",
+        args=words,
         config=(
             tyro.conf.FlagCreatePairsOff,
             tyro.conf.DisallowNone,
             tyro.conf.PositionalMetavarFromFieldName,
         ),
     )
-    return exit_status(command.run)
+    command.run()
+
+
+def _parts(words: list[str]) -> tuple[list[str], list[str]]:
+    """The words without --parts, and what it names."""
+    kept, places = [], []
+    rest = iter(words)
+    for word in rest:
+        if word != "--parts":
+            kept.append(word)
+            continue
+        place = next(rest, None)
+        if place is None:
+            raise TegotaeError("--parts names no file; write --parts FILE.py, or a module")
+        places.append(place)
+    return kept, places
 
 
 def entry() -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from typing import Any
+from typing import Any, ClassVar
 
 import jax.numpy as jnp
 
@@ -27,6 +27,9 @@ class Objective(ABC):
     An objective of your own has one method, `score`. `Fitness` is the paper's; it does more, so
     that its settings are data of the compiled program and another value compiles nothing anew.
     """
+
+    needs: ClassVar[tuple[str, ...] | None] = None
+    """The channels of the trajectory that it reads; all are recorded for it by default."""
 
     @abstractmethod
     def score(self, trajectory: Trajectory, scenario: Scenario, body: Body, timing: Timing) -> Any:

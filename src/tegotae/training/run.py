@@ -158,8 +158,7 @@ def _train(
                 reporter.update(
                     done,
                     f"fitness {float(np.mean(progress.best_fitness)):+.3f}  "
-                    f"CoT⁻¹ {float(mean_defined(new.centre_cot_inverse)):.3f} m/J  "
-                    f"{ended} of {len(run.seeds)} runs ended",
+                    f"{_efficiency(new)}{ended} of {len(run.seeds)} runs ended",
                 )
                 if on_generation is not None:
                     on_generation(done, new)
@@ -168,6 +167,12 @@ def _train(
                 _checkpoint(run, out, *reached)
                 paths = _write_results(run, training, *reached, out)
     return paths
+
+
+def _efficiency(curves: Curves) -> str:
+    """CoT⁻¹ in words; nothing where no objective measures it."""
+    mean = float(mean_defined(curves.centre_cot_inverse))
+    return "" if math.isnan(mean) else f"CoT⁻¹ {mean:.3f} m/J  "
 
 
 def ends(run: Run, curves: Sequence[Curves]) -> list[str]:

@@ -1,0 +1,345 @@
+"""A user's own parts, from a file outside the package, are trained, kept, judged and studied."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import os
+import signal
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tegotae import TegotaeError, controller_file, find, register
+from tegotae.cli import main
+from tegotae.collection import read
+from tegotae.evaluation import evaluate
+from tegotae.experiment import Experiment
+from tegotae.references import imported, named
+from tegotae.registry import kinds
+from tegotae.study.folder import Folder
+from tegotae.study.table import tabulate
+from tegotae.training.algorithms import Algorithm
+from tegotae.training.run import Run, train
+from tegotae.training.stopping import Stopping
+
+FILE = Path(__file__).parent / "users" / "my_parts.py"
+EXPERIMENT, ALGORITHM = f"{FILE}:experiment", f"{FILE}:HillClimb"
+NAMES = {"FourierAction", "AdaptivePhase", "LoadedHopper", "Jump", "hill-climb"}
+
+
+@pytest.fixture(scope="module")
+def parts():
+    """The user's module, its parts registered."""
+    return imported(str(FILE))
+
+
+def run_of(parts, generations: int = 3) -> Run:
+    return Run(
+        experiment=parts.experiment,
+        seeds=(0, 1),
+        stopping=Stopping.after(generations),
+        algorithm=parts.HillClimb(),
+    )
+
+
+@pytest.fixture(scope="module")
+def trained(parts, tmp_path_factory) -> Path:
+    """A finished training on disk, by the command."""
+    out = tmp_path_factory.mktemp("mine") / "training"
+    words = ["--algorithm", ALGORITHM, "--seeds", "2", "--generations", "3", "--to-cap"]
+    assert main(["train", EXPERIMENT, *words, "--out", str(out)]) == 0
+    return out
+
+
+# Documents.
+
+
+def test_naming_a_file_registers_the_parts_in_it_and_no_others(parts):
+    assert kinds().keys() >= NAMES
+    assert "ConstantGain" in kinds()
+    assert kinds()["ConstantGain"].__module__ == "tegotae.terms.gain"
+
+
+def test_an_experiment_of_own_parts_is_read_back_from_its_document(parts):
+    document = json.loads(json.dumps(parts.experiment.document))
+    assert document["body"]["kind"] == "LoadedHopper"
+    assert Experiment.of(document) == parts.experiment
+
+
+def test_all_models_experiments_are_read_back_from_their_documents():
+    for name in ("V-sector-w4", "ARGT-rFv-gFv-tphif-w8", "T-Fv"):
+        experiment = find(name).experiment()
+        assert Experiment.of(json.loads(json.dumps(experiment.document))) == experiment
+
+
+# Training.
+
+
+def test_python_and_the_command_train_to_the_same_numbers(parts, trained, tmp_path):
+    paths = train(run_of(parts), tmp_path)
+    for path in paths:
+        one, other = controller_file.load(path), controller_file.load(trained / path.name)
+        np.testing.assert_array_equal(one.weights, other.weights)
+        assert one.controller == other.controller == parts.experiment.controller
+        assert one.body == parts.experiment.body
+
+
+def test_the_search_finds_something_better_than_it_began_with(trained):
+    for path in trained.glob("mine-seed*.json"):
+        training = controller_file.load(path).training
+        assert training["algorithm"]["name"] == "hill-climb"
+        assert training["generations"] == 3
+        assert training["best_fitness"] > 1.0
+
+
+KILLED = """
+import os, signal, sys
+from pathlib import Path
+import conftest  # the tests' promotion rules: with others XLA may round otherwise
+from tegotae.references import imported
+parts = imported(sys.argv[1])
+from test_users_parts import run_of
+from tegotae.training.run import train
+
+def kill(done, curves):
+    if done == 2:
+        os.kill(os.getpid(), signal.SIGKILL)
+
+train(run_of(parts), Path(sys.argv[2]), on_generation=kill)
+"""
+
+
+def test_a_killed_training_goes_on_and_ends_in_the_same_numbers(parts, trained, tmp_path):
+    tests = [str(FILE.parents[1]), *sys.path]
+    killed = subprocess.run(
+        [sys.executable, "-c", KILLED, str(FILE), str(tmp_path)],
+        env={**os.environ, "PYTHONPATH": os.pathsep.join(tests)},
+        capture_output=True,
+    )
+    assert killed.returncode == -signal.SIGKILL, killed.stderr
+    assert (tmp_path / "checkpoint.npz").exists()
+    for path in train(run_of(parts), tmp_path):
+        whole = controller_file.load(trained / path.name)
+        np.testing.assert_array_equal(controller_file.load(path).weights, whole.weights)
+
+
+def test_options_change_what_they_name_and_nothing_else(parts, tmp_path):
+    words = ["--algorithm", ALGORITHM, "--seeds", "1", "--generations", "1", "--to-cap"]
+    more = ["--body", f"{FILE}:LoadedHopper", "--mass", "0.12", "--release", "1.3"]
+    assert main(["train", EXPERIMENT, *words, *more, "--out", str(tmp_path)]) == 0
+    (path,) = tmp_path.glob("mine-seed0.json")
+    assert controller_file.load(path).body == parts.LoadedHopper(mass_kg=0.12)
+    document = json.loads((tmp_path / "run.json").read_text())["configuration"]["experiment"]
+    wanted = dataclasses.replace(
+        parts.experiment,
+        body=parts.LoadedHopper(mass_kg=0.12),
+        release_m=1.3,
+        protocol=dataclasses.replace(parts.experiment.protocol, release_m=1.3),
+    )
+    assert Experiment.of(document) == wanted
+
+
+# Evaluation, tuning, study.
+
+
+def test_what_was_trained_is_evaluated(parts, trained):
+    (runs,) = read(trained)
+    found = evaluate(runs.controller, runs.weights, runs.omega_t, runs.body, _protocol(parts))
+    assert found.n_runs == 2
+    assert np.isfinite(found.episodes["failed_share"]).all()
+
+
+def _protocol(parts):
+    return parts.experiment.protocol
+
+
+def test_its_algorithm_is_tuned(parts, tmp_path, capsys):
+    pytest.importorskip("optuna")
+    words = ["--algorithm", ALGORITHM, "--trials", "1", "--seeds", "1", "--confirm", "0"]
+    budget = [
+        "--budget-s",
+        "16",
+        "--storage",
+        str(tmp_path / "s"),
+        "--keep",
+        str(tmp_path / "k.json"),
+    ]
+    assert main(["tune", EXPERIMENT, *words, *budget]) == 0
+    kept = json.loads((tmp_path / "k.json").read_text())
+    assert (kept["algorithm"], kept["settings"]) == ("hill-climb", {"population": 4, "step": 0.2})
+
+
+def test_it_stands_beside_the_papers_models_in_a_study(parts, tmp_path, capsys):
+    """Done in worker processes, which know nothing of the file but what they are sent."""
+    words = ["--dir", str(tmp_path), "--scale", "smoke", "--models", "V-*", "--workers", "1"]
+    assert main(["study", "run", *words, "--experiments", EXPERIMENT]) == 0
+    records, wrong = Folder(tmp_path).all()
+    assert (wrong, [record.model for record in records]) == ([], ["V-sector-w8", "mine"])
+    assert records[1].experiment == parts.experiment
+    table = tabulate(records).where(model="mine")
+    assert table["architecture"].tolist() == ["mine", "mine"]
+    assert table["omega_t"].tolist() == [8.0, 8.0]
+    out = tmp_path / "table.csv"
+    assert main(["study", "export", "--dir", str(tmp_path), "--out", str(out)]) == 0
+    assert "\nmine,mine," in out.read_text()
+
+
+def test_an_agent_learns_a_term_that_torch_does_not_know(parts):
+    """Its value and its gradient are those of JAX."""
+    torch = pytest.importorskip("torch")
+    pytest.importorskip("stable_baselines3")
+    from tegotae.training.agents import PPOSettings
+    from tegotae.training.agents.learner import AgentTraining, make_agent
+
+    settings = PPOSettings(n_steps=10, batch_size=20, n_envs=2)
+    training = AgentTraining.of(
+        dataclasses.replace(
+            parts.experiment, fitness=find("AR").experiment().fitness.__class__(settle_s=0.5)
+        ),
+        settings,
+    )
+    agent, feedback = make_agent(training, seed=0)
+    before = feedback.flat()
+    agent.learn(20)
+    assert feedback.flat().shape == before.shape == (5,)
+    assert (feedback.flat() != before).any()
+    observations = torch.randn(7, len(training.environment.observed))
+    feedback.zero_grad()
+    feedback(observations).sum().backward()
+    gradient = feedback.terms[0].weights.grad.numpy()
+    step = np.zeros(4, "float32")
+    step[2] = 1e-2
+    with torch.no_grad():
+        low = feedback(observations).sum().item()
+        feedback.terms[0].weights += torch.from_numpy(step)
+        high = feedback(observations).sum().item()
+    assert (high - low) / 1e-2 == pytest.approx(gradient[2], rel=1e-2, abs=1e-4)
+
+
+# Misuse: one line each.
+
+
+@dataclass(frozen=True)
+class Unregistered(find("AR").experiment().controller.tegotae.reaction.__class__):
+    """A term that nobody registered."""
+
+
+def test_a_part_that_is_not_registered_is_refused_before_the_training(tmp_path):
+    whole = find("AR").experiment()
+    own = dataclasses.replace(whole.controller.tegotae, reaction=Unregistered(("spring_force",), 2))
+    experiment = dataclasses.replace(
+        whole, controller=dataclasses.replace(whole.controller, tegotae=own)
+    )
+    said = r"^a Unregistered cannot be saved: it is not registered; call tegotae\.register"
+    with pytest.raises(TegotaeError, match=said):
+        train(Run(experiment=experiment), tmp_path / "new")
+    assert not (tmp_path / "new").exists()
+
+
+STRANGER = """
+import sys
+from tegotae.cli import main
+sys.exit(main(sys.argv[1:]))
+"""
+
+
+def test_a_file_that_names_a_part_nobody_registered_is_refused_and_nothing_is_imported(trained):
+    """A process of its own: this one knows the parts."""
+    path = trained / "mine-seed0.json"
+    words = ["simulate", "--controller", str(path), "--duration", "2", "--json"]
+
+    def call(*more: str) -> subprocess.CompletedProcess:
+        command = [sys.executable, "-c", STRANGER, *words, *more]
+        return subprocess.run(command, capture_output=True, text=True)
+
+    refused = call()
+    assert refused.returncode == 2
+    assert refused.stderr == (
+        f"tegotae: {path} is damaged: its actuation is a 'FourierAction', which is no term known "
+        "here; a part of your own must be registered first\n"
+    ).replace("actuation", "action")
+    assert call("--parts", str(FILE)).returncode == 0
+
+
+def test_what_is_no_part_cannot_be_registered():
+    with pytest.raises(TegotaeError, match="dict is no part: a part is a subclass of one of Body"):
+        register(dict)
+
+    class Loose(Algorithm):
+        pass
+
+    with pytest.raises(TegotaeError, match="Loose cannot be registered: it is no frozen dataclass"):
+        register(Loose)
+
+    @dataclass(frozen=True, kw_only=True)
+    class PGPE(Algorithm):
+        NAME = "pgpe"
+
+        def make(self, n_weights):
+            raise NotImplementedError
+
+    with pytest.raises(TegotaeError, match="has a part called pgpe already"):
+        register(PGPE)
+
+
+FILES = {
+    "from nowhere import x": "cannot be imported, line 1: ModuleNotFoundError",
+    "\n\n1/0": "cannot be imported, line 3: ZeroDivisionError: division by zero",
+    "def f(:": "cannot be imported, line 1: SyntaxError",
+}
+
+
+@pytest.mark.parametrize("text", FILES)
+def test_a_file_that_cannot_be_imported_is_told_with_its_line(tmp_path, text, one_line_error):
+    path = tmp_path / f"broken_{len(text)}.py"
+    path.write_text(text)
+    assert FILES[text] in one_line_error("train", f"{path}:experiment")
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["train", "nowhere.py:experiment"], "there is no file nowhere.py"),
+        (["train", "no_such_module:experiment"], "there is no module no_such_module"),
+        (["train", f"{FILE}:experimnt"], "did you mean experiment"),
+        (["train", f"{FILE}:Jump"], "is no experiment: it is a Jump, no Experiment"),
+        (["train", EXPERIMENT, "--budget", "20"], "--budget sizes the networks of the paper's"),
+        (["train", EXPERIMENT, "--cot-only"], "--cot-only belongs to the paper's fitness"),
+        (["train", EXPERIMENT, "--body", f"{FILE}:Jump"], "is no body: "),
+        (["train", "ART", "--algorithm", f"{FILE}:Jump"], "is no algorithm: "),
+        (["tune", "ART", "--algorithm", f"{FILE}:Jump", "--storage", "s"], "is no algorithm: "),
+        (["train", "--parts"], "--parts names no file"),
+    ],
+)
+def test_a_wrong_reference_is_told_in_one_line(words, said, one_line_error, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert said in one_line_error(*words)
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_name_that_another_module_has_is_refused(tmp_path):
+    path = tmp_path / "json.py"
+    path.write_text("x = 1\n")
+    with pytest.raises(TegotaeError, match="there is a module json already"):
+        imported(str(path))
+
+
+def test_an_experiments_name_is_one_of_a_file():
+    with pytest.raises(TegotaeError, match="its name may have letters"):
+        dataclasses.replace(find("AR").experiment(), name="../x")
+
+
+def test_a_frequency_and_an_oscillator_go_together():
+    with pytest.raises(TegotaeError, match="no oscillator; its omega must be None"):
+        dataclasses.replace(find("T").experiment(), omega=8.0)
+    with pytest.raises(TegotaeError, match="has an oscillator; give it an omega"):
+        dataclasses.replace(find("AR").experiment(), omega=None)
+
+
+def test_a_class_stands_for_an_instance_with_its_defaults(parts):
+    assert named(ALGORITHM, Algorithm, "algorithm") == parts.HillClimb()
