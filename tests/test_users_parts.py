@@ -161,16 +161,10 @@ def _protocol(parts):
 def test_its_algorithm_is_tuned(parts, tmp_path, capsys):
     pytest.importorskip("optuna")
     words = ["--algorithm", ALGORITHM, "--trials", "1", "--seeds", "1", "--confirm", "0"]
-    budget = [
-        "--budget-s",
-        "16",
-        "--storage",
-        str(tmp_path / "s"),
-        "--keep",
-        str(tmp_path / "k.json"),
-    ]
-    assert main(["tune", EXPERIMENT, *words, *budget]) == 0
-    kept = json.loads((tmp_path / "k.json").read_text())
+    storage, keep = tmp_path / "journal", tmp_path / "kept.json"
+    words += ["--budget-s", "16", "--storage", str(storage), "--keep", str(keep)]
+    assert main(["tune", EXPERIMENT, *words]) == 0
+    kept = json.loads(keep.read_text())
     assert (kept["algorithm"], kept["settings"]) == ("hill-climb", {"population": 4, "step": 0.2})
 
 
