@@ -193,9 +193,7 @@ def test_an_agent_learns_a_term_that_torch_does_not_know(parts):
 
     settings = PPOSettings(n_steps=10, batch_size=20, n_envs=2)
     training = AgentTraining.of(
-        dataclasses.replace(
-            parts.experiment, fitness=Fitness(settle_s=0.5)
-        ),
+        dataclasses.replace(parts.experiment, fitness=Fitness(settle_s=0.5)),
         settings,
     )
     agent, feedback = make_agent(training, seed=0)
@@ -281,8 +279,8 @@ def test_a_file_that_names_a_part_nobody_registered_is_refused_and_nothing_is_im
     refused = call()
     assert refused.returncode == 2
     assert refused.stderr == (
-        f"tegotae: {path} is damaged: its action is a 'HarmonicAction', which is no term known "
-        "here; a part of your own must be registered first\n"
+        f"tegotae: {path} is damaged: its oscillator is a 'DriftingPhase', which is no "
+        "oscillator known here; a part of your own must be registered first\n"
     )
     assert call("--parts", str(FILE)).returncode == 0
 
