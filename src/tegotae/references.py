@@ -56,7 +56,8 @@ def named(reference: str, kind: type | tuple[type, ...], what: str) -> Any:
             raise TegotaeError(f"{reference} cannot be made without arguments: {error}") from None
     if not isinstance(found, kinds):
         names = " or ".join(each.__name__ for each in kinds)
-        raise TegotaeError(f"{reference} is no {what}: it is a {type(found).__name__}, no {names}")
+        own = found if isinstance(found, type) else type(found)
+        raise TegotaeError(f"{reference} is no {what}: it is a {own.__name__}, no {names}")
     return found
 
 

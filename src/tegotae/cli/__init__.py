@@ -50,7 +50,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _run(words: list[str]) -> None:
-    words, places = _parts(words)
+    words, places = split_parts(words)
     for place in places:
         imported(place)
     command = tyro.extras.subcommand_cli_from_dict(
@@ -67,7 +67,7 @@ def _run(words: list[str]) -> None:
     command.run()
 
 
-def _parts(words: list[str]) -> tuple[list[str], list[str]]:
+def split_parts(words: list[str]) -> tuple[list[str], list[str]]:
     """The words without --parts, and what it names."""
     kept, places = [], []
     rest = iter(words)
