@@ -9,11 +9,12 @@ import pytest
 
 from tegotae import Hopper, build, controller_file
 from tegotae.cli import main
-from tegotae.cli.compare import COMPARED, methods, told_apart
+from tegotae.cli.compare import methods, told_apart
 from tegotae.collection import Runs
 from tegotae.controller_file import SavedController
-from tegotae.evaluation import METRICS, Evaluation, Protocol
+from tegotae.evaluation import Evaluation, Protocol
 from tegotae.metrics import interval
+from tegotae.metrics import names as metric_names
 
 REFLEX = build("V-reflex-w8")
 
@@ -62,12 +63,12 @@ def two_folders(tmp_path, monkeypatch):
             )
             controller_file.save(saved, tmp_path / folder / f"{seed}.json")
 
-    def evaluate_all(sets, protocol):
+    def evaluate_all(sets, protocol, asked=None):
         found = []
         for i, chosen in enumerate(sets):
             share = np.full(len(chosen.labels), 1.0)
             share[0] = 0.2 + 0.4 * i
-            episodes = dict.fromkeys(METRICS, share[:, None])
+            episodes = dict.fromkeys(metric_names(), share[:, None])
             episodes |= {"delta_omega": -share[:, None], "limit_cycle_period": 1.0 + share[:, None]}
             found.append((chosen, Evaluation(protocol, np.array([8.0]), episodes)))
         return found
@@ -99,7 +100,7 @@ def test_the_document_tells_them_apart_too_and_stays_in_range(two_folders, capsy
     ]
     (found,) = document["differences"]
     assert (found["name"], found["minus"]) == ("V-reflex-w8 (second)", "V-reflex-w8 (first)")
-    for name in COMPARED:
+    for name in metric_names():
         assert found[name]["method"] == "Welch's t"
     share = found["limit_cycle_share"]
     assert -1.0 <= share["low"] < share["mean"] < share["high"] <= 1.0

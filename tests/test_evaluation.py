@@ -11,8 +11,8 @@ import pytest
 
 from oracle import fly, vanilla
 from tegotae import Engine, Scenario, TegotaeError, Timing, build, find
-from tegotae.evaluation import METRICS, Evaluation, Protocol, evaluate
-from tegotae.metrics import GaitSummary, Hops, LimitCycle, measure, settled
+from tegotae.evaluation import Evaluation, Protocol, evaluate
+from tegotae.metrics import GaitSummary, Hops, LimitCycle, measure, names, settled
 
 SHORT = Protocol(undisturbed_s=15.0, disturbed_s=10.0)
 SIGMAS = np.array([[1.0], [2.0], [3.0]])
@@ -48,13 +48,13 @@ def test_transients_agree_with_an_adaptive_solver(reflex):
 def test_five_episodes_around_the_training_frequency(reflex):
     assert np.array_equal(reflex.omega, [6.0, 7.0, 8.0, 9.0, 10.0])
     assert reflex.n_runs == 3
-    assert set(reflex.episodes) == set(METRICS)
+    assert set(reflex.episodes) == set(names())
     assert all(values.shape == (3, 5) for values in reflex.episodes.values())
 
 
 def test_a_run_does_not_depend_on_the_runs_it_is_evaluated_with(reflex):
     others = evaluate(build("V-reflex-w8"), [[2.0], [7.0], [0.5]], 8.0, protocol=SHORT)
-    for name in METRICS:
+    for name in names():
         np.testing.assert_allclose(
             others.episodes[name][0], reflex.episodes[name][1], rtol=1e-4, atol=1e-5, err_msg=name
         )
@@ -79,7 +79,7 @@ def test_a_controller_that_needs_its_oscillator_hops_at_no_clamped_phase(reflex)
 
 def test_json_carries_every_metric_and_null_where_undefined(reflex):
     written = json.loads(json.dumps(reflex.to_dict(), allow_nan=False))
-    for name in METRICS:
+    for name in names():
         assert name in written
         assert len(written["runs"][name]) == 3
     assert written["n_runs"] == 3

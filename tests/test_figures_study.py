@@ -5,14 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tegotae.evaluation import METRICS
 from tegotae.figures.study import (
     ARCHITECTURES,
-    SHOWN,
     architecture_metrics,
     architectures_figure,
     frequencies,
 )
+from tegotae.metrics.registry import names
 from tegotae.models import all_models
 from tegotae.study.table import Table, design, of_runs
 
@@ -31,7 +30,7 @@ def table(**changed: np.ndarray) -> Table:
     known = all_models()
 
     def metrics(name: str, runs: int) -> dict[str, np.ndarray]:
-        found = {metric: np.linspace(0.8, 1.0, runs) for metric in METRICS}
+        found = {metric: np.linspace(0.8, 1.0, runs) for metric in names()}
         found["cot_inverse"] = MODELS[name] * np.linspace(0.9, 1.1, runs)
         return found | changed
 
@@ -49,7 +48,7 @@ def bars(panel) -> list[tuple[float, float]]:
 
 
 def panel(figure, metric: str, column: int):
-    return figure.axes[2 * list(SHOWN).index(metric) + column]
+    return figure.axes[2 * names("figure").index(metric) + column]
 
 
 def test_a_frequency_does_not_dilute_another():

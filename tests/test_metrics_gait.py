@@ -264,7 +264,7 @@ def test_many_recordings_at_once_give_what_each_gives_alone():
 
     together = measured(jax.tree.map(lambda *x: np.concatenate(x, axis=1), *frames))
     for lane, alone in enumerate(map(measured, frames)):
-        for name in alone._fields:
+        for name in alone.values:
             np.testing.assert_allclose(
                 getattr(together, name)[lane], getattr(alone, name)[0], rtol=1e-5, err_msg=name
             )

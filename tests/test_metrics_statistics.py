@@ -8,16 +8,16 @@ import numpy as np
 import pytest
 
 from tegotae import TegotaeError
-from tegotae.evaluation import METRICS
 from tegotae.metrics import (
-    RANGES,
     balanced_difference,
     difference,
     interval,
+    metrics,
     paired_difference,
     stratified_difference,
     summarise,
 )
+from tegotae.metrics.registry import range_of
 
 
 def test_the_interval_covers_the_true_mean_about_as_often_as_it_says():
@@ -161,17 +161,16 @@ def test_what_is_cut_off_an_interval_never_held_the_mean():
 def test_intervals_of_metrics_stay_within_what_the_metrics_can_be(n):
     random = np.random.default_rng(n)
     values = {}
-    for name, (least, most) in RANGES.items():
+    for metric in metrics():
+        least, most = metric.range
         # Most at an end of the range, one far from it.
         end, far = (least, 1.0) if np.isfinite(least) else (most, -1.0)
-        values[name] = np.where(np.arange(n) == 0, end + far, end) + 0.0 * random.normal(size=n)
+        values[metric.name] = np.where(np.arange(n) == 0, end + far, end) + 0.0 * random.normal(
+            size=n
+        )
     for name, found in summarise(values).items():
-        least, most = RANGES[name]
+        least, most = range_of(name)
         assert least <= found.low <= found.mean <= found.high <= most
-
-
-def test_every_metric_of_an_evaluation_has_its_range():
-    assert set(RANGES) == set(METRICS)
 
 
 def test_differences_of_shares_stay_between_minus_one_and_one():

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from tegotae.errors import TegotaeError
-from tegotae.evaluation import METRICS
 from tegotae.figures.data import write_tables
 from tegotae.figures.learning_curves import algorithms_tables
+from tegotae.metrics.registry import names
 from tegotae.models import all_models
 from tegotae.study.claims import (
     EXPERIMENTS,
@@ -37,7 +37,7 @@ def results(effects: dict[str, dict[str, float]], *, noise: float = 0.02, seed: 
         place = design(model)
         for run in range(3):
             row = {**place, "run": run, "best_fitness": 0.0}
-            for metric in METRICS:
+            for metric in names():
                 value = 1.0 + noise * random.normal()
                 for key in (
                     place["architecture"],

@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 from tegotae.errors import TegotaeError
-from tegotae.evaluation import METRICS
-from tegotae.metrics.ranges import RANGES
+from tegotae.metrics.registry import names, range_of
 from tegotae.models import find
 from tegotae.study import runner
 from tegotae.study.export import merge, write_csv
@@ -27,7 +26,7 @@ def made_up(unit: Unit, runs: int = 2) -> Record:
     random = np.random.default_rng(int(unit.key[-8:], 16))
 
     def metric(name: str, *shape: int) -> np.ndarray:
-        least, most = RANGES[name]
+        least, most = range_of(name)
         return np.clip(random.normal(size=shape), least, most).astype("float32")
 
     n_weights = unit.run.training.controller.n_weights
@@ -40,8 +39,8 @@ def made_up(unit: Unit, runs: int = 2) -> Record:
         np.array(["cap"] * runs),
         {"centre_fitness": random.normal(size=(3, runs)).astype("float32")},
         np.array([7.0, 9.0]),
-        {name: metric(name, runs, 2) for name in METRICS},
-        {name: metric(name, 1, runs, 2) for name in METRICS},
+        {name: metric(name, runs, 2) for name in names()},
+        {name: metric(name, 1, runs, 2) for name in names()},
     )
 
 
@@ -54,7 +53,7 @@ def instant(bundles):
 
 def same(a: Record, b: Record) -> bool:
     arrays = [(a.weights, b.weights), (a.best_fitness, b.best_fitness)]
-    arrays += [(a.episodes[name], b.episodes[name]) for name in METRICS]
+    arrays += [(a.episodes[name], b.episodes[name]) for name in names()]
     return a.configuration == b.configuration and all(
         np.array_equal(x, y, equal_nan=True) for x, y in arrays
     )

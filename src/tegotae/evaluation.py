@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
@@ -15,36 +16,22 @@ from tegotae.bodies import Body, Hopper
 from tegotae.controller import Controller
 from tegotae.errors import TegotaeError, require_count, require_finite
 from tegotae.metrics.efficiency import check_work
-from tegotae.metrics.gait import FAILED, LIMIT_CYCLE, Gait, gait
+from tegotae.metrics.episode import ClampedEpisodes
+from tegotae.metrics.gait import gait
 from tegotae.metrics.hopping import Hops, hops
-from tegotae.metrics.limit_cycle import LimitCycle, settled
-from tegotae.metrics.ranges import summarise
+from tegotae.metrics.limit_cycle import LimitCycle, Settled, settled
+from tegotae.metrics.metric import (
+    REGIME,
+    ClampedMetric,
+    Conditions,
+    DerivedMetric,
+    GaitMetric,
+    Metric,
+)
+from tegotae.metrics.registry import built_in_gait, channels_of, chosen, summarise, with_needed
 from tegotae.metrics.statistics import Interval, mean_defined
-from tegotae.optimum.table import has_table, share
 from tegotae.oscillators import Clamped
 from tegotae.rollout import Engine, Scenario, Timing, Trajectory
-
-METRICS = {
-    "cot_inverse": "m/J",
-    "cot_inverse_total": "m/J",
-    "t0_s": "s",
-    "t1_s": "s",
-    "delta_omega": "rad²/s²",
-    "delta_w": "rad/s",
-    "cpgu": "",
-    "limit_cycle_period": "hops",
-    "limit_cycle_share": "",
-    "recovery_share": "",
-    "failed_share": "",
-    "smoothness": "1/s",
-    "w_peak": "rad/s",
-    "a_peak": "",
-    "optimum_share": "",
-}
-"""What an evaluation reports, and in which unit."""
-
-LATER_METRICS = {"optimum_share"}
-"""Metrics that older tables and records lack; they are undefined there."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -148,7 +135,7 @@ class Evaluation:
     Args:
         protocol: how it was found.
         omega: frequencies of the episodes [rad/s], shape [episodes]; NaN without an oscillator.
-        episodes: each of `METRICS`, shape [runs, episodes].
+        episodes: the metrics that were asked for, by name, shape [runs, episodes].
     """
 
     protocol: Protocol
@@ -158,7 +145,7 @@ class Evaluation:
     @property
     def n_runs(self) -> int:
         """How many runs (weight vectors) were evaluated."""
-        return len(self.episodes["cot_inverse"])
+        return len(next(iter(self.episodes.values())))
 
     def runs(self) -> dict[str, np.ndarray]:
         """The metrics of every run, shape [runs]: means over its episodes.
@@ -202,13 +189,14 @@ def evaluate(
     body: Body | None = None,
     protocol: Protocol | None = None,
     releases: Releases | None = None,
+    metrics: Iterable[str | Metric] | None = None,
 ) -> Evaluation:
     """Evaluate runs of a controller as the paper does (IV-B): every run at every frequency.
 
     All runs and frequencies are lanes of one batch. A rollout to find each lane's first apex after
     the undisturbed time goes before the one in which the ground drops there. Clamped to each of six
     phases the controllers are then rolled out undisturbed: CPGu is the share of phases at which
-    none hops on a limit cycle.
+    none hops on a limit cycle. What no metric asked for needs is not rolled out.
 
     A controller without an oscillator has no prescribed frequency: one episode, ΔΩ of zero as in
     its fitness, and undefined Δw and CPGu.
@@ -220,20 +208,24 @@ def evaluate(
         body: the body; the paper's hopper by default.
         protocol: episodes, drop, tolerances.
         releases: from where each run is released; the protocol's release for all by default.
+        metrics: names of the metrics that are asked for; all that there are by default.
 
     Raises:
         TegotaeError: for weights of the wrong shape or not finite, a missing or non-positive
-            frequency, or releases of another number.
+            frequency, releases of another number, or a metric that is not there.
 
     Example:
         >>> from tegotae.models import find
         >>> model = find("V-reflex-w8")
-        >>> found = evaluate(model.controller(), [[2.0]], model.omega_t)
+        >>> found = evaluate(
+        ...     model.controller(), [[2.0]], model.omega_t, metrics=["cot_inverse"]
+        ... )
         >>> f"{found.summary()['cot_inverse'].mean:.2f} m/J"
         '0.44 m/J'
     """
     body = Hopper() if body is None else body
     protocol = protocol or Protocol()
+    asked = chosen(metrics)
     omegas = np.array(protocol.omegas(controller, omega_t))
     weights = _checked_weights(controller, weights)
     runs, episodes = len(weights), len(omegas)
@@ -251,49 +243,112 @@ def evaluate(
         phase_rad=np.repeat(releases.phase_rad, episodes),
     )
 
-    found = _disturbed_gait(controller, lanes, scenario, body, protocol)
-    values = {name: np.asarray(value, float) for name, value in found._asdict().items()}
-    regime = values.pop("regime")
-    on_cycle = regime == LIMIT_CYCLE
-    values["limit_cycle_share"] = on_cycle.astype(float)
-    values["failed_share"] = (regime == FAILED).astype(float)
-    tested = on_cycle & (protocol.drop_m > 0.0)
-    values["recovery_share"] = np.where(tested, np.isfinite(values["t1_s"]), np.nan)
-    values["optimum_share"] = np.full(len(lanes), np.nan)
-    if has_table(body, protocol.work):
-        hops = (values[name] for name in ("cot_inverse", "hop_rate", "limit_cycle_period"))
-        values["optimum_share"] = share(*hops)
-    values["cpgu"] = np.full(len(lanes), np.nan)
-    if controller.oscillator is None:
-        values["delta_omega"] = np.where(on_cycle, 0.0, np.nan)
-    else:
-        values["cpgu"] = _cpgu(controller, lanes, scenario, body, protocol)
+    values: dict[str, np.ndarray] = {}
+    needed = with_needed(asked)
+    of_gait = [metric for metric in needed if isinstance(metric, GaitMetric)]
+    derived = [metric for metric in needed if isinstance(metric, DerivedMetric)]
+    of_clamped = [metric for metric in needed if isinstance(metric, ClampedMetric)]
+    if of_gait or derived:
+        values |= _of_gait(controller, lanes, scenario, body, protocol, of_gait)
+    if of_clamped:
+        values |= _of_clamped(controller, lanes, scenario, body, protocol, of_clamped)
+    conditions = Conditions(body, protocol.work, protocol.drop_m)
+    for metric in derived:
+        parts = {name: values[name] for name in metric.derivation.of}
+        values[metric.name] = np.asarray(metric.derivation.compute(parts, conditions), float)
+    episodes_of = {m.name: _per_lane(m, values[m.name], len(lanes)) for m in asked}
     return Evaluation(
-        protocol, omegas, {name: values[name].reshape(runs, episodes) for name in METRICS}
+        protocol,
+        omegas,
+        {name: value.reshape(runs, episodes) for name, value in episodes_of.items()},
     )
 
 
-def _disturbed_gait(
-    controller: Controller, weights: np.ndarray, scenario: Scenario, body: Body, protocol: Protocol
-) -> Gait:
-    """The gait of every lane, its ground dropping at the first apex after the undisturbed time."""
-    trajectory, drop_time_s = disturbed_rollout(controller, weights, scenario, body, protocol)
-    found = gait(
-        trajectory,
-        omega=jnp.asarray(scenario.omega, "float32"),
-        rest_length_m=body.rest_length_m,
-        max_force_n=body.max_force_n,
-        frame_s=Timing().frame_s,
-        undisturbed_s=protocol.undisturbed_s,
-        disturbed_at_s=drop_time_s,
-        limit_cycle=protocol.limit_cycle,
-        work=protocol.work,
-    )
-    return jax.tree.map(np.asarray, found)
+def _of_gait(
+    controller: Controller,
+    weights: np.ndarray,
+    scenario: Scenario,
+    body: Body,
+    protocol: Protocol,
+    metrics: Sequence[GaitMetric],
+) -> dict[str, np.ndarray]:
+    """Metrics of every lane's recording, [lanes] each by name, and the regime.
+
+    Where one of them is about it, the ground drops at the first apex after the undisturbed time.
+    """
+    own = built_in_gait()
+    channels = channels_of((*own, *metrics))
+    given = controller, weights, scenario, body, protocol, channels
+    if any(metric.disturbed for metric in metrics):
+        trajectory, drop_time_s = disturbed_rollout(*given)
+    else:
+        trajectory, drop_time_s = _undisturbed(*given), None
+    # The package's own are always computed together, by one program, whatever else is asked for:
+    # their numbers do not depend on which others there are.
+    users = tuple(metric for metric in metrics if metric not in own)
+    found: dict[str, np.ndarray] = {}
+    for together in (own, users) if users else (own,):
+        measured = gait(
+            trajectory,
+            omega=jnp.asarray(scenario.omega, "float32"),
+            rest_length_m=body.rest_length_m,
+            max_force_n=body.max_force_n,
+            frame_s=Timing().frame_s,
+            undisturbed_s=protocol.undisturbed_s,
+            disturbed_at_s=drop_time_s,
+            limit_cycle=protocol.limit_cycle,
+            work=protocol.work,
+            has_oscillator=controller.oscillator is not None,
+            metrics=together,
+        )
+        found |= {name: np.asarray(value, float) for name, value in measured.values.items()}
+    return {name: found[name] for name in (REGIME, *(metric.name for metric in metrics))}
+
+
+def _per_lane(metric: Metric, values: np.ndarray, lanes: int) -> np.ndarray:
+    if np.shape(values) != (lanes,):
+        raise TegotaeError(
+            f"the metric {metric.name} gave an array of shape {np.shape(values)} for {lanes} "
+            "lanes; it must give one number a lane (tegotae.checks.check_metric tries it)"
+        )
+    return values
+
+
+@dataclass(frozen=True)
+class _Kept:
+    """The trajectory's channels that are needed, as an `Engine`'s summary."""
+
+    needs: tuple[str, ...] | None
+
+    def __call__(
+        self, trajectory: Trajectory, scenario: Scenario, body: Body, timing: Timing
+    ) -> Trajectory:
+        return trajectory
+
+
+def _undisturbed(
+    controller: Controller,
+    weights: Any,
+    scenario: Scenario,
+    body: Body,
+    protocol: Protocol,
+    channels: tuple[str, ...] | None = None,
+) -> Trajectory:
+    """The undisturbed part of the episodes alone."""
+    timing = Timing(duration_s=protocol.undisturbed_s, tick_s=protocol.tick_s)
+    # Without an oscillator the frequency has no effect, but must be a number.
+    driven = scenario._replace(omega=np.nan_to_num(scenario.omega))
+    engine = Engine(controller=controller, timing=timing, summary=_Kept(channels))
+    return engine.run(weights, driven, body)
 
 
 def disturbed_rollout(
-    controller: Controller, weights: Any, scenario: Scenario, body: Body, protocol: Protocol
+    controller: Controller,
+    weights: Any,
+    scenario: Scenario,
+    body: Body,
+    protocol: Protocol,
+    channels: tuple[str, ...] | None = None,
 ) -> tuple[Trajectory, np.ndarray | None]:
     """Episodes in which the ground drops at the first apex of a hop after the undisturbed time.
 
@@ -306,6 +361,7 @@ def disturbed_rollout(
         scenario: frequencies ω [rad/s], NaN without an oscillator, and releases.
         body: the body.
         protocol: times, size of the drop, control period.
+        channels: which are recorded; all by default.
 
     Returns:
         The trajectory, arrays of shape [frames, lanes], and when the ground dropped [s], [lanes]:
@@ -314,7 +370,7 @@ def disturbed_rollout(
     timing = Timing(
         duration_s=protocol.undisturbed_s + protocol.disturbed_s, tick_s=protocol.tick_s
     )
-    engine = Engine(controller=controller, timing=timing)
+    engine = Engine(controller=controller, timing=timing, summary=_Kept(channels))
     # Without an oscillator the frequency has no effect, but must be a number.
     driven = scenario._replace(omega=np.nan_to_num(scenario.omega))
     trajectory = engine.run(weights, driven, body)
@@ -332,10 +388,36 @@ def _next_apex_s(trajectory: Trajectory, rest_length_m: Any, after_s: Any) -> ja
     return jnp.min(jnp.where(time_s >= after_s, time_s, jnp.inf), axis=0)
 
 
-def _cpgu(
-    controller: Controller, weights: np.ndarray, scenario: Scenario, body: Body, protocol: Protocol
-) -> np.ndarray:
-    """Share of the clamped phases at which a lane does not hop on a limit cycle, [lanes]."""
+def _of_clamped(
+    controller: Controller,
+    weights: np.ndarray,
+    scenario: Scenario,
+    body: Body,
+    protocol: Protocol,
+    metrics: Sequence[ClampedMetric],
+) -> dict[str, np.ndarray]:
+    """Metrics of every lane's rollouts with a clamped phase, [lanes] each by name.
+
+    Undefined without an oscillator to clamp.
+    """
+    if controller.oscillator is None:
+        return {metric.name: np.full(len(weights), np.nan) for metric in metrics}
+    episodes = clamped_rollouts(controller, weights, scenario, body, protocol)
+    return {metric.name: np.asarray(metric.compute(episodes), float) for metric in metrics}
+
+
+def clamped_rollouts(
+    controller: Controller, weights: Any, scenario: Scenario, body: Body, protocol: Protocol
+) -> ClampedEpisodes:
+    """Undisturbed episodes with the oscillator clamped to each of the protocol's phases.
+
+    Args:
+        controller: what drives the body; it has an oscillator.
+        weights: shape [lanes, n_weights].
+        scenario: frequencies ω [rad/s] and heights of the release, [lanes].
+        body: the body.
+        protocol: how many phases, time, control period, what counts as settled.
+    """
     assert controller.oscillator is not None
     engine = Engine(
         controller=dataclasses.replace(controller, oscillator=Clamped(controller.oscillator)),
@@ -350,8 +432,9 @@ def _cpgu(
         phase_rad=np.tile(phases, len(weights)),
     )
     table, end_s, failed = engine.run(np.repeat(weights, n, axis=0), clamped, body)
-    on_cycle = np.asarray(_settled(table, protocol.limit_cycle, -np.inf, end_s).found) & ~failed
-    return 1.0 - on_cycle.reshape(-1, n).mean(axis=1)
+    cycle = _settled(table, protocol.limit_cycle, -np.inf, end_s)
+    by_phase = (np.asarray(value).reshape(-1, n) for value in cycle)
+    return ClampedEpisodes(phases, Settled(*by_phase), np.asarray(failed).reshape(-1, n))
 
 
 def _hops_and_end(

@@ -12,26 +12,15 @@ from typing import Annotated
 
 import tyro
 
-from tegotae.cli.evaluate import evaluate_all, print_table, show
+from tegotae.cli.evaluate import evaluate_all, print_table, show, shown
+from tegotae.cli.metrics import named
 from tegotae.cli.tables import print_rows
 from tegotae.collection import Runs, read
 from tegotae.errors import TegotaeError
 from tegotae.evaluation import Evaluation, Protocol
-from tegotae.metrics.ranges import RANGES
+from tegotae.metrics.metric import Metric
+from tegotae.metrics.registry import range_of
 from tegotae.metrics.statistics import Interval, difference, paired_difference
-
-COMPARED = (
-    "cot_inverse",
-    "cot_inverse_total",
-    "t0_s",
-    "t1_s",
-    "delta_omega",
-    "delta_w",
-    "cpgu",
-    "limit_cycle_share",
-    "smoothness",
-)
-"""The metrics whose differences are taken."""
 
 
 @dataclass(frozen=True)
@@ -44,18 +33,21 @@ class Compare:
     """How far the ground drops [m]."""
     energy: str = "absolute"
     """Definition of the actuator's work: absolute, positive or net."""
+    metric: tuple[str, ...] = ()
+    """Only these metrics: names, module:object for one of your own, or all."""
     json: bool = False
     """Print one JSON object."""
 
     def run(self) -> None:
         """Evaluate, compare, and print."""
         protocol = Protocol(drop_m=self.drop, work=self.energy)
+        asked = named(self.metric)
         sets = told_apart([(place, runs) for place in self.places for runs in read(place)])
         if len(sets) < 2:
             raise TegotaeError(
                 f"a comparison needs at least two sets of controllers; {len(sets)} found"
             )
-        found = evaluate_all(sets, protocol)
+        found = evaluate_all(sets, protocol, asked=asked)
         (base, base_evaluation), others = found[0], found[1:]
         differences = [
             (runs, paired(runs, base), compare(runs, evaluation, base, base_evaluation))
@@ -64,8 +56,8 @@ class Compare:
         if self.json:
             print(json.dumps(_document(found, differences)))
             return
-        print_table(found)
-        _print_differences(base, differences)
+        print_table(found, shown(asked))
+        _print_differences(base, differences, shown(asked))
 
 
 def told_apart(sets: Sequence[tuple[str, Runs]]) -> list[Runs]:
@@ -99,7 +91,7 @@ def compare(
     """Difference of each metric to the base's, paired by seed where the seeds agree."""
     take = paired_difference if paired(runs, base) else difference
     values, baseline = evaluation.runs(), base_evaluation.runs()
-    return {name: take(values[name], baseline[name], within=RANGES[name]) for name in COMPARED}
+    return {name: take(row, baseline[name], within=range_of(name)) for name, row in values.items()}
 
 
 def methods(is_paired: bool, by_metric: Mapping[str, Interval]) -> str:
@@ -109,16 +101,26 @@ def methods(is_paired: bool, by_metric: Mapping[str, Interval]) -> str:
     return ", ".join([runs, " and ".join(used)] if used else [runs, "no interval"])
 
 
-def _print_differences(base: Runs, differences: list) -> None:
+def _print_differences(base: Runs, differences: list, shown: tuple[Metric, ...]) -> None:
     rows = (
         (
             runs.name,
-            methods(is_paired, by_metric),
-            *(show(by_metric[name]) for name in COMPARED),
+            methods(is_paired, {metric.name: by_metric[metric.name] for metric in shown}),
+            *(_judged(metric, by_metric[metric.name]) for metric in shown),
         )
         for runs, is_paired, by_metric in differences
     )
-    print_rows((f"minus {base.name}", "interval", *COMPARED), rows)
+    headings = (metric.heading for metric in shown)
+    print_rows((f"minus {base.name}", "interval", *headings), rows)
+    print("+ is better and - is worse, where the interval of the difference leaves zero out.")
+
+
+def _judged(metric: Metric, value: Interval) -> str:
+    """A difference in a table, with whether it is for the better."""
+    clear = value.low > 0.0 or value.high < 0.0
+    if not clear or metric.more_is_better is None:
+        return show(value)
+    return f"{show(value)} {'+' if (value.mean > 0.0) == metric.more_is_better else '-'}"
 
 
 def _document(found: list, differences: list) -> dict:

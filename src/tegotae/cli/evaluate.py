@@ -2,37 +2,27 @@
 
 from __future__ import annotations
 
-import csv
 import dataclasses
-import io
 import json
 import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
+import numpy as np
 import tyro
 
+from tegotae import tables
+from tegotae.cli.metrics import named
 from tegotae.cli.options import UNSET
 from tegotae.cli.tables import print_rows
 from tegotae.collection import Runs, read
-from tegotae.evaluation import METRICS, Evaluation, Protocol, evaluate
-from tegotae.files import output_file, write_atomically
+from tegotae.evaluation import Evaluation, Protocol, evaluate
+from tegotae.files import output_file
+from tegotae.metrics.metric import TABLE, Metric
+from tegotae.metrics.registry import metrics
 from tegotae.metrics.statistics import Interval
 from tegotae.progress import reporting
-
-_SHOWN = {
-    "cot_inverse": "CoT⁻¹ A [m/J]",
-    "optimum_share": "of optimum",
-    "cot_inverse_total": "CoT⁻¹ B [m/J]",
-    "t0_s": "T0 [s]",
-    "t1_s": "T1 [s]",
-    "delta_omega": "ΔΩ",
-    "delta_w": "Δw [rad/s]",
-    "cpgu": "CPGu",
-    "limit_cycle_share": "limit cycles",
-    "smoothness": "dF/dt [1/s]",
-}
 
 
 @dataclass(frozen=True)
@@ -51,6 +41,9 @@ class Evaluate:
     """Time after that [s]."""
     energy: str = "absolute"
     """Definition of the actuator's work: absolute, positive or net."""
+    metric: tuple[str, ...] = ()
+    """Only these metrics: names, module:object for one of your own, or all; without it, all are
+    computed and the usual ones shown. What they do not need is not simulated."""
     json: bool = False
     """Print one JSON object."""
     csv: Annotated[Path | None, UNSET] = None
@@ -64,41 +57,52 @@ class Evaluate:
             disturbed_s=self.disturbed,
             work=self.energy,
         )
+        asked = named(self.metric)
         if self.csv is not None:
             output_file(self.csv)
-        found = evaluate_all(read(self.place), protocol, self.omega)
+        found = evaluate_all(read(self.place), protocol, self.omega, asked)
         if self.csv is not None:
-            write_atomically(self.csv, _rows(found))
+            tables.write_csv(self.csv, _columns(found))
         if self.json:
             controllers = [{"name": r.name, "labels": r.labels, **e.to_dict()} for r, e in found]
             print(json.dumps({"controllers": controllers}))
             return
-        print_table(found)
+        print_table(found, shown(asked))
+
+
+def shown(asked: tuple[Metric, ...] | None) -> tuple[Metric, ...]:
+    """The metrics of a table on the screen: those asked for, or the usual ones."""
+    return metrics(TABLE) if asked is None else asked
 
 
 def evaluate_all(
-    sets: list[Runs], protocol: Protocol, omega: float | None = None
+    sets: list[Runs],
+    protocol: Protocol,
+    omega: float | None = None,
+    asked: tuple[Metric, ...] | None = None,
 ) -> list[tuple[Runs, Evaluation]]:
-    """Evaluate sets of runs, showing how far it is."""
+    """Evaluate sets of runs by all metrics, or those asked for, showing how far it is."""
     found = []
     with reporting("evaluate", len(sets)) as reporter:
         for done, runs in enumerate(sets, 1):
             # A frequency asked for does not give one to a controller without an oscillator.
             omega_t = runs.omega_t if omega is None or runs.omega_t is None else omega
-            asked = dataclasses.replace(runs, omega_t=omega_t)
-            result = evaluate(runs.controller, runs.weights, omega_t, runs.body, protocol)
-            found.append((asked, result))
+            there = dataclasses.replace(runs, omega_t=omega_t)
+            result = evaluate(
+                runs.controller, runs.weights, omega_t, runs.body, protocol, metrics=asked
+            )
+            found.append((there, result))
             reporter.update(done, runs.name)
     return found
 
 
-def print_table(found: list[tuple[Runs, Evaluation]]) -> None:
+def print_table(found: list[tuple[Runs, Evaluation]], shown: tuple[Metric, ...]) -> None:
     """One row per set of runs: mean and 95 % interval of each metric over the runs."""
     summaries = [evaluation.summary() for _, evaluation in found]
     print_rows(
-        ("controller", "runs", *_SHOWN.values()),
+        ("controller", "runs", *(metric.heading for metric in shown)),
         (
-            (runs.name, str(evaluation.n_runs), *(show(summary[name]) for name in _SHOWN))
+            (runs.name, str(evaluation.n_runs), *(show(summary[m.name]) for m in shown))
             for (runs, evaluation), summary in zip(found, summaries, strict=True)
         ),
     )
@@ -119,16 +123,21 @@ def show(value: Interval) -> str:
     return f"{value.mean:.3g}{mark} [{value.low:.3g}, {value.high:.3g}]"
 
 
-def _rows(found: list[tuple[Runs, Evaluation]]) -> str:
-    stream = io.StringIO()
-    writer = csv.writer(stream, lineterminator="\n")
-    writer.writerow(["controller", "run", "omega_t_rad_per_s", *METRICS])
+def _columns(found: list[tuple[Runs, Evaluation]]) -> dict[str, list[str]]:
+    """One row per run: where it is from, and every metric that was asked for."""
+    columns: dict[str, list[str]] = {}
     for runs, evaluation in found:
-        values = evaluation.runs()
-        for i, label in enumerate(runs.labels):
-            row = (values[name][i] for name in METRICS)
-            omega = "" if runs.omega_t is None else f"{runs.omega_t:g}"
-            writer.writerow(
-                [runs.name, label, omega, *("" if math.isnan(v) else f"{v:.6g}" for v in row)]
-            )
-    return stream.getvalue()
+        omega = "" if runs.omega_t is None else f"{runs.omega_t:g}"
+        own = {
+            "controller": [runs.name] * len(runs.labels),
+            "run": list(runs.labels),
+            "omega_t_rad_per_s": [omega] * len(runs.labels),
+            **{name: [*map(_cell, values)] for name, values in evaluation.runs().items()},
+        }
+        for name, cells in own.items():
+            columns.setdefault(name, []).extend(cells)
+    return columns
+
+
+def _cell(value: np.floating) -> str:
+    return "" if np.isnan(value) else f"{value:.6g}"

@@ -25,7 +25,8 @@ def print_rows(columns: Iterable[str], rows: Iterable[Iterable[str]], *, key: in
         key: how many columns, the first ones, tell the rows apart.
     """
     columns, rows = tuple(columns), [tuple(row) for row in rows]
-    console = Console(highlight=False)
+    # Names and units are as they are: [m/J] is no markup.
+    console = Console(highlight=False, markup=False, emoji=False)
     parts = [tuple(range(len(columns)))]
     if console.is_terminal:
         parts = fitting(column_widths(columns, rows), console.width, key)
@@ -35,7 +36,9 @@ def print_rows(columns: Iterable[str], rows: Iterable[Iterable[str]], *, key: in
             table.add_column(columns[i], no_wrap=True)
         for row in rows:
             table.add_row(*(row[i] for i in part))
-        console.width = max(console.width, Console(width=10_000).measure(table).maximum)
+        console.width = max(
+            console.width, Console(width=10_000, markup=False, emoji=False).measure(table).maximum
+        )
         console.print(table)
 
 

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from tegotae.files import write_atomically
+from tegotae.tables import write_csv
+
+_DIGITS = 9
 
 Table = Mapping[str, Any]
 """Columns by name; each an array of one shape, or a single value for all rows."""
@@ -55,12 +55,7 @@ def write_tables(figure: Path, tables: Mapping[str, Table]) -> list[Path]:
     written = []
     for name, table in tables.items():
         path = figure.with_suffix(f".{name}.csv" if name else ".csv")
-        columns = _broadcast(table)
-        stream = io.StringIO()
-        writer = csv.writer(stream, lineterminator="\n")
-        writer.writerow(columns)
-        writer.writerows(zip(*(map(_cell, column) for column in columns.values()), strict=True))
-        write_atomically(path, stream.getvalue())
+        write_csv(path, _broadcast(table), digits=_DIGITS)
         written.append(path)
     return written
 
@@ -68,9 +63,3 @@ def write_tables(figure: Path, tables: Mapping[str, Table]) -> list[Path]:
 def _broadcast(table: Table) -> dict[str, np.ndarray]:
     columns = np.broadcast_arrays(*(np.atleast_1d(column) for column in table.values()))
     return dict(zip(table, columns, strict=True))
-
-
-def _cell(value: Any) -> str:
-    if isinstance(value, np.floating | float):
-        return "" if np.isnan(value) else f"{value:.9g}"
-    return str(value)

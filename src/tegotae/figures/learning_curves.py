@@ -12,7 +12,7 @@ from matplotlib.patches import Patch
 
 from tegotae.figures.data import Table
 from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, styled
-from tegotae.metrics.ranges import RANGES
+from tegotae.metrics.registry import range_of
 from tegotae.metrics.statistics import interval
 from tegotae.training.curves import LearningCurve, groups, shared, table
 
@@ -140,7 +140,7 @@ def algorithms_tables(curves: Sequence[LearningCurve]) -> dict[str, Table]:
 def _mean(runs: Sequence[LearningCurve]) -> dict[str, np.ndarray]:
     """Mean over runs with its interval, at the points that all have; a single run has none."""
     episode, simulated_s, values = shared(runs)
-    found = [interval(row, within=RANGES["cot_inverse"]) for row in values]
+    found = [interval(row, within=range_of("cot_inverse")) for row in values]
     return {
         "episode": episode,
         "simulated_s": simulated_s,

@@ -11,11 +11,12 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
+from matplotlib.patheffects import withStroke
 from matplotlib.ticker import FixedLocator, Locator, MaxNLocator
 
-from tegotae.evaluation import METRICS
 from tegotae.figures.style import COLOURS, COLUMN_IN, DIVERGING, PAGE_IN, new_figure, styled
-from tegotae.metrics.ranges import RANGES
+from tegotae.metrics.metric import FIGURE, Metric
+from tegotae.metrics.registry import range_of
 from tegotae.metrics.statistics import Interval, balanced_difference
 from tegotae.optimum.table import curve
 from tegotae.study.claims import correlation, designs
@@ -23,16 +24,6 @@ from tegotae.study.table import Table
 
 ARCHITECTURES = ("V", "VG", "VT", "VGT", "AR", "ART", "ARG", "ARGT", "T")
 """The paper's architectures, in its order."""
-
-SHOWN = {
-    "cot_inverse": "CoT⁻¹",
-    "t0_s": "T0",
-    "t1_s": "T1",
-    "delta_w": "Δw",
-    "cpgu": "CPGu",
-    "limit_cycle_share": "limit cycles",
-}
-"""Metrics of the figure, and how they are called there."""
 
 OBSERVATIONS = {"F": "$s = [F_k]$", "Fv": r"$s = [F_k, \dot y]$"}
 
@@ -43,8 +34,13 @@ _NOTE = (
 )
 _ROOM = 1.3
 """Height of a panel over its highest bar or interval: numbers stand above."""
+_PANEL_IN, _LEGEND_IN = 1.0, 0.9
+"""Height of a row of panels, and of what stands below them all [in]."""
 _WIDE = 0.8
 """Width of an architecture's bars together."""
+_LINE = 0.13
+"""Height of a line of small numbers over that of the highest bar."""
+_OUTLINE = withStroke(linewidth=1.0, foreground="white")
 _LESS = 0.005
 """Share of runs without the metric that is too small to be told."""
 
@@ -66,6 +62,7 @@ def architecture_metrics(
     differs at another; the single network has none. Architectures that sense nothing but F_k (V and
     VT) stand in both columns, as in the paper. What a table does not hold has no entry.
     """
+    shown = [metric.name for metric in table.shown(FIGURE)]
     found = {}
     for observation in OBSERVATIONS:
         for architecture in ARCHITECTURES:
@@ -74,9 +71,10 @@ def architecture_metrics(
                 rows = rows.where(observation=observation)
             for omega_t in frequencies(rows):
                 own = rows if omega_t is None else rows.where(omega_t=omega_t)
-                for metric in SHOWN:
+                for metric in shown:
                     values = [design[metric] for design in designs(own).values()]
-                    mean = balanced_difference(values, single_is_exact=True, within=RANGES[metric])
+                    within = range_of(metric)
+                    mean = balanced_difference(values, single_is_exact=True, within=within)
                     undefined = int(np.isnan(own[metric]).sum())
                     found[observation, metric, architecture, omega_t] = dataclasses.replace(
                         mean, count=len(own) - undefined, undefined=undefined
@@ -90,29 +88,28 @@ def architectures_figure(table: Table) -> Figure:
     The line in the panels of CoT⁻¹ is what is physically possible (`possible`).
     """
     found = architecture_metrics(table)
+    shown = table.shown(FIGURE)
     omegas = frequencies(table)
     colours = dict(zip(omegas, _colours(omegas), strict=True))
     with styled():
-        figure = new_figure(PAGE_IN, 6.9)
-        panels = figure.subplots(len(SHOWN), 2, sharex=True, sharey="row")
-        for row, (metric, label) in zip(panels, SHOWN.items(), strict=True):
-            own = {key: value for key, value in found.items() if key[1] == metric}
-            top = _highest(own.values())
-            if metric == "cot_inverse":
-                top = max(top, possible())
+        figure = new_figure(PAGE_IN, _LEGEND_IN + _PANEL_IN * len(shown))
+        panels = figure.subplots(len(shown), 2, sharex=True, sharey="row", squeeze=False)
+        for row, metric in zip(panels, shown, strict=True):
+            own = {key: value for key, value in found.items() if key[1] == metric.name}
+            limit = _LIMITS.get(metric.name, lambda: None)()
+            bottom, top = _ends(own.values(), [] if limit is None else [limit])
             for panel, observation in zip(row, OBSERVATIONS, strict=True):
                 for place, architecture in enumerate(ARCHITECTURES):
                     bars = {
-                        omega: own[observation, metric, architecture, omega]
+                        omega: own[observation, metric.name, architecture, omega]
                         for omega in omegas
-                        if (observation, metric, architecture, omega) in own
+                        if (observation, metric.name, architecture, omega) in own
                     }
-                    _bars(panel, place, bars, colours, top)
-                if metric == "cot_inverse":
-                    panel.axhline(possible(), color="0.3", lw=0.8, ls="--")
-            unit = METRICS[metric]
-            row[0].set_ylabel(f"{label} [{unit}]" if unit else f"{label}\n(share)")
-            row[0].set_ylim(0.0, _ROOM * top)
+                    _bars(panel, place, bars, colours, top - bottom)
+                if limit is not None:
+                    panel.axhline(limit, color="0.3", lw=0.8, ls="--")
+            row[0].set_ylabel(_axis(metric))
+            row[0].set_ylim(_ROOM * bottom, _ROOM * top)
             row[0].yaxis.set_major_locator(_ticks(metric, top))
         for panel, title in zip(panels[0], OBSERVATIONS.values(), strict=True):
             panel.set_title(title)
@@ -126,7 +123,7 @@ def architectures_figure(table: Table) -> Figure:
         ]
         named.append(Line2D([], [], color="black", lw=1.0, label="95 % interval over runs"))
         named.append(
-            Line2D([], [], color="0.3", lw=0.8, ls="--", label="physical optimum, any frequency")
+            Line2D([], [], color="0.3", lw=0.8, ls="--", label="what is physically possible")
         )
         figure.legend(
             handles=named,
@@ -143,6 +140,18 @@ def possible() -> float:
     return float(np.max(curve()["cot_inverse"]))
 
 
+_LIMITS = {"cot_inverse": possible, "optimum_share": lambda: 1.0}
+"""What no gait can have more of, where that is known."""
+
+
+def _axis(metric: Metric) -> str:
+    """A metric's label and unit beside its panel."""
+    label = metric.math or metric.label
+    if metric.unit:
+        return f"{label} [{metric.unit}]"
+    return f"{label}\n(share)" if metric.is_share else label
+
+
 def _named(omega: float | None) -> str:
     return "T, which has no $\\omega_t$" if omega is None else rf"$\omega_t$ = {omega:g} rad/s"
 
@@ -153,15 +162,19 @@ def _colours(omegas: tuple[float | None, ...]) -> list[str]:
     return ["0.55" if omega is None else next(known) for omega in omegas]
 
 
-def _highest(values: Iterable[Interval]) -> float:
-    """The highest mean or end of an interval; 1 if there is none, or nothing above zero."""
-    ends = [end for v in values for end in (v.mean, v.high) if np.isfinite(end)]
-    return max([*ends, 0.0]) or 1.0
+def _ends(values: Iterable[Interval], more: Iterable[float]) -> tuple[float, float]:
+    """Lowest and highest of the means, the ends of the intervals, zero and more.
+
+    They are 0 and 1 if there is nothing but zeros.
+    """
+    ends = [end for v in values for end in (v.mean, v.low, v.high) if np.isfinite(end)]
+    bottom, top = min([*ends, *more, 0.0]), max([*ends, *more, 0.0])
+    return (bottom, top) if bottom < top else (0.0, 1.0)
 
 
-def _ticks(metric: str, top: float) -> Locator:
+def _ticks(metric: Metric, top: float) -> Locator:
     """Few round numbers; of a share none beyond 1."""
-    if RANGES[metric][1] == 1.0 and top > 0.5:
+    if metric.range[1] == 1.0 and top > 0.5:
         return FixedLocator([0.0, 0.5, 1.0])
     return MaxNLocator(3)
 
@@ -171,41 +184,45 @@ def _bars(
     place: int,
     values: Mapping[float | None, Interval],
     colours: Mapping[float | None, str],
-    top: float,
+    span: float,
 ) -> None:
     """The bars of one architecture, side by side around its place."""
+    last = -np.inf
     width = _WIDE / max(len(values), 2)
     for i, (omega, value) in enumerate(values.items()):
         x = place + (i - 0.5 * (len(values) - 1)) * width
         if np.isnan(value.mean):
-            panel.text(x, 0.02 * top, "–", ha="center", va="bottom", fontsize=7)
+            panel.text(x, 0.02 * span, "–", ha="center", va="bottom", fontsize=7)
             continue
         panel.bar(x, value.mean, width=0.92 * width, color=colours[omega], lw=0)
-        if abs(value.mean) < 0.005 * top:
-            panel.text(x, 0.02 * top, "0", ha="center", va="bottom", fontsize=6)
+        if abs(value.mean) < 0.005 * span:
+            panel.text(x, 0.02 * span, "0", ha="center", va="bottom", fontsize=6)
         if np.isfinite(value.low):
             panel.vlines(x, value.low, value.high, color="black", lw=1.0)
         share = value.undefined / max(value.undefined + value.count, 1)
         if share > _LESS:
-            above = np.nanmax([value.mean, value.high]) + 0.03 * top
+            above = float(np.nanmax([value.mean, value.high])) + 0.03 * span
+            # Beside a number of the same height there is no room.
+            last = above = last + _LINE * span if abs(above - last) < _LINE * span else above
             style = {"fontsize": 5, "color": "0.25", "ha": "center", "va": "bottom"}
-            panel.text(x, above, f"{share:.0%}", **style)
+            panel.text(x, above, f"{share:.0%}", path_effects=[_OUTLINE], **style)
 
 
 def correlations(table: Table) -> np.ndarray:
     """Pearson correlations of the metrics over all models, shape [metrics, metrics]."""
     models = table.per_model()
+    shown = [metric.name for metric in table.shown(FIGURE)]
     return np.array(
-        [[1.0 if a == b else correlation(models, a, b).mean for b in SHOWN] for a in SHOWN]
+        [[1.0 if a == b else correlation(models, a, b).mean for b in shown] for a in shown]
     )
 
 
 def correlation_figure(table: Table) -> Figure:
     """Fig. 2, III: correlation of the metrics over all models."""
     values = correlations(table)
-    labels = list(SHOWN.values())
+    labels = [metric.math or metric.label for metric in table.shown(FIGURE)]
     with styled():
-        figure = new_figure(COLUMN_IN, 2.8)
+        figure = new_figure(COLUMN_IN, 1.0 + 0.3 * len(labels))
         panel = figure.subplots()
         image = panel.imshow(values, cmap=DIVERGING, vmin=-1.0, vmax=1.0, aspect="auto")
         panel.set_xticks(range(len(labels)), labels, rotation=45, ha="right")

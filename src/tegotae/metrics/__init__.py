@@ -1,11 +1,20 @@
-"""The paper's metrics, as pure functions on arrays: shapes end in lanes, units are in the names."""
+"""Metrics, the paper's and users': pure functions on arrays that end in lanes, units in names."""
 
 from tegotae.metrics.efficiency import WORK, cot_inverse, work_total
-from tegotae.metrics.gait import REGIMES, Gait, GaitSummary, gait, measure
+from tegotae.metrics.episode import REGIMES, ClampedEpisodes, Episode
+from tegotae.metrics.gait import Gait, GaitSummary, gait, measure
 from tegotae.metrics.hopping import HOP_CLEARANCE, Hops, hop_height_m, hops
 from tegotae.metrics.limit_cycle import LimitCycle, Settled, settled
-from tegotae.metrics.ranges import RANGES, summarise
+from tegotae.metrics.metric import (
+    ClampedMetric,
+    Conditions,
+    Derivation,
+    DerivedMetric,
+    GaitMetric,
+    Metric,
+)
 from tegotae.metrics.recording import from_samples
+from tegotae.metrics.registry import metrics, names, register, summarise
 from tegotae.metrics.smoothness import FORCE_PERIOD_S, smoothness
 from tegotae.metrics.spectrum import Spectrum, delta_omega, delta_w, peak, spectrum
 from tegotae.metrics.statistics import (
@@ -20,14 +29,21 @@ from tegotae.metrics.statistics import (
 __all__ = [
     "FORCE_PERIOD_S",
     "HOP_CLEARANCE",
-    "RANGES",
     "REGIMES",
     "WORK",
+    "ClampedEpisodes",
+    "ClampedMetric",
+    "Conditions",
+    "Derivation",
+    "DerivedMetric",
+    "Episode",
     "Gait",
+    "GaitMetric",
     "GaitSummary",
     "Hops",
     "Interval",
     "LimitCycle",
+    "Metric",
     "Settled",
     "Spectrum",
     "balanced_difference",
@@ -41,8 +57,11 @@ __all__ = [
     "hops",
     "interval",
     "measure",
+    "metrics",
+    "names",
     "paired_difference",
     "peak",
+    "register",
     "settled",
     "smoothness",
     "spectrum",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import partial
-from typing import Any, NamedTuple
+from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -12,50 +12,81 @@ import numpy as np
 
 from tegotae.bodies import Body
 from tegotae.errors import TegotaeError, require_finite
-from tegotae.metrics.efficiency import check_work, cot_inverse, work_total
-from tegotae.metrics.hopping import dies_out, hops
+from tegotae.metrics.efficiency import check_work
+from tegotae.metrics.episode import (
+    AT_REST,
+    FAILED,
+    LIMIT_CYCLE,
+    REGIMES,
+    UNSETTLED,
+    Episode,
+)
+from tegotae.metrics.hopping import hops
 from tegotae.metrics.limit_cycle import LimitCycle, settled
+from tegotae.metrics.metric import REGIME, GaitMetric
 from tegotae.metrics.recording import from_samples
-from tegotae.metrics.smoothness import FORCE_PERIOD_S, smoothness
-from tegotae.metrics.spectrum import delta_omega, delta_w, peak, spectrum
+from tegotae.metrics.registry import built_in_gait, channels_of
+from tegotae.metrics.smoothness import FORCE_PERIOD_S
 from tegotae.rollout import Scenario, Timing, Trajectory
 
-FAILED, AT_REST, UNSETTLED, LIMIT_CYCLE = range(4)
-REGIMES = ("failed", "at rest", "no limit cycle", "limit cycle")
-"""What a gait can be; `Gait.regime` is an index into it."""
+__all__ = [
+    "AT_REST",
+    "FAILED",
+    "LIMIT_CYCLE",
+    "REGIMES",
+    "UNSETTLED",
+    "Gait",
+    "GaitSummary",
+    "gait",
+    "measure",
+]
 
 
-class Gait(NamedTuple):
-    """The paper's metrics of a gait (IV-A): arrays of shape [lanes], NaN where undefined."""
+@jax.tree_util.register_pytree_node_class
+class Gait:
+    """The metrics of a gait, by name: `gait.t0_s`. Arrays of shape [lanes], NaN where undefined.
 
-    regime: Any
-    """Index into `REGIMES`."""
-    limit_cycle_period: Any
-    """Period k of the limit cycle [hops]."""
-    cot_inverse: Any
-    """CoT⁻¹ A, of the heights climbed in flight [m/J], over the settled part (equation 12).
-    Zero for a body at rest or one that does no work."""
-    cot_inverse_total: Any
-    """CoT⁻¹ B, of all heights climbed [m/J]."""
-    t0_s: Any
-    """T0, time from release until settled [s]."""
-    t1_s: Any
-    """T1, time from the first touchdown after the disturbance until settled again [s]."""
-    w_peak: Any
-    """Frequency of the highest peak of the height's spectrum over the settled part [rad/s]."""
-    a_peak: Any
-    """Square root of that peak's share of the power."""
-    delta_omega: Any
-    """ΔΩ (equation 13)."""
-    delta_w: Any
-    """Δw (equation 14) [rad/s]."""
-    smoothness: Any
-    """Root-mean-square rate of change of the actuator force over α, settled part [1/s]."""
-    hop_rate: Any
-    """Hop frequency, 2π times hops over time, over the whole cycles of CoT⁻¹ [rad/s]."""
+    There is every `GaitMetric` that was asked for, and `regime`, the index into `REGIMES`.
+
+    Args:
+        values: by name.
+
+    Example:
+        >>> Gait({"t0_s": 3.5}).t0_s
+        3.5
+    """
+
+    __slots__ = ("values",)
+
+    def __init__(self, values: dict[str, Any]) -> None:
+        self.values = values
+
+    def __getattr__(self, name: str) -> Any:
+        # Before the values are there, as in a copy being made, nothing is.
+        if name != "values" and name in self.values:
+            return self.values[name]
+        raise AttributeError(f"there is no metric {name!r} in this gait")
+
+    def __dir__(self) -> list[str]:
+        return [*super().__dir__(), *self.values]
+
+    def __repr__(self) -> str:
+        return f"Gait({', '.join(f'{name}={value!r}' for name, value in self.values.items())})"
+
+    def lane(self, number: int = 0) -> Gait:
+        """The same of one lane, as Python's numbers."""
+        return Gait({name: np.asarray(v)[number].item() for name, v in self.values.items()})
+
+    def tree_flatten(self) -> tuple[tuple[Any, ...], tuple[str, ...]]:
+        """For JAX: arrays, and their names."""
+        return tuple(self.values.values()), tuple(self.values)
+
+    @classmethod
+    def tree_unflatten(cls, names: tuple[str, ...], arrays: Any) -> Gait:
+        """The reverse."""
+        return cls(dict(zip(names, arrays, strict=True)))
 
 
-@partial(jax.jit, static_argnames=("frame_s", "undisturbed_s", "limit_cycle", "work"))
 def gait(
     trajectory: Trajectory,
     *,
@@ -67,6 +98,8 @@ def gait(
     disturbed_at_s: Any = None,
     limit_cycle: LimitCycle = LimitCycle(),  # noqa: B008 - immutable
     work: str = "absolute",
+    has_oscillator: bool = True,
+    metrics: tuple[GaitMetric, ...] | None = None,
 ) -> Gait:
     """The metrics of every lane's gait.
 
@@ -77,7 +110,7 @@ def gait(
 
     Args:
         trajectory: frames of shape [frames, lanes], from the release on.
-        omega: prescribed frequency ω [rad/s], one or [lanes]; NaN if there is none.
+        omega: prescribed frequency ω [rad/s], one or [lanes]; NaN if it is not known.
         rest_length_m: rest length of the leg l0 [m].
         max_force_n: largest actuator force α [N].
         frame_s: recording period [s].
@@ -86,13 +119,55 @@ def gait(
             None if there is none, infinite in lanes without.
         limit_cycle: what counts as settled.
         work: definition of work, one of `WORK`.
+        has_oscillator: False if no frequency is prescribed at all; ΔΩ is then zero.
+        metrics: which; the package's own by default.
 
     Raises:
         TegotaeError: for an unknown definition of work, or a recording period of which 20 ms is no
             multiple (`smoothness`).
     """
-    table = hops(trajectory, rest_length_m)
-    whole = trajectory
+    return _gait(
+        trajectory,
+        omega=omega,
+        rest_length_m=rest_length_m,
+        max_force_n=max_force_n,
+        frame_s=frame_s,
+        undisturbed_s=undisturbed_s,
+        disturbed_at_s=disturbed_at_s,
+        limit_cycle=limit_cycle,
+        work=work,
+        has_oscillator=has_oscillator,
+        metrics=built_in_gait() if metrics is None else metrics,
+    )
+
+
+@partial(
+    jax.jit,
+    static_argnames=(
+        "frame_s",
+        "undisturbed_s",
+        "limit_cycle",
+        "work",
+        "has_oscillator",
+        "metrics",
+    ),
+)
+def _gait(
+    whole: Trajectory,
+    *,
+    omega: Any,
+    rest_length_m: Any,
+    max_force_n: Any,
+    frame_s: float,
+    undisturbed_s: float | None,
+    disturbed_at_s: Any,
+    limit_cycle: LimitCycle,
+    work: str,
+    has_oscillator: bool,
+    metrics: tuple[GaitMetric, ...],
+) -> Gait:
+    table = hops(whole, rest_length_m)
+    trajectory = whole
     if undisturbed_s is not None:
         frames = int(undisturbed_s / frame_s + 1e-6)
         if not 4 <= frames <= len(whole.time_s):
@@ -101,63 +176,22 @@ def gait(
                 f"({4 * frame_s:g} s) and within the trajectory ({len(whole.time_s) * frame_s:g} s)"
             )
         trajectory = jax.tree.map(lambda recorded: recorded[:frames], whole)
-    end_s = trajectory.time_s[-1]
-    cycle = settled(table, limit_cycle, -jnp.inf, end_s)
-    failed = trajectory.failed[-1]
-    found = cycle.found & ~failed
-    last_hop_s = jnp.max(jnp.where(table.time_s <= end_s[None], table.time_s, -jnp.inf), axis=0)
-    rests = dies_out(last_hop_s, end_s)
-    regime = jnp.where(
-        failed, FAILED, jnp.where(found, LIMIT_CYCLE, jnp.where(rests, AT_REST, UNSETTLED))
+    episode = Episode(
+        trajectory=trajectory,
+        whole=whole,
+        hops=table,
+        cycle=settled(table, limit_cycle, -jnp.inf, trajectory.time_s[-1]),
+        omega=omega,
+        has_oscillator=has_oscillator,
+        rest_length_m=rest_length_m,
+        max_force_n=max_force_n,
+        frame_s=frame_s,
+        disturbed_at_s=disturbed_at_s,
+        limit_cycle=limit_cycle,
+        work=work,
     )
-
-    def where_settled(value: Any) -> Any:
-        return jnp.where(found, value, jnp.nan)
-
-    def over_cycles(total: Any) -> Any:
-        def at(hop: Any) -> Any:
-            frame = jnp.take_along_axis(table.frame, hop[None], axis=0)
-            return jnp.take_along_axis(total, frame, axis=0)[0]
-
-        return at(cycle.to_hop) - at(cycle.from_hop)
-
-    done = over_cycles(work_total(whole, work))
-
-    def efficiency(climb: Any) -> Any:
-        # Negative work (and work that was not recorded) has no efficiency.
-        value = jnp.where(done > -1e-6, cot_inverse(over_cycles(climb), done), jnp.nan)
-        return jnp.where(regime == AT_REST, 0.0, where_settled(value))
-
-    def apex_s(hop: Any) -> Any:
-        return jnp.take_along_axis(table.time_s, hop[None], axis=0)[0]
-
-    cycles_s = apex_s(cycle.to_hop) - apex_s(cycle.from_hop)
-    hops_s = cycles_s / (cycle.to_hop - cycle.from_hop).astype(cycles_s.dtype)
-    start_s = jnp.where(found, cycle.time_s, 0.0)
-    first = jnp.floor(start_s / frame_s).astype(jnp.int32)
-    power = spectrum(trajectory.height_m, frame_s, first)
-    w_peak, a_peak = peak(power)
-    t1_s = jnp.full_like(cycle.time_s, jnp.nan)
-    if disturbed_at_s is not None:
-        touchdowns = jnp.asarray(whole.touchdown_time_s)
-        after = touchdowns > jnp.asarray(disturbed_at_s, touchdowns.dtype).reshape(1, -1)
-        touchdown = jnp.min(jnp.where(after, touchdowns, jnp.inf), axis=0)
-        again = settled(table, limit_cycle, touchdown, whole.time_s[-1])
-        t1_s = where_settled(jnp.where(whole.failed[-1], jnp.nan, again.time_s - touchdown))
-    return Gait(
-        regime=regime,
-        limit_cycle_period=where_settled(cycle.period),
-        cot_inverse=efficiency(whole.climb_flight_m),
-        cot_inverse_total=efficiency(whole.climb_m),
-        t0_s=where_settled(cycle.time_s),
-        t1_s=t1_s,
-        w_peak=where_settled(w_peak),
-        a_peak=where_settled(a_peak),
-        delta_omega=where_settled(delta_omega(omega, w_peak, a_peak)),
-        delta_w=where_settled(delta_w(power, omega)),
-        smoothness=where_settled(smoothness(trajectory.impulse_ns, max_force_n, frame_s, start_s)),
-        hop_rate=where_settled(2.0 * jnp.pi / hops_s),
-    )
+    found = {metric.name: metric.compute(episode) for metric in metrics}
+    return Gait({REGIME: episode.regime, **found})
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -186,6 +220,11 @@ class GaitSummary:
         check_work(self.work)
         if self.undisturbed_s is not None:
             require_finite("undisturbed_s", self.undisturbed_s, above=0.0)
+
+    @property
+    def needs(self) -> tuple[str, ...]:
+        """The channels that are recorded for it."""
+        return channels_of(built_in_gait())
 
     def __call__(
         self, trajectory: Trajectory, scenario: Scenario, body: Body, timing: Timing
@@ -289,4 +328,4 @@ def measure(
             limit_cycle=limit_cycle or LimitCycle(),
             work=work,
         )
-        return Gait(*(np.asarray(value)[0].item() for value in found))
+        return found.lane()

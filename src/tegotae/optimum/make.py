@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 import sys
 from concurrent.futures import ProcessPoolExecutor
@@ -17,11 +15,14 @@ import numpy as np
 from tegotae.bodies import Hopper
 from tegotae.errors import TegotaeError, require_count, require_finite
 from tegotae.extras import require
-from tegotae.files import output_folder, write_atomically
+from tegotae.files import output_folder
 from tegotae.optimum.certificate import certify, upper_bound
 from tegotae.optimum.table import COLUMNS
 from tegotae.optimum.trajectory import highest_frequency, optimise
 from tegotae.progress import reporting
+from tegotae.tables import write_csv
+
+_DIGITS = 7
 
 _SLOW = (1.0, 1.5, 2.0, 2.5, 2.75)  # rad/s
 _PEAK = (3.1, 3.15, 3.2)  # rad/s, where the leg's length begins to matter
@@ -64,9 +65,10 @@ class Make:
                     row[name] = min(row.get(name, math.inf), before)
                 rows.append(row)
                 reporter.update(len(rows), f"{row['omega']:.2f} rad/s")
-        write_atomically(self.out / "curve.csv", _csv(list(COLUMNS), rows))
+        write_csv(self.out / "curve.csv", _columns(list(COLUMNS), rows), digits=_DIGITS)
         names = ["omega", "time_s", "height_m", "velocity_m_per_s", "force_n"]
-        write_atomically(self.out / "stances.csv", _csv(names, _stance_rows(names, self.starts)))
+        stances = _columns(names, _stance_rows(names, self.starts))
+        write_csv(self.out / "stances.csv", stances, digits=_DIGITS)
 
 
 def _row(starts: int, omega: float) -> dict[str, float]:
@@ -130,10 +132,5 @@ def _stance_rows(names: list[str], starts: int) -> list[dict[str, float]]:
     return rows
 
 
-def _csv(names: list[str], rows: list[dict[str, float]]) -> str:
-    stream = io.StringIO()
-    writer = csv.writer(stream, lineterminator="\n")
-    writer.writerow(names)
-    for row in rows:
-        writer.writerow([f"{row[name]:.7g}" if name in row else "" for name in names])
-    return stream.getvalue()
+def _columns(names: list[str], rows: list[dict[str, float]]) -> dict[str, list[float]]:
+    return {name: [row.get(name, math.nan) for row in rows] for name in names}

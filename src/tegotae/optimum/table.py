@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
@@ -14,6 +13,7 @@ from tegotae.bodies import Body, Hopper
 from tegotae.errors import TegotaeError
 from tegotae.optimum.problem import check
 from tegotae.optimum.trajectory import optimise
+from tegotae.tables import numbers, parse_csv
 
 COLUMNS = {
     "omega": "hop frequency ω [rad/s]",
@@ -70,15 +70,7 @@ def curve() -> Curve:
         >>> found["omega"].shape == found["cot_inverse"].shape
         True
     """
-    text = files("tegotae.optimum").joinpath("curve.csv").read_text(encoding="utf-8")
-    names, *rows = csv.reader(text.splitlines())
-    cells = zip(*rows, strict=True)
-    return Curve(
-        {
-            name: np.array([float(cell or "nan") for cell in column])
-            for name, column in zip(names, cells, strict=True)
-        }
-    )
+    return Curve(_kept("curve.csv"))
 
 
 @cache
@@ -88,13 +80,17 @@ def stances() -> dict[float, dict[str, np.ndarray]]:
     Each has `time_s` since touchdown, `height_m` over touchdown, `velocity_m_per_s`, and `force_n`
     from that time to the next.
     """
-    text = files("tegotae.optimum").joinpath("stances.csv").read_text(encoding="utf-8")
-    names, *rows = csv.reader(text.splitlines())
-    table = np.array(rows, float)
+    columns = _kept("stances.csv")
+    omegas = columns.pop("omega")
     return {
-        float(omega): dict(zip(names[1:], table[table[:, 0] == omega, 1:].T, strict=True))
-        for omega in np.unique(table[:, 0])
+        float(omega): {name: column[omegas == omega] for name, column in columns.items()}
+        for omega in np.unique(omegas)
     }
+
+
+def _kept(name: str) -> dict[str, np.ndarray]:
+    text = files("tegotae.optimum").joinpath(name).read_text(encoding="utf-8")
+    return {column: numbers(cells) for column, cells in parse_csv(text).items()}
 
 
 def has_table(body: Body, work: str = "absolute") -> bool:

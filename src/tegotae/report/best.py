@@ -12,11 +12,12 @@ from tegotae.bodies import Hopper
 from tegotae.controller_file import SavedController
 from tegotae.figures.study import ARCHITECTURES
 from tegotae.figures.surface import surface_figure
+from tegotae.metrics.statistics import mean_defined
 from tegotae.report.values import embedded_figure, number
 from tegotae.rollout import Scenario, Timing
 from tegotae.simulation import Simulation
 from tegotae.study.record import Record
-from tegotae.study.table import Table
+from tegotae.study.table import Table, with_derived
 
 _HOP_S = 8.0
 _UNTIL_S = 30.0
@@ -52,6 +53,22 @@ def best_row(table: Table, architecture: str) -> int | None:
     """The row of the architecture's run with the highest fitness; None if it has no run."""
     rows = np.flatnonzero(table["architecture"] == architecture)
     return int(rows[np.argmax(table["best_fitness"][rows])]) if len(rows) else None
+
+
+def gaits_of_best_run(record: Record) -> tuple[np.ndarray, np.ndarray]:
+    """Hop frequency [rad/s] and CoT⁻¹ [m/J] of the episodes of a model's most efficient run.
+
+    Those of a gait that repeats itself with every hop, whose share of the optimum is known.
+    """
+    episodes = with_derived(record, record.episodes)
+    needed = ("hop_rate", "cot_inverse", "optimum_share", "limit_cycle_period")
+    if not set(needed) <= set(episodes):
+        return np.array([]), np.array([])
+    means = np.nan_to_num(mean_defined(episodes["cot_inverse"]), nan=-1.0)
+    run = int(np.argmax(means))
+    rate, cot, share, period = (episodes[name][run] for name in needed)
+    known = np.isfinite(share) & (period == 1.0)
+    return rate[known], cot[known]
 
 
 def _controller(records: list[Record], table: Table, row: int) -> SavedController:

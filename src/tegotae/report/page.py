@@ -11,9 +11,14 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
+from tegotae.bodies import Hopper
+from tegotae.figures.optimum import optimum_figure
 from tegotae.figures.study import architectures_figure, correlation_figure, pictograms_figure
+from tegotae.metrics.metric import REPORT
+from tegotae.models import find
+from tegotae.optimum.table import curve, stances
 from tegotae.report import convergence
-from tegotae.report.best import best_controllers
+from tegotae.report.best import best_controllers, gaits_of_best_run
 from tegotae.report.judged import labelled
 from tegotae.report.values import embedded_figure, embedded_file, number
 from tegotae.study.claims import (
@@ -36,18 +41,7 @@ _DESIGN = {
     "actuation": ("Actuation", "what the actuator force follows"),
     "omega_t": ("ω_t", "frequency in training [rad/s]"),
 }
-_METRICS = {
-    "cot_inverse": ("CoT⁻¹", "height climbed in flight per work [m/J]"),
-    "cot_inverse_total": ("CoT⁻¹ B", "height climbed per work [m/J]"),
-    "t0_s": ("T0", "time from release until settled [s]"),
-    "t1_s": ("T1", "time from a drop of the ground until settled again [s]"),
-    "delta_omega": ("ΔΩ", "deviation from a pure oscillation at ω [rad²/s²]"),
-    "delta_w": ("Δw", "distance of the spectrum's peaks from ω [rad/s]"),
-    "cpgu": ("CPGu", "share of clamped phases without a limit cycle"),
-    "smoothness": ("dF/dt", "rate of change of the actuator force [1/s]"),
-    "limit_cycle_share": ("Cycles", "share of the episodes with a limit cycle"),
-    "best_fitness": ("Fitness", "of the best distribution in training"),
-}
+_FITNESS = {"best_fitness": ("Fitness", "of the best distribution in training")}
 _COUNTS = {
     "runs": ("Runs", "trainings from random weights"),
     "without": ("No cycle", "runs without a limit cycle in any episode"),
@@ -79,7 +73,7 @@ def report(
         "software": records[0].software,
         "runs": len(table),
         "without_cycle": int((table["limit_cycle_share"] == 0.0).sum()),
-        "figures": [*_figures(table), *_convergence(records)],
+        "figures": [*_figures(table), *_optimum(records), *_convergence(records)],
         "claims": _claims(table, experiments),
         "by_budget": _by_budget(budgets, table),
         "endings": [
@@ -93,8 +87,8 @@ def report(
         ],
         "models": _models(table),
         "best": {
-            "metrics": list(_METRICS.values()),
-            "controllers": best_controllers(records, table, tuple(_METRICS)),
+            "metrics": [[key, *words] for key, words in _measures(table).items()],
+            "controllers": best_controllers(records, table, tuple(_measures(table))),
         },
     }
     page = files("tegotae.report").joinpath("page.html").read_text(encoding="utf-8")
@@ -119,6 +113,37 @@ def _figures(table: Table) -> list[dict[str, Any]]:
         ),
         one("III. Correlation of the metrics over all models.", correlation_figure(table)),
     ]
+
+
+def _measures(table: Table) -> dict[str, tuple[str, str]]:
+    """Label and meaning of the metrics that the page shows, and of the fitness, by column."""
+    found = {}
+    for metric in table.shown(REPORT):
+        unit = f" [{metric.unit}]" if metric.unit else ""
+        better = {None: "", True: "; more is better", False: "; less is better"}
+        found[metric.name] = (metric.label, f"{metric.about}{unit}{better[metric.more_is_better]}")
+    return found | _FITNESS
+
+
+def _optimum(records: list[Record]) -> list[dict[str, Any]]:
+    """CoT⁻¹ over hop frequency, beside the best that is possible; nothing for another body."""
+    gaits = {}
+    for vanilla, name in ((False, "learned"), (True, "V")):
+        of = [r for r in records if (find(r.model).architecture == "V") == vanilla]
+        found = [gaits_of_best_run(record) for record in of]
+        if any(len(omega) for omega, _ in found):
+            gaits[name] = tuple(np.concatenate(each) for each in zip(*found, strict=True))
+    if not gaits:
+        return []
+    kept = stances()
+    best = {f"optimum, {omega:g} rad/s": kept[omega] for omega in (4.0, 8.0)}
+    figure = optimum_figure(curve(), gaits, best, max_force_n=Hopper().max_force_n)
+    caption = (
+        "CoT⁻¹ over hop frequency of each model's best run, a point an episode that repeats itself "
+        "with every hop, under the best that any force can do. The share of it is in the table "
+        'below as "of optimum".'
+    )
+    return [{"caption": caption, **embedded_figure(figure)}]
 
 
 def _convergence(records: list[Record]) -> list[dict[str, Any]]:
@@ -188,14 +213,17 @@ def _models(table: Table) -> dict[str, Any]:
     names = models["model"]
     runs = {name: table["model"] == name for name in names}
     settled = table["limit_cycle_share"] > 0.0
-    columns = {name: models[name] for name in (*_DESIGN, *_METRICS)}
+    measures = _measures(table)
+    columns = {name: models[name] for name in (*_DESIGN, *measures)}
     columns["observation"] = np.array([_OBSERVATIONS[o] for o in models["observation"]])
     columns["runs"] = np.array([float(runs[name].sum()) for name in names])
     columns["without"] = np.array([float((runs[name] & ~settled).sum()) for name in names])
-    labels = _DESIGN | _METRICS | _COUNTS
+    labels = _DESIGN | measures | _COUNTS
+    barred = {metric.name for metric in table.shown(REPORT) if metric.range[0] == 0.0}
     return {
         "columns": [
-            {"key": key, "label": labels[key][0], "about": labels[key][1]} for key in columns
+            {"key": key, "label": label, "about": about, "bar": key in barred}
+            for key, (label, about) in ((key, labels[key]) for key in columns)
         ],
         "rows": [list(map(_cell, row)) for row in zip(*columns.values(), strict=True)],
     }

@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from pathlib import Path
 
 import jax
 import numpy as np
 
+from tegotae import tables
 from tegotae.errors import TegotaeError
-from tegotae.evaluation import LATER_METRICS, METRICS
-from tegotae.extras import require
-from tegotae.files import output_file, output_folder, write_atomically
+from tegotae.files import output_file, output_folder
 from tegotae.study.folder import Folder
 from tegotae.study.plan import united
 from tegotae.study.record import SUFFIX, Record, write
@@ -32,25 +29,20 @@ _WORDS = (
 """Columns of the table that are no numbers."""
 
 
+_NEEDED = (*(name for name in _WORDS if name != "ended"), "run", "omega_t", "best_fitness")
+"""Columns that every table has, older ones too. Which metrics it holds is the table's affair."""
+
+_KIND = "table that tegotae study export wrote"
+
+
 def write_csv(table: Table, path: Path) -> None:
     """Write the table as CSV; undefined numbers are empty."""
-    write_atomically(output_file(path), csv_of(table))
+    tables.write_csv(output_file(path), table.columns)
 
 
 def csv_of(table: Table) -> str:
     """The table as the text of a CSV file; undefined numbers are empty."""
-    stream = io.StringIO()
-    writer = csv.writer(stream, lineterminator="\n")
-    writer.writerow(table.columns)
-    for row in zip(*table.columns.values(), strict=True):
-        writer.writerow([_cell(value) for value in row])
-    return stream.getvalue()
-
-
-def _cell(value) -> str:
-    if isinstance(value, np.floating | float):
-        return "" if np.isnan(value) else repr(float(value))
-    return str(value)
+    return tables.csv_text(table.columns)
 
 
 def write_parquet(table: Table, path: Path) -> None:
@@ -59,42 +51,28 @@ def write_parquet(table: Table, path: Path) -> None:
     Raises:
         TegotaeError: if pyarrow is not installed or the file cannot be written.
     """
-    arrow = require("pyarrow", "study")
-    parquet = require("pyarrow.parquet", "study")
-    columns = {name: list(column.tolist()) for name, column in table.columns.items()}
-    stream = io.BytesIO()
-    parquet.write_table(arrow.table(columns), stream)
-    write_atomically(output_file(path), stream.getvalue())
+    tables.write_parquet(path, table.columns)
 
 
 def read_csv(path: Path) -> Table:
-    """The table that `write_csv` wrote.
+    """The table that `write_csv` wrote, with the metrics that it holds.
 
     Raises:
         TegotaeError: if the file cannot be read or is no such table.
     """
-    try:
-        with path.open(encoding="utf-8", newline="") as stream:
-            rows = list(csv.reader(stream))
-        names, *cells = rows
-        asked = {*_WORDS, "run", "omega_t", "best_fitness", *METRICS} - LATER_METRICS - {"ended"}
-        if not asked <= set(names) or not cells:
-            raise ValueError("columns are missing")
-        columns = dict(zip(names, zip(*cells, strict=True), strict=True))
-        columns = {name: ("",) * len(cells) for name in METRICS if name not in columns} | columns
-        return Table({name: _column(name, list(values)) for name, values in columns.items()})
-    except OSError as error:
-        raise TegotaeError(f"cannot read {path}: {error.strerror}") from None
-    except ValueError:
-        raise TegotaeError(f"{path} is no table that tegotae study export wrote") from None
+    cells = tables.read_csv(path, _NEEDED, kind=_KIND)
+    return Table({name: _column(path, name, column) for name, column in cells.items()})
 
 
-def _column(name: str, cells: list[str]) -> np.ndarray:
+def _column(path: Path, name: str, cells: np.ndarray) -> np.ndarray:
     if name in _WORDS:
-        return np.array(cells)
-    if name == "run":
-        return np.array(cells, int)
-    return np.array([cell or "nan" for cell in cells], float)
+        return cells
+    try:
+        return cells.astype(int) if name == "run" else tables.numbers(cells)
+    except ValueError:
+        raise TegotaeError(
+            f"{path} is no {_KIND}: its column {name} holds what is no number"
+        ) from None
 
 
 def merge(source: Folder, target: Folder) -> int:

@@ -9,10 +9,18 @@ from typing import Any
 
 import numpy as np
 
-from tegotae.evaluation import METRICS
+from tegotae.errors import TegotaeError
+from tegotae.metrics.metric import Conditions, DerivedMetric, Metric
+from tegotae.metrics.registry import derived, metrics, names
 from tegotae.metrics.statistics import mean_defined
 from tegotae.models import Model, all_models
 from tegotae.study.record import Record
+
+_DESIGN = (
+    *("model", "architecture", "learned", "reaction", "gain", "actuation", "observation"),
+    *("omega_t", "run"),
+)
+_TRAINING = ("best_fitness", "episodes_trained", "ended", "training_budget")
 
 
 @dataclass(frozen=True)
@@ -22,7 +30,7 @@ class Table:
     Args:
         columns: by name: `model`, `architecture`, `learned`, `reaction`, `gain`, `actuation`,
             `observation`, `omega_t` [rad/s], `run`, `best_fitness`, `episodes_trained`, `ended`,
-            and every one of `METRICS`; in a table of budgets also `training_budget` [episodes].
+            and the metrics that it holds; in a table of budgets also `training_budget` [episodes].
     """
 
     columns: dict[str, np.ndarray]
@@ -31,14 +39,35 @@ class Table:
         return len(self.columns["model"])
 
     def __getitem__(self, name: str) -> np.ndarray:
-        return self.columns[name]
+        try:
+            return self.columns[name]
+        except KeyError:
+            raise TegotaeError(f"the table has no column {name}") from None
+
+    @property
+    def metrics(self) -> tuple[str, ...]:
+        """The names of the metrics that it holds."""
+        return tuple(name for name in self.columns if name not in (*_DESIGN, *_TRAINING))
+
+    def shown(self, place: str) -> tuple[Metric, ...]:
+        """The metrics that it holds and that are shown at a place, such as "figure".
+
+        One that follows from others but is undefined in every row is left out: the table is from
+        before there was the metric, or there is none on this body.
+        """
+        return tuple(
+            metric
+            for metric in metrics(place)
+            if metric.name in self.columns
+            and not (isinstance(metric, DerivedMetric) and np.isnan(self[metric.name]).all())
+        )
 
     def where(self, **values: Any) -> Table:
         """The rows in which each named column has the given value, or one of a tuple of values."""
         keep = np.ones(len(self), bool)
         for name, value in values.items():
             allowed = value if isinstance(value, tuple) else (value,)
-            keep &= np.isin(self.columns[name], allowed)
+            keep &= np.isin(self[name], allowed)
         return Table({name: column[keep] for name, column in self.columns.items()})
 
     def per_model(self) -> Table:
@@ -59,7 +88,8 @@ class Table:
 def tabulate(records: Iterable[Record]) -> Table:
     """The table of some records, in the order of the registry of models."""
     return of_runs(
-        (place(record), _training(record), _means(record.episodes)) for record in _ordered(records)
+        (place(record), _training(record), _means(record, record.episodes))
+        for record in _ordered(records)
     )
 
 
@@ -75,8 +105,8 @@ def tabulate_budgets(records: Iterable[Record]) -> Table | None:
             episodes = np.minimum(training.pop("episodes_trained"), budget)
             training |= {"training_budget": np.full(len(episodes), budget)}
             training |= {"episodes_trained": episodes, "best_fitness": _best(record, budget)}
-            metrics = {name: values[i] for name, values in record.at_budgets.items()}
-            rows.append((place(record), training, _means(metrics or record.episodes)))
+            then = {name: values[i] for name, values in record.at_budgets.items()}
+            rows.append((place(record), training, _means(record, then or record.episodes)))
     return of_runs(rows) if rows else None
 
 
@@ -86,8 +116,17 @@ def _ordered(records: Iterable[Record]) -> list[Record]:
     return [by_name[name] for name in (*all_models(), *others) if name in by_name]
 
 
-def _means(episodes: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
-    return {name: mean_defined(values) for name, values in episodes.items()}
+def _means(record: Record, episodes: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    return {n: mean_defined(values) for n, values in with_derived(record, episodes).items()}
+
+
+def with_derived(record: Record, episodes: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Metrics of a record's episodes, and those that follow from them (`derived`).
+
+    They are found episode by episode, as a mean's is another thing than the mean.
+    """
+    protocol, body = record.experiment.protocol, record.experiment.body
+    return episodes | derived(episodes, Conditions(body, protocol.work, protocol.drop_m))
 
 
 def _training(record: Record) -> dict[str, np.ndarray]:
@@ -112,16 +151,20 @@ def of_runs(
 ) -> Table:
     """The table of (place in the design, training of its runs, metrics of its runs), [runs] each.
 
-    A metric that is not there is undefined.
+    It has the metrics of any of them, in the order in which metrics are shown; a metric that a
+    model lacks is undefined there.
     """
+    sets = list(sets)
+    found = {name for _, _, values in sets for name in values}
+    held = [*(name for name in names() if name in found), *sorted(found.difference(names()))]
     rows: dict[str, list] = {}
-    for place, training, metrics in sets:
+    for place, training, measured in sets:
         for i in range(len(training["best_fitness"])):
             row = {
                 **place,
                 "run": i,
                 **{key: values[i].item() for key, values in training.items()},
-                **{m: float(metrics[m][i]) if m in metrics else np.nan for m in METRICS},
+                **{m: float(measured[m][i]) if m in measured else np.nan for m in held},
             }
             for key, entry in row.items():
                 rows.setdefault(key, []).append(entry)

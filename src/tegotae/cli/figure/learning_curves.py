@@ -40,7 +40,7 @@ class LearningCurves(Output):
 
 def print_comparison(curves: list[LearningCurve]) -> None:
     """Late in training: each algorithm, and how far PGPE is above it on the same model."""
-    from tegotae.metrics.ranges import RANGES
+    from tegotae.metrics.registry import range_of
     from tegotae.metrics.statistics import difference, interval
     from tegotae.training.curves import groups
 
@@ -54,7 +54,7 @@ def print_comparison(curves: list[LearningCurve]) -> None:
         cells = [model, algorithm, str(len(runs))]
         for time in (np.inf, until[model]):
             own = [run.late_mean(time) for run in runs]
-            cells.append(_words(interval(own, within=RANGES["cot_inverse"])))
+            cells.append(_words(interval(own, within=range_of("cot_inverse"))))
             other = [run.late_mean(time) for run in pgpe]
             compares = bool(pgpe) and algorithm != "pgpe"
             cells.append(_words(difference(other, own)) if compares else "")

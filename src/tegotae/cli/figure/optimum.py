@@ -97,8 +97,7 @@ def _gait(saved: SavedController) -> Gait:
     engine = Engine(
         controller=saved.controller, timing=Timing(duration_s=60.0), summary=GaitSummary()
     )
-    found = engine.run(saved.weights, Scenario.of(saved.omega), saved.body)
-    return Gait(*(np.asarray(value)[0].item() for value in found))
+    return engine.run(saved.weights, Scenario.of(saved.omega), saved.body).lane()
 
 
 def _stance(orbit: Orbit) -> dict[str, np.ndarray]:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
+from tegotae import tables
 from tegotae.analysis.ridge import line
 from tegotae.errors import TegotaeError
 from tegotae.metrics.statistics import BOOTSTRAP, Interval, difference, interval
@@ -158,21 +158,18 @@ def _rows(
 ) -> list[tuple]:
     """Some columns of a table, converted."""
     columns, types = tuple(columns), tuple(types)
+    kind = f"table with rows of {', '.join(columns)}"
+    cells = tables.read_csv(path, columns, kind=kind)
     try:
-        with path.open(encoding="utf-8", newline="") as stream:
-            table = [
-                tuple(make(row[name]) for name, make in zip(columns, types, strict=True))
-                for row in csv.DictReader(stream)
-            ]
-        if not table:
+        converted = [
+            [make(cell) for cell in cells[name].tolist()]
+            for name, make in zip(columns, types, strict=True)
+        ]
+        if any(isinstance(x, float) and not np.isfinite(x) for row in converted for x in row):
             raise ValueError
-        if any(isinstance(x, float) and not np.isfinite(x) for row in table for x in row):
-            raise ValueError
-    except (OSError, ValueError, KeyError, TypeError, csv.Error):
-        raise TegotaeError(
-            f"{path} cannot be read; it must be a table with rows of {', '.join(columns)}"
-        ) from None
-    return table
+    except ValueError:
+        raise TegotaeError(f"{path} is no {kind}: a cell is no number") from None
+    return list(zip(*converted, strict=True))
 
 
 @dataclass(frozen=True)

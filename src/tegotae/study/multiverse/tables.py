@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 from collections.abc import Sequence
 from pathlib import Path
 
+from tegotae import tables
 from tegotae.errors import TegotaeError
-from tegotae.files import output_folder, write_atomically
+from tegotae.files import output_folder
 from tegotae.metrics.statistics import Interval
 from tegotae.study.claims import Part, Verdict
 from tegotae.study.multiverse.readings import CHOICES, Reading
@@ -23,6 +22,7 @@ _HEAD = (
     *("mean", "std", "low", "high", "count", "undefined", "above", "below", "unit"),
 )
 _DIGITS = 6
+_KIND = "table that tegotae study multiverse export wrote"
 
 
 def write_tables(readings: Sequence[Reading], judged: Judged, folder: Path) -> None:
@@ -44,8 +44,8 @@ def write_tables(readings: Sequence[Reading], judged: Judged, folder: Path) -> N
         for i, p in enumerate(claimed(v))
     ]
     output_folder(folder)
-    write_atomically(folder / READINGS, _text(["reading", *names], rows))
-    write_atomically(folder / VERDICTS, _text(_HEAD, parts))
+    tables.write_csv(folder / READINGS, _columns(["reading", *names], rows))
+    tables.write_csv(folder / VERDICTS, _columns(_HEAD, parts))
 
 
 def read_tables(folder: Path) -> tuple[list[Reading], Judged]:
@@ -98,25 +98,13 @@ def _reading(row: dict[str, str], folder: Path) -> Reading:
 
 
 def _rows(path: Path) -> list[dict[str, str]]:
-    try:
-        with path.open(encoding="utf-8", newline="") as stream:
-            rows = list(csv.DictReader(stream))
-    except OSError as error:
-        raise TegotaeError(f"cannot read {path}: {error.strerror}") from None
-    except (ValueError, csv.Error):
-        rows = []
-    if not rows:
-        raise _no_table(path)
-    return rows
+    cells = tables.read_csv(path, kind=_KIND)
+    return [dict(zip(cells, row, strict=True)) for row in zip(*cells.values(), strict=True)]
 
 
 def _no_table(path: Path) -> TegotaeError:
-    return TegotaeError(f"{path} is no table that tegotae study multiverse export wrote")
+    return TegotaeError(f"{path} is no {_KIND}")
 
 
-def _text(head: Sequence[str], rows: Sequence[Sequence[object]]) -> str:
-    stream = io.StringIO()
-    writer = csv.writer(stream, lineterminator="\n")
-    writer.writerow(head)
-    writer.writerows(rows)
-    return stream.getvalue()
+def _columns(head: Sequence[str], rows: Sequence[Sequence[object]]) -> dict[str, list[str]]:
+    return {name: [str(row[i]) for row in rows] for i, name in enumerate(head)}
