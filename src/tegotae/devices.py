@@ -11,7 +11,7 @@ import jax
 import numpy as np
 from jax.sharding import Mesh, NamedSharding, PartitionSpec
 
-from tegotae.errors import TegotaeError
+from tegotae.errors import TegotaeError, require_count
 
 _XLA_FLAGS = {
     # A rollout's tick is a few hundred elementwise operations with some twenty results. XLA fuses
@@ -70,6 +70,16 @@ def _is_core_count(asked: str) -> bool:
     return (
         asked.isascii() and asked.isdigit() and len(asked) < 9 and 1 <= int(asked) <= _most_cores()
     )
+
+
+def require_workers(count: int) -> None:
+    """Raise `TegotaeError` unless this machine may have so many worker processes."""
+    require_count("workers", count)
+    if count > _most_cores():
+        raise TegotaeError(
+            f"workers is {count}; on this machine of {_own_cores()} cores it must be at most "
+            f"{_most_cores()}"
+        )
 
 
 def check_environment() -> None:

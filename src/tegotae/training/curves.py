@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 import csv
-import json
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
+import msgspec
 import numpy as np
 
+from tegotae import documents
+from tegotae.documents import DamagedDocumentError
 from tegotae.errors import TegotaeError
 from tegotae.training.algorithms.document import algorithm_name
+from tegotae.training.folder import RunDocument
 
 COLUMNS = ("algorithm", "model", "seed", "episode", "simulated_s", "cot_inverse")
 """Columns of a table of learning curves, one row a point."""
@@ -119,6 +122,23 @@ def table(curves: Sequence[LearningCurve]) -> dict[str, np.ndarray]:
     }
 
 
+class _Algorithm(msgspec.Struct):
+    name: str
+    population: Annotated[int, msgspec.Meta(ge=1)] = 1
+
+
+class _Timing(msgspec.Struct):
+    duration_s: Annotated[float, msgspec.Meta(gt=0)]
+
+
+class _Trained(msgspec.Struct):
+    """What is read of a training's configuration."""
+
+    model: str
+    algorithm: _Algorithm
+    timing: _Timing
+
+
 @dataclass(frozen=True)
 class _Training:
     """What a training left in its folder."""
@@ -129,12 +149,17 @@ class _Training:
 
     @classmethod
     def read(cls, folder: Path) -> _Training:
-        path = folder / "run.json"
+        path, curves = folder / "run.json", folder / "curves.csv"
         try:
-            configuration = json.loads(path.read_text(encoding="utf-8"))["configuration"]
-            return cls(configuration, _rows(folder / "curves.csv"), folder)
-        except (OSError, ValueError, KeyError, TypeError):
-            raise TegotaeError(f"{path} or the curves beside it are damaged") from None
+            configuration = documents.fitted(documents.read(path), RunDocument).configuration
+            documents.fitted(configuration, _Trained)
+            return cls(configuration, _rows(curves), folder)
+        except DamagedDocumentError as error:
+            raise TegotaeError(f"{path} is damaged: {error}") from None
+        except OSError as error:
+            raise TegotaeError(f"cannot read {error.filename}: {error.strerror}") from None
+        except ValueError as error:
+            raise TegotaeError(f"{curves} is damaged: {error}") from None
 
     @property
     def settings(self) -> Mapping[str, Any]:

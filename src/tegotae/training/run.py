@@ -7,7 +7,6 @@ import io
 import json
 import math
 import time
-import zipfile
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -17,7 +16,9 @@ from typing import Any
 import jax
 import numpy as np
 
+from tegotae.arrays import read_arrays
 from tegotae.controller import Controller
+from tegotae.documents import fitted, parse
 from tegotae.errors import TegotaeError, require_count
 from tegotae.experiment import Experiment, differing
 from tegotae.files import output_folder, write_atomically
@@ -32,6 +33,8 @@ from tegotae.training.search import best_gain
 from tegotae.training.stopping import SEARCH, Stopping
 
 _SECONDS_BETWEEN_CHECKPOINTS = 5.0
+_MOST_BYTES = 2**30
+"""What a checkpoint may unpack to [bytes]."""
 _REMEDY = "remove it to train anew, or choose another folder with --out"
 
 
@@ -187,9 +190,8 @@ def _resume(run: Run, training: Training, out: Path) -> tuple[Progress, list[Cur
         return progress, []
     leaves, structure = jax.tree.flatten(progress)
     with _useless(path):
-        with np.load(path, allow_pickle=False) as stored:
-            arrays = {name: stored[name] for name in stored.files}
-        found = dict(json.loads(str(arrays.get("configuration", "{}"))))
+        arrays = read_arrays(path, _MOST_BYTES)
+        found = fitted(parse(str(arrays.get("configuration", "{}"))), dict)
     if names := differing(found, json.loads(json.dumps(run.configuration))):
         earlier = "experiment" not in found
         what = "an earlier version" if earlier else f"a training that differs in {', '.join(names)}"
@@ -197,8 +199,9 @@ def _resume(run: Run, training: Training, out: Path) -> tuple[Progress, list[Cur
     with _useless(path):
         restored = [arrays[f"leaf{i}"] for i in range(len(leaves))]
         columns = [arrays[f"curve_{name}"] for name in Curves._fields]
-        if any(np.shape(a) != b.shape for a, b in zip(leaves, restored, strict=True)):
-            raise ValueError("shapes differ")
+        for ours, theirs in zip(leaves, restored, strict=True):
+            if (ours.shape, ours.dtype) != (theirs.shape, theirs.dtype):
+                raise ValueError("shapes or types differ")
         curves = [Curves(*generation) for generation in zip(*columns, strict=True)]
         reached = jax.tree.unflatten(structure, [jax.numpy.asarray(x) for x in restored])
         if np.max(reached.generation) != len(curves):
@@ -211,9 +214,9 @@ def _useless(path: Path) -> Iterator[None]:
     """Say in one line of a checkpoint that cannot be used what is wrong."""
     try:
         yield
-    except (OSError, EOFError, TypeError, ValueError, KeyError, zipfile.BadZipFile) as error:
-        if isinstance(error, OSError) and error.strerror:
-            raise TegotaeError(f"cannot read {path}: {error.strerror}") from None
+    except OSError as error:
+        raise TegotaeError(f"cannot read {path}: {error.strerror}") from None
+    except (TypeError, ValueError, KeyError):
         raise TegotaeError(f"{path} is damaged; {_REMEDY}") from None
 
 

@@ -11,8 +11,8 @@ from contextlib import suppress
 from multiprocessing.connection import Connection, wait
 from typing import Any
 
-from tegotae.devices import available_cores
-from tegotae.errors import TegotaeError, require_count
+from tegotae.devices import available_cores, require_workers
+from tegotae.errors import TegotaeError
 
 CORES = "TEGOTAE_CORES"
 
@@ -23,11 +23,11 @@ class Crew:
     A worker ends when the pipe to it breaks, so none outlives a killed parent by more than a job.
 
     Raises:
-        TegotaeError: for a size below one.
+        TegotaeError: for a size below one, or beyond what this machine can bear.
     """
 
     def __init__(self, size: int) -> None:
-        require_count("workers", size)
+        require_workers(size)
         self._pipes: dict[int, Connection] = {}
         context = multiprocessing.get_context("spawn")
         before = os.environ.get(CORES)
@@ -80,7 +80,7 @@ class Crew:
         if isinstance(wrong, TegotaeError):
             raise wrong
         if wrong is not None:
-            raise RuntimeError(f"a worker failed:\n{wrong}")
+            raise RuntimeError(f"a worker failed: {wrong.strip().splitlines()[-1]}\n{wrong}")
         self._idle.append(worker)
         return worker, answer
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from tegotae.devices import require_workers
 from tegotae.errors import require_count
 from tegotae.extras import require
 from tegotae.progress import reporting
@@ -57,6 +58,7 @@ def tune(
     """
     optuna = require("optuna", "tune")
     require_count("trials", trials)
+    require_workers(workers)
     space = space_of(algorithm)
     for experiment in task.experiments:
         task.episodes(experiment, least=space.least_episodes)

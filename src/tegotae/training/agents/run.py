@@ -166,7 +166,7 @@ def _read_curves(out: Path) -> _Curves:
     if not path.exists():
         return curves
     try:
-        with path.open() as stream:
+        with path.open(encoding="utf-8") as stream:
             header, *table = csv.reader(stream)
         if tuple(header) != COLUMNS:
             raise ValueError("other columns")
@@ -175,7 +175,9 @@ def _read_curves(out: Path) -> _Curves:
             if len([float(x) for x in numbers]) != len(COLUMNS) - 1:
                 raise ValueError("a row is cut off")
             curves.setdefault(int(seed), []).append(row)
-    except (OSError, ValueError):
+    except OSError as error:
+        raise TegotaeError(f"cannot read {path}: {error.strerror}") from None
+    except (ValueError, csv.Error):
         raise TegotaeError(
             f"{path} is damaged; remove it to train anew, or choose another folder with --out"
         ) from None
