@@ -22,6 +22,7 @@ from tegotae.documents import fitted, parse
 from tegotae.errors import TegotaeError, require_count
 from tegotae.experiment import Experiment, differing
 from tegotae.files import output_folder, write_atomically
+from tegotae.limits import require_memory
 from tegotae.locks import locked
 from tegotae.metrics.statistics import mean_defined
 from tegotae.progress import reporting
@@ -132,9 +133,19 @@ def train(
     """
     run.experiment.check()
     training, configuration = run.training, run.configuration
+    _require_room(run, training)
     with locked(output_folder(out)):
         claim(out, configuration, software())
         return _train(run, training, out, on_generation)
+
+
+def _require_room(run: Run, training: Training) -> None:
+    """Raise `TegotaeError` if a generation's weights and noise would not fit into the memory."""
+    episodes, n_weights = run.algorithm.population, training.controller.n_weights
+    require_memory(
+        8.0 * 4 * len(run.seeds) * episodes * n_weights,
+        f"{episodes} episodes a generation, of {len(run.seeds)} seeds and {n_weights} weights,",
+    )
 
 
 def _train(
