@@ -126,7 +126,7 @@ def test_rollouts_maps_and_trainings_are_told_before_they_take_memory(monkeypatc
 
 @pytest.mark.parametrize("value", [10**400, "x", None, float("nan"), 1.1])
 def test_a_number_beyond_its_bound_is_named(value):
-    with pytest.raises(TegotaeError, match="^mass is "):
+    with pytest.raises(TegotaeError, match=r"^mass is "):
         require_finite("mass", value, most=1.0)
 
 
