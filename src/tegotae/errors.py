@@ -23,8 +23,10 @@ def require_finite(
     """Raise `TegotaeError` unless `value` is a finite number, `> above`, `>= least`, `<= most`."""
     try:
         number = float(value)
-    except (TypeError, ValueError, OverflowError):
-        raise TegotaeError(f"{name} is {value!r}; it must be a number") from None
+    except OverflowError:  # of a whole number beyond all floats
+        raise TegotaeError(f"{name} is {_short(int(value))}, which is too large") from None
+    except (TypeError, ValueError):
+        raise TegotaeError(f"{name} is {reprlib.repr(value)}; it must be a number") from None
     if not math.isfinite(number):
         raise TegotaeError(f"{name} is {number}; it must be finite")
     if above is not None and not number > above:

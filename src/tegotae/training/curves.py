@@ -210,8 +210,11 @@ def _folders(place: Path) -> list[Path]:
 
 
 def _rows(path: Path) -> list[dict[str, str]]:
-    with path.open(encoding="utf-8", newline="") as stream:
-        rows = list(csv.DictReader(stream))
+    try:
+        with path.open(encoding="utf-8", newline="") as stream:
+            rows = list(csv.DictReader(stream))
+    except csv.Error as error:  # which is no ValueError
+        raise ValueError(str(error)) from None
     if not rows or any(None in row or None in row.values() for row in rows):
         raise ValueError("no rows, or a row of another length")
     return rows
