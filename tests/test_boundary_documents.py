@@ -147,6 +147,7 @@ def changed(document: dict[str, Any], place: tuple[str, ...], value: Any) -> str
         (("seeds",), 10**12),
         (("scale",), ["quick"]),
         (("stopping",), 3),
+        (("experiments",), [1]),
     ],
 )
 def test_the_description_of_a_study_is_held_against_its_schema(tmp_path, place, value):
@@ -180,16 +181,16 @@ def test_the_account_of_a_training_is_held_against_its_schema(tmp_path, text):
         (("algorithm",), "sac"),
         (("algorithm", "name"), None),
         (("algorithm", "population"), "8"),
-        (("timing", "duration_s"), 0),
-        (("timing",), []),
-        (("model",), 3),
+        (("experiment", "timing", "duration_s"), 0),
+        (("experiment", "timing"), []),
+        (("experiment", "name"), 3),
+        (("experiment",), "AR"),
     ],
 )
 def test_learning_curves_ask_a_schema_of_their_training(tmp_path, place, value):
     configuration = {
-        "model": "AR",
+        "experiment": {"name": "AR", "timing": {"duration_s": 4.0}},
         "algorithm": {"name": "pgpe", "population": 8},
-        "timing": {"duration_s": 4.0},
     }
     changes = changed({"configuration": configuration}, ("configuration", *place), value)
     (tmp_path / "run.json").write_text(changes)
@@ -249,10 +250,13 @@ def configuration(**changes: Any) -> dict[str, Any]:
     ("changes", "said"),
     [
         ({"configuration": [1]}, "its configuration is [1]; it must be an object"),
-        ({"configuration": configuration(model=3)}, "its configuration.model is 3"),
+        (
+            {"configuration": configuration(experiment={"name": 3, "omega": None})},
+            "its configuration.experiment.name is 3",
+        ),
         ({"configuration": configuration(budgets=None)}, "its configuration.budgets is None"),
         ({"configuration": configuration(algorithm={})}, "'configuration.algorithm.population'"),
-        ({"configuration": configuration(hopper={"mass_kg": "1"})}, "an entry is a text"),
+        ({"configuration": configuration(experiment=[])}, "its configuration.experiment is []"),
         ({"software": {"jax": None}}, "an entry is null; it must be a text"),
         ({"software": {"\x1b[31m": "1"}}, "which no text of such a file has"),
         ({"weights": np.zeros(3)}, "its weights has float64 values of shape (3,)"),

@@ -117,7 +117,9 @@ def test_rollouts_maps_and_trainings_are_told_before_they_take_memory(monkeypatc
     from tegotae import find
 
     with pytest.raises(TegotaeError, match="64 episodes a generation, of 100 seeds"):
-        train_run(Run(model=find("ART"), seeds=tuple(range(100))), tmp_path / "out")
+        train_run(
+            Run(experiment=find("ART").experiment(), seeds=tuple(range(100))), tmp_path / "out"
+        )
     assert os.listdir(tmp_path) == []
 
 
@@ -239,18 +241,21 @@ def test_a_tuning_that_fails_leaves_its_storage_free_for_another(tmp_path):
     with pytest.raises(TegotaeError, match="a failure"), opened(path, {"algorithm": "pgpe"}):
         raise TegotaeError("a failure")
     assert not path.exists()
-    with opened(path, {"algorithm": "sac", "models": []}) as study:
+    with opened(path, {"algorithm": "sac", "experiments": [{"name": "AR"}]}) as study:
         study.tell(study.ask(), 1.0)
     assert stat.S_ISREG(path.stat().st_mode)
     with (
         pytest.raises(
-            TegotaeError, match=r"holds a tuning of sac for .* that differs in algorithm"
+            TegotaeError, match=r"holds a tuning of sac for AR that differs in algorithm"
         ),
-        opened(path, {"algorithm": "ppo", "models": []}),
+        opened(path, {"algorithm": "ppo", "experiments": [{"name": "AR"}]}),
     ):
         pass
     before = path.read_bytes()
-    with pytest.raises(TegotaeError), opened(path, {"algorithm": "sac", "models": []}):
+    with (
+        pytest.raises(TegotaeError),
+        opened(path, {"algorithm": "sac", "experiments": [{"name": "AR"}]}),
+    ):
         raise TegotaeError("a failure")
     assert path.read_bytes().startswith(before)
 

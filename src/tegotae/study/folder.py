@@ -46,6 +46,7 @@ class StudyDocument(msgspec.Struct):
     seeds: Annotated[int, msgspec.Meta(ge=1, le=10**6)]
     algorithm: AlgorithmDocument
     stopping: StoppingDocument
+    experiments: dict[str, dict[str, Any]]
 
 
 class AlgorithmDocument(msgspec.Struct):

@@ -148,14 +148,17 @@ class _Algorithm(msgspec.Struct):
     population: Annotated[int, msgspec.Meta(ge=1)]
 
 
+class _Experiment(msgspec.Struct):
+    name: str
+    omega: float | None
+
+
 class _Configuration(msgspec.Struct):
     """What is read of a record's configuration; all of it is in the record's name."""
 
-    model: str
+    experiment: _Experiment
     algorithm: _Algorithm
-    budget: int
     budgets: list[Annotated[int, msgspec.Meta(ge=1)]]
-    hopper: dict[str, float]
 
 
 class _Header(msgspec.Struct):

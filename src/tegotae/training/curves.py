@@ -131,8 +131,20 @@ class _Timing(msgspec.Struct):
     duration_s: Annotated[float, msgspec.Meta(gt=0)]
 
 
+class _Experiment(msgspec.Struct):
+    name: str
+    timing: _Timing
+
+
 class _Trained(msgspec.Struct):
     """What is read of a training's configuration."""
+
+    experiment: _Experiment
+    algorithm: _Algorithm
+
+
+class _TrainedEarlier(msgspec.Struct):
+    """The same as earlier versions told it."""
 
     model: str
     algorithm: _Algorithm
@@ -152,7 +164,9 @@ class _Training:
         path, curves = folder / "run.json", folder / "curves.csv"
         try:
             configuration = documents.fitted(documents.read(path), RunDocument).configuration
-            documents.fitted(configuration, _Trained)
+            documents.fitted(
+                configuration, _TrainedEarlier if "model" in configuration else _Trained
+            )
             return cls(configuration, _rows(curves), folder)
         except DamagedDocumentError as error:
             raise TegotaeError(f"{path} is damaged: {error}") from None
