@@ -15,6 +15,7 @@ import numpy as np
 from tegotae.bodies import Body, Hopper
 from tegotae.controller import Controller
 from tegotae.errors import TegotaeError, require_count, require_finite
+from tegotae.limits import MOST_M, MOST_POINTS, MOST_RAD_PER_S
 from tegotae.metrics.efficiency import check_work
 from tegotae.metrics.episode import ClampedEpisodes
 from tegotae.metrics.gait import gait
@@ -74,9 +75,9 @@ class Protocol:
             require_finite("an offset of the frequency", offset)
         require_finite("undisturbed_s", self.undisturbed_s, least=1.0)
         require_finite("disturbed_s", self.disturbed_s, least=1.0)
-        require_finite("drop_m", self.drop_m, least=0.0)
-        require_finite("release_m", self.release_m, above=0.0)
-        require_count("clamped_phases", self.clamped_phases)
+        require_finite("drop_m", self.drop_m, least=0.0, most=MOST_M)
+        require_finite("release_m", self.release_m, above=0.0, most=MOST_M)
+        require_count("clamped_phases", self.clamped_phases, most=MOST_POINTS)
         check_work(self.work)
 
     def omegas(self, controller: Controller, omega_t: float | None) -> tuple[float, ...]:
@@ -89,7 +90,7 @@ class Protocol:
             return (math.nan,)
         if omega_t is None:
             raise TegotaeError("a controller with an oscillator needs omega_t, such as 8 (rad/s)")
-        require_finite("omega_t", omega_t, above=0.0)
+        require_finite("omega_t", omega_t, above=0.0, most=MOST_RAD_PER_S)
         omegas = tuple(omega_t + offset for offset in self.offsets)
         if min(omegas) <= 0.0:
             raise TegotaeError(

@@ -10,6 +10,7 @@ import numpy as np
 
 from tegotae.controller_file import SavedController
 from tegotae.errors import TegotaeError, require_finite
+from tegotae.limits import MOST_M
 from tegotae.metrics.gait import LIMIT_CYCLE, REGIMES, GaitSummary
 from tegotae.metrics.hopping import hops
 from tegotae.rollout import Engine, Scenario, Timing
@@ -100,7 +101,7 @@ def find_orbit(
         >>> found.hops, round(found.period_s, 3)
         (1, 0.846)
     """
-    require_finite("height", height_m)
+    require_finite("height", height_m, above=0.0, most=MOST_M)
     require_finite("phase", phase_rad)
     timing = Timing(duration_s=settle_s, tick_s=tick_s, frame_s=tick_s)
     engine = Engine(controller=saved.controller, timing=timing, summary=_recorded)

@@ -17,8 +17,10 @@ from tegotae.cli.metrics import named
 from tegotae.cli.options import UNSET
 from tegotae.cli.tables import print_rows
 from tegotae.collection import Runs, read
+from tegotae.errors import require_finite
 from tegotae.evaluation import Evaluation, Protocol, evaluate
 from tegotae.files import output_file
+from tegotae.limits import MOST_RAD_PER_S
 from tegotae.metrics.metric import TABLE, Metric
 from tegotae.metrics.registry import metrics
 from tegotae.metrics.statistics import Interval
@@ -51,6 +53,8 @@ class Evaluate:
 
     def run(self) -> None:
         """Evaluate, and print."""
+        if self.omega is not None:
+            require_finite("omega", self.omega, above=0.0, most=MOST_RAD_PER_S)
         protocol = Protocol(
             drop_m=self.drop,
             undisturbed_s=self.undisturbed,

@@ -14,8 +14,9 @@ import tyro
 from tegotae import controller_file
 from tegotae.bodies import Body, Hopper
 from tegotae.controller_file import SavedController
-from tegotae.errors import TegotaeError, require_finite
+from tegotae.errors import TegotaeError
 from tegotae.experiment import Experiment
+from tegotae.limits import MOST_GAIN, MOST_RAD_PER_S, require_within
 from tegotae.models import find
 from tegotae.presets import preset
 from tegotae.references import is_reference, named
@@ -250,13 +251,13 @@ class ControllerOptions(HopperOptions):
                 options of a vanilla controller beside a file.
         """
         if self.omega is not None:
-            require_finite("omega", self.omega)
+            require_within("omega", self.omega, MOST_RAD_PER_S)
         if file is None:
             source = preset(self.preset)
             sigma = source.sigma if self.sigma is None else self.sigma
-            require_finite("sigma", sigma)
+            require_within("sigma", sigma, MOST_GAIN)
             return SavedController(
-                source.controller(self.actuation or source.actuation),
+                source.controller(source.actuation if self.actuation is None else self.actuation),
                 np.array([sigma]),
                 source.omega_rad_per_s if self.omega is None else self.omega,
                 self.hopper(),

@@ -14,7 +14,6 @@ from rich.console import Console
 from tegotae.bodies import Hopper
 from tegotae.cli.options import UNSET, ControllerOptions, FromPreset
 from tegotae.errors import TegotaeError, require_finite
-from tegotae.files import output_file
 from tegotae.presets import preset
 from tegotae.rollout import MOST_TICKS, Scenario, Timing
 from tegotae.simulation import Result, Simulation
@@ -71,11 +70,9 @@ class Simulate(ControllerOptions):
 
             figure_file(self.plot)
         if self.animate is not None:
-            if self.animate.suffix.lower() not in (".gif", ".mp4"):
-                raise TegotaeError(
-                    f"cannot write an animation as {self.animate.name!r}; use .gif or .mp4"
-                )
-            output_file(self.animate)
+            from tegotae.figures.animation import animation_file
+
+            animation_file(self.animate)
 
     def _draw(self, result: Result) -> None:
         if self.plot is not None:

@@ -92,8 +92,20 @@ def report(
         },
     }
     page = files("tegotae.report").joinpath("page.html").read_text(encoding="utf-8")
-    # "</" would end the script element that holds the data.
-    return page.replace("__DATA__", json.dumps(data, ensure_ascii=False).replace("</", "<\\/"))
+    return page.replace("__DATA__", as_script(data))
+
+
+def as_script(data: Any) -> str:
+    """JSON for a script element of HTML, whose content no text in it can end, or hide the end of.
+
+    Example:
+        >>> as_script(["</script>"])
+        '["\\\\u003c/script\\\\u003e"]'
+    """
+    text = json.dumps(data, ensure_ascii=False)
+    for character in "<>&\u2028\u2029":
+        text = text.replace(character, f"\\u{ord(character):04x}")
+    return text
 
 
 def _figures(table: Table) -> list[dict[str, Any]]:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from tegotae.devices import available_cores
+from tegotae.devices import available_cores, require_workers
 from tegotae.errors import TegotaeError, require_count
 from tegotae.extras import require
 from tegotae.progress import reporting
@@ -59,6 +59,7 @@ def tune(
     """
     optuna = require("optuna", "tune")
     require_count("trials", trials)
+    require_workers(workers)
     space = space_of(algorithm)
     for experiment in task.experiments:
         task.episodes(experiment, least=space.least_episodes)
@@ -90,7 +91,7 @@ def judge(space: Space, settings: Sequence[Any], task: Task, *, workers: int = 1
 
 def _crew(workers: int) -> Workers:
     """Processes that share the cores."""
-    require_count("workers", workers)
+    require_workers(workers)
     return Workers(workers, cores=max(1, available_cores() // workers))
 
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from tegotae.cli.figure.output import Output
 from tegotae.cli.options import HopperOptions
+from tegotae.limits import MOST_RAD_PER_S
 from tegotae.presets import preset
 from tegotae.rollout import Timing
 
@@ -39,7 +40,7 @@ class GainMap(Output, HopperOptions):
 
         self.check_out()
         sigma = axis("sigma", *self.sigma, self.resolution)
-        omega = axis("omega", *self.omega, self.resolution)
+        omega = axis("omega", *self.omega, self.resolution, most=MOST_RAD_PER_S)
         timing, body = Timing(duration_s=self.duration), self.hopper()
         sweeps = {
             name: sweep_gain(
