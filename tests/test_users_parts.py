@@ -192,14 +192,14 @@ def test_an_agent_learns_a_term_that_torch_does_not_know(parts):
     from tegotae.training.agents import PPOSettings
     from tegotae.training.agents.learner import AgentTraining, make_agent
 
-    settings = PPOSettings(n_steps=10, batch_size=20, n_envs=2)
+    settings = PPOSettings(n_steps=60, batch_size=120, n_envs=2)  # long enough to land
     training = AgentTraining.of(
         dataclasses.replace(parts.experiment, fitness=Fitness(settle_s=0.5)),
         settings,
     )
     agent, feedback = make_agent(training, seed=0)
     before = feedback.flat()
-    agent.learn(20)
+    agent.learn(120)
     assert feedback.flat().shape == before.shape == (5,)
     assert (feedback.flat() != before).any()
     observations = torch.randn(7, len(training.environment.observed))
