@@ -19,6 +19,7 @@ from tegotae.cli import main
 from tegotae.collection import read
 from tegotae.evaluation import evaluate
 from tegotae.experiment import Experiment
+from tegotae.metrics import registry as metrics
 from tegotae.references import imported, named
 from tegotae.registry import kinds
 from tegotae.study.folder import Folder
@@ -192,14 +193,14 @@ def test_an_agent_learns_a_term_that_torch_does_not_know(parts):
     from tegotae.training.agents import PPOSettings
     from tegotae.training.agents.learner import AgentTraining, make_agent
 
-    settings = PPOSettings(n_steps=10, batch_size=20, n_envs=2)
+    settings = PPOSettings(n_steps=60, batch_size=120, n_envs=2)  # long enough to land
     training = AgentTraining.of(
         dataclasses.replace(parts.experiment, fitness=Fitness(settle_s=0.5)),
         settings,
     )
     agent, feedback = make_agent(training, seed=0)
     before = feedback.flat()
-    agent.learn(20)
+    agent.learn(120)
     assert feedback.flat().shape == before.shape == (5,)
     assert (feedback.flat() != before).any()
     observations = torch.randn(7, len(training.environment.observed))
@@ -363,3 +364,18 @@ def test_a_frequency_and_an_oscillator_go_together():
 
 def test_a_class_stands_for_an_instance_with_its_defaults(parts):
     assert named(ALGORITHM, Algorithm, "algorithm") == parts.Climb()
+
+
+def test_a_metric_of_a_users_file_is_known_by_its_name(tmp_path):
+    path = tmp_path / "my_own_metric.py"
+    path.write_text(
+        "import jax.numpy as jnp\n"
+        "from tegotae.metrics.metric import GaitMetric\n"
+        "mine = GaitMetric(name='my_apex', label='my apex', unit='m', about='an apex',\n"
+        "    more_is_better=True, compute=lambda e: jnp.nanmean(e.hops.height_m, axis=0))\n"
+    )
+    try:
+        module = imported(str(path))
+        assert metrics.find("my_apex") is register(module.mine)
+    finally:
+        metrics.forget("my_apex")

@@ -76,9 +76,14 @@ def imported(place: str) -> ModuleType:
         del sys.path[before:]
         raise
     for part in list(vars(module).values()):
-        if registry.is_part(part) and part.__module__ == module.__name__:
+        is_own_part = registry.is_part(part) and part.__module__ == module.__name__
+        if is_own_part or (registry.is_metric(part) and not _is_built_in(part)):
             registry.register(part)
     return module
+
+
+def _is_built_in(metric: Any) -> bool:
+    return any(metric is own for own in registry.metrics().built_in())
 
 
 def _file(path: Path) -> ModuleType:

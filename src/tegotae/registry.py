@@ -38,8 +38,10 @@ def register(part: P) -> P:
     its class. Registering it again, or a new version of the same class, is allowed; taking the name
     of another part is not.
 
+    A metric is registered where metrics are (`tegotae.metrics.registry.register`).
+
     Args:
-        part: the class, or an instance of it.
+        part: the class, or an instance of it; of a metric the instance.
 
     Returns:
         the same, so that it serves as a decorator.
@@ -57,6 +59,9 @@ def register(part: P) -> P:
         >>> kinds()["LazyAction"] is LazyAction
         True
     """
+    if is_metric(part):  # which tables and figures know by name; no document is made of it
+        metrics().register(part)
+        return part
     kind = part if isinstance(part, type) else type(part)
     contract = contract_of(kind)
     if contract is None:
@@ -122,6 +127,16 @@ def is_part(kind: Any) -> bool:
         and "__dataclass_params__" in vars(kind)
         and kind.__dataclass_params__.frozen  # type: ignore[attr-defined]
     )
+
+
+def is_metric(part: Any) -> bool:
+    """Whether this is a metric."""
+    return isinstance(part, importlib.import_module("tegotae.metrics.metric").Metric)
+
+
+def metrics() -> Any:
+    """The registry of metrics, imported when it is asked for."""
+    return importlib.import_module("tegotae.metrics.registry")
 
 
 def contract_of(kind: type) -> type | None:
