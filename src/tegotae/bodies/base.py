@@ -11,7 +11,7 @@ from tegotae.channels import Channel
 
 
 class Sensation(NamedTuple):
-    """What a body feels at one instant: every entry of shape [*limb_shape, lanes]."""
+    """What a body feels at one instant: every entry of shape [(limbs,) lanes]."""
 
     values: dict[str, jax.Array]
     """Sensed quantities by name, in SI units."""
@@ -22,7 +22,7 @@ class Sensation(NamedTuple):
 class Push(NamedTuple):
     """The actuator force over one tick, linear in time: mean + rise · (share of the tick - ½).
 
-    Both of shape [*limb_shape, lanes].
+    Both of shape [(limbs,) lanes].
     """
 
     mean_n: jax.Array
@@ -34,7 +34,7 @@ class Push(NamedTuple):
 class Contact(NamedTuple):
     """The body's motion over one control tick.
 
-    Of shape [*limb_shape, lanes] for what each limb does (its stance, its work, its touchdown),
+    Of shape [(limbs,) lanes] for what each limb does (its stance, its work, its touchdown),
     [lanes] for what the body does.
     """
 

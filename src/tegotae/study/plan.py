@@ -96,7 +96,7 @@ class Plan:
 
 
 def united(found: dict[str, Any], wanted: dict[str, Any]) -> dict[str, Any]:
-    """The document of a study that has the experiments of both of two `Plan.document`s.
+    """The document of a study that has the experiments of both of two documents (`Plan.document`).
 
     Raises:
         TegotaeError: if they are no parts of one study: anything but the experiments differs, or
