@@ -215,7 +215,7 @@ def test_a_phase_that_slips_past_the_hops_is_no_limit_cycle():
 def test_what_was_not_recorded_leaves_undefined_what_needs_it():
     time_s, height, _ = sine()
     bare = measure(time_s, height, rest_length_m=1.0)
-    undefined = {name for name, value in bare._asdict().items() if math.isnan(value)}
+    undefined = {name for name, value in bare.values.items() if math.isnan(value)}
     assert undefined == {
         "cot_inverse",
         "cot_inverse_total",

@@ -15,6 +15,8 @@ from typing import Any
 
 from tegotae import registry
 from tegotae.errors import TegotaeError, unknown
+from tegotae.metrics.metric import Metric
+from tegotae.metrics.registry import built_in
 
 
 def is_reference(text: str) -> bool:
@@ -77,13 +79,9 @@ def imported(place: str) -> ModuleType:
         raise
     for part in list(vars(module).values()):
         is_own_part = registry.is_part(part) and part.__module__ == module.__name__
-        if is_own_part or (registry.is_metric(part) and not _is_built_in(part)):
+        if is_own_part or (isinstance(part, Metric) and part not in built_in()):
             registry.register(part)
     return module
-
-
-def _is_built_in(metric: Any) -> bool:
-    return any(metric is own for own in registry.metrics().built_in())
 
 
 def _file(path: Path) -> ModuleType:

@@ -12,6 +12,8 @@ from functools import cache
 from typing import Any, TypeVar
 
 from tegotae.errors import TegotaeError
+from tegotae.metrics import registry as metrics
+from tegotae.metrics.metric import Metric
 
 P = TypeVar("P")
 
@@ -34,11 +36,9 @@ def register(part: P) -> P:
     """Let documents name a user's own part, so that it can be saved, loaded, trained and studied.
 
     A part is a frozen dataclass that keeps a contract: a subclass of `Body`, `Oscillator`, `Term`,
-    `Coupling`, `Objective`, `Algorithm` or `AgentSettings`. It is named by
-    its class. Registering it again, or a new version of the same class, is allowed; taking the name
-    of another part is not.
-
-    A metric is registered where metrics are (`tegotae.metrics.registry.register`).
+    `Coupling`, `Objective`, `Algorithm` or `AgentSettings`. It is named by its class. Registering
+    it again, or a new version of the same class, is allowed; taking the name of another part is
+    not. A `Metric` is registered so, too, and evaluated from then on.
 
     Args:
         part: the class, or an instance of it; of a metric the instance.
@@ -59,8 +59,8 @@ def register(part: P) -> P:
         >>> kinds()["LazyAction"] is LazyAction
         True
     """
-    if is_metric(part):  # which tables and figures know by name; no document is made of it
-        metrics().register(part)
+    if isinstance(part, Metric):
+        metrics.register(part)
         return part
     kind = part if isinstance(part, type) else type(part)
     contract = contract_of(kind)
@@ -127,16 +127,6 @@ def is_part(kind: Any) -> bool:
         and "__dataclass_params__" in vars(kind)
         and kind.__dataclass_params__.frozen  # type: ignore[attr-defined]
     )
-
-
-def is_metric(part: Any) -> bool:
-    """Whether this is a metric."""
-    return isinstance(part, importlib.import_module("tegotae.metrics.metric").Metric)
-
-
-def metrics() -> Any:
-    """The registry of metrics, imported when it is asked for."""
-    return importlib.import_module("tegotae.metrics.registry")
 
 
 def contract_of(kind: type) -> type | None:

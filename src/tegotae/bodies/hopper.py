@@ -54,8 +54,8 @@ class Hopper(Body):
             force that is not positive, or a negative damping.
 
     Example:
-        >>> Hopper(mass_kg=0.2).weight_n
-        1.962
+        >>> f"{Hopper(mass_kg=0.2).weight_n:.3f} N"
+        '1.962 N'
     """
 
     SENSES = ("spring_force", "velocity", "height")

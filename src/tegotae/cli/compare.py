@@ -34,7 +34,7 @@ class Compare:
     energy: str = "absolute"
     """Definition of the actuator's work: absolute, positive or net."""
     metric: tuple[str, ...] = ()
-    """Only these metrics: names, module:object for one of your own, or all."""
+    """Only these metrics: names, FILE.py:OBJECT for one of your own, or all."""
     json: bool = False
     """Print one JSON object."""
 

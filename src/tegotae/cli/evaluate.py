@@ -44,7 +44,7 @@ class Evaluate:
     energy: str = "absolute"
     """Definition of the actuator's work: absolute, positive or net."""
     metric: tuple[str, ...] = ()
-    """Only these metrics: names, module:object for one of your own, or all; without it, all are
+    """Only these metrics: names, FILE.py:OBJECT for one of your own, or all; without it, all are
     computed and the usual ones shown. What they do not need is not simulated."""
     json: bool = False
     """Print one JSON object."""

@@ -1,10 +1,10 @@
-"""Metrics on the command line: by name, or a user's own as module:object."""
+"""Metrics on the command line: by name, or a user's own as FILE.py:OBJECT."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
-from tegotae.cli.objects import load_object
+from tegotae import references
 from tegotae.metrics.metric import Metric
 from tegotae.metrics.registry import chosen, register
 
@@ -12,12 +12,17 @@ from tegotae.metrics.registry import chosen, register
 def named(given: Sequence[str]) -> tuple[Metric, ...] | None:
     """The metrics that were named; None if none was, which stands for all.
 
-    A user's own, given as module:object, is registered. The module is imported from the current
-    folder too.
+    A user's own, given as FILE.py:OBJECT or MODULE:OBJECT, is registered.
 
     Raises:
-        TegotaeError: for a name or a module that is not there, or an object that is no metric.
+        TegotaeError: for a name or a file that is not there, or an object that is no metric.
     """
     if not given:
         return None
-    return chosen([register(load_object(name)).name if ":" in name else name for name in given])
+    return chosen([_name(each) for each in given])
+
+
+def _name(given: str) -> str:
+    if not references.is_reference(given):
+        return given
+    return register(references.named(given, Metric, "metric")).name

@@ -6,7 +6,6 @@ write for it to be evaluated, compared, exported, drawn and reported.
 
 from __future__ import annotations
 
-import difflib
 import importlib
 import pkgutil
 from collections.abc import Iterable, Mapping
@@ -15,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from tegotae.errors import TegotaeError
+from tegotae.errors import TegotaeError, unknown
 from tegotae.metrics.episode import TOLD_FROM
 from tegotae.metrics.metric import (
     REGIME,
@@ -136,9 +135,7 @@ def find(name: str) -> Metric:
     there = {metric.name: metric for metric in metrics()}
     if name in there:
         return there[name]
-    alike = difflib.get_close_matches(name, there, n=3)
-    hint = f"did you mean {' or '.join(alike)}?" if alike else f"there are {', '.join(there)}"
-    raise TegotaeError(f"there is no metric {name!r}; {hint}")
+    raise unknown("metric", name, there)
 
 
 def chosen(asked: Iterable[str | Metric] | None = None) -> tuple[Metric, ...]:
@@ -161,7 +158,7 @@ def chosen(asked: Iterable[str | Metric] | None = None) -> tuple[Metric, ...]:
             continue
         found = find(each if isinstance(each, str) else each.name)
         if isinstance(each, Metric) and each != found:
-            raise TegotaeError(f"{each.name} is not registered; tegotae.metrics.register it first")
+            raise TegotaeError(f"{each.name} is not registered; tegotae.register it first")
         wanted.add(found.name)
     if not wanted:
         raise TegotaeError(f"no metric is asked for; name at least one, or {ALL}")

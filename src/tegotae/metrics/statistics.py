@@ -72,7 +72,7 @@ def interval(values: Any, *, within: Range = UNBOUNDED, seed: int = 0) -> Interv
     Args:
         values: shape [n]; NaN where undefined.
         within: least and largest possible value, such as 0 and 1 of a share
-            (`tegotae.metrics.Metric.range`).
+            (`tegotae.metrics.Metric`).
         seed: of the resampling, so that the same values give the same interval.
 
     Raises:

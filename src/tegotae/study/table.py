@@ -125,8 +125,13 @@ def with_derived(record: Record, episodes: dict[str, np.ndarray]) -> dict[str, n
 
     They are found episode by episode, as a mean's is another thing than the mean.
     """
-    protocol, body = record.experiment.protocol, record.experiment.body
-    return episodes | derived(episodes, Conditions(body, protocol.work, protocol.drop_m))
+    try:
+        experiment = record.experiment
+    except TegotaeError:  # of a part that is not registered here
+        return episodes
+    protocol = experiment.protocol
+    conditions = Conditions(experiment.body, protocol.work, protocol.drop_m)
+    return episodes | derived(episodes, conditions)
 
 
 def _training(record: Record) -> dict[str, np.ndarray]:

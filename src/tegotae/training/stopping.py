@@ -42,7 +42,7 @@ class Stopping:
 
     Example:
         >>> rule = Stopping(generations=100, least=10, share=0.5, tolerance=0.01)
-        >>> [rule.reason(np.minimum(np.arange(n), 8.0)) for n in (10, 18, 19)]
+        >>> [rule.reason(np.minimum(np.arange(n), 8.0)) for n in (10, 17, 18)]
         ['', '', 'plateau']
     """
 
