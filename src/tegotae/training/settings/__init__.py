@@ -92,8 +92,8 @@ def _read(file: Path | Traversable) -> Configuration:
             f"{file} is no configuration that tegotae tune --keep wrote: {error}"
         ) from None
     except TegotaeError as error:
-        raise TegotaeError(f"{file}: {error}") from None
-    names = [field.name for field in dataclasses.fields(kind)]  # type: ignore[arg-type]
+        raise TegotaeError(f"{file} is no configuration known here: {error}") from None
+    names = [field.name for field in dataclasses.fields(kind)]  # type: ignore[arg-type]  # type: ignore[arg-type]
     if others := [name for name in found.settings if name not in names]:
         raise TegotaeError(f"{file} has settings that {found.algorithm} does not have: {others[0]}")
     try:
