@@ -192,7 +192,7 @@ def test_a_study_refuses_workers_that_are_none(tmp_path, one_line_error):
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["evaluate", "V-sector-w4", "--energy", "kinetic"], "work is 'kinetic'"),
+        (["evaluate", "V-sector-w4", "--work", "kinetic"], "work is 'kinetic'"),
         (["evaluate", "V-sector-w4", "--undisturbed", "nan"], "undisturbed_s is nan"),
         (["evaluate", "runs/none"], "no controller file at runs/none"),
         (["evaluate", "ART"], "has weights to train and no file was given"),

@@ -157,6 +157,23 @@ def test_what_was_trained_is_evaluated(parts, trained):
     assert np.isfinite(found.episodes["failed_share"]).all()
 
 
+def test_a_controller_is_evaluated_on_another_body_than_it_was_trained_on(
+    parts, trained, monkeypatch
+):
+    asked = []
+
+    def evaluate_all(sets, protocol, *rest):
+        asked.append((sets[0].body, protocol.work))
+        return []
+
+    monkeypatch.setattr("tegotae.cli.evaluate.evaluate_all", evaluate_all)
+    words = ["evaluate", str(trained), "--mass", "0.12"]
+    assert main([*words, "--work", "positive"]) == 0
+    assert main([*words, "--body", f"{FILE}:Hopper", "--energy", "net"]) == 0
+    heavier = parts.LoadedHopper(mass_kg=0.12), parts.Hopper(mass_kg=0.12)
+    assert asked == [(heavier[0], "positive"), (heavier[1], "net")]
+
+
 def _protocol(parts):
     return parts.experiment.protocol
 
@@ -171,7 +188,7 @@ def test_its_algorithm_is_tuned(parts, tmp_path, capsys):
     assert (kept["algorithm"], kept["settings"]) == ("climb", {"population": 4, "step": 0.2})
 
 
-def test_it_stands_beside_the_papers_models_in_a_study(parts, tmp_path, capsys):
+def test_it_stands_beside_the_papers_models_in_a_study(parts, tmp_path, monkeypatch):
     """Done in worker processes, which know nothing of the file but what they are sent."""
     words = ["--dir", str(tmp_path), "--scale", "smoke", "--models", "V-*", "--workers", "1"]
     assert main(["study", "run", *words, "--experiments", EXPERIMENT]) == 0
@@ -180,10 +197,17 @@ def test_it_stands_beside_the_papers_models_in_a_study(parts, tmp_path, capsys):
     assert records[1].experiment == parts.experiment
     table = tabulate(records).where(model="mine")
     assert table["architecture"].tolist() == ["mine", "mine"]
+    assert table["observation"].tolist() == ["F", "F"]
     assert table["omega_t"].tolist() == [8.0, 8.0]
     out = tmp_path / "table.csv"
     assert main(["study", "export", "--dir", str(tmp_path), "--out", str(out)]) == 0
     assert "\nmine,mine," in out.read_text()
+    monkeypatch.setattr("tegotae.report.best._surface", lambda saved: {})  # which take long
+    monkeypatch.setattr("tegotae.report.best._hop", lambda saved: {})
+    assert main(["study", "report", "--dir", str(tmp_path)]) == 0
+    page = (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert '["mine", "mine", "F_k", "its own", 8.0,' in page
+    assert '"mine": {"model": "mine", "run":' in page
 
 
 def test_an_agent_learns_a_term_that_torch_does_not_know(parts):

@@ -10,7 +10,7 @@ from typing import Any
 import jax
 import numpy as np
 
-from tegotae.bodies import Hopper
+from tegotae.bodies import Hopper, require_one_limb
 from tegotae.controller import Controller
 from tegotae.errors import TegotaeError, require_finite
 from tegotae.integrators import Integrator, PredictorCorrector
@@ -65,6 +65,7 @@ class Simulation:
     integrator: Integrator = field(default_factory=PredictorCorrector)
 
     def __post_init__(self) -> None:
+        require_one_limb(self.hopper, "a simulation for people")
         check_work(self.work)
         if self.dtype not in ("float32", "float64"):
             raise TegotaeError(f"dtype is {self.dtype!r}; it must be 'float32' or 'float64'")

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import jax
 
 from tegotae.channels import Channel
+from tegotae.errors import TegotaeError
 
 
 class Sensation(NamedTuple):
@@ -140,3 +141,22 @@ class Body(ABC):
     @abstractmethod
     def energy(self, state: Any, ground_m: jax.Array) -> jax.Array:
         """Mechanical energy, kinetic + potential (height above zero) + elastic [J]."""
+
+
+def require_one_limb(body: Body, what: str) -> None:
+    """Raise `TegotaeError` if a body has several limbs, for which something is not made.
+
+    Args:
+        body: the body.
+        what: what is not, such as "an evaluation".
+
+    Example:
+        >>> from tegotae.bodies import Bar
+        >>> require_one_limb(Bar(), "an evaluation")
+        Traceback (most recent call last):
+        tegotae.errors.TegotaeError: an evaluation is made for bodies of one limb; a Bar has 2
+    """
+    if body.limbs > 1:
+        raise TegotaeError(
+            f"{what} is made for bodies of one limb; a {type(body).__name__} has {body.limbs}"
+        )

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from tegotae.bodies import require_one_limb
 from tegotae.controller import Controller
 from tegotae.errors import TegotaeError, require_count
 from tegotae.experiment import Experiment
@@ -43,7 +44,8 @@ class AgentRun:
         evaluate_every: episodes between two points of the learning curve.
 
     Raises:
-        TegotaeError: for a count below one, or a controller without a meaning for agents.
+        TegotaeError: for a count below one, a controller without a meaning for agents, or a body
+            of several limbs.
     """
 
     experiment: Experiment
@@ -56,6 +58,7 @@ class AgentRun:
         require_count("seeds", len(self.seeds))
         require_count("episodes", self.episodes)
         require_count("evaluate_every", self.evaluate_every)
+        require_one_limb(self.experiment.body, "learning by agents")
         _ = self.controller
 
     @property
