@@ -37,7 +37,7 @@ nitpicky = True
 nitpick_ignore_regex = [
     (r"py:.*", r"(?!tegotae\.).*"),
     (r"py:class", r"tegotae(\.\w+){3,}"),
-    (r"py:class", r"tegotae\.parameters\.T"),
+    (r"py:class", r"tegotae\.(parameters|documents|registry)\.[PT]"),
 ]
 
 

@@ -101,7 +101,7 @@ OUT_OF_MEMORY = "RESOURCE_EXHAUSTED: Out of memory allocating 77000003792 bytes.
         (TegotaeError("mass_kg is 0"), 2, "mass_kg is 0"),
         (MemoryError(), 2, "out of memory; use fewer lanes or a shorter duration"),
         (JaxRuntimeError(OUT_OF_MEMORY), 2, "out of memory; use fewer lanes or a shorter duration"),
-        (OSError(errno.ENOSPC, "No space left on device"), 2, "[Errno 28] No space left on device"),
+        (OSError(errno.ENOSPC, "No space left on device"), 1, "[Errno 28] No space left on device"),
         (KeyboardInterrupt(), 130, "interrupted"),
         (KeyboardInterrupt("interrupted; runs keeps it"), 130, "interrupted; runs keeps it"),
     ],
@@ -112,14 +112,26 @@ def test_what_goes_wrong_is_said_in_one_line(capsys, error, status, line):
 
 
 def test_a_reader_that_has_seen_enough_is_no_error(capsys):
-    assert exit_status(raising(BrokenPipeError())) == 0
+    assert exit_status(raising(BrokenPipeError())) == 141
     assert capsys.readouterr().err == ""
 
 
-@pytest.mark.parametrize("error", [ValueError("a bug"), JaxRuntimeError("INTERNAL: a bug")])
-def test_a_bug_is_not_hidden(error):
-    with pytest.raises(type(error), match="a bug"):
-        exit_status(raising(error))
+@pytest.mark.parametrize(
+    "error", [ValueError("a bug"), JaxRuntimeError("INTERNAL: a bug"), KeyError(), AssertionError()]
+)
+def test_a_bug_is_one_line_and_its_traceback_for_those_who_ask(capsys, monkeypatch, error):
+    named = ": ".join(filter(None, [type(error).__name__, str(error)]))
+    monkeypatch.delenv("TEGOTAE_DEBUG", raising=False)
+    assert exit_status(raising(error)) == 70
+    assert capsys.readouterr() == (
+        "",
+        f"tegotae: unexpected {named}; run again with --debug for details, and please report it\n",
+    )
+    monkeypatch.setenv("TEGOTAE_DEBUG", "1")
+    assert exit_status(raising(error)) == 70
+    said = capsys.readouterr().err
+    assert said.startswith("Traceback (most recent call last):")
+    assert said.endswith(f"\ntegotae: unexpected {named}; please report it\n")
 
 
 @pytest.mark.parametrize(
@@ -161,7 +173,7 @@ def test_a_full_disk_behind_stdout_is_said_in_one_line():
             stderr=subprocess.PIPE,
             text=True,
         )
-    assert done.returncode == 2
+    assert done.returncode == 1
     assert done.stderr == "tegotae: [Errno 28] No space left on device\n"
 
 
@@ -180,7 +192,7 @@ def test_a_study_refuses_workers_that_are_none(tmp_path, one_line_error):
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["evaluate", "V-sector-w4", "--energy", "kinetic"], "work is 'kinetic'"),
+        (["evaluate", "V-sector-w4", "--work", "kinetic"], "work is 'kinetic'"),
         (["evaluate", "V-sector-w4", "--undisturbed", "nan"], "undisturbed_s is nan"),
         (["evaluate", "runs/none"], "no controller file at runs/none"),
         (["evaluate", "ART"], "has weights to train and no file was given"),

@@ -315,7 +315,7 @@ REFUSED = {
     "--mass 1e300": "mass_kg is 1e+300; the largest float32",
     "--mass 1e-300": "the control tick of 0.001 s is too long",
     "--damping 1e6": "the control tick of 0.001 s is too long",
-    "--sigma 1e300": "weight 0 is 1e+300; the largest float32",
+    "--sigma 1e300": "sigma is 1e+300; it must be at most 1e+06",
     "--tick 1": "the control tick of 1 s is too long for this hopper",
     "--tick 1e-9": "at 1e-09 s per control tick it must be at most",
     "--tick 5e-324": "per control tick it must be at most",

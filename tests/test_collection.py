@@ -51,11 +51,12 @@ def test_a_long_entry_before_the_format_hides_no_controller(folder):
     assert gains(folder) == [1.0, 2.0, 3.0]
 
 
+CUT_SHORT = "is damaged: it is cut short, or no JSON; remove it"
 UNUSABLE = {
     "empty": (lambda content: b"", "is empty; remove it"),
-    "very short": (lambda content: content[:5], "is damaged or truncated; remove it"),
-    "cut short": (lambda content: content[:-10], "is damaged or truncated; remove it"),
-    "no text": (lambda content: b"\xff\xfe\x00" * 9, "is damaged or truncated; remove it"),
+    "very short": (lambda content: content[:5], CUT_SHORT),
+    "cut short": (lambda content: content[:-10], CUT_SHORT),
+    "no text": (lambda content: b"\xff\xfe\x00" * 9, CUT_SHORT),
     "without weights": (
         lambda content: content.replace(b'"weights"', b'"wights"'),
         "is damaged: it has no entry 'weights'",
@@ -76,14 +77,14 @@ def test_a_file_that_may_have_been_a_controller_is_named(folder, damage, name):
 
 
 def test_a_file_that_cannot_be_read_is_named(folder, monkeypatch):
-    whole = Path.read_text
+    whole = Path.open
 
     def denied(path, *args, **kwargs):
         if path.name == "b.json":
             raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
         return whole(path, *args, **kwargs)
 
-    monkeypatch.setattr(Path, "read_text", denied)
+    monkeypatch.setattr(Path, "open", denied)
     with pytest.raises(TegotaeError, match=f"^cannot read {folder / 'b.json'}: Permission denied$"):
         read(folder)
 

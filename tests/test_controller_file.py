@@ -168,7 +168,7 @@ def test_a_file_cut_off_anywhere_is_refused(tmp_path):
         path.write_text(text()[:length])
         said = refusal(path)
         if length > 200:
-            assert said == f"{path} is damaged or truncated"
+            assert said == f"{path} is damaged: it is cut short, or no JSON"
 
 
 CHANGES: dict[str, tuple[Callable[[dict], Any], str]] = {
@@ -181,12 +181,18 @@ CHANGES: dict[str, tuple[Callable[[dict], Any], str]] = {
     "too few weights": (lambda d: d["weights"].pop(), "has 5 weights, not shape \\(4,\\)"),
     "too many weights": (lambda d: d["weights"].append(1.0), "has 5 weights, not shape \\(6,\\)"),
     "no weights": (lambda d: d.update(weights=None), "its weights is None"),
-    "a weight that is null": (lambda d: d["weights"].__setitem__(0, None), "weights is \\[None"),
-    "a weight that is text": (lambda d: d["weights"].__setitem__(0, "1"), "weights is \\['1'"),
+    "a weight that is null": (
+        lambda d: d["weights"].__setitem__(0, None),
+        "its weights\\[0\\] is None; it must be a number",
+    ),
+    "a weight that is text": (
+        lambda d: d["weights"].__setitem__(0, "1"),
+        "its weights\\[0\\] is '1'; it must be a number",
+    ),
     "a weight that is NaN": (lambda d: d["weights"].__setitem__(0, math.nan), "not finite"),
     "a weight that is infinite": (lambda d: d["weights"].__setitem__(0, math.inf), "not finite"),
     "a weight beyond all floats": (lambda d: d["weights"].__setitem__(0, 10**400), "too large"),
-    "weights in rows": (lambda d: d.update(weights=[[1.0] * 5]), "its weights is"),
+    "weights in rows": (lambda d: d.update(weights=[[1.0] * 5]), "its weights\\[0\\] is"),
     "no controller": (lambda d: d.pop("controller"), "no entry 'controller'"),
     "a controller that is a list": (lambda d: d.update(controller=[]), "its controller is \\[\\]"),
     "half the feedback": (lambda d: d["controller"].pop("gain"), "no entry 'gain'"),

@@ -10,10 +10,11 @@ from pathlib import Path
 import pytest
 import tyro
 
-from tegotae.cli import COMMANDS
+from tegotae.cli import COMMANDS, split_parts
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"
 PAGES = sorted([*DOCS.glob("*.md"), *DOCS.glob("extending/*.md")])
+EXAMPLE_FILES = sorted(DOCS.glob("extending/examples/*.py"))
 EXAMPLES = [DOCS / "getting-started.md", DOCS / "concepts.md", *DOCS.glob("extending/*.md")]
 
 
@@ -39,6 +40,7 @@ def test_the_python_examples_of_a_page_run_from_top_to_bottom(page, tmp_path, mo
     file = tmp_path / f"example_{page.stem.replace('-', '_')}.py"
     file.write_text("\n".join(lines) + "\n", encoding="utf-8")
     monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(EXAMPLE_FILES[0].parent)
     spec = importlib.util.spec_from_file_location(file.stem, file)
     assert spec is not None
     assert spec.loader is not None
@@ -57,7 +59,7 @@ def test_the_constant_push_does_what_the_fidelity_page_says(capsys):
 @pytest.mark.parametrize("page", [p for p in PAGES if commands(p)], ids=lambda p: p.stem)
 def test_the_commands_of_a_page_are_understood(page):
     for line in commands(page):
-        arguments = shlex.split(line, comments=True)[1:]
+        arguments, _ = split_parts(shlex.split(line, comments=True)[1:])
         tyro.extras.subcommand_cli_from_dict(COMMANDS, args=arguments)
 
 

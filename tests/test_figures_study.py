@@ -8,11 +8,13 @@ import pytest
 from tegotae.figures.study import (
     ARCHITECTURES,
     architecture_metrics,
+    architectures,
     architectures_figure,
     frequencies,
 )
 from tegotae.metrics.registry import names
 from tegotae.models import all_models
+from tegotae.study.claims import verdicts, verdicts_by_omega
 from tegotae.study.table import Table, design, of_runs
 
 MODELS = {
@@ -40,6 +42,16 @@ def table(**changed: np.ndarray) -> Table:
         values = {metric: row[:runs] for metric, row in metrics(name, runs).items()}
         sets.append((design(known[name]), {"best_fitness": np.zeros(runs)}, values))
     return of_runs(sets)
+
+
+def with_own() -> Table:
+    """The same, and an experiment of one's own beside them, which senses the velocity."""
+    runs = {metric: np.linspace(0.8, 1.0, 5) for metric in names()}
+    own = dict.fromkeys(("learned", "reaction", "gain", "actuation"), "")
+    place = {"model": "mine", "architecture": "mine", **own, "observation": "Fv", "omega_t": 6.0}
+    rows = table().columns | {}
+    more = of_runs([(place, {"best_fitness": np.zeros(5)}, runs)]).columns
+    return Table({name: np.concatenate([rows[name], more[name]]) for name in rows})
 
 
 def bars(panel) -> list[tuple[float, float]]:
@@ -103,6 +115,27 @@ def test_intervals_of_shares_end_at_one():
     found = architecture_metrics(table(limit_cycle_share=share))
     interval = found["F", "limit_cycle_share", "ART", 4.0]
     assert interval.low < interval.mean < interval.high == 1.0
+
+
+def test_an_experiment_beside_the_models_has_its_place_after_them():
+    figure = architectures_figure(with_own())
+    left, right = (panel(figure, "cot_inverse", column) for column in range(2))
+    at = len(ARCHITECTURES)
+    assert not [bar for bar in bars(left) if abs(bar[0] - at) < 0.5]
+    assert [bar for bar in bars(right) if abs(bar[0] - at) < 0.5] == [(at, pytest.approx(0.9))]
+    lowest = figure.axes[2 * len(names("figure")) - 1]
+    shown = [label.get_text() for label in lowest.get_xticklabels()]
+    assert shown == [*ARCHITECTURES, "mine"]
+
+
+def test_a_table_of_own_experiments_alone_has_places_for_no_others():
+    assert architectures(with_own().where(model="mine")) == ("mine",)
+    assert architectures(table()) == ARCHITECTURES
+
+
+def test_an_experiment_beside_the_models_decides_no_claim_about_them():
+    assert repr(verdicts(with_own())) == repr(verdicts(table()))  # NaN is not NaN
+    assert list(verdicts_by_omega(with_own())) == ["all", "4", "8"]
 
 
 def test_a_table_of_one_frequency_has_bars_of_one():

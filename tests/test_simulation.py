@@ -149,7 +149,10 @@ def test_what_cannot_be_simulated_is_refused_at_once(name):
 
 
 def test_a_number_too_large_for_single_precision_may_fit_into_double():
-    assert simulation(Scenario(omega=5.0, height_m=1e39), dtype="float64").dtype == "float64"
+    weights = np.array([1e39])
+    with pytest.raises(TegotaeError, match=r"weight 0 is 1e\+39; the largest float32"):
+        simulation(weights=weights)
+    assert simulation(weights=weights, dtype="float64").dtype == "float64"
 
 
 @pytest.mark.parametrize("weights", [np.zeros(0), np.zeros(2)])

@@ -252,8 +252,24 @@ def test_a_scheduler_without_workers_is_told_of(capfd):
     with cluster(workers=0) as empty:
         on_cluster(empty.scheduler_address)
         assert capfd.readouterr().err == (
-            f"the Dask scheduler at {empty.scheduler_address} has no workers; waiting for some\n"
+            f"the Dask scheduler at {empty.scheduler_address} has no workers; "
+            "waiting 1800 s for some\n"
         )
+
+
+def test_workers_that_never_come_are_waited_for_as_long_as_was_said(tmp_path, monkeypatch, capfd):
+    monkeypatch.setattr("tegotae.study.cluster._LOOK_S", 0.05)
+    with cluster(workers=0) as empty:
+        address = empty.scheduler_address
+        results = on_cluster(address, patience_s=0.2)
+        with pytest.raises(TegotaeError) as raised:
+            runner.run(plan("smoke"), tmp_path / "study", results)
+    assert str(raised.value).startswith(
+        f"the Dask scheduler at {address} has had no workers for 0.2 s; {tmp_path / 'study'} keeps "
+        "0 of 3 models"
+    )
+    said = f"the Dask scheduler at {address} has no workers; waiting 0.2 s for some\n"
+    assert capfd.readouterr().err.count(said) == 1
 
 
 def test_a_worker_is_no_scheduler():

@@ -268,7 +268,7 @@ def test_a_checkpoint_that_cannot_be_read_is_not_called_damaged(
 def test_a_damaged_account_of_the_run_is_refused(tiny_training, tmp_path, text):
     folder = copy_of(tiny_training, tmp_path)
     (folder / "run.json").write_text(text, errors="surrogateescape")
-    with pytest.raises(TegotaeError, match=f"^{folder / 'run.json'} is damaged; [^\n]+$"):
+    with pytest.raises(TegotaeError, match=f"^{folder / 'run.json'} is damaged: [^\n]+$"):
         train(tiny.RUN, folder)
 
 

@@ -268,7 +268,7 @@ def test_a_storage_of_another_program_is_refused(toy, tmp_path):
 @pytest.mark.parametrize("content", ["not a journal", "not\na journal\n", '{"a": 1}\n', "[1]\n"])
 def test_a_file_that_is_no_storage_is_refused_and_left_as_it_was(toy, tmp_path, content):
     (tmp_path / "s").write_text(content)
-    with pytest.raises(TegotaeError, match=r"holds no tuning; choose another file"):
+    with pytest.raises(TegotaeError, match=r"holds no tuning.*; choose another file"):
         search(tmp_path / "s", 1)
     assert (tmp_path / "s").read_text() == content
 

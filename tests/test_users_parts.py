@@ -19,17 +19,20 @@ from tegotae.cli import main
 from tegotae.collection import read
 from tegotae.evaluation import evaluate
 from tegotae.experiment import Experiment
+from tegotae.metrics import registry as metrics
 from tegotae.references import imported, named
 from tegotae.registry import kinds
 from tegotae.study.folder import Folder
 from tegotae.study.table import tabulate
+from tegotae.terms import Network
 from tegotae.training.algorithms import Algorithm
+from tegotae.training.fitness import Fitness
 from tegotae.training.run import Run, train
 from tegotae.training.stopping import Stopping
 
 FILE = Path(__file__).parent / "users" / "my_parts.py"
-EXPERIMENT, ALGORITHM = f"{FILE}:experiment", f"{FILE}:HillClimb"
-NAMES = {"FourierAction", "AdaptivePhase", "LoadedHopper", "Jump", "hill-climb"}
+EXPERIMENT, ALGORITHM = f"{FILE}:experiment", f"{FILE}:Climb"
+NAMES = {"HarmonicAction", "DriftingPhase", "LoadedHopper", "Height", "climb"}
 
 
 @pytest.fixture(scope="module")
@@ -43,7 +46,7 @@ def run_of(parts, generations: int = 3) -> Run:
         experiment=parts.experiment,
         seeds=(0, 1),
         stopping=Stopping.after(generations),
-        algorithm=parts.HillClimb(),
+        algorithm=parts.Climb(),
     )
 
 
@@ -92,7 +95,7 @@ def test_python_and_the_command_train_to_the_same_numbers(parts, trained, tmp_pa
 def test_the_search_finds_something_better_than_it_began_with(trained):
     for path in trained.glob("mine-seed*.json"):
         training = controller_file.load(path).training
-        assert training["algorithm"]["name"] == "hill-climb"
+        assert training["algorithm"]["name"] == "climb"
         assert training["generations"] == 3
         assert training["best_fitness"] > 1.0
 
@@ -154,6 +157,23 @@ def test_what_was_trained_is_evaluated(parts, trained):
     assert np.isfinite(found.episodes["failed_share"]).all()
 
 
+def test_a_controller_is_evaluated_on_another_body_than_it_was_trained_on(
+    parts, trained, monkeypatch
+):
+    asked = []
+
+    def evaluate_all(sets, protocol, *rest):
+        asked.append((sets[0].body, protocol.work))
+        return []
+
+    monkeypatch.setattr("tegotae.cli.evaluate.evaluate_all", evaluate_all)
+    words = ["evaluate", str(trained), "--mass", "0.12"]
+    assert main([*words, "--work", "positive"]) == 0
+    assert main([*words, "--body", f"{FILE}:Hopper", "--energy", "net"]) == 0
+    heavier = parts.LoadedHopper(mass_kg=0.12), parts.Hopper(mass_kg=0.12)
+    assert asked == [(heavier[0], "positive"), (heavier[1], "net")]
+
+
 def _protocol(parts):
     return parts.experiment.protocol
 
@@ -161,20 +181,14 @@ def _protocol(parts):
 def test_its_algorithm_is_tuned(parts, tmp_path, capsys):
     pytest.importorskip("optuna")
     words = ["--algorithm", ALGORITHM, "--trials", "1", "--seeds", "1", "--confirm", "0"]
-    budget = [
-        "--budget-s",
-        "16",
-        "--storage",
-        str(tmp_path / "s"),
-        "--keep",
-        str(tmp_path / "k.json"),
-    ]
-    assert main(["tune", EXPERIMENT, *words, *budget]) == 0
-    kept = json.loads((tmp_path / "k.json").read_text())
-    assert (kept["algorithm"], kept["settings"]) == ("hill-climb", {"population": 4, "step": 0.2})
+    storage, keep = tmp_path / "journal", tmp_path / "kept.json"
+    words += ["--budget-s", "16", "--storage", str(storage), "--keep", str(keep)]
+    assert main(["tune", EXPERIMENT, *words]) == 0
+    kept = json.loads(keep.read_text())
+    assert (kept["algorithm"], kept["settings"]) == ("climb", {"population": 4, "step": 0.2})
 
 
-def test_it_stands_beside_the_papers_models_in_a_study(parts, tmp_path, capsys):
+def test_it_stands_beside_the_papers_models_in_a_study(parts, tmp_path, monkeypatch):
     """Done in worker processes, which know nothing of the file but what they are sent."""
     words = ["--dir", str(tmp_path), "--scale", "smoke", "--models", "V-*", "--workers", "1"]
     assert main(["study", "run", *words, "--experiments", EXPERIMENT]) == 0
@@ -183,10 +197,17 @@ def test_it_stands_beside_the_papers_models_in_a_study(parts, tmp_path, capsys):
     assert records[1].experiment == parts.experiment
     table = tabulate(records).where(model="mine")
     assert table["architecture"].tolist() == ["mine", "mine"]
+    assert table["observation"].tolist() == ["F", "F"]
     assert table["omega_t"].tolist() == [8.0, 8.0]
     out = tmp_path / "table.csv"
     assert main(["study", "export", "--dir", str(tmp_path), "--out", str(out)]) == 0
     assert "\nmine,mine," in out.read_text()
+    monkeypatch.setattr("tegotae.report.best._surface", lambda saved: {})  # which take long
+    monkeypatch.setattr("tegotae.report.best._hop", lambda saved: {})
+    assert main(["study", "report", "--dir", str(tmp_path)]) == 0
+    page = (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert '["mine", "mine", "F_k", "its own", 8.0,' in page
+    assert '"mine": {"model": "mine", "run":' in page
 
 
 def test_an_agent_learns_a_term_that_torch_does_not_know(parts):
@@ -196,16 +217,14 @@ def test_an_agent_learns_a_term_that_torch_does_not_know(parts):
     from tegotae.training.agents import PPOSettings
     from tegotae.training.agents.learner import AgentTraining, make_agent
 
-    settings = PPOSettings(n_steps=10, batch_size=20, n_envs=2)
+    settings = PPOSettings(n_steps=60, batch_size=120, n_envs=2)  # long enough to land
     training = AgentTraining.of(
-        dataclasses.replace(
-            parts.experiment, fitness=find("AR").experiment().fitness.__class__(settle_s=0.5)
-        ),
+        dataclasses.replace(parts.experiment, fitness=Fitness(settle_s=0.5)),
         settings,
     )
     agent, feedback = make_agent(training, seed=0)
     before = feedback.flat()
-    agent.learn(20)
+    agent.learn(120)
     assert feedback.flat().shape == before.shape == (5,)
     assert (feedback.flat() != before).any()
     observations = torch.randn(7, len(training.environment.observed))
@@ -221,11 +240,37 @@ def test_an_agent_learns_a_term_that_torch_does_not_know(parts):
     assert (high - low) / 1e-2 == pytest.approx(gradient[2], rel=1e-2, abs=1e-4)
 
 
+# The pages under Extending: files to copy.
+
+PAGES = Path(__file__).parents[1] / "docs" / "extending" / "examples"
+QUICK = ["--duration", "2", "--tick", "0.004", "--seeds", "1", "--generations", "1", "--to-cap"]
+
+
+@pytest.mark.parametrize("name", sorted(path.name for path in PAGES.glob("*.py")))
+def test_a_file_of_the_pages_is_imported_and_its_experiment_read_back(name):
+    module = imported(str(PAGES / name))
+    if hasattr(module, "experiment"):
+        document = json.loads(json.dumps(module.experiment.document))
+        assert Experiment.of(document) == module.experiment
+
+
+def test_the_files_of_the_pages_train_together(tmp_path):
+    """Term, body, fitness and algorithm of four files in one training."""
+    words = ["--body", f"{PAGES / 'rubber_hopper.py'}:RubberHopper"]
+    words += ["--fitness", f"{PAGES / 'jump.py'}:Jump"]
+    words += ["--algorithm", f"{PAGES / 'hill_climb.py'}:HillClimb", "--population", "4"]
+    place = f"{PAGES / 'fourier_action.py'}:experiment"
+    assert main(["train", place, *words, *QUICK, "--out", str(tmp_path)]) == 0
+    saved = controller_file.load(tmp_path / "fourier-seed0.json")
+    assert type(saved.body).__name__ == "RubberHopper"
+    assert saved.training["experiment"]["fitness"]["kind"] == "Jump"
+
+
 # Misuse: one line each.
 
 
 @dataclass(frozen=True)
-class Unregistered(find("AR").experiment().controller.tegotae.reaction.__class__):
+class Unregistered(Network):
     """A term that nobody registered."""
 
 
@@ -260,9 +305,9 @@ def test_a_file_that_names_a_part_nobody_registered_is_refused_and_nothing_is_im
     refused = call()
     assert refused.returncode == 2
     assert refused.stderr == (
-        f"tegotae: {path} is damaged: its actuation is a 'FourierAction', which is no term known "
-        "here; a part of your own must be registered first\n"
-    ).replace("actuation", "action")
+        f"tegotae: {path} is damaged: its oscillator is a 'DriftingPhase', which is no "
+        "oscillator known here; a part of your own must be registered first\n"
+    )
     assert call("--parts", str(FILE)).returncode == 0
 
 
@@ -307,12 +352,12 @@ def test_a_file_that_cannot_be_imported_is_told_with_its_line(tmp_path, text, on
         (["train", "nowhere.py:experiment"], "there is no file nowhere.py"),
         (["train", "no_such_module:experiment"], "there is no module no_such_module"),
         (["train", f"{FILE}:experimnt"], "did you mean experiment"),
-        (["train", f"{FILE}:Jump"], "is no experiment: it is a Jump, no Experiment"),
+        (["train", f"{FILE}:Height"], "is no experiment: it is a Height, no Experiment"),
         (["train", EXPERIMENT, "--budget", "20"], "--budget sizes the networks of the paper's"),
         (["train", EXPERIMENT, "--cot-only"], "--cot-only belongs to the paper's fitness"),
-        (["train", EXPERIMENT, "--body", f"{FILE}:Jump"], "is no body: "),
-        (["train", "ART", "--algorithm", f"{FILE}:Jump"], "is no algorithm: "),
-        (["tune", "ART", "--algorithm", f"{FILE}:Jump", "--storage", "s"], "is no algorithm: "),
+        (["train", EXPERIMENT, "--body", f"{FILE}:Height"], "is no body: "),
+        (["train", "ART", "--algorithm", f"{FILE}:Height"], "is no algorithm: "),
+        (["tune", "ART", "--algorithm", f"{FILE}:Height", "--storage", "s"], "is no algorithm: "),
         (["train", "--parts"], "--parts names no file"),
     ],
 )
@@ -342,4 +387,19 @@ def test_a_frequency_and_an_oscillator_go_together():
 
 
 def test_a_class_stands_for_an_instance_with_its_defaults(parts):
-    assert named(ALGORITHM, Algorithm, "algorithm") == parts.HillClimb()
+    assert named(ALGORITHM, Algorithm, "algorithm") == parts.Climb()
+
+
+def test_a_metric_of_a_users_file_is_known_by_its_name(tmp_path):
+    path = tmp_path / "my_own_metric.py"
+    path.write_text(
+        "import jax.numpy as jnp\n"
+        "from tegotae.metrics.metric import GaitMetric\n"
+        "mine = GaitMetric(name='my_apex', label='my apex', unit='m', about='an apex',\n"
+        "    more_is_better=True, compute=lambda e: jnp.nanmean(e.hops.height_m, axis=0))\n"
+    )
+    try:
+        module = imported(str(path))
+        assert metrics.find("my_apex") is register(module.mine)
+    finally:
+        metrics.forget("my_apex")

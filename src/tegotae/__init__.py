@@ -1,7 +1,11 @@
 """Tegotae: learned feedback in central pattern generators, a thousand rollouts at a time."""
 
-from tegotae import compilation_cache as _compilation_cache
-from tegotae import devices as _devices
+from tegotae import _start
+
+_start.prepare()
+
+from tegotae import compilation_cache as _compilation_cache  # noqa: E402
+from tegotae import devices as _devices  # noqa: E402
 
 _devices.use_all_cores()
 _compilation_cache.use_cache()

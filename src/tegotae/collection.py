@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -10,10 +9,11 @@ from pathlib import Path
 
 import numpy as np
 
-from tegotae import controller_file
+from tegotae import controller_file, documents
 from tegotae.bodies import Body
 from tegotae.controller import Controller
 from tegotae.controller_file import SavedController
+from tegotae.documents import DamagedDocumentError
 from tegotae.errors import TegotaeError
 from tegotae.models import find
 from tegotae.training.search import best_gain
@@ -103,13 +103,12 @@ def _is_controller(path: Path) -> bool:
         TegotaeError: if that cannot be told.
     """
     try:
-        document = json.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
+        return controller_file.is_controller(documents.read(path))
+    except FileNotFoundError as error:  # a link to nowhere
         raise TegotaeError(f"cannot read {path}: {error.strerror}") from None
-    except (ValueError, RecursionError):
-        what = "damaged or truncated" if path.stat().st_size else "empty"
+    except DamagedDocumentError as error:
+        what = f"damaged: {error}" if path.stat().st_size else "empty"
         raise TegotaeError(f"{path} is {what}; remove it from the folder") from None
-    return isinstance(document, dict) and document.get("format") == controller_file.FORMAT
 
 
 def _searched(name: str) -> Runs:

@@ -161,7 +161,7 @@ class Controller:
         return jnp.concatenate(parts)
 
     def spread(self, weights: Weights) -> Weights:
-        """The weights limb by limb: those of the units [*limb_shape, ...], the coupling's as is.
+        """The weights limb by limb: those of the units [(limbs,) ...], the coupling's as is.
 
         Args:
             weights: n_weights arrays, each of the shape of the lanes.

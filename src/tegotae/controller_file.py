@@ -4,15 +4,19 @@ from __future__ import annotations
 
 import json
 import math
+import reprlib
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import numpy as np
 
+from tegotae import documents
 from tegotae.bodies import Body, Hopper
 from tegotae.controller import Controller
 from tegotae.descriptions import describe, entry
+from tegotae.documents import DamagedDocumentError
 from tegotae.errors import TegotaeError
 from tegotae.files import write_atomically
 from tegotae.rollout import check_senses
@@ -75,38 +79,32 @@ def load(path: Path | str) -> SavedController:
     """
     path = Path(path)
     try:
-        text = path.read_text(encoding="utf-8")
+        document = documents.read(path)
     except FileNotFoundError:
         raise TegotaeError(f"no controller file at {path}") from None
-    except OSError as error:
-        raise TegotaeError(f"cannot read {path}: {error.strerror}") from None
-    except UnicodeDecodeError:
-        raise TegotaeError(f"{path} is not a controller file of tegotae") from None
-    try:
-        document = json.loads(text)
-    except (ValueError, RecursionError):
-        ours = FORMAT in text[:200]
-        what = "is damaged or truncated" if ours else "is not a controller file of tegotae"
+    except DamagedDocumentError as error:
+        what = f"is damaged: {error}" if _begins_as_ours(path) else _NOT_OURS
         raise TegotaeError(f"{path} {what}") from None
-    if not isinstance(document, dict) or document.get("format") != FORMAT:
-        raise TegotaeError(f"{path} is not a controller file of tegotae")
+    if not is_controller(document):
+        raise TegotaeError(f"{path} {_NOT_OURS}")
     if document.get("version") not in (1, VERSION):
         raise TegotaeError(
-            f"{path} is of version {document.get('version')!r}; "
+            f"{path} is of version {reprlib.repr(document.get('version'))}; "
             f"this program reads versions 1 and {VERSION}"
         )
     try:
+        entries = documents.fitted(document, _Document)
         if document["version"] == 1:
             document = _of_version_1(document)
         omega = entry(document, "omega_rad_per_s", float | None)
         saved = SavedController(
             entry(document, "controller", Controller),
-            np.asarray(entry(document, "weights", list[float]), "float64"),
+            np.asarray(entries.weights, "float64"),
             None if omega is None else float(omega),
             entry(document, "body", Body),
-            entry(document, "model", str | None),
-            entry(document, "training", dict),
-            entry(document, "software", dict),
+            entries.model,
+            entries.training,
+            entries.software,
         )
         check_senses(saved.controller, saved.body)
     except KeyError as error:
@@ -125,6 +123,32 @@ def _check_frequency(saved: SavedController, where: str) -> None:
         raise TegotaeError(f"{where}: it has an oscillator but no frequency")
     if saved.omega is not None and saved.controller.oscillator is None:
         raise TegotaeError(f"{where}: it has a frequency but no oscillator")
+
+
+def is_controller(document: Any) -> bool:
+    """Whether a JSON value is a controller file's and no other document."""
+    return isinstance(document, dict) and document.get("format") == FORMAT
+
+
+class _Document(msgspec.Struct):
+    """A controller file, but for its parts, whose kinds say what they hold."""
+
+    controller: dict[str, Any]
+    weights: list[float]
+    omega_rad_per_s: float | None
+    body: dict[str, Any]
+    model: str | None
+    training: dict[str, Any]
+    software: dict[str, str]
+
+
+_NOT_OURS = "is not a controller file of tegotae"
+
+
+def _begins_as_ours(path: Path) -> bool:
+    with path.open("rb") as stream:
+        first = stream.read(200)
+    return first.lstrip().startswith(b"{") and FORMAT.encode() in first
 
 
 def _check_weights(controller: Controller, weights: np.ndarray, path: str) -> None:

@@ -11,7 +11,7 @@ import jax
 import numpy as np
 from jax.sharding import Mesh, NamedSharding, PartitionSpec
 
-from tegotae.errors import TegotaeError
+from tegotae.errors import TegotaeError, require_count
 
 _XLA_FLAGS = {
     # A rollout's tick is a few hundred elementwise operations with some twenty results. XLA fuses
@@ -45,15 +45,65 @@ _TESTED_JAXLIB = ("0.10.2",)
 """Versions of jaxlib that know these; others, which may refuse to start, do without."""
 
 
+_CORES = "TEGOTAE_CORES"
+
+
 def available_cores() -> int:
     """Cores that this process may use; `TEGOTAE_CORES` asks for fewer or more."""
-    asked = os.environ.get("TEGOTAE_CORES", "")
-    if asked.isdigit() and int(asked) > 0:
-        return int(asked)
+    asked = os.environ.get(_CORES, "")
+    return int(asked) if _is_core_count(asked) else _own_cores()
+
+
+def _own_cores() -> int:
     try:
         return len(os.sched_getaffinity(0))
     except AttributeError:  # not on macOS or Windows
         return os.cpu_count() or 1
+
+
+def _most_cores() -> int:
+    """The largest number that can be asked for: every device has threads and memory of its own."""
+    return max(64, 4 * _own_cores())
+
+
+def _is_core_count(asked: str) -> bool:
+    return (
+        asked.isascii() and asked.isdigit() and len(asked) < 9 and 1 <= int(asked) <= _most_cores()
+    )
+
+
+def require_workers(count: int) -> None:
+    """Raise `TegotaeError` unless this machine may have so many worker processes."""
+    require_count("workers", count)
+    if count > _most_cores():
+        raise TegotaeError(
+            f"workers is {count}; on this machine of {_own_cores()} cores it must be at most "
+            f"{_most_cores()}"
+        )
+
+
+def check_environment() -> None:
+    """See that what the environment asks of the devices can be had.
+
+    Raises:
+        TegotaeError: for a `TEGOTAE_CORES` that is no number or beyond sense, or a `JAX_PLATFORMS`
+            that JAX cannot start.
+    """
+    asked = os.environ.get(_CORES, "")
+    if asked and not _is_core_count(asked):
+        raise TegotaeError(
+            f"{_CORES} is {asked!r}; on this machine of {_own_cores()} cores it must be a whole "
+            f"number from 1 to {_most_cores()}"
+        )
+    platforms = os.environ.get("JAX_PLATFORMS", "")
+    if platforms not in ("", "cpu"):
+        try:
+            jax.local_devices()
+        except (AssertionError, RuntimeError) as error:  # the former where there is no such device
+            why = (str(error).splitlines() or ["there is no such device"])[0]
+            raise TegotaeError(
+                f"JAX_PLATFORMS is {platforms!r}, which JAX cannot start here: {why}"
+            ) from None
 
 
 def jaxlib_version() -> str:
@@ -120,7 +170,12 @@ def environment(*, plain: bool = False) -> dict[str, str]:
 
 
 def lane_devices() -> list[Any]:
-    """The devices that lanes are shared out over: all of JAX's default kind."""
+    """The devices that lanes are shared out over: all of JAX's default kind.
+
+    Raises:
+        TegotaeError: if the environment asks for what cannot be had.
+    """
+    check_environment()
     return jax.local_devices()
 
 

@@ -12,9 +12,10 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from tegotae.bodies import Body, Hopper
+from tegotae.bodies import Body, Hopper, require_one_limb
 from tegotae.controller import Controller
 from tegotae.errors import TegotaeError, require_count, require_finite
+from tegotae.limits import MOST_M, MOST_POINTS, MOST_RAD_PER_S
 from tegotae.metrics.efficiency import check_work
 from tegotae.metrics.episode import ClampedEpisodes
 from tegotae.metrics.gait import gait
@@ -31,7 +32,7 @@ from tegotae.metrics.metric import (
 from tegotae.metrics.registry import built_in_gait, channels_of, chosen, summarise, with_needed
 from tegotae.metrics.statistics import Interval, mean_defined
 from tegotae.oscillators import Clamped
-from tegotae.rollout import Engine, Scenario, Timing, Trajectory
+from tegotae.rollout import Engine, Scenario, Timing, Trajectory, check_senses
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -74,9 +75,9 @@ class Protocol:
             require_finite("an offset of the frequency", offset)
         require_finite("undisturbed_s", self.undisturbed_s, least=1.0)
         require_finite("disturbed_s", self.disturbed_s, least=1.0)
-        require_finite("drop_m", self.drop_m, least=0.0)
-        require_finite("release_m", self.release_m, above=0.0)
-        require_count("clamped_phases", self.clamped_phases)
+        require_finite("drop_m", self.drop_m, least=0.0, most=MOST_M)
+        require_finite("release_m", self.release_m, above=0.0, most=MOST_M)
+        require_count("clamped_phases", self.clamped_phases, most=MOST_POINTS)
         check_work(self.work)
 
     def omegas(self, controller: Controller, omega_t: float | None) -> tuple[float, ...]:
@@ -89,7 +90,7 @@ class Protocol:
             return (math.nan,)
         if omega_t is None:
             raise TegotaeError("a controller with an oscillator needs omega_t, such as 8 (rad/s)")
-        require_finite("omega_t", omega_t, above=0.0)
+        require_finite("omega_t", omega_t, above=0.0, most=MOST_RAD_PER_S)
         omegas = tuple(omega_t + offset for offset in self.offsets)
         if min(omegas) <= 0.0:
             raise TegotaeError(
@@ -212,7 +213,8 @@ def evaluate(
 
     Raises:
         TegotaeError: for weights of the wrong shape or not finite, a missing or non-positive
-            frequency, releases of another number, or a metric that is not there.
+            frequency, releases of another number, a metric that is not there, or what
+            `require_evaluable` refuses.
 
     Example:
         >>> from tegotae.models import find
@@ -226,6 +228,7 @@ def evaluate(
     body = Hopper() if body is None else body
     protocol = protocol or Protocol()
     asked = chosen(metrics)
+    require_evaluable(controller, body, protocol)
     omegas = np.array(protocol.omegas(controller, omega_t))
     weights = _checked_weights(controller, weights)
     runs, episodes = len(weights), len(omegas)
@@ -262,6 +265,17 @@ def evaluate(
         omegas,
         {name: value.reshape(runs, episodes) for name, value in episodes_of.items()},
     )
+
+
+def require_evaluable(controller: Controller, body: Body, protocol: Protocol) -> None:
+    """Raise `TegotaeError` if a controller on a body cannot be evaluated: before long work starts.
+
+    That is: if they do not go together, the control period is too long for the body, or the body
+    has several limbs, for whose gaits there are no metrics.
+    """
+    check_senses(controller, body)
+    body.check_tick(protocol.tick_s)
+    require_one_limb(body, "the evaluation of hopping")
 
 
 def _of_gait(

@@ -12,6 +12,7 @@ from tegotae.controller import Controller
 from tegotae.descriptions import describe, restore
 from tegotae.errors import TegotaeError, require_finite
 from tegotae.evaluation import Protocol
+from tegotae.limits import MOST_M, MOST_RAD_PER_S
 from tegotae.rollout import Scenario, Timing, check_senses
 from tegotae.terms import ConstantGain
 from tegotae.training.fitness import EPISODE, Fitness
@@ -77,8 +78,8 @@ class Experiment:
         if self.controller.oscillator is not None and self.omega is None:
             raise TegotaeError(f"{self.name} has an oscillator; give it an omega, such as 8 rad/s")
         if self.omega is not None:
-            require_finite("omega", self.omega, above=0.0)
-        require_finite("release_m", self.release_m, above=0.0)
+            require_finite("omega", self.omega, above=0.0, most=MOST_RAD_PER_S)
+        require_finite("release_m", self.release_m, above=0.0, most=MOST_M)
         check_senses(self.controller, self.body)
         self.body.check_tick(self.timing.tick_s)
         self.fitness.check(self.timing)

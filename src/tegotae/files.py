@@ -17,7 +17,9 @@ def write_atomically(path: Path, content: str | bytes) -> None:
     Raises:
         TegotaeError: if it cannot be written (no permission, no space left, no such folder).
     """
-    data = content.encode() if isinstance(content, str) else content
+    # Halves of characters, which a file's name can have, are in no encoding: they are spelled out.
+    text = isinstance(content, str)
+    data = content.encode(errors="backslashreplace") if text else content
     # Opened like any new file, so that it gets the permissions that the user's umask asks for.
     temporary = path.with_name(f".{path.name}.{secrets.token_hex(4)}")
     try:

@@ -23,7 +23,7 @@ class Lane(NamedTuple):
     moment: Moment
     """State of body and oscillators, and what the controller last said."""
     force_n: jax.Array
-    """Mean actuator force over the last tick [N], zero in flight; [*limb_shape, lanes]."""
+    """Mean actuator force over the last tick [N], zero in flight; [(limbs,) lanes]."""
     failed: jax.Array
     """Whether the lane has failed; it then stands still. [lanes]"""
 
@@ -42,11 +42,11 @@ class Tick(NamedTuple):
     contact: Contact
     """What the body did."""
     force_n: jax.Array
-    """Mean actuator force, zero in flight [N], [*limb_shape, lanes]."""
+    """Mean actuator force, zero in flight [N], [(limbs,) lanes]."""
     phase_rad: jax.Array
-    """Phase at its start [rad], [*limb_shape, lanes]."""
+    """Phase at its start [rad], [(limbs,) lanes]."""
     travel_rad: jax.Array
-    """How far the phase moves [rad], [*limb_shape, lanes]."""
+    """How far the phase moves [rad], [(limbs,) lanes]."""
     end: Moment
     """State at its end, of a lane that did not fail."""
     ground_m: jax.Array
@@ -69,7 +69,7 @@ class ClosedLoop:
     integrator: Integrator
 
     def spread(self, weights: Weights, scenario: Scenario) -> tuple[Weights, Scenario]:
-        """Weights, frequency and phase limb by limb: [*limb_shape, lanes]."""
+        """Weights, frequency and phase limb by limb: [(limbs,) lanes]."""
         shape = (*self.controller.limb_shape, *jnp.shape(scenario.height_m))
 
         def per_limb(x: jax.Array) -> jax.Array:

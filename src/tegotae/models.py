@@ -23,6 +23,7 @@ from typing import Any
 from tegotae.controller import Controller, Tegotae
 from tegotae.errors import TegotaeError, require_count, unknown
 from tegotae.experiment import Experiment
+from tegotae.limits import MOST_WEIGHTS
 from tegotae.oscillators import PhaseOscillator
 from tegotae.terms import (
     Actuation,
@@ -130,7 +131,7 @@ class Model:
         Raises:
             TegotaeError: for a budget too small for one neuron per network.
         """
-        require_count("budget", budget)
+        require_count("budget", budget, most=MOST_WEIGHTS)
         inputs = self._network_inputs()
         constant_gain = not self.is_single_network and self.gain is None
         n_inputs = [len(Network(i, 1).reads) for i in inputs.values()]

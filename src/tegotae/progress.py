@@ -46,7 +46,9 @@ class Reporter:
         if done > first and now > begun:
             per_s = (done - first) / (now - begun)
             parts += [_rate(per_s), f"{(self._total - done) / per_s:.0f} s left"]
-        self._console.print("  ".join(filter(None, parts)), highlight=False)
+        self._console.print(
+            "  ".join(filter(None, parts)), highlight=False, markup=False, emoji=False
+        )
 
 
 def _rate(per_s: float) -> str:
@@ -66,10 +68,10 @@ def reporting(title: str, total: int) -> Iterator[Reporter]:
         yield Reporter(title, total, console, None)
         return
     columns = (
-        TextColumn("{task.description}"),
+        TextColumn("{task.description}", markup=False),
         BarColumn(bar_width=24),
         MofNCompleteColumn(),
-        TextColumn("{task.fields[note]}"),
+        TextColumn("{task.fields[note]}", markup=False),
         _RateColumn(),
         TimeRemainingColumn(),
     )

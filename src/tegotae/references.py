@@ -58,7 +58,8 @@ def named(reference: str, kind: type | tuple[type, ...], what: str) -> Any:
             raise TegotaeError(f"{reference} cannot be made without arguments: {error}") from None
     if not isinstance(found, kinds):
         names = " or ".join(each.__name__ for each in kinds)
-        raise TegotaeError(f"{reference} is no {what}: it is a {type(found).__name__}, no {names}")
+        own = found if isinstance(found, type) else type(found)
+        raise TegotaeError(f"{reference} is no {what}: it is a {own.__name__}, no {names}")
     return found
 
 
@@ -77,9 +78,8 @@ def imported(place: str) -> ModuleType:
         del sys.path[before:]
         raise
     for part in list(vars(module).values()):
-        if registry.is_part(part) and part.__module__ == module.__name__:
-            registry.register(part)
-        if isinstance(part, Metric) and part not in built_in():
+        is_own_part = registry.is_part(part) and part.__module__ == module.__name__
+        if is_own_part or (isinstance(part, Metric) and part not in built_in()):
             registry.register(part)
     return module
 

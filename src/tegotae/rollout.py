@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import inspect
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
@@ -19,6 +20,7 @@ from tegotae.controller import Controller, Weights
 from tegotae.devices import lane_devices, loops_are_kernels, on_cpu
 from tegotae.errors import TegotaeError, require_finite
 from tegotae.integrators import Integrator, PredictorCorrector
+from tegotae.limits import require_memory
 from tegotae.loop import ClosedLoop, Tick, check_senses
 from tegotae.recorder import Frame, Recorder, Trajectory
 from tegotae.world import Scenario, ground_m
@@ -152,6 +154,7 @@ class Engine:
         self.recorder(body)
         with jax.enable_x64(dtype == "float64"):
             weights, scenario = _as_lanes(self.controller, weights, scenario, dtype)
+            _require_room(self, body, weights.shape[-1], weights.dtype.itemsize)
             body = jax.tree.map(lambda x: jnp.asarray(x, dtype), body)
             return jax.tree.map(np.asarray, _run(self, weights, scenario, body))
 
@@ -246,6 +249,25 @@ def check_posture(body: Body, scenario: Scenario) -> None:
         if name not in takes:
             says = f"it takes {', '.join(takes)}" if takes else "it takes none"
             raise TegotaeError(f"{type(body).__name__} knows no posture {name!r}; {says}")
+
+
+def _require_room(engine: Engine, body: Body, lanes: int, itemsize: int) -> None:
+    """Raise `TegotaeError` if a rollout needs more memory than there is.
+
+    Every device records the frames of the block that it is at. The few numbers of a summary are not
+    counted; whole trajectories are, twice, while they are gathered.
+    """
+    limbs = math.prod(engine.controller.limb_shape)
+    frame = float(itemsize) * len(engine.recorder(body).channels) * limbs
+    devices = len(lane_devices())
+    block = LANES_PER_BLOCK if on_cpu() else -(-lanes // devices)
+    at_work = block * min(devices, -(-lanes // block))
+    whole = block * -(-lanes // (block * devices)) * devices  # with those that fill blocks up
+    kept = 2 * whole if engine.summary is whole_trajectory else 0
+    require_memory(
+        (at_work + kept) * engine.timing.n_frames * frame,
+        f"a rollout of {lanes} lanes and {engine.timing.n_frames} frames",
+    )
 
 
 def _as_lanes(

@@ -10,12 +10,21 @@ from typing import Any
 import jax
 import numpy as np
 
-from tegotae.bodies import Hopper
+from tegotae.bodies import Hopper, require_one_limb
 from tegotae.controller import Controller
 from tegotae.errors import TegotaeError, require_finite
 from tegotae.integrators import Integrator, PredictorCorrector
+from tegotae.limits import MOST_M, MOST_RAD_PER_S, require_within
 from tegotae.metrics.efficiency import check_work, cot_inverse, work_total
 from tegotae.rollout import Engine, Scenario, Timing, Trajectory
+
+_MOST = {
+    "omega": MOST_RAD_PER_S,
+    "height_m": MOST_M,
+    "velocity_m_per_s": MOST_M,
+    "drop_m": MOST_M,
+}
+"""How large entries of a scenario may be, either way."""
 
 
 @dataclass(frozen=True)
@@ -56,6 +65,7 @@ class Simulation:
     integrator: Integrator = field(default_factory=PredictorCorrector)
 
     def __post_init__(self) -> None:
+        require_one_limb(self.hopper, "a simulation for people")
         check_work(self.work)
         if self.dtype not in ("float32", "float64"):
             raise TegotaeError(f"dtype is {self.dtype!r}; it must be 'float32' or 'float64'")
@@ -64,6 +74,8 @@ class Simulation:
                 require_finite(name, value)
         require_finite("height_m", self.scenario.height_m, above=0.0)
         self._require_in_range()
+        for name, most in _MOST.items():
+            require_within(name, getattr(self.scenario, name), most)
         duration_s = self.timing.duration_s
         require_finite("measure_from_s", self.measured_from_s, least=0.0)
         if self.measured_from_s >= duration_s:

@@ -21,7 +21,7 @@ from tegotae.training.objective import Objective
 
 
 @dataclass(frozen=True)
-class FourierAction(Term):
+class HarmonicAction(Term):
     """`A′(φ) = Σ_n a_n cos nφ + b_n sin nφ` of first and second order."""
 
     @property
@@ -41,33 +41,33 @@ class FourierAction(Term):
         return weights[0] * cosine + weights[1] * sine + second
 
 
-class AdaptiveState(NamedTuple):
+class DriftingState(NamedTuple):
     phase: jax.Array
     shift: jax.Array
 
 
 @dataclass(frozen=True)
-class AdaptivePhase(Oscillator):
+class DriftingPhase(Oscillator):
     """`φ̇ = ω + a + f`, `τ ȧ = η f - a`."""
 
     strength: float = 0.1
     time_s: float = 2.0
 
-    def start(self, phase_rad: jax.Array) -> AdaptiveState:
-        return AdaptiveState(wrap_phase(phase_rad), jnp.zeros_like(phase_rad))
+    def start(self, phase_rad: jax.Array) -> DriftingState:
+        return DriftingState(wrap_phase(phase_rad), jnp.zeros_like(phase_rad))
 
-    def rate(self, state: Any, omega: jax.Array, feedback: jax.Array) -> tuple[jax.Array, ...]:
-        _, shift = state
-        return omega + shift + feedback, (self.strength * feedback - shift) / self.time_s
+    def rate(self, state: Any, omega: jax.Array, feedback: jax.Array, weights: Any = ()) -> Any:
+        fades = (self.strength * feedback - state.shift) / self.time_s
+        return DriftingState(omega + state.shift + feedback, fades)
 
     def phase(self, state: Any) -> jax.Array:
-        return state[0]
+        return state.phase
 
     def sin_cos(self, state: Any) -> tuple[jax.Array, jax.Array]:
-        return sin_cos(state[0])
+        return sin_cos(state.phase)
 
-    def settle(self, state: Any) -> AdaptiveState:
-        return AdaptiveState(wrap_phase(state[0]), state[1])
+    def settle(self, state: Any) -> DriftingState:
+        return state._replace(phase=wrap_phase(state.phase))
 
 
 @traceable
@@ -85,8 +85,8 @@ class LoadedHopper(Hopper):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Jump(Objective):
-    """How high the body gets in the last part of an episode [m], less a price of high gains."""
+class Height(Objective):
+    """How high the body gets in the last part of an episode [m]."""
 
     last_s: float = 1.0
 
@@ -95,17 +95,17 @@ class Jump(Objective):
         return trajectory.height_m[-frames:].max(axis=0)
 
 
-class ClimbState(NamedTuple):
+class Searching(NamedTuple):
     mean: jax.Array
     std: jax.Array
     fitness: jax.Array
 
 
 @dataclass(frozen=True, kw_only=True)
-class HillClimb(Algorithm):
+class Climb(Algorithm):
     """Keep the best of some random neighbours."""
 
-    NAME = "hill-climb"
+    NAME = "climb"
     FIRST = {"step": 0.2}  # noqa: RUF012 - what a tuning tries first
 
     population: int = 4
@@ -115,8 +115,8 @@ class HillClimb(Algorithm):
         return Climber(self.population, self.step)
 
     @staticmethod
-    def suggest(trial: Any) -> HillClimb:
-        return HillClimb(step=trial.suggest_float("step", 0.01, 1.0, log=True))
+    def suggest(trial: Any) -> Climb:
+        return Climb(step=trial.suggest_float("step", 0.01, 1.0, log=True))
 
 
 @dataclass(frozen=True)
@@ -127,31 +127,31 @@ class Climber:
     step: float
     default_params: tuple = ()
 
-    def init(self, key: jax.Array, mean: jax.Array, parameters: Any) -> ClimbState:
-        return ClimbState(mean, jnp.asarray(self.step, mean.dtype), jnp.asarray(jnp.inf))
+    def init(self, key: jax.Array, mean: jax.Array, parameters: Any) -> Searching:
+        return Searching(mean, jnp.asarray(self.step, mean.dtype), jnp.asarray(jnp.inf))
 
-    def ask(self, key: jax.Array, state: ClimbState, parameters: Any) -> tuple[jax.Array, Any]:
+    def ask(self, key: jax.Array, state: Searching, parameters: Any) -> tuple[jax.Array, Any]:
         noise = jax.random.normal(key, (self.population, state.mean.shape[0]))
         return state.mean[None] + state.std * noise, state
 
     def tell(
         self, key: jax.Array, samples: jax.Array, fitness: jax.Array, state: Any, parameters: Any
-    ) -> tuple[ClimbState, dict]:
+    ) -> tuple[Searching, dict]:
         best = jnp.argmin(fitness)
         better = fitness[best] < state.fitness
         mean = jnp.where(better, samples[best], state.mean)
-        return ClimbState(mean, state.std, jnp.minimum(fitness[best], state.fitness)), {}
+        return Searching(mean, state.std, jnp.minimum(fitness[best], state.fitness)), {}
 
 
 def make_experiment(name: str = "mine", **changes: Any) -> Experiment:
     """An experiment of a few seconds, of parts that the package does not have."""
-    terms = Tegotae(FourierAction(), VanillaReaction(), ConstantGain())
+    terms = Tegotae(HarmonicAction(), VanillaReaction(), ConstantGain())
     settings: dict[str, Any] = {
-        "controller": Controller(Reflex(), AdaptivePhase(), terms),
+        "controller": Controller(Reflex(), DriftingPhase(), terms),
         "omega": 8.0,
         "body": LoadedHopper(),
         "timing": Timing(duration_s=2.0, tick_s=0.004),
-        "fitness": Jump(),
+        "fitness": Height(),
         "protocol": Protocol(
             undisturbed_s=2.0, disturbed_s=2.0, offsets=(0.0,), tick_s=0.004, clamped_phases=2
         ),

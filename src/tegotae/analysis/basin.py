@@ -8,6 +8,7 @@ import numpy as np
 
 from tegotae.analysis.outcome import Outcome, OutcomeSummary
 from tegotae.analysis.sweep import MAP_DURATION_S, as_maps, lanes
+from tegotae.bodies import require_one_limb
 from tegotae.controller_file import SavedController
 from tegotae.metrics.gait import LIMIT_CYCLE
 from tegotae.rollout import Engine, Scenario, Timing
@@ -68,7 +69,7 @@ def map_basin(
         timing: 40 s by default. What has not settled by its end counts as without limit cycle.
 
     Raises:
-        TegotaeError: for values that the rollout refuses.
+        TegotaeError: for values that the rollout refuses, or a body of several limbs.
 
     Example:
         >>> from tegotae import build
@@ -77,6 +78,7 @@ def map_basin(
         >>> [(a.hops, a.turns, a.share) for a in found.attractors]
         [(1, 1, 1.0)]
     """
+    require_one_limb(saved.body, "a map of basins")
     with_phase = saved.controller.oscillator is not None
     height, column = lanes(height_m, across)
     engine = Engine(

@@ -8,8 +8,10 @@ from dataclasses import dataclass
 import jax
 import numpy as np
 
+from tegotae.bodies import require_one_limb
 from tegotae.controller_file import SavedController
 from tegotae.errors import TegotaeError, require_finite
+from tegotae.limits import MOST_M
 from tegotae.metrics.gait import LIMIT_CYCLE, REGIMES, GaitSummary
 from tegotae.metrics.hopping import hops
 from tegotae.rollout import Engine, Scenario, Timing
@@ -59,11 +61,8 @@ def require_enterable(saved: SavedController, what: str) -> None:
     An analysis that starts rollouts on a limit cycle knows of the oscillator its phase. One with
     more state, or without a phase, would start off the cycle.
     """
-    oscillator, body = saved.controller.oscillator, saved.body
-    if body.limbs > 1:
-        raise TegotaeError(
-            f"{what} is made for bodies of one limb; a {type(body).__name__} has {body.limbs}"
-        )
+    oscillator = saved.controller.oscillator
+    require_one_limb(saved.body, what)
     if oscillator is not None and not oscillator.is_its_phase:
         why = "more state than its phase" if oscillator.has_phase else "no phase"
         raise TegotaeError(
@@ -91,7 +90,7 @@ def find_orbit(
 
     Raises:
         NoLimitCycleError: if it does not settle; says what it does instead.
-        TegotaeError: for a release that is not finite.
+        TegotaeError: for a release that is not finite, or a body of several limbs.
 
     Example:
         >>> from tegotae import build
@@ -100,7 +99,8 @@ def find_orbit(
         >>> found.hops, round(found.period_s, 3)
         (1, 0.846)
     """
-    require_finite("height", height_m)
+    require_one_limb(saved.body, "a limit cycle's orbit")
+    require_finite("height", height_m, above=0.0, most=MOST_M)
     require_finite("phase", phase_rad)
     timing = Timing(duration_s=settle_s, tick_s=tick_s, frame_s=tick_s)
     engine = Engine(controller=saved.controller, timing=timing, summary=_recorded)

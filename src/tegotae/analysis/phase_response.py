@@ -10,7 +10,8 @@ from tegotae.analysis.orbit import Orbit, require_enterable
 from tegotae.analysis.outcome import turn
 from tegotae.bodies import Hopper
 from tegotae.controller_file import SavedController
-from tegotae.errors import TegotaeError, require_count, require_finite
+from tegotae.errors import TegotaeError, require_count
+from tegotae.limits import MOST_M, MOST_POINTS, require_within
 from tegotae.maths import TWO_PI
 from tegotae.metrics.hopping import hops
 from tegotae.metrics.limit_cycle import LimitCycle
@@ -72,10 +73,7 @@ def measure_phase_response(
     if not isinstance(body, Hopper):
         raise TegotaeError(f"a push needs a hopper's mass, and this is a {type(body).__name__}")
     push_ns = np.atleast_1d(np.asarray(push_ns, float))
-    for push in push_ns:
-        require_finite("push", push)
-    require_count("points", points, least=3)
-    require_count("cycles", cycles, least=3)
+    check_pushes(push_ns, body, points, cycles)
     tolerance = tolerance or LimitCycle()
 
     start = np.searchsorted(orbit.time_s, np.arange(points) / points * orbit.period_s)
@@ -121,6 +119,14 @@ def measure_phase_response(
         stance=orbit.height_m[start] < body.rest_length_m,
         oscillator_phase_rad=orbit.phase_rad[start],
     )
+
+
+def check_pushes(push_ns: np.ndarray, body: Hopper, points: int, cycles: int) -> None:
+    """Raise `TegotaeError` for impulses [N s] beyond sense, or too few or many points or cycles."""
+    for push in push_ns:
+        require_within("push", push, float(body.mass_kg) * MOST_M)
+    require_count("points", points, least=3, most=MOST_POINTS)
+    require_count("cycles", cycles, least=3, most=MOST_POINTS)
 
 
 def _hops(trajectory, scenario, body, timing):

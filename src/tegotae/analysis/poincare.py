@@ -11,12 +11,14 @@ from tegotae.analysis.orbit import Orbit, require_enterable
 from tegotae.analysis.outcome import turn
 from tegotae.controller_file import SavedController
 from tegotae.errors import TegotaeError, require_count, require_finite
+from tegotae.limits import MOST_POINTS
 from tegotae.metrics.hopping import hops
 from tegotae.rollout import Engine, Scenario, Timing
 
 NUMERICAL = 5e-6
 """Distances below this, in m and rad, are those of the simulation's own errors."""
 
+_MOST_OFF = 1.0  # what a disturbance may be, in m and rad
 _NEWTON_STEPS = 6
 _CLOSE = 1e-8  # of the fixed point, in m and rad
 _SINGULAR = 1e6  # condition number
@@ -92,9 +94,7 @@ def poincare_section(
     Reference: S. H. Strogatz, Nonlinear Dynamics and Chaos, section 8.7.
     """
     require_enterable(saved, "a Poincaré section")
-    require_finite("step", step, above=0.0)
-    require_finite("nudge", nudge, above=NUMERICAL)
-    require_count("turns", turns, least=3)
+    check_disturbances(step, nudge, turns)
     with_phase = saved.controller.oscillator is not None
     start = np.array([orbit.apex_height_m[0], orbit.apex_phase_rad[0]][: 1 + with_phase])
 
@@ -122,6 +122,13 @@ def poincare_section(
         distance=distance,
         observed=observed_factor(distance),
     )
+
+
+def check_disturbances(step: float, nudge: float, turns: int) -> None:
+    """Raise `TegotaeError` for steps or a nudge [m, rad] out of their range, or too few turns."""
+    require_finite("step", step, above=0.0, most=_MOST_OFF)
+    require_finite("nudge", nudge, above=NUMERICAL, most=_MOST_OFF)
+    require_count("turns", turns, least=3, most=MOST_POINTS)
 
 
 def linearised(image: Map, point: np.ndarray, step: float) -> tuple[np.ndarray, np.ndarray]:

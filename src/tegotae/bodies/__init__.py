@@ -1,7 +1,17 @@
 """Bodies: the mechanics that a controller drives."""
 
 from tegotae.bodies.bar import Bar, BarState
-from tegotae.bodies.base import Body, Contact, Push, Sensation
+from tegotae.bodies.base import Body, Contact, Push, Sensation, require_one_limb
 from tegotae.bodies.hopper import Hopper, HopperState
 
-__all__ = ["Bar", "BarState", "Body", "Contact", "Hopper", "HopperState", "Push", "Sensation"]
+__all__ = [
+    "Bar",
+    "BarState",
+    "Body",
+    "Contact",
+    "Hopper",
+    "HopperState",
+    "Push",
+    "Sensation",
+    "require_one_limb",
+]

@@ -10,6 +10,7 @@ import jax
 import jax.numpy as jnp
 
 from tegotae.bodies.base import Body, Contact, Push, Sensation
+from tegotae.bodies.hopper import Hopper
 from tegotae.bodies.motion import LARGEST_TURN_RAD, ORDER, crossing_time, rise, series
 from tegotae.channels import Channel, State
 from tegotae.errors import TegotaeError, require_finite
@@ -175,6 +176,18 @@ class Bar(Body):
                 f"the control tick of {tick_s:g} s is too long for this bar, whose stance has a "
                 f"rate of {fastest:g} rad/s; use at most {LARGEST_TURN_RAD / fastest:.2g} s"
             )
+
+    def check_release(self, height_m: float) -> None:
+        """Raise `TegotaeError` if, released level and at rest from this height [m], it cannot hop.
+
+        Level, with all legs alike, every leg with its share of the mass is a hopper.
+        """
+        own = {field.name for field in fields(Hopper)} & {field.name for field in fields(self)}
+        leg = Hopper(**{name: getattr(self, name) for name in own})
+        try:
+            leg.check_release(height_m)
+        except TegotaeError as error:
+            raise TegotaeError(f"as a leg of this bar, {error}") from None
 
     def release(
         self, height_m, velocity_m_per_s, pitch_rad=0.0, pitch_rate_rad_per_s=0.0

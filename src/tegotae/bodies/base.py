@@ -8,10 +8,11 @@ from typing import Any, NamedTuple
 import jax
 
 from tegotae.channels import Channel
+from tegotae.errors import TegotaeError
 
 
 class Sensation(NamedTuple):
-    """What a body feels at one instant: every entry of shape [*limb_shape, lanes]."""
+    """What a body feels at one instant: every entry of shape [(limbs,) lanes]."""
 
     values: dict[str, jax.Array]
     """Sensed quantities by name, in SI units."""
@@ -22,7 +23,7 @@ class Sensation(NamedTuple):
 class Push(NamedTuple):
     """The actuator force over one tick, linear in time: mean + rise · (share of the tick - ½).
 
-    Both of shape [*limb_shape, lanes].
+    Both of shape [(limbs,) lanes].
     """
 
     mean_n: jax.Array
@@ -34,7 +35,7 @@ class Push(NamedTuple):
 class Contact(NamedTuple):
     """The body's motion over one control tick.
 
-    Of shape [*limb_shape, lanes] for what each limb does (its stance, its work, its touchdown),
+    Of shape [(limbs,) lanes] for what each limb does (its stance, its work, its touchdown),
     [lanes] for what the body does.
     """
 
@@ -140,3 +141,22 @@ class Body(ABC):
     @abstractmethod
     def energy(self, state: Any, ground_m: jax.Array) -> jax.Array:
         """Mechanical energy, kinetic + potential (height above zero) + elastic [J]."""
+
+
+def require_one_limb(body: Body, what: str) -> None:
+    """Raise `TegotaeError` if a body has several limbs, for which something is not made.
+
+    Args:
+        body: the body.
+        what: what is not, such as "an evaluation".
+
+    Example:
+        >>> from tegotae.bodies import Bar
+        >>> require_one_limb(Bar(), "an evaluation")
+        Traceback (most recent call last):
+        tegotae.errors.TegotaeError: an evaluation is made for bodies of one limb; a Bar has 2
+    """
+    if body.limbs > 1:
+        raise TegotaeError(
+            f"{what} is made for bodies of one limb; a {type(body).__name__} has {body.limbs}"
+        )

@@ -2,21 +2,25 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Sequence
 
 import tyro
 
+from tegotae._start import ready
 from tegotae.cli.bench import Bench
 from tegotae.cli.compare import Compare
+from tegotae.cli.console import make_safe
 from tegotae.cli.evaluate import Evaluate
 from tegotae.cli.figure import Figure
 from tegotae.cli.models import Models
 from tegotae.cli.simulate import Simulate
-from tegotae.cli.status import exit_status, leave
+from tegotae.cli.status import DEBUG, exit_status, leave
 from tegotae.cli.study import Study
 from tegotae.cli.train import Train
 from tegotae.cli.tune import Tune
+from tegotae.devices import check_environment
 from tegotae.errors import TegotaeError
 from tegotae.references import imported
 
@@ -35,22 +39,31 @@ COMMANDS = {
 
 _SWITCHES = (
     "With --parts FILE.py, or --parts MODULE, any command knows the parts that you wrote there, "
-    "which files that name them need."
+    "which files that name them need. --version says which version this is. With --debug, or "
+    "TEGOTAE_DEBUG=1, an error shows where it arose."
 )
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run a subcommand; the exit status is 0, 2 for unusable input, or 130 after Ctrl-C.
+    """Run a subcommand; the exit status is 0, or another one (`exit_status`).
 
     Raises:
         SystemExit: of status 2 for arguments that do not make a command; of 0 after `--help`.
     """
     words = list(sys.argv[1:] if arguments is None else arguments)
+    if "--debug" in words:
+        os.environ[DEBUG] = "1"  # which worker processes inherit
+    words = [word for word in words if word != "--debug"]
     return exit_status(lambda: _run(words))
 
 
 def _run(words: list[str]) -> None:
-    words, places = _parts(words)
+    if words == ["--version"]:
+        from tegotae import __version__
+
+        print(f"tegotae {__version__}")
+        return
+    words, places = split_parts(words)
     for place in places:
         imported(place)
     command = tyro.extras.subcommand_cli_from_dict(
@@ -64,10 +77,11 @@ def _run(words: list[str]) -> None:
             tyro.conf.PositionalMetavarFromFieldName,
         ),
     )
+    check_environment()
     command.run()
 
 
-def _parts(words: list[str]) -> tuple[list[str], list[str]]:
+def split_parts(words: list[str]) -> tuple[list[str], list[str]]:
     """The words without --parts, and what it names."""
     kept, places = [], []
     rest = iter(words)
@@ -84,4 +98,6 @@ def _parts(words: list[str]) -> tuple[list[str], list[str]]:
 
 def entry() -> None:
     """The console script."""
+    make_safe()
+    ready()
     leave(main())

@@ -11,6 +11,8 @@ from rich.console import Console
 from rich.table import Table
 
 from tegotae.errors import TegotaeError, require_count
+from tegotae.limits import require_memory
+from tegotae.models import BUDGET
 from tegotae.rollout import Timing
 
 
@@ -31,6 +33,7 @@ class Bench:
         from tegotae.devices import environment, jaxlib_version, lane_devices, xla_options
 
         require_count("lanes", self.lanes)
+        require_memory(4.0 * 8 * self.lanes * BUDGET, f"{self.lanes} lanes")
         tick_s = Timing().tick_s
         ours = engine.speed(self.lanes)
         rate, compile_s = ours.ticks_per_s, ours.compile_s

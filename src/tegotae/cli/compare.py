@@ -14,6 +14,7 @@ import tyro
 
 from tegotae.cli.evaluate import evaluate_all, print_table, show, shown
 from tegotae.cli.metrics import named
+from tegotae.cli.options import WorkOption
 from tegotae.cli.tables import print_rows
 from tegotae.collection import Runs, read
 from tegotae.errors import TegotaeError
@@ -23,16 +24,14 @@ from tegotae.metrics.registry import range_of
 from tegotae.metrics.statistics import Interval, difference, paired_difference
 
 
-@dataclass(frozen=True)
-class Compare:
+@dataclass(frozen=True, kw_only=True)
+class Compare(WorkOption):
     """Compare controllers: files, folders or pure V models. Differences are to the first one."""
 
     places: Annotated[tuple[str, ...], tyro.conf.Positional]
     """Controller files, folders of them, or names of pure V models."""
     drop: float = 0.2
     """How far the ground drops [m]."""
-    energy: str = "absolute"
-    """Definition of the actuator's work: absolute, positive or net."""
     metric: tuple[str, ...] = ()
     """Only these metrics: names, FILE.py:OBJECT for one of your own, or all."""
     json: bool = False
@@ -40,7 +39,7 @@ class Compare:
 
     def run(self) -> None:
         """Evaluate, compare, and print."""
-        protocol = Protocol(drop_m=self.drop, work=self.energy)
+        protocol = Protocol(drop_m=self.drop, work=self.work)
         asked = named(self.metric)
         sets = told_apart([(place, runs) for place in self.places for runs in read(place)])
         if len(sets) < 2:

@@ -14,20 +14,25 @@ import tyro
 
 from tegotae import tables
 from tegotae.cli.metrics import named
-from tegotae.cli.options import UNSET
+from tegotae.cli.options import UNSET, BodyOptions, WorkOption
 from tegotae.cli.tables import print_rows
 from tegotae.collection import Runs, read
-from tegotae.evaluation import Evaluation, Protocol, evaluate
+from tegotae.errors import require_finite
+from tegotae.evaluation import Evaluation, Protocol, evaluate, require_evaluable
 from tegotae.files import output_file
+from tegotae.limits import MOST_RAD_PER_S
 from tegotae.metrics.metric import TABLE, Metric
 from tegotae.metrics.registry import metrics
 from tegotae.metrics.statistics import Interval
 from tegotae.progress import reporting
 
 
-@dataclass(frozen=True)
-class Evaluate:
-    """Evaluate a controller file, a folder of them, or a pure V model, at five frequencies."""
+@dataclass(frozen=True, kw_only=True)
+class Evaluate(WorkOption, BodyOptions):
+    """Evaluate a controller file, a folder of them, or a pure V model, at five frequencies.
+
+    Options of the body put every controller on another one than it was trained on.
+    """
 
     place: Annotated[str, tyro.conf.Positional]
     """A controller file, a folder, or the name of a pure V model such as V-sector-w4."""
@@ -39,8 +44,6 @@ class Evaluate:
     """Time from the release to the drop [s]."""
     disturbed: float = 40.0
     """Time after that [s]."""
-    energy: str = "absolute"
-    """Definition of the actuator's work: absolute, positive or net."""
     metric: tuple[str, ...] = ()
     """Only these metrics: names, FILE.py:OBJECT for one of your own, or all; without it, all are
     computed and the usual ones shown. What they do not need is not simulated."""
@@ -51,16 +54,19 @@ class Evaluate:
 
     def run(self) -> None:
         """Evaluate, and print."""
+        if self.omega is not None:
+            require_finite("omega", self.omega, above=0.0, most=MOST_RAD_PER_S)
         protocol = Protocol(
             drop_m=self.drop,
             undisturbed_s=self.undisturbed,
             disturbed_s=self.disturbed,
-            work=self.energy,
+            work=self.work,
         )
         asked = named(self.metric)
         if self.csv is not None:
             output_file(self.csv)
-        found = evaluate_all(read(self.place), protocol, self.omega, asked)
+        sets = [self._on_body(runs) for runs in read(self.place)]
+        found = evaluate_all(sets, protocol, self.omega, asked)
         if self.csv is not None:
             tables.write_csv(self.csv, _columns(found))
         if self.json:
@@ -68,6 +74,9 @@ class Evaluate:
             print(json.dumps({"controllers": controllers}))
             return
         print_table(found, shown(asked))
+
+    def _on_body(self, runs: Runs) -> Runs:
+        return dataclasses.replace(runs, body=self.in_place_of(runs.body))
 
 
 def shown(asked: tuple[Metric, ...] | None) -> tuple[Metric, ...]:
@@ -82,6 +91,8 @@ def evaluate_all(
     asked: tuple[Metric, ...] | None = None,
 ) -> list[tuple[Runs, Evaluation]]:
     """Evaluate sets of runs by all metrics, or those asked for, showing how far it is."""
+    for runs in sets:
+        require_evaluable(runs.controller, runs.body, protocol)
     found = []
     with reporting("evaluate", len(sets)) as reporter:
         for done, runs in enumerate(sets, 1):

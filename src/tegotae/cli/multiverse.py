@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Annotated
 import tyro
 
 from tegotae.cli.options import UNSET
-from tegotae.errors import TegotaeError, require_count
+from tegotae.devices import require_workers
+from tegotae.errors import TegotaeError
 from tegotae.files import output_folder, write_atomically
 
 if TYPE_CHECKING:
@@ -42,7 +43,7 @@ class MultiverseRun:
 
         plan = multiverse(self.scale, self.readings)
         if self.workers is not None:
-            require_count("workers", self.workers)
+            require_workers(self.workers)
         results = partial(runner.on_cores, workers=self.workers)
         if self.cluster is not None:
             from tegotae.study.cluster import on_cluster

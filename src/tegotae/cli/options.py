@@ -14,8 +14,9 @@ import tyro
 from tegotae import controller_file
 from tegotae.bodies import Body, Hopper
 from tegotae.controller_file import SavedController
-from tegotae.errors import TegotaeError, require_finite
+from tegotae.errors import TegotaeError
 from tegotae.experiment import Experiment
+from tegotae.limits import MOST_GAIN, MOST_RAD_PER_S, require_within
 from tegotae.models import find
 from tegotae.presets import preset
 from tegotae.references import is_reference, named
@@ -31,15 +32,18 @@ Vanilla = Annotated[str | None, tyro.conf.arg(help_behavior_hint="(default: the 
 """The name of a vanilla actuation."""
 OWN = tyro.conf.arg(help_behavior_hint="(default: the experiment's)")
 """For an option without which an experiment stays as it is."""
-WORK = tyro.conf.arg(aliases=["--energy"], help_behavior_hint="(default: absolute)")
+EARLIER_NAME = tyro.conf.arg(aliases=["--energy"])
 """For the definition of work, which earlier versions called energy."""
+OWN_BODY = tyro.conf.arg(help_behavior_hint="(default: its own)")
+"""The same of a body."""
 UNSET = tyro.conf.arg(help_behavior_hint="")
 """For an option whose help says what leaving it out means."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class HopperParameters:
-    """The hopper's parameters; those not given are left as they are."""
+    """The hopper's parameters, which other bodies may have, too; those not given are left as
+    they are."""
 
     mass: AsItIs = None
     """Mass [kg]."""
@@ -74,14 +78,41 @@ class HopperParameters:
         """A body with the parameters that were given.
 
         Raises:
-            TegotaeError: for a parameter of the hopper, and another body.
+            TegotaeError: for a parameter that the body does not have.
         """
-        if self.given and not isinstance(body, Hopper):
-            raise TegotaeError(
-                f"{next(iter(self.given))} is a parameter of the hopper; the body is a "
-                f"{type(body).__name__}, whose own stand in its file"
-            )
-        return dataclasses.replace(body, **self.given) if isinstance(body, Hopper) else body
+        if not self.given:
+            return body
+        own = {field.name for field in dataclasses.fields(body)}  # type: ignore[arg-type]
+        for name in self.given:
+            if name not in own:
+                raise TegotaeError(
+                    f"a {type(body).__name__} has no {name}; its own are {', '.join(sorted(own))}"
+                )
+        return dataclasses.replace(body, **self.given)  # type: ignore[type-var]
+
+
+@dataclass(frozen=True, kw_only=True)
+class BodyOptions(HopperParameters):
+    """What of something that has a body, an experiment or a controller, that body is to be."""
+
+    body: Annotated[str | None, OWN_BODY] = None
+    """Another body: FILE.py:OBJECT or MODULE:OBJECT."""
+
+    def in_place_of(self, own: Body) -> Body:
+        """The body that was named, or else its own, with the parameters that were given.
+
+        Raises:
+            TegotaeError: for a name that is no body's, or a parameter that it does not have.
+        """
+        return self.on(own if self.body is None else named(self.body, Body, "body"))
+
+
+@dataclass(frozen=True, kw_only=True)
+class WorkOption:
+    """By which definition the actuator's work is counted."""
+
+    work: Annotated[str, EARLIER_NAME] = "absolute"
+    """Definition of the actuator's work: absolute, positive or net."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -98,11 +129,9 @@ class HopperOptions(HopperParameters):
 
 
 @dataclass(frozen=True, kw_only=True)
-class ExperimentOptions(HopperParameters):
+class ExperimentOptions(BodyOptions):
     """What of an experiment is to be other than it is by itself."""
 
-    body: Annotated[str | None, OWN] = None
-    """Another body: FILE.py:OBJECT or MODULE:OBJECT."""
     release: Annotated[float | None, OWN] = None
     """Height of the release [m], in training and evaluation."""
     drop: Annotated[float | None, OWN] = None
@@ -113,7 +142,7 @@ class ExperimentOptions(HopperParameters):
     """Control period in training [s]."""
     settle: Annotated[float | None, OWN] = None
     """Time in an episode before it is judged [s]."""
-    work: Annotated[str | None, WORK] = None
+    work: Annotated[str | None, OWN, EARLIER_NAME] = None
     """Definition of the actuator's work: absolute, positive or net."""
     cot_only: bool = False
     """Judge CoT⁻¹ alone, without ΔΩ, as in the paper's comparison of algorithms (agents always)."""
@@ -127,13 +156,12 @@ class ExperimentOptions(HopperParameters):
             TegotaeError: for what does not fit together, or an option that the experiment's own
                 body or fitness does not have.
         """
-        body = experiment.body if self.body is None else named(self.body, Body, "body")
         times = {"duration_s": self.duration, "tick_s": self.tick}
         heights = {"release_m": self.release, "drop_m": self.drop, "work": self.work}
         release_m = experiment.release_m if self.release is None else self.release
         return dataclasses.replace(
             experiment,
-            body=self.on(body),
+            body=self.in_place_of(experiment.body),
             release_m=release_m,
             timing=dataclasses.replace(experiment.timing, **_given(times)),
             fitness=self._fitness(experiment.fitness),
@@ -250,13 +278,13 @@ class ControllerOptions(HopperOptions):
                 options of a vanilla controller beside a file.
         """
         if self.omega is not None:
-            require_finite("omega", self.omega)
+            require_within("omega", self.omega, MOST_RAD_PER_S)
         if file is None:
             source = preset(self.preset)
             sigma = source.sigma if self.sigma is None else self.sigma
-            require_finite("sigma", sigma)
+            require_within("sigma", sigma, MOST_GAIN)
             return SavedController(
-                source.controller(self.actuation or source.actuation),
+                source.controller(source.actuation if self.actuation is None else self.actuation),
                 np.array([sigma]),
                 source.omega_rad_per_s if self.omega is None else self.omega,
                 self.hopper(),
@@ -266,7 +294,9 @@ class ControllerOptions(HopperOptions):
                 raise TegotaeError(f"--{name} belongs to vanilla controllers, not to a file")
         saved = controller_file.load(file)
         if not isinstance(saved.body, Hopper):
-            raise TegotaeError(f"{file} is for a body that is not a hopper")
+            raise TegotaeError(
+                f"{file} is for a {type(saved.body).__name__}, and this command is for hoppers"
+            )
         return dataclasses.replace(
             saved,
             omega=saved.omega if self.omega is None or saved.omega is None else self.omega,

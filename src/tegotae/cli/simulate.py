@@ -12,16 +12,15 @@ from typing import Annotated
 from rich.console import Console
 
 from tegotae.bodies import Hopper
-from tegotae.cli.options import UNSET, ControllerOptions, FromPreset
+from tegotae.cli.options import UNSET, ControllerOptions, FromPreset, WorkOption
 from tegotae.errors import TegotaeError, require_finite
-from tegotae.files import output_file
 from tegotae.presets import preset
 from tegotae.rollout import MOST_TICKS, Scenario, Timing
 from tegotae.simulation import Result, Simulation
 
 
-@dataclass(frozen=True)
-class Simulate(ControllerOptions):
+@dataclass(frozen=True, kw_only=True)
+class Simulate(WorkOption, ControllerOptions):
     """Simulate a controller file, or a vanilla controller made of options."""
 
     controller: Annotated[Path | None, UNSET] = None
@@ -42,8 +41,6 @@ class Simulate(ControllerOptions):
     """Control period [s]."""
     float64: bool = False
     """Compute in double precision."""
-    energy: str = "absolute"
-    """Definition of the actuator's work: absolute, positive or net."""
     measure_from: Annotated[float | None, UNSET] = None
     """Count work and climbs from here on [s]; from half of the duration by default."""
     json: bool = False
@@ -71,11 +68,9 @@ class Simulate(ControllerOptions):
 
             figure_file(self.plot)
         if self.animate is not None:
-            if self.animate.suffix.lower() not in (".gif", ".mp4"):
-                raise TegotaeError(
-                    f"cannot write an animation as {self.animate.name!r}; use .gif or .mp4"
-                )
-            output_file(self.animate)
+            from tegotae.figures.animation import animation_file
+
+            animation_file(self.animate)
 
     def _draw(self, result: Result) -> None:
         if self.plot is not None:
@@ -114,7 +109,7 @@ class Simulate(ControllerOptions):
             scenario,
             saved.body,
             Timing(duration_s=self.duration, tick_s=self.tick, frame_s=_frame(self.tick)),
-            self.energy,
+            self.work,
             self.measure_from,
             "float64" if self.float64 else "float32",
         )

@@ -5,53 +5,89 @@ from __future__ import annotations
 import contextlib
 import os
 import sys
+import traceback
 from collections.abc import Callable
 
-from jax.errors import JaxRuntimeError
-
+from tegotae._start import INTERRUPTED, end_on_ctrl_c
+from tegotae.cli.console import one_line
 from tegotae.errors import TegotaeError
 
+NOT_WRITTEN = 1
+"""The system failed a command: a full disk, a file that is gone."""
 UNUSABLE_INPUT = 2
-INTERRUPTED = 130
+BUG = 70
+"""An error that no part of the program expected, as in BSD's sysexits.h."""
+BROKEN_PIPE = 141
+"""Nobody reads the output any more, by convention: 128 and the signal's number."""
+DEBUG = "TEGOTAE_DEBUG"
+"""Environment variable that has errors show where they arose; the switch --debug sets it."""
+
+_OUT_OF_MEMORY = "out of memory; use fewer lanes or a shorter duration"
 
 
 def exit_status(command: Callable[[], None]) -> int:
-    """Run a command; 0, or 2 for what it cannot use or do, or 130 after Ctrl-C.
+    """Run a command; 0, or another status and one line on stderr that says why.
 
-    What is wrong is printed in one line. A program error is not: it ends in its traceback.
+    The status is 2 for what the command cannot use or do, 1 where the system failed it (such as a
+    full disk behind its output), 130 after Ctrl-C, 141 where nobody reads its output any more (and
+    no line), and 70 for an error that was not expected. With `TEGOTAE_DEBUG=1` the traceback goes
+    before the line.
     """
     try:
-        command()
-        sys.stdout.flush()
-    except TegotaeError as error:
-        return _fail(str(error))
-    except MemoryError:
-        return _fail("out of memory; use fewer lanes or a shorter duration")
-    except JaxRuntimeError as error:
-        if "RESOURCE_EXHAUSTED" not in str(error):
+        try:
+            command()
+        except SystemExit:  # after help: whatever was printed, to the last line
+            sys.stdout.flush()
             raise
-        return _fail("out of memory; use fewer lanes or a shorter duration")
-    except BrokenPipeError:  # the reader, such as `head`, has seen enough
-        _discard_output()
-    except OSError as error:
-        _discard_output()
-        return _fail(str(error))
+        sys.stdout.flush()
     except KeyboardInterrupt as stop:
         return _fail(str(stop) or "interrupted", INTERRUPTED)
+    except BrokenPipeError:  # the reader, such as `head`, has seen enough
+        _discard_output()
+        return BROKEN_PIPE
+    except Exception as error:
+        if is_debugging():
+            traceback.print_exc()
+        if isinstance(error, OSError) and not isinstance(error, TegotaeError):
+            _discard_output()
+        return _fail(*_told(error))
     return 0
+
+
+def is_debugging() -> bool:
+    """Whether tracebacks are asked for."""
+    return os.environ.get(DEBUG, "") not in ("", "0")
 
 
 def leave(status: int) -> None:
     """End the process. After Ctrl-C at once: XLA aborts if Python takes it down while it works."""
-    if status == INTERRUPTED:
-        sys.stdout.flush()
+    end_on_ctrl_c()  # one more would be a traceback
+    with contextlib.suppress(OSError, ValueError):
         sys.stderr.flush()
+    if status == INTERRUPTED:
+        with contextlib.suppress(OSError, ValueError):
+            sys.stdout.flush()
         os._exit(status)
     sys.exit(status)
 
 
-def _fail(line: str, status: int = UNUSABLE_INPUT) -> int:
-    print(f"tegotae: {line}", file=sys.stderr)
+def _told(error: Exception) -> tuple[str, int]:
+    """What is said of an error, and the exit status."""
+    if isinstance(error, TegotaeError):
+        return str(error), UNUSABLE_INPUT
+    if isinstance(error, MemoryError) or "RESOURCE_EXHAUSTED" in str(error):
+        return _OUT_OF_MEMORY, UNUSABLE_INPUT
+    if isinstance(error, OSError):
+        return str(error), NOT_WRITTEN
+    first = (str(error).strip().splitlines() or [""])[0]
+    what = f"{type(error).__name__}: {first}" if first else type(error).__name__
+    hint = "" if is_debugging() else "run again with --debug for details, and "
+    return f"unexpected {what}; {hint}please report it", BUG
+
+
+def _fail(line: str, status: int) -> int:
+    with contextlib.suppress(OSError, ValueError):  # stderr may be full or closed, too
+        print(f"tegotae: {one_line(line)}", file=sys.stderr)
     return status
 
 

@@ -10,7 +10,8 @@ import tyro
 
 from tegotae.cli.multiverse import StudyMultiverse
 from tegotae.cli.options import UNSET, ExperimentOptions, experiments_at, settings_named
-from tegotae.errors import TegotaeError, require_count
+from tegotae.devices import require_workers
+from tegotae.errors import TegotaeError
 from tegotae.files import output_file, output_folder, write_atomically
 from tegotae.study.folder import Folder
 from tegotae.study.plan import Plan, plan
@@ -49,7 +50,7 @@ class StudyRun(ExperimentOptions):
 
         chosen = self.plan
         if self.workers is not None:
-            require_count("workers", self.workers)
+            require_workers(self.workers)
         results = partial(runner.on_cores, workers=self.workers)
         if self.cluster is not None:
             from tegotae.study.cluster import on_cluster

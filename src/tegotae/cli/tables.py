@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from functools import partial
 
 from rich import box
 from rich.cells import cell_len
 from rich.console import Console
 from rich.table import Table
+
+from tegotae.cli.console import shown
 
 _PADDING = 3
 """Blanks around a cell, and to the next."""
@@ -24,9 +27,12 @@ def print_rows(columns: Iterable[str], rows: Iterable[Iterable[str]], *, key: in
         rows: of the table, one text a column.
         key: how many columns, the first ones, tell the rows apart.
     """
-    columns, rows = tuple(columns), [tuple(row) for row in rows]
-    # Names and units are as they are: [m/J] is no markup.
-    console = Console(highlight=False, markup=False, emoji=False)
+    # A name in a cell is no markup, whatever brackets it has.
+    console, wide = (
+        Console(highlight=False, markup=False, emoji=False, width=width) for width in (None, 10_000)
+    )
+    plain = partial(shown, encoding=console.encoding)
+    columns, rows = tuple(map(plain, columns)), [tuple(map(plain, row)) for row in rows]
     parts = [tuple(range(len(columns)))]
     if console.is_terminal:
         parts = fitting(column_widths(columns, rows), console.width, key)
@@ -36,9 +42,7 @@ def print_rows(columns: Iterable[str], rows: Iterable[Iterable[str]], *, key: in
             table.add_column(columns[i], no_wrap=True)
         for row in rows:
             table.add_row(*(row[i] for i in part))
-        console.width = max(
-            console.width, Console(width=10_000, markup=False, emoji=False).measure(table).maximum
-        )
+        console.width = max(console.width, wide.measure(table).maximum)
         console.print(table)
 
 

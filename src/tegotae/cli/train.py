@@ -16,6 +16,7 @@ from tegotae.cli.tables import print_rows
 from tegotae.errors import TegotaeError, require_count
 from tegotae.experiment import Experiment
 from tegotae.extras import require
+from tegotae.limits import MOST_SEEDS
 from tegotae.models import BUDGET
 from tegotae.registry import name_of
 from tegotae.training.agents import AgentRun, AgentSettings, train_agents
@@ -75,8 +76,8 @@ class Train(ExperimentOptions):
     def run(self) -> None:
         """Train, and print how it went."""
         settings = settings_named(self.algorithm, (Algorithm, AgentSettings))
-        require_count("seeds", self.seeds)
-        require_count("first_seed", self.first_seed, least=0)
+        require_count("seeds", self.seeds, most=MOST_SEEDS)
+        require_count("first_seed", self.first_seed, least=0, most=2**31 - 1 - self.seeds)
         experiment = self.applied(experiment_named(self.model, self.budget))
         algorithm = name_of(type(settings))
         folder = experiment.name if algorithm == "pgpe" else f"{experiment.name}-{algorithm}"

@@ -9,7 +9,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from tegotae.bodies import Body, Hopper
+from tegotae.bodies import Body, Hopper, require_one_limb
 from tegotae.controller import Controller
 from tegotae.envs.actions import feedback_controller, force_controller
 from tegotae.envs.rewards import HopReward
@@ -70,6 +70,7 @@ class HopperSettings:
     def __post_init__(self) -> None:
         object.__setattr__(self, "body", _of_kind(Body, "body", self.body, Hopper))
         object.__setattr__(self, "reward", _of_kind(HopReward, "reward", self.reward, HopReward))
+        require_one_limb(self.body, "the environment of a hopper")
         require_finite("tick_s", self.tick_s, above=0.0)
         require_count("decimation", self.decimation)
         require_finite("duration_s", self.duration_s, above=0.0)

@@ -131,6 +131,11 @@ def look_up(env: gymnasium.Env[Any, Any], wiring: Wiring) -> tuple[Wires | None,
     limbs = list(wiring.limbs)
     if not limbs:
         problems.append("there are no limbs; name at least one Limb(senses=..., drives=...)")
+    if wiring.controller.limbs > 1:
+        problems.append(
+            f"the controller has {wiring.controller.limbs} units; here it is that of one limb, and "
+            "each of the wiring's limbs has a unit of its own"
+        )
     reads = _reads(wiring.controller, problems)
     for i, limb in enumerate(limbs):
         problems += _limb_problems(i, limb, reads, observed, driven)

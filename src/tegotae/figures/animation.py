@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import subprocess
+import tempfile
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +12,7 @@ from matplotlib.patches import Circle, Rectangle
 
 from tegotae.errors import TegotaeError
 from tegotae.figures.style import COLOURS, new_figure, styled
-from tegotae.files import output_file
+from tegotae.files import output_file, write_atomically
 from tegotae.simulation import Result
 
 FRAMES_PER_S = 25
@@ -18,24 +20,39 @@ FRAMES_PER_S = 25
 
 
 def write_animation(result: Result, path: Path | str) -> Path:
-    """Write the animation as .gif, or as .mp4 where ffmpeg is installed.
+    """Write the animation, whole or not at all, as .gif, or .mp4 where ffmpeg is installed.
 
     Raises:
         TegotaeError: for another ending, a missing ffmpeg, or a file that cannot be written.
     """
-    path = output_file(Path(path))
+    path = animation_file(path)
+    gif = path.suffix.lower() == ".gif"
+    writer = (PillowWriter if gif else FFMpegWriter)(fps=FRAMES_PER_S)
+    try:
+        with styled(), tempfile.TemporaryDirectory() as folder:
+            whole = Path(folder) / path.name
+            animation(result).save(whole, writer=writer, dpi=90)
+            write_atomically(path, whole.read_bytes())
+    except subprocess.CalledProcessError:
+        raise TegotaeError(f"ffmpeg failed to write {path}; use .gif") from None
+    except OSError as error:
+        raise TegotaeError(f"cannot write {path}: {error.strerror or error}") from None
+    return path
+
+
+def animation_file(path: Path | str) -> Path:
+    """The path of an animation to be written, its ending known and its folder made.
+
+    Raises:
+        TegotaeError: for another ending, a missing ffmpeg, or a folder that cannot be written to.
+    """
+    path = Path(path)
     suffix = path.suffix.lower()
     if suffix not in (".gif", ".mp4"):
         raise TegotaeError(f"cannot write an animation as {path.name!r}; use .gif or .mp4")
     if suffix == ".mp4" and not FFMpegWriter.isAvailable():
         raise TegotaeError("writing .mp4 needs the program ffmpeg; use .gif")
-    writer = (PillowWriter if suffix == ".gif" else FFMpegWriter)(fps=FRAMES_PER_S)
-    with styled():
-        try:
-            animation(result).save(path, writer=writer, dpi=90)
-        except OSError as error:
-            raise TegotaeError(f"cannot write {path}: {error.strerror}") from None
-    return path
+    return output_file(path)
 
 
 def animation(result: Result) -> FuncAnimation:

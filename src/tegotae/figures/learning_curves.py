@@ -11,7 +11,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from tegotae.figures.data import Table
-from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, styled
+from tegotae.figures.style import COLOURS, PAGE_IN, literal, new_figure, styled
 from tegotae.metrics.registry import range_of
 from tegotae.metrics.statistics import interval
 from tegotae.training.curves import LearningCurve, groups, shared, table
@@ -49,7 +49,8 @@ def algorithms_figure(curves: Sequence[LearningCurve]) -> Figure:
             most = max(c.cot_inverse.max() for c in curves if c.model == model)
             for i, (panel, algorithm) in enumerate(zip(own, algorithms, strict=False)):
                 title = f"{model}: {algorithm}"
-                panel.set_title(title if len(title) < 36 else f"{model}:\n{algorithm}", loc="left")
+                title = title if len(title) < 36 else f"{model}:\n{algorithm}"
+                panel.set_title("\n".join(map(literal, title.split("\n"))), loc="left")
                 panel.set_ylim(0.0, 1.1 * most if most > 0.0 else 1.0)
                 panel.set_xscale("log")
                 if i % across:

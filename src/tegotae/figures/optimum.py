@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from tegotae.bodies import Hopper
-from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, styled
+from tegotae.figures.style import COLOURS, PAGE_IN, literal, new_figure, styled
 from tegotae.optimum.problem import small_hop_limit
 from tegotae.optimum.table import Curve
 
@@ -78,7 +78,7 @@ def optimum_figure(
                 mew=0,
                 alpha=0.8,
                 color=colours[number % len(colours)],
-                label=name,
+                label=literal(name),
             )
         left.set(xlim=(1.0, 16.0), ylim=(0.0, 1.4))
         left.set_xlabel("hop frequency ω [rad/s]")
@@ -91,7 +91,7 @@ def optimum_figure(
                 where="post",
                 ls=lines[number % 4],
                 color=("black", COLOURS[0], COLOURS[4], COLOURS[5])[number % 4],
-                label=name,
+                label=literal(name),
             )
         right.set_ylim(0.0, (1.1 + 0.1 * len(stances)) * max_force_n)
         right.set_xlim(left=0.0)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 
 import numpy as np
 from matplotlib.artist import Artist
@@ -20,10 +20,7 @@ from tegotae.metrics.registry import range_of
 from tegotae.metrics.statistics import Interval, balanced_difference
 from tegotae.optimum.table import curve
 from tegotae.study.claims import correlation, designs
-from tegotae.study.table import Table
-
-ARCHITECTURES = ("V", "VG", "VT", "VGT", "AR", "ART", "ARG", "ARGT", "T")
-"""The paper's architectures, in its order."""
+from tegotae.study.table import ARCHITECTURES, Table
 
 OBSERVATIONS = {"F": "$s = [F_k]$", "Fv": r"$s = [F_k, \dot y]$"}
 
@@ -45,6 +42,16 @@ _LESS = 0.005
 """Share of runs without the metric that is too small to be told."""
 
 
+def architectures(table: Table) -> tuple[str, ...]:
+    """What the figure has places for: the paper's architectures, then experiments beside them.
+
+    A table without any of the paper's has the others alone.
+    """
+    held = list(dict.fromkeys(table["architecture"].tolist()))
+    others = [name for name in held if name not in ARCHITECTURES]
+    return (*others,) if len(others) == len(held) and others else (*ARCHITECTURES, *others)
+
+
 def frequencies(table: Table) -> tuple[float | None, ...]:
     """Training frequencies ω_t in a table [rad/s], rising; at last None, of what has none."""
     omegas = np.unique(table["omega_t"])
@@ -60,15 +67,16 @@ def architecture_metrics(
 
     A value of ω_t stands for itself, as a body that can do little at one of them would hide what
     differs at another; the single network has none. Architectures that sense nothing but F_k (V and
-    VT) stand in both columns, as in the paper. What a table does not hold has no entry.
+    VT) stand in both columns, as in the paper, and so does what senses something else. What a table
+    does not hold has no entry.
     """
     shown = [metric.name for metric in table.shown(FIGURE)]
     found = {}
     for observation in OBSERVATIONS:
-        for architecture in ARCHITECTURES:
+        for architecture in architectures(table):
             rows = table.where(architecture=architecture)
             if architecture not in ("V", "VT"):
-                rows = rows.where(observation=observation)
+                rows = rows.where(observation=(observation, ""))
             for omega_t in frequencies(rows):
                 own = rows if omega_t is None else rows.where(omega_t=omega_t)
                 for metric in shown:
@@ -89,21 +97,22 @@ def architectures_figure(table: Table) -> Figure:
     """
     found = architecture_metrics(table)
     shown = table.shown(FIGURE)
-    omegas = frequencies(table)
+    omegas, names = frequencies(table), architectures(table)
+    own = set(names).difference(ARCHITECTURES)
     colours = dict(zip(omegas, _colours(omegas), strict=True))
     with styled():
         figure = new_figure(PAGE_IN, _LEGEND_IN + _PANEL_IN * len(shown))
         panels = figure.subplots(len(shown), 2, sharex=True, sharey="row", squeeze=False)
         for row, metric in zip(panels, shown, strict=True):
-            own = {key: value for key, value in found.items() if key[1] == metric.name}
+            of = {key: value for key, value in found.items() if key[1] == metric.name}
             limit = _LIMITS.get(metric.name, lambda: None)()
-            bottom, top = _ends(own.values(), [] if limit is None else [limit])
+            bottom, top = _ends(of.values(), [] if limit is None else [limit])
             for panel, observation in zip(row, OBSERVATIONS, strict=True):
-                for place, architecture in enumerate(ARCHITECTURES):
+                for place, architecture in enumerate(names):
                     bars = {
-                        omega: own[observation, metric.name, architecture, omega]
+                        omega: of[observation, metric.name, architecture, omega]
                         for omega in omegas
-                        if (observation, metric.name, architecture, omega) in own
+                        if (observation, metric.name, architecture, omega) in of
                     }
                     _bars(panel, place, bars, colours, top - bottom)
                 if limit is not None:
@@ -116,15 +125,17 @@ def architectures_figure(table: Table) -> Figure:
         for panel in panels.flat:
             panel.tick_params(axis="x", length=0)
         for panel in panels[-1]:
-            panel.set_xticks(range(len(ARCHITECTURES)), ARCHITECTURES)
+            panel.set_xticks(range(len(names)), names)
+            if own:  # whose names may be long
+                panel.tick_params(axis="x", labelrotation=90)
         figure.align_ylabels(panels[:, 0])
         named: list[Artist] = [
-            Patch(color=colours[omega], lw=0, label=_named(omega)) for omega in omegas
+            Patch(color=colours[omega], lw=0, label=_named(omega, own)) for omega in omegas
         ]
         named.append(Line2D([], [], color="black", lw=1.0, label="95 % interval over runs"))
-        named.append(
-            Line2D([], [], color="0.3", lw=0.8, ls="--", label="what is physically possible")
-        )
+        of_whom = " for the paper's hopper" if own else ""
+        limit = f"what is physically possible{of_whom}"
+        named.append(Line2D([], [], color="0.3", lw=0.8, ls="--", label=limit))
         figure.legend(
             handles=named,
             loc="outside lower center",
@@ -152,8 +163,10 @@ def _axis(metric: Metric) -> str:
     return f"{label}\n(share)" if metric.is_share else label
 
 
-def _named(omega: float | None) -> str:
-    return "T, which has no $\\omega_t$" if omega is None else rf"$\omega_t$ = {omega:g} rad/s"
+def _named(omega: float | None, others: Collection[str]) -> str:
+    if omega is None:
+        return "no $\\omega_t$" if others else "T, which has no $\\omega_t$"
+    return rf"$\omega_t$ = {omega:g} rad/s"
 
 
 def _colours(omegas: tuple[float | None, ...]) -> list[str]:

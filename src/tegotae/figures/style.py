@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import io
+import shutil
+import warnings
 from pathlib import Path
 from typing import Any
 
@@ -56,14 +58,31 @@ def styled() -> Any:
     return matplotlib.rc_context(STYLE)
 
 
+def literal(name: str) -> str:
+    r"""A name for a figure, where `$` is a sign like others and begins no formula.
+
+    Example:
+        >>> print(literal("cost_$5"))
+        cost_\$5
+    """
+    shown = "".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in name)
+    return shown.replace("$", r"\$")
+
+
 def figure_file(path: Path | str) -> Path:
     """The path of a figure to be written, its ending known and its folder made.
 
     Raises:
-        TegotaeError: if the format is unknown or the folder cannot be written to.
+        TegotaeError: if the format is unknown or needs a program that is not there, or the folder
+            cannot be written to.
     """
     path = Path(path)
-    if path.suffix.lstrip(".").lower() not in FigureCanvasBase.get_supported_filetypes():
+    ending = path.suffix.lstrip(".").lower()
+    if ending == "pgf" and shutil.which(matplotlib.rcParams["pgf.texsystem"]) is None:
+        raise TegotaeError(
+            f"writing .pgf needs the program {matplotlib.rcParams['pgf.texsystem']}; use .pdf"
+        )
+    if ending not in FigureCanvasBase.get_supported_filetypes():
         raise TegotaeError(
             f"cannot write a figure as {path.name!r}; use an ending such as .png, .pdf or .svg"
         )
@@ -78,7 +97,9 @@ def save_figure(figure: Figure, path: Path | str) -> Path:
     """
     path = figure_file(path)
     stream = io.BytesIO()
-    with styled():
+    with styled(), warnings.catch_warnings():
+        # A name may have letters that the font lacks; it then has boxes in their place.
+        warnings.filterwarnings("ignore", message="Glyph .* missing from font")
         figure.savefig(stream, format=path.suffix.lstrip(".").lower())
     write_atomically(path, stream.getvalue())
     return path

@@ -14,7 +14,7 @@ from tegotae.terms.base import Signals
 
 
 class Drive(NamedTuple):
-    """What the controller says at one instant; arrays [*limb_shape, lanes]."""
+    """What the controller says at one instant; arrays [(limbs,) lanes]."""
 
     feedback: jax.Array
     """Tegotae feedback f [rad/s]."""

@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 
 import jax.numpy as jnp
 
+from tegotae.errors import TegotaeError
 from tegotae.rollout import Trajectory
 
 HOP_CLEARANCE = 0.01
@@ -63,7 +64,15 @@ def hops(trajectory: Trajectory, rest_length_m: Any) -> Hops:
     Args:
         trajectory: frames of shape [frames, lanes].
         rest_length_m: rest length of the leg l0 [m].
+
+    Raises:
+        TegotaeError: for a recording of several limbs, which have no one phase at an apex.
     """
+    if trajectory.apex_phase_rad.ndim > 2:
+        raise TegotaeError(
+            "metrics of hopping are made for bodies of one limb; this recording has "
+            f"{trajectory.apex_phase_rad.shape[1]}"
+        )
     least = hop_height_m(rest_length_m, trajectory.ground_m)
     # NaN in frames without an apex compares as false.
     is_hop = jnp.asarray(trajectory.apex_height_m >= least)

@@ -10,7 +10,7 @@ from tegotae.analysis.orbit import NoLimitCycleError, find_orbit
 from tegotae.analysis.surface import actuation_surface
 from tegotae.bodies import Hopper
 from tegotae.controller_file import SavedController
-from tegotae.figures.study import ARCHITECTURES
+from tegotae.figures.study import architectures
 from tegotae.figures.surface import surface_figure
 from tegotae.metrics.statistics import mean_defined
 from tegotae.report.values import embedded_figure, number
@@ -27,7 +27,9 @@ _FRAMES_PER_S = 50
 def best_controllers(
     records: list[Record], table: Table, metrics: tuple[str, ...]
 ) -> dict[str, dict[str, Any]]:
-    """What the page shows of each architecture that has runs.
+    """What the page shows of each architecture that has runs, and of experiments beside them.
+
+    It draws hoppers; what was trained on another body is left out.
 
     Args:
         records: the study's records.
@@ -35,10 +37,10 @@ def best_controllers(
         metrics: columns of the table whose value for the best run is shown.
     """
     found = {}
-    for architecture in ARCHITECTURES:
+    for architecture in architectures(table):
         row = best_row(table, architecture)
-        if row is not None:
-            saved = _controller(records, table, row)
+        saved = None if row is None else _controller(records, table, row)
+        if row is not None and saved is not None and isinstance(saved.body, Hopper):
             found[architecture] = {
                 "model": saved.model,
                 "run": int(table["run"][row]),

@@ -15,7 +15,6 @@ from tegotae.bodies import Hopper
 from tegotae.figures.optimum import optimum_figure
 from tegotae.figures.study import architectures_figure, correlation_figure, pictograms_figure
 from tegotae.metrics.metric import REPORT
-from tegotae.models import find
 from tegotae.optimum.table import curve, stances
 from tegotae.report import convergence
 from tegotae.report.best import best_controllers, gaits_of_best_run
@@ -32,7 +31,7 @@ from tegotae.study.claims import (
 )
 from tegotae.study.endings import endings_by_architecture
 from tegotae.study.record import Record
-from tegotae.study.table import Table, tabulate
+from tegotae.study.table import Table, place, tabulate
 
 _DESIGN = {
     "model": ("Model", "its name in this software"),
@@ -47,6 +46,8 @@ _COUNTS = {
     "without": ("No cycle", "runs without a limit cycle in any episode"),
 }
 _OBSERVATIONS = {"F": "F_k", "Fv": "F_k, ẏ"}
+_OWN = "its own"
+"""What stands in a column of the design for an experiment that has no place in it."""
 
 
 def report(
@@ -92,8 +93,20 @@ def report(
         },
     }
     page = files("tegotae.report").joinpath("page.html").read_text(encoding="utf-8")
-    # "</" would end the script element that holds the data.
-    return page.replace("__DATA__", json.dumps(data, ensure_ascii=False).replace("</", "<\\/"))
+    return page.replace("__DATA__", as_script(data))
+
+
+def as_script(data: Any) -> str:
+    """JSON for a script element of HTML, whose content no text in it can end, or hide the end of.
+
+    Example:
+        >>> as_script(["</script>"])
+        '["\\\\u003c/script\\\\u003e"]'
+    """
+    text = json.dumps(data, ensure_ascii=False)
+    for character in "<>&\u2028\u2029":
+        text = text.replace(character, f"\\u{ord(character):04x}")
+    return text
 
 
 def _figures(table: Table) -> list[dict[str, Any]]:
@@ -129,7 +142,7 @@ def _optimum(records: list[Record]) -> list[dict[str, Any]]:
     """CoT⁻¹ over hop frequency, beside the best that is possible; nothing for another body."""
     gaits = {}
     for vanilla, name in ((False, "learned"), (True, "V")):
-        of = [r for r in records if (find(r.model).architecture == "V") == vanilla]
+        of = [r for r in records if (place(r)["architecture"] == "V") == vanilla]
         found = [gaits_of_best_run(record) for record in of]
         if any(len(omega) for omega, _ in found):
             gaits[name] = tuple(np.concatenate(each) for each in zip(*found, strict=True))
@@ -215,7 +228,8 @@ def _models(table: Table) -> dict[str, Any]:
     settled = table["limit_cycle_share"] > 0.0
     measures = _measures(table)
     columns = {name: models[name] for name in (*_DESIGN, *measures)}
-    columns["observation"] = np.array([_OBSERVATIONS[o] for o in models["observation"]])
+    columns["observation"] = np.array([_OBSERVATIONS.get(o, _OWN) for o in models["observation"]])
+    columns["actuation"] = np.array([name or _OWN for name in models["actuation"]])
     columns["runs"] = np.array([float(runs[name].sum()) for name in names])
     columns["without"] = np.array([float((runs[name] & ~settled).sum()) for name in names])
     labels = _DESIGN | measures | _COUNTS

@@ -6,8 +6,9 @@ import asyncio
 import logging
 import socket
 import sys
-from collections.abc import Generator, Iterator, Sequence
-from contextlib import contextmanager
+import time
+from collections.abc import Generator, Iterable, Iterator, Sequence
+from contextlib import contextmanager, suppress
 from typing import Any
 
 from tegotae.errors import TegotaeError
@@ -20,9 +21,13 @@ LOCAL = "local"
 """In place of an address: workers on this machine, one per core."""
 
 _TIMEOUT_S = 10.0
+_PATIENCE_S = 1800.0
+_LOOK_S = 5.0
 
 
-def on_cluster(address: str, timeout_s: float = _TIMEOUT_S) -> Results:
+def on_cluster(
+    address: str, timeout_s: float = _TIMEOUT_S, patience_s: float = _PATIENCE_S
+) -> Results:
     """Do bundles on the Dask workers of the scheduler at `address`; `local` starts some here.
 
     Workers should have one thread each. Each computes as those of a run without Dask do, or refuses
@@ -32,20 +37,25 @@ def on_cluster(address: str, timeout_s: float = _TIMEOUT_S) -> Results:
     Args:
         address: such as tcp://host:8786.
         timeout_s: how long to wait for the scheduler to answer [s].
+        patience_s: how long to wait for workers while there are none [s].
 
     Raises:
         TegotaeError: if `distributed` is not installed or the scheduler cannot be reached; from
-            the results, if it goes away.
+            the results, if it goes away, or has no workers for too long.
     """
     distributed = require("distributed", "cluster")
     if address != LOCAL:
-        _knock(address, timeout_s)
+        _knock(address, timeout_s, patience_s)
 
     def results(work_to_do: Sequence[list[Unit]]) -> Generator[tuple[Unit, Record], None, None]:
         with _client(distributed, address, timeout_s) as client:
             futures = {client.submit(work_all, bundle, pure=False): bundle for bundle in work_to_do}
-            for future in distributed.as_completed(futures):
+            done = _as_they_come(distributed, client, futures, address, patience_s)
+            while True:
                 try:
+                    future = next(done, None)
+                    if future is None:
+                        return
                     records = future.result()
                 except distributed.KilledWorker:
                     raise WorkersDiedError from None
@@ -58,6 +68,39 @@ def on_cluster(address: str, timeout_s: float = _TIMEOUT_S) -> Results:
                 yield from zip(futures[future], records, strict=True)
 
     return results
+
+
+def _as_they_come(
+    distributed: Any, client: Any, futures: Iterable[Any], address: str, patience_s: float
+) -> Iterator[Any]:
+    """Futures as they are done. That nobody is there to do them is told, and borne for so long."""
+    pending, alone_since, told = set(futures), None, not client.scheduler_info()["workers"]
+    while pending:
+        done: set[Any] = set()
+        with suppress(TimeoutError):
+            waited = distributed.wait(pending, timeout=_LOOK_S, return_when="FIRST_COMPLETED")
+            done = set(waited.done)
+        pending -= done
+        yield from done
+        if done or client.scheduler_info()["workers"]:
+            alone_since, told = None, False
+            continue
+        now = time.monotonic()
+        alone_since = now if alone_since is None else alone_since
+        if now - alone_since > patience_s:
+            raise TegotaeError(
+                f"the Dask scheduler at {address} has had no workers for {patience_s:g} s"
+            )
+        if not told:
+            _tell_of_no_workers(address, patience_s)
+            told = True
+
+
+def _tell_of_no_workers(address: str, patience_s: float) -> None:
+    print(
+        f"the Dask scheduler at {address} has no workers; waiting {patience_s:g} s for some",
+        file=sys.stderr,
+    )
 
 
 @contextmanager
@@ -79,7 +122,7 @@ def _client(distributed: Any, address: str, timeout_s: float) -> Iterator[Any]:
         yield client
 
 
-def _knock(address: str, timeout_s: float) -> None:
+def _knock(address: str, timeout_s: float, patience_s: float) -> None:
     """See that a scheduler answers: a client tries again for long, and does not say why.
 
     One without workers would be waited for in silence, so it is told of.
@@ -115,7 +158,7 @@ def _knock(address: str, timeout_s: float) -> None:
     if found.get("type") != "Scheduler":
         raise _unreachable(address, f"a {found.get('type', 'stranger')} answers there")
     if not found.get("workers"):
-        print(f"the Dask scheduler at {address} has no workers; waiting for some", file=sys.stderr)
+        _tell_of_no_workers(address, patience_s)
 
 
 def _unreachable(address: str, why: str) -> TegotaeError:

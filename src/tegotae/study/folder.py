@@ -7,8 +7,12 @@ import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Annotated, Any, Protocol
 
+import msgspec
+
+from tegotae import documents
+from tegotae.documents import DamagedDocumentError
 from tegotae.errors import TegotaeError
 from tegotae.files import output_folder, write_atomically
 from tegotae.locks import locked
@@ -31,6 +35,33 @@ class Work(Protocol):
         ...
 
 
+_OF_ANY_VERSION = frozenset({"scale", "seeds", "algorithm"})
+"""What the description of a study, or of a multiverse, has had from the first version on."""
+
+
+class StudyDocument(msgspec.Struct):
+    """What is read of a study's description; all of it has to equal that of a plan."""
+
+    scale: str
+    seeds: Annotated[int, msgspec.Meta(ge=1, le=10**6)]
+    algorithm: AlgorithmDocument
+    stopping: StoppingDocument
+    experiments: dict[str, dict[str, Any]]
+
+
+class AlgorithmDocument(msgspec.Struct):
+    """Who trains."""
+
+    name: str
+    population: Annotated[int, msgspec.Meta(ge=1)]
+
+
+class StoppingDocument(msgspec.Struct):
+    """When training ends."""
+
+    generations: int
+
+
 class Folder:
     """A folder that holds one study.
 
@@ -38,7 +69,7 @@ class Folder:
         path: where it is.
     """
 
-    SETTINGS = frozenset({"scale", "seeds", "algorithm"})
+    SCHEMA: type = StudyDocument
     """What the description of a study has at least."""
     COMMAND = "study"
     """The command that such a folder is for."""
@@ -102,25 +133,24 @@ class Folder:
         """
         place = self.path / "study.json"
         try:
-            found = dict(json.loads(place.read_text()))
+            found = documents.fitted(documents.read(place), dict)
+            kind = "study multiverse" if "choices" in found else "study"
+            if "scale" in found and kind != self.COMMAND:
+                raise TegotaeError(
+                    f"{self.path} is a folder of tegotae {kind}; look at it with that"
+                )
+            if found.keys() >= _OF_ANY_VERSION and found.get("format") != FORMAT:
+                raise TegotaeError(
+                    f"{place} is of another version of tegotae, whose studies have other numbers; "
+                    "choose another folder"
+                )
+            documents.fitted(found, self.SCHEMA)
         except FileNotFoundError:
             raise TegotaeError(
                 f"{self.path} holds no study; start one with tegotae {self.COMMAND} run"
             ) from None
-        except OSError as error:
-            raise TegotaeError(f"cannot read {place}: {error.strerror}") from None
-        except (ValueError, TypeError):
-            found = {}
-        kind = "study multiverse" if "choices" in found else "study"
-        if "scale" in found and kind != self.COMMAND:
-            raise TegotaeError(f"{self.path} is a folder of tegotae {kind}; look at it with that")
-        if not found.keys() >= self.SETTINGS:
-            raise TegotaeError(f"{place} is damaged; choose another folder")
-        if found.get("format") != FORMAT:
-            raise TegotaeError(
-                f"{place} is of another version of tegotae, whose studies have other numbers; "
-                "choose another folder"
-            )
+        except DamagedDocumentError as error:
+            raise TegotaeError(f"{place} is damaged: {error}; choose another folder") from None
         return found
 
     def place(self, unit: Unit) -> Path:

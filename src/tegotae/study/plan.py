@@ -13,7 +13,7 @@ from typing import Any
 
 from tegotae.descriptions import describe
 from tegotae.errors import TegotaeError, require_count, unknown
-from tegotae.evaluation import Protocol
+from tegotae.evaluation import Protocol, require_evaluable
 from tegotae.experiment import Experiment, differing
 from tegotae.models import Model, all_models, find
 from tegotae.rollout import Timing
@@ -37,7 +37,8 @@ class Plan:
     """A study: experiments that are trained and evaluated in the same way.
 
     Raises:
-        TegotaeError: for a count below one, no experiment, or two of the same name.
+        TegotaeError: for a count below one, no experiment, two of the same name, or one that
+            could be trained but not evaluated.
     """
 
     scale: str
@@ -55,6 +56,8 @@ class Plan:
 
     def __post_init__(self) -> None:
         require_count("seeds", self.seeds)
+        for experiment in self.experiments:
+            require_evaluable(experiment.controller, experiment.body, experiment.protocol)
         names = Counter(experiment.name for experiment in self.experiments)
         if not names:
             raise TegotaeError("a study of no experiments; name at least one")
@@ -96,7 +99,7 @@ class Plan:
 
 
 def united(found: dict[str, Any], wanted: dict[str, Any]) -> dict[str, Any]:
-    """The document of a study that has the experiments of both of two `Plan.document`s.
+    """The document of a study that has the experiments of both of two documents (`Plan.document`).
 
     Raises:
         TegotaeError: if they are no parts of one study: anything but the experiments differs, or

@@ -7,15 +7,20 @@ import io
 import json
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
+import msgspec
 import numpy as np
 
+from tegotae import documents
+from tegotae.arrays import read_arrays
 from tegotae.errors import TegotaeError
 from tegotae.experiment import Experiment
 from tegotae.files import write_atomically
 
 SUFFIX = ".record.npz"
+MOST_BYTES = 2**28
+"""What a record may unpack to [bytes]; those of the study have about a megabyte."""
 
 _PLAIN = ("weights", "best_fitness", "generations", "ended", "omega")
 """Entries of a record that are arrays."""
@@ -115,25 +120,80 @@ def read(path: Path) -> Record:
     except OSError as error:
         raise TegotaeError(f"cannot read {path}: {error.strerror}") from None
     try:
-        with stream, np.load(stream, allow_pickle=False) as stored:
-            arrays = {name: stored[name] for name in stored.files}
+        with stream:
+            arrays = read_arrays(stream, MOST_BYTES)
         text, checksum = str(arrays.pop("header")), str(arrays.pop("checksum"))
         if checksum != _checksum(text, arrays):
             raise ValueError("its checksum is wrong")
-        header = json.loads(text)
+        header = documents.parse(text)
+        documents.fitted(header, _Header)
         plain: dict[str, Any] = {name: arrays[name] for name in _PLAIN}
         named: dict[str, Any] = {
             name: _with_prefix(arrays, prefix) for prefix, name in _NAMED.items()
         }
-        return Record(
+        record = Record(
             header["configuration"],
             header["software"],
             **plain,
             **named,
         )
+        _require_shapes(record)
+        return record
     except Exception as error:  # a flipped bit in a zip archive may raise nearly anything
         why = (str(error).splitlines() or [type(error).__name__])[0]
         raise DamagedRecordError(f"{path.name} is damaged: {why}") from None
+
+
+class _Algorithm(msgspec.Struct):
+    population: Annotated[int, msgspec.Meta(ge=1)]
+
+
+class _Experiment(msgspec.Struct):
+    name: str
+    omega: float | None
+
+
+class _Configuration(msgspec.Struct):
+    """What is read of a record's configuration; all of it is in the record's name."""
+
+    experiment: _Experiment
+    algorithm: _Algorithm
+    budgets: list[Annotated[int, msgspec.Meta(ge=1)]]
+
+
+class _Header(msgspec.Struct):
+    configuration: _Configuration
+    software: dict[str, str]
+
+
+def _require_shapes(record: Record) -> None:
+    """See that the arrays are of one set of runs and episodes, and of the right kind.
+
+    Raises:
+        ValueError: if not.
+    """
+    runs, episodes = len(record.best_fitness), len(record.omega)
+    generations = len(next(iter(record.curves.values()), []))
+    expected = {
+        "weights": ("f", (runs, record.weights.shape[-1] if record.weights.ndim else 0)),
+        "best_fitness": ("f", (runs,)),
+        "generations": ("i", (runs,)),
+        "ended": ("U", (runs,)),
+        "omega": ("f", (episodes,)),
+        "curves": ("f", (generations, runs)),
+        "episodes": ("f", (runs, episodes)),
+        "at_budgets": ("f", (len(record.budgets), runs, episodes)),
+    }
+    if runs == 0:
+        raise ValueError("it has no runs")
+    for name, (kind, shape) in expected.items():
+        entry = getattr(record, name)
+        for key, values in entry.items() if isinstance(entry, dict) else [("", entry)]:
+            if values.dtype.kind != kind or values.shape != shape:
+                raise ValueError(
+                    f"its {key or name} has {values.dtype} values of shape {values.shape}, "
+                    f"where {shape} belong"
+                )
 
 
 def _with_prefix(arrays: dict[str, np.ndarray], prefix: str) -> dict[str, np.ndarray]:

@@ -2,15 +2,9 @@
 
 from __future__ import annotations
 
-import multiprocessing
-import os
-import signal
-import threading
-import time
-from collections.abc import Callable, Generator, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
-from concurrent.futures.process import BrokenProcessPool
-from contextlib import closing, contextmanager
+from collections.abc import Callable, Generator, Sequence
+from concurrent.futures import as_completed
+from contextlib import closing
 from pathlib import Path
 
 import jax
@@ -22,6 +16,7 @@ from tegotae.registry import parts_in, register
 from tegotae.study.folder import Folder, Work
 from tegotae.study.record import Record
 from tegotae.study.unit import DEVICES, Unit, work
+from tegotae.workers import Workers, WorkersDied
 
 _MOST_DEATHS = 5
 
@@ -129,56 +124,11 @@ def on_cores(
     Raises:
         WorkersDiedError: if one of them dies; the others are ended.
     """
-    with _pool(min(workers or available_cores(), len(work_to_do))) as pool:
-        with _ctrl_c_held_back():  # which the workers, started here, inherit for good
-            pending = {pool.submit(work_all, bundle): bundle for bundle in work_to_do}
+    with Workers(min(workers or available_cores(), len(work_to_do))) as crew:
+        pending = {crew.give(work_all, bundle): bundle for bundle in work_to_do}
         for future in as_completed(pending):
             try:
                 records = future.result()
-            except BrokenProcessPool:
+            except WorkersDied:
                 raise WorkersDiedError from None
             yield from zip(pending[future], records, strict=True)
-
-
-@contextmanager
-def _pool(workers: int) -> Iterator[ProcessPoolExecutor]:
-    """Worker processes of one core each, that end when this process does or leaves early."""
-    pool = ProcessPoolExecutor(
-        workers,
-        mp_context=multiprocessing.get_context("spawn"),
-        initializer=_end_with_parent,
-        initargs=(os.getpid(),),
-    )
-    try:
-        yield pool
-    except BaseException:
-        # A shutdown alone would wait for the work in flight, and forgets the processes.
-        for process in list((pool._processes or {}).values()):
-            process.terminate()
-        raise
-    finally:
-        pool.shutdown(cancel_futures=True)
-
-
-@contextmanager
-def _ctrl_c_held_back() -> Iterator[None]:
-    """Ctrl-C reaches all processes of a terminal; processes started in here never see it."""
-    if not hasattr(signal, "pthread_sigmask"):  # Windows
-        yield
-        return
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
-
-
-def _end_with_parent(parent: int) -> None:
-    """A worker whose parent was killed would wait for work for ever."""
-
-    def watch() -> None:
-        while os.getppid() == parent:
-            time.sleep(1.0)
-        os._exit(1)
-
-    threading.Thread(target=watch, daemon=True).start()

@@ -10,11 +10,15 @@ from typing import Any
 import numpy as np
 
 from tegotae.errors import TegotaeError
+from tegotae.experiment import Experiment
 from tegotae.metrics.metric import Conditions, DerivedMetric, Metric
 from tegotae.metrics.registry import derived, metrics, names
 from tegotae.metrics.statistics import mean_defined
 from tegotae.models import Model, all_models
 from tegotae.study.record import Record
+
+ARCHITECTURES = ("V", "VG", "VT", "VGT", "AR", "ART", "ARG", "ARGT", "T")
+"""The paper's architectures, in its order. A user's experiment is one of its own, by its name."""
 
 _DESIGN = (
     *("model", "architecture", "learned", "reaction", "gain", "actuation", "observation"),
@@ -69,6 +73,10 @@ class Table:
             allowed = value if isinstance(value, tuple) else (value,)
             keep &= np.isin(self[name], allowed)
         return Table({name: column[keep] for name, column in self.columns.items()})
+
+    def of_the_paper(self) -> Table:
+        """The rows of the paper's models, without those of experiments beside them."""
+        return self.where(architecture=ARCHITECTURES)
 
     def per_model(self) -> Table:
         """One row a model: means over its runs of what is defined."""
@@ -181,9 +189,26 @@ def place(record: Record) -> dict[str, Any]:
     name, omega = record.model, record.configuration["experiment"]["omega"]
     if name in all_models():
         return design(all_models()[name])
-    own = dict.fromkeys(("learned", "reaction", "gain", "actuation", "observation"), "")
+    own = dict.fromkeys(("learned", "reaction", "gain", "actuation"), "")
+    observation = _OBSERVATIONS.get(_senses(record.experiment), "")
     omega_t = np.nan if omega is None else omega
-    return {"model": name, "architecture": name, **own, "omega_t": omega_t}
+    return {
+        **{"model": name, "architecture": name, **own},
+        **{"observation": observation, "omega_t": omega_t},
+    }
+
+
+_OBSERVATIONS = {
+    frozenset({"spring_force"}): "F",
+    frozenset({"spring_force", "velocity"}): "Fv",
+}
+"""What the paper's models sense, and what tables call it; what senses something else has none."""
+
+
+def _senses(experiment: Experiment) -> frozenset[str]:
+    """The senses of the body that the controller's terms read."""
+    reads = {name for term in experiment.controller.terms.values() for name in term.reads}
+    return frozenset(reads.intersection(experiment.body.SENSES))
 
 
 def design(model: Model) -> dict[str, Any]:

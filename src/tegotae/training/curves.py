@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
-import csv
-import json
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
+import msgspec
 import numpy as np
 
+from tegotae import documents
+from tegotae.documents import DamagedDocumentError
 from tegotae.errors import TegotaeError
+from tegotae.tables import numbers, parse_csv
 from tegotae.training.algorithms.document import algorithm_name
+from tegotae.training.folder import RunDocument
 
 COLUMNS = ("algorithm", "model", "seed", "episode", "simulated_s", "cot_inverse")
 """Columns of a table of learning curves, one row a point."""
@@ -119,6 +122,35 @@ def table(curves: Sequence[LearningCurve]) -> dict[str, np.ndarray]:
     }
 
 
+class _Algorithm(msgspec.Struct):
+    name: str
+    population: Annotated[int, msgspec.Meta(ge=1)] = 1
+
+
+class _Timing(msgspec.Struct):
+    duration_s: Annotated[float, msgspec.Meta(gt=0)]
+
+
+class _Experiment(msgspec.Struct):
+    name: str
+    timing: _Timing
+
+
+class _Trained(msgspec.Struct):
+    """What is read of a training's configuration."""
+
+    experiment: _Experiment
+    algorithm: _Algorithm
+
+
+class _TrainedEarlier(msgspec.Struct):
+    """The same as earlier versions told it."""
+
+    model: str
+    algorithm: _Algorithm
+    timing: _Timing
+
+
 @dataclass(frozen=True)
 class _Training:
     """What a training left in its folder."""
@@ -129,12 +161,19 @@ class _Training:
 
     @classmethod
     def read(cls, folder: Path) -> _Training:
-        path = folder / "run.json"
+        path, curves = folder / "run.json", folder / "curves.csv"
         try:
-            configuration = json.loads(path.read_text(encoding="utf-8"))["configuration"]
-            return cls(configuration, _rows(folder / "curves.csv"), folder)
-        except (OSError, ValueError, KeyError, TypeError):
-            raise TegotaeError(f"{path} or the curves beside it are damaged") from None
+            configuration = documents.fitted(documents.read(path), RunDocument).configuration
+            documents.fitted(
+                configuration, _TrainedEarlier if "model" in configuration else _Trained
+            )
+            return cls(configuration, _rows(curves), folder)
+        except DamagedDocumentError as error:
+            raise TegotaeError(f"{path} is damaged: {error}") from None
+        except OSError as error:
+            raise TegotaeError(f"cannot read {error.filename}: {error.strerror}") from None
+        except ValueError as error:
+            raise TegotaeError(f"{curves} is damaged: {error}") from None
 
     @property
     def settings(self) -> Mapping[str, Any]:
@@ -166,7 +205,7 @@ class _Training:
             else:
                 episode, simulated_s = float(row["episode"]), float(row["simulated_s"])
                 cot_inverse = row["cot_inverse"]
-            point = (episode, simulated_s, float(cot_inverse))
+            point = (episode, simulated_s, numbers([cot_inverse])[0])
             points.setdefault(int(row["seed"]), []).append(point)
         return [
             LearningCurve(label, self.model, seed, *np.array(rows).T)
@@ -185,11 +224,11 @@ def _folders(place: Path) -> list[Path]:
 
 
 def _rows(path: Path) -> list[dict[str, str]]:
-    with path.open(encoding="utf-8", newline="") as stream:
-        rows = list(csv.DictReader(stream))
-    if not rows or any(None in row or None in row.values() for row in rows):
-        raise ValueError("no rows, or a row of another length")
-    return rows
+    columns = parse_csv(path.read_text(encoding="utf-8"))
+    return [
+        dict(zip(columns, map(str, cells), strict=True))
+        for cells in zip(*columns.values(), strict=True)
+    ]
 
 
 def _labelled(trainings: Sequence[_Training]) -> list[LearningCurve]:
@@ -218,8 +257,8 @@ def _from_table(path: Path) -> list[LearningCurve]:
     try:
         for row in _rows(path):
             key = (row["algorithm"], row["model"], int(row["seed"]))
-            numbers = (float(row["episode"]), float(row["simulated_s"]), float(row["cot_inverse"]))
-            points.setdefault(key, []).append(numbers)
+            told = numbers(row[name] for name in ("episode", "simulated_s", "cot_inverse"))
+            points.setdefault(key, []).append(tuple(told))
     except FileNotFoundError:
         raise TegotaeError(f"there is no table {path}") from None
     except (OSError, ValueError, KeyError):

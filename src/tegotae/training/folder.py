@@ -8,14 +8,22 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import numpy as np
 
-from tegotae import controller_file
+from tegotae import controller_file, documents
 from tegotae.controller import Controller
 from tegotae.controller_file import SavedController
+from tegotae.documents import DamagedDocumentError
 from tegotae.errors import TegotaeError
 from tegotae.experiment import Experiment, differing
 from tegotae.files import write_atomically
+
+
+class RunDocument(msgspec.Struct):
+    """What `run.json` holds."""
+
+    configuration: dict[str, Any]
 
 
 def versions_of(*packages: str) -> dict[str, str]:
@@ -49,15 +57,15 @@ def claim(out: Path, configuration: Mapping[str, Any], versions: Mapping[str, st
 
 def _configuration(path: Path) -> dict[str, Any]:
     try:
-        return dict(json.loads(path.read_text(encoding="utf-8"))["configuration"])
+        return documents.fitted(documents.read(path), RunDocument).configuration
     except FileNotFoundError:
         raise TegotaeError(
             f"{path.parent} holds a training but no {path.name}; choose another folder with --out"
         ) from None
-    except OSError as error:
-        raise TegotaeError(f"cannot read {path}: {error.strerror}") from None
-    except (ValueError, KeyError, TypeError):
-        raise TegotaeError(f"{path} is damaged; choose another folder with --out") from None
+    except DamagedDocumentError as error:
+        raise TegotaeError(
+            f"{path} is damaged: {error}; choose another folder with --out"
+        ) from None
 
 
 def save_controller(

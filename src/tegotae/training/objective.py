@@ -31,6 +31,11 @@ class Objective(ABC):
     needs: ClassVar[tuple[str, ...] | None] = None
     """The channels of the trajectory that it reads; all are recorded for it by default."""
 
+    def __init_subclass__(cls) -> None:
+        super().__init_subclass__()
+        if cls.needs is not None and "failed" not in cls.needs:
+            cls.needs = (*cls.needs, "failed")  # by which failures are put below all others
+
     @abstractmethod
     def score(self, trajectory: Trajectory, scenario: Scenario, body: Body, timing: Timing) -> Any:
         """The fitness of every lane, [lanes]: the larger, the better.

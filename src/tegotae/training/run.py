@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import csv
 import io
 import json
 import math
 import time
-import zipfile
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -17,13 +15,17 @@ from typing import Any
 import jax
 import numpy as np
 
+from tegotae.arrays import read_arrays
 from tegotae.controller import Controller
+from tegotae.documents import fitted, parse
 from tegotae.errors import TegotaeError, require_count
 from tegotae.experiment import Experiment, differing
 from tegotae.files import output_folder, write_atomically
+from tegotae.limits import require_memory
 from tegotae.locks import locked
 from tegotae.metrics.statistics import mean_defined
 from tegotae.progress import reporting
+from tegotae.tables import write_csv
 from tegotae.training.algorithms import PGPE, Algorithm
 from tegotae.training.algorithms.document import algorithm_document
 from tegotae.training.evolve import Curves, Progress, Training, evolve, start
@@ -32,6 +34,8 @@ from tegotae.training.search import best_gain
 from tegotae.training.stopping import SEARCH, Stopping
 
 _SECONDS_BETWEEN_CHECKPOINTS = 5.0
+_MOST_BYTES = 2**30
+"""What a checkpoint may unpack to [bytes]."""
 _REMEDY = "remove it to train anew, or choose another folder with --out"
 
 
@@ -129,9 +133,19 @@ def train(
     """
     run.experiment.check()
     training, configuration = run.training, run.configuration
+    _require_room(run, training)
     with locked(output_folder(out)):
         claim(out, configuration, software())
         return _train(run, training, out, on_generation)
+
+
+def _require_room(run: Run, training: Training) -> None:
+    """Raise `TegotaeError` if a generation's weights and noise would not fit into the memory."""
+    episodes, n_weights = run.algorithm.population, training.controller.n_weights
+    require_memory(
+        8.0 * 4 * len(run.seeds) * episodes * n_weights,
+        f"{episodes} episodes a generation, of {len(run.seeds)} seeds and {n_weights} weights,",
+    )
 
 
 def _train(
@@ -187,9 +201,8 @@ def _resume(run: Run, training: Training, out: Path) -> tuple[Progress, list[Cur
         return progress, []
     leaves, structure = jax.tree.flatten(progress)
     with _useless(path):
-        with np.load(path, allow_pickle=False) as stored:
-            arrays = {name: stored[name] for name in stored.files}
-        found = dict(json.loads(str(arrays.get("configuration", "{}"))))
+        arrays = read_arrays(path, _MOST_BYTES)
+        found = fitted(parse(str(arrays.get("configuration", "{}"))), dict)
     if names := differing(found, json.loads(json.dumps(run.configuration))):
         earlier = "experiment" not in found
         what = "an earlier version" if earlier else f"a training that differs in {', '.join(names)}"
@@ -197,8 +210,9 @@ def _resume(run: Run, training: Training, out: Path) -> tuple[Progress, list[Cur
     with _useless(path):
         restored = [arrays[f"leaf{i}"] for i in range(len(leaves))]
         columns = [arrays[f"curve_{name}"] for name in Curves._fields]
-        if any(np.shape(a) != b.shape for a, b in zip(leaves, restored, strict=True)):
-            raise ValueError("shapes differ")
+        for ours, theirs in zip(leaves, restored, strict=True):
+            if (ours.shape, ours.dtype) != (theirs.shape, theirs.dtype):
+                raise ValueError("shapes or types differ")
         curves = [Curves(*generation) for generation in zip(*columns, strict=True)]
         reached = jax.tree.unflatten(structure, [jax.numpy.asarray(x) for x in restored])
         if np.max(reached.generation) != len(curves):
@@ -211,9 +225,9 @@ def _useless(path: Path) -> Iterator[None]:
     """Say in one line of a checkpoint that cannot be used what is wrong."""
     try:
         yield
-    except (OSError, EOFError, TypeError, ValueError, KeyError, zipfile.BadZipFile) as error:
-        if isinstance(error, OSError) and error.strerror:
-            raise TegotaeError(f"cannot read {path}: {error.strerror}") from None
+    except OSError as error:
+        raise TegotaeError(f"cannot read {path}: {error.strerror}") from None
+    except (TypeError, ValueError, KeyError):
         raise TegotaeError(f"{path} is damaged; {_REMEDY}") from None
 
 
@@ -230,14 +244,18 @@ def _checkpoint(run: Run, out: Path, progress: Progress, curves: list[Curves]) -
 def _write_results(
     run: Run, training: Training, progress: Progress, curves: list[Curves], out: Path
 ) -> list[Path]:
-    stream = io.StringIO()
-    table = csv.writer(stream, lineterminator="\n")
-    table.writerow(["generation", "seed", *Curves._fields])
-    for generation, row in enumerate(curves):
-        for i, seed in enumerate(run.seeds):
-            if generation < progress.generation[i]:
-                table.writerow([generation, seed, *(f"{float(values[i]):.6g}" for values in row)])
-    write_atomically(out / "curves.csv", stream.getvalue())
+    trained = [
+        (generation, i)
+        for generation in range(len(curves))
+        for i in range(len(run.seeds))
+        if generation < progress.generation[i]
+    ]
+    told = {
+        name: [float(getattr(curves[generation], name)[i]) for generation, i in trained]
+        for name in Curves._fields
+    }
+    which = {"generation": [g for g, _ in trained], "seed": [run.seeds[i] for _, i in trained]}
+    write_csv(out / "curves.csv", which | told, digits=6)
     paths = []
     for i, (seed, reason) in enumerate(zip(run.seeds, ends(run, curves), strict=True)):
         outcome = {

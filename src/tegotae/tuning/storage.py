@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any
 
+import msgspec
+
+from tegotae import documents
+from tegotae.documents import DamagedDocumentError
 from tegotae.errors import TegotaeError
 from tegotae.experiment import differing
 from tegotae.extras import require
@@ -50,9 +55,23 @@ def opened(path: Path, configuration: Mapping[str, Any]) -> Iterator[Study]:
     with stream:
         _lock(stream, path)
         _mend(stream, path)
-        study = _study(optuna, path, json.loads(json.dumps(configuration)))
-        _requeue_abandoned(optuna, study)
-        yield study
+        begun = os.path.getsize(path) > 0
+        study = None
+        try:
+            study = _study(optuna, path, json.loads(json.dumps(configuration)))
+            _requeue_abandoned(optuna, study)
+            yield study
+        except BaseException:
+            # A file that nothing was found for yet is free for another tuning.
+            if not begun and not (study and _has_values(study)):
+                path.unlink(missing_ok=True)
+            raise
+
+
+def _has_values(study: Study) -> bool:
+    """Whether anything was found, so far."""
+    trials = study.get_trials(deepcopy=False)
+    return any(trial.intermediate_values or trial.values for trial in trials)
 
 
 def _lock(stream: IO[bytes], path: Path) -> None:
@@ -74,11 +93,9 @@ def _mend(stream: IO[bytes], path: Path) -> None:
         if not line.endswith(b"\n"):
             break
         try:
-            entry = json.loads(line)
-        except ValueError:
-            entry = None
-        if not isinstance(entry, dict) or "op_code" not in entry:
-            raise _foreign(path, "no tuning")
+            documents.fitted(documents.parse(line), _Entry)
+        except DamagedDocumentError as error:
+            raise _foreign(path, f"no tuning: in a line, {error}") from None
         whole += len(line)
     if whole == 0 and os.path.getsize(path) > 0:
         raise _foreign(path, "no tuning")
@@ -91,31 +108,58 @@ def _study(optuna: Any, path: Path, configuration: dict[str, Any]) -> Study:
     try:
         storage = journal.JournalStorage(journal.JournalFileBackend(str(path), lock_obj=lock))
         names = [known.study_name for known in storage.get_all_studies()]
-    except (ValueError, KeyError, AssertionError):
-        raise _foreign(path, "a damaged study") from None
-    if any(name != STUDY for name in names):
-        raise _foreign(path, f"the study {names[0]!r}")
-    if names:
-        study = optuna.load_study(storage=storage, study_name=STUDY)
-    else:
-        study = optuna.create_study(storage=storage, study_name=STUDY, direction="maximize")
+        if any(name != STUDY for name in names):
+            raise _foreign(path, f"the study {names[0]!r}")
+        if names:
+            study = optuna.load_study(storage=storage, study_name=STUDY)
+        else:
+            study = optuna.create_study(storage=storage, study_name=STUDY, direction="maximize")
+        _require_values(study)
+    except (TegotaeError, OSError):
+        raise
+    except Exception as error:  # Optuna believes what is in a journal, so anything may come of it
+        raise _foreign(path, f"a damaged study ({type(error).__name__}: {error})") from None
     found = study.user_attrs.get(_CONFIGURATION)
     if found is None and not study.trials:
         study.set_user_attr(_CONFIGURATION, configuration)
     elif found != configuration:
         if not isinstance(found, dict) or "experiments" not in found:
             raise _foreign(path, "a tuning of an earlier version of tegotae")
-        names = differing(found, configuration)
+        try:
+            theirs = documents.fitted(found, _Configuration)
+        except DamagedDocumentError as error:
+            raise _foreign(path, f"a damaged study: {error}") from None
+        names = ", ".join(each.name or "no name" for each in theirs.experiments)
         raise _foreign(
             path,
-            f"a tuning of {found.get('algorithm')} for {_names(found)} that "
-            f"differs in {', '.join(names)}",
+            f"a tuning of {theirs.algorithm} for {names} that differs in "
+            f"{', '.join(differing(found, configuration))}",
         )
     return study
 
 
-def _names(configuration: Mapping[str, Any]) -> str:
-    return ", ".join(str(each.get("name")) for each in configuration["experiments"])
+class _Entry(msgspec.Struct):
+    """What every line of a journal has; the rest is Optuna's."""
+
+    op_code: int
+    worker_id: str
+
+
+class _Experiment(msgspec.Struct):
+    name: str | None = None
+
+
+class _Configuration(msgspec.Struct):
+    algorithm: str
+    experiments: list[_Experiment]
+
+
+def _require_values(study: Study) -> None:
+    """See that what was judged has numbers for values."""
+    for trial in study.get_trials(deepcopy=False):
+        for value in (*(trial.values or ()), *trial.intermediate_values.values()):
+            if not isinstance(value, float) or not math.isfinite(value):
+                raise ValueError(f"trial {trial.number} has the value {value!r}")
 
 
 def _requeue_abandoned(optuna: Any, study: Study) -> None:

@@ -7,10 +7,14 @@ from typing import Any
 
 from tegotae.errors import TegotaeError, require_count, require_finite
 from tegotae.experiment import Experiment
+from tegotae.limits import MOST_SEEDS
 
 FIRST_SEED = 10_000
 """The first seed of a tuning: far from those that trainings start at, so that settings are not
 chosen for the initial weights that they are used on later."""
+
+_MOST_S = 1e9
+"""Largest budget of one training [s]: thirty years."""
 
 BUDGET_S = 61_440.0
 """Simulated time of one training [s]: 80 generations of 32 episodes of 24 s."""
@@ -45,9 +49,9 @@ class Task:
     budget_s: float = BUDGET_S
 
     def __post_init__(self) -> None:
-        require_count("seeds", self.seeds)
-        require_count("first_seed", self.first_seed, least=0)
-        require_finite("budget_s", self.budget_s, above=0.0)
+        require_count("seeds", self.seeds, most=MOST_SEEDS)
+        require_count("first_seed", self.first_seed, least=0, most=2**31 - 1 - self.seeds)
+        require_finite("budget_s", self.budget_s, above=0.0, most=_MOST_S)
         names = [experiment.name for experiment in self.experiments]
         if not names:
             raise TegotaeError("no models to tune for; name at least one")

@@ -4,19 +4,21 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, as_completed, wait
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from tegotae.errors import require_count
+from tegotae.devices import available_cores, require_workers
+from tegotae.errors import TegotaeError, require_count
 from tegotae.extras import require
 from tegotae.progress import reporting
-from tegotae.tuning.crew import Crew
 from tegotae.tuning.spaces import Space, space_of
 from tegotae.tuning.storage import opened
 from tegotae.tuning.task import Task
+from tegotae.workers import Workers, WorkersDied
 
 if TYPE_CHECKING:
     from optuna.study import Study
@@ -57,6 +59,7 @@ def tune(
     """
     optuna = require("optuna", "tune")
     require_count("trials", trials)
+    require_workers(workers)
     space = space_of(algorithm)
     for experiment in task.experiments:
         task.episodes(experiment, least=space.least_episodes)
@@ -65,7 +68,7 @@ def tune(
     with opened(storage, configuration) as study:
         _prepare(optuna, study, space)
         if _judged(study) < trials:
-            with Crew(workers) as crew, reporting(f"tune {algorithm}", trials) as reporter:
+            with _crew(workers) as crew, reporting(f"tune {algorithm}", trials) as reporter:
                 _search(study, space, task, trials, crew, reporter)
         return study.get_trials()
 
@@ -74,18 +77,37 @@ def judge(space: Space, settings: Sequence[Any], task: Task, *, workers: int = 1
     """Fitness of each setting on all of a task's trainings, shape [settings, instances]."""
     values = np.full((len(settings), task.instances), np.nan)
     jobs = [(row, job) for row in range(len(settings)) for job in task.jobs(space.seeds_at_once)]
-    at: dict[int, Any] = {}
-    with Crew(workers) as crew, reporting("judge", len(jobs)) as reporter:
-        waiting = iter(jobs)
-        for done in range(len(jobs)):
-            while crew.has_idle and (job := next(waiting, None)) is not None:
-                worker = crew.give(space.learn, settings[job[0]], *_training(task, job[1]))
-                at[worker] = job
-            worker, found = crew.next_answer()
-            row, (model, seeds) = at.pop(worker)
-            values[row, [_instance(task, model, seed) for seed in seeds]] = found
-            reporter.update(done + 1)
+    with _crew(workers) as crew, reporting("judge", len(jobs)) as reporter:
+        at = {
+            crew.give(space.learn, settings[row], *_training(task, job)): (row, job)
+            for row, job in jobs
+        }
+        for done, future in enumerate(as_completed(at), 1):
+            row, (model, seeds) = at[future]
+            values[row, [_instance(task, model, seed) for seed in seeds]] = _answer(future)
+            reporter.update(done)
     return values
+
+
+def _crew(workers: int) -> Workers:
+    """Processes that share the cores."""
+    require_workers(workers)
+    return Workers(workers, cores=max(1, available_cores() // workers))
+
+
+def _answer(future: Future[Any]) -> Any:
+    """What a worker found.
+
+    Raises:
+        TegotaeError: as the worker did, or if its process has ended.
+    """
+    try:
+        return future.result()
+    except WorkersDied:
+        raise TegotaeError(
+            "a worker process has ended, perhaps for want of memory; what is done is kept: "
+            "go on with fewer workers"
+        ) from None
 
 
 def _prepare(optuna: Any, study: Study, space: Space) -> None:
@@ -114,32 +136,34 @@ class _Attempt:
     values: list[float]
 
 
-def _search(study: Study, space: Space, task: Task, trials: int, crew: Crew, reporter: Any) -> None:
-    at: dict[int, _Attempt] = {}
+def _search(
+    study: Study, space: Space, task: Task, trials: int, crew: Workers, reporter: Any
+) -> None:
+    at: dict[Future[Any], _Attempt] = {}
+
+    def go_on(attempt: _Attempt) -> None:
+        job = _training(task, attempt.jobs[0])
+        at[crew.give(space.learn, attempt.settings, *job)] = attempt
+
     while True:
-        while crew.has_idle and (judged := _judged(study)) + len(at) < trials:
+        while len(at) < crew.size and _judged(study) + len(at) < trials:
             trial = study.ask()
             attempt = _Attempt(trial, space.suggest(trial), task.jobs(space.seeds_at_once), [])
             trial.set_user_attr("settings", repr(attempt.settings))
-            at[_go_on(crew, space, task, attempt)] = attempt
+            go_on(attempt)
         if not at:
             return
-        worker, found = crew.next_answer()
-        attempt = at.pop(worker)
-        model, seeds = attempt.jobs.pop(0)
-        for seed, value in zip(seeds, found, strict=True):
-            attempt.trial.report(value, _instance(task, model, seed))
-        attempt.values += found
-        if attempt.jobs and not attempt.trial.should_prune():
-            at[_go_on(crew, space, task, attempt)] = attempt
-            continue
-        _finish(study, attempt)
-        judged = _judged(study)
-        reporter.update(judged, _note(study))
-
-
-def _go_on(crew: Crew, space: Space, task: Task, attempt: _Attempt) -> int:
-    return crew.give(space.learn, attempt.settings, *_training(task, attempt.jobs[0]))
+        for future in wait(at, return_when=FIRST_COMPLETED).done:
+            attempt, found = at.pop(future), _answer(future)
+            model, seeds = attempt.jobs.pop(0)
+            for seed, value in zip(seeds, found, strict=True):
+                attempt.trial.report(value, _instance(task, model, seed))
+            attempt.values += found
+            if attempt.jobs and not attempt.trial.should_prune():
+                go_on(attempt)
+                continue
+            _finish(study, attempt)
+            reporter.update(_judged(study), _note(study))
 
 
 def _training(task: Task, job: tuple[int, tuple[int, ...]]) -> tuple[Any, ...]:

@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 
 from tegotae.cli.figure.subject import Subject
+from tegotae.limits import MOST_M
 from tegotae.rollout import Timing
 
 
@@ -29,9 +30,9 @@ class Basin(Subject):
 
         self.check_out()
         saved = self.saved()
-        heights = axis("height", *self.height, self.resolution)
+        heights = axis("height", *self.height, self.resolution, above=0.0, most=MOST_M)
         across = (
-            axis("velocity", *self.velocity, self.resolution)
+            axis("velocity", *self.velocity, self.resolution, most=MOST_M)
             if saved.controller.oscillator is None
             else axis("phase", 0.0, 2.0 * math.pi, self.resolution)
         )

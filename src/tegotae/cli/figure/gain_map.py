@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tegotae.cli.figure.output import Output
-from tegotae.cli.options import HopperOptions
+from tegotae.cli.options import HopperOptions, WorkOption
+from tegotae.limits import MOST_RAD_PER_S
 from tegotae.presets import preset
 from tegotae.rollout import Timing
 
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, kw_only=True)
-class GainMap(Output, HopperOptions):
+class GainMap(Output, WorkOption, HopperOptions):
     """CoT⁻¹ A and B over gain σ and frequency ω, for sector and reflex actuation (Fig. 4)."""
 
     sigma: tuple[float, float] = (0.0, 12.0)
@@ -28,8 +29,6 @@ class GainMap(Output, HopperOptions):
     """Points along either axis."""
     duration: float = 40.0
     """Simulated time; what has not settled by its end has no limit cycle [s]."""
-    energy: str = "absolute"
-    """Definition of the actuator's work: absolute, positive or net."""
 
     def run(self) -> None:
         """Compute, write, and print the fits."""
@@ -39,7 +38,7 @@ class GainMap(Output, HopperOptions):
 
         self.check_out()
         sigma = axis("sigma", *self.sigma, self.resolution)
-        omega = axis("omega", *self.omega, self.resolution)
+        omega = axis("omega", *self.omega, self.resolution, most=MOST_RAD_PER_S)
         timing, body = Timing(duration_s=self.duration), self.hopper()
         sweeps = {
             name: sweep_gain(
@@ -48,7 +47,7 @@ class GainMap(Output, HopperOptions):
                 omega,
                 body,
                 timing=timing,
-                work=self.energy,
+                work=self.work,
             )
             for name in ("sector", "reflex")
         }
@@ -57,7 +56,7 @@ class GainMap(Output, HopperOptions):
             print(f"{name}, one turn a hop: {_fit(ridges[name])}")
             overall = find_ridge(sigma, omega, sweep.outcome.cot_inverse)
             print(f"{name}, all limit cycles: {_fit(overall)}")
-        figure = gain_map_figure(sweeps, ridges, optimum=has_table(body, self.energy))
+        figure = gain_map_figure(sweeps, ridges, optimum=has_table(body, self.work))
         self.write(figure, gain_map_tables(sweeps, ridges))
 
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from tegotae.cli.figure.output import Output
 from tegotae.cli.options import HopperOptions, Vanilla
-from tegotae.errors import require_finite
+from tegotae.limits import MOST_GAIN, MOST_RAD_PER_S, require_within
 from tegotae.presets import preset
 from tegotae.rollout import Timing
 
@@ -34,13 +34,13 @@ class PhaseLocking(Output, HopperOptions):
         from tegotae.figures.phase_locking import phase_locking_figure, phase_locking_table
 
         self.check_out()
-        require_finite("cut", self.cut)
+        require_within("cut", self.cut, MOST_GAIN)
         chosen = preset(self.preset)
-        actuation = self.actuation or chosen.actuation
+        actuation = chosen.actuation if self.actuation is None else self.actuation
         sweep = sweep_gain(
             chosen.controller(actuation),
             axis("sigma", *self.sigma, self.resolution),
-            axis("omega", *self.omega, self.resolution),
+            axis("omega", *self.omega, self.resolution, most=MOST_RAD_PER_S),
             self.hopper(),
             timing=Timing(duration_s=self.duration),
         )

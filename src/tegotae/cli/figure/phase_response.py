@@ -23,6 +23,8 @@ class PhaseResponse(SettledSubject):
     def run(self) -> None:
         """Compute, write, and say where the rhythm is most sensitive."""
         from tegotae.analysis import measure_phase_response
+        from tegotae.analysis.phase_response import check_pushes
+        from tegotae.bodies import Hopper
         from tegotae.figures.phase_response import (
             NEGLIGIBLE_RAD,
             phase_response_figure,
@@ -31,6 +33,8 @@ class PhaseResponse(SettledSubject):
 
         self.check_out()
         saved = self.saved()
+        if isinstance(saved.body, Hopper):
+            check_pushes(np.array(self.push), saved.body, self.points, self.cycles)
         orbit = self.orbit(saved)
         found = measure_phase_response(
             saved, orbit, np.array(self.push), points=self.points, cycles=self.cycles

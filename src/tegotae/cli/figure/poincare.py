@@ -23,9 +23,11 @@ class Poincare(SettledSubject):
     def run(self) -> None:
         """Compute, write, and print the multipliers."""
         from tegotae.analysis import poincare_section, transient
+        from tegotae.analysis.poincare import check_disturbances
         from tegotae.figures.poincare import poincare_figure, poincare_tables
 
         self.check_out()
+        check_disturbances(self.step, self.nudge, self.turns)
         saved = self.saved()
         orbit = self.orbit(saved)
         found = poincare_section(saved, orbit, step=self.step, nudge=self.nudge, turns=self.turns)

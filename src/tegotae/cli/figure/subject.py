@@ -32,12 +32,14 @@ class Subject(Output, ControllerOptions):
         return self.chosen(self.path)
 
     def title(self, saved: SavedController) -> str:
-        """The controller in a few words."""
+        """The controller in a few words, for a figure."""
+        from tegotae.figures.style import literal
+
         at = "" if saved.controller.oscillator is None else f", ω = {saved.omega:g} rad/s"
         if self.path is None:
             actuation = _VANILLA[type(saved.controller.actuation)]
             return f"{actuation}, σ = {saved.weights[0]:g}{at}"
-        return f"{saved.model or self.path.stem}{at}"
+        return f"{literal(saved.model or self.path.stem)}{at}"
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 
 from tegotae.bodies import Hopper
 from tegotae.cli.figure.subject import SettledSubject
 from tegotae.cli.options import UNSET
-from tegotae.errors import require_count
+from tegotae.errors import require_count, require_finite
+from tegotae.limits import MOST_M, MOST_POINTS, require_within
+
+if TYPE_CHECKING:
+    from tegotae.controller_file import SavedController
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -30,8 +34,10 @@ class Surface(SettledSubject):
         from tegotae.figures.surface import surface_figure, surface_tables
 
         self.check_out()
-        require_count("resolution", self.resolution, least=2)
+        require_count("resolution", self.resolution, least=2, most=MOST_POINTS)
+        require_within("velocity", self.velocity, MOST_M)
         saved = self.saved()
+        self._check_force(saved)
         try:
             orbit = self.orbit(saved)
         except NoLimitCycleError as none:
@@ -56,3 +62,9 @@ class Surface(SettledSubject):
             note += f", slice at ẏ = {self.velocity:g} m/s"
         figure = surface_figure(found, orbit, max_force_n=float(body.max_force_n), note=note)
         self.write(figure, surface_tables(found, orbit))
+
+    def _check_force(self, saved: SavedController) -> None:
+        body = saved.body
+        if self.spring_force is not None and isinstance(body, Hopper):
+            most = body.stiffness_n_per_m * body.rest_length_m  # that of a leg of no length
+            require_finite("spring_force", self.spring_force, above=0.0, most=most)

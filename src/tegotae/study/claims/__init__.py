@@ -20,7 +20,7 @@ from pathlib import Path
 from tegotae.study.claims.architectures import CLAIMS, FAR, NEAR, correlation, designs, verdicts
 from tegotae.study.claims.experiments import (
     EXPERIMENTS,
-    Experiment,
+    KeptExperiment,
     claim_1,
     claim_10,
     claim_11,
@@ -60,7 +60,7 @@ __all__ = [
     "NEAR",
     "NOT_MEASURED",
     "UNDECIDED",
-    "Experiment",
+    "KeptExperiment",
     "Part",
     "Verdict",
     "all_verdicts",

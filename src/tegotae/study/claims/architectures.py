@@ -288,7 +288,11 @@ CLAIMS: tuple[Callable[[Table], Verdict], ...] = (
 
 
 def verdicts(table: Table) -> list[Verdict]:
-    """What the results say about each claim; one without data is undecided."""
+    """What the results of the paper's models say about each claim.
+
+    One without data is undecided. Experiments beside the models decide nothing.
+    """
+    table = table.of_the_paper()
     return [claim(table) for claim in CLAIMS]
 
 

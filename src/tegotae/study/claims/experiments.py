@@ -173,7 +173,7 @@ def _rows(
 
 
 @dataclass(frozen=True)
-class Experiment:
+class KeptExperiment:
     """An experiment that decides a claim.
 
     Args:
@@ -196,7 +196,7 @@ class Experiment:
 
 
 EXPERIMENTS = (
-    Experiment(
+    KeptExperiment(
         1,
         CLAIM_1,
         "figure3.csv",
@@ -206,7 +206,7 @@ EXPERIMENTS = (
         "--out {folder}/figure3.png",
         _judge_curves,
     ),
-    Experiment(
+    KeptExperiment(
         10,
         CLAIM_10,
         "parameter_limit.csv",
@@ -215,7 +215,7 @@ EXPERIMENTS = (
         "python docs/studies/parameter_limit.py --out {folder}",
         _judge_sizes,
     ),
-    Experiment(
+    KeptExperiment(
         11,
         CLAIM_11,
         "gain_map.ridge.csv",

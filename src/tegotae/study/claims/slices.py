@@ -27,6 +27,7 @@ def verdicts_by_omega(table: Table) -> dict[str, list[Verdict]]:
     Returns:
         the verdicts by ω_t: "all", and each in rad/s, such as "4" and "8".
     """
+    table = table.of_the_paper()
     omega_t = table["omega_t"]
     parts = {f"{omega:g}": omega_t == omega for omega in np.unique(omega_t[np.isfinite(omega_t)])}
     found = {label: _rows(table, at | np.isnan(omega_t)) for label, at in parts.items()}

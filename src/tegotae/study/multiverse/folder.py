@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any
+from typing import Annotated, Any
+
+import msgspec
 
 from tegotae.errors import TegotaeError
 from tegotae.study.folder import Folder
@@ -13,6 +15,15 @@ from tegotae.study.table import Table, tabulate
 from tegotae.study.unit import FORMAT, key_of
 
 
+class MultiverseDocument(msgspec.Struct):
+    """What is read of a multiverse's description; all of it has to equal that of a plan."""
+
+    scale: str
+    seeds: Annotated[int, msgspec.Meta(ge=1, le=10**6)]
+    models: list[str]
+    choices: dict[str, list[str]]
+
+
 class MultiverseFolder(Folder):
     """A folder that holds a multiverse.
 
@@ -20,7 +31,7 @@ class MultiverseFolder(Folder):
         path: where it is.
     """
 
-    SETTINGS = frozenset({"scale", "seeds", "models", "choices"})
+    SCHEMA = MultiverseDocument
     COMMAND = "study multiverse"
 
     def is_of(self, document: dict[str, Any], configuration: dict[str, Any]) -> bool:

@@ -11,6 +11,7 @@ from typing import Any
 from tegotae.descriptions import describe
 from tegotae.errors import require_count, unknown
 from tegotae.evaluation import Protocol
+from tegotae.limits import MOST_SEEDS
 from tegotae.metrics.limit_cycle import LimitCycle
 from tegotae.models import Model, find
 from tegotae.rollout import Timing
@@ -69,7 +70,7 @@ class Multiverse:
 
     def __post_init__(self) -> None:
         for name in ("readings", "seeds", "cap"):
-            require_count(name, getattr(self, name))
+            require_count(name, getattr(self, name), most=MOST_SEEDS)
         for name in self.models:
             find(name)
 

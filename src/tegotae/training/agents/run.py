@@ -2,21 +2,21 @@
 
 from __future__ import annotations
 
-import csv
 import dataclasses
-import io
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from tegotae.bodies import require_one_limb
 from tegotae.controller import Controller
 from tegotae.errors import TegotaeError, require_count
 from tegotae.experiment import Experiment
-from tegotae.files import output_folder, write_atomically
+from tegotae.files import output_folder
 from tegotae.locks import locked
 from tegotae.progress import reporting
+from tegotae.tables import numbers, parse_csv, write_csv
 from tegotae.training.agents.policy import agent_controller
 from tegotae.training.agents.settings import AgentSettings, SACSettings
 from tegotae.training.algorithms.document import algorithm_document
@@ -44,7 +44,8 @@ class AgentRun:
         evaluate_every: episodes between two points of the learning curve.
 
     Raises:
-        TegotaeError: for a count below one, or a controller without a meaning for agents.
+        TegotaeError: for a count below one, a controller without a meaning for agents, or a body
+            of several limbs.
     """
 
     experiment: Experiment
@@ -57,6 +58,7 @@ class AgentRun:
         require_count("seeds", len(self.seeds))
         require_count("episodes", self.episodes)
         require_count("evaluate_every", self.evaluate_every)
+        require_one_limb(self.experiment.body, "learning by agents")
         _ = self.controller
 
     @property
@@ -166,16 +168,16 @@ def _read_curves(out: Path) -> _Curves:
     if not path.exists():
         return curves
     try:
-        with path.open() as stream:
-            header, *table = csv.reader(stream)
-        if tuple(header) != COLUMNS:
+        columns = parse_csv(path.read_text(encoding="utf-8"))
+        if tuple(columns) != COLUMNS:
             raise ValueError("other columns")
-        for row in table:
-            *numbers, seed = row
-            if len([float(x) for x in numbers]) != len(COLUMNS) - 1:
-                raise ValueError("a row is cut off")
-            curves.setdefault(int(seed), []).append(row)
-    except (OSError, ValueError):
+        for row in zip(*columns.values(), strict=True):
+            *told, seed = row
+            numbers(told)
+            curves.setdefault(int(seed), []).append([str(cell) for cell in row])
+    except OSError as error:
+        raise TegotaeError(f"cannot read {path}: {error.strerror}") from None
+    except ValueError:
         raise TegotaeError(
             f"{path} is damaged; remove it to train anew, or choose another folder with --out"
         ) from None
@@ -206,9 +208,5 @@ def _write(run: AgentRun, seed: int, points: list[Point], curves: _Curves, out: 
         versions=_software(),
     )
     curves[seed] = [[*(f"{x:.6g}" for x in point[:4]), str(seed)] for point in points]
-    stream = io.StringIO()
-    table = csv.writer(stream, lineterminator="\n")
-    table.writerow(COLUMNS)
-    for _, rows in sorted(curves.items()):
-        table.writerows(rows)
-    write_atomically(out / "curves.csv", stream.getvalue())
+    rows = [row for _, of_seed in sorted(curves.items()) for row in of_seed]
+    write_csv(out / "curves.csv", dict(zip(COLUMNS, zip(*rows, strict=True), strict=True)))

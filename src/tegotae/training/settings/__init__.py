@@ -5,17 +5,28 @@ Each is a file of this folder, as `tegotae tune --keep` writes it.
 
 from __future__ import annotations
 
-import json
+import dataclasses
 from dataclasses import dataclass
 from importlib import resources
 from importlib.resources.abc import Traversable
 from pathlib import Path
 from typing import Any
 
+import msgspec
+
+from tegotae import documents
+from tegotae.descriptions import restore
+from tegotae.documents import DamagedDocumentError
 from tegotae.errors import TegotaeError, unknown
 from tegotae.training.agents.settings import AgentSettings
 from tegotae.training.algorithms import Algorithm
 from tegotae.training.learners import learner
+
+
+class _Document(msgspec.Struct):
+    algorithm: str
+    settings: dict[str, Any]
+    found: dict[str, Any]
 
 
 @dataclass(frozen=True)
@@ -72,16 +83,22 @@ def tuned(algorithm: str) -> Any:
 
 def _read(file: Path | Traversable) -> Configuration:
     try:
-        document = json.loads(file.read_text(encoding="utf-8"))
-        algorithm, settings = document["algorithm"], dict(document["settings"])
-        kind, found = learner(algorithm), dict(document["found"])
-    except TegotaeError as error:
-        raise TegotaeError(f"{file}: {error}") from None
-    except OSError as error:
+        found = documents.fitted(documents.read(file), _Document)
+        kind = learner(found.algorithm)
+    except FileNotFoundError as error:
         raise TegotaeError(f"cannot read {file}: {error.strerror}") from None
-    except (ValueError, KeyError, TypeError):
-        raise TegotaeError(f"{file} is no configuration that tegotae tune --keep wrote") from None
+    except DamagedDocumentError as error:
+        raise TegotaeError(
+            f"{file} is no configuration that tegotae tune --keep wrote: {error}"
+        ) from None
+    except TegotaeError as error:
+        raise TegotaeError(f"{file} is no configuration known here: {error}") from None
+    names = [field.name for field in dataclasses.fields(kind)]  # type: ignore[arg-type]  # type: ignore[arg-type]
+    if others := [name for name in found.settings if name not in names]:
+        raise TegotaeError(f"{file} has settings that {found.algorithm} does not have: {others[0]}")
     try:
-        return Configuration(algorithm, kind(**settings), found)
-    except TypeError:
-        raise TegotaeError(f"{file} has settings that {algorithm} does not have") from None
+        contract = Algorithm if issubclass(kind, Algorithm) else AgentSettings
+        settings = restore({"kind": found.algorithm, **found.settings}, contract, "settings")
+    except (KeyError, TypeError, ValueError) as error:
+        raise TegotaeError(f"{file} is damaged: in its settings, {error}") from None
+    return Configuration(found.algorithm, settings, found.found)

@@ -1,0 +1,60 @@
+"""NumPy archives (.npz) from disk: no pickle, and no more than they may unpack to."""
+
+from __future__ import annotations
+
+import zipfile
+from pathlib import Path
+from typing import BinaryIO
+
+import numpy as np
+
+
+def read_arrays(file: Path | BinaryIO, most_bytes: int) -> dict[str, np.ndarray]:
+    """The arrays of an archive by name.
+
+    A few kilobytes can unpack to gigabytes, so the archive's directory is asked first.
+
+    Args:
+        file: its path, or the open file.
+        most_bytes: of all arrays together.
+
+    Raises:
+        ValueError: if it is larger than that, no archive, or damaged.
+        OSError: if it cannot be read, such as for want of permission.
+
+    Example:
+        >>> import io
+        >>> stream = io.BytesIO()
+        >>> np.savez_compressed(stream, zeros=np.zeros(1_000_000))
+        >>> len(stream.getvalue()) < 10_000
+        True
+        >>> read_arrays(stream, 2**20)
+        Traceback (most recent call last):
+        ...
+        ValueError: it unpacks to 7.63 MiB, more than 1 MiB
+    """
+    try:
+        return _read(file, most_bytes)
+    except OSError as error:
+        if error.strerror:  # the system's, not that of a reader who met no archive
+            raise
+        raise ValueError(str(error)) from None
+    except Exception as error:  # a flipped bit in a zip archive may raise nearly anything
+        raise ValueError(str(error) or type(error).__name__) from None
+
+
+def _read(file: Path | BinaryIO, most_bytes: int) -> dict[str, np.ndarray]:
+    with zipfile.ZipFile(file) as directory:
+        unpacked = sum(entry.file_size for entry in directory.infolist())
+    if unpacked > most_bytes:
+        raise ValueError(
+            f"it unpacks to {unpacked / 2**20:.3g} MiB, more than {most_bytes / 2**20:.3g} MiB"
+        )
+    if not isinstance(file, Path):
+        file.seek(0)
+    with np.load(file, allow_pickle=False) as stored:
+        arrays = {name: stored[name] for name in stored.files}
+    for name, values in arrays.items():
+        if not isinstance(values, np.ndarray):
+            raise ValueError(f"its entry {name!r} is no array")
+    return arrays

@@ -1,0 +1,181 @@
+"""What any console takes: plain spellings, closed streams, Ctrl-C before anything is loaded."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import io
+import os
+import subprocess
+import sys
+
+import pytest
+
+from tegotae._start import is_program
+from tegotae.cli import main
+from tegotae.cli.console import PLAIN, make_safe, one_line, shown
+from tegotae.cli.status import exit_status
+from tegotae.cli.tables import print_rows
+
+
+@pytest.mark.parametrize("encoding", ["ascii", "cp1252", "latin-1", "utf-8"])
+@pytest.mark.parametrize("text", ["CoT⁻¹ [m/J], ω = 2π ± 1 – φ̇", "\udcff", "│ 日本 │", "🦘"])
+def test_whatever_is_printed_has_a_spelling(encoding, text):
+    stream = io.TextIOWrapper(io.BytesIO(), encoding=encoding, errors=PLAIN)
+    print(text, file=stream, flush=True)
+
+
+def test_plain_spellings_are_readable():
+    assert shown("CoT⁻¹ – ω_t ≥ 4", "ascii") == "CoT^-1 - omega_t >= 4"
+    assert shown("CoT⁻¹ – ω_t ≥ 4", "utf-8") == "CoT⁻¹ – ω_t ≥ 4"
+    assert shown("日", "ascii") == "\\u65e5"
+
+
+def test_the_programs_streams_are_made_safe(monkeypatch):
+    out = io.TextIOWrapper(io.BytesIO(), encoding="ascii")
+    monkeypatch.setattr(sys, "stdout", out)
+    monkeypatch.setattr(sys, "stderr", io.StringIO())  # which takes everything as it is
+    make_safe()
+    print("ω", end="", flush=True)
+    assert out.buffer.getvalue() == b"omega"
+
+
+def test_an_error_is_one_line_whatever_is_in_it():
+    assert one_line("a\nb\r\n  c") == "a b c"
+    assert one_line("\x1b]0;title\x07 \udcff \u2028ω") == r"\x1b]0;title\x07 \udcff ω"
+
+
+NAMES = ["[red]", "[/]", "$x_", ":smile:", "\x1b[31m", "\udcff", "a\tb\nc", "\u202e"]
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_name_is_shown_in_a_table_as_it_is(capsys, name):
+    print_rows(["name", "value"], [[name, "1"]])
+    assert shown(name, "utf-8") in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("encoding", ["ascii", "latin-1"])
+def test_a_plain_table_is_aligned(monkeypatch, encoding):
+    out = io.TextIOWrapper(io.BytesIO(), encoding=encoding, errors=PLAIN)
+    monkeypatch.setattr(sys, "stdout", out)
+    print_rows(["CoT⁻¹ [m/J]", "ω_t"], [["1", "8"], ["–", "4"]])
+    out.flush()
+    lines = out.buffer.getvalue().decode(encoding).splitlines()
+    assert len({len(line) for line in lines if line.strip()}) == 1
+
+
+def test_the_version_is_told(capsys):
+    assert main(["--version"]) == 0
+    assert capsys.readouterr().out == f"tegotae {importlib.metadata.version('tegotae')}\n"
+
+
+def test_debug_stands_anywhere_and_shows_where_an_error_arose(capsys, monkeypatch):
+    def bug(*_):
+        raise KeyError("a bug")
+
+    monkeypatch.setattr("tegotae.cli.models.all_models", bug)
+    monkeypatch.setenv("TEGOTAE_DEBUG", "0")
+    assert main(["models", "T"]) == 70
+    assert "Traceback" not in capsys.readouterr().err
+    assert main(["models", "--debug", "T"]) == 70
+    assert "Traceback" in capsys.readouterr().err
+
+
+def test_output_that_nobody_reads_ends_in_silence(capsys, monkeypatch):
+    reader, writer = os.pipe()
+    os.close(reader)
+    with open(writer, "w") as out:
+        monkeypatch.setattr(sys, "stdout", out)
+        assert exit_status(lambda: print("one")) == 141
+    assert capsys.readouterr().err == ""
+
+
+def test_help_that_nobody_reads_ends_in_silence(capsys, monkeypatch):
+    reader, writer = os.pipe()
+    os.close(reader)
+    with open(writer, "w") as out:
+        monkeypatch.setattr(sys, "stdout", out)
+        assert main(["--help"]) == 141
+    assert capsys.readouterr().err == ""
+
+
+@pytest.mark.parametrize(
+    ("arguments", "whole", "ours"),
+    [
+        (["-m"], ["python", "-m", "tegotae", "models"], True),
+        (["-m"], ["python", "-X", "dev", "-m", "tegotae.optimum"], True),
+        (["/usr/bin/tegotae", "models"], ["python", "/usr/bin/tegotae", "models"], True),
+        (["-m"], ["python", "-m", "tegotaex"], False),
+        (["-c"], ["python", "-c", "import tegotae"], False),
+        (["/home/me/tegotae/train.py"], ["python", "/home/me/tegotae/train.py"], False),
+        ([], [], False),
+    ],
+)
+def test_only_the_program_itself_changes_what_ctrl_c_does(arguments, whole, ours):
+    assert is_program(arguments, whole) is ours
+
+
+LOADING = """
+import os, signal, sys
+signal.signal(signal.SIGINT, signal.default_int_handler)
+class Impatient:
+    def find_spec(self, name, *_):
+        if name == "jax":
+            os.kill(os.getpid(), signal.SIGINT)
+sys.meta_path.insert(0, Impatient())
+sys.argv = ["{program}"]
+import tegotae
+"""
+
+
+@pytest.mark.parametrize(("program", "status", "said"), [("tegotae", 130, ""), ("own.py", 1, "K")])
+def test_ctrl_c_while_the_program_is_loaded_ends_it_in_silence(program, status, said):
+    """A program that imports the package sees its `KeyboardInterrupt` as always."""
+    words = [sys.executable, "-c", LOADING.format(program=program)]
+    done = subprocess.run(words, capture_output=True, text=True)
+    assert (done.returncode in (status, -2), done.stdout) == (True, "")
+    assert (said in done.stderr) if said else done.stderr == ""
+
+
+CLOSED = """
+import os, sys
+sys.stdin = sys.stdout = sys.stderr = None
+for number in (0, 1, 2):
+    os.close(number)
+from tegotae._start import open_streams
+open_streams()
+kept = open(sys.argv[1], "w")
+print("lost")
+print("lost", file=sys.stderr)
+kept.write("kept")
+"""
+
+
+def test_what_is_printed_to_a_closed_stream_goes_into_no_other_file(tmp_path):
+    path = tmp_path / "file"
+    done = subprocess.run([sys.executable, "-c", CLOSED, str(path)], capture_output=True)
+    assert (done.returncode, done.stdout, done.stderr) == (0, b"", b"")
+    assert path.read_text() == "kept"
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "said"),
+    [
+        ("TEGOTAE_CORES", "99999", "TEGOTAE_CORES is '99999'; on this machine of"),
+        ("TEGOTAE_CORES", "0", "it must be a whole number from 1 to"),
+        ("TEGOTAE_CORES", "many", "TEGOTAE_CORES is 'many'"),
+    ],
+)
+def test_an_environment_that_cannot_be_had_is_told(monkeypatch, one_line_error, name, value, said):
+    monkeypatch.setenv(name, value)
+    assert said in one_line_error("models", "T")
+
+
+@pytest.mark.parametrize("error", [AssertionError(), RuntimeError("Unable to ...\nmore")])
+def test_a_platform_that_is_not_there_is_told(monkeypatch, one_line_error, error):
+    def start():
+        raise error
+
+    monkeypatch.setenv("JAX_PLATFORMS", "cuda")
+    monkeypatch.setattr("jax.local_devices", start)
+    said = one_line_error("models", "T")
+    assert "JAX_PLATFORMS is 'cuda', which JAX cannot start here: " in said

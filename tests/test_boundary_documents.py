@@ -1,0 +1,306 @@
+"""Documents are held against a schema: a line that names the file, the entry, what is there."""
+
+from __future__ import annotations
+
+import json
+import os
+import struct
+from io import BytesIO
+from pathlib import Path
+from typing import Annotated, Any
+
+import msgspec
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tegotae import TegotaeError, controller_file, documents
+from tegotae.arrays import read_arrays
+from tegotae.documents import DamagedDocumentError, checked, fitted, parse
+from tegotae.report.page import as_script
+from tegotae.study.folder import Folder
+from tegotae.study.multiverse.folder import MultiverseFolder
+from tegotae.study.multiverse.plan import multiverse
+from tegotae.study.plan import plan
+from tegotae.study.record import DamagedRecordError, read, write
+from tegotae.training.curves import read_curves
+from tegotae.training.folder import claim
+from tegotae.training.settings import load
+
+
+class Inner(msgspec.Struct):
+    name: str
+    population: Annotated[int, msgspec.Meta(ge=1)]
+
+
+class Outer(msgspec.Struct):
+    seeds: int
+    algorithm: Inner
+    weights: list[float]
+    model: str | None = None
+    software: dict[str, str] = {}
+
+
+def document(**changes: Any) -> dict[str, Any]:
+    whole = {"seeds": 1, "algorithm": {"name": "pgpe", "population": 8}, "weights": [1, 2.5]}
+    return {**whole, **changes}
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"seeds": None}, "its seeds is None; it must be a whole number"),
+        ({"seeds": True}, "its seeds is True; it must be a whole number"),
+        ({"seeds": 1.5}, "its seeds is 1.5; it must be a whole number"),
+        ({"model": 3}, "its model is 3; it must be a text or null"),
+        ({"weights": [1.0, "2"]}, "its weights[1] is '2'; it must be a number"),
+        ({"weights": [10**400]}, "which is too large"),
+        ({"algorithm": []}, "its algorithm is []; it must be an object"),
+        ({"algorithm": {"name": "pgpe"}}, "it has no entry 'algorithm.population'"),
+        (
+            {"algorithm": {"name": "pgpe", "population": 0}},
+            "its algorithm.population is 0; it must be a whole number >= 1",
+        ),
+        ({"software": {"jax": 1}}, "an entry is a whole number; it must be a text"),
+    ],
+)
+def test_what_does_not_fit_a_schema_is_named_with_what_would(changes, said):
+    with pytest.raises(DamagedDocumentError) as raised:
+        fitted(document(**changes), Outer)
+    assert said in str(raised.value)
+
+
+def test_what_fits_is_taken():
+    assert fitted(document(), Outer).weights == [1.0, 2.5]
+    for whole in ([], None, 3, "text"):
+        with pytest.raises(DamagedDocumentError, match="it must be an object"):
+            fitted(whole, Outer)
+
+
+BAD_TEXTS = ["\x1b[31mred", "a\x00b", "\ud800", "\x9b1m", "\u202egnp.exe", "\x7f"]
+GOOD_TEXTS = ["ART-rF-tphif-w8", "$x^2$", "[red]", "φ̇ = ω\n\tf", "日本語", "🦘", ""]
+
+
+@pytest.mark.parametrize("text", BAD_TEXTS)
+def test_a_text_that_would_command_a_terminal_is_refused(text):
+    for value in (text, {"model": text}, {text: 1}, [[{"a": [text]}]]):
+        with pytest.raises(DamagedDocumentError, match="which no text of such a file has"):
+            parse(json.dumps(value))
+
+
+@pytest.mark.parametrize("text", GOOD_TEXTS)
+def test_a_text_is_taken_as_it_is(text):
+    assert parse(json.dumps({"model": [text]})) == {"model": [text]}
+
+
+@pytest.mark.parametrize("depth", [100, 900, 100_000])
+@pytest.mark.parametrize(("start", "end"), [("[", "]"), ('{"a":', "}")])
+def test_what_is_nested_very_deep_is_refused(depth, start, end):
+    with pytest.raises(DamagedDocumentError, match="nested deeper than 64 levels"):
+        parse(start * depth + "1" + end * depth)
+
+
+@given(st.recursive(st.none() | st.booleans() | st.floats() | st.text(), st.lists, max_leaves=9))
+def test_a_json_value_is_itself_or_refused(value):
+    try:
+        found = checked(value)
+    except DamagedDocumentError as refused:
+        found, lines = value, str(refused).splitlines()
+    else:
+        lines = ["taken"]
+    assert found is value
+    assert len(lines) == 1
+
+
+def test_a_file_that_is_too_large_is_not_read(tmp_path, monkeypatch):
+    monkeypatch.setattr(documents, "MOST_BYTES", 100)
+    (tmp_path / "a.json").write_text("[" + "1," * 100 + "1]")
+    with pytest.raises(DamagedDocumentError, match="it is larger than"):
+        documents.read(tmp_path / "a.json")
+
+
+def test_a_file_that_may_not_be_read_is_not_called_damaged(tmp_path):
+    with pytest.raises(TegotaeError, match=r"^cannot read .*: Is a directory$"):
+        documents.read(tmp_path)
+
+
+# Every kind of document, with entries of a wrong type.
+
+
+def changed(document: dict[str, Any], place: tuple[str, ...], value: Any) -> str:
+    copy = json.loads(json.dumps(document))
+    inner = copy
+    for name in place[:-1]:
+        inner = inner[name]
+    inner[place[-1]] = value
+    return json.dumps(copy)
+
+
+@pytest.mark.parametrize(
+    ("place", "value"),
+    [
+        (("algorithm",), "pgpe"),
+        (("algorithm", "name"), 3),
+        (("algorithm", "population"), "many"),
+        (("seeds",), None),
+        (("seeds",), 10**12),
+        (("scale",), ["quick"]),
+        (("stopping",), 3),
+        (("experiments",), [1]),
+    ],
+)
+def test_the_description_of_a_study_is_held_against_its_schema(tmp_path, place, value):
+    (tmp_path / "study.json").write_text(changed(plan("smoke").document, place, value))
+    with pytest.raises(TegotaeError, match=rf"study\.json is damaged: its {'.'.join(place)} is "):
+        _ = Folder(tmp_path).document
+
+
+@pytest.mark.parametrize(
+    ("place", "value"), [(("seeds",), "4"), (("models",), 3), (("choices",), [])]
+)
+def test_the_description_of_a_multiverse_is_held_against_its_schema(tmp_path, place, value):
+    (tmp_path / "study.json").write_text(changed(multiverse("smoke").document, place, value))
+    with pytest.raises(TegotaeError, match=rf"study\.json is damaged: its {place[0]} is "):
+        _ = MultiverseFolder(tmp_path).document
+
+
+@pytest.mark.parametrize(
+    "text", ["[]", '{"configuration": 3}', "[" * 10_000, '{"configuration": {"a": "\\ud800"}}']
+)
+def test_the_account_of_a_training_is_held_against_its_schema(tmp_path, text):
+    (tmp_path / "run.json").write_text(text)
+    (tmp_path / "checkpoint.npz").touch()
+    with pytest.raises(TegotaeError, match=r"run\.json is damaged: .*; choose another folder"):
+        claim(tmp_path, {}, {})
+
+
+@pytest.mark.parametrize(
+    ("place", "value"),
+    [
+        (("algorithm",), "sac"),
+        (("algorithm", "name"), None),
+        (("algorithm", "population"), "8"),
+        (("experiment", "timing", "duration_s"), 0),
+        (("experiment", "timing"), []),
+        (("experiment", "name"), 3),
+        (("experiment",), "AR"),
+    ],
+)
+def test_learning_curves_ask_a_schema_of_their_training(tmp_path, place, value):
+    configuration = {
+        "experiment": {"name": "AR", "timing": {"duration_s": 4.0}},
+        "algorithm": {"name": "pgpe", "population": 8},
+    }
+    changes = changed({"configuration": configuration}, ("configuration", *place), value)
+    (tmp_path / "run.json").write_text(changes)
+    (tmp_path / "curves.csv").write_text("generation,seed,centre_cot_inverse\n0,0,0.5\n")
+    with pytest.raises(TegotaeError, match=rf"run\.json is damaged: its {'.'.join(place)} is "):
+        read_curves([tmp_path])
+
+
+@pytest.mark.parametrize(
+    ("settings", "said"),
+    [
+        ({"population": "8"}, "its population is '8'"),
+        ({"population": 8.5}, "its population is 8.5"),
+        ({"population": 7}, "in its settings, population is 7"),
+        ({"std": None}, "its std is None"),
+        ({"std": [0.1]}, r"its std is \[0.1\]"),
+    ],
+)
+def test_kept_settings_are_held_against_their_algorithm(tmp_path, settings, said):
+    path = tmp_path / "mine.json"
+    path.write_text(json.dumps({"algorithm": "pgpe", "settings": settings, "found": {}}))
+    with pytest.raises(TegotaeError, match=said) as raised:
+        load(path)
+    assert str(path) in str(raised.value)
+
+
+@pytest.mark.parametrize("name", BAD_TEXTS)
+def test_a_controller_whose_name_would_harm_is_refused_in_one_line(tmp_path, name, one_line_error):
+    from test_controller_file import text
+
+    path = tmp_path / "controller.json"
+    path.write_text(json.dumps({**json.loads(text()), "model": name}))
+    with pytest.raises(TegotaeError, match="which no text of such a file has"):
+        controller_file.load(path)
+    assert f"{path} is damaged: its text " in one_line_error("simulate", "--controller", str(path))
+
+
+# Records.
+
+
+def written(folder: Path, **changes: Any) -> Path:
+    """A record with made-up numbers and some entries changed, its checksum right."""
+    import dataclasses
+
+    from test_study_records import made_up
+
+    record = dataclasses.replace(made_up(plan("smoke").units[0]), **changes)
+    write(record, folder / "a.npz")
+    return folder / "a.npz"
+
+
+def configuration(**changes: Any) -> dict[str, Any]:
+    return {**plan("smoke").units[0].configuration, **changes}
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"configuration": [1]}, "its configuration is [1]; it must be an object"),
+        (
+            {"configuration": configuration(experiment={"name": 3, "omega": None})},
+            "its configuration.experiment.name is 3",
+        ),
+        ({"configuration": configuration(budgets=None)}, "its configuration.budgets is None"),
+        ({"configuration": configuration(algorithm={})}, "'configuration.algorithm.population'"),
+        ({"configuration": configuration(experiment=[])}, "its configuration.experiment is []"),
+        ({"software": {"jax": None}}, "an entry is null; it must be a text"),
+        ({"software": {"\x1b[31m": "1"}}, "which no text of such a file has"),
+        ({"weights": np.zeros(3)}, "its weights has float64 values of shape (3,)"),
+        ({"best_fitness": np.array(["a", "b"])}, "its best_fitness has <U1 values"),
+        ({"best_fitness": np.zeros(0)}, "it has no runs"),
+        ({"ended": np.zeros(2)}, "its ended has float64 values"),
+        ({"curves": {"centre_fitness": np.zeros((3, 5))}}, "where (3, 2) belong"),
+        ({"episodes": {"cot_inverse": np.zeros((2, 7))}}, "its cot_inverse has"),
+        ({"at_budgets": {"cot_inverse": np.zeros((4, 2, 2))}}, "where (1, 2, 2) belong"),
+    ],
+)
+def test_a_record_with_a_right_checksum_is_held_against_its_schema(tmp_path, changes, said):
+    with pytest.raises(DamagedRecordError) as raised:
+        read(written(tmp_path, **changes))
+    assert said in str(raised.value)
+
+
+def test_a_record_that_would_unpack_to_gigabytes_is_not_unpacked(tmp_path, monkeypatch):
+    path = written(tmp_path, weights=np.zeros((2, 4_000_000)))
+    assert path.stat().st_size < 200_000
+    monkeypatch.setattr("tegotae.study.record.MOST_BYTES", 2**24)
+    monkeypatch.setattr(np, "load", lambda *_, **__: pytest.fail("it was unpacked"))
+    with pytest.raises(DamagedRecordError, match="it unpacks to 61 MiB, more than 16 MiB"):
+        read(path)
+
+
+@pytest.mark.parametrize("content", [b"", b"PK\x05\x06", b"hello", struct.pack("<8I", *range(8))])
+def test_what_is_no_archive_is_a_value_error(content):
+    with pytest.raises(ValueError, match=r"."):
+        read_arrays(BytesIO(content), 2**20)
+
+
+@pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() == 0, reason="root reads anything")
+def test_a_record_without_permission_is_not_called_damaged(tmp_path):
+    path = written(tmp_path)
+    path.chmod(0)
+    with pytest.raises(TegotaeError, match=r"^cannot read .*: Permission denied$") as raised:
+        read(path)
+    assert not isinstance(raised.value, DamagedRecordError)
+
+
+@pytest.mark.parametrize("text", ["<!--<script>", "</script>", "<!--", "]]>", "\u2028", "&lt;"])
+def test_no_text_of_a_record_ends_or_opens_the_scripts_of_the_report(text):
+    script = as_script({"software": {text: text}})
+    assert "<" not in script
+    assert ">" not in script
+    assert json.loads(script) == {"software": {text: text}}

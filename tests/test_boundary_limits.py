@@ -1,0 +1,283 @@
+"""What is beyond sense is told before any work starts, with the memory that it would need."""
+
+from __future__ import annotations
+
+import os
+import stat
+import subprocess
+
+import numpy as np
+import pytest
+from matplotlib.animation import FFMpegWriter
+
+from tegotae import Engine, Scenario, TegotaeError, Timing, build, limits
+from tegotae.analysis import axis
+from tegotae.analysis.sweep import lanes
+from tegotae.errors import require_count, require_finite, unknown
+from tegotae.figures.animation import animation_file, write_animation
+from tegotae.figures.style import figure_file, literal, new_figure, save_figure, styled
+from tegotae.files import write_atomically
+from tegotae.limits import available_memory, require_memory
+from tegotae.rollout import whole_trajectory
+from tegotae.training.run import Run
+from tegotae.training.run import train as train_run
+
+
+@pytest.fixture
+def no_rollout(monkeypatch):
+    """Any rollout fails: what is beyond sense is to be told before."""
+
+    def run(*_, **__):
+        raise AssertionError("a rollout was started before the input was checked")
+
+    monkeypatch.setattr(Engine, "run", run)
+    monkeypatch.setattr("tegotae.rollout._run", run)
+    monkeypatch.setattr("tegotae.training.run._train", run)
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        ("simulate --omega 1e39", "omega is 1e+39; it must be at most 1000"),
+        ("simulate --omega -1e308", "omega is -1e+308; it must be at least -1000"),
+        ("simulate --drop 1e308", "drop_m is 1e+308"),
+        ("simulate --drop 1e9", "drop_m is 1e+09; it must be at most 1000"),
+        ("simulate --height 1e9", "height_m is 1e+09; it must be at most 1000"),
+        ("simulate --velocity -1e9", "velocity_m_per_s is -1e+09; it must be at least -1000"),
+        ("simulate --sigma 1e30", "sigma is 1e+30; it must be at most 1e+06"),
+        ("simulate --actuation=", "no actuation is called ''"),
+        ("evaluate V-sector-w4 --omega 1e39", "omega is 1e+39; it must be at most 1000"),
+        ("evaluate V-sector-w4 --drop 1e308", "drop_m is 1e+308; it must be at most 1000"),
+        ("train ART --seeds 1000000000", "seeds is 1000000000; it must be at most 100000"),
+        ("train ART --first-seed 99999999999", "first_seed is 99999999999; it must be at most"),
+        ("train ART --budget 1000000000", "budget is 1000000000; it must be at most 1000000"),
+        ("train ART --population 1000000000000", "seeds and 96 weights, would need about"),
+        ("train art", "no model is called 'art'; did you mean ART"),
+        ("bench --lanes 1000000000000", "1000000000000 lanes would need about 2.86e+06 GiB"),
+        ("tune ART --storage s --workers 99999", "workers is 99999; on this machine of"),
+        ("tune ART --storage s --budget-s 1e300", "budget_s is 1e+300; it must be at most 1e+09"),
+        ("study run --dir s --workers 99999", "workers is 99999; on this machine of"),
+        ("study multiverse run --dir s --readings 999999999", "readings is 999999999"),
+        ("figure basin --height -1 2 --out b.png", "height (low end) is -1; it must be greater"),
+        ("figure basin --resolution 1000000000 --out b.png", "it must be at most 2000"),
+        ("figure gain-map --omega 0 1e308 --out g.png", "omega (high end) is 1e+308"),
+        ("figure gain-map --sigma 0 1e30 --out g.png", "sigma (high end) is 1e+30"),
+        ("figure gain-map --resolution 99999999999999 --out g.png", "it must be at most 2000"),
+        ("figure phase-locking --actuation= --out p.png", "no actuation is called ''"),
+        ("figure phase-locking --cut 1e300 --out p.png", "cut is 1e+300"),
+        ("figure poincare --nudge 1e300 --out p.png", "nudge is 1e+300; it must be at most 1"),
+        ("figure poincare --turns 99999999 --out p.png", "turns is 99999999; it must be at most"),
+        ("figure poincare --height 1e30 --out p.png", "height is 1e+30; it must be at most 1000"),
+        ("figure phase-response --points 1000000000 --out p.png", "points is 1000000000"),
+        ("figure phase-response --push 1e300 --out p.png", "push is 1e+300; it must be at most"),
+        ("figure surface --spring-force 1e30 --out s.png", "spring_force is 1e+30; it must be at"),
+        ("figure surface --resolution 1000000000 --out s.png", "it must be at most 2000"),
+    ],
+)
+def test_what_is_beyond_sense_is_refused_before_any_work(
+    words, said, one_line_error, monkeypatch, tmp_path, no_rollout
+):
+    if words.startswith("tune"):
+        pytest.importorskip("optuna")
+    monkeypatch.chdir(tmp_path)
+    assert said in one_line_error(*words.split())
+    assert os.listdir(tmp_path) == []
+
+
+# Memory.
+
+
+def test_what_does_not_fit_into_the_memory_is_told_with_both_numbers(monkeypatch):
+    monkeypatch.setattr(limits, "available_memory", lambda: 2.0**30)
+    require_memory(2**30, "a map")
+    with pytest.raises(TegotaeError) as raised:
+        require_memory(2**31, "a map")
+    assert str(raised.value) == (
+        "a map would need about 2 GiB of memory, and 1 GiB are free; ask for less"
+    )
+
+
+def test_where_the_system_does_not_say_nothing_is_refused(monkeypatch):
+    monkeypatch.setattr(limits, "available_memory", lambda: None)
+    require_memory(1e30, "a map")
+
+
+def test_this_machine_has_some_memory():
+    assert available_memory() is None or 2**20 < available_memory() < 2**50
+
+
+def test_rollouts_maps_and_trainings_are_told_before_they_take_memory(monkeypatch, tmp_path):
+    monkeypatch.setattr(limits, "available_memory", lambda: 2.0**20)
+    engine = Engine(controller=build("V-reflex-w8"), timing=Timing(duration_s=2000.0))
+    assert engine.summary is whole_trajectory
+    with pytest.raises(TegotaeError, match="a rollout of 3 lanes and 100000 frames would need"):
+        engine.run(np.ones((3, 1)), Scenario(omega=8.0))
+    with pytest.raises(TegotaeError, match="2000 x 2000 rollouts would need"):
+        lanes(np.zeros(2000), np.zeros(2000))
+    from tegotae import find
+
+    with pytest.raises(TegotaeError, match="64 episodes a generation, of 100 seeds"):
+        train_run(
+            Run(experiment=find("ART").experiment(), seeds=tuple(range(100))), tmp_path / "out"
+        )
+    assert os.listdir(tmp_path) == []
+
+
+# Numbers and names.
+
+
+@pytest.mark.parametrize("value", [10**400, "x", None, float("nan"), 1.1])
+def test_a_number_beyond_its_bound_is_named(value):
+    with pytest.raises(TegotaeError, match=r"^mass is "):
+        require_finite("mass", value, most=1.0)
+
+
+def test_a_count_of_thousands_of_digits_is_named():
+    require_count("lanes", 3, most=3)
+    with pytest.raises(TegotaeError, match=r"^lanes is about 2\^16610; it must be at most 3$"):
+        require_count("lanes", 10**5000, most=3)
+
+
+def test_axis_keeps_within_its_bounds():
+    np.testing.assert_array_equal(axis("height", 1.0, 2.0, 3, above=0.0), [1.0, 1.5, 2.0])
+    with pytest.raises(TegotaeError, match=r"height \(low end\) is 0; it must be greater than 0"):
+        axis("height", 0.0, 2.0, 3, above=0.0)
+
+
+@pytest.mark.parametrize(
+    ("name", "first"), [("art", "ART"), ("SAC", "sac"), ("Pgpe", "pgpe"), ("v-SECTOR", "V-sector")]
+)
+def test_capitals_keep_nobody_from_the_name_that_was_meant(name, first):
+    said = str(unknown("thing", name, ["AR", "ART", "sac", "pgpe", "ppo", "V-sector"]))
+    assert f"did you mean {first}" in said
+
+
+def test_a_name_of_a_thousand_letters_is_shortened():
+    assert len(str(unknown("model", "x" * 10_000, ["ART"]))) < 200
+
+
+# Figures and files.
+
+
+NAMES = [
+    "$\\frac{$",
+    "$x",
+    "a$b$c",
+    "\\$x$",
+    "[red]",
+    "\udcff",
+    "\x1b[31m",
+    "a\nb",
+    "日本",
+    "%_^{}",
+]
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_name_is_drawn_as_it_is_whatever_it_has(tmp_path, name, recwarn):
+    with styled():
+        figure = new_figure(1.0, 1.0)
+        figure.subplots().set_title(literal(name))
+    for ending in ("png", "svg", "pdf"):
+        assert save_figure(figure, tmp_path / f"a.{ending}").stat().st_size > 100
+    assert not recwarn.list
+
+
+def test_a_dollar_is_a_dollar(tmp_path):
+    with styled():
+        figure = new_figure(2.0, 1.0)
+        figure.subplots().set_title(literal("a$b$c"))
+    assert "a$b$c" in save_figure(figure, tmp_path / "a.svg").read_text()
+
+
+def test_half_a_character_in_a_table_is_spelled_out(tmp_path):
+    write_atomically(tmp_path / "a.csv", "name\n\udcff\n")
+    assert (tmp_path / "a.csv").read_text() == "name\n\\udcff\n"
+
+
+def test_a_program_that_a_picture_needs_is_asked_for_before_the_work(
+    tmp_path, monkeypatch, one_line_error, no_rollout
+):
+    monkeypatch.setattr("shutil.which", lambda *_: None)
+    monkeypatch.setattr(FFMpegWriter, "isAvailable", lambda: False)
+    with pytest.raises(TegotaeError, match=r"writing \.pgf needs the program xelatex; use \.pdf"):
+        figure_file(tmp_path / "a.pgf")
+    with pytest.raises(TegotaeError, match=r"writing \.mp4 needs the program ffmpeg; use \.gif"):
+        animation_file(tmp_path / "a.mp4")
+    for option, name in (("--plot", "a.pgf"), ("--animate", "a.mp4")):
+        assert "needs the program" in one_line_error("simulate", option, str(tmp_path / name))
+    assert os.listdir(tmp_path) == []
+
+
+class HalfWritten:
+    """An animation whose program fails in its midst."""
+
+    def __init__(self, error: Exception) -> None:
+        self.error = error
+
+    def save(self, path, **_) -> None:
+        path.write_bytes(b"half")
+        raise self.error
+
+
+@pytest.mark.parametrize(
+    "error", [OSError(28, "No space left on device"), subprocess.CalledProcessError(1, "ffmpeg")]
+)
+def test_half_an_animation_is_not_kept(tmp_path, monkeypatch, error):
+    path = tmp_path / "a.gif"
+    path.write_bytes(b"before")
+    monkeypatch.setattr("tegotae.figures.animation.animation", lambda _: HalfWritten(error))
+    with pytest.raises(TegotaeError, match=r"No space left on device|ffmpeg failed"):
+        write_animation(None, path)  # type: ignore[arg-type]
+    assert path.read_bytes() == b"before"
+    assert os.listdir(tmp_path) == ["a.gif"]
+
+
+def test_a_tuning_that_fails_leaves_its_storage_free_for_another(tmp_path):
+    pytest.importorskip("optuna")
+    from tegotae.tuning.storage import opened
+
+    path = tmp_path / "s"
+    with pytest.raises(TegotaeError, match="a failure"), opened(path, {"algorithm": "pgpe"}):
+        raise TegotaeError("a failure")
+    assert not path.exists()
+    with opened(path, {"algorithm": "sac", "experiments": [{"name": "AR"}]}) as study:
+        study.tell(study.ask(), 1.0)
+    assert stat.S_ISREG(path.stat().st_mode)
+    with (
+        pytest.raises(
+            TegotaeError, match=r"holds a tuning of sac for AR that differs in algorithm"
+        ),
+        opened(path, {"algorithm": "ppo", "experiments": [{"name": "AR"}]}),
+    ):
+        pass
+    before = path.read_bytes()
+    with (
+        pytest.raises(TegotaeError),
+        opened(path, {"algorithm": "sac", "experiments": [{"name": "AR"}]}),
+    ):
+        raise TegotaeError("a failure")
+    assert path.read_bytes().startswith(before)
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        '{"op_code": "0", "worker_id": "a"}',
+        '{"op_code": 0, "worker_id": 3}',
+        '{"op_code": 0, "worker_id": "a", "study_name": 7, "directions": "up"}',
+        '{"op_code": 99, "worker_id": "a"}',
+        "[" * 1000,
+    ],
+)
+def test_a_journal_with_entries_of_a_wrong_type_is_refused_in_one_line(tmp_path, line):
+    pytest.importorskip("optuna")
+    from tegotae.tuning.storage import opened
+
+    path = tmp_path / "s"
+    path.write_text(line + "\n")
+    with pytest.raises(TegotaeError) as raised, opened(path, {"algorithm": "pgpe"}):
+        pass
+    assert str(raised.value).startswith(f"{path} holds ")
+    assert "\n" not in str(raised.value)
+    assert path.read_text() == line + "\n"
