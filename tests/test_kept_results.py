@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from tegotae.figures.study import ARCHITECTURES, architectures
 from tegotae.models import all_models
 from tegotae.report.judged import judged
 from tegotae.study.claims import NOT_MEASURED, all_verdicts
@@ -38,6 +39,11 @@ def kept_beside() -> dict:
 def test_the_table_has_fifteen_runs_of_every_model(table):
     for name in all_models():
         assert (table["model"] == name).sum() == 15
+
+
+def test_all_models_of_the_table_are_the_papers(table):
+    assert len(table.of_the_paper()) == len(table)
+    assert architectures(table) == ARCHITECTURES
 
 
 def test_every_claim_is_measured(verdicts):

@@ -47,9 +47,8 @@ def architectures(table: Table) -> tuple[str, ...]:
 
     A table without any of the paper's has the others alone.
     """
-    held = list(dict.fromkeys(table["architecture"].tolist()))
-    others = [name for name in held if name not in ARCHITECTURES]
-    return (*others,) if len(others) == len(held) and others else (*ARCHITECTURES, *others)
+    others = tuple(dict.fromkeys(table.beside_the_paper()["architecture"].tolist()))
+    return (*ARCHITECTURES, *others) if len(table.of_the_paper()) or not others else others
 
 
 def frequencies(table: Table) -> tuple[float | None, ...]:

@@ -18,7 +18,8 @@ from tegotae.models import Model, all_models
 from tegotae.study.record import Record
 
 ARCHITECTURES = ("V", "VG", "VT", "VGT", "AR", "ART", "ARG", "ARGT", "T")
-"""The paper's architectures, in its order. A user's experiment is one of its own, by its name."""
+"""The architectures that the paper shows, in its order. Models that learn A or R
+alone have others, and a user's experiment one of its own, by its name."""
 
 _DESIGN = (
     *("model", "architecture", "learned", "reaction", "gain", "actuation", "observation"),
@@ -76,7 +77,12 @@ class Table:
 
     def of_the_paper(self) -> Table:
         """The rows of the paper's models, without those of experiments beside them."""
-        return self.where(architecture=ARCHITECTURES)
+        return self.where(model=tuple(all_models()))
+
+    def beside_the_paper(self) -> Table:
+        """The other rows: those of experiments that are none of the paper's models."""
+        keep = ~np.isin(self["model"], tuple(all_models()))
+        return Table({name: column[keep] for name, column in self.columns.items()})
 
     def per_model(self) -> Table:
         """One row a model: means over its runs of what is defined."""
