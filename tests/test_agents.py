@@ -128,12 +128,12 @@ class TestPolicy:
     def test_starts_where_pgpe_starts(self):
         model = find("AR-rF-sector-w8")
         evolved = start(Training(controller=model.controller()), [7]).best_weights[0]
-        ours = initial_weights(agent_controller(model, "sac", 40.0), 7)
+        ours = initial_weights(agent_controller(model.experiment(), SAC), 7)
         np.testing.assert_allclose(ours, evolved, rtol=1e-6)
 
     def test_is_as_large_as_pgpes(self):
         model = find("AR-rF-reflex-w8")
-        assert agent_controller(model, "ppo", 40.0).layout == model.controller().layout
+        assert agent_controller(model.experiment(), PPO).layout == model.controller().layout
 
     @BOTH
     def test_explores_with_the_same_deviation_everywhere(self, settings):
@@ -310,7 +310,9 @@ class TestFolder:
             assert (tmp_path / name).read_text() == (folder / name).read_text()
 
     def test_another_training_does_not_go_into_it(self, folder):
-        with pytest.raises(TegotaeError, match=r"differs in algorithm; choose another folder"):
+        with pytest.raises(
+            TegotaeError, match=r"differs in algorithm\.gamma; choose another folder"
+        ):
             train_agents(run(dataclasses.replace(PPO, gamma=0.9), seeds=(0, 1)), folder)
 
     @pytest.mark.parametrize("text", ["", "episode,seed\n1,2\n", "{header}\n1,2,x,4,0\n"])

@@ -266,7 +266,7 @@ class TestReward:
     def test_counts_work_as_defined(self, energy, work):
         reward = HopReward(work=energy)
         signed = np.array([2.0, -1.0], np.float32)
-        assert float(np.sum(np.asarray(reward.work(signed)))) == work
+        assert float(np.sum(np.asarray(reward.counted(signed)))) == work
 
 
 class TestRendering:
@@ -320,7 +320,7 @@ class TestMisuse:
             ({"height_m": (1.3,)}, "two ends"),
             ({"drop_time_s": math.nan}, "finite"),
             ({"drop_time_s": (1.0, math.inf)}, "finite"),
-            ({"body": 3}, "must be a Hopper"),
+            ({"body": 3}, "must be a Body, or the arguments of a Hopper"),
             ({"body": {"mass": 1.0}}, "did you mean mass_kg"),
             ({"body": {"mass_kg": -1.0}}, "greater than 0"),
             ({"reward": 3}, "must be a HopReward"),

@@ -277,7 +277,8 @@ def test_who_prefers_less_motion_has_to_ask_for_it(page) -> None:
 
 
 def test_every_picture_is_part_of_the_page(html) -> None:
-    of_the_study, of_experiments = 5, 1  # at last the optimum, and how training converged
+    # Two of them are the optimum, and how training converged.
+    of_the_study, of_experiments = 5, 1
     assert html.count("data:image/png") == of_the_study + of_experiments + len(ARCHITECTURES)
 
 

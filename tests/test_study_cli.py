@@ -499,7 +499,9 @@ def test_a_table_of_unknown_kind_is_refused(half, one_line_error, tmp_path):
 
 def test_different_studies_are_not_merged(half, smoke_study, one_line_error):
     document = json.loads((half / "study.json").read_text())
-    (half / "study.json").write_text(json.dumps({**document, "stopping": {}}))
+    (half / "study.json").write_text(
+        json.dumps({**document, "stopping": {**document["stopping"], "generations": 4}})
+    )
     before = contents(half)
     said = one_line_error("study", "merge", str(smoke_study), "--dir", str(half))
     assert "hold different studies; they cannot be merged" in said

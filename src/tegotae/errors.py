@@ -60,11 +60,13 @@ def unknown(kind: str, name: str, known: Iterable[str]) -> TegotaeError:
         no model is called 'art'; did you mean ART, AR?
     """
     known = list(known)
-    by_letters: dict[str, str] = {}
+    by_letters: dict[str, list[str]] = {}
     for each in known:
-        by_letters.setdefault(each.lower(), each)
+        by_letters.setdefault(each.lower(), []).append(each)
     near = difflib.get_close_matches(name.lower()[:100], by_letters, n=3, cutoff=0.3)
-    close = [by_letters[each] for each in near]
+    # Of two that differ in capitals alone, the one written more like it comes first.
+    alike = (difflib.get_close_matches(name[:100], by_letters[x], n=3, cutoff=0.0) for x in near)
+    close = [each for group in alike for each in group][:3]
     listed = f"{'some that are' if len(known) > 12 else 'known'}: {', '.join(known[:12])}"
     hint = f"did you mean {', '.join(close)}?" if close else listed
     return TegotaeError(f"no {kind} is called {reprlib.repr(name)}; {hint}")

@@ -147,7 +147,7 @@ class Train(ExperimentOptions):
     def _refuse(self, option: str, owners: Iterable[str]) -> None:
         if getattr(self, option) not in (None, False):
             raise TegotaeError(
-                f"--{option.replace('_', '-')} belongs to {', '.join(owners)}; "
+                f"--{option.replace('_', '-')} belongs to {', '.join(sorted(owners))}; "
                 f"{self.algorithm} has no such option"
             )
 
