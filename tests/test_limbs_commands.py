@@ -7,12 +7,22 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import math
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from tegotae import Engine, Experiment, Scenario, TegotaeError, Timing, build, controller_file
+from tegotae import (
+    Engine,
+    Experiment,
+    Scenario,
+    TegotaeError,
+    Timing,
+    build,
+    controller_file,
+    find,
+)
 from tegotae.analysis import find_orbit, map_basin
 from tegotae.bodies import Bar
 from tegotae.cli import main
@@ -62,7 +72,36 @@ def test_a_file_holds_limbs_coupling_sharing_and_wiring(saved, kept):
 def test_a_document_of_the_experiment_is_read_back(experiment):
     document = json.loads(json.dumps(experiment.document))
     assert document["controller"]["coupling"] == {"kind": "LearnedCoupling"}
+    assert document["phase_rad"] == [0.0, 2.0]
+    assert document["posture"] == [["pitch_rad", 0.05]]
     assert Experiment.of(document) == experiment
+
+
+def test_what_starts_as_always_is_described_as_before_there_was_another_start():
+    assert not {"phase_rad", "posture"} & find("ART").experiment().document.keys()
+
+
+def test_an_episode_of_training_starts_the_limbs_apart(experiment):
+    engine = Engine(controller=experiment.controller, timing=Timing(duration_s=0.1))
+    weights = np.zeros(experiment.controller.n_weights)
+    path = engine.run(weights, experiment.scenario, experiment.body)
+    first = path.phase_rad[0, :, 0] - 8.0 * path.time_s[0, 0]
+    np.testing.assert_allclose(first, [0.0, 2.0], atol=1e-5)
+    assert path.pitch_rad[0, 0] == pytest.approx(0.05)
+
+
+@pytest.mark.parametrize(
+    ("changed", "said"),
+    [
+        ({"phase_rad": (0.0, 1.0, 2.0)}, "starts 3 limbs, each at a phase of its own; its body"),
+        ({"phase_rad": (0.0, math.nan)}, "phase_rad is nan"),
+        ({"posture": (("roll_rad", 0.1),)}, "Bar knows no posture 'roll_rad'; it takes pitch_rad"),
+        ({"posture": (("pitch_rad", math.inf),)}, "pitch_rad is inf"),
+    ],
+)
+def test_a_start_that_the_body_cannot_take_is_refused(experiment, changed, said):
+    with pytest.raises(TegotaeError, match=said):
+        dataclasses.replace(experiment, **changed)
 
 
 def test_a_training_that_goes_on_ends_in_the_numbers_of_one_that_was_not_stopped(tmp_path):

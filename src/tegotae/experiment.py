@@ -7,13 +7,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+import numpy as np
+
 from tegotae.bodies import Body, Hopper
 from tegotae.controller import Controller
 from tegotae.descriptions import describe, restore
 from tegotae.errors import TegotaeError, require_finite
 from tegotae.evaluation import Protocol
 from tegotae.limits import MOST_M, MOST_RAD_PER_S
-from tegotae.rollout import Scenario, Timing, check_senses
+from tegotae.rollout import Scenario, Timing, check_posture, check_senses
 from tegotae.terms import ConstantGain
 from tegotae.training.fitness import EPISODE, Fitness
 from tegotae.training.objective import Objective
@@ -37,14 +39,18 @@ class Experiment:
         omega: prescribed frequency ω_t [rad/s]; None without an oscillator.
         body: what is driven.
         release_m: height of the release in training [m], at rest.
+        phase_rad: phases of the oscillators at that release [rad], one, or one a limb.
+        posture: what else the body's release takes, pairs of name and number, such as
+            (("pitch_rad", 0.1),) for a bar.
         timing: the episode of training.
         fitness: by what measure an episode is judged in training.
         protocol: how what was learned is evaluated.
 
     Raises:
         TegotaeError: for a name that is no file's, an oscillator without a frequency or the other
-            way round, a signal that nobody provides, a height that is not positive, a control
-            period too long for the body, or an episode that cannot be judged.
+            way round, a signal that nobody provides, a height that is not positive, phases of other
+            limbs, a posture that the body does not take, a control period too long for the body, or
+            an episode that cannot be judged.
 
     Example:
         >>> from tegotae.models import find
@@ -60,6 +66,8 @@ class Experiment:
     omega: float | None = None
     body: Body = field(default_factory=Hopper)
     release_m: float = RELEASE_M
+    phase_rad: float | tuple[float, ...] = 0.0
+    posture: tuple[tuple[str, float], ...] = ()
     timing: Timing = EPISODE
     fitness: Objective = field(default_factory=Fitness)
     protocol: Protocol = field(default_factory=Protocol)
@@ -81,8 +89,22 @@ class Experiment:
             require_finite("omega", self.omega, above=0.0, most=MOST_RAD_PER_S)
         require_finite("release_m", self.release_m, above=0.0, most=MOST_M)
         check_senses(self.controller, self.body)
+        self._check_start()
         self.body.check_tick(self.timing.tick_s)
         self.fitness.check(self.timing)
+
+    def _check_start(self) -> None:
+        phases = np.atleast_1d(self.phase_rad)
+        for phase in phases:
+            require_finite("phase_rad", phase)
+        if isinstance(self.phase_rad, tuple) and not 1 < self.body.limbs == len(phases):
+            raise TegotaeError(
+                f"{self.name} starts {len(phases)} limbs, each at a phase of its own; its body has "
+                f"{self.body.limbs}"
+            )
+        check_posture(self.body, self.scenario)
+        for name, value in self.posture:
+            require_finite(name, value)
 
     def check(self) -> None:
         """See that there is something to train, on a body that can hop: before long work starts.
@@ -102,7 +124,10 @@ class Experiment:
     @property
     def scenario(self) -> Scenario:
         """An episode of training: numbers."""
-        return Scenario.of(self.omega, height_m=self.release_m)
+        by_limb = isinstance(self.phase_rad, tuple)
+        phase = np.array(self.phase_rad)[:, None] if by_limb else self.phase_rad
+        posture = dict(self.posture)
+        return Scenario.of(self.omega, height_m=self.release_m, phase_rad=phase, posture=posture)
 
     @property
     def is_searched(self) -> bool:
@@ -121,7 +146,12 @@ class Experiment:
         Raises:
             TegotaeError: for a part that is not registered (`tegotae.register`).
         """
-        return describe(self)
+        document = describe(self)
+        # Those that start as they always did are described as before there was another start.
+        for name in ("phase_rad", "posture"):
+            if not document[name]:
+                del document[name]
+        return document
 
     @classmethod
     def of(cls, document: Mapping[str, Any]) -> Experiment:

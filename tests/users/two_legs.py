@@ -16,6 +16,8 @@ experiment = Experiment(
     ),
     omega=8.0,
     body=Bar(inertia_ratio=0.6),
+    phase_rad=(0.0, 2.0),
+    posture=(("pitch_rad", 0.05),),
     timing=Timing(duration_s=2.0, tick_s=0.004),
     fitness=Fitness(settle_s=0.5),
 )

@@ -138,7 +138,7 @@ def evolve(
     stopping: Stopping,
     body: Body | None = None,
     *,
-    release_m: float = 1.2,
+    scenario: Scenario | None = None,
     fitness: Any = None,
 ) -> Iterator[tuple[Progress, Curves]]:
     """Train on, one generation at a time, until every seed has ended.
@@ -150,7 +150,8 @@ def evolve(
         omega: prescribed frequency ω_t [rad/s]; None without an oscillator.
         stopping: when a seed ends.
         body: the body; the paper's hopper by default.
-        release_m: height of the release [m], at rest.
+        scenario: an episode of numbers, or of arrays [limbs, 1]; the standard release by default,
+            at `omega` in any case.
         fitness: of an earlier training its `Curves.centre_fitness`, [generations, seeds].
 
     Yields:
@@ -161,7 +162,10 @@ def evolve(
     driven.check_tick(training.timing.tick_s)
     driven = jax.tree.map(lambda x: jnp.asarray(x, "float32"), driven)
     parameters = training.algorithm.parameters(training.controller.n_weights)
-    scenario = jax.tree.map(np.float32, Scenario.of(omega, height_m=release_m))
+    episode = Scenario.of(omega)
+    if scenario is not None:
+        episode = scenario._replace(omega=episode.omega)
+    episode = jax.tree.map(np.float32, episode)
     seen = [] if fitness is None else list(np.asarray(fitness))
     if len(seen) != np.max(progress.generation):
         raise TegotaeError(
@@ -179,7 +183,7 @@ def evolve(
             progress,
             jnp.asarray(seeds),
             going,
-            scenario,
+            episode,
             driven,
         )
         curves = jax.tree.map(np.asarray, curves)
@@ -229,7 +233,7 @@ def _generation(
     # Seeds that go on come first: blocks of lanes of ended ones cost nothing.
     order = jnp.argsort(~going, stable=True)
     everyone = everyone[order].reshape(lanes, n_weights).T
-    each = jax.tree.map(lambda x: jnp.broadcast_to(x, (lanes,)), scenario)
+    each = jax.tree.map(lambda x: jnp.broadcast_to(x, (*x.shape[:-1], lanes)), scenario)
     wanted = going.sum() * per_seed
     outcome = training.fitness.weigh(training.engine.trace(everyone, each, body, wanted), data)
     back = jnp.argsort(order)

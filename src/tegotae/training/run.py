@@ -100,7 +100,7 @@ class Run:
             self.experiment.omega,
             self.stopping,
             self.experiment.body,
-            release_m=self.experiment.release_m,
+            scenario=self.experiment.scenario,
             fitness=fitness,
         )
 

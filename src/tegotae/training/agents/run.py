@@ -59,6 +59,8 @@ class AgentRun:
         require_count("episodes", self.episodes)
         require_count("evaluate_every", self.evaluate_every)
         require_one_limb(self.experiment.body, "learning by agents")
+        if self.experiment.phase_rad or self.experiment.posture:
+            raise TegotaeError("agents learn from releases at phase 0; leave phase_rad and posture")
         _ = self.controller
 
     @property
