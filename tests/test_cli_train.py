@@ -252,7 +252,7 @@ REFUSED = {
     "ART --seeds 0": "seeds is 0; it must be a whole number of at least 1",
     "ART --seeds -1": "seeds is -1",
     "ART --first-seed -1": "first_seed is -1; it must be a whole number of at least 0",
-    "ART --first-seed 2147483647 --seeds 2": "first_seed is 2147483647; it must be at most 2147483645",
+    "ART --first-seed 2147483647 --seeds 2": "it must be at most 2147483645",
     "ART --generations 0": "generations is 0; it must be a whole number of at least 1",
     "ART --algorithm pgp": "no algorithm is called 'pgp'; did you mean pgpe",
     "ART --episodes 10": "--episodes belongs to ppo, sac; pgpe has no such option",
