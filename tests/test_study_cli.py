@@ -504,5 +504,6 @@ def test_different_studies_are_not_merged(half, smoke_study, one_line_error):
     )
     before = contents(half)
     said = one_line_error("study", "merge", str(smoke_study), "--dir", str(half))
-    assert "hold different studies; they cannot be merged" in said
+    assert "hold different studies, with another stopping.generations" in said
+    assert "they cannot be merged" in said
     assert contents(half) == before

@@ -11,7 +11,7 @@ import jax
 
 @dataclass(frozen=True)
 class Channel:
-    """Something recorded frame by frame, an array [frames, *limb_shape, lanes] or [frames, lanes].
+    """Something recorded frame by frame, an array [frames, (limbs,) lanes] or [frames, lanes].
 
     One of its four kinds: `State`, `Total`, `Latest`, `Combined`.
 
