@@ -222,8 +222,9 @@ def _generation(
         return jax.random.split(jax.random.fold_in(jax.random.key(seed), generation), 2)
 
     ask_key, tell_key = jnp.unstack(jax.vmap(keys)(seeds, progress.generation), axis=1)
-    samples, search = jax.vmap(strategy.ask, in_axes=(0, 0, None))(
-        ask_key, progress.search, parameters
+    of_seeds = training.algorithm.of_seeds
+    samples, search = of_seeds(lambda key, state: strategy.ask(key, state, parameters))(
+        ask_key, progress.search
     )
     centre = search.mean
     # One more lane per seed: the distribution's mean, by which the best distribution is chosen.
@@ -242,8 +243,8 @@ def _generation(
     }
     fitness, own = outcome["fitness"][:, :-1], outcome["fitness"][:, -1]
 
-    search, _ = jax.vmap(strategy.tell, in_axes=(0, 0, 0, 0, None))(
-        tell_key, samples, -fitness, search, parameters
+    search, _ = of_seeds(lambda *of_seed: strategy.tell(*of_seed, parameters))(
+        tell_key, samples, -fitness, search
     )
     better = own > progress.best_fitness
     pick = better[:, None]

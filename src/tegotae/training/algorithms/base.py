@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Callable
 from functools import cache
 from typing import Any, ClassVar
 
@@ -47,6 +48,10 @@ class Algorithm(ABC):
     def parameters(self, n_weights: int) -> Any:
         """The strategy's parameters."""
         return self.strategy(n_weights).default_params
+
+    def of_seeds(self, function: Callable[..., Any]) -> Callable[..., Any]:
+        """A function of one seed's arrays as one of all seeds', [seeds, ...]: all at once."""
+        return jax.vmap(function)
 
     def start(self, key: jax.Array, weights: jax.Array) -> Any:
         """State of a search that starts from `weights`, shape [n_weights]."""

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+import jax
 import jax.numpy as jnp
 
 from tegotae.errors import require_count, require_finite
@@ -17,6 +19,8 @@ if TYPE_CHECKING:
 @dataclass(frozen=True, kw_only=True)
 class CMAES(Algorithm):
     """CMA-ES with its standard settings (through evosax).
+
+    It sets the BLAS libraries of this process to one thread.
 
     Raises:
         TegotaeError: for a setting out of its range.
@@ -43,8 +47,19 @@ class CMAES(Algorithm):
     def make(self, n_weights: int) -> CMA_ES:
         """evosax's CMA-ES."""
         from evosax.algorithms import CMA_ES
+        from threadpoolctl import threadpool_limits
 
+        # As below: threads that wait for threads of the BLAS do so for ever, on two devices.
+        threadpool_limits(limits=1, user_api="blas")
         return CMA_ES(self.population, jnp.zeros(n_weights))
+
+    def of_seeds(self, function: Callable[..., Any]) -> Callable[..., Any]:
+        """One seed after the other.
+
+        The covariances of all seeds at once are decomposed by the threads of a pool that the
+        devices share, and of two devices that wait for it neither goes on (jaxlib 0.10.2).
+        """
+        return lambda *arrays: jax.lax.map(lambda of_seed: function(*of_seed), arrays)
 
     def parameters(self, n_weights: int):
         """evosax's parameters."""
