@@ -66,3 +66,12 @@ def test_verdicts_in_prose_are_those_of_the_tables(page, verdicts):
     }[page]
     said = {int(number): word for number, word in re.findall(pattern, text, re.MULTILINE)}
     assert said == {verdict.number: verdict.verdict for verdict in verdicts}
+
+
+def test_the_multiverses_shares_follow_from_its_kept_tables():
+    from tegotae.report.multiverse import shares_table
+    from tegotae.study.multiverse.tables import read_tables
+
+    kept = ROOT / "docs" / "_static" / "multiverse"
+    readings, judged = read_tables(kept)
+    assert shares_table(readings, judged, "all") == (kept / "multiverse.md").read_text()
