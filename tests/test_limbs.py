@@ -102,6 +102,14 @@ def test_wiring_lets_units_feel_and_drive_other_limbs():
     np.testing.assert_array_equal(straight.phase_rad, crossed.phase_rad[:, ::-1])
 
 
+def test_lists_serve_where_tuples_do():
+    lists = network(ONE, sharing=[0, 1], wiring=[1, 0], coupling=Neighbours([[0, 1]], 1.0))
+    tuples = network(ONE, sharing=(0, 1), wiring=(1, 0), coupling=Neighbours(((0, 1),), 1.0))
+    assert lists == tuples
+    assert hash(lists) == hash(tuples)
+    assert Bar(hips_m=[-0.5, 0.5]) == Bar()
+
+
 # Couplings
 
 
@@ -266,6 +274,22 @@ def test_a_light_bar_falls_into_antiphase_and_a_heavy_one_into_phase(inertia_rat
             lambda: run(network(ONE), [1.0], Bar(), posture={"roll_rad": 1.0}),
             "Bar knows no posture 'roll_rad'; it takes pitch_rad, pitch_rate_rad_per_s",
         ),
+        (
+            lambda: run(network(ONE), [1.0], Bar(), posture=[1]),
+            r"posture is \[1\]; it must be numbers by name",
+        ),
+        (
+            lambda: run(network(ONE), [1.0], Bar(), posture={"pitch_rad": "x"}),
+            "pitch_rad is 'x'; it must be a number",
+        ),
+        (lambda: run(ONE, [1.0], 3), "body is 3; it must be a Body"),
+        (lambda: run(ONE, "x"), "weights is 'x'; it must be a number or an array"),
+        (lambda: network(ONE, sharing=("a", "b")), r"sharing is \('a', 'b'\); .*whole numbers"),
+        (lambda: network(ONE, wiring=1), "wiring is 1; it must be whole numbers"),
+        (lambda: network(ONE, coupling=3), "coupling is 3; it must be a Coupling"),
+        (lambda: Neighbours((0, 1), 1.0), r"links is \(0, 1\); it must be pairs of limbs"),
+        (lambda: Neighbours(((0, 1.5),), 1.0), r"a link is \(0, 1.5\); .*whole numbers"),
+        (lambda: Bar(hips_m=0.5), "hips_m is 0.5; name two to four places"),
         (lambda: Bar(hips_m=(0.5, -0.5)), "from back to front"),
         (lambda: Bar(hips_m=(-0.5, 0.7)), "whose mean is 0.1; it must be 0"),
         (lambda: Bar(inertia_ratio=-1.0), "inertia_ratio is -1"),

@@ -9,7 +9,7 @@ import jax
 import jax.numpy as jnp
 
 from tegotae.couplings.base import Coupling
-from tegotae.errors import TegotaeError, require_count, require_finite
+from tegotae.errors import TegotaeError, require_count, require_finite, whole_numbers
 from tegotae.oscillators import Oscillator
 from tegotae.terms.actuation import Actuation
 from tegotae.terms.base import Signals, Term
@@ -67,8 +67,9 @@ class Controller:
         wiring: which limb of the body each unit feels and drives; in their order by default.
 
     Raises:
-        TegotaeError: for a coupling without oscillators or limbs to couple, sets that are not
-            numbered through, or a wiring that leaves a limb undriven or drives it twice.
+        TegotaeError: for a coupling that is none, or without oscillators or limbs to couple, sets
+            that are not numbered through, or a wiring that leaves a limb undriven or drives it
+            twice.
 
     Example:
         >>> from tegotae.oscillators import PhaseOscillator
@@ -91,15 +92,18 @@ class Controller:
     def __post_init__(self) -> None:
         require_count("limbs", self.limbs)
         if self.coupling is not None:
+            if not isinstance(self.coupling, Coupling):
+                raise TegotaeError(f"coupling is {self.coupling!r}; it must be a Coupling")
             if self.oscillator is None:
                 raise TegotaeError("the controller has a coupling but no oscillators to couple")
             if self.limbs < 2:
                 raise TegotaeError("a coupling needs at least two limbs, and this controller has 1")
             self.coupling.check(self.limbs)
-        if self.sharing is not None:
-            _check_sharing(self.sharing, self.limbs)
-        if self.wiring is not None:
-            _check_wiring(self.wiring, self.limbs)
+        for name, check in (("sharing", _check_sharing), ("wiring", _check_wiring)):
+            if getattr(self, name) is not None:
+                numbers = whole_numbers(name, getattr(self, name))
+                check(numbers, self.limbs)
+                object.__setattr__(self, name, numbers)
 
     @property
     def limb_shape(self) -> tuple[int, ...]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import math
+import operator
 import reprlib
 from collections.abc import Iterable
 
@@ -43,6 +44,25 @@ def require_count(name: str, value: int, *, least: int = 1, most: int | None = N
         raise TegotaeError(f"{name} is {value!r}; it must be a whole number of at least {least}")
     if most is not None and value > most:
         raise TegotaeError(f"{name} is {_short(value)}; it must be at most {most}")
+
+
+def whole_numbers(name: str, values: Iterable[int]) -> tuple[int, ...]:
+    """The values as a tuple: of a list, say, which could not be hashed.
+
+    Raises:
+        TegotaeError: unless they are whole numbers.
+
+    Example:
+        >>> whole_numbers("wiring", [1, 0])
+        (1, 0)
+    """
+    try:
+        numbers = tuple(operator.index(value) for value in values)
+    except TypeError:
+        raise TegotaeError(
+            f"{name} is {reprlib.repr(values)}; it must be whole numbers, such as (0, 1)"
+        ) from None
+    return numbers
 
 
 def _short(value: int) -> str:

@@ -5,7 +5,8 @@ from __future__ import annotations
 import dataclasses
 import inspect
 import math
-from collections.abc import Callable
+import reprlib
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
 from typing import Any, cast
@@ -142,12 +143,15 @@ class Engine:
             dtype: "float32" or "float64".
 
         Raises:
-            TegotaeError: for weights or a scenario of the wrong shape, or a tick too long for
-                the body.
+            TegotaeError: for weights or a scenario of the wrong type or shape, a body that is
+                none or does not go with the controller, a tick too long for it, a summary that
+                needs an unknown channel, or more memory than there is.
         """
         body = Hopper() if body is None else body
         if dtype not in ("float32", "float64"):
             raise TegotaeError(f"dtype is {dtype!r}; it must be 'float32' or 'float64'")
+        if not isinstance(body, Body):
+            raise TegotaeError(f"body is {body!r}; it must be a Body, such as Hopper()")
         body.check_tick(self.timing.tick_s)
         check_senses(self.controller, body)
         check_posture(body, scenario)
@@ -245,6 +249,11 @@ def _run(engine: Engine, weights: jax.Array, scenario: Scenario, body: Body) -> 
 def check_posture(body: Body, scenario: Scenario) -> None:
     """Raise `TegotaeError` if the posture names what the body's release does not take."""
     takes = list(inspect.signature(body.release).parameters)[2:]
+    if not isinstance(scenario.posture, Mapping) and scenario.posture != ():
+        raise TegotaeError(
+            f"posture is {reprlib.repr(scenario.posture)}; it must be numbers by name, such as "
+            '{"pitch_rad": 0.1}'
+        )
     for name in dict(scenario.posture):
         if name not in takes:
             says = f"it takes {', '.join(takes)}" if takes else "it takes none"
@@ -274,7 +283,7 @@ def _as_lanes(
     controller: Controller, weights: Any, scenario: Scenario, dtype: str
 ) -> tuple[jax.Array, Scenario]:
     """Weights [n_weights, lanes] and a scenario of arrays [lanes]."""
-    weights = np.asarray(weights, dtype)
+    weights = _numbers("weights", weights, dtype)
     if weights.ndim == 1:
         weights = weights[None, :]
     if weights.ndim != 2 or weights.shape[1] != controller.n_weights:
@@ -306,9 +315,18 @@ def _as_lanes(
     )
 
 
+def _numbers(name: str, value: Any, dtype: str) -> np.ndarray:
+    try:
+        return np.asarray(value, dtype)
+    except (TypeError, ValueError):
+        raise TegotaeError(
+            f"{name} is {reprlib.repr(value)}; it must be a number or an array of numbers"
+        ) from None
+
+
 def _entry(name: str, value: Any, limb_shape: tuple[int, ...], dtype: str) -> np.ndarray:
     """An entry of a scenario as an array whose last axis is that of the lanes."""
-    entry = np.asarray(value, dtype)
+    entry = _numbers(name, value, dtype)
     by_limb = name in ("omega", "phase_rad") and limb_shape == entry.shape[:-1]
     if entry.ndim > 1 and not by_limb:
         limbs = f" or [{limb_shape[0]}, lanes]" if limb_shape else ""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, fields
 from itertools import pairwise
 from typing import NamedTuple
@@ -112,6 +113,11 @@ class Bar(Body):
                 require_finite(field.name, value, least=0.0)
             else:
                 require_finite(field.name, value, above=0.0)
+        if not isinstance(self.hips_m, Iterable):
+            raise TegotaeError(
+                f"hips_m is {self.hips_m!r}; name two to four places, such as (-0.5, 0.5)"
+            )
+        object.__setattr__(self, "hips_m", tuple(self.hips_m))
         for hip in self.hips_m:
             require_finite("a hip", hip)
         if not (2 <= self.limbs <= 4 and all(a < b for a, b in pairwise(self.hips_m))):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import reprlib
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -10,7 +11,7 @@ import jax
 import jax.numpy as jnp
 
 from tegotae.couplings.base import Coupling
-from tegotae.errors import TegotaeError, require_finite
+from tegotae.errors import TegotaeError, require_finite, whole_numbers
 from tegotae.terms.base import Signals
 
 
@@ -41,6 +42,15 @@ class Neighbours(Coupling):
     lag_rad: float = 0.0
 
     def __post_init__(self) -> None:
+        try:
+            links = tuple((to, of) for to, of in self.links)
+        except (TypeError, ValueError):
+            raise TegotaeError(
+                f"links is {reprlib.repr(self.links)}; it must be pairs of limbs, such as "
+                "((0, 1), (1, 0))"
+            ) from None
+        whole = tuple(whole_numbers("a link", link) for link in links)
+        object.__setattr__(self, "links", whole)  # a list could not be hashed
         require_finite("strength_rad_per_s", self.strength_rad_per_s)
         require_finite("lag_rad", self.lag_rad)
 
