@@ -191,10 +191,12 @@ class Controller:
         limit = self.tegotae.limit_rad_per_s
         return feedback if limit is None else limit * jnp.tanh(feedback / limit)
 
-    def smooth_force(self, weights: Weights, signals: Signals, max_force_n) -> jax.Array:
-        """The part of the actuator force that is no phase sector, clipped to [0, α] [N]."""
-        force = self.actuation(weights[self.layout["actuation"]], signals)
-        return jnp.clip(force, 0.0, max_force_n)
+    def command(self, weights: Weights, signals: Signals, max_force_n) -> jax.Array:
+        """What the actuation commands: a force [N] is clipped to [0, α], its phase sector apart."""
+        command = self.actuation(weights[self.layout["actuation"]], signals)
+        if not self.actuation.commands_force:
+            return command
+        return jnp.clip(command, 0.0, max_force_n)
 
     def rate(
         self,

@@ -15,10 +15,13 @@ from tegotae.descriptions import describe, restore
 from tegotae.errors import TegotaeError, require_finite
 from tegotae.evaluation import Protocol
 from tegotae.limits import MOST_M, MOST_RAD_PER_S
-from tegotae.rollout import Scenario, Timing, check_posture, check_senses
+from tegotae.loop import check_senses
+from tegotae.rollout import Timing
 from tegotae.terms import ConstantGain
 from tegotae.training.fitness import EPISODE, Fitness
 from tegotae.training.objective import Objective
+from tegotae.world import Scenario
+from tegotae.world.checks import check_posture
 
 RELEASE_M = 1.2
 """Height of the paper's release [m]."""

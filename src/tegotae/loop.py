@@ -14,7 +14,7 @@ from tegotae.controller import Controller, Weights
 from tegotae.errors import TegotaeError
 from tegotae.integrators import Integrator, Moment
 from tegotae.integrators.base import drive, phase_of, settled
-from tegotae.world import Scenario, ground_m
+from tegotae.world import Scenario, ground_m, met_by
 
 
 class Lane(NamedTuple):
@@ -38,7 +38,7 @@ class Tick(NamedTuple):
     sound: jax.Array
     """Whether the lane has not failed, [lanes]."""
     body: Body
-    """The body."""
+    """The body as it is during the tick."""
     contact: Contact
     """What the body did."""
     force_n: jax.Array
@@ -80,15 +80,24 @@ class ClosedLoop:
         )
         return self.controller.spread(weights), scenario
 
+    def meets(
+        self, body: Body, scenario: Scenario, index: jax.Array, tick_s: jax.Array
+    ) -> tuple[Body, jax.Array]:
+        """Body and frequency as they are during a tick (`Scenario.changes`)."""
+        return met_by(body, scenario.omega, dict(scenario.changes), index, tick_s)
+
     def start(self, weights: Weights, body: Body, scenario: Scenario, tick_s: jax.Array) -> Lane:
         """The lane at its release."""
         controller = self.controller
+        body, omega = self.meets(body, scenario, jnp.asarray(0), tick_s)
         state = body.release(scenario.height_m, scenario.velocity_m_per_s, **dict(scenario.posture))
         oscillator = (
             () if controller.oscillator is None else controller.oscillator.start(scenario.phase_rad)
         )
         ground = ground_m(scenario, jnp.asarray(0), tick_s)
-        said = drive(controller, body, weights, scenario.omega, state, oscillator, ground)
+        said = drive(controller, body, weights, omega, state, oscillator, ground)
+        state = body.commanded(state, said.command)
+        said = drive(controller, body, weights, omega, state, oscillator, ground)
         failed = ~jnp.isfinite(
             scenario.height_m
             + scenario.velocity_m_per_s
@@ -119,8 +128,9 @@ class ClosedLoop:
         """
         controller = self.controller
         ground = ground_m(scenario, index, tick_s)
+        body, omega = self.meets(body, scenario, index, tick_s)
         moment, contact, push = self.integrator.tick(
-            controller, body, weights, scenario.omega, lane.moment, ground, tick_s
+            controller, body, weights, omega, lane.moment, ground, tick_s
         )
         phase = phase_of(controller, lane.moment.oscillator, lane.force_n)
         travel = phase_of(controller, moment.oscillator, lane.force_n) - phase
@@ -128,7 +138,7 @@ class ClosedLoop:
         sound = ~lane.failed & ~body.failed(moment.body, ground)
         sound &= jnp.isfinite(body.height(moment.body))
         sound &= over_limbs(jnp.all, jnp.isfinite(travel), body)
-        force = push.mean_n * contact.stance_share
+        force = push.mean_n * contact.stance_share if contact.force_n is None else contact.force_n
         advanced = Lane(moment, force, lane.failed)
         kept = jax.tree.map(lambda new, old: keep(sound, new, old), advanced, lane)
         brought = Tick(index, tick_s, sound, body, contact, force, phase, travel, moment, ground)
@@ -148,13 +158,19 @@ def over_limbs(reduce: Callable[..., jax.Array], x: jax.Array, body: Body) -> ja
 def check_senses(controller: Controller, body: Body) -> None:
     """Raise `TegotaeError` if controller and body do not go together.
 
-    That is: if they differ in their limbs, a term or coupling reads a signal that nothing provides,
-    or an actuation needs a phase that the oscillator has not.
+    That is: if they differ in their limbs or in what is commanded, a term or coupling reads a
+    signal that nothing provides, or an actuation needs a phase that the oscillator has not.
     """
     if controller.limbs != body.limbs:
         raise TegotaeError(
             f"the controller drives {controller.limbs} limbs, and a {type(body).__name__} has "
             f"{body.limbs}; each limb needs one unit"
+        )
+    commands = controller.actuation.COMMANDS
+    if commands != body.COMMANDS:
+        raise TegotaeError(
+            f"{type(controller.actuation).__name__} commands {' and '.join(commands)}, and a "
+            f"{type(body).__name__} takes {' and '.join(body.COMMANDS)}"
         )
     oscillator = controller.oscillator
     rhythm = set() if oscillator is None else set(oscillator.SIGNALS)

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import dataclasses
-import inspect
 import math
 import reprlib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from typing import Any, cast
@@ -24,7 +23,8 @@ from tegotae.integrators import Integrator, PredictorCorrector
 from tegotae.limits import require_memory
 from tegotae.loop import ClosedLoop, Tick, check_senses
 from tegotae.recorder import Frame, Recorder, Trajectory
-from tegotae.world import Scenario, ground_m
+from tegotae.world import Scenario, ground_m, map_change, whole_run
+from tegotae.world.checks import check_changes, check_posture
 
 LANES_PER_BLOCK = 64 if loops_are_kernels() else 512
 """Lanes advanced together on a CPU device: few enough to stay in a core's cache, and enough to be
@@ -139,7 +139,8 @@ class Engine:
         Args:
             weights: shape [lanes, n_weights] or [n_weights].
             scenario: numbers, or arrays of shape [lanes] or [limbs, lanes] (`Scenario`).
-            body: the body; the paper's hopper by default.
+            body: the body; the paper's hopper by default. Numbers of it that differ from lane to
+                lane are the scenario's `changes`.
             dtype: "float32" or "float64".
 
         Raises:
@@ -155,6 +156,7 @@ class Engine:
         body.check_tick(self.timing.tick_s)
         check_senses(self.controller, body)
         check_posture(body, scenario)
+        check_changes(body, scenario, self.timing.tick_s)
         self.recorder(body)
         with jax.enable_x64(dtype == "float64"):
             weights, scenario = _as_lanes(self.controller, weights, scenario, dtype)
@@ -246,20 +248,6 @@ def _run(engine: Engine, weights: jax.Array, scenario: Scenario, body: Body) -> 
     return engine.trace(weights, scenario, body)
 
 
-def check_posture(body: Body, scenario: Scenario) -> None:
-    """Raise `TegotaeError` if the posture names what the body's release does not take."""
-    takes = list(inspect.signature(body.release).parameters)[2:]
-    if not isinstance(scenario.posture, Mapping) and scenario.posture != ():
-        raise TegotaeError(
-            f"posture is {reprlib.repr(scenario.posture)}; it must be numbers by name, such as "
-            '{"pitch_rad": 0.1}'
-        )
-    for name in dict(scenario.posture):
-        if name not in takes:
-            says = f"it takes {', '.join(takes)}" if takes else "it takes none"
-            raise TegotaeError(f"{type(body).__name__} knows no posture {name!r}; {says}")
-
-
 def _require_room(engine: Engine, body: Body, lanes: int, itemsize: int) -> None:
     """Raise `TegotaeError` if a rollout needs more memory than there is.
 
@@ -292,27 +280,38 @@ def _as_lanes(
             f"[lanes, {controller.n_weights}]"
         )
     shape = controller.limb_shape
-    plain, posture = scenario._asdict(), dict(scenario.posture)
-    del plain["posture"]
-    entries = {name: _entry(name, x, shape, dtype) for name, x in {**plain, **posture}.items()}
+
+    def entry(name: str, value: Any) -> np.ndarray:
+        return _entry(name, value, shape, dtype)
+
+    entries = {name: entry(name, x) for name, x in scenario._asdict().items() if name not in _MORE}
+    posture = {name: entry(name, x) for name, x in dict(scenario.posture).items()}
+    changes = {
+        name: map_change(partial(entry, name), change)
+        for name, change in dict(scenario.changes).items()
+    }
+    whole = Scenario(**entries, posture=posture, changes=changes)
+    sizes = [x.shape[-1:] for x in jax.tree.leaves(whole)]
     try:
-        (lanes,) = np.broadcast_shapes((len(weights),), *(x.shape[-1:] for x in entries.values()))
+        (lanes,) = np.broadcast_shapes((len(weights),), *sizes)
     except ValueError:
-        shapes = ", ".join(str(x.shape) for x in entries.values())
+        shapes = ", ".join(str(x.shape) for x in jax.tree.leaves(whole))
         raise TegotaeError(
             f"weights for {len(weights)} lanes do not go with scenario entries of shapes {shapes}; "
             "each must be a number or have one entry per lane"
         ) from None
     columns = np.broadcast_to(weights, (lanes, weights.shape[1])).T
 
-    def whole(name: str) -> jax.Array:
-        entry = entries[name]
-        return jnp.asarray(np.broadcast_to(entry, (*entry.shape[:-1], lanes)))
+    def of_lanes(x: np.ndarray) -> jax.Array:
+        return jnp.asarray(np.broadcast_to(x, (*x.shape[:-1], lanes)))
 
-    return (
-        jnp.asarray(np.ascontiguousarray(columns)),
-        Scenario(**{name: whole(name) for name in plain}, posture={n: whole(n) for n in posture}),
-    )
+    return jnp.asarray(np.ascontiguousarray(columns)), jax.tree.map(of_lanes, whole)
+
+
+_MORE = ("posture", "changes")
+"""Entries of a scenario that are made of several."""
+_OF_BODY = ("height_m", "velocity_m_per_s", "drop_m", "drop_time_s")
+"""Entries of which a body has one, however many limbs."""
 
 
 def _numbers(name: str, value: Any, dtype: str) -> np.ndarray:
@@ -327,7 +326,7 @@ def _numbers(name: str, value: Any, dtype: str) -> np.ndarray:
 def _entry(name: str, value: Any, limb_shape: tuple[int, ...], dtype: str) -> np.ndarray:
     """An entry of a scenario as an array whose last axis is that of the lanes."""
     entry = _numbers(name, value, dtype)
-    by_limb = name in ("omega", "phase_rad") and limb_shape == entry.shape[:-1]
+    by_limb = name not in _OF_BODY and limb_shape == entry.shape[:-1]
     if entry.ndim > 1 and not by_limb:
         limbs = f" or [{limb_shape[0]}, lanes]" if limb_shape else ""
         raise TegotaeError(f"{name} has shape {entry.shape}; it must be a number, [lanes]{limbs}")
@@ -349,9 +348,11 @@ def _advance_block(engine: Engine, weights: jax.Array, scenario: Scenario, body:
     timing, recorder = engine.timing, engine.recorder(body)
     loop = ClosedLoop(engine.controller, engine.integrator)
     dtype = weights.dtype
+    body, changes = whole_run(body, dict(scenario.changes))
+    steady = scenario._replace(changes=changes)
     tick_s = jnp.asarray(timing.tick_s, dtype)
     # An array is a sequence of its rows.
-    rows, spread = loop.spread(cast(Weights, weights), scenario)
+    rows, spread = loop.spread(cast(Weights, weights), steady)
 
     def tick(carry: Any, index: jax.Array) -> Any:
         lane, totals, events = carry
@@ -366,10 +367,12 @@ def _advance_block(engine: Engine, weights: jax.Array, scenario: Scenario, body:
         (lane, totals, events), _ = jax.lax.scan(
             tick, (lane, totals, no_events), first + jnp.arange(timing.ticks_per_frame)
         )
-        ground = ground_m(scenario, first + timing.ticks_per_frame - 1, tick_s)
+        last = first + timing.ticks_per_frame - 1
+        ground = ground_m(scenario, last, tick_s)
+        meanwhile, _ = loop.meets(body, spread, last, tick_s)
         time = (first + timing.ticks_per_frame).astype(dtype) * tick_s
         time = jnp.broadcast_to(time, scenario.height_m.shape)
-        now = Frame(time, lane, ground, engine.controller, body)
+        now = Frame(time, lane, ground, engine.controller, meanwhile)
         return (lane, totals), recorder.frame(now, totals, events)
 
     lane = loop.start(rows, body, spread, tick_s)

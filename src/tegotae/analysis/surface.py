@@ -95,7 +95,7 @@ def actuation_surface(
         weights = [jnp.full(column.shape, weight) for weight in saved.weights]
         omega = jnp.full(column.shape, float(Scenario.of(saved.omega).omega))
         said = drive(controller, body, weights, omega, state, oscillator, jnp.zeros(column.shape))
-        answer = push(controller, body.max_force_n, said.smooth_force, angle, angle, omega)
+        answer = push(controller, body.max_force_n, said.command, angle, angle, omega)
 
     def as_map(x) -> np.ndarray:
         return np.asarray(x).reshape(len(forces), columns)

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import jax
 
 from tegotae.channels import Channel
+from tegotae.commands import FORCE
 from tegotae.errors import TegotaeError
 
 
@@ -23,7 +24,8 @@ class Sensation(NamedTuple):
 class Push(NamedTuple):
     """The actuator force over one tick, linear in time: mean + rise · (share of the tick - ½).
 
-    Both of shape [(limbs,) lanes].
+    Both of shape [(limbs,) lanes]. On a body whose feet are commanded to places, `mean_n` is the
+    place at the tick's end [m], [commands, limbs, lanes].
     """
 
     mean_n: jax.Array
@@ -53,6 +55,8 @@ class Contact(NamedTuple):
     """Height of that apex [m]; NaN without one."""
     touchdown_share: jax.Array
     """Where in the tick a touchdown lies, 0 ... 1; NaN without one."""
+    force_n: Any = None
+    """Mean force of the actuator over the tick [N], where it is not the commanded one."""
 
 
 class Body(ABC):
@@ -66,6 +70,8 @@ class Body(ABC):
 
     SENSES: tuple[str, ...] = ()
     """Names of what `sense` returns; a controller that reads another name is refused."""
+    COMMANDS: tuple[str, ...] = FORCE
+    """What the actuators are told: a force, unless said otherwise (`Actuation.COMMANDS`)."""
 
     max_force_n: Any
     """Largest actuator force α [N]: a field of every body."""
@@ -105,6 +111,10 @@ class Body(ABC):
         A body that needs more to be released takes it by further names, each with a default
         (`Scenario.posture`).
         """
+
+    def commanded(self, state: Any, command: jax.Array) -> Any:
+        """The state at release once the first command is known: where feet are placed."""
+        return state
 
     @abstractmethod
     def sense(self, state: Any, ground_m: jax.Array) -> Sensation:

@@ -162,5 +162,5 @@ def _control(
     said = decide(controller, rows, omega, heard, oscillator, max_force, added=added)
     ahead = held(oscillator, said.rate, step_s)
     begins, ends = (phase_of(controller, each, said.feedback) for each in (oscillator, ahead))
-    force = push(controller, max_force, said.smooth_force, begins, ends, omega)
+    force = push(controller, max_force, said.command, begins, ends, omega)
     return settled(controller, ahead), force.mean_n / max_force, said.feedback

@@ -18,8 +18,9 @@ class Drive(NamedTuple):
 
     feedback: jax.Array
     """Tegotae feedback f [rad/s]."""
-    smooth_force: jax.Array
-    """Actuator force without any phase sector [N], in [0, α]."""
+    command: jax.Array
+    """What the actuation commands: an actuator's force [N] in [0, α], without any phase sector; or
+    places of the foot [m], [commands, limbs, lanes] (`Body.COMMANDS`)."""
     rate: Any
     """Time derivative of the oscillator's state."""
 
@@ -96,8 +97,8 @@ def decide(
     if added is not None:
         feedback = feedback + added
     everything = heard.adding(scale=rate_scale, feedback=feedback)
-    force = controller.smooth_force(weights, everything, max_force_n)
-    return Drive(feedback, force, controller.rate(weights, oscillator, omega, feedback, heard))
+    command = controller.command(weights, everything, max_force_n)
+    return Drive(feedback, command, controller.rate(weights, oscillator, omega, feedback, heard))
 
 
 def drive(
@@ -150,22 +151,22 @@ def phase_of(controller: Controller, oscillator: Any, like: jax.Array) -> jax.Ar
 def push(
     controller: Controller,
     max_force_n: Any,
-    smooth_force: jax.Array,
+    command: jax.Array,
     phase_start: jax.Array,
     phase_end: jax.Array,
     omega: jax.Array,
 ) -> Push:
-    """The force along a phase path: full force inside the sector, if any, else the smooth force.
+    """The command along a phase path: full force inside the sector, if any, else what it is.
 
     Its rise gives the switched part its first moment in time, so that a sector that begins or ends
     inside a tick also displaces the body as it should.
     """
     sector = controller.actuation.full_force(phase_start, phase_end, omega)
     if sector is None:
-        return Push(smooth_force)
+        return Push(command)
     share, centre = sector
-    switched = share * (max_force_n - smooth_force)
-    return Push(smooth_force + switched, 12.0 * switched * (centre - 0.5))
+    switched = share * (max_force_n - command)
+    return Push(command + switched, 12.0 * switched * (centre - 0.5))
 
 
 def to_units(controller: Controller, of_limbs: Any) -> Any:
@@ -181,4 +182,5 @@ def to_limbs(controller: Controller, of_units: Push) -> Push:
         return of_units
     order = [controller.wiring.index(limb) for limb in range(controller.limbs)]
     rise = jnp.broadcast_to(jnp.asarray(of_units.rise_n), of_units.mean_n.shape)
-    return Push(*(jnp.stack([x[unit] for unit in order]) for x in (of_units.mean_n, rise)))
+    # A command of several numbers has their axis before that of the limbs.
+    return Push(*(x[..., jnp.asarray(order), :] for x in (of_units.mean_n, rise)))

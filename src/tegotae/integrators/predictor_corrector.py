@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
+import jax
 import jax.numpy as jnp
 
+from tegotae.controller import Controller
 from tegotae.integrators.base import (
+    Drive,
     Integrator,
     Moment,
     drive,
@@ -45,7 +49,8 @@ class PredictorCorrector(Integrator):
             earlier.rate,
         )
         phase_guess = phase_of(controller, guess, now.feedback)
-        force = push(controller, body.max_force_n, now.smooth_force, phase, phase_guess, omega)
+        command = _predicted(controller, earlier, now)
+        force = push(controller, body.max_force_n, command, phase, phase_guess, omega)
         body_guess, *stance = body.predict(
             moment.body, to_limbs(controller, force).mean_n, ground_m, tick_s
         )
@@ -63,11 +68,7 @@ class PredictorCorrector(Integrator):
         force = push(
             controller,
             body.max_force_n,
-            jnp.clip(
-                _adams_moulton(earlier.smooth_force, now.smooth_force, then.smooth_force),
-                0.0,
-                body.max_force_n,
-            ),
+            _corrected(controller, body.max_force_n, earlier, now, then),
             phase + stance_from * phase_travel,
             phase + stance_to * phase_travel,
             omega,
@@ -75,6 +76,23 @@ class PredictorCorrector(Integrator):
         force = to_limbs(controller, force)
         state, contact = body.advance(moment.body, force, ground_m, tick_s)
         return Moment(state, oscillator, then, now), contact, force
+
+
+def _predicted(controller: Controller, earlier: Drive, now: Drive) -> jax.Array:
+    """The command over a tick from what was said before it."""
+    if controller.actuation.commands_force:
+        return now.command
+    return 2.0 * now.command - earlier.command
+
+
+def _corrected(
+    controller: Controller, max_force_n: Any, earlier: Drive, now: Drive, then: Drive
+) -> jax.Array:
+    """The command over a tick: a force on average, a place of the foot at the tick's end."""
+    if not controller.actuation.commands_force:
+        return then.command
+    mean = _adams_moulton(earlier.command, now.command, then.command)
+    return jnp.clip(mean, 0.0, max_force_n)
 
 
 def _adams_moulton(earlier, now, then):

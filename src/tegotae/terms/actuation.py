@@ -1,4 +1,4 @@
-"""Actuation: from the oscillator and its feedback to the force of the leg's actuator."""
+"""Actuation: from the oscillator and its feedback to what the leg's actuator does."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import jax
 import jax.numpy as jnp
 
+from tegotae.commands import FORCE
 from tegotae.errors import require_finite
 from tegotae.maths import TWO_PI
 from tegotae.terms.base import Signals, Term
@@ -19,10 +20,21 @@ from tegotae.terms.network import Network
 class Actuation(Term):
     """A term whose value is a force [N], before it is clipped to [0, α].
 
+    Or it is a place of the foot, and `COMMANDS` says so; its value then has an axis of the commands
+    before that of the limbs (`tegotae.terms.foot`).
+
     Most actuations are smooth functions of the signals, and are sampled at the control ticks. One
     that switches full force on over a sector of the phase says so through `full_force`, so that
     the sector's edges take effect inside a tick.
     """
+
+    COMMANDS: tuple[str, ...] = FORCE
+    """What is commanded, number by number; a body takes one kind of command (`Body.COMMANDS`)."""
+
+    @property
+    def commands_force(self) -> bool:
+        """Whether a force is commanded."""
+        return self.COMMANDS == FORCE
 
     @property
     def needs_phase(self) -> bool:
@@ -37,7 +49,7 @@ class Actuation(Term):
 
     @abstractmethod
     def __call__(self, weights: Sequence[jax.Array], signals: Signals) -> jax.Array:
-        """The smooth part of the force [N]."""
+        """The smooth part of the force [N], or what else `COMMANDS` names."""
 
 
 @dataclass(frozen=True)

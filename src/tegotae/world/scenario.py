@@ -1,4 +1,4 @@
-"""What a lane meets: release, frequency, and a ground that may drop. All of it is data."""
+"""The scenario of a lane: release, frequency, a ground that may drop, and what else changes."""
 
 from __future__ import annotations
 
@@ -30,6 +30,11 @@ class Scenario(NamedTuple):
     """When it drops [s]; at the first control tick not earlier."""
     posture: Any = ()
     """What else the body's release takes, by name: {"pitch_rad": 0.1} for a bar."""
+    changes: Any = ()
+    """Fields of the body that are otherwise, and a frequency that changes on the way.
+
+    By name, such as {"mass_kg": [0.08, 0.1, 0.12]} for a mass a lane, or {"mass_kg": Step(0.13,
+    from_s=10.0)}; "omega" names the frequency (`tegotae.world.changes`)."""
 
     @classmethod
     def of(cls, omega: float | None, **entries: Any) -> Scenario:

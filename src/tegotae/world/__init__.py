@@ -1,0 +1,15 @@
+"""What a lane meets: release, frequency, ground, and what changes on the way. All of it is data."""
+
+from tegotae.world.changes import Change, Staircase, Step, map_change, met_by, whole_run
+from tegotae.world.scenario import Scenario, ground_m
+
+__all__ = [
+    "Change",
+    "Scenario",
+    "Staircase",
+    "Step",
+    "ground_m",
+    "map_change",
+    "met_by",
+    "whole_run",
+]

@@ -1,0 +1,75 @@
+"""What a lane meets: bodies that differ from lane to lane, and what changes on the way."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tegotae import Engine, Hopper, Scenario, TegotaeError, Timing, build
+from tegotae.world import Staircase, Step
+
+ENGINE = Engine(controller=build("V-reflex-w8"), timing=Timing(duration_s=4.0))
+MASSES = [0.08, 0.1, 0.12]
+
+
+def run(body=None, **scenario):
+    return ENGINE.run([2.0], Scenario(omega=8.0, **scenario), body, dtype="float64")
+
+
+def test_a_field_that_differs_from_lane_to_lane_gives_each_lane_its_own_body():
+    together = run(changes={"mass_kg": MASSES})
+    for lane, mass in enumerate(MASSES):
+        alone = run(Hopper(mass_kg=mass))
+        np.testing.assert_allclose(together.height_m[:, lane], alone.height_m[:, 0], rtol=1e-12)
+        np.testing.assert_allclose(together.energy_j[:, lane], alone.energy_j[:, 0], rtol=1e-12)
+
+
+def test_a_step_changes_nothing_before_its_time_and_everything_after():
+    path = run(changes={"mass_kg": Step([0.1, 0.15, 0.15], from_s=[0.0, 2.0, 0.0])})
+    usual, late, heavy = path.height_m.T
+    before = path.time_s[:, 0] <= 2.0
+    np.testing.assert_array_equal(late[before], usual[before])
+    assert not np.allclose(late[~before], usual[~before])
+    np.testing.assert_allclose(heavy, run(Hopper(mass_kg=0.15)).height_m[:, 0], rtol=1e-12)
+
+
+def test_a_step_ends():
+    path = run(changes={"stiffness_n_per_m": Step([5.0, 9.0], from_s=1.0, until_s=2.0)})
+    usual, pulsed = path.energy_j.T
+    at = path.time_s[:, 0]
+    assert not np.allclose(usual[(at > 1.0) & (at < 2.0)], pulsed[(at > 1.0) & (at < 2.0)])
+    # The energy of a leg that is as stiff as before is that of the height and speed alone.
+    body, end = Hopper(), np.flatnonzero(at > 2.5)[0]
+    pressed = max(0.0, 1.0 - path.height_m[end, 1])
+    whole = 0.05 * path.velocity_m_per_s[end, 1] ** 2 + body.weight_n * path.height_m[end, 1]
+    assert pulsed[end] == pytest.approx(whole + 2.5 * pressed**2, rel=1e-9)
+
+
+def test_a_staircase_leads_the_frequency_up():
+    changes = {"omega": Staircase(step=[0.0, 2.0], dwell_s=1.0, levels=3)}
+    path = Engine(controller=build("V-reflex-w8"), timing=Timing(duration_s=4.0)).run(
+        [0.0], Scenario(omega=5.0, changes=changes), dtype="float64"
+    )
+    turns = np.diff(np.unwrap(path.phase_rad, axis=0), axis=0) / 0.02
+    np.testing.assert_allclose(turns[:, 0], 5.0, rtol=1e-6)
+    for level, rate in enumerate((5.0, 7.0, 9.0, 9.0)):
+        middle = turns[50 * level + 5 : 50 * level + 45, 1]
+        np.testing.assert_allclose(middle, rate, rtol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("changes", "says"),
+    [
+        ({"mas_kg": 0.1}, "no field of a Hopper is called 'mas_kg'; did you mean mass_kg, "),
+        ({"mass_kg": [0.1, -0.1]}, "mass_kg is -0.1; it must be greater than 0"),
+        ({"mass_kg": Step(0.0, from_s=1.0)}, "mass_kg is 0; it must be greater than 0"),
+        ({"mass_kg": Step(0.1, from_s=np.nan)}, "the change of mass_kg, from_s, is nan"),
+        ({"stiffness_n_per_m": [5.0, 5e4]}, "the control tick of 0.001 s is too long"),
+        ({"omega": 4.0}, "the change of omega is 4.0; a frequency that holds"),
+        ({"mass_kg": "much"}, "the change of mass_kg is 'much'; it must be a number"),
+        ("mass_kg", "changes is 'mass_kg'; it must be numbers by name"),
+    ],
+)
+def test_a_change_that_cannot_be_is_refused_in_one_line(changes, says):
+    with pytest.raises(TegotaeError, match=says):
+        run(changes=changes)
