@@ -2,9 +2,9 @@
 
 Needs the extra `mujoco`.
 
-The torso is the same. What differs is the foot: a small mass on three springs, which meets the ground
-by MuJoCo's soft contact. It leaves the ground when its spring lets go, where the walker's leaves when
-the commanded foot rises.
+The torso is the same. What differs is the foot: a small mass on three springs, which meets the
+ground by MuJoCo's soft contact. It leaves the ground when its spring lets go, where the walker's
+leaves when the commanded foot rises.
 """
 
 from __future__ import annotations
@@ -61,8 +61,8 @@ class TwinWalk(NamedTuple):
 def description(body: Walker, settings: Settings | None = None) -> str:
     """The model in MuJoCo's language: torso, feet on three slides each, a motor along x and z.
 
-    The springs are those of the joints'. A motor adds K c + D ċ for the command c, so that spring and damper
-    work about the commanded foot; the damper is passive, which MuJoCo integrates implicitly.
+    Springs and dampers are those of the joints. A motor adds K c + D ċ for the command c, so that
+    they work about the commanded foot; a joint's damper MuJoCo integrates implicitly.
     """
     settings = settings or Settings()
     length, mass = body.rest_length_m, body.mass_kg
@@ -196,8 +196,8 @@ def ticks_per_second(
 ) -> tuple[float, float]:
     """Time steps per second, and per core-second, of the bare model in MuJoCo's batched rollout.
 
-    All cores work. A trot is commanded from beforehand: no oscillator, no feedback, no Python in the loop, nothing
-    recorded. The best of three runs.
+    All cores work. A trot is commanded from beforehand: no oscillator, no feedback, no Python in
+    the loop, nothing recorded. The best of three runs.
 
     Raises:
         MissingExtraError: without MuJoCo.
