@@ -3,6 +3,7 @@
 from tegotae.bodies.bar import Bar, BarState
 from tegotae.bodies.base import Body, Contact, Push, Sensation, require_one_limb
 from tegotae.bodies.hopper import Hopper, HopperState
+from tegotae.bodies.walker import Walker, WalkerState
 
 __all__ = [
     "Bar",
@@ -13,5 +14,7 @@ __all__ = [
     "HopperState",
     "Push",
     "Sensation",
+    "Walker",
+    "WalkerState",
     "require_one_limb",
 ]

@@ -3,6 +3,7 @@
 from tegotae.terms.action import VanillaAction
 from tegotae.terms.actuation import Actuation, LearnedActuation, Reflex, Sector, SectorAndReflex
 from tegotae.terms.base import Signals, Term
+from tegotae.terms.foot import EllipticFoot, LearnedFoot
 from tegotae.terms.gain import ConstantGain
 from tegotae.terms.network import Network
 from tegotae.terms.reaction import VanillaReaction
@@ -10,7 +11,9 @@ from tegotae.terms.reaction import VanillaReaction
 __all__ = [
     "Actuation",
     "ConstantGain",
+    "EllipticFoot",
     "LearnedActuation",
+    "LearnedFoot",
     "Network",
     "Reflex",
     "Sector",
