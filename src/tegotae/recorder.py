@@ -194,6 +194,11 @@ COMMON: tuple[Channel, ...] = (
         lambda t: ~jnp.isnan(t.contact.touchdown_share),
         lambda t: _at(t, t.contact.touchdown_share),
     ),
+    Total(
+        "stance_time_s",
+        "Total of the time in stance [s], a limb.",
+        lambda t: t.contact.stance_share * t.tick_s,
+    ),
     State(
         "failed",
         "True from the frame on in which the lane failed; its state then stands still.",

@@ -98,6 +98,11 @@ class Body(ABC):
     def rate_scale(self) -> Any:
         """A typical rate of the body [rad/s], by which a network sees the Tegotae feedback."""
 
+    @property
+    def touching_height_m(self) -> Any:
+        """Height of the body at which its legs at rest just touch level ground [m]."""
+        return self.rest_length_m
+
     def check_tick(self, tick_s: float) -> None:  # noqa: B027 - optional
         """Raise `TegotaeError` if this control period [s] is too long for the body."""
 

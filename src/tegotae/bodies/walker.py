@@ -53,7 +53,7 @@ class WalkerState(NamedTuple):
     foot: jax.Array
     """Where the feet on the ground are anchored, x and y [m], [2, limbs, lanes]."""
     stands: jax.Array
-    """Whether a foot is on the ground, [limbs, lanes]."""
+    """1 of a foot that is on the ground, else 0, [limbs, lanes]."""
     command: jax.Array
     """Where the feet are commanded to be, from their places at rest [m], [2, limbs, lanes]."""
     slid: jax.Array
@@ -262,6 +262,11 @@ class Walker(Body):
         return jnp.sqrt(self.gravity_m_per_s2 / self.rest_length_m)
 
     @property
+    def touching_height_m(self) -> Any:
+        """Height of the centre of mass over legs at rest, l0 + com_z [m]."""
+        return self.rest_length_m + self.com_z_m
+
+    @property
     def standing_height_m(self) -> float:
         """Height at which it stands with no command: l0 + com_z - m g / (n K_z) [m]."""
         sag = self.weight_n / (sum(self.present) * self.stiffness_z_n_per_m)
@@ -325,7 +330,7 @@ class Walker(Body):
             attitude=attitude,
             turn=jnp.stack([zero + roll_rate_rad_per_s, zero + pitch_rate_rad_per_s, zero]),
             foot=jnp.stack([of_limbs, of_limbs]),
-            stands=of_limbs > 0.0,
+            stands=of_limbs,
             command=jnp.stack([of_limbs, of_limbs]),
             slid=of_limbs,
             push=jnp.stack([zero, zero, zero]),
@@ -374,9 +379,9 @@ class Walker(Body):
         clearance = z - self._ground(x, y, ground_m)
         present = self._of_legs(self.present, state.position[0]) > 0.5
         contact = (clearance < 0.0) & present
-        anchor = [
-            jnp.where(state.stands, at, now) for at, now in zip(state.foot, (x, y), strict=True)
-        ]
+        stands = state.stands > 0.5
+        both = zip(state.foot, (x, y), strict=True)
+        anchor = [jnp.where(stands, there, here) for there, here in both]
         arm = (
             anchor[0] - state.position[0][None],
             anchor[1] - state.position[1][None],
@@ -501,7 +506,7 @@ class Walker(Body):
             attitude=unit(state.attitude + tick_s * turned(state.attitude, tuple(state.turn))),
             turn=state.turn + tick_s * spin,
             foot=jnp.stack([a + tick_s * s for a, s in zip(now.anchor, now.slip, strict=True)]),
-            stands=now.contact,
+            stands=_as_shares(now.contact, state.stands),
             command=aim,
         )
         then = self._legs(ahead, rate, ground_m)
@@ -540,7 +545,7 @@ class Walker(Body):
             ),
             turn=state.turn + tick_s * spin,
             foot=jnp.where(touches[None], jnp.stack(came), jnp.stack(stood)),
-            stands=then.contact,
+            stands=_as_shares(then.contact, state.stands),
             command=aim,
             slid=state.slid + tick_s * speed,
             push=lift,
@@ -651,6 +656,10 @@ class Walker(Body):
         )
 
 
+def _as_shares(holds: jax.Array, like: jax.Array) -> jax.Array:
+    return holds.astype(like.dtype)
+
+
 def _state(frame: Any) -> WalkerState:
     return frame.lane.moment.body
 
@@ -662,7 +671,7 @@ CHANNELS: tuple[Channel, ...] = (
     State("pitch_rad", "Pitch, nose down [rad].", lambda f: angles(_state(f).attitude)[1]),
     State("yaw_rad", "Yaw, to the left [rad].", lambda f: angles(_state(f).attitude)[2]),
     State("slid_m", "How far the feet have slid [m], a limb.", lambda f: _state(f).slid),
-    State("stands", "Whether the foot is on the ground, a limb.", lambda f: _state(f).stands),
+    State("stands", "1 of a foot on the ground, else 0, a limb.", lambda f: _state(f).stands),
     State("foot_x_m", "Where the foot is, forward [m], a limb.", lambda f: _foot(f, 0)),
     State("foot_y_m", "Where the foot is, to the left [m], a limb.", lambda f: _foot(f, 1)),
     State("foot_z_m", "Where the foot is, upwards [m], a limb.", lambda f: _foot(f, 2)),
@@ -681,5 +690,5 @@ def _foot(frame: Any, axis: int) -> jax.Array:
     place = rotation(state.attitude).to_world(body._feet(state))[axis] + state.position[axis][None]
     if axis == 2:
         on = body._ground(state.foot[0], state.foot[1], frame.ground_m)
-        return jnp.where(state.stands, on, place)
-    return jnp.where(state.stands, state.foot[axis], place)
+        return jnp.where(state.stands > 0.5, on, place)
+    return jnp.where(state.stands > 0.5, state.foot[axis], place)

@@ -12,12 +12,13 @@ import numpy as np
 
 from tegotae.bodies import Body, Contact, Push, Sensation
 from tegotae.checks import probing
+from tegotae.commands import FORCE
 from tegotae.errors import TegotaeError
 from tegotae.loop import over_limbs
 
 _TICK_S = 0.001
 _TICKS = 2000
-_OF_LIMBS = ("stance_share", "work_j", "touchdown_share")
+_OF_LIMBS = ("stance_share", "work_j", "touchdown_share", "force_n")
 """What of a `Contact` belongs to each limb."""
 _ENERGY_TOLERANCE = 1e-3
 """Share of the energy that may be made from nothing over a rollout: integration error."""
@@ -96,9 +97,17 @@ def _per_limb(body: Body, x: jax.Array) -> jax.Array:
     return jnp.broadcast_to(x, (*body.limb_shape, *x.shape))
 
 
+def _command(body: Body, share: Any, like: jax.Array) -> jax.Array:
+    """A share of the largest force; or feet that are commanded to places, a little from rest."""
+    if body.COMMANDS == FORCE:
+        return _per_limb(body, share * jnp.asarray(body.max_force_n, like.dtype) + 0.0 * like)
+    places = _per_limb(body, 0.1 * share * jnp.asarray(body.rest_length_m, like.dtype) + 0.0 * like)
+    return jnp.stack([places] * len(body.COMMANDS))
+
+
 def _start(body: Body, dtype: str) -> tuple[Any, jax.Array]:
     """Lanes in flight, in stance and about to touch down, and a ground that is not at zero."""
-    rest = float(body.rest_length_m)
+    rest = float(body.touching_height_m)
     shares = jnp.linspace(0.9, 1.2, probing.LANES, dtype=dtype)
     ground = jnp.full_like(shares, -0.05)
     velocity = probing.lanes_of(dtype, -1.5, 1.5, 4)
@@ -106,7 +115,7 @@ def _start(body: Body, dtype: str) -> tuple[Any, jax.Array]:
 
 
 def _check_methods(name: str, body: Body, dtype: str) -> None:
-    height = probing.lanes_of(dtype, 0.9, 1.2, 5) * float(body.rest_length_m)
+    height = probing.lanes_of(dtype, 0.9, 1.2, 5) * float(body.touching_height_m)
     velocity = probing.lanes_of(dtype, -1.0, 1.0, 6)
     state = probing.attempt(f"{name}.release", _method("release"), body, height, velocity)
     if not isinstance(state, tuple) or not state:
@@ -124,7 +133,7 @@ def _check_methods(name: str, body: Body, dtype: str) -> None:
             )
 
     state, ground = _start(body, dtype)
-    force = _per_limb(body, jnp.full_like(ground, 0.5) * jnp.asarray(body.max_force_n, dtype))
+    force = _command(body, 0.5, ground)
     tick = jnp.asarray(_TICK_S, dtype)
     _check_sense(name, body, state, ground, dtype)
     _check_predict(name, body, state, force, ground, tick, dtype)
@@ -215,22 +224,29 @@ def _check_advance(name, body, state, force, ground, tick, dtype) -> None:
 def _check_small_ticks(name: str, body: Body) -> None:
     """`predict` and the velocity must agree with `advance` the better the shorter the tick."""
     state, ground = _start(body, "float64")
-    force = _per_limb(body, 0.5 * jnp.asarray(body.max_force_n) * jnp.ones_like(ground))
+    force = _command(body, 0.5, ground)
+    released = body.commanded(state, force)
+
+    def seen(at: Any) -> list[jax.Array]:
+        """What the controller would know of a state: of it alone the guess must be right."""
+        return [*body.sense(at, ground).values.values(), body.height(at), body.velocity(at)]
 
     @jax.jit
     def gaps(tick: jax.Array) -> tuple[jax.Array, jax.Array]:
-        end, contact = body.advance(state, Push(force), ground, tick)
-        guess, _, _ = body.predict(state, force, ground, tick)
+        # A body may guess from what its last tick was like.
+        begun, _ = body.advance(released, Push(force), ground, tick)
+        end, contact = body.advance(begun, Push(force), ground, tick)
+        guess, _, _ = body.predict(begun, force, ground, tick)
         share = contact.stance_share
         steady = over_limbs(jnp.all, (share == 0.0) | (share == 1.0), body)
         apart = [
             jnp.abs(a - b).reshape(-1, probing.LANES).max(axis=0)
-            for a, b in zip(jax.tree.leaves(end), jax.tree.leaves(guess), strict=True)
+            for a, b in zip(seen(end), seen(guess), strict=True)
         ]
-        slope = (body.height(end) - body.height(state)) / tick
+        slope = (body.height(end) - body.height(begun)) / tick
         return (
             jnp.where(steady, sum(apart[1:], apart[0]) / tick, 0.0),
-            jnp.where(steady, jnp.abs(slope - body.velocity(state)), 0.0),
+            jnp.where(steady, jnp.abs(slope - body.velocity(begun)), 0.0),
         )
 
     long, short = gaps(jnp.asarray(1e-4)), gaps(jnp.asarray(1e-5))
@@ -250,7 +266,7 @@ def _check_energy(name: str, body: Body) -> None:
 
     @jax.jit
     def excess(share: jax.Array) -> jax.Array:
-        push = Push(_per_limb(body, share * body.max_force_n * jnp.ones_like(ground)))
+        push = Push(_command(body, share, ground))
 
         def step(carry: Any, _: Any) -> Any:
             state, work = carry
@@ -258,8 +274,9 @@ def _check_energy(name: str, body: Body) -> None:
             work = work + over_limbs(jnp.sum, contact.work_j, body)
             return (state, work), (body.energy(state, ground) - work, body.failed(state, ground))
 
-        _, (balance, failed) = jax.lax.scan(step, (start, jnp.zeros_like(ground)), None, _TICKS)
-        first = body.energy(start, ground)
+        placed = body.commanded(start, push.mean_n)
+        _, (balance, failed) = jax.lax.scan(step, (placed, jnp.zeros_like(ground)), None, _TICKS)
+        first = body.energy(placed, ground)
         alive = jnp.cumsum(failed, axis=0) == 0
         scale = jnp.abs(first) + jnp.asarray(body.max_force_n * body.rest_length_m)
         return jnp.max(jnp.where(alive, (balance - first[None]) / scale[None], 0.0))
