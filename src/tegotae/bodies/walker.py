@@ -58,6 +58,8 @@ class WalkerState(NamedTuple):
     """Where the feet are commanded to be, from their places at rest [m], [2, limbs, lanes]."""
     slid: jax.Array
     """How far the feet have slid over the ground [m], [limbs, lanes]."""
+    slip: jax.Array
+    """How fast the feet slide, x and y [m/s], [2, limbs, lanes]."""
     push: jax.Array
     """Mean acceleration over the last tick [m/s²], [3, lanes]."""
     twist: jax.Array
@@ -333,6 +335,7 @@ class Walker(Body):
             stands=of_limbs,
             command=jnp.stack([of_limbs, of_limbs]),
             slid=of_limbs,
+            slip=jnp.stack([of_limbs, of_limbs]),
             push=jnp.stack([zero, zero, zero]),
             twist=jnp.stack([zero, zero, zero]),
             com=self._com(zero),
@@ -485,6 +488,7 @@ class Walker(Body):
                 state.attitude + tick_s * turned(state.attitude, (mean[0], mean[1], mean[2]))
             ),
             turn=state.turn + tick_s * state.twist,
+            foot=state.foot + tick_s * state.slip,
             command=force_n,
         )
         none = jnp.zeros_like(state.slid)
@@ -528,8 +532,11 @@ class Walker(Body):
         velocity = state.velocity + tick_s * lift
         touches = then.contact & ~now.contact
         slips = mean(now.slip, then.slip)
-        stood = [a + tick_s * s for a, s in zip(now.anchor, slips, strict=True)]
-        came = [a + share * (b - a) for a, b in zip(now.place[:2], then.place[:2], strict=True)]
+        came = (a + share * (b - a) for a, b in zip(now.place[:2], then.place[:2], strict=True))
+        foot = [
+            jnp.where(touches, place, anchor) + tick_s * slip
+            for place, anchor, slip in zip(came, now.anchor, slips, strict=True)
+        ]
         speed = jnp.sqrt(slips[0] ** 2 + slips[1] ** 2)
         end = WalkerState(
             position=state.position + 0.5 * tick_s * (state.velocity + velocity),
@@ -544,10 +551,11 @@ class Walker(Body):
                 )
             ),
             turn=state.turn + tick_s * spin,
-            foot=jnp.where(touches[None], jnp.stack(came), jnp.stack(stood)),
+            foot=jnp.stack(foot),
             stands=_as_shares(then.contact, state.stands),
             command=aim,
             slid=state.slid + tick_s * speed,
+            slip=jnp.stack(then.slip),
             push=lift,
             twist=spin,
             com=state.com,
