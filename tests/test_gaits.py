@@ -229,7 +229,7 @@ def test_a_summary_on_a_body_of_one_leg_is_refused():
 
 
 def test_what_moves_without_oscillators_is_measured_by_its_footfalls():
-    single = next(m for m in all_models() if m.controller().oscillator is None)
+    single = next(m for m in all_models().values() if m.controller().oscillator is None)
     legs = dataclasses.replace(single.controller(), limbs=2)
     assert CoordinationSummary.on(legs, Bar()).rhythm == OfTouchdowns()
     assert CoordinationSummary.on(LIGHT.controller, Bar()).rhythm == OfPhases()
