@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import jax
 import jax.numpy as jnp
 
 from tegotae import maths
 from tegotae.errors import require_finite
-from tegotae.oscillators.planar import Planar
+from tegotae.oscillators.planar import Planar, Ranges
 
 
 class HopfState(NamedTuple):
@@ -45,7 +45,7 @@ class Hopf(Planar):
         HopfState(phase=Array([3.], dtype=float32), radius=Array([0.], dtype=float32))
     """
 
-    RANGES = {**Planar.RANGES, "recovery_per_s": (1.0, 30.0)}
+    RANGES: ClassVar[Ranges] = {**Planar.RANGES, "recovery_per_s": (1.0, 30.0)}
 
     mu: float = 1.0
     recovery_per_s: float = 8.0
@@ -108,7 +108,7 @@ class AdaptiveHopf(Hopf):
     """
 
     STATE = ("radius", "shift_rad_per_s")
-    RANGES = {**Hopf.RANGES, "learning_per_s": (0.05, 5.0)}
+    RANGES: ClassVar[Ranges] = {**Hopf.RANGES, "learning_per_s": (0.05, 5.0)}
 
     learning_per_s: float = 0.5
 

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import jax
 import jax.numpy as jnp
 
 from tegotae import maths
 from tegotae.errors import require_finite
-from tegotae.oscillators.planar import Planar
+from tegotae.oscillators.planar import Planar, Ranges
 
 _NEAR = 0.05
 
@@ -74,7 +74,7 @@ class Matsuoka(Planar):
     """
 
     STATE = ("radius", "mean_potential", "mean_fatigue")
-    RANGES = {
+    RANGES: ClassVar[Ranges] = {
         **Planar.RANGES,
         "slowness": (1.0, 2.5),
         "adaptation": (1.5, 3.5),
@@ -88,7 +88,7 @@ class Matsuoka(Planar):
     def __post_init__(self) -> None:
         super().__post_init__()
         for name in ("slowness", "adaptation", "inhibition_share"):
-            low, high = self.RANGES[name]
+            low, high = self.RANGES[name] or (None, None)
             require_finite(name, getattr(self, name), least=low, most=high)
 
     @property

@@ -16,6 +16,9 @@ from tegotae.channels import Channel, Latest, State
 from tegotae.errors import require_finite
 from tegotae.oscillators.base import Oscillator
 
+Ranges = Mapping[str, tuple[float, float] | None]
+"""Parameters by name, each with its bounds, or None for any number."""
+
 _NEAR = 0.05
 """Radius below which an input turns the state no faster than it does there."""
 
@@ -48,12 +51,12 @@ class Planar(Oscillator):
     SIGNALS = ("sin_phase", "cos_phase", "radius")
     STATE = ("radius",)
 
-    RANGES: ClassVar[Mapping[str, tuple[float, float] | None]] = {
+    RANGES: ClassVar[Ranges] = {
         "pace": (0.5, 2.0),
         "turn": None,
         "push": None,
     }
-    """What `Learned` trains, and between which bounds; None for any number."""
+    """What `Learned` trains."""
 
     pace: float = 1.0
     turn: float = 1.0

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import jax
 import jax.numpy as jnp
 
 from tegotae import maths
 from tegotae.errors import require_finite
-from tegotae.oscillators.planar import Planar
+from tegotae.oscillators.planar import Planar, Ranges
 
 _MOST_MU = 5.0
 
@@ -53,7 +53,7 @@ class VanDerPol(Planar):
         '2.0596'
     """
 
-    RANGES = {**Planar.RANGES, "mu": (0.05, 2.0)}
+    RANGES: ClassVar[Ranges] = {**Planar.RANGES, "mu": (0.05, 2.0)}
 
     mu: float = 1.0
 
