@@ -1,13 +1,13 @@
 """Does the oscillator matter: the paper's architectures with each oscillator, given and trained.
 
-    python docs/studies/oscillators.py                      # what is missing of it; hours on two cores
+    python docs/studies/oscillators.py               # what is missing of it; hours on two cores
     python docs/studies/oscillators.py --omegas 8 --seeds 5
-    python docs/studies/oscillators.py --told               # only tables and figure anew
+    python docs/studies/oscillators.py --told        # only tables and figure anew
 
 Every architecture is trained to its plateau with every oscillator, from the same seeds, with the
 same budget of 96 weights, and evaluated as the paper does. The records are kept in a folder, so
-that the same command goes on where another one ended. Written are `docs/_static/oscillators/
-matter.csv`, a row per run; `matter.md`, the differences from the phase oscillator; and `matter.png`.
+that the same command goes on where another one ended. Written to `docs/_static/oscillators` are
+`matter.csv`, a row per run; `matter.md`, the differences from the phase oscillator; `matter.png`.
 
 A Hopf oscillator with given numbers is not trained: as feedback only turns it, every rollout is
 that of the phase oscillator to the bit (`tests/test_planar_oscillators.py`).
@@ -151,7 +151,9 @@ def told(rows: dict[str, Any]) -> str:
     """The differences as a table in Markdown."""
     present = [name for name in COMPARED if name in set(rows["oscillator"]) and name != PHASE]
     lines = ["| oscillator | " + " | ".join(SHOWN.values()) + " |", "|-" * (1 + len(SHOWN)) + "|"]
-    means = [interval(column(rows, name)[np.asarray(rows["oscillator"]) == PHASE]) for name in SHOWN]
+    means = [
+        interval(column(rows, name)[np.asarray(rows["oscillator"]) == PHASE]) for name in SHOWN
+    ]
     lines.append("| phase, mean | " + " | ".join(f"{m.mean:.3f}" for m in means) + " |")
     for oscillator in present:
         cells = (compared(rows, oscillator, name) for name in SHOWN)

@@ -45,10 +45,10 @@ class Hopf(Planar):
         HopfState(phase=Array([3.], dtype=float32), radius=Array([0.], dtype=float32))
     """
 
-    RANGES: ClassVar[Ranges] = {**Planar.RANGES, "recovery_per_s": (1.0, 30.0)}
+    RANGES: ClassVar[Ranges] = {**Planar.RANGES, "recovery_per_s": (1.0, 10.0)}
 
     mu: float = 1.0
-    recovery_per_s: float = 8.0
+    recovery_per_s: float = 4.0
 
     def __post_init__(self) -> None:
         super().__post_init__()
