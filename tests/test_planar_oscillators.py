@@ -220,12 +220,12 @@ def test_in_polar_coordinates_it_is_matsuokas_pair_of_neurons():
     np.testing.assert_allclose(rates, expected, atol=1e-6)
 
 
-def test_matsuokas_frequency_holds_to_6_percent_and_his_amplitude_to_13_in_the_ranges_allowed():
+def test_matsuokas_frequency_holds_to_8_percent_and_his_amplitude_to_13_in_the_ranges_allowed():
     # A weight far from 0 is a parameter at its bound.
     corners = np.array(np.meshgrid([-9.0, 0.0, 9.0], [-9.0, 9.0], [-9.0, 0.0, 9.0])).reshape(3, -1)
     learned = Learned(Matsuoka())
     found = followed(learned, weights=(0.0, 0.0, 0.0, *corners), duration_s=60.0)
-    np.testing.assert_allclose(frequency(found.phase), OMEGA, rtol=0.06)
+    np.testing.assert_allclose(frequency(found.phase), OMEGA, rtol=0.08)
     x = (found.radius * np.cos(found.phase))[-1600:].max(axis=0)
     np.testing.assert_allclose(x, 1.0, atol=0.13)
     # Its phase never runs backwards by itself.
