@@ -322,6 +322,10 @@ def test_a_network_sees_what_is_sensed_over_the_scale_of_its_lane():
             "Plate knows no posture 'yaw_rad'; it takes pitch_rad, .*roll_rate_rad_per_s",
         ),
         (
+            lambda: run(Plate(), posture={"twist_rad": 0.1}),
+            "the release is twisted, and this plate does not twist",
+        ),
+        (
             lambda: Plate(max_force_n=0.5).check_release(1.2),
             "as a leg of this plate, this hopper cannot hop",
         ),

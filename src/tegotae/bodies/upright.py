@@ -168,11 +168,10 @@ class Upright(Body):
             raise TegotaeError(f"as a leg of this {type(self).__name__.lower()}, {error}") from None
 
     def _released(self, place: tuple[Any, ...], rate: tuple[Any, ...]) -> UprightState:
-        """The state with heave and turns at these values, and turns without one at zero."""
+        """The state with heave and turns at these values."""
 
         def modes(values: tuple[Any, ...]) -> jax.Array:
-            rest = (0.0,) * (1 + len(self.turns) - len(values))
-            return jnp.stack([jnp.zeros_like(values[0]) + x for x in (*values, *rest)])
+            return jnp.stack([jnp.zeros_like(values[0]) + x for x in values])
 
         return UprightState(modes(place), modes(rate))
 
