@@ -59,6 +59,8 @@ class WalkerState(NamedTuple):
     """Where the feet are commanded to be, from their places at rest [m], [2, limbs, lanes]."""
     slid: jax.Array
     """How far the feet have slid over the ground [m], [limbs, lanes]."""
+    slip: jax.Array
+    """How fast the feet slide, x and y [m/s], [2, limbs, lanes]."""
     push: jax.Array
     """Mean acceleration over the last tick [m/s²], [3, lanes]."""
     twist: jax.Array
@@ -347,6 +349,7 @@ class Walker(Body):
             stands=of_limbs,
             command=jnp.stack([of_limbs, of_limbs]),
             slid=of_limbs,
+            slip=jnp.stack([of_limbs, of_limbs]),
             push=jnp.stack([zero, zero, zero]),
             twist=jnp.stack([zero, zero, zero]),
             com=self._com(zero),
@@ -491,6 +494,7 @@ class Walker(Body):
             velocity=state.velocity + tick_s * state.push,
             attitude=unit(state.attitude + tick_s * turned(state.attitude, vector(mean))),
             turn=state.turn + tick_s * state.twist,
+            foot=state.foot + tick_s * state.slip,
             command=force_n,
         )
         none = jnp.zeros_like(state.slid)
@@ -547,6 +551,7 @@ class Walker(Body):
             stands=_as_shares(then.stance.contact, state.stands),
             command=aim,
             slid=state.slid + tick_s * jnp.sqrt(slips[0] ** 2 + slips[1] ** 2),
+            slip=jnp.stack(then.slip),
             push=lift,
             twist=spin,
             com=state.com,
