@@ -13,7 +13,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-import bar_oracle
+import upright_oracle
 from tegotae import Controller, Engine, Hopper, Scenario, TegotaeError, Timing, build, check_body
 from tegotae.bodies import Bar
 from tegotae.couplings import LearnedCoupling, Neighbours
@@ -197,14 +197,13 @@ def test_legs_that_are_all_alike_are_one_hopper_at_any_inertia(hips):
     ids=["light", "heavy, reflex", "three legs"],
 )
 def test_apexes_are_those_of_an_adaptive_solver(hips, inertia_ratio, reflex, phases):
-    times, heights = bar_oracle.fly(
-        hips=hips,
-        inertia_ratio=inertia_ratio,
+    flown = upright_oracle.fly(
+        upright_oracle.bar(hips, inertia_ratio),
         sigma=2.0,
         omega=8.0,
         phases=phases,
         duration=4.0,
-        pitch=0.05,
+        turned=(0.05,),
         reflex=reflex,
     )
     controller = network(build("V-reflex-w8") if reflex else ONE, len(hips))
@@ -216,9 +215,9 @@ def test_apexes_are_those_of_an_adaptive_solver(hips, inertia_ratio, reflex, pha
         posture={"pitch_rad": 0.05},
     )
     seen = np.isfinite(path.apex_time_s[:, 0])
-    assert seen.sum() == len(times) >= 2
-    np.testing.assert_allclose(path.apex_height_m[seen, 0], heights, atol=1e-3)
-    np.testing.assert_allclose(path.apex_time_s[seen, 0], times, atol=2e-3)
+    assert seen.sum() == len(flown.apex_time) >= 2
+    np.testing.assert_allclose(path.apex_height_m[seen, 0], flown.apex_height, atol=1e-3)
+    np.testing.assert_allclose(path.apex_time_s[seen, 0], flown.apex_time, atol=2e-3)
 
 
 def test_without_damping_and_force_the_bar_keeps_its_energy():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import NamedTuple
 
 import jax
@@ -9,6 +10,12 @@ import jax.numpy as jnp
 
 Vector = tuple[jax.Array, jax.Array, jax.Array]
 """Three components, each of any one shape."""
+
+
+def vector(components: Iterable[jax.Array]) -> Vector:
+    """Three components, such as the rows of an array [3, ...]."""
+    x, y, z = components
+    return x, y, z
 
 
 class Rotation(NamedTuple):
@@ -25,8 +32,7 @@ class Rotation(NamedTuple):
     def to_body(self, of_world: Vector) -> Vector:
         """Rᵀ · v."""
         a, b, c = of_world
-        x, y, z = (x * a + y * b + z * c for x, y, z in zip(*self, strict=True))
-        return x, y, z
+        return vector(x * a + y * b + z * c for x, y, z in zip(*self, strict=True))
 
 
 def rotation(attitude: jax.Array) -> Rotation:
@@ -55,7 +61,7 @@ def turned(attitude: jax.Array, rate: Vector) -> jax.Array:
 
 def unit(attitude: jax.Array) -> jax.Array:
     """The quaternion at length one."""
-    return attitude * jax.lax.rsqrt((attitude * attitude).sum(axis=0))
+    return attitude * jax.lax.rsqrt((attitude * attitude).sum(axis=0, keepdims=True))
 
 
 def from_angles(roll: jax.Array, pitch: jax.Array, yaw: jax.Array) -> jax.Array:

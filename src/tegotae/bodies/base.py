@@ -6,6 +6,7 @@ from abc import ABC, abstractmethod
 from typing import Any, NamedTuple
 
 import jax
+import jax.numpy as jnp
 
 from tegotae.channels import Channel
 from tegotae.commands import FORCE
@@ -156,6 +157,19 @@ class Body(ABC):
     @abstractmethod
     def energy(self, state: Any, ground_m: jax.Array) -> jax.Array:
         """Mechanical energy, kinetic + potential (height above zero) + elastic [J]."""
+
+
+def for_limbs(of_body: Any) -> Any:
+    """What belongs to the body, with an axis for the limbs before that of the lanes.
+
+    A number stays a number: a body's field may be one, or an array of the lanes.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> for_limbs(jnp.zeros(5)).shape, for_limbs(2.0)
+        ((1, 5), 2.0)
+    """
+    return of_body[..., None, :] if jnp.ndim(of_body) else of_body
 
 
 def require_one_limb(body: Body, what: str) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, fields
 from functools import partial
 from typing import Any, NamedTuple
@@ -21,8 +21,9 @@ from tegotae.bodies.attitude import (
     rotation,
     turned,
     unit,
+    vector,
 )
-from tegotae.bodies.base import Body, Contact, Push, Sensation
+from tegotae.bodies.base import Body, Contact, Push, Sensation, for_limbs
 from tegotae.bodies.motion import rise
 from tegotae.channels import Channel, State, Total
 from tegotae.commands import FOOT
@@ -30,7 +31,7 @@ from tegotae.errors import TegotaeError, require_finite
 from tegotae.parameters import traceable
 from tegotae.terrains import Flat, Terrain
 
-LARGEST_STEP = 0.4
+LARGEST_STEP = 0.7
 """Rate of the stiffest motion times the tick [rad] up to which Heun's method holds lags, speed and
 cost of transport within one per cent."""
 LARGEST_TILT_COS = 0.5
@@ -68,17 +69,30 @@ class WalkerState(NamedTuple):
     """Where the centre of mass is in the torso [m], [3, lanes]."""
 
 
-class _Legs(NamedTuple):
-    """What the legs do at one instant, arrays [limbs, lanes]."""
+class _Stance(NamedTuple):
+    """How the legs stand at one instant, arrays [limbs, lanes]."""
 
+    turn: Rotation
+    """From body to world axes."""
+    feet: Vector
+    """The commanded feet c in body axes [m]."""
     place: Vector
-    """The commanded feet in the world [m]."""
+    """The same in the world [m]."""
     clearance: jax.Array
     """Their height over the ground [m]."""
     contact: jax.Array
     """Whether they are below it."""
     anchor: tuple[jax.Array, jax.Array]
     """Where the feet stand, x and y [m]."""
+    arm: Vector
+    """From the centre of mass to there, in body axes [m]."""
+
+
+class _Legs(NamedTuple):
+    """What the legs do at one instant, arrays [limbs, lanes]."""
+
+    stance: _Stance
+    """How they stand."""
     force: Vector
     """Force on the body in world axes [N]."""
     of_body: Vector
@@ -344,8 +358,9 @@ class Walker(Body):
 
     def commanded(self, state: WalkerState, command: jax.Array) -> WalkerState:
         """The state with the feet where they are commanded to be; those below the ground stand."""
-        foot = rotation(state.attitude).to_world(self._feet(state._replace(command=command)))
-        place = [x + at[None] for x, at in zip(foot, state.position, strict=True)]
+        turn = rotation(for_limbs(state.attitude))
+        foot = turn.to_world(self._feet(state._replace(command=command)))
+        place = [x + at for x, at in zip(foot, for_limbs(state.position), strict=True)]
         return state._replace(foot=jnp.stack(place[:2]), command=command)
 
     def _com(self, like: jax.Array) -> jax.Array:
@@ -361,70 +376,63 @@ class Walker(Body):
         of_legs = partial(self._of_legs, like=state.position[0])
         forward, up = state.command
         return (
-            of_legs(self.hips_x_m) - self.com_x_m + forward,
-            of_legs(self.hips_y_m) - self.com_y_m + jnp.zeros_like(up),
-            up - self.com_z_m - self.rest_length_m,
+            of_legs(self.hips_x_m) - for_limbs(self.com_x_m) + forward,
+            of_legs(self.hips_y_m) - for_limbs(self.com_y_m) + jnp.zeros_like(up),
+            up - for_limbs(self.com_z_m) - for_limbs(self.rest_length_m),
         )
 
     def _ground(self, x: jax.Array, y: jax.Array, ground_m: jax.Array) -> jax.Array:
-        return self.terrain.height_m(x, y) + ground_m
+        """Height of the ground under the feet [m], [limbs, lanes]."""
+        return jax.tree.map(for_limbs, self.terrain).height_m(x, y) + for_limbs(ground_m)
 
-    def _stance(
-        self, state: WalkerState, ground_m: jax.Array
-    ) -> tuple[Rotation, Vector, Vector, jax.Array, jax.Array, list[jax.Array], Vector]:
-        """Rotation, commanded feet c in body axes, their places, clearance, contact, anchors, r.
-
-        r = Rᵀ(anchor - p), in body axes.
-        """
-        turn = rotation(state.attitude)
+    def _stance(self, state: WalkerState, ground_m: jax.Array) -> _Stance:
+        """How the legs stand."""
+        turn = rotation(for_limbs(state.attitude))
         feet = self._feet(state)
-        x, y, z = (w + p[None] for w, p in zip(turn.to_world(feet), state.position, strict=True))
+        centre = for_limbs(state.position)
+        x, y, z = (w + p for w, p in zip(turn.to_world(feet), centre, strict=True))
         clearance = z - self._ground(x, y, ground_m)
         present = self._of_legs(self.present, state.position[0]) > 0.5
-        contact = (clearance < 0.0) & present
         stands = state.stands > 0.5
         both = zip(state.foot, (x, y), strict=True)
-        anchor = [jnp.where(stands, there, here) for there, here in both]
-        arm = (
-            anchor[0] - state.position[0][None],
-            anchor[1] - state.position[1][None],
-            self._ground(*anchor, ground_m) - state.position[2][None],
-        )
-        return turn, feet, (x, y, z), clearance, contact, anchor, turn.to_body(arm)
+        ahead, aside = (jnp.where(stands, there, here) for there, here in both)
+        up = self._ground(ahead, aside, ground_m)
+        arm = turn.to_body((ahead - centre[0], aside - centre[1], up - centre[2]))
+        contact = (clearance < 0.0) & present
+        return _Stance(turn, feet, (x, y, z), clearance, contact, (ahead, aside), arm)
 
     def _legs(self, state: WalkerState, rate: jax.Array, ground_m: jax.Array) -> _Legs:
         """What the legs do in this state, while their command changes at this rate [m/s]."""
-        turn, feet, place, clearance, contact, anchor, arm = self._stance(state, ground_m)
-        moves = turn.to_body((state.velocity[0], state.velocity[1], state.velocity[2]))
-        swings = cross(tuple(x[None] for x in state.turn), arm)  # type: ignore[arg-type]
+        stance = self._stance(state, ground_m)
+        turn, arm, contact = stance.turn, stance.arm, stance.contact
+        moves = turn.to_body(vector(for_limbs(state.velocity)))
+        swings = cross(vector(for_limbs(state.turn)), arm)
         commanded = rate[0], jnp.zeros_like(rate[0]), rate[1]
-        stiff = self.stiffness_x_n_per_m, self.stiffness_y_n_per_m, self.stiffness_z_n_per_m
-        damp = self.damping_xy_ns_per_m, self.damping_xy_ns_per_m, self.damping_z_ns_per_m
+        stiff, damp = self._springs
         x, y, z = (
-            stiff[i] * (arm[i] - feet[i]) - damp[i] * (moves[i][None] + swings[i] + commanded[i])
+            stiff[i] * (arm[i] - stance.feet[i]) - damp[i] * (moves[i] + swings[i] + commanded[i])
             for i in range(3)
         )
-        force, load, slip = self._upon(turn.to_world((x, y, z)), anchor)
+        borne, load, slip = self._upon(turn.to_world((x, y, z)), stance.anchor)
         zero = jnp.zeros_like(load)
-        force = tuple(jnp.where(contact, f, zero) for f in force)
-        of_body = turn.to_body(force)  # type: ignore[arg-type]
-        return _Legs(
-            place,
-            clearance,
-            contact,
-            (anchor[0], anchor[1]),
-            force,  # type: ignore[arg-type]
-            of_body,
-            cross(arm, of_body),
-            jnp.where(contact, load, zero),
-            tuple(jnp.where(contact, s, zero) for s in slip),  # type: ignore[arg-type]
-        )
+        force = vector([jnp.where(contact, f, zero) for f in borne])
+        of_body = turn.to_body(force)
+        slides = [jnp.where(contact, s, zero) for s in slip]
+        load = jnp.where(contact, load, zero)
+        return _Legs(stance, force, of_body, cross(arm, of_body), load, (slides[0], slides[1]))
+
+    @property
+    def _springs(self) -> tuple[Vector, Vector]:
+        """Stiffness [N/m] and damping [N s/m] of a leg along the body axes."""
+        stiff = self.stiffness_x_n_per_m, self.stiffness_y_n_per_m, self.stiffness_z_n_per_m
+        damp = self.damping_xy_ns_per_m, self.damping_xy_ns_per_m, self.damping_z_ns_per_m
+        return vector(map(for_limbs, stiff)), vector(map(for_limbs, damp))
 
     def _upon(
-        self, force: Vector, anchor: list[jax.Array]
+        self, force: Vector, anchor: tuple[jax.Array, jax.Array]
     ) -> tuple[Vector, jax.Array, tuple[jax.Array, jax.Array]]:
         """What of a leg's force the ground bears; the load on it; how the anchor slides."""
-        slopes = self.terrain.slopes(*anchor)
+        slopes = jax.tree.map(for_limbs, self.terrain).slopes(*anchor)
         one, none = jnp.ones_like(force[0]), jnp.zeros_like(force[0])
         normal: Vector = (none, none, one)
         if slopes is not None:
@@ -432,14 +440,13 @@ class Walker(Body):
             normal = (-slopes[0] * steep, -slopes[1] * steep, steep)
         across = dot(force, normal)
         load = jnp.maximum(across, 0.0)
-        x, y, z = (f - across * n for f, n in zip(force, normal, strict=True))
-        squared = x * x + y * y + z * z
+        along = vector(f - across * n for f, n in zip(force, normal, strict=True))
         # The share of the force along the ground that friction bears.
-        most = self.friction * load
-        share = jnp.minimum(1.0, most * jax.lax.rsqrt(jnp.maximum(squared, 1e-30)))
-        slides = (share - 1.0) / self.damping_xy_ns_per_m
-        borne = tuple(load * n + share * t for n, t in zip(normal, (x, y, z), strict=True))
-        return borne, load, (slides * x, slides * y)  # type: ignore[return-value]
+        most = for_limbs(self.friction) * load
+        share = jnp.minimum(1.0, most * jax.lax.rsqrt(jnp.maximum(dot(along, along), 1e-30)))
+        slides = (share - 1.0) / for_limbs(self.damping_xy_ns_per_m)
+        borne = vector(load * n + share * t for n, t in zip(normal, along, strict=True))
+        return borne, load, (slides * along[0], slides * along[1])
 
     def sense(self, state: WalkerState, ground_m: jax.Array) -> Sensation:
         """Of each leg the load of its spring K_z d_z [N] and its rate; pitch, roll; the speed.
@@ -447,11 +454,12 @@ class Walker(Body):
         The spring's alone: with the damper's, feedback would feel its own command at once. Networks
         see the load over the weight, angles over one radian, rates over √(g / l0).
         """
-        turn, feet, _, _, contact, _, arm = self._stance(state, ground_m)
-        load = jnp.maximum(self.stiffness_z_n_per_m * (arm[2] - feet[2]), 0.0)
-        moves = turn.to_body((state.velocity[0], state.velocity[1], state.velocity[2]))
-        swings = cross(tuple(x[None] for x in state.turn), arm)  # type: ignore[arg-type]
-        rate = -self.stiffness_z_n_per_m * (moves[2][None] + swings[2])
+        stance = self._stance(state, ground_m)
+        arm, contact, stiffness = stance.arm, stance.contact, for_limbs(self.stiffness_z_n_per_m)
+        load = jnp.maximum(stiffness * (arm[2] - stance.feet[2]), 0.0)
+        moves = stance.turn.to_body(vector(for_limbs(state.velocity)))
+        swings = cross(vector(for_limbs(state.turn)), arm)
+        rate = -stiffness * (moves[2] + swings[2])
         roll, pitch, _ = angles(state.attitude)
         each = partial(jnp.broadcast_to, shape=load.shape)
         zero = jnp.zeros_like(load)
@@ -463,7 +471,7 @@ class Walker(Body):
                 "roll": each(roll),
                 "pitch_rate": each(state.turn[1]),
                 "roll_rate": each(state.turn[0]),
-                "speed": each(moves[0]),
+                "speed": each(moves[0][0]),
             },
             {
                 "spring_force": self.weight_n,
@@ -484,9 +492,7 @@ class Walker(Body):
         guess = state._replace(
             position=state.position + tick_s * (state.velocity + 0.5 * tick_s * state.push),
             velocity=state.velocity + tick_s * state.push,
-            attitude=unit(
-                state.attitude + tick_s * turned(state.attitude, (mean[0], mean[1], mean[2]))
-            ),
+            attitude=unit(state.attitude + tick_s * turned(state.attitude, vector(mean))),
             turn=state.turn + tick_s * state.twist,
             foot=state.foot + tick_s * state.slip,
             command=force_n,
@@ -504,57 +510,47 @@ class Walker(Body):
         now = self._legs(state, rate, ground_m)
         slower = self._gyration(state.turn)
         lift, spin = self._accelerations(now.force, now.torque, slower)
+        turns = turned(state.attitude, vector(state.turn))
         ahead = state._replace(
             position=state.position + tick_s * state.velocity,
             velocity=state.velocity + tick_s * lift,
-            attitude=unit(state.attitude + tick_s * turned(state.attitude, tuple(state.turn))),
+            attitude=unit(state.attitude + tick_s * turns),
             turn=state.turn + tick_s * spin,
-            foot=jnp.stack([a + tick_s * s for a, s in zip(now.anchor, now.slip, strict=True)]),
-            stands=_as_shares(now.contact, state.stands),
+            foot=_slid(now.stance.anchor, now.slip, tick_s),
+            stands=_as_shares(now.stance.contact, state.stands),
             command=aim,
         )
         then = self._legs(ahead, rate, ground_m)
-        # Where in the tick a foot comes down or lifts off.
-        crosses = now.contact != then.contact
-        falls = now.clearance - then.clearance
-        share = jnp.where(crosses, now.clearance / jnp.where(crosses, falls, 1.0), 0.5)
+        # Where in the tick a foot comes down or lifts off; what has no such moment is a mean.
+        crosses = now.stance.contact != then.stance.contact
+        falls = now.stance.clearance - then.stance.clearance
+        share = jnp.where(crosses, now.stance.clearance / jnp.where(crosses, falls, 1.0), 0.5)
         share = jnp.clip(share, 0.0, 1.0)
-        begins, ends = share, 1.0 - share
 
-        def mean(first: Any, second: Any) -> Any:
-            return tuple(begins * a + ends * b for a, b in zip(first, second, strict=True))
+        def mean(first: Iterable[jax.Array], second: Iterable[jax.Array]) -> list[jax.Array]:
+            return [share * a + (1.0 - share) * b for a, b in zip(first, second, strict=True)]
 
         lift, spin = self._accelerations(
-            mean(now.force, then.force),
-            mean(now.torque, then.torque),
+            vector(mean(now.force, then.force)),
+            vector(mean(now.torque, then.torque)),
             0.5 * (slower + self._gyration(ahead.turn)),
         )
         velocity = state.velocity + tick_s * lift
-        touches = then.contact & ~now.contact
+        turns = 0.5 * (turns + turned(ahead.attitude, vector(ahead.turn)))
         slips = mean(now.slip, then.slip)
-        came = (a + share * (b - a) for a, b in zip(now.place[:2], then.place[:2], strict=True))
-        foot = [
-            jnp.where(touches, place, anchor) + tick_s * slip
-            for place, anchor, slip in zip(came, now.anchor, slips, strict=True)
-        ]
-        speed = jnp.sqrt(slips[0] ** 2 + slips[1] ** 2)
+        # A foot that came down stands where it met the ground.
+        touches = then.stance.contact & ~now.stance.contact
+        met = mean(then.stance.place[:2], now.stance.place[:2])
+        begun = [jnp.where(touches, b, a) for a, b in zip(now.stance.anchor, met, strict=True)]
         end = WalkerState(
             position=state.position + 0.5 * tick_s * (state.velocity + velocity),
             velocity=velocity,
-            attitude=unit(
-                state.attitude
-                + 0.5
-                * tick_s
-                * (
-                    turned(state.attitude, tuple(state.turn))
-                    + turned(ahead.attitude, tuple(ahead.turn))
-                )
-            ),
+            attitude=unit(state.attitude + tick_s * turns),
             turn=state.turn + tick_s * spin,
-            foot=jnp.stack(foot),
-            stands=_as_shares(then.contact, state.stands),
+            foot=_slid(begun, slips, tick_s),
+            stands=_as_shares(then.stance.contact, state.stands),
             command=aim,
-            slid=state.slid + tick_s * speed,
+            slid=state.slid + tick_s * jnp.sqrt(slips[0] ** 2 + slips[1] ** 2),
             slip=jnp.stack(then.slip),
             push=lift,
             twist=spin,
@@ -567,7 +563,7 @@ class Walker(Body):
             now,
             then,
             work_j=-tick_s * (along * rate[0] + down * rate[1]),
-            load_n=begins * now.load + ends * then.load,
+            load_n=mean([now.load], [then.load])[0],
             share=share,
             tick_s=tick_s,
         )
@@ -575,12 +571,11 @@ class Walker(Body):
     def _reloaded(self, state: WalkerState) -> WalkerState:
         """The state after a load has been shifted: the torso stays, its centre of mass moves."""
         com = self._com(jnp.zeros_like(state.position[0]))
-        shift = tuple(com - state.com)
-        x, y, z = state.turn
-        moves = cross((x, y, z), shift)  # type: ignore[arg-type]
+        shift = vector(com - state.com)
+        moves = cross(vector(state.turn), shift)
         turn = rotation(state.attitude)
         return state._replace(
-            position=state.position + jnp.stack(turn.to_world(shift)),  # type: ignore[arg-type]
+            position=state.position + jnp.stack(turn.to_world(shift)),
             velocity=state.velocity + jnp.stack(turn.to_world(moves)),
             com=com,
         )
@@ -615,12 +610,12 @@ class Walker(Body):
         tick_s: jax.Array,
     ) -> Contact:
         zero = jnp.zeros_like(share)
-        stance = jnp.where(now.contact, jnp.where(then.contact, 1.0, share), zero)
-        stance = jnp.where(then.contact & ~now.contact, 1.0 - share, stance)
+        stance = jnp.where(now.stance.contact, jnp.where(then.stance.contact, 1.0, share), zero)
+        stance = jnp.where(then.stance.contact & ~now.stance.contact, 1.0 - share, stance)
         z0, z1 = start.position[2], end.position[2]
         v0, v1 = start.velocity[2], end.velocity[2]
         climb = rise(z0, v0, z1, v1, tick_s)
-        flies = ~(now.contact | then.contact).any(axis=0)
+        flies = ~(now.stance.contact | then.stance.contact).any(axis=0)
         apex = flies & (v0 > 0.0) & (v1 <= 0.0)
         to_apex = v0 / jnp.where(apex, v0 - v1, 1.0)
         return Contact(
@@ -630,7 +625,7 @@ class Walker(Body):
             climb_m=climb,
             apex_share=jnp.where(apex, jnp.clip(to_apex, 0.0, 1.0), jnp.nan),
             apex_height_m=jnp.where(apex, z0 + 0.5 * v0 * to_apex * tick_s, jnp.nan),
-            touchdown_share=jnp.where(then.contact & ~now.contact, share, jnp.nan),
+            touchdown_share=jnp.where(then.stance.contact & ~now.stance.contact, share, jnp.nan),
             force_n=load_n,
         )
 
@@ -639,7 +634,7 @@ class Walker(Body):
         x, y, z = state.position
         low = LOWEST_SHARE * (self.rest_length_m + self.com_z_m)
         tilts = rotation(state.attitude).z[2] < LARGEST_TILT_COS
-        return tilts | (z - self._ground(x, y, ground_m) < low)
+        return tilts | (z - self.terrain.height_m(x, y) - ground_m < low)
 
     def height(self, state: WalkerState) -> jax.Array:
         """Height of the centre of mass [m]."""
@@ -651,17 +646,22 @@ class Walker(Body):
 
     def energy(self, state: WalkerState, ground_m: jax.Array) -> jax.Array:
         """½ m v² + ½ ω·I ω + m g z + ½ Σ d·K d over the feet on the ground [J]."""
-        _, feet, _, _, contact, _, arm = self._stance(state, ground_m)
-        stiff = self.stiffness_x_n_per_m, self.stiffness_y_n_per_m, self.stiffness_z_n_per_m
-        springs = sum(k * (r - c) ** 2 for k, r, c in zip(stiff, arm, feet, strict=True))
+        stance = self._stance(state, ground_m)
+        each = zip(self._springs[0], stance.arm, stance.feet, strict=True)
+        springs = sum(k * (r - c) ** 2 for k, r, c in each)
         inertia = self.inertia_x_kg_m2, self.inertia_y_kg_m2, self.inertia_z_kg_m2
         turns = sum(j * w**2 for j, w in zip(inertia, state.turn, strict=True))
         return (
             0.5 * self.mass_kg * (state.velocity**2).sum(axis=0)
             + 0.5 * turns
             + self.weight_n * state.position[2]
-            + 0.5 * jnp.where(contact, springs, 0.0).sum(axis=0)
+            + 0.5 * jnp.where(stance.contact, springs, 0.0).sum(axis=0)
         )
+
+
+def _slid(anchor: Sequence[jax.Array], slip: Sequence[jax.Array], time_s: Any) -> jax.Array:
+    """Anchors after sliding for a time, [2, limbs, lanes]."""
+    return jnp.stack([a + time_s * s for a, s in zip(anchor, slip, strict=True)])
 
 
 def _as_shares(holds: jax.Array, like: jax.Array) -> jax.Array:
@@ -695,8 +695,8 @@ CHANNELS: tuple[Channel, ...] = (
 def _foot(frame: Any, axis: int) -> jax.Array:
     """Where the feet are: their anchors on the ground, else the commanded places."""
     state, body = _state(frame), frame.body
-    place = rotation(state.attitude).to_world(body._feet(state))[axis] + state.position[axis][None]
-    if axis == 2:
-        on = body._ground(state.foot[0], state.foot[1], frame.ground_m)
-        return jnp.where(state.stands > 0.5, on, place)
-    return jnp.where(state.stands > 0.5, state.foot[axis], place)
+    stance = body._stance(state, frame.ground_m)
+    stands = stance.contact & (state.stands > 0.5)
+    ground = body._ground(*stance.anchor, frame.ground_m)
+    at = (*stance.anchor, ground)[axis]
+    return jnp.where(stands, at, stance.place[axis])
