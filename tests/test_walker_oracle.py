@@ -8,9 +8,8 @@ import functools
 import numpy as np
 import pytest
 
-from tegotae import Engine, Scenario, Timing, build
-from tegotae.bodies import Walker
-from tegotae.terms import EllipticFoot
+import walkers
+from tegotae import Timing
 from walker_oracle import SET_A, SET_C, Parts, Start, Walk, rotation, six, walk
 
 SIX = dataclasses.replace(SET_A, hips=six(0.7, 0.45))
@@ -114,53 +113,12 @@ def test_feet_that_move_as_one_come_down_as_one():
 # The engine beside it
 
 
-@dataclasses.dataclass(frozen=True)
-class Seen:
-    """What is compared: the whole rollout, of these channels alone."""
-
-    needs = (
-        *("x_m", "y_m", "height_m", "roll_rad", "pitch_rad", "yaw_rad", "phase_rad"),
-        *("spring_force_n", "slid_m", "work_positive_j", "work_absolute_j", "energy_j"),
-    )
-
-    def __call__(self, trajectory, scenario, body, timing):
-        return {name: getattr(trajectory, name) for name in self.needs}
-
-
 @functools.cache
 def engine_walk(parts: Parts, tick_s: float) -> dict[str, np.ndarray]:
     """The engine's run of the reference, [frames, ...]."""
-    legs = len(parts.hips)
-    foot = EllipticFoot(parts.stride, parts.lift, parts.press, parts.shift)
-    engine = Engine(
-        controller=dataclasses.replace(build("V-sector-w8"), limbs=legs, actuation=foot),
-        timing=Timing(duration_s=5.0, tick_s=tick_s, frame_s=0.05),
-        summary=Seen(),
-    )
-    phases = np.array(PHASES[:legs])[:, None]
-    start = Scenario(omega=2.1, height_m=1.0 + parts.com_z, phase_rad=phases)
-    path = engine.run([parts.sigma], start, body_of(parts), dtype="float64")
+    phases = np.array(PHASES[: len(parts.hips)])[:, None]
+    path = walkers.run(parts, 2.1, phases, Timing(duration_s=5.0, tick_s=tick_s, frame_s=0.05))
     return {name: x[..., 0] for name, x in path.items()}
-
-
-def body_of(parts: Parts) -> Walker:
-    x, y = zip(*parts.hips, strict=True)
-    inertia, stiffness = parts.inertia, parts.stiffness
-    return Walker(
-        hips_x_m=x,
-        hips_y_m=y,
-        com_x_m=parts.com_x,
-        com_z_m=parts.com_z,
-        inertia_x_kg_m2=inertia[0],
-        inertia_y_kg_m2=inertia[1],
-        inertia_z_kg_m2=inertia[2],
-        stiffness_x_n_per_m=stiffness[0],
-        stiffness_y_n_per_m=stiffness[1],
-        stiffness_z_n_per_m=stiffness[2],
-        damping_xy_ns_per_m=parts.damping[0],
-        damping_z_ns_per_m=parts.damping[2],
-        friction=parts.friction,
-    )
 
 
 def errors(parts: Parts, tick_s: float) -> dict[str, float]:
