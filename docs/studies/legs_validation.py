@@ -36,7 +36,7 @@ SETS = {"A": (SET_A, (2.6,)), "C": (SET_C, (0.9, 2.1, 3.2))}
 FRAME = 0.1
 TICKS = tuple(FRAME / n for n in (4, 7, 10, 20, 40))
 """Of 0.2 m long legs, 0.0143 are 2 ms."""
-SHORT, LONG, LAST = 9.0, 60.0, 20.0
+SHORT, LONG, LAST = 9.0, 60.0, 30.0
 """Over what time paths are compared; how long it is walked; over which last part gaits are."""
 PHASES = (0.3, 3.0, 3.6, 0.9)
 STARTS = 4
@@ -54,7 +54,7 @@ class AnyTick(Walker):
 
 @dataclass(frozen=True)
 class Gait:
-    """Of a last part of a walk."""
+    """Of the whole strides in the last part of a walk."""
 
     lags: np.ndarray
     """Of all legs behind the first, [legs] [cycles]."""
@@ -67,13 +67,16 @@ class Gait:
     @classmethod
     def of(cls, time, place, phase, work=None) -> Gait:
         """From times, places [frames, 2], phases [frames, legs] and absolute work [frames]."""
-        last = time > time[-1] - LAST
-        time, place, phase = time[last], place[last], np.unwrap(phase[last], axis=0)
-        turned = np.exp(1j * (phase[:, :1] - phase)).mean(0)
-        way, taken = np.linalg.norm(place[-1] - place[0]), time[-1] - time[0]
-        frequency = (phase[-1, 0] - phase[0, 0]) / taken / (2 * np.pi)
-        cost = np.nan if work is None else (work[last][-1] - work[last][0]) / way
-        return cls(np.angle(turned) / (2 * np.pi) % 1.0, way / taken, frequency, cost)
+        phase = np.unwrap(phase, axis=0)
+        strides = np.maximum.accumulate(phase[:, 0]) / (2 * np.pi)
+        first = np.ceil(np.interp(time[-1] - LAST, time, strides))
+        ends = np.interp([first, np.floor(strides[-1])], strides, time)
+        count, taken = np.floor(strides[-1]) - first, ends[1] - ends[0]
+        within = (time >= ends[0]) & (time <= ends[1])
+        turned = np.exp(1j * (phase[within, :1] - phase[within])).mean(0)
+        way = np.hypot(*(np.diff(np.interp(ends, time, x))[0] for x in place.T))
+        cost = np.nan if work is None else np.diff(np.interp(ends, time, work))[0] / way
+        return cls(np.angle(turned) / (2 * np.pi) % 1.0, way / taken, count / taken, cost)
 
 
 def apart(a: np.ndarray, b: np.ndarray) -> float:
@@ -183,7 +186,9 @@ def draw(ticks: list[dict[str, Any]], twins: list[dict[str, Any]], path: Path) -
         guide = np.array([0.003, 0.02])
         errors.loglog(guide, 20 * guide**2, color="0.6", linestyle=":", label="∝ tick²")
         errors.set_xlabel("tick [√(l0/g)]")
-        errors.set_ylabel(f"largest phase error in {SHORT:g} √(l0/g) [rad]")
+        errors.set_xticks(TICKS, [f"{tick:.2g}" for tick in TICKS])
+        errors.minorticks_off()
+        errors.set_ylabel("largest phase error [rad]")
         errors.legend()
         own = [r for r in twins if r["set"] == "C"]
         for who, marker, shift in (("walker", "o", -0.03), ("twin", "x", 0.03)):
@@ -196,7 +201,7 @@ def draw(ticks: list[dict[str, Any]], twins: list[dict[str, Any]], path: Path) -
             omegas = [r["omega"] for r in solved]
             axes.plot(omegas, [r[key] for r in solved], "k_", markersize=14, label="adaptive")
             axes.set_xlabel("ω [√(g/l0)]")
-        lags.set_ylim(0.0, 1.0)
+        lags.set_ylim(0.0, 0.6)
         lags.set_ylabel("lag of the left hind leg [cycles]")
         speeds.set_ylim(bottom=0.0)
         speeds.set_ylabel("speed [√(g l0)]")
