@@ -34,7 +34,7 @@ TOLERANCE = 0.05
 """How far the lags of a locked gait may stray from their mean [cycles]."""
 
 _OF_ALL = ("time_s", "failed", "stance_time_s", "touchdown_time_s", "work_absolute_j")
-_OF_SOME = ("x_m", "y_m", "slip_m")
+_OF_SOME = ("x_m", "y_m", "slid_m")
 
 
 class Coordination(NamedTuple):
@@ -218,7 +218,7 @@ def coordination(
     places = [t.channels[name] for name in ("x_m", "y_m") if name in t.channels]
     speed = length([over_window(place) for place in places]) / time if travels else nothing
     weight = total_mass_kg(body) * body.gravity_m_per_s2  # type: ignore[attr-defined]
-    slip = t.channels.get("slip_m")
+    slip = t.channels.get("slid_m")
 
     def of_standing(x: jax.Array) -> jax.Array:
         return jnp.where(jnp.broadcast_to(fell, x.shape), jnp.nan, x)

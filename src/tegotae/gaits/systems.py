@@ -7,29 +7,85 @@ from collections.abc import Callable
 from pathlib import Path
 
 from tegotae import controller_file
-from tegotae.bodies import Bar
+from tegotae.bodies import Bar, Walker
+from tegotae.controller import Controller, Tegotae
 from tegotae.errors import TegotaeError, unknown
 from tegotae.gaits.legged import Legged
 from tegotae.models import build
+from tegotae.oscillators import PhaseOscillator
 from tegotae.references import is_reference, named
+from tegotae.rollout import Timing
+from tegotae.terms import ConstantGain, VanillaAction, VanillaReaction
+from tegotae.terms.foot import EllipticFoot
 
 
-def _bar(inertia_ratio: float, about: str) -> Callable[[], Legged]:
-    def made() -> Legged:
-        return Legged(
-            about=about,
-            body=Bar(inertia_ratio=inertia_ratio),
-            controller=dataclasses.replace(build("V-sector-w8"), limbs=2),
-            weights=(1.0,),
-            omega=8.0,
-        )
+def bar(inertia_ratio: float, about: str) -> Legged:
+    """Two of the paper's legs under a bar; sector, ω 8, σ 1."""
+    return Legged(
+        about=about,
+        body=Bar(inertia_ratio=inertia_ratio),
+        controller=dataclasses.replace(build("V-sector-w8"), limbs=2),
+        weights=(1.0,),
+        omega=8.0,
+    )
 
-    return made
+
+def walking(about: str, body: Walker, foot: EllipticFoot, sigma: float, omega: float) -> Legged:
+    """A torso on legs whose feet go round ellipses; each leg's oscillator feels its own load.
+
+    Dimensionless: l0 = m = g = 1. It begins on its feet, at rest; lags are measured from the left
+    hind leg, or the first one where there is none.
+    """
+    unnamed = Legged(
+        about=about,
+        body=body,
+        controller=Controller(
+            foot,
+            PhaseOscillator(),
+            Tegotae(VanillaAction(), VanillaReaction(), ConstantGain()),
+            limbs=body.limbs,
+        ),
+        weights=(sigma,),
+        omega=omega,
+        height_m=body.standing_height_m + foot.press_m,
+        timing=Timing(duration_s=200.0, tick_s=0.008, frame_s=0.08),
+        dimensionless=True,
+    )
+    names = unnamed.names
+    return dataclasses.replace(unnamed, reference=names.index("LH") if "LH" in names else 0)
+
+
+def quadruped_a() -> Legged:
+    """Set A: broad and high, stiff legs sideways."""
+    body = Walker(
+        hips_x_m=(0.7, 0.7, -0.7, -0.7),
+        hips_y_m=(0.45, -0.45, 0.45, -0.45),
+        com_z_m=-0.2,
+        inertia_x_kg_m2=0.10,
+        inertia_y_kg_m2=0.25,
+        inertia_z_kg_m2=0.30,
+        stiffness_x_n_per_m=15.0,
+        stiffness_y_n_per_m=8.0,
+        stiffness_z_n_per_m=8.0,
+        damping_xy_ns_per_m=1.5,
+        damping_z_ns_per_m=1.2,
+        friction=0.6,
+    )
+    foot = EllipticFoot(stride_m=0.25, lift_m=0.08, press_m=0.02, shift_rad=0.0)
+    return walking("a quadruped that walks and trots, set A", body, foot, 1.0, 2.0)
+
+
+def quadruped_c() -> Legged:
+    """Set C: long and low, the defaults of `Walker`."""
+    foot = EllipticFoot(stride_m=0.2, lift_m=0.12, press_m=0.03, shift_rad=0.4)
+    return walking("a quadruped that walks and trots, set C", Walker(), foot, 1.25, 2.0)
 
 
 SYSTEMS: dict[str, Callable[[], Legged]] = {
-    "bar-light": _bar(0.6, "two hopper legs under a bar that is light in pitch, j = 0.6"),
-    "bar-heavy": _bar(1.6, "two hopper legs under a bar that is heavy in pitch, j = 1.6"),
+    "bar-light": lambda: bar(0.6, "two hopper legs under a bar that is light in pitch, j = 0.6"),
+    "bar-heavy": lambda: bar(1.6, "two hopper legs under a bar that is heavy in pitch, j = 1.6"),
+    "quadruped-a": quadruped_a,
+    "quadruped-c": quadruped_c,
 }
 """What makes each of the named systems."""
 
@@ -45,8 +101,8 @@ def system(name: str) -> Legged:
         TegotaeError: for an unknown name, an object of another kind, or a body of one leg.
 
     Example:
-        >>> system("bar-light").body.inertia_ratio
-        0.6
+        >>> system("bar-light").body.inertia_ratio, system("quadruped-c").names
+        (0.6, ('LF', 'RF', 'LH', 'RH'))
     """
     if name in SYSTEMS:
         return SYSTEMS[name]()
@@ -62,4 +118,4 @@ def system(name: str) -> Legged:
             omega=saved.omega,
         )
     error = unknown("legged system", name, SYSTEMS)
-    raise TegotaeError(f"{error}; FILE.py:OBJECT names one of your own")
+    raise TegotaeError(f"{error} FILE.py:OBJECT names one of your own")
