@@ -14,6 +14,7 @@ from tegotae.cli.compare import Compare
 from tegotae.cli.console import make_safe
 from tegotae.cli.evaluate import Evaluate
 from tegotae.cli.figure import Figure
+from tegotae.cli.gait import Gait
 from tegotae.cli.models import Models
 from tegotae.cli.simulate import Simulate
 from tegotae.cli.status import DEBUG, exit_status, leave
@@ -32,6 +33,7 @@ COMMANDS = {
     "evaluate": Evaluate,
     "compare": Compare,
     "figure": Figure,
+    "gait": Gait,
     "study": Study,
     "bench": Bench,
 }

@@ -1,0 +1,30 @@
+"""`tegotae gait`: how the legs of a body go together, one file a command."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated
+
+import tyro
+
+from tegotae.cli.gait.basin import Basin
+from tegotae.cli.gait.simulate import Simulate
+from tegotae.cli.gait.sweep import Sweep
+
+subcommand = tyro.conf.subcommand
+
+
+@dataclass(frozen=True)
+class Gait:
+    """Study the gaits of a body with several legs."""
+
+    which: Annotated[
+        Annotated[Simulate, subcommand("simulate")]
+        | Annotated[Basin, subcommand("basin")]
+        | Annotated[Sweep, subcommand("sweep")],
+        tyro.conf.arg(name=""),
+    ]
+
+    def run(self) -> None:
+        """Study them."""
+        self.which.run()
