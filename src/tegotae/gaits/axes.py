@@ -137,7 +137,10 @@ def settings(legged: Legged, places: Sequence[Mapping[str, float]]) -> list[Sett
 
 
 def lanes_at(
-    legged: Legged, where: Sequence[Setting], phase_rad: Any, changes: Mapping[str, Any] | None = None
+    legged: Legged,
+    where: Sequence[Setting],
+    phase_rad: Any,
+    changes: Mapping[str, Any] | None = None,
 ) -> tuple[np.ndarray, Scenario]:
     """Weights and scenario of lanes at settings that can be: a setting a lane.
 

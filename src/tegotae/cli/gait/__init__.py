@@ -8,6 +8,7 @@ from typing import Annotated
 import tyro
 
 from tegotae.cli.gait.basin import Basin
+from tegotae.cli.gait.map import Map
 from tegotae.cli.gait.simulate import Simulate
 from tegotae.cli.gait.sweep import Sweep
 
@@ -21,7 +22,8 @@ class Gait:
     which: Annotated[
         Annotated[Simulate, subcommand("simulate")]
         | Annotated[Basin, subcommand("basin")]
-        | Annotated[Sweep, subcommand("sweep")],
+        | Annotated[Sweep, subcommand("sweep")]
+        | Annotated[Map, subcommand("map")],
         tyro.conf.arg(name=""),
     ]
 
