@@ -12,6 +12,7 @@ from tegotae.figures.gaits.colours import by_side, gait_colour
 from tegotae.figures.maps import quantities
 from tegotae.figures.style import PAGE_IN, literal, new_figure, styled
 from tegotae.gaits.axes import OMEGA, SIGMA, Axis
+from tegotae.gaits.legged import Legged
 from tegotae.gaits.map import NO_BODY, Cells, GaitMap
 from tegotae.gaits.names import AS_RELEASED, NO_GAIT, NOT_LOCKED, STANDING
 
@@ -39,22 +40,22 @@ def map_figure(found: GaitMap, note: str = "") -> Figure:
         gaits.set_title(note, loc="left")
         _lag(figure, lag, found, cells)
         _quantity(figure, cost, found, cells)
-        gaits.set_ylabel(label(found.y, found))
+        gaits.set_ylabel(label(found.y, found.legged))
         for axes in (gaits, lag, cost):
-            axes.set_xlabel(label(found.x, found))
+            axes.set_xlabel(label(found.x, found.legged))
             axes.spines[["top", "right"]].set_visible(True)
             axes.set_facecolor("0.92")
     return figure
 
 
-def label(axis: Axis, found: GaitMap) -> str:
+def label(axis: Axis, legged: Legged) -> str:
     """A parameter as it is written at an axis."""
     if axis.name == OMEGA:
-        return f"frequency ω [rad/{found.legged.units[1]}]"
+        return f"frequency ω [rad/{legged.units[1]}]"
     if axis.name == SIGMA:
         return "gain σ"
-    per_leg = isinstance(getattr(found.legged.body, axis.name), tuple)
-    name = axis.name.removesuffix("_m") if found.legged.dimensionless else axis.name
+    per_leg = isinstance(getattr(legged.body, axis.name), tuple)
+    name = axis.name.removesuffix("_m") if legged.dimensionless else axis.name
     return literal(f"{name} [times usual]" if per_leg else name)
 
 
