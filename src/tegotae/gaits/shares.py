@@ -32,4 +32,5 @@ def wilson(count: int, of: int) -> tuple[float, float]:
     share, z2 = count / of, _Z**2 / of
     middle = (share + z2 / 2) / (1 + z2)
     half = _Z * math.sqrt(share * (1 - share) / of + z2 / (4 * of)) / (1 + z2)
-    return max(0.0, middle - half), min(1.0, middle + half)
+    # Of none, and of all, the ends are 0 and 1, which rounding would miss.
+    return (middle - half if count else 0.0), (middle + half if count < of else 1.0)

@@ -58,7 +58,8 @@ class Coordination(NamedTuple):
     order_parameter: Any
     """|Σ exp(2πi lag)| / n: 1 if all legs are in phase."""
     cycle_frequency_hz: Any
-    """Cycles of the reference leg per second: turns of its oscillator, if it has one."""
+    """Cycles of the reference leg per second: turns of its oscillator, if it has one; 0 if it makes
+    less than one in the window."""
     step_frequency_hz: Any
     """Touchdowns per second, [limbs, lanes]."""
     duty_factor: Any
@@ -230,7 +231,7 @@ def coordination(
         lock_time_s=of_standing(jnp.where(lock <= begun, lock, jnp.nan)),
         moved=of_standing(moved(raw)),
         order_parameter=of_standing(order_parameter(mean)),
-        cycle_frequency_hz=of_standing(hz),
+        cycle_frequency_hz=of_standing(jnp.where(steps, hz, 0.0)),
         step_frequency_hz=of_standing(step_frequency_hz(t.touchdown_time_s, begins)),
         duty_factor=of_standing(over_window(t.stance_time_s) / time[None]),
         power_w=of_standing(power),

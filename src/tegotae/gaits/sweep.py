@@ -25,6 +25,9 @@ from tegotae.rollout import Scenario, Timing
 from tegotae.world import Staircase
 
 UP, DOWN = "up", "down"
+DETUNING = 1e-4
+"""By how much the legs' frequencies differ from the level's, relatively (standard deviation). Legs
+that are exactly in phase stay so for ever, stable or not, unless something tells them apart."""
 MEASURED = 0.5
 """Share of every level, its end, that is measured."""
 
@@ -138,6 +141,9 @@ def sweep(
 ) -> Sweep:
     """Raise the frequency level by level, and in other lanes lower it, without a new release.
 
+    The legs' frequencies differ by 1 in 10 000 (`DETUNING`): without that, a gait of legs that are
+    exactly alike would outlive its stability.
+
     Args:
         legged: the body and what drives it; its own frequency does not count.
         omega: evenly spaced levels, from low to high [rad/s].
@@ -163,6 +169,7 @@ def sweep(
     phase = random_phases(legged.body.limbs, starts, seed)
     step = levels[1] - levels[0]
     up = np.repeat([True, False], starts)
+    off = DETUNING * np.random.default_rng([seed, 1]).normal(size=phase.T.shape).T
     scenario = legged.scenario(
         np.tile(phase, 2),
         changes={
@@ -170,7 +177,7 @@ def sweep(
                 np.where(up, step, -step), timing.duration_s / len(levels), float(len(levels))
             )
         },
-    )._replace(omega=np.where(up, levels[0], levels[-1]))
+    )._replace(omega=np.where(up, levels[0], levels[-1]) * (1.0 + np.tile(off, 2)))
     summary = LevelsSummary(len(levels), legged.summary())
     whole = lanes_of(legged.run(summary, scenario, timing))
     found = {

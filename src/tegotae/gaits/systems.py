@@ -7,10 +7,11 @@ from collections.abc import Callable
 from pathlib import Path
 
 from tegotae import controller_file
-from tegotae.bodies import Bar, Walker
+from tegotae.bodies import Bar, Body, Plate, Walker
 from tegotae.controller import Controller, Tegotae
 from tegotae.errors import TegotaeError, unknown
 from tegotae.gaits.legged import Legged
+from tegotae.gaits.places import leg_names
 from tegotae.models import build
 from tegotae.oscillators import PhaseOscillator
 from tegotae.references import is_reference, named
@@ -18,15 +19,38 @@ from tegotae.rollout import Timing
 from tegotae.terms import ConstantGain, VanillaAction, VanillaReaction
 from tegotae.terms.foot import EllipticFoot
 
+LIGHT, HEAVY = 0.6, 1.6
+"""Inertia ratios on either side of 1, where the legs do not feel each other."""
 
-def bar(inertia_ratio: float, about: str) -> Legged:
-    """Two of the paper's legs under a bar; sector, ω 8, σ 1."""
+
+def hopping(about: str, body: Body) -> Legged:
+    """The paper's legs under a bar or a plate; sector, ω 8, σ 1.
+
+    Lags are measured from the (left) hind leg.
+    """
+    names = leg_names(body)
     return Legged(
         about=about,
-        body=Bar(inertia_ratio=inertia_ratio),
-        controller=dataclasses.replace(build("V-sector-w8"), limbs=2),
+        body=body,
+        controller=dataclasses.replace(build("V-sector-w8"), limbs=body.limbs),
         weights=(1.0,),
         omega=8.0,
+        reference=names.index("LH") if "LH" in names else 0,
+    )
+
+
+def bar(inertia_ratio: float) -> Legged:
+    """Two of the paper's legs under a bar."""
+    about = f"two hopper legs under a bar, j = {inertia_ratio:g}"
+    return hopping(about, Bar(inertia_ratio=inertia_ratio))
+
+
+def plate(pitch: float, roll: float, twist: float | None = None) -> Legged:
+    """Four of them under a plate with these inertia ratios, and a limp spine if it twists."""
+    twisting = "" if twist is None else f", j_t = {twist:g}"
+    return hopping(
+        f"four hopper legs under a plate, j_p = {pitch:g}, j_r = {roll:g}{twisting}",
+        Plate(pitch_inertia_ratio=pitch, roll_inertia_ratio=roll, twist_inertia_ratio=twist),
     )
 
 
@@ -82,8 +106,13 @@ def quadruped_c() -> Legged:
 
 
 SYSTEMS: dict[str, Callable[[], Legged]] = {
-    "bar-light": lambda: bar(0.6, "two hopper legs under a bar that is light in pitch, j = 0.6"),
-    "bar-heavy": lambda: bar(1.6, "two hopper legs under a bar that is heavy in pitch, j = 1.6"),
+    "bar-light": lambda: bar(LIGHT),
+    "bar-heavy": lambda: bar(HEAVY),
+    "plate-light-pitch": lambda: plate(LIGHT, HEAVY),
+    "plate-light-roll": lambda: plate(HEAVY, LIGHT),
+    "plate-light-both": lambda: plate(LIGHT, LIGHT),
+    "plate-heavy": lambda: plate(HEAVY, HEAVY),
+    "plate-light-twist": lambda: plate(HEAVY, HEAVY, LIGHT),
     "quadruped-a": quadruped_a,
     "quadruped-c": quadruped_c,
 }

@@ -80,14 +80,12 @@ class _View:
         frames: np.ndarray,
     ) -> None:
         self.axes, self.shape, self.view, self.long = axes, shape, view, long
-        shown = np.concatenate([shape.hips_m[frames], shape.feet_m[frames]], axis=1)
-        across = shown[..., view[1]]
-        axes.set_ylim(float(across.min()) - _MARGIN, float(across.max()) + _MARGIN)
         axes.set_aspect("equal", adjustable="box")
         axes.set_ylabel(f"{'up' if view is _SIDE else 'left'} [{run.legged.units[0]}]")
         if view is _SIDE:
+            top = max(shape.hips_m[frames][..., 2].max(), shape.feet_m[frames][..., 2].max())
             axes.axhspan(-1e3, 0.0, color="0.88", lw=0)
-            axes.set_ylim(bottom=-0.15)
+            axes.set_ylim(-0.15, float(top) + _MARGIN)
         (self.outline,) = axes.fill([0.0], [0.0], color="0.75", ec="k", lw=1.0, zorder=2)
         limbs = run.legged.body.limbs
         self.legs = [
@@ -111,6 +109,9 @@ class _View:
             foot.set_fillstyle("full" if self.shape.stands[index, i] else "none")
         middle = float(hips[:, across].mean())
         self.axes.set_xlim(middle - 0.5 * self.long, middle + 0.5 * self.long)
+        if self.view is _ABOVE:
+            aside = float(hips[:, up].mean())
+            self.axes.set_ylim(aside - 0.3 * self.long, aside + 0.3 * self.long)
         return [self.outline, *self.legs, *self.feet]
 
 

@@ -23,9 +23,9 @@ def basin_figure(basin: Basin, note: str = "") -> Figure:
     """
     outcomes = basin.outcomes
     with styled():
-        figure = new_figure(PAGE_IN, 2.6)
+        figure = new_figure(PAGE_IN, 2.4)
         bars, torus = figure.subplots(1, 2, width_ratios=(1.5, 1.0))
-        _shares(bars, outcomes, len(basin.gait))
+        _shares(bars, outcomes, len(basin.gait), basin.legged.units[1])
         bars.set_title(note, loc="left")
         if basin.legged.body.limbs == 2:
             _from_release(torus, basin)
@@ -34,12 +34,12 @@ def basin_figure(basin: Basin, note: str = "") -> Figure:
     return figure
 
 
-def _shares(axes: Axes, outcomes: tuple[Outcome, ...], starts: int) -> None:
+def _shares(axes: Axes, outcomes: tuple[Outcome, ...], starts: int, unit: str) -> None:
     for row, each in enumerate(outcomes):
         axes.barh(row, each.share, height=0.6, color=gait_colour(each.gait))
         axes.plot([each.low, each.high], [row, row], color="k", lw=0.8)
         locked = np.isfinite(each.lock_time_s)
-        told = f"{each.count}" + (f", locks in {each.lock_time_s:.3g}" if locked else "")
+        told = f"{each.count}" + (f", locks in {each.lock_time_s:.3g} {unit}" if locked else "")
         axes.text(1.03, row, told, va="center", fontsize=7, transform=axes.get_yaxis_transform())
     axes.set_yticks(range(len(outcomes)), [each.gait for each in outcomes])
     axes.set(xlim=(0.0, 1.0), ylim=(max(len(outcomes), 3) - 0.4, -0.6))
@@ -71,7 +71,7 @@ def _dots(axes: Axes, basin: Basin, x: np.ndarray, y: np.ndarray) -> None:
     for outcome in basin.outcomes:
         own = basin.gait == outcome.gait
         colour, marker = gait_colour(outcome.gait), gait_marker(outcome.gait)
-        axes.scatter(x[own], y[own], s=9, color=colour, marker=marker, lw=0, alpha=0.7)
+        axes.scatter(x[own], y[own], s=18, color=colour, marker=marker, lw=0, alpha=0.6)
     ticks = np.linspace(0.0, 1.0, 5)
     axes.set(xlim=(-0.13, 1.0), ylim=(-0.13, 1.0), xticks=ticks, yticks=ticks)
     axes.set_aspect("equal")

@@ -6,12 +6,13 @@ A body of your own is drawn by telling this for it: `@pose.register`.
 from __future__ import annotations
 
 from functools import singledispatch
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from tegotae.bodies import Bar, Body, Walker
+from tegotae.bodies import Body, Walker
 from tegotae.bodies.attitude import from_angles, rotation
+from tegotae.bodies.upright import Upright
 from tegotae.errors import TegotaeError
 from tegotae.recorder import Trajectory
 
@@ -45,10 +46,20 @@ def pose(body: Body, trajectory: Trajectory) -> Pose:
 
 
 @pose.register
-def _(body: Bar, trajectory: Trajectory) -> Pose:
-    x = np.asarray(body.hips_m)[None]
-    z = trajectory.height_m[:, None] + x * trajectory.pitch_rad[:, None]
-    return upright_legs(body, trajectory, np.broadcast_to(x, z.shape), np.zeros_like(z), z)
+def _(body: Upright, trajectory: Trajectory) -> Pose:
+    z = np.repeat(trajectory.height_m[:, None], body.limbs, axis=1)
+    for turn in body.turns:
+        z = z + np.asarray(turn.arms_m) * trajectory.channels[f"{turn.name}_rad"][:, None]
+    x = getattr(body, "hips_x_m", None) or body.hips_m  # type: ignore[attr-defined]
+    y = getattr(body, "hips_z_m", (0.0,) * body.limbs)
+    x, y = (np.broadcast_to(np.asarray(places), z.shape) for places in (x, y))
+    ground = trajectory.ground_m[:, None]
+    foot = np.maximum(ground, z - body.rest_length_m)
+    return Pose(
+        np.stack([x, y, z], axis=-1),
+        np.stack([x, y, foot], axis=-1),
+        z - body.rest_length_m < ground,
+    )
 
 
 @pose.register
@@ -66,14 +77,3 @@ def _(body: Walker, trajectory: Trajectory) -> Pose:
     hips = at + np.stack([np.asarray(x) for x in turn.to_world(of_body)], axis=-1)  # type: ignore[arg-type]
     feet = np.stack([t.foot_x_m, t.foot_y_m, t.foot_z_m], axis=-1)
     return Pose(hips, feet, np.asarray(t.stands, bool))
-
-
-def upright_legs(body: Any, trajectory: Trajectory, x: Any, y: Any, z: Any) -> Pose:
-    """The pose of hopper legs, upright under hips at these places, [frames, limbs]."""
-    ground = trajectory.ground_m[:, None]
-    foot = np.maximum(ground, z - body.rest_length_m)
-    return Pose(
-        np.stack([x, y, z], axis=-1),
-        np.stack([x, y, foot], axis=-1),
-        z - body.rest_length_m < ground,
-    )

@@ -31,7 +31,7 @@ def sweep_figure(sweep: Sweep, note: str = "") -> Figure:
         names, lags, first, second = figure.subplots(
             4, 1, sharex=True, height_ratios=(0.55, 1.6, 1.0, 1.0)
         )
-        _names(names, sweep)
+        _names(names, sweep, note)
         _lags(lags, sweep)
         if travels:
             _medians(first, sweep, "speed_m_per_s", f"speed [{length}/({time})]")
@@ -40,11 +40,10 @@ def sweep_figure(sweep: Sweep, note: str = "") -> Figure:
             _medians(first, sweep, "cycle_frequency_hz", f"strides [1/{time}]")
             _medians(second, sweep, "power_w", "power [W]")
         second.set_xlabel(f"frequency ω [rad/{time}]")
-        names.set_title(note)
     return figure
 
 
-def _names(axes: Axes, sweep: Sweep) -> None:
+def _names(axes: Axes, sweep: Sweep, note: str) -> None:
     """A band a direction, of the share that each gait has at each level."""
     half = 0.5 * (sweep.omega[1] - sweep.omega[0])
     seen: list[str] = []
@@ -56,11 +55,13 @@ def _names(axes: Axes, sweep: Sweep) -> None:
                 axes.bar(level, share, 2.0 * half, bottom, color=gait_colour(name), lw=0)
                 bottom += share
                 seen += [name] if name not in seen else []
-    axes.set_yticks([0.43, 1.43], ["up", "down"])
+    axes.set_yticks([0.43, 1.43], ["up ●", "down ○"])
     axes.tick_params(axis="y", length=0)
     axes.set_ylim(0.0, 1.9)
     keys = [Line2D([], [], color=gait_colour(name), lw=4, label=name) for name in seen]
-    axes.legend(handles=keys, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)
+    axes.legend(
+        handles=keys, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2, title=note or None
+    )
     for spine in axes.spines.values():
         spine.set_visible(False)
 
@@ -84,8 +85,12 @@ def _lags(axes: Axes, sweep: Sweep) -> None:
                 label=names[leg] if way == UP else None,
             )
     axes.set(ylim=(-0.14, 0.9), yticks=np.linspace(0.0, 0.75, 4))
-    axes.set_ylabel(f"lag behind {names[reference]}\n[cycles]")
-    axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
+    what = f"lag of {names[others[0]]}" if len(others) == 1 else "lag"
+    axes.set_ylabel(f"{what} behind {names[reference]}\n[cycles]")
+    if len(others) > 1:
+        axes.legend(
+            loc="lower right", bbox_to_anchor=(1.0, 0.98), ncols=len(others), handletextpad=0.0
+        )
 
 
 def _medians(axes: Axes, sweep: Sweep, quantity: str, label: str) -> None:

@@ -1,0 +1,106 @@
+"""The walker's equations solved adaptively: that solver held to physics, and the engine to it."""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+
+import numpy as np
+import pytest
+
+from walker_oracle import SET_A, SET_C, Parts, Start, Walk, rotation, walk
+
+PHASES = (0.3, 3.0, 3.6, 0.9)
+MIRRORED = [1, 0, 3, 2]
+"""Each leg's fellow on the other side."""
+
+
+def let_go(parts: Parts, **more) -> Start:
+    return Start((0.0, 0.0, 1.0 + parts.com_z), **more)
+
+
+@functools.cache
+def reference(parts: Parts) -> Walk:
+    """Two strides from uneven phases."""
+    return walk(parts, 2.1, let_go(parts), PHASES, np.linspace(0.0, 5.0, 101))
+
+
+# The solver of the tests
+
+
+@pytest.mark.parametrize("parts", [SET_A, SET_C], ids="AC")
+def test_energy_is_work_less_what_damping_friction_and_release_took(parts):
+    seen = reference(parts)
+    assert np.ptp(seen.contact.sum(1)) >= 2
+    losses = seen.damping_loss + seen.friction_loss + seen.release_loss
+    balance = (seen.work_done + seen.work_taken - losses).sum(1)
+    energy = seen.energy(parts)
+    np.testing.assert_allclose(energy - energy[0], balance, atol=1e-6)
+    for total in (seen.work_done, -seen.work_taken, seen.friction_loss, seen.slip):
+        assert np.all(np.diff(total, axis=0) >= 0.0)
+        assert np.all(total[-1] > 0.0)
+
+
+def test_in_flight_angular_momentum_is_kept_and_the_fall_is_free():
+    spun = Start((0.0, 0.0, 1.0), (0.3, -0.1, 0.2), turn_rate=(1.0, 0.5, -0.7))
+    seen = walk(SET_C, 2.1, spun, PHASES, np.linspace(0.0, 10.0, 21), floor=False)
+    momentum = [
+        rotation(q) @ (SET_C.inertia * w) for q, w in zip(seen.turn, seen.turn_rate, strict=True)
+    ]
+    np.testing.assert_allclose(momentum, np.tile(momentum[0], (21, 1)), atol=1e-8)
+    t = seen.times[:, None]
+    way = np.array(spun.velocity) * t - np.array([0.0, 0.0, 0.5]) * t**2
+    np.testing.assert_allclose(seen.place, np.array(spun.place) + way, atol=1e-8)
+    np.testing.assert_allclose(seen.phase, PHASES + 2.1 * t, atol=1e-8)
+
+
+def test_a_pressed_torso_comes_to_rest_at_the_standing_height_with_the_frequency_of_its_springs():
+    parts, times = SET_A, np.linspace(0.0, 12.0, 121)
+    off = 1e-3
+    start = Start((0.0, 0.0, parts.standing_height + off))
+    seen = walk(parts, 0.0, start, (-np.pi / 2,) * 4, times)
+    decay = 2.0 * parts.damping[2]
+    beat = np.sqrt(4.0 * parts.stiffness[2] - decay**2)
+    heave = (
+        off * np.exp(-decay * times) * (np.cos(beat * times) + decay / beat * np.sin(beat * times))
+    )
+    np.testing.assert_allclose(seen.place[:, 2], parts.standing_height + heave, atol=1e-9)
+    np.testing.assert_allclose(seen.place[:, :2], 0.0, atol=1e-9)
+    np.testing.assert_allclose(seen.load[-1], 0.25, atol=1e-9)
+
+
+def test_a_slow_rhythm_is_held_by_its_own_load():
+    omega = 0.1
+    seen = walk(SET_A, omega, let_go(SET_A), (-1.5,) * 4, [0.0, 50.0, 60.0])
+    held = SET_A.sigma * seen.load[-1] * np.cos(seen.phase[-1])
+    np.testing.assert_allclose(held, omega, atol=1e-4)
+    np.testing.assert_allclose(seen.phase[-1], seen.phase[-2], atol=1e-4)
+    np.testing.assert_allclose(seen.velocity[-1], 0.0, atol=1e-4)
+
+
+def test_a_start_turned_about_the_vertical_gives_the_turned_walk():
+    yaw = 0.7
+    straight = reference(SET_C)
+    turn = (np.cos(yaw / 2), 0.0, 0.0, np.sin(yaw / 2))
+    turned = walk(SET_C, 2.1, let_go(SET_C, turn=turn), PHASES, straight.times[::20])
+    about = rotation(np.array(turn))
+    np.testing.assert_allclose(turned.place, straight.place[::20] @ about.T, atol=2e-5)
+    np.testing.assert_allclose(turned.turn_rate, straight.turn_rate[::20], atol=1e-4)
+    np.testing.assert_allclose(turned.phase, straight.phase[::20], atol=2e-5)
+
+
+def test_a_mirrored_start_gives_the_mirrored_walk():
+    plain = reference(SET_C)
+    mirrored = walk(SET_C, 2.1, let_go(SET_C), np.array(PHASES)[MIRRORED], plain.times[::20])
+    np.testing.assert_allclose(mirrored.place, plain.place[::20] * (1, -1, 1), atol=2e-5)
+    angles = plain.roll_pitch_yaw[::20] * (-1, 1, -1)
+    np.testing.assert_allclose(mirrored.roll_pitch_yaw, angles, atol=2e-5)
+    np.testing.assert_allclose(mirrored.phase[:, MIRRORED], plain.phase[::20], atol=2e-5)
+
+
+def test_feet_that_move_as_one_come_down_as_one():
+    alike = dataclasses.replace(SET_A, stride=0.0, sigma=0.0, lift=0.3)
+    seen = walk(alike, 5.0, let_go(alike), (0.5,) * 4, np.linspace(0.0, 6.0, 25))
+    assert len(seen.touchdowns) >= 12
+    np.testing.assert_allclose(seen.roll_pitch_yaw, 0.0, atol=2e-5)
+    np.testing.assert_array_equal(seen.contact, seen.contact[:, :1] & np.ones(4, bool))
