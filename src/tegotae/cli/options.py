@@ -133,6 +133,20 @@ class HopperOptions(HopperParameters):
 
 
 @dataclass(frozen=True, kw_only=True)
+class OscillatorOption:
+    """Which oscillator a vanilla controller has."""
+
+    oscillator: Annotated[str | None, OWN_OSCILLATOR] = None
+    """Oscillator of a vanilla controller: hopf, adaptive-hopf, van-der-pol or matsuoka; or
+    FILE.py:OBJECT or MODULE:OBJECT."""
+
+    @property
+    def rhythm(self) -> Oscillator:
+        """The oscillator; the paper's if none was named."""
+        return _oscillator(PHASE if self.oscillator is None else self.oscillator)
+
+
+@dataclass(frozen=True, kw_only=True)
 class ExperimentOptions(BodyOptions):
     """What of an experiment is to be other than it is by itself."""
 
@@ -302,7 +316,7 @@ def _given(values: dict[str, Any]) -> dict[str, Any]:
 
 
 @dataclass(frozen=True, kw_only=True)
-class ControllerOptions(HopperOptions):
+class ControllerOptions(OscillatorOption, HopperOptions):
     """A controller file, or else a vanilla controller made of options, and its hopper."""
 
     actuation: Vanilla = None
@@ -311,9 +325,6 @@ class ControllerOptions(HopperOptions):
     """Frequency ω [rad/s]."""
     sigma: FromPreset = None
     """Gain σ of the vanilla feedback [rad/(s N)]."""
-    oscillator: Annotated[str | None, OWN_OSCILLATOR] = None
-    """Oscillator of a vanilla controller: hopf, adaptive-hopf, van-der-pol or matsuoka; or
-    FILE.py:OBJECT or MODULE:OBJECT."""
 
     def chosen(self, file: Path | None) -> SavedController:
         """The controller, its weights, frequency and hopper.
@@ -328,7 +339,7 @@ class ControllerOptions(HopperOptions):
             source = preset(self.preset)
             sigma = source.sigma if self.sigma is None else self.sigma
             require_within("sigma", sigma, MOST_GAIN)
-            oscillator = _oscillator(PHASE if self.oscillator is None else self.oscillator)
+            oscillator = self.rhythm
             controller = source.controller(
                 source.actuation if self.actuation is None else self.actuation, oscillator
             )
