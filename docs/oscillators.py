@@ -23,7 +23,7 @@ from tegotae.cli.status import exit_status
 from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, save_figure, styled
 from tegotae.files import output_folder
 from tegotae.metrics import GaitSummary
-from tegotae.metrics.gait import LIMIT_CYCLE
+from tegotae.metrics.gait import FAILED, LIMIT_CYCLE
 from tegotae.oscillators import AdaptiveHopf, Hopf, Learned, Matsuoka, VanDerPol
 from tegotae.tables import write_csv
 from tegotae.terms import UnitAction
@@ -43,8 +43,12 @@ ENTRIES = {
     "turn": (False, 1.0, 0.0),
     "input f": (False, 0.0, 1.0),
     "input -f": (False, 0.0, -1.0),
+    "input f/5": (False, 0.0, 0.2),
+    "input -f/5": (False, 0.0, -0.2),
     "input load": (True, 0.0, 1.0),
     "input -load": (True, 0.0, -1.0),
+    "input load/5": (True, 0.0, 0.2),
+    "input -load/5": (True, 0.0, -0.2),
 }
 """Whether the action is 1, so that f = σ F_k; how far f turns the state, and is an input."""
 
@@ -68,7 +72,7 @@ class Pictures:
                 path, gait = driven(oscillator, entries, with_load)
                 rows += compared(name, entries, gait)
                 if not with_load:
-                    paths[name] = path
+                    paths[name] = path, int(np.argmax(gait.regime == LIMIT_CYCLE))
             print(name, flush=True)
         columns = {key: [row[key] for row in rows] for key in rows[0]}
         write_csv(self.out / "entry.csv", columns, digits=3)
@@ -131,6 +135,7 @@ def compared(name: str, entries: dict[str, Any], gait: Any) -> list[dict[str, An
     """A row an entry: which share of the lanes settles, how fast and how well they hop."""
     rows = []
     settled = (gait.regime == LIMIT_CYCLE).reshape(len(entries), -1)
+    failed = (gait.regime == FAILED).reshape(len(entries), -1)
     for row, entry in enumerate(entries):
         inside = settled[row]
 
@@ -143,6 +148,7 @@ def compared(name: str, entries: dict[str, Any], gait: Any) -> list[dict[str, An
                 "oscillator": name,
                 "entry": entry,
                 "settled_share": float(inside.mean()),
+                "failed_share": float(failed[row].mean()),
                 "hop_rate_rad_per_s": mean(gait.hop_rate),
                 "cot_inverse_m_per_j": mean(gait.cot_inverse),
             }
@@ -153,7 +159,7 @@ def compared(name: str, entries: dict[str, Any], gait: Any) -> list[dict[str, An
 def draw_free() -> Figure:
     """From a small radius to the limit cycle in the plane; and the sine of the phase."""
     with styled():
-        figure = new_figure(PAGE_IN, 3.4)
+        figure = new_figure(PAGE_IN, 3.6)
         planes, waves = figure.subplots(2, len(SHOWN), height_ratios=(1.6, 1.0))
         for plane, wave, (name, oscillator) in zip(planes, waves, SHOWN.items(), strict=True):
             phase, radius = free(oscillator)
@@ -171,27 +177,26 @@ def draw_free() -> Figure:
             wave.plot(at, radius[shown], color=COLOURS[1], label="r")
             wave.set(xlabel="ω t / 2π", ylim=(-1.6, 1.6))
         planes[0].set_ylabel("r sin φ")
-        waves[0].legend(loc="lower left", ncols=2, handlelength=1.0)
+        figure.legend(*waves[0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
     return figure
 
 
 def draw_entrained(paths: dict[str, Any]) -> Figure:
-    """The last hops with feedback that turns the state, σ = 2: height above, the phase below."""
-    lane = SIGMAS.index(2.0) * len(STARTS)
+    """The last hops with feedback that turns the state, at the least σ that settles."""
     with styled():
-        figure = new_figure(PAGE_IN, 2.8)
+        figure = new_figure(PAGE_IN, 3.0)
         heights, waves = figure.subplots(2, len(paths), sharex=True, sharey="row")
-        for height, wave, (name, path) in zip(heights, waves, paths.items(), strict=True):
+        for height, wave, (name, (path, lane)) in zip(heights, waves, paths.items(), strict=True):
             shown = path["time_s"][:, lane] > 57.5
             time = path["time_s"][shown, lane] - 57.5
             height.plot(time, path["height_m"][shown, lane], color=COLOURS[0])
             height.axhline(1.0, color="0.6", lw=0.5)
-            height.set_title(name, loc="left")
+            height.set_title(f"{name}, σ = {SIGMAS[lane // len(STARTS)]:g}", loc="left")
             wave.plot(time, np.sin(path["phase_rad"][shown, lane]), color=COLOURS[0], label="sin φ")
             wave.plot(time, path["radius"][shown, lane], color=COLOURS[1], label="r")
             wave.set_xlabel("time [s]")
         heights[0].set_ylabel("height [m]")
-        waves[0].legend(loc="lower left", ncols=2, handlelength=1.0)
+        figure.legend(*waves[0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
     return figure
 
 

@@ -17,6 +17,7 @@ from tegotae.controller_file import SavedController, load, save
 from tegotae.oscillators import AdaptiveHopf, Clamped, Hopf, Learned, Matsuoka, VanDerPol
 from tegotae.terms import EllipticFoot
 from tegotae.training.algorithms import PGPE
+from tegotae.training.fitness import Fitness
 from tegotae.training.run import Run, train
 from tegotae.training.stopping import Stopping
 
@@ -78,10 +79,7 @@ def test_commands_take_an_oscillator_by_name():
 
 def test_an_oscillator_is_trained_saved_and_resumed(tmp_path):
     experiment = find("V+learned-van-der-pol").experiment(
-        timing=Timing(duration_s=3.0, tick_s=0.002)
-    )
-    experiment = dataclasses.replace(
-        experiment, fitness=dataclasses.replace(experiment.fitness, settle_s=1.0)
+        timing=Timing(duration_s=3.0, tick_s=0.002), fitness=Fitness(settle_s=1.0)
     )
     assert Experiment.of(experiment.document) == experiment
 

@@ -281,9 +281,7 @@ def test_what_is_out_of_range_is_refused():
         Matsuoka(slowness=12.0)
     with pytest.raises(TegotaeError, match="pace is 0; it must be greater than 0"):
         Hopf(pace=0.0)
-    with pytest.raises(
-        TegotaeError, match=r"to be trained it must be between 0\.05 and 2"
-    ):
+    with pytest.raises(TegotaeError, match=r"to be trained it must be between 0\.05 and 2"):
         Learned(VanDerPol(mu=3.0))
     with pytest.raises(TegotaeError, match="a PhaseOscillator has no numbers to train"):
         Learned(PhaseOscillator())

@@ -140,4 +140,5 @@ def _is_apex(tick: Any) -> jax.Array:
 def _at(name: str, tick: Any) -> jax.Array:
     """What it is at the apex: what it is at the tick's end, less what came since."""
     at_end, rate = (getattr(x, name) for x in (tick.end.oscillator, tick.end.drive.rate))
-    return at_end - (1.0 - tick.contact.apex_share) * tick.tick_s * rate
+    since = (1.0 - jnp.broadcast_to(tick.contact.apex_share, at_end.shape)) * tick.tick_s
+    return at_end - since * rate
