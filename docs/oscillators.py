@@ -8,7 +8,7 @@ writes `free.png`, `entrained.png` and `entry.csv` to `docs/_static/oscillators`
 from __future__ import annotations
 
 import sys
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -18,15 +18,16 @@ import numpy as np
 import tyro
 from matplotlib.figure import Figure
 
-from tegotae import Engine, Scenario, Timing, build
+from tegotae import Engine, Scenario, Timing
 from tegotae.cli.status import exit_status
+from tegotae.controller import Controller, Tegotae
 from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, save_figure, styled
 from tegotae.files import output_folder
 from tegotae.metrics import GaitSummary
 from tegotae.metrics.gait import FAILED, LIMIT_CYCLE
 from tegotae.oscillators import AdaptiveHopf, Hopf, Learned, Matsuoka, VanDerPol
 from tegotae.tables import write_csv
-from tegotae.terms import UnitAction
+from tegotae.terms import ConstantGain, Sector, UnitAction, VanillaAction, VanillaReaction
 
 DOCS = Path(__file__).resolve().parent
 
@@ -101,9 +102,10 @@ def free(oscillator: Any, duration_s: float = 12.0, step_s: float = 0.002) -> np
 
 def driven(oscillator: Any, entries: dict[str, tuple[float, float]], with_load: bool) -> Any:
     """A hopper with a sector: trajectory and gait, a lane an entry, σ and start."""
-    controller = replace(build("V-sector-w8"), oscillator=Learned(oscillator))
-    if with_load:
-        controller = replace(controller, tegotae=replace(controller.tegotae, action=UnitAction()))
+    action = UnitAction() if with_load else VanillaAction()
+    learned = Learned(oscillator)
+    law = Tegotae(action, VanillaReaction(), ConstantGain())
+    controller = Controller(Sector(), learned, law)
     lanes = [
         (sigma, turn, push, start)
         for turn, push in entries.values()
@@ -112,7 +114,7 @@ def driven(oscillator: Any, entries: dict[str, tuple[float, float]], with_load: 
     ]
     weights = np.zeros((len(lanes), controller.n_weights))
     at = controller.layout["oscillator"].start
-    names = controller.oscillator.names
+    names = learned.names
     sigma, turn, push, start = np.array(lanes).T
     weights[:, 0] = sigma
     weights[:, at + names.index("turn")] = turn - 1.0

@@ -46,10 +46,10 @@ class Oscillator(ABC):
         return jnp.zeros((self.n_weights,))
 
     @abstractmethod
-    def start(self, phase_rad: jax.Array, **rest: jax.Array) -> Any:
+    def start(self, phase_rad: jax.Array) -> Any:
         """The state at phase `phase_rad` [rad]; without a phase, any that it leads to.
 
-        What `STATE` names may be given; it is otherwise at or near the limit cycle.
+        What `STATE` names are further arguments; without them it is at or near the limit cycle.
         """
 
     @abstractmethod

@@ -55,12 +55,12 @@ class Hopf(Planar):
         require_finite("mu", self.mu, above=0.0)
         require_finite("recovery_per_s", self.recovery_per_s, above=0.0)
 
-    def start(self, phase_rad: jax.Array, radius: Any = None) -> HopfState:
+    def start(self, phase_rad: jax.Array, radius: Any = None) -> Any:
         """State at phase φ [rad]; on the limit cycle, or at another radius."""
         own = jnp.full_like(phase_rad, self.mu**0.5) if radius is None else radius
         return HopfState(maths.wrap_phase(phase_rad), own)
 
-    def free(self, state, sine, cosine, omega) -> HopfState:
+    def free(self, state, sine, cosine, omega) -> Any:
         """φ̇ = ω, ṙ = γ (μ - r²) r."""
         _, radius = state
         growing = self.recovery_per_s * (self.mu - radius * radius) * radius
