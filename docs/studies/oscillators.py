@@ -48,12 +48,11 @@ COMPARED = tuple(name for name in OSCILLATORS if name != "hopf")
 SHOWN = {
     "best_fitness": "fitness [m/J]",
     "cot_inverse": "CoT⁻¹ [m/J]",
-    "delta_omega": "ΔΩ",
-    "recovery_share": "recovered",
-    "cpgu": "CPGu",
+    "delta_omega": "ΔΩ [rad²/s²]",
+    "limit_cycle_share": "settled share",
+    "recovery_share": "recovered share",
 }
 """What is told of a run, by column."""
-BETTER_IS_MORE = {"best_fitness": True, "cot_inverse": True, "delta_omega": False}
 
 
 @dataclass(frozen=True)
@@ -148,13 +147,22 @@ def compared(rows: dict[str, Any], oscillator: str, name: str) -> tuple[float, f
 
 
 def told(rows: dict[str, Any]) -> str:
-    """The differences as a table in Markdown."""
+    """The differences as tables in Markdown: where terms are learned, and of V by itself."""
+    vanilla = np.asarray(rows["architecture"]) == "V"
+    parts = (("learned terms", ~vanilla), ("V", vanilla))
+    return "\n".join(_table(title, _where(rows, inside)) for title, inside in parts)
+
+
+def _where(rows: dict[str, Any], inside: np.ndarray) -> dict[str, Any]:
+    return {name: np.asarray(values)[inside] for name, values in rows.items()}
+
+
+def _table(title: str, rows: dict[str, Any]) -> str:
     present = [name for name in COMPARED if name in set(rows["oscillator"]) and name != PHASE]
-    lines = ["| oscillator | " + " | ".join(SHOWN.values()) + " |", "|-" * (1 + len(SHOWN)) + "|"]
-    means = [
-        interval(column(rows, name)[np.asarray(rows["oscillator"]) == PHASE]) for name in SHOWN
-    ]
-    lines.append("| phase, mean | " + " | ".join(f"{m.mean:.3f}" for m in means) + " |")
+    lines = [f"| {title} | " + " | ".join(SHOWN.values()) + " |", "|-" * (1 + len(SHOWN)) + "|"]
+    with_phase = np.asarray(rows["oscillator"]) == PHASE
+    means = [interval(column(rows, name)[with_phase]).mean for name in SHOWN]
+    lines.append("| phase: mean | " + " | ".join(f"{mean:.3f}" for mean in means) + " |")
     for oscillator in present:
         cells = (compared(rows, oscillator, name) for name in SHOWN)
         lines.append(
@@ -166,8 +174,8 @@ def told(rows: dict[str, Any]) -> str:
 
 
 def draw(rows: dict[str, Any]) -> Figure:
-    """Fitness and ΔΩ, architecture by architecture: a mark a run, a line at the mean."""
-    shown = ("best_fitness", "delta_omega")
+    """Fitness and share of settled gaits: a mark a run, a line at the mean of an architecture."""
+    shown = ("best_fitness", "limit_cycle_share")
     present = [name for name in COMPARED if name in set(rows["oscillator"])]
     architectures = [name for name in ARCHITECTURES if name in set(rows["architecture"])]
     where = {name: np.asarray(rows[name]) for name in ("architecture", "oscillator")}

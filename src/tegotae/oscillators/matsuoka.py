@@ -11,9 +11,7 @@ import jax.numpy as jnp
 
 from tegotae import maths
 from tegotae.errors import require_finite
-from tegotae.oscillators.planar import Planar, Ranges
-
-_NEAR = 0.05
+from tegotae.oscillators.planar import NEAR, Planar, Ranges
 
 
 class MatsuokaState(NamedTuple):
@@ -171,7 +169,7 @@ class Matsuoka(Planar):
         cos_lag = 1.0 / (1.0 + cycle.lag * cycle.lag) ** 0.5
         y_rate = (v_rate / (cycle.fatigue * cos_lag) - x_rate) / cycle.lag
         return MatsuokaState(
-            (cosine * y_rate - sine * x_rate) / jnp.maximum(radius, _NEAR),
+            (cosine * y_rate - sine * x_rate) / jnp.maximum(radius, NEAR),
             cosine * x_rate + sine * y_rate,
             per_tau * (1.0 - mean_u - self.adaptation * mean_v - self.inhibition * mean_y),
             per_slow * (mean_y - mean_v),

@@ -19,7 +19,7 @@ from tegotae.oscillators.base import Oscillator
 Ranges = Mapping[str, tuple[float, float] | None]
 """Parameters by name, each with its bounds, or None for any number."""
 
-_NEAR = 0.05
+NEAR = 0.05
 """Radius below which an input turns the state no faster than it does there."""
 
 
@@ -81,7 +81,7 @@ class Planar(Oscillator):
         """What feedback adds to φ̇ [rad/s] and to ṙ [1/s]."""
         along, across = self.input_axis()
         pushed = self.push * feedback
-        turned = pushed * (across * cosine - along * sine) / jnp.maximum(state[1], _NEAR)
+        turned = pushed * (across * cosine - along * sine) / jnp.maximum(state[1], NEAR)
         return self.turn * feedback + turned, pushed * (along * cosine + across * sine)
 
     def rate(
