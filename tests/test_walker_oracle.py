@@ -8,9 +8,12 @@ import functools
 import numpy as np
 import pytest
 
-from walker_oracle import SET_A, SET_C, Parts, Start, Walk, rotation, walk
+import walkers
+from tegotae import Timing
+from walker_oracle import SET_A, SET_C, Parts, Start, Walk, rotation, six, walk
 
-PHASES = (0.3, 3.0, 3.6, 0.9)
+SIX = dataclasses.replace(SET_A, hips=six(0.7, 0.45))
+PHASES = (0.3, 3.0, 3.6, 0.9, 5.0, 2.0)
 MIRRORED = [1, 0, 3, 2]
 """Each leg's fellow on the other side."""
 
@@ -22,7 +25,8 @@ def let_go(parts: Parts, **more) -> Start:
 @functools.cache
 def reference(parts: Parts) -> Walk:
     """Two strides from uneven phases."""
-    return walk(parts, 2.1, let_go(parts), PHASES, np.linspace(0.0, 5.0, 101))
+    phases = PHASES[: len(parts.hips)]
+    return walk(parts, 2.1, let_go(parts), phases, np.linspace(0.0, 5.0, 101))
 
 
 # The solver of the tests
@@ -43,7 +47,7 @@ def test_energy_is_work_less_what_damping_friction_and_release_took(parts):
 
 def test_in_flight_angular_momentum_is_kept_and_the_fall_is_free():
     spun = Start((0.0, 0.0, 1.0), (0.3, -0.1, 0.2), turn_rate=(1.0, 0.5, -0.7))
-    seen = walk(SET_C, 2.1, spun, PHASES, np.linspace(0.0, 10.0, 21), floor=False)
+    seen = walk(SET_C, 2.1, spun, PHASES[:4], np.linspace(0.0, 10.0, 21), floor=False)
     momentum = [
         rotation(q) @ (SET_C.inertia * w) for q, w in zip(seen.turn, seen.turn_rate, strict=True)
     ]
@@ -51,7 +55,7 @@ def test_in_flight_angular_momentum_is_kept_and_the_fall_is_free():
     t = seen.times[:, None]
     way = np.array(spun.velocity) * t - np.array([0.0, 0.0, 0.5]) * t**2
     np.testing.assert_allclose(seen.place, np.array(spun.place) + way, atol=1e-8)
-    np.testing.assert_allclose(seen.phase, PHASES + 2.1 * t, atol=1e-8)
+    np.testing.assert_allclose(seen.phase, PHASES[:4] + 2.1 * t, atol=1e-8)
 
 
 def test_a_pressed_torso_comes_to_rest_at_the_standing_height_with_the_frequency_of_its_springs():
@@ -82,7 +86,7 @@ def test_a_start_turned_about_the_vertical_gives_the_turned_walk():
     yaw = 0.7
     straight = reference(SET_C)
     turn = (np.cos(yaw / 2), 0.0, 0.0, np.sin(yaw / 2))
-    turned = walk(SET_C, 2.1, let_go(SET_C, turn=turn), PHASES, straight.times[::20])
+    turned = walk(SET_C, 2.1, let_go(SET_C, turn=turn), PHASES[:4], straight.times[::20])
     about = rotation(np.array(turn))
     np.testing.assert_allclose(turned.place, straight.place[::20] @ about.T, atol=2e-5)
     np.testing.assert_allclose(turned.turn_rate, straight.turn_rate[::20], atol=1e-4)
@@ -104,3 +108,54 @@ def test_feet_that_move_as_one_come_down_as_one():
     assert len(seen.touchdowns) >= 12
     np.testing.assert_allclose(seen.roll_pitch_yaw, 0.0, atol=2e-5)
     np.testing.assert_array_equal(seen.contact, seen.contact[:, :1] & np.ones(4, bool))
+
+
+# The engine beside it
+
+
+@functools.cache
+def engine_walk(parts: Parts, tick_s: float) -> dict[str, np.ndarray]:
+    """The engine's run of the reference, [frames, ...]."""
+    phases = np.array(PHASES[: len(parts.hips)])[:, None]
+    path = walkers.run(parts, 2.1, phases, Timing(duration_s=5.0, tick_s=tick_s, frame_s=0.05))
+    return {name: x[..., 0] for name, x in path.items()}
+
+
+def errors(parts: Parts, tick_s: float) -> dict[str, float]:
+    """The engine's largest differences to the reference, by what differs."""
+    path, seen = engine_walk(parts, tick_s), reference(parts)
+    place = np.stack([path["x_m"], path["y_m"], path["height_m"]], axis=-1)
+    angle = np.stack([path["roll_rad"], path["pitch_rad"], path["yaw_rad"]], axis=-1)
+    done, taken = seen.work_done[1:].sum(1), seen.work_taken[1:].sum(1)
+    differences = {
+        "place": place - seen.place[1:],
+        "angle": angle - seen.roll_pitch_yaw[1:],
+        "phase": np.angle(np.exp(1j * (path["phase_rad"] - seen.phase[1:]))),
+        "load": path["spring_force_n"] - seen.load[1:],
+        "slip": path["slid_m"] - seen.slip[1:],
+        "work done": path["work_positive_j"] - done,
+        "all work": path["work_absolute_j"] - (done - taken),
+        "energy": path["energy_j"] - seen.energy(parts)[1:],
+    }
+    return {name: float(np.abs(x).max()) for name, x in differences.items()}
+
+
+@pytest.mark.parametrize("parts", [SET_C, SIX], ids=["four legs", "six legs"])
+def test_the_engine_walks_as_the_adaptive_solver_does(parts):
+    most = {
+        "place": 2e-3,
+        "angle": 1e-3,
+        "phase": 2e-3,
+        "load": 1e-2,
+        "slip": 5e-3,
+        "work done": 2e-3,
+        "all work": 2e-3,
+        "energy": 1e-3,
+    }
+    assert {name: e for name, e in errors(parts, 0.005).items() if not e < most[name]} == {}
+
+
+def test_the_error_falls_faster_than_the_tick():
+    coarse, fine = errors(SET_C, 0.01), errors(SET_C, 0.005)
+    assert coarse["phase"] > 2.0 * fine["phase"]
+    assert coarse["angle"] > 2.0 * fine["angle"]

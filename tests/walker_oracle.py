@@ -48,6 +48,11 @@ def four(x: float, y: float) -> tuple[tuple[float, float], ...]:
     return (x, y), (x, -y), (-x, y), (-x, -y)
 
 
+def six(x: float, y: float) -> tuple[tuple[float, float], ...]:
+    """The same with a pair of hips in the middle."""
+    return (x, y), (x, -y), (0.0, y), (0.0, -y), (-x, y), (-x, -y)
+
+
 SET_A = Parts(
     sigma=1.0,
     stride=0.25,

@@ -86,7 +86,7 @@ def description(body: Walker, settings: Settings | None = None) -> str:
         )
         motors += [f'<motor joint="x{leg}"/>', f'<motor joint="z{leg}"/>']
     tick = settings.tick * second
-    inertia = f"{body.inertia_xx_kg_m2} {body.inertia_yy_kg_m2} {body.inertia_zz_kg_m2}"
+    inertia = f"{body.inertia_x_kg_m2} {body.inertia_y_kg_m2} {body.inertia_z_kg_m2}"
     return f"""<mujoco>
   <option timestep="{tick}" gravity="0 0 {-body.gravity_m_per_s2}" integrator="implicitfast"
     cone="{settings.cone}" impratio="{settings.impratio}"/>
@@ -110,9 +110,9 @@ def commanded(
     foot: EllipticFoot, phase: np.ndarray, rate: np.ndarray | float
 ) -> tuple[np.ndarray, np.ndarray]:
     """Where feet are commanded (x, z), from below their hips, and how fast; [..., legs, 2]."""
-    height = np.where(np.sin(phase) > 0, foot.lift, foot.press)
-    place = -foot.stride * np.cos(phase + foot.shift_rad), height * np.sin(phase)
-    speed = foot.stride * np.sin(phase + foot.shift_rad) * rate, height * np.cos(phase) * rate
+    height = np.where(np.sin(phase) > 0, foot.lift_m, foot.press_m)
+    place = -foot.stride_m * np.cos(phase + foot.shift_rad), height * np.sin(phase)
+    speed = foot.stride_m * np.sin(phase + foot.shift_rad) * rate, height * np.cos(phase) * rate
     return np.stack(place, axis=-1), np.stack(speed, axis=-1)
 
 

@@ -105,6 +105,16 @@ def quadruped_c() -> Legged:
     return walking("a quadruped that walks and trots, set C", Walker(), foot, 1.25, 2.0)
 
 
+def hexapod() -> Legged:
+    """The legs of set C, three on either side."""
+    body = Walker(
+        hips_x_m=(0.85, 0.85, 0.0, 0.0, -0.85, -0.85),
+        hips_y_m=(0.44, -0.44, 0.44, -0.44, 0.44, -0.44),
+    )
+    foot = EllipticFoot(stride_m=0.2, lift_m=0.12, press_m=0.03, shift_rad=0.4)
+    return walking("a hexapod with the legs of set C", body, foot, 1.25, 2.0)
+
+
 SYSTEMS: dict[str, Callable[[], Legged]] = {
     "bar-light": lambda: bar(LIGHT),
     "bar-heavy": lambda: bar(HEAVY),
@@ -115,6 +125,7 @@ SYSTEMS: dict[str, Callable[[], Legged]] = {
     "plate-light-twist": lambda: plate(HEAVY, HEAVY, LIGHT),
     "quadruped-a": quadruped_a,
     "quadruped-c": quadruped_c,
+    "hexapod": hexapod,
 }
 """What makes each of the named systems."""
 

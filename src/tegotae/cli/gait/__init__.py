@@ -8,7 +8,10 @@ from typing import Annotated
 import tyro
 
 from tegotae.cli.gait.basin import Basin
+from tegotae.cli.gait.lesion import Lesion
+from tegotae.cli.gait.map import Map
 from tegotae.cli.gait.simulate import Simulate
+from tegotae.cli.gait.stability import Stability
 from tegotae.cli.gait.sweep import Sweep
 
 subcommand = tyro.conf.subcommand
@@ -21,7 +24,10 @@ class Gait:
     which: Annotated[
         Annotated[Simulate, subcommand("simulate")]
         | Annotated[Basin, subcommand("basin")]
-        | Annotated[Sweep, subcommand("sweep")],
+        | Annotated[Sweep, subcommand("sweep")]
+        | Annotated[Map, subcommand("map")]
+        | Annotated[Stability, subcommand("stability")]
+        | Annotated[Lesion, subcommand("lesion")],
         tyro.conf.arg(name=""),
     ]
 

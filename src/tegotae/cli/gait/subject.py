@@ -54,7 +54,7 @@ class Subject:
         require_finite("tolerance", self.tolerance, above=0.0, most=0.5)
         found = system(self.system).with_numbers(self.omega, self.sigma)
         if self.set:
-            fields = dict(map(_assignment, self.set))
+            fields = dict(assignment("--set", each) for each in self.set)
             own = [field.name for field in dataclasses.fields(found.body)]  # type: ignore[arg-type]
             for name in fields:
                 if name not in own:
@@ -104,13 +104,13 @@ class Subject:
         print("wrote " + ", ".join(map(str, paths)))
 
 
-def _assignment(text: str) -> tuple[str, Any]:
+def assignment(option: str, text: str) -> tuple[str, Any]:
     name, equals, value = text.partition("=")
     numbers: tuple[float, ...] = ()
     with contextlib.suppress(ValueError):
         numbers = tuple(float(each) for each in value.split(","))
     if not equals or not numbers:
         raise TegotaeError(
-            f"--set {text} sets nothing; write NAME=NUMBER, or NAME=NUMBER,NUMBER for the legs"
+            f"{option} {text} sets nothing; write NAME=NUMBER, or NAME=NUMBER,NUMBER for the legs"
         )
     return name, numbers[0] if len(numbers) == 1 else numbers
