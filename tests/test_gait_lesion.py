@@ -48,7 +48,8 @@ def test_nothing_before_the_lesion_knows_of_it_to_the_bit():
 
 def test_a_bar_that_grows_heavy_goes_from_antiphase_to_in_phase():
     found = aftermath(BAR, Lesion(at_s=30.0, fields=(("inertia_ratio", 1.6),)), 4)
-    assert set(found.gait_before) == {"antiphase"} and set(found.gait_after) == {"in phase"}
+    assert set(found.gait_before) == {"antiphase"}
+    assert set(found.gait_after) == {"in phase"}
     assert found.share == (1.0, pytest.approx(0.51, abs=0.01), 1.0)
     np.testing.assert_allclose(np.abs(found.lag_change[1]), 0.49, atol=0.03)
     assert (found.after.lock_time_s > 1.0).all()  # counted from the lesion on
@@ -56,18 +57,22 @@ def test_a_bar_that_grows_heavy_goes_from_antiphase_to_in_phase():
 
 
 def test_a_quadruped_that_loses_a_leg_falls(lost):
-    assert lost.stood.all() and not lost.stays.any()
+    assert lost.stood.all()
+    assert not lost.stays.any()
     share, low, high = lost.share
-    assert share == low == 0.0 and 0.3 < high < 0.5  # of six starts
+    assert share == low == 0.0
+    assert 0.3 < high < 0.5
     assert set(lost.gait_before) == {"diagonal-sequence walk"}
     assert set(lost.gait_after) == {"fallen"}
-    assert (lost.after.fall_time_s > 0.0).all() and (lost.after.fall_time_s < 20.0).all()
+    assert (lost.after.fall_time_s > 0.0).all()
+    assert (lost.after.fall_time_s < 20.0).all()
 
 
 def test_lags_are_then_measured_from_a_leg_that_is_left(lost):
     assert lost.left == (0, 1, 3)
     assert lost.reference == 0
-    assert lost.before.lag.shape == (4, 6) and lost.after.lag.shape == (3, 6)
+    assert lost.before.lag.shape == (4, 6)
+    assert lost.after.lag.shape == (3, 6)
     np.testing.assert_array_equal(lost.before.lag[0] % 1.0, 0.0)
 
 
@@ -132,4 +137,5 @@ def test_the_command_writes_a_picture_and_the_same_rows_twice(tmp_path, capsys, 
 def test_what_cannot_happen_is_told_in_one_line(tmp_path, capsys, options, line):
     assert main(["gait", "lesion", "quadruped-c", *options, "--out", str(tmp_path)]) == 2
     told = capsys.readouterr().err.strip()
-    assert line in told and "\n" not in told
+    assert line in told
+    assert "\n" not in told

@@ -73,7 +73,8 @@ def test_deviations_that_have_left_the_neighbourhood_do_not_count_even_if_they_r
 
 def test_too_few_deviations_make_no_map():
     found = fit_return_map(path(np.eye(2), [[0.01], [0.0]]))
-    assert np.isnan(found.largest) and np.isnan(found.residual)
+    assert np.isnan(found.largest)
+    assert np.isnan(found.residual)
 
 
 def test_a_multiplier_crosses_one_between_its_neighbours_and_not_over_a_gap():
@@ -115,7 +116,8 @@ def test_the_bar_exchanges_its_gaits_where_its_legs_do_not_feel_each_other(bars)
 def test_multipliers_say_which_gait_is_left_to_itself_and_which_is_not(bars):
     in_phase, antiphase = bars.branches
     assert (in_phase.gait, antiphase.gait) == ("in phase", "antiphase")
-    assert (in_phase.largest[1:3] > 1.02).all() and (in_phase.largest[3:] < 0.98).all()
+    assert (in_phase.largest[1:3] > 1.02).all()
+    assert (in_phase.largest[3:] < 0.98).all()
     assert (antiphase.largest[1:3] < 0.98).all()
     assert all(each.residual < 0.05 for each in in_phase.maps[1:])
 
