@@ -180,7 +180,7 @@ def test_a_kept_file_that_cannot_be_read_is_told(tmp_path):
 
 
 def test_the_command_writes_a_picture_and_the_same_rows_twice(tmp_path, capsys):
-    words = ["gait", "map", "bar-light", "--x", "inertia_ratio", "-1", "1.6", "--y", "sigma", "0"]
+    words = ["gait", "map", "bar-light", "--x", "inertia_ratio", "-0.4", "1.6", "--y", "sigma", "0"]
     words += ["1", "--cells", "3", "2", "--starts", "3", "--duration", "40", "--out", str(tmp_path)]
     assert main(words) == 0
     assert "antiphase" in capsys.readouterr().out
