@@ -139,7 +139,7 @@ def crossings(values: Sequence[float], largest: Any, gait: str = "") -> tuple[Cr
         gait: whose it is.
 
     Example:
-        >>> crossings([1.0, 2.0, 3.0], [0.8, 0.9, 1.1], "trot")
+        >>> crossings([1.0, 2.0, 3.0], [0.5, 0.75, 1.25], "trot")
         (Crossing(gait='trot', at=2.5, loses=True),)
     """
     points = zip(values, np.asarray(largest, float).tolist(), strict=True)
