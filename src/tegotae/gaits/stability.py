@@ -193,7 +193,8 @@ def stability(
 
     Example:
         >>> from tegotae.gaits import system
-        >>> found = stability(system("bar-light"), Axis("inertia_ratio", (0.98, 1.02)), ["in phase"])
+        >>> near = Axis("inertia_ratio", (0.98, 1.02))
+        >>> found = stability(system("bar-light"), near, ["in phase"])
         >>> [round(each.at, 2) for each in found.crossings]
         [1.0]
     """
