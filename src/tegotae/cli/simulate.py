@@ -116,7 +116,9 @@ class Simulate(WorkOption, ControllerOptions):
 
     def _parameters(self, simulation: Simulation) -> dict:
         scenario: dict[str, float | None] = {
-            k: float(v) for k, v in simulation.scenario._asdict().items() if k != "posture"
+            k: float(v)
+            for k, v in simulation.scenario._asdict().items()
+            if k not in ("posture", "rhythm", "changes")
         }
         if simulation.controller.oscillator is None:
             scenario["omega"] = None
