@@ -11,6 +11,7 @@ import jax.numpy as jnp
 
 from tegotae.channels import Channel
 from tegotae.errors import TegotaeError
+from tegotae.weight_names import Path, numbered
 
 
 class Oscillator(ABC):
@@ -33,6 +34,11 @@ class Oscillator(ABC):
     def n_weights(self) -> int:
         """How many trained numbers the oscillator has."""
         return 0
+
+    @property
+    def weight_names(self) -> tuple[Path, ...]:
+        """What each of its weights is, in a controller file and in C; numbers by default."""
+        return numbered(self.n_weights)
 
     def initial(self, key: jax.Array) -> jax.Array:
         """Random weights to start training from, shape [n_weights]."""

@@ -11,6 +11,7 @@ import jax.numpy as jnp
 
 from tegotae.channels import Channel
 from tegotae.oscillators.base import Oscillator
+from tegotae.weight_names import Path
 
 
 @dataclass(frozen=True)
@@ -43,6 +44,11 @@ class Clamped(Oscillator):
     def n_weights(self) -> int:
         """That of the oscillator within, so that its weights fit."""
         return self.inner.n_weights
+
+    @property
+    def weight_names(self) -> tuple[Path, ...]:
+        """As the oscillator within."""
+        return self.inner.weight_names
 
     def initial(self, key: jax.Array) -> jax.Array:
         """As the oscillator within."""

@@ -10,6 +10,8 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 
+from tegotae.weight_names import Path, numbered
+
 
 @dataclass(frozen=True)
 class Signals:
@@ -53,6 +55,11 @@ class Term(ABC):
     def n_weights(self) -> int:
         """How many trained numbers the term has."""
         return 0
+
+    @property
+    def weight_names(self) -> tuple[Path, ...]:
+        """What each of its weights is, in a controller file and in C; numbers by default."""
+        return numbered(self.n_weights)
 
     def initial(self, key: jax.Array) -> jax.Array:
         """Random weights to start training from, shape [n_weights]."""
