@@ -13,7 +13,7 @@ from tegotae.errors import TegotaeError, require_count, require_finite, whole_nu
 from tegotae.oscillators import Oscillator
 from tegotae.terms.actuation import Actuation
 from tegotae.terms.base import Signals, Term
-from tegotae.weight_names import Path, inside, numbered
+from tegotae.weight_names import WeightName, inside, numbered
 
 Weights = Sequence[jax.Array]
 
@@ -140,12 +140,12 @@ class Controller:
         return sum(part.n_weights for part in self._parts.values())
 
     @property
-    def unit_weight_names(self) -> dict[str, tuple[Path, ...]]:
+    def unit_weight_names(self) -> dict[str, tuple[WeightName, ...]]:
         """What each weight of a unit is, part by part."""
         return {role: _names(part) for role, part in self._parts.items()}
 
     @property
-    def weight_names(self) -> tuple[Path, ...]:
+    def weight_names(self) -> tuple[WeightName, ...]:
         """What each weight is: its set, if there are several, its part, and its name there.
 
         Example:
@@ -239,7 +239,7 @@ class Controller:
         return self.oscillator.rate(oscillator, omega, feedback, weights[self.layout["oscillator"]])
 
 
-def _names(part: Term | Oscillator) -> tuple[Path, ...]:
+def _names(part: Term | Oscillator) -> tuple[WeightName, ...]:
     """The names that a part gives its weights; numbers, if they do not tell all of them apart."""
     names = part.weight_names
     return names if len(set(names)) == part.n_weights == len(names) else numbered(part.n_weights)

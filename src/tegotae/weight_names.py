@@ -7,21 +7,21 @@ from typing import Any
 
 from tegotae.documents import DamagedDocumentError
 
-Path = tuple[str | int, ...]
+WeightName = tuple[str | int, ...]
 """Where a weight stands: names, and numbers from 0 on, such as ("neuron", 2, "bias")."""
 
 
-def numbered(count: int) -> tuple[Path, ...]:
+def numbered(count: int) -> tuple[WeightName, ...]:
     """Names for weights that have none: ("weight", 0), ("weight", 1) ..."""
     return tuple(("weight", i) for i in range(count))
 
 
-def inside(outer: Path, paths: Sequence[Path]) -> tuple[Path, ...]:
+def inside(outer: WeightName, paths: Sequence[WeightName]) -> tuple[WeightName, ...]:
     """The same paths within another one."""
     return tuple((*outer, *path) for path in paths)
 
 
-def nested(paths: Sequence[Path], values: Sequence[Any]) -> Any:
+def nested(paths: Sequence[WeightName], values: Sequence[Any]) -> Any:
     """The values as objects and lists within each other.
 
     Example:
@@ -44,7 +44,7 @@ def _with_lists(tree: Any) -> Any:
     return list(entries.values()) if entries and all(isinstance(x, int) for x in tree) else entries
 
 
-def flat(paths: Sequence[Path], tree: Any) -> list[Any]:
+def flat(paths: Sequence[WeightName], tree: Any) -> list[Any]:
     """What `nested` made, as the values in the order of the paths.
 
     Raises:
@@ -70,7 +70,7 @@ def flat(paths: Sequence[Path], tree: Any) -> list[Any]:
     return [entries[path] for path in paths]
 
 
-def _entries(tree: Any, path: Path) -> list[tuple[Path, Any]]:
+def _entries(tree: Any, path: WeightName) -> list[tuple[WeightName, Any]]:
     if isinstance(tree, Mapping):
         return [each for name, inner in tree.items() for each in _entries(inner, (*path, name))]
     if isinstance(tree, list):
@@ -78,7 +78,7 @@ def _entries(tree: Any, path: Path) -> list[tuple[Path, Any]]:
     return [(path, tree)]
 
 
-def spelled(path: Path) -> str:
+def spelled(path: WeightName) -> str:
     """A path as people and C write it.
 
     Example:

@@ -9,7 +9,7 @@ import jax
 import jax.numpy as jnp
 
 from tegotae.terms.base import Signals
-from tegotae.weight_names import Path, numbered
+from tegotae.weight_names import WeightName, numbered
 
 
 class Coupling(ABC):
@@ -30,7 +30,7 @@ class Coupling(ABC):
         """How many trained numbers it has for so many limbs."""
         return 0
 
-    def weight_names(self, limbs: int) -> tuple[Path, ...]:
+    def weight_names(self, limbs: int) -> tuple[WeightName, ...]:
         """What each of its weights is, in a controller file and in C; numbers by default."""
         return numbered(self.n_weights(limbs))
 

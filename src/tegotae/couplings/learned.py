@@ -10,7 +10,7 @@ import jax.numpy as jnp
 
 from tegotae.couplings.base import Coupling
 from tegotae.terms.base import Signals
-from tegotae.weight_names import Path, inside
+from tegotae.weight_names import WeightName, inside
 
 
 @dataclass(frozen=True)
@@ -29,7 +29,7 @@ class LearnedCoupling(Coupling):
         """Two for each ordered pair."""
         return 2 * limbs * (limbs - 1)
 
-    def weight_names(self, limbs: int) -> tuple[Path, ...]:
+    def weight_names(self, limbs: int) -> tuple[WeightName, ...]:
         """Of each ordered pair its a and its b."""
         return inside(("pair",), [(n, x) for n in range(limbs * (limbs - 1)) for x in ("a", "b")])
 

@@ -12,7 +12,7 @@ import jax
 import numpy as np
 
 from tegotae.errors import TegotaeError
-from tegotae.export.names import Place, place_of
+from tegotae.export.names import Place, c_name, docstring, place_of
 from tegotae.export.primitives import CALLS, SCALAR
 
 _KINDS = {"float32": "float", "int32": "int32_t", "bool": "bool"}
@@ -46,6 +46,8 @@ class Procedure:
     parameters: tuple[str, ...]
     inputs: tuple[Node, ...]
     results: tuple[Node, ...]
+    about: str = ""
+    """What its docstring says it does."""
 
 
 @dataclass(eq=False)
@@ -161,13 +163,21 @@ class Reader:
             names = getattr(about, "arg_names", None) or ()
             if len(names) != len(jaxpr.invars):
                 names = [f"x{i}" for i in range(len(jaxpr.invars))]
+            taken: set[str] = set()
+            names = [c_name(each, taken) for each in names]
             kinds = [_kind(each.aval, name) for each in jaxpr.invars]
             inputs = [given(n, kind) for n, kind in zip(names, kinds, strict=True)]
             arrays = [
                 _array([n], v.aval.shape) for n, v in zip(inputs, jaxpr.invars, strict=True)
             ]
             results = [array.item() for array in self._run(jaxpr, constants, arrays, None)]
-            self._procedures[text] = Procedure(name, tuple(names), tuple(inputs), tuple(results))
+            self._procedures[text] = Procedure(
+                name,
+                tuple(names),
+                tuple(inputs),
+                tuple(results),
+                docstring(getattr(about, "func_src_info", None) or ""),
+            )
         return self._procedures[text]
 
 

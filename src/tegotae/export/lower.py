@@ -46,7 +46,9 @@ class Library:
                 for node, text in zip(procedure.inputs, procedure.parameters, strict=True)
             )
             kinds = [node.kind for node in procedure.results]
-            self.procedures.append(function(name, parameters, body.lines, results, kinds))
+            self.procedures.append(
+                function(name, parameters, body.lines, results, kinds, comment=procedure.about)
+            )
         return self.names[id(procedure)]
 
 

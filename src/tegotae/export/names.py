@@ -115,6 +115,21 @@ def _assigned(file: Path) -> dict[int, tuple[str, ...]]:
     return found
 
 
+def docstring(source: str) -> str:
+    """The first line of a function's docstring, from what a trace says of it: NAME at FILE:LINE."""
+    name, _, place = source.partition(" at ")
+    file = Path(place.rpartition(":")[0])
+    try:
+        tree = ast.parse(file.read_text(encoding="utf-8"))
+    except (OSError, ValueError, SyntaxError):
+        return ""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.FunctionDef) and node.name == name:
+            first = (ast.get_docstring(node) or "").split("\n\n")[0]
+            return plain(re.sub(r"\s+", " ", first)).replace("*/", "* /")
+    return ""
+
+
 def is_c_name(text: str) -> bool:
     """Whether it may begin names in C: a letter, and then letters, digits and underscores.
 

@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from typing import Any
 
 from tegotae.export.lower import number, wrapped
-from tegotae.weight_names import Path, nested
+from tegotae.weight_names import WeightName, nested
 
 
-def struct(name: str, paths: Sequence[Path]) -> str:
+def struct(name: str, paths: Sequence[WeightName]) -> str:
     """The type of a part's weights."""
     tree = nested(paths, [0.0] * len(paths))
     return f"typedef struct {{\n{_members(tree, '    ')}}} {name};\n"
@@ -28,7 +28,7 @@ def _member(name: str, entry: Any, indent: str) -> str:
     return f"{indent}float {name};\n"
 
 
-def initialiser(paths: Sequence[Path], values: Sequence[Any], indent: str = "    ") -> str:
+def initialiser(paths: Sequence[WeightName], values: Sequence[Any], indent: str = "    ") -> str:
     """The values of a struct, each under its name."""
     return _values(nested(paths, values), indent)
 
@@ -49,4 +49,5 @@ def _values(tree: Any, indent: str) -> str:
 
 
 def _long(line: str, indent: str) -> str:
-    return "{\n" + wrapped(line, indent + "    ").replace("\n    ", "\n", 0) + f"\n{indent}}}"
+    whole = wrapped(line.replace(" = ", "~=~"), indent + "    ").replace("~=~", " = ")
+    return f"{{\n{whole}\n{indent}}}"

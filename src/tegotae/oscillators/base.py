@@ -11,7 +11,7 @@ import jax.numpy as jnp
 
 from tegotae.channels import Channel
 from tegotae.errors import TegotaeError
-from tegotae.weight_names import Path, numbered
+from tegotae.weight_names import WeightName, numbered
 
 
 class Oscillator(ABC):
@@ -36,7 +36,7 @@ class Oscillator(ABC):
         return 0
 
     @property
-    def weight_names(self) -> tuple[Path, ...]:
+    def weight_names(self) -> tuple[WeightName, ...]:
         """What each of its weights is, in a controller file and in C; numbers by default."""
         return numbered(self.n_weights)
 

@@ -11,7 +11,7 @@ import jax.numpy as jnp
 
 from tegotae.channels import Channel
 from tegotae.oscillators.base import Oscillator
-from tegotae.weight_names import Path
+from tegotae.weight_names import WeightName
 
 
 @dataclass(frozen=True)
@@ -46,7 +46,7 @@ class Clamped(Oscillator):
         return self.inner.n_weights
 
     @property
-    def weight_names(self) -> tuple[Path, ...]:
+    def weight_names(self) -> tuple[WeightName, ...]:
         """As the oscillator within."""
         return self.inner.weight_names
 

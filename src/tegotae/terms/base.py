@@ -10,7 +10,7 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 
-from tegotae.weight_names import Path, numbered
+from tegotae.weight_names import WeightName, numbered
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ class Term(ABC):
         return 0
 
     @property
-    def weight_names(self) -> tuple[Path, ...]:
+    def weight_names(self) -> tuple[WeightName, ...]:
         """What each of its weights is, in a controller file and in C; numbers by default."""
         return numbered(self.n_weights)
 

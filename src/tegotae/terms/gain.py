@@ -9,7 +9,7 @@ import jax
 import jax.numpy as jnp
 
 from tegotae.terms.base import Signals, Term
-from tegotae.weight_names import Path
+from tegotae.weight_names import WeightName
 
 
 @dataclass(frozen=True)
@@ -30,7 +30,7 @@ class ConstantGain(Term):
         return 1
 
     @property
-    def weight_names(self) -> tuple[Path, ...]:
+    def weight_names(self) -> tuple[WeightName, ...]:
         """σ."""
         return (("sigma",),)
 

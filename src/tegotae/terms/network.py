@@ -11,7 +11,7 @@ import jax.numpy as jnp
 from tegotae.errors import TegotaeError, require_count
 from tegotae.maths import sum_of_ratios, tanh_ratio
 from tegotae.terms.base import Signals, Term
-from tegotae.weight_names import Path
+from tegotae.weight_names import WeightName
 
 PHASE = "phase"
 
@@ -61,7 +61,7 @@ class Network(Term):
         return self.hidden * (len(self.reads) + 2)
 
     @property
-    def weight_names(self) -> tuple[Path, ...]:
+    def weight_names(self) -> tuple[WeightName, ...]:
         """Of each neuron the weight of every input by its name, bias and output."""
         own = (*self.reads, "bias", "output")
         return tuple(("neuron", j, name) for j in range(self.hidden) for name in own)
