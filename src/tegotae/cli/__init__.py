@@ -13,6 +13,7 @@ from tegotae.cli.bench import Bench
 from tegotae.cli.compare import Compare
 from tegotae.cli.console import make_safe
 from tegotae.cli.evaluate import Evaluate
+from tegotae.cli.export import Export
 from tegotae.cli.figure import Figure
 from tegotae.cli.models import Models
 from tegotae.cli.simulate import Simulate
@@ -33,6 +34,7 @@ COMMANDS = {
     "compare": Compare,
     "figure": Figure,
     "study": Study,
+    "export": Export,
     "bench": Bench,
 }
 

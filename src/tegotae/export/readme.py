@@ -23,10 +23,12 @@ def readme(export: Export) -> str:
         f"{'force of the actuator, in [0, α]' if force else 'place of the foot from that at rest'} |"
         for name in export.commands
     ]
-    first = member(export.senses[0]) if export.senses else "unused"
-    command = member(export.commands[0])
+    measured = "".join(
+        f"    in.{member(name)}{'' if one else '[leg]'} = ...;\n" for name in export.senses
+    )
     at = "" if one else "[leg]"
-    of_all = "" if one else "for every leg: "
+    command = f"{at} and out.".join(map(member, export.commands))
+    of_all = "" if one else ", for every leg"
     sections = [
         f"# {saved.model or 'A Tegotae controller'} as C\n",
         f"Call `{prefix}_step` every {export.tick_s:g} s. No other period will do: it is compiled in.\n",
@@ -36,9 +38,9 @@ def readme(export: Export) -> str:
         f"{prefix}_init(&state{start});\n"
         f"for (;;) {{                         /* every {export.tick_s:g} s */\n"
         f"    {prefix}_inputs in;\n    {prefix}_outputs out;\n"
-        f"    in.{first}{at} = ...;           /* {of_all}measured now */\n"
+        f"    /* Measure now{of_all}. */\n{measured}"
         f"    {prefix}_step(&state, &in, &out);\n"
-        f"    send(out.{command}{at});        /* {of_all}held until the next tick */\n"
+        f"    /* Send out.{command}{at}{of_all}, and hold it until the next tick. */\n"
         "}\n```\n",
         "| | name | unit | what |\n|---|---|---|---|\n" + "\n".join(rows) + "\n",
     ]
