@@ -231,7 +231,7 @@ def found(**entries) -> Coordination:
     """The coordination of one lane of two legs in antiphase, but for some entries."""
     one = {name: np.zeros(1) for name in Coordination._fields}
     one |= {"lag": np.array([[0.0], [0.5]]), "moved": np.array([0.3])}
-    one |= {"step_frequency_hz": np.full((2, 1), 1.2), "fall_time_s": np.array([np.nan])}
+    one |= {"cycle_frequency_hz": np.full(1, 1.2), "fall_time_s": np.array([np.nan])}
     return Coordination(**{**one, **entries})
 
 
@@ -242,7 +242,7 @@ def found(**entries) -> Coordination:
         ({"lag": np.array([[0.0], [0.25]])}, "in between"),
         ({"lock_time_s": np.array([np.nan])}, "not locked"),
         ({"moved": np.zeros(1)}, "as released"),
-        ({"step_frequency_hz": np.full((2, 1), np.nan)}, "standing"),
+        ({"cycle_frequency_hz": np.zeros(1)}, "standing"),
         ({"fall_time_s": np.array([3.0])}, "fallen"),
     ],
 )

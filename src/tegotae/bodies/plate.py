@@ -133,12 +133,25 @@ class Plate(Upright):
         pitch_rate_rad_per_s=0.0,
         roll_rad=0.0,
         roll_rate_rad_per_s=0.0,
+        twist_rad=None,
+        twist_rate_rad_per_s=None,
     ) -> UprightState:
-        """State at release, untwisted: heave, pitch, roll and their rates."""
-        return self._released(
-            (height_m, pitch_rad, roll_rad),
-            (velocity_m_per_s, pitch_rate_rad_per_s, roll_rate_rad_per_s),
-        )
+        """State at release: heave, pitch, roll, with a spine the twist, and their rates.
+
+        Raises:
+            TegotaeError: for a twist of a plate that does not twist.
+        """
+        place = (height_m, pitch_rad, roll_rad)
+        rate = (velocity_m_per_s, pitch_rate_rad_per_s, roll_rate_rad_per_s)
+        if self.twist_inertia_ratio is None:
+            if twist_rad is not None or twist_rate_rad_per_s is not None:
+                raise TegotaeError(
+                    "the release is twisted, and this plate does not twist; give it a "
+                    "twist_inertia_ratio"
+                )
+            return self._released(place, rate)
+        twist = (0.0 if x is None else x for x in (twist_rad, twist_rate_rad_per_s))
+        return self._released(*((*of, x) for of, x in zip((place, rate), twist, strict=True)))
 
 
 def _typical(arms: tuple[float, ...]) -> float:

@@ -168,11 +168,10 @@ class Upright(Body):
             raise TegotaeError(f"as a leg of this {type(self).__name__.lower()}, {error}") from None
 
     def _released(self, place: tuple[Any, ...], rate: tuple[Any, ...]) -> UprightState:
-        """The state with heave and turns at these values, and turns without one at zero."""
+        """The state with heave and turns at these values."""
 
         def modes(values: tuple[Any, ...]) -> jax.Array:
-            rest = (0.0,) * (1 + len(self.turns) - len(values))
-            return jnp.stack([jnp.zeros_like(values[0]) + x for x in (*values, *rest)])
+            return jnp.stack([jnp.zeros_like(values[0]) + x for x in values])
 
         return UprightState(modes(place), modes(rate))
 
@@ -196,11 +195,11 @@ class Upright(Body):
         hips at its reach are l0 over the middle.
         """
         over = self._over_touchdown(state, ground_m)
-        spring = self.stiffness_n_per_m * jnp.maximum(-over, 0.0)
+        spring = _per_limb(self.stiffness_n_per_m, over) * jnp.maximum(-over, 0.0)
         values = {
             "spring_force": spring,
             "velocity": self._frame(state.place[0]).hips(state.rate),
-            "height": over + self.rest_length_m,
+            "height": over + _per_limb(self.rest_length_m, over),
         }
         scales = {
             "spring_force": self.mass_kg * self.gravity_m_per_s2,
@@ -216,12 +215,12 @@ class Upright(Body):
                 f"{turn.name}_rate": (state.rate[mode], steep * self.rate_scale),
             }
             for name, (value, scale) in felt.items():
-                values[name], scales[name] = jnp.broadcast_to(value, over.shape), scale
+                values[name], scales[name] = _per_limb(value, over), scale
         return Sensation(values, scales)
 
     def _law(self, stance: jax.Array, force_n: jax.Array, rise_n_per_s: jax.Array) -> Law:
         def in_stance(x: Any) -> jax.Array:
-            return jnp.where(stance, jnp.broadcast_to(x, force_n.shape), jnp.zeros_like(force_n))
+            return jnp.where(stance, _per_limb(x, force_n), jnp.zeros_like(force_n))
 
         return Law(
             in_stance(force_n),
@@ -269,7 +268,7 @@ class Upright(Body):
             return frame.motion(self._law(at.stance, begins, slope), at.place, at.rate)
 
         def reached(motion: list[jax.Array], at: _At) -> tuple[jax.Array, jax.Array]:
-            return series(motion, tick_s - at.passed.time)
+            return series(motion, (tick_s - at.passed.time)[None])
 
         def changes(place: jax.Array, at: _At) -> jax.Array:
             return ((frame.hips(place) < 0.0) != at.stance) & ~at.changed
@@ -289,7 +288,7 @@ class Upright(Body):
             when = jnp.where(will, crossing_time([frame.hips(x) for x in now], left), jnp.inf)
             step = jnp.where(will.any(axis=0), when.min(axis=0), 0.0)
             first = will & (when <= step[None])
-            place, rate = series(now, step)
+            place, rate = series(now, step[None])
             passed = self._passed(frame, at, place, rate, step)
             lands = jnp.broadcast_to(passed.time / tick_s, over.shape)
             passed = passed._replace(
@@ -333,7 +332,8 @@ class Upright(Body):
 
     def failed(self, state: UprightState, ground_m: jax.Array) -> jax.Array:
         """True where a leg has no length left."""
-        return (self._over_touchdown(state, ground_m) + self.rest_length_m <= 0.0).any(axis=0)
+        over = self._over_touchdown(state, ground_m)
+        return (over + _per_limb(self.rest_length_m, over) <= 0.0).any(axis=0)
 
     def height(self, state: UprightState) -> jax.Array:
         """Heave y [m]."""
@@ -353,3 +353,8 @@ class Upright(Body):
             + self.total_mass_kg * self.gravity_m_per_s2 * state.place[0]
             + 0.5 * self.stiffness_n_per_m * (compression**2).sum(axis=0)
         )
+
+
+def _per_limb(x: Any, like: jax.Array) -> jax.Array:
+    """A number, or one a lane, for every limb."""
+    return jnp.broadcast_to(jnp.asarray(x, like.dtype), like.shape)

@@ -15,6 +15,7 @@ from tegotae.cli.console import make_safe
 from tegotae.cli.evaluate import Evaluate
 from tegotae.cli.export import Export
 from tegotae.cli.figure import Figure
+from tegotae.cli.gait import Gait
 from tegotae.cli.models import Models
 from tegotae.cli.simulate import Simulate
 from tegotae.cli.status import DEBUG, exit_status, leave
@@ -33,6 +34,7 @@ COMMANDS = {
     "evaluate": Evaluate,
     "compare": Compare,
     "figure": Figure,
+    "gait": Gait,
     "study": Study,
     "export": Export,
     "bench": Bench,

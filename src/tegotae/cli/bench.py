@@ -6,6 +6,7 @@ import json
 import subprocess
 import sys
 from dataclasses import dataclass
+from typing import Any
 
 from rich.console import Console
 from rich.table import Table
@@ -24,6 +25,8 @@ class Bench:
     """Rollouts at a time."""
     skip_memory: bool = False
     """Leave out the memory of 100,000 lanes, which takes a minute to weigh."""
+    legs: bool = False
+    """Time bodies with several legs too, and MuJoCo with a twin of the one that walks."""
     json: bool = False
     """Print one JSON object."""
 
@@ -65,6 +68,10 @@ class Bench:
                 float(_program("tegotae.benchmarks.engine")) if not self.skip_memory else None
             ),
         }
+        if self.legs:
+            from tegotae.benchmarks import legs
+
+            figures["legs"] = [row._asdict() for row in legs.measured(self.lanes)]
         if self.json:
             print(json.dumps(figures))
             return
@@ -89,10 +96,28 @@ class Bench:
         console.print(
             f"jaxlib {jaxlib_version()}, XLA options: {', '.join(xla_options()) or 'none'}"
         )
+        if self.legs:
+            console.print(_table_of_legs(figures["legs"]))
         if not self.skip_memory:
             console.print(
                 f"peak memory of 100,000 lanes: {figures['memory_100k_lanes_gib']:.2f} GiB"
             )
+
+
+def _table_of_legs(rows: list[dict[str, Any]]) -> Table:
+    """What a leg costs, body by body; rates of the walkers are in units of √(l0/g)."""
+    table = Table("body", "legs", "ticks/s", "ticks/core-s", "legs x ticks/core-s", "time/core-s")
+    for row in rows:
+        per_core = row["ticks_per_core_s"]
+        table.add_row(
+            row["name"],
+            str(row["legs"]),
+            f"{row['ticks_per_s']:.3g}",
+            f"{per_core:.3g}",
+            f"{per_core * row['legs']:.3g}",
+            f"{per_core * row['tick_s']:.3g}",
+        )
+    return table
 
 
 def _program(module: str, *arguments: str, env: dict[str, str] | None = None) -> str:

@@ -26,12 +26,21 @@ def write_animation(result: Result, path: Path | str) -> Path:
         TegotaeError: for another ending, a missing ffmpeg, or a file that cannot be written.
     """
     path = animation_file(path)
-    gif = path.suffix.lower() == ".gif"
-    writer = (PillowWriter if gif else FFMpegWriter)(fps=FRAMES_PER_S)
+    with styled():
+        return save_animation(animation(result), path)
+
+
+def save_animation(moving: FuncAnimation, path: Path) -> Path:
+    """Write an animation to a file that `animation_file` has looked at.
+
+    Raises:
+        TegotaeError: if ffmpeg fails, or the file cannot be written.
+    """
+    writer = (PillowWriter if path.suffix.lower() == ".gif" else FFMpegWriter)(fps=FRAMES_PER_S)
     try:
         with styled(), tempfile.TemporaryDirectory() as folder:
             whole = Path(folder) / path.name
-            animation(result).save(whole, writer=writer, dpi=90)
+            moving.save(whole, writer=writer, dpi=90)
             write_atomically(path, whole.read_bytes())
     except subprocess.CalledProcessError:
         raise TegotaeError(f"ffmpeg failed to write {path}; use .gif") from None

@@ -24,7 +24,7 @@ AS_RELEASED = "as released"
 NOT_LOCKED = "not locked"
 """The lags do not stay where they are."""
 STANDING = "standing"
-"""No foot touches down in the window."""
+"""The rhythm of the reference leg stands still."""
 FALLEN = "fallen"
 """The body fell."""
 NO_GAIT = (IN_BETWEEN, AS_RELEASED, NOT_LOCKED, STANDING, FALLEN)
@@ -184,7 +184,7 @@ def gait_of(
         >>> import numpy as np
         >>> values = {name: np.zeros(2) for name in Coordination._fields}
         >>> values |= dict(lag=np.array([[0, 0], [0.5, 0.5]]), moved=np.array([0.2, 0.0]))
-        >>> values |= dict(fall_time_s=np.full(2, np.nan), step_frequency_hz=np.ones((2, 2)))
+        >>> values |= dict(fall_time_s=np.full(2, np.nan), cycle_frequency_hz=np.ones(2))
         >>> gait_of(Coordination(**values), ("H", "F")).tolist()
         ['antiphase', 'as released']
     """
@@ -192,8 +192,7 @@ def gait_of(
     name = np.where(np.isfinite(found.lock_time_s), name, NOT_LOCKED)
     if released:
         name = np.where(np.asarray(found.moved) <= UNMOVED, AS_RELEASED, name)
-    steps = np.isfinite(found.step_frequency_hz).any(axis=0)
-    name = np.where(steps, name, STANDING)
+    name = np.where(np.asarray(found.cycle_frequency_hz) > 0.0, name, STANDING)
     return np.where(np.isfinite(found.fall_time_s), FALLEN, name).astype(str)
 
 

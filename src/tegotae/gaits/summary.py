@@ -34,7 +34,7 @@ TOLERANCE = 0.05
 """How far the lags of a locked gait may stray from their mean [cycles]."""
 
 _OF_ALL = ("time_s", "failed", "stance_time_s", "touchdown_time_s", "work_absolute_j")
-_OF_SOME = ("x_m", "y_m", "slip_m")
+_OF_SOME = ("x_m", "y_m", "slid_m")
 
 
 class Coordination(NamedTuple):
@@ -58,7 +58,8 @@ class Coordination(NamedTuple):
     order_parameter: Any
     """|Σ exp(2πi lag)| / n: 1 if all legs are in phase."""
     cycle_frequency_hz: Any
-    """Cycles of the reference leg per second: turns of its oscillator, if it has one."""
+    """Cycles of the reference leg per second: turns of its oscillator, if it has one; 0 if it makes
+    less than one in the window."""
     step_frequency_hz: Any
     """Touchdowns per second, [limbs, lanes]."""
     duty_factor: Any
@@ -218,7 +219,7 @@ def coordination(
     places = [t.channels[name] for name in ("x_m", "y_m") if name in t.channels]
     speed = length([over_window(place) for place in places]) / time if travels else nothing
     weight = total_mass_kg(body) * body.gravity_m_per_s2  # type: ignore[attr-defined]
-    slip = t.channels.get("slip_m")
+    slip = t.channels.get("slid_m")
 
     def of_standing(x: jax.Array) -> jax.Array:
         return jnp.where(jnp.broadcast_to(fell, x.shape), jnp.nan, x)
@@ -230,7 +231,7 @@ def coordination(
         lock_time_s=of_standing(jnp.where(lock <= begun, lock, jnp.nan)),
         moved=of_standing(moved(raw)),
         order_parameter=of_standing(order_parameter(mean)),
-        cycle_frequency_hz=of_standing(hz),
+        cycle_frequency_hz=of_standing(jnp.where(steps, hz, 0.0)),
         step_frequency_hz=of_standing(step_frequency_hz(t.touchdown_time_s, begins)),
         duty_factor=of_standing(over_window(t.stance_time_s) / time[None]),
         power_w=of_standing(power),

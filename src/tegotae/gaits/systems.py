@@ -7,29 +7,125 @@ from collections.abc import Callable
 from pathlib import Path
 
 from tegotae import controller_file
-from tegotae.bodies import Bar
+from tegotae.bodies import Bar, Body, Plate, Walker
+from tegotae.controller import Controller, Tegotae
 from tegotae.errors import TegotaeError, unknown
 from tegotae.gaits.legged import Legged
+from tegotae.gaits.places import leg_names
 from tegotae.models import build
+from tegotae.oscillators import PhaseOscillator
 from tegotae.references import is_reference, named
+from tegotae.rollout import Timing
+from tegotae.terms import ConstantGain, VanillaAction, VanillaReaction
+from tegotae.terms.foot import EllipticFoot
+
+LIGHT, HEAVY = 0.6, 1.6
+"""Inertia ratios on either side of 1, where the legs do not feel each other."""
 
 
-def _bar(inertia_ratio: float, about: str) -> Callable[[], Legged]:
-    def made() -> Legged:
-        return Legged(
-            about=about,
-            body=Bar(inertia_ratio=inertia_ratio),
-            controller=dataclasses.replace(build("V-sector-w8"), limbs=2),
-            weights=(1.0,),
-            omega=8.0,
-        )
+def hopping(about: str, body: Body) -> Legged:
+    """The paper's legs under a bar or a plate; sector, ω 8, σ 1.
 
-    return made
+    Lags are measured from the (left) hind leg.
+    """
+    names = leg_names(body)
+    return Legged(
+        about=about,
+        body=body,
+        controller=dataclasses.replace(build("V-sector-w8"), limbs=body.limbs),
+        weights=(1.0,),
+        omega=8.0,
+        reference=names.index("LH") if "LH" in names else 0,
+    )
+
+
+def bar(inertia_ratio: float) -> Legged:
+    """Two of the paper's legs under a bar."""
+    about = f"two hopper legs under a bar, j = {inertia_ratio:g}"
+    return hopping(about, Bar(inertia_ratio=inertia_ratio))
+
+
+def plate(pitch: float, roll: float, twist: float | None = None) -> Legged:
+    """Four of them under a plate with these inertia ratios, and a limp spine if it twists."""
+    twisting = "" if twist is None else f", j_t = {twist:g}"
+    return hopping(
+        f"four hopper legs under a plate, j_p = {pitch:g}, j_r = {roll:g}{twisting}",
+        Plate(pitch_inertia_ratio=pitch, roll_inertia_ratio=roll, twist_inertia_ratio=twist),
+    )
+
+
+def walking(about: str, body: Walker, foot: EllipticFoot, sigma: float, omega: float) -> Legged:
+    """A torso on legs whose feet go round ellipses; each leg's oscillator feels its own load.
+
+    Dimensionless: l0 = m = g = 1. It begins on its feet, at rest; lags are measured from the left
+    hind leg, or the first one where there is none.
+    """
+    unnamed = Legged(
+        about=about,
+        body=body,
+        controller=Controller(
+            foot,
+            PhaseOscillator(),
+            Tegotae(VanillaAction(), VanillaReaction(), ConstantGain()),
+            limbs=body.limbs,
+        ),
+        weights=(sigma,),
+        omega=omega,
+        height_m=body.standing_height_m + foot.press_m,
+        timing=Timing(duration_s=200.0, tick_s=0.008, frame_s=0.08),
+        dimensionless=True,
+    )
+    names = unnamed.names
+    return dataclasses.replace(unnamed, reference=names.index("LH") if "LH" in names else 0)
+
+
+def quadruped_a() -> Legged:
+    """Set A: broad and high, stiff legs sideways."""
+    body = Walker(
+        hips_x_m=(0.7, 0.7, -0.7, -0.7),
+        hips_y_m=(0.45, -0.45, 0.45, -0.45),
+        com_z_m=-0.2,
+        inertia_x_kg_m2=0.10,
+        inertia_y_kg_m2=0.25,
+        inertia_z_kg_m2=0.30,
+        stiffness_x_n_per_m=15.0,
+        stiffness_y_n_per_m=8.0,
+        stiffness_z_n_per_m=8.0,
+        damping_xy_ns_per_m=1.5,
+        damping_z_ns_per_m=1.2,
+        friction=0.6,
+    )
+    foot = EllipticFoot(stride_m=0.25, lift_m=0.08, press_m=0.02, shift_rad=0.0)
+    return walking("a quadruped that walks and trots, set A", body, foot, 1.0, 2.0)
+
+
+def quadruped_c() -> Legged:
+    """Set C: long and low, the defaults of `Walker`."""
+    foot = EllipticFoot(stride_m=0.2, lift_m=0.12, press_m=0.03, shift_rad=0.4)
+    return walking("a quadruped that walks and trots, set C", Walker(), foot, 1.25, 2.0)
+
+
+def hexapod() -> Legged:
+    """The legs of set C, three on either side."""
+    body = Walker(
+        hips_x_m=(0.85, 0.85, 0.0, 0.0, -0.85, -0.85),
+        hips_y_m=(0.44, -0.44, 0.44, -0.44, 0.44, -0.44),
+    )
+    foot = EllipticFoot(stride_m=0.2, lift_m=0.12, press_m=0.03, shift_rad=0.4)
+    return walking("a hexapod with the legs of set C", body, foot, 1.25, 2.0)
 
 
 SYSTEMS: dict[str, Callable[[], Legged]] = {
-    "bar-light": _bar(0.6, "two hopper legs under a bar that is light in pitch, j = 0.6"),
-    "bar-heavy": _bar(1.6, "two hopper legs under a bar that is heavy in pitch, j = 1.6"),
+    "bar-light": lambda: bar(LIGHT),
+    "bar-heavy": lambda: bar(HEAVY),
+    "plate-light-pitch": lambda: plate(LIGHT, HEAVY),
+    "plate-light-roll": lambda: plate(HEAVY, LIGHT),
+    "plate-light-both": lambda: plate(LIGHT, LIGHT),
+    "plate-heavy": lambda: plate(HEAVY, HEAVY),
+    "plate-light-twist": lambda: plate(HEAVY, HEAVY, LIGHT),
+    "quadruped-a": quadruped_a,
+    "quadruped-c": quadruped_c,
+    "hexapod": hexapod,
 }
 """What makes each of the named systems."""
 
@@ -45,8 +141,8 @@ def system(name: str) -> Legged:
         TegotaeError: for an unknown name, an object of another kind, or a body of one leg.
 
     Example:
-        >>> system("bar-light").body.inertia_ratio
-        0.6
+        >>> system("bar-light").body.inertia_ratio, system("quadruped-c").names
+        (0.6, ('LF', 'RF', 'LH', 'RH'))
     """
     if name in SYSTEMS:
         return SYSTEMS[name]()
@@ -62,4 +158,4 @@ def system(name: str) -> Legged:
             omega=saved.omega,
         )
     error = unknown("legged system", name, SYSTEMS)
-    raise TegotaeError(f"{error}; FILE.py:OBJECT names one of your own")
+    raise TegotaeError(f"{error} FILE.py:OBJECT names one of your own")

@@ -30,8 +30,9 @@ class Signals:
 
     def dimensionless(self, name: str) -> jax.Array:
         """The quantity over its scale, as a network sees it."""
-        value = self.values[name]
-        return value / self.scales[name] if name in self.scales else value
+        value, scale = self.values[name], self.scales.get(name, 1.0)
+        # A scale may be one a lane.
+        return value / (jnp.broadcast_to(scale, value.shape) if jnp.ndim(scale) else scale)
 
     def adding(self, scale: Any = None, **values: jax.Array) -> Signals:
         """The same signals and some more; `scale` belongs to each of the added ones."""

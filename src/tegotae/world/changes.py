@@ -67,7 +67,9 @@ class Staircase(NamedTuple):
         """The value during a control tick, given the usual one."""
         dwell = jnp.round(self.dwell_s / tick_s)
         level = jnp.minimum(jnp.floor(tick.astype(dwell.dtype) / dwell), self.levels - 1.0)
-        return usual + level * self.step
+        rise = level * self.step
+        shape = jnp.broadcast_shapes(jnp.shape(usual), jnp.shape(rise))
+        return jnp.broadcast_to(usual, shape) + jnp.broadcast_to(rise, shape)
 
 
 Change = Step | Staircase

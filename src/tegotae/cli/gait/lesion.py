@@ -1,0 +1,105 @@
+"""`tegotae gait lesion`: a leg lost, a load laid on, the ground dropped."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated
+
+import numpy as np
+
+from tegotae.cli.gait.subject import Subject, assignment
+from tegotae.cli.options import UNSET
+from tegotae.cli.tables import print_rows
+from tegotae.errors import TegotaeError
+
+if TYPE_CHECKING:
+    from tegotae.gaits.lesion import Aftermath
+
+
+@dataclass(frozen=True, kw_only=True)
+class Lesion(Subject):
+    """A leg lost, a number of the body changed, or the ground dropped: who stays up, and how."""
+
+    lose: tuple[str, ...] = ()
+    """Names of legs that are lost, such as LH."""
+    then: tuple[str, ...] = ()
+    """Numbers of the body that are otherwise from then on, such as mass_kg=1.3 com_x_m=0.1."""
+    drop: float = 0.0
+    """How far the ground drops [m]."""
+    at: Annotated[float | None, UNSET] = None
+    """When it happens [s]; at half of the time by default."""
+    starts: int = 64
+    """How many releases."""
+
+    def run(self) -> None:
+        """Compute, write, and print."""
+        from tegotae.figures.gaits.lesion import lesion_figure
+        from tegotae.gaits.document import coordination_columns, write
+        from tegotae.gaits.lesion import Lesion as What
+        from tegotae.gaits.lesion import aftermath
+
+        fields = tuple(_number(*assignment("--then", each)) for each in self.then)
+        legged = self.legged()
+        at = 0.5 * legged.timing.duration_s if self.at is None else self.at
+        what = What(at_s=at, lost=self.lose, fields=fields, drop_m=self.drop)
+        found = aftermath(legged, what, self.starts, seed=self.seed, tolerance=self.tolerance)
+        left = [legged.names[i] for i in found.left]
+        before = coordination_columns(found.before, legged.names)
+        after = coordination_columns(found.after, left)
+        rows = {
+            "start": np.arange(self.starts),
+            "stood_before": found.stood,
+            "stays_up": found.stays,
+            "gait_before": found.gait_before,
+            "gait_after": found.gait_after,
+            **{f"lag_change_cycles_{leg}": found.lag_change[i] for i, leg in enumerate(left)},
+            **{f"before_{name}": values for name, values in before.items()},
+            **{f"after_{name}": values for name, values in after.items()},
+        }
+        share, low, high = found.share
+        document = self.document(
+            legged, "lesion", lesion=found.lesion, reference=legged.names[found.reference],
+            stays_up={"share": share, "low": low, "high": high, "of": int(found.stood.sum())},
+        )  # fmt: skip
+        written = [
+            self.draw(lesion_figure(found, self.title(legged)), "lesion"),
+            *write(self.out, "lesion", document, rows),
+        ]
+        _print(found)
+        self.wrote(written)
+
+
+def _number(name: str, value: float | tuple[float, ...]) -> tuple[str, float]:
+    if isinstance(value, tuple):
+        raise TegotaeError(f"--then {name} has {len(value)} numbers; name one")
+    return name, value
+
+
+def _print(found: Aftermath) -> None:
+    names, time = found.legged.names, found.legged.units[1]
+    share, low, high = found.share
+    stood = int(found.stood.sum())
+    print(
+        f"{found.lesion.told} at {found.lesion.at_s:g} {time}: "
+        f"{int(found.stays.sum())} of {stood} that stood stay up, "
+        f"{share:.3f} ({low:.3f} … {high:.3f})"
+    )
+    pairs = [
+        f"{a} → {b}"
+        for a, b in zip(found.gait_before[found.stood], found.gait_after[found.stood], strict=True)
+    ]
+    listed, counts = np.unique(pairs, return_counts=True)
+    order = np.argsort(-counts, kind="stable")
+    print_rows(("before → after", "starts"), ((str(listed[i]), str(counts[i])) for i in order))
+    stays = found.stays
+    for i, leg in enumerate(found.left):
+        change = found.lag_change[i][stays]
+        if leg != found.reference and np.isfinite(change).any():
+            print(f"lag of {names[leg]} moves by {np.nanmedian(change):+.3f} cycles (median)")
+    for what, values in (
+        ("falls after", found.after.fall_time_s[found.stood]),
+        ("locks again after", found.after.lock_time_s[stays]),
+    ):
+        if np.isfinite(values).any():
+            count = int(np.isfinite(values).sum())
+            print(f"{what} {np.nanmedian(values):.3g} {time} (median of {count})")

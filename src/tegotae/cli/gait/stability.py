@@ -1,0 +1,119 @@
+"""`tegotae gait stability`: multipliers of the return map of the lags, over a parameter."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from tegotae.cli.gait.subject import Subject
+from tegotae.cli.tables import print_rows
+from tegotae.errors import TegotaeError
+
+if TYPE_CHECKING:
+    from tegotae.gaits.stability import Branch
+    from tegotae.gaits.stability import Stability as Found
+
+
+@dataclass(frozen=True, kw_only=True)
+class Stability(Subject):
+    """How small deviations of the lags grow or die out, cycle by cycle, over a parameter."""
+
+    over: tuple[str, float, float]
+    """The parameter (omega, sigma, or a number of the body), its lowest and its highest value."""
+    count: int = 14
+    """How many values."""
+    gaits: tuple[str, ...] = ()
+    """Names of gaits, such as trot; all of so many legs by default."""
+    kick: float = 0.005
+    """How far the phases of the legs are kicked, at half of the time [cycles]."""
+    pairs: int = 8
+    """In how many directions they are kicked, each way."""
+    skip: int = 4
+    """How many cycles after the kick are left out."""
+    cycles: int = 8
+    """How many are then fitted."""
+
+    def run(self) -> None:
+        """Compute, write, and print."""
+        from tegotae.figures.gaits.stability import stability_figure
+        from tegotae.gaits.axes import Axis
+        from tegotae.gaits.document import write
+        from tegotae.gaits.stability import stability
+
+        over = Axis.between(*self.over, self.count)
+        for name, value in (("omega", self.omega), ("sigma", self.sigma)):
+            if value is not None and name == over.name:
+                raise TegotaeError(f"--{name} is one value, and the return map is over {name}")
+        legged = self.legged()
+        found = stability(
+            legged,
+            over,
+            self.gaits or None,
+            kick=self.kick,
+            pairs=self.pairs,
+            skip=self.skip,
+            cycles=self.cycles,
+            seed=self.seed,
+            tolerance=self.tolerance,
+        )
+        document = self.document(
+            legged,
+            "stability",
+            crossings=found.crossings,
+            jacobians={
+                branch.gait: [each.jacobian for each in branch.maps] for branch in found.branches
+            },
+        )
+        title = self.title(legged, omega=over.name != "omega")
+        written = [
+            self.draw(stability_figure(found, title), "stability"),
+            *write(self.out, "stability", document, rows_of(found)),
+        ]
+        _print(found)
+        self.wrote(written)
+
+
+def rows_of(found: Found) -> dict[str, np.ndarray]:
+    """The return maps as a table: a row a gait and value."""
+    names = found.legged.names
+    rows: dict[str, list] = {"gait": [], found.over.name: []}
+    for branch in found.branches:
+        for value, each, lag, stays in zip(
+            found.over.values, branch.maps, branch.lag, branch.stays, strict=True
+        ):
+            row = {"gait": branch.gait, found.over.name: value, "largest": each.largest}
+            row |= {"unexplained": each.residual, "stays": bool(stays)}
+            row |= {f"lag_cycles_{leg}": lag[i] for i, leg in enumerate(names)}
+            for number, multiplier in enumerate(each.multipliers, start=1):
+                row |= {f"multiplier_{number}_real": multiplier.real}
+                row |= {f"multiplier_{number}_imaginary": multiplier.imag}
+            for name, x in row.items():
+                rows.setdefault(name, []).append(x)
+    return {name: np.array(column) for name, column in rows.items()}
+
+
+def _print(found: Found) -> None:
+    print_rows(
+        (found.over.name, *(f"{branch.gait}: largest, unexplained" for branch in found.branches)),
+        (
+            (f"{value:.4g}", *(_told(branch, i) for branch in found.branches))
+            for i, value in enumerate(found.over.values)
+        ),
+    )
+    for each in found.crossings:
+        word = "loses" if each.loses else "gains"
+        print(f"{each.gait} {word} its stability at {found.over.name} {each.at:.3g}")
+    for branch in found.branches:
+        for i in np.flatnonzero(np.diff(branch.stays.astype(int))):
+            side = "stays below" if branch.stays[i] else "stays above"
+            low, high = found.over.values[i], found.over.values[i + 1]
+            print(f"{branch.gait}, simulated to the end: {side} {low:.3g} … {high:.3g}")
+    if not found.crossings:
+        print("no multiplier crosses one between neighbouring values")
+
+
+def _told(branch: Branch, i: int) -> str:
+    each = branch.maps[i]
+    return "–" if np.isnan(each.largest) else f"{each.largest:.3f}, {each.residual:.3f}"

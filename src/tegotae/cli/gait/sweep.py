@@ -1,0 +1,100 @@
+"""`tegotae gait sweep`: the frequency up and down a staircase."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated
+
+import numpy as np
+
+from tegotae.cli.gait.subject import Subject
+from tegotae.cli.options import UNSET
+from tegotae.cli.tables import print_rows
+from tegotae.errors import TegotaeError, require_count, require_finite
+from tegotae.limits import MOST_POINTS, MOST_RAD_PER_S
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sweep(Subject):
+    """Raise the frequency level by level, and lower it: where gaits change, and hysteresis."""
+
+    levels: tuple[float, float]
+    """The lowest and the highest frequency ω [rad/s]."""
+    count: int = 16
+    """How many levels."""
+    dwell: Annotated[float | None, UNSET] = None
+    """How long each lasts [s]; half of the system's duration by default."""
+    starts: int = 16
+    """How many releases on either way."""
+
+    def run(self) -> None:
+        """Compute, write, and print."""
+        from tegotae.figures.gaits.sweep import sweep_figure
+        from tegotae.gaits.document import coordination_columns, write
+        from tegotae.gaits.sweep import sweep
+
+        omega = self._omega()
+        legged = self.legged()
+        dwell = 0.5 * legged.timing.duration_s if self.dwell is None else self.dwell
+        found = sweep(
+            legged,
+            omega,
+            dwell_s=dwell,
+            starts=self.starts,
+            seed=self.seed,
+            tolerance=self.tolerance,
+        )
+        tables = []
+        for way, each in found.found.items():
+            level, start = np.meshgrid(omega, np.arange(self.starts), indexing="ij")
+            flat = type(each)(*(np.moveaxis(x, 0, -2).reshape(*x.shape[1:-1], -1) for x in each))
+            tables.append(
+                {
+                    "direction": np.full(level.size, way),
+                    "omega_rad_per_s": level.ravel(),
+                    "start": start.ravel(),
+                    "gait": found.gait[way].ravel(),
+                    **coordination_columns(flat, legged.names),
+                }
+            )
+        rows = {name: np.concatenate([table[name] for table in tables]) for name in tables[0]}
+        document = self.document(legged, "sweep", dwell_s=dwell, hysteresis=found.hysteresis)
+        written = [
+            self.draw(sweep_figure(found, self.title(legged, omega=False)), "sweep"),
+            *write(self.out, "sweep", document, rows),
+        ]
+        print_rows(
+            ("ω", "gaits on the way up", "gaits on the way down"),
+            (
+                (f"{w:.4g}", _listed(found.gait["up"][i]), _listed(found.gait["down"][i]))
+                for i, w in enumerate(omega)
+            ),
+        )
+        for each in found.hysteresis:
+            print(
+                f"{each.slow} to {each.fast}: up at {each.up:.3g} ({each.starts_up} starts), down "
+                f"at {each.down:.3g} ({each.starts_down}); hysteresis {each.width:.3g}"
+            )
+        if not found.hysteresis:
+            print("no change of gait that is made on the way up and undone on the way down")
+        self.wrote(written)
+
+    def _omega(self) -> np.ndarray:
+        low, high = self.levels
+        require_count("count", self.count, least=2, most=MOST_POINTS)
+        require_finite("the lowest level", low, above=0.0, most=MOST_RAD_PER_S)
+        require_finite("the highest level", high, above=0.0, most=MOST_RAD_PER_S)
+        if self.omega is not None:
+            raise TegotaeError("--omega is one frequency, and a sweep has its --levels")
+        if not low < high:
+            raise TegotaeError(
+                f"levels go from {low:g} to {high:g}; the second must be greater than the first"
+            )
+        return np.linspace(low, high, self.count)
+
+
+def _listed(names: np.ndarray) -> str:
+    """Names with how often each is there, the most common first."""
+    found, counts = np.unique(names, return_counts=True)
+    order = np.argsort(-counts, kind="stable")
+    return ", ".join(f"{found[i]} {counts[i]}" for i in order)

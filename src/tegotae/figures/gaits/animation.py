@@ -1,0 +1,131 @@
+"""A moving picture of a legged body, from the side and from above; feet in stance are filled."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.animation import FuncAnimation
+from matplotlib.axes import Axes
+
+from tegotae.figures.animation import FRAMES_PER_S, animation_file, save_animation
+from tegotae.figures.gaits.poses import Pose, pose
+from tegotae.figures.style import COLOURS, new_figure, styled
+from tegotae.gaits.simulate import GaitRun
+
+STRIDES = 4.0
+"""How many of the last strides are shown, a stride a second."""
+_SIDE, _ABOVE = (0, 2), (0, 1)
+_MARGIN = 0.25
+
+
+def write_animation(run: GaitRun, path: Path | str) -> Path:
+    """Write the animation of a rollout's last strides, whole or not at all (.gif, or .mp4).
+
+    Raises:
+        TegotaeError: for a body that cannot be drawn, another ending, a missing ffmpeg, or a file
+            that cannot be written.
+    """
+    path = animation_file(path)
+    with styled():
+        return save_animation(animation(run), path)
+
+
+def animation(run: GaitRun) -> FuncAnimation:
+    """The animation, a stride a second; without strides, of the last quarter at once.
+
+    Raises:
+        TegotaeError: for a body that cannot be drawn.
+    """
+    shape = pose(run.legged.body, run.trajectory)
+    frames = _frames(run)
+    names, wide = run.legged.names, np.ptp(shape.hips_m[0, :, 1]) > 0.0
+    views = (_SIDE, _ABOVE) if wide else (_SIDE,)
+    long = np.ptp(shape.hips_m[0, :, 0]) + 2.0 * _MARGIN + 0.5 * run.legged.body.rest_length_m  # type: ignore[attr-defined]
+    figure = new_figure(4.4, 4.2 if wide else 2.8)
+    scenes = np.atleast_1d(figure.subplots(len(views), 1))  # type: ignore[call-overload]
+    artists = [
+        _View(axes, shape, view, long, run, frames)
+        for axes, view in zip(scenes, views, strict=True)
+    ]
+    scenes[-1].set_xlabel(f"forward [{run.legged.units[0]}]")
+    label = scenes[0].set_title(" ")
+
+    def draw(index: int) -> list[Any]:
+        time = float(run.trajectory.time_s[index])
+        standing = " ".join(
+            name if on else "·" * len(name)
+            for name, on in zip(names, shape.stands[index], strict=True)
+        )
+        label.set_text(f"{time:6.2f} {run.legged.units[1]}   {run.gait}   {standing}")
+        return [label, *(each for artist in artists for each in artist.draw(index))]
+
+    draw(int(frames[0]))
+    figure.draw_without_rendering()
+    figure.set_layout_engine("none")
+    return FuncAnimation(figure, draw, frames=frames.tolist(), interval=1000 / FRAMES_PER_S)  # type: ignore[arg-type]
+
+
+class _View:
+    """The body from one side: its outline, its legs and its feet."""
+
+    def __init__(
+        self,
+        axes: Axes,
+        shape: Pose,
+        view: tuple[int, int],
+        long: float,
+        run: GaitRun,
+        frames: np.ndarray,
+    ) -> None:
+        self.axes, self.shape, self.view, self.long = axes, shape, view, long
+        axes.set_aspect("equal", adjustable="box")
+        axes.set_ylabel(f"{'up' if view is _SIDE else 'left'} [{run.legged.units[0]}]")
+        if view is _SIDE:
+            top = max(shape.hips_m[frames][..., 2].max(), shape.feet_m[frames][..., 2].max())
+            axes.axhspan(-1e3, 0.0, color="0.88", lw=0)
+            axes.set_ylim(-0.15, float(top) + _MARGIN)
+        (self.outline,) = axes.fill([0.0], [0.0], color="0.75", ec="k", lw=1.0, zorder=2)
+        limbs = run.legged.body.limbs
+        self.legs = [
+            axes.plot([], [], "-", color=COLOURS[i % len(COLOURS)], lw=1.6, zorder=3)[0]
+            for i in range(limbs)
+        ]
+        self.feet = [
+            axes.plot([], [], "o", color=COLOURS[i % len(COLOURS)], ms=6, zorder=4)[0]
+            for i in range(limbs)
+        ]
+        self.order = _around(shape.hips_m[0])
+
+    def draw(self, index: int) -> list[Any]:
+        """Move everything to a frame; the view follows the body."""
+        across, up = self.view
+        hips, feet = self.shape.hips_m[index], self.shape.feet_m[index]
+        self.outline.set_xy(hips[self.order][:, self.view])
+        for i, (leg, foot) in enumerate(zip(self.legs, self.feet, strict=True)):
+            leg.set_data([hips[i, across], feet[i, across]], [hips[i, up], feet[i, up]])
+            foot.set_data([feet[i, across]], [feet[i, up]])
+            foot.set_fillstyle("full" if self.shape.stands[index, i] else "none")
+        middle = float(hips[:, across].mean())
+        self.axes.set_xlim(middle - 0.5 * self.long, middle + 0.5 * self.long)
+        if self.view is _ABOVE:
+            aside = float(hips[:, up].mean())
+            self.axes.set_ylim(aside - 0.3 * self.long, aside + 0.3 * self.long)
+        return [self.outline, *self.legs, *self.feet]
+
+
+def _around(hips: np.ndarray) -> np.ndarray:
+    """The hips in the order in which a line round the body meets them."""
+    off = hips[:, :2] - hips[:, :2].mean(axis=0)
+    return np.argsort(np.arctan2(off[:, 1], off[:, 0]), kind="stable")
+
+
+def _frames(run: GaitRun) -> np.ndarray:
+    """The recorded frames that are shown: of the last strides, evenly in time."""
+    last = len(run.trajectory.time_s) - 1
+    if np.isfinite(run.stride_s) and STRIDES * run.stride_s < last * run.timing.frame_s:
+        count, back = round(STRIDES * FRAMES_PER_S), STRIDES * run.stride_s / run.timing.frame_s
+    else:
+        count, back = min(4 * FRAMES_PER_S, last), 0.25 * last
+    return np.unique(np.round(np.linspace(last - back, last, count)).astype(int))

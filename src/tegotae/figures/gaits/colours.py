@@ -1,0 +1,46 @@
+"""The colours of gaits, the same in all pictures, and the order of legs in them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from tegotae.figures.style import COLOURS
+from tegotae.gaits.names import AS_RELEASED, FALLEN, IN_BETWEEN, NOT_LOCKED, PATTERNS, STANDING
+
+_NAMED = tuple(dict.fromkeys(pattern.name for pattern in PATTERNS))
+_GREYS = {
+    IN_BETWEEN: "0.45",
+    NOT_LOCKED: "0.65",
+    AS_RELEASED: "0.75",
+    STANDING: "0.83",
+    FALLEN: "0.9",
+}
+_ORDER = {"in phase": 0, "antiphase": 1, "pronk": 0, "bound": 1, "pace": 4, "trot": 5}
+_ORDER |= {"lateral-sequence walk": 3, "diagonal-sequence walk": 6, "transverse gallop": 7}
+_ORDER |= {"rotary gallop": 2, "canter": 7, "tripod": 5, "tetrapod": 4, "metachronal wave": 3}
+
+MARKERS = ("o", "s", "^", "D", "v", "P", "X", "<")
+"""Of gaits or legs, for those who do not tell colours apart."""
+
+
+def gait_colour(name: str) -> str:
+    """A gait's colour; a grey for what has no name."""
+    return _GREYS[name] if name in _GREYS else COLOURS[_ORDER[name]]
+
+
+def gait_marker(name: str) -> str:
+    """A gait's marker; a point for what has no name."""
+    return "." if name in _GREYS else MARKERS[_NAMED.index(name) % len(MARKERS)]
+
+
+def by_side(legs: Sequence[str]) -> list[int]:
+    """The legs as Hildebrand stacks them, from the top: left hind to fore, right fore to hind.
+
+    Example:
+        >>> by_side(("LF", "RF", "LH", "RH")), by_side(("H", "F"))
+        ([2, 0, 1, 3], [1, 0])
+    """
+    order = ("LH", "LM", "LF", "L", "F", "M", "H", "R", "RF", "RM", "RH")
+    if not set(legs) <= set(order):
+        return list(range(len(legs)))
+    return sorted(range(len(legs)), key=lambda leg: order.index(legs[leg]))

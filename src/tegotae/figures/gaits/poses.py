@@ -1,0 +1,79 @@
+"""Where a body's hips and feet are, frame by frame: all that is needed to draw it.
+
+A body of your own is drawn by telling this for it: `@pose.register`.
+"""
+
+from __future__ import annotations
+
+from functools import singledispatch
+from typing import NamedTuple
+
+import numpy as np
+
+from tegotae.bodies import Body, Walker
+from tegotae.bodies.attitude import from_angles, rotation
+from tegotae.bodies.upright import Upright
+from tegotae.errors import TegotaeError
+from tegotae.recorder import Trajectory
+
+
+class Pose(NamedTuple):
+    """Places in the world, x forward, y left, z up [m]."""
+
+    hips_m: np.ndarray
+    """[frames, limbs, 3]"""
+    feet_m: np.ndarray
+    """[frames, limbs, 3]"""
+    stands: np.ndarray
+    """Whether a foot is on the ground, [frames, limbs]."""
+
+
+@singledispatch
+def pose(body: Body, trajectory: Trajectory) -> Pose:
+    """The pose of a body in every frame.
+
+    Args:
+        body: the body.
+        trajectory: of one lane, [frames, limbs] or [frames].
+
+    Raises:
+        TegotaeError: for a body of which nobody has told it.
+    """
+    raise TegotaeError(
+        f"a {type(body).__name__} cannot be drawn: tell its pose with "
+        "tegotae.figures.gaits.poses.pose.register"
+    )
+
+
+@pose.register
+def _(body: Upright, trajectory: Trajectory) -> Pose:
+    z = np.repeat(trajectory.height_m[:, None], body.limbs, axis=1)
+    for turn in body.turns:
+        z = z + np.asarray(turn.arms_m) * trajectory.channels[f"{turn.name}_rad"][:, None]
+    x = getattr(body, "hips_x_m", None) or body.hips_m  # type: ignore[attr-defined]
+    y = getattr(body, "hips_z_m", (0.0,) * body.limbs)
+    x, y = (np.broadcast_to(np.asarray(places), z.shape) for places in (x, y))
+    ground = trajectory.ground_m[:, None]
+    foot = np.maximum(ground, z - body.rest_length_m)
+    return Pose(
+        np.stack([x, y, z], axis=-1),
+        np.stack([x, y, foot], axis=-1),
+        z - body.rest_length_m < ground,
+    )
+
+
+@pose.register
+def _(body: Walker, trajectory: Trajectory) -> Pose:
+    t = trajectory
+    turn = rotation(
+        from_angles(*(t.channels[f"{a}_rad"][:, None] for a in ("roll", "pitch", "yaw")))
+    )
+    of_body = (
+        np.asarray(body.hips_x_m)[None] - body.com_x_m,
+        np.asarray(body.hips_y_m)[None] - body.com_y_m,
+        np.full((1, body.limbs), -body.com_z_m),
+    )
+    at = np.stack([t.x_m, t.y_m, t.height_m], axis=-1)[:, None]
+    hips = at + np.stack([np.asarray(x) for x in turn.to_world(of_body)], axis=-1)  # type: ignore[arg-type]
+    feet = np.stack([t.foot_x_m, t.foot_y_m, t.foot_z_m], axis=-1)
+    return Pose(hips, feet, np.asarray(t.stands, bool))

@@ -1,0 +1,54 @@
+"""Multipliers of gaits along a parameter: where deviations of lags begin to grow."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from tegotae.figures.gaits.colours import gait_colour, gait_marker
+from tegotae.figures.gaits.map import label
+from tegotae.figures.style import COLUMN_IN, new_figure, styled
+from tegotae.gaits.stability import Branch, Stability
+
+
+def stability_figure(found: Stability, note: str = "") -> Figure:
+    """Above the moduli of all multipliers, the largest filled; below what the fit leaves over.
+
+    Lines join the largest ones. A cross marks where the largest multiplier crosses one.
+
+    Args:
+        found: the return maps.
+        note: the title.
+    """
+    with styled():
+        figure = new_figure(COLUMN_IN, 3.4)
+        moduli, residual = figure.subplots(2, 1, sharex=True, height_ratios=(2.4, 1.0))
+        values = np.array(found.over.values)
+        moduli.axhline(1.0, color="0.6", lw=0.6, zorder=0)
+        for branch in found.branches:
+            if np.isfinite(branch.largest).any():
+                _moduli(moduli, values, branch)
+                shown = [each.residual for each in branch.maps]
+                _line(residual, values, shown, branch.gait)
+        for each in found.crossings:
+            moduli.plot(each.at, 1.0, "x", color="k", ms=5, mew=0.8, zorder=3)
+        moduli.set_ylabel("|multipliers| per cycle")
+        moduli.set_ylim(bottom=0.0)
+        moduli.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2, title=note or None)
+        residual.set(ylim=(0.0, 1.0), ylabel="unexplained")
+        residual.set_xlabel(label(found.over, found.legged))
+        residual.set_xlim(values[0], values[-1])
+    return figure
+
+
+def _moduli(axes: Axes, values: np.ndarray, branch: Branch) -> None:
+    colour, marker = gait_colour(branch.gait), gait_marker(branch.gait)
+    _line(axes, values, branch.largest, branch.gait)
+    for each in np.abs([m.multipliers for m in branch.maps]).T[1:]:
+        axes.plot(values, each, marker, color=colour, ms=2.6, mew=0.5, fillstyle="none")
+
+
+def _line(axes: Axes, values: np.ndarray, shown: object, gait: str) -> None:
+    colour, marker = gait_colour(gait), gait_marker(gait)
+    axes.plot(values, np.asarray(shown), marker + "-", color=colour, ms=3, lw=0.8, label=gait)

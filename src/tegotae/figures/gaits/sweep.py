@@ -1,0 +1,113 @@
+"""Sweeps of the frequency: lags, gaits, speed and cost of transport on the way up and down."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from tegotae.figures.gaits.colours import MARKERS, by_side, gait_colour
+from tegotae.figures.style import COLOURS, COLUMN_IN, new_figure, styled
+from tegotae.gaits.names import FALLEN
+from tegotae.gaits.sweep import DOWN, UP, Sweep
+
+_WAYS = ((UP, "full"), (DOWN, "none"))
+
+
+def sweep_figure(sweep: Sweep, note: str = "") -> Figure:
+    """From the top: the gaits' names, every leg's lag, and speed and cost, or frequency and power.
+
+    Filled is the way up, open the way down. Each start is a dot; lines are medians.
+
+    Args:
+        sweep: what was found.
+        note: the title.
+    """
+    length, time = sweep.legged.units
+    travels = np.isfinite(sweep.found[UP].speed_m_per_s).any()
+    with styled():
+        figure = new_figure(COLUMN_IN, 4.6)
+        names, lags, first, second = figure.subplots(
+            4, 1, sharex=True, height_ratios=(0.55, 1.6, 1.0, 1.0)
+        )
+        _names(names, sweep, note)
+        _lags(lags, sweep)
+        if travels:
+            _medians(first, sweep, "speed_m_per_s", f"speed [{length}/({time})]")
+            _medians(second, sweep, "cost_of_transport", "cost of transport")
+        else:
+            _medians(first, sweep, "cycle_frequency_hz", f"strides [1/{time}]")
+            _medians(second, sweep, "power_w", "power [W]")
+        second.set_xlabel(f"frequency ω [rad/{time}]")
+    return figure
+
+
+def _names(axes: Axes, sweep: Sweep, note: str) -> None:
+    """A band a direction, of the share that each gait has at each level."""
+    half = 0.5 * (sweep.omega[1] - sweep.omega[0])
+    seen: list[str] = []
+    for row, (way, _) in enumerate(_WAYS):
+        for level, names in zip(sweep.omega, sweep.gait[way], strict=True):
+            bottom = float(row)
+            for name in sorted(set(names.tolist())):
+                share = 0.86 * float(np.mean(names == name))
+                axes.bar(level, share, 2.0 * half, bottom, color=gait_colour(name), lw=0)
+                bottom += share
+                seen += [name] if name not in seen else []
+    axes.set_yticks([0.43, 1.43], ["up ●", "down ○"])
+    axes.tick_params(axis="y", length=0)
+    axes.set_ylim(0.0, 1.9)
+    keys = [Line2D([], [], color=gait_colour(name), lw=4, label=name) for name in seen]
+    axes.legend(
+        handles=keys, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2, title=note or None
+    )
+    for spine in axes.spines.values():
+        spine.set_visible(False)
+
+
+def _lags(axes: Axes, sweep: Sweep) -> None:
+    names, reference = sweep.legged.names, sweep.legged.reference
+    others = [leg for leg in by_side(names) if leg != reference]
+    for number, leg in enumerate(others):
+        for way, filled in _WAYS:
+            lag = (sweep.found[way].lag[:, leg] + 0.125) % 1.0 - 0.125
+            lag = np.where(sweep.gait[way] == FALLEN, np.nan, lag)
+            at = np.broadcast_to(sweep.omega[:, None], lag.shape)
+            axes.plot(
+                at.ravel(),
+                lag.ravel(),
+                MARKERS[number],
+                color=COLOURS[number],
+                ms=3.2 if filled == "none" else 2.4,
+                mew=0.6,
+                fillstyle=filled,  # type: ignore[arg-type]
+                label=names[leg] if way == UP else None,
+            )
+    axes.set(ylim=(-0.14, 0.9), yticks=np.linspace(0.0, 0.75, 4))
+    what = f"lag of {names[others[0]]}" if len(others) == 1 else "lag"
+    axes.set_ylabel(f"{what} behind {names[reference]}\n[cycles]")
+    if len(others) > 1:
+        axes.legend(
+            loc="lower right", bbox_to_anchor=(1.0, 0.98), ncols=len(others), handletextpad=0.0
+        )
+
+
+def _medians(axes: Axes, sweep: Sweep, quantity: str, label: str) -> None:
+    for (way, filled), style in zip(_WAYS, ("-", "--"), strict=True):
+        values = getattr(sweep.found[way], quantity)
+        some = np.isfinite(values).any(axis=1)
+        middle = np.full(len(values), np.nan)
+        middle[some] = np.nanmedian(values[some], axis=1)
+        axes.plot(sweep.omega, middle, style, color=COLOURS[0], lw=0.7)
+        at = np.broadcast_to(sweep.omega[:, None], values.shape)
+        axes.plot(
+            at.ravel(),
+            values.ravel(),
+            "o",
+            color=COLOURS[0],
+            ms=2.6,
+            mew=0.6,
+            fillstyle=filled,  # type: ignore[arg-type]
+        )
+    axes.set_ylabel(label)

@@ -1,0 +1,71 @@
+"""The walker's MuJoCo twin: it stands where the walker stands, and walks as the walker walks."""
+
+from __future__ import annotations
+
+import sys
+
+import numpy as np
+import pytest
+
+import walkers
+from tegotae import Timing
+from tegotae.benchmarks import mujoco_walker
+from tegotae.gaits.lags import apart, circular_mean
+from walker_oracle import SET_A, SET_C
+
+pytest.importorskip("mujoco")
+
+
+def twin(parts, omega, phases, duration_s):
+    return mujoco_walker.walk(
+        walkers.body_of(parts),
+        walkers.controller_of(parts).actuation,
+        omega=omega,
+        sigma=parts.sigma,
+        phase_rad=phases,
+        duration_s=duration_s,
+    )
+
+
+def last(time, phase, x, y):
+    """Lags [legs] and speed over the last 15 units of time."""
+    late = time > time[-1] - 15.0
+    lag = (phase[late, :1] - phase[late]) / (2 * np.pi)
+    way = np.hypot(x[late][-1] - x[late][0], y[late][-1] - y[late][0])
+    return np.asarray(circular_mean(lag)), way / 15.0
+
+
+def test_the_twin_stands_at_the_walkers_height():
+    seen = twin(SET_A, 0.0, (-np.pi / 2,) * 4, 10.0)
+    np.testing.assert_allclose(seen.place_m[-1], (0.0, 0.0, SET_A.standing_height), atol=3e-3)
+
+
+def test_the_twin_trots_and_walks_where_the_walker_does():
+    omegas = np.array([0.9, 2.1, 3.2])
+    phases = np.random.default_rng(1).uniform(0.0, 2 * np.pi, 4)
+    timing = Timing(duration_s=60.0, tick_s=0.01, frame_s=0.1)
+    path = walkers.run(SET_C, omegas, np.tile(phases[:, None], 3), timing)
+    hind_lags = []
+    for lane, omega in enumerate(omegas):
+        own = [path[name][..., lane] for name in ("time_s", "phase_rad", "x_m", "y_m")]
+        lag, speed = last(*own)
+        seen = twin(SET_C, omega, phases, 60.0)
+        lag_of_twin, speed_of_twin = last(seen.time_s, seen.phase_rad, *seen.place_m[:, :2].T)
+        assert np.abs(apart(lag_of_twin, lag)).max() < 0.06
+        assert speed_of_twin == pytest.approx(speed, rel=0.12)
+        hind_lags.append(lag[2])
+    # A trot, a walk in diagonal sequence, a trot.
+    np.testing.assert_allclose(hind_lags, (0.5, 0.33, 0.47), atol=0.05)
+
+
+def test_the_bare_model_is_timed():
+    body, foot = walkers.body_of(SET_C), walkers.controller_of(SET_C).actuation
+    rates = mujoco_walker.ticks_per_second(body, foot, omega=2.1, lanes=4, ticks=10)
+    assert all(np.isfinite(rates))
+    assert min(rates) > 0.0
+
+
+def test_without_mujoco_the_extra_is_named(monkeypatch):
+    monkeypatch.setitem(sys.modules, "mujoco", None)
+    with pytest.raises(ImportError, match=r"pip install 'tegotae\[mujoco\]'"):
+        twin(SET_C, 2.1, (0.0,) * 4, 1.0)
