@@ -6,30 +6,38 @@ import dataclasses
 import sys
 from pathlib import Path
 
-import compiled
 import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from compiled import Compiled, needs_gcc
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import compiled
+from compiled import Compiled, needs_gcc
 from tegotae import Hopper
 from tegotae.bodies import Bar, Walker
 from tegotae.controller import Controller, Tegotae
 from tegotae.controller_file import SavedController
 from tegotae.couplings import LearnedCoupling, Neighbours
 from tegotae.export import Export
-from tegotae.integrators.base import decide, held, phase_of, push, settled, to_limbs, to_units
-from tegotae.integrators.base import with_rhythm
+from tegotae.integrators.base import (
+    decide,
+    held,
+    phase_of,
+    push,
+    settled,
+    to_limbs,
+    to_units,
+    with_rhythm,
+)
 from tegotae.models import find
 from tegotae.oscillators import Clamped, PhaseOscillator
 from tegotae.terms import (
     ConstantGain,
+    EllipticFoot,
     LearnedActuation,
     LearnedFoot,
-    EllipticFoot,
     Network,
     Reflex,
     Sector,
@@ -40,7 +48,7 @@ from tegotae.terms import (
 )
 
 sys.path.insert(0, str(Path(__file__).parent / "users"))
-import my_parts  # noqa: E402
+import my_parts
 
 ALPHA = 4.0
 LANES = 64
@@ -66,9 +74,7 @@ def said_by_the_package(export: Export, leaves: np.ndarray, inputs: np.ndarray):
         return jnp.asarray(x[0] if limbs == 1 else x, jnp.float32)
 
     shape = (*controller.limb_shape, lanes)
-    weights = controller.spread(
-        [jnp.full((lanes,), w, jnp.float32) for w in export.weights]
-    )
+    weights = controller.spread([jnp.full((lanes,), w, jnp.float32) for w in export.weights])
     omega = jnp.full(shape, export.saved.omega or 0.0, jnp.float32)
     state = ()
     if controller.oscillator is not None:
@@ -219,9 +225,7 @@ def controllers(draw) -> Controller:
     reaction = draw(
         st.one_of(st.just(VanillaReaction()), st.builds(Network, inputs=sense, hidden=hidden))
     )
-    gain = draw(
-        st.one_of(st.just(ConstantGain()), st.builds(Network, inputs=sense, hidden=hidden))
-    )
+    gain = draw(st.one_of(st.just(ConstantGain()), st.builds(Network, inputs=sense, hidden=hidden)))
     actuation = draw(
         st.one_of(
             st.builds(Sector, start_rad=st.floats(0.0, 6.0), width_rad=st.floats(0.0, 3.0)),

@@ -159,6 +159,7 @@ class Result:
 def _numbers(scenario: Scenario) -> dict[str, Any]:
     """A scenario's entries by name, those of the posture among them."""
     entries = scenario._asdict()
+    entries.pop("changes")
     return {**dict(entries.pop("posture")), **entries}
 
 

@@ -47,7 +47,9 @@ def check_program(export: Export, golden: Golden) -> str:
         [f"held = held && (out.{member(n)}{at} >= {low}) && (out.{member(n)}{at} <= {high});"
          for n in export.commands]
     )  # fmt: skip
-    bounded = bounded.replace("    for", "            for").replace("        held", "                held")
+    bounded = bounded.replace("    for", "            for").replace(
+        "        held", "                held"
+    )
     bounded = bounded.replace("    }\n", "            }\n")
     zero = "{0.0f}" if at else "0.0f"
     senses = [member(n) for n in export.senses] or ["unused"]

@@ -144,7 +144,9 @@ class Reader:
         own = "site-packages" not in source and "jax/_src" not in source
         scalars = all(array.size == 1 for array in arguments)
         scalars &= all(int(np.prod(out.aval.shape)) == 1 for out in jaxpr.outvars)
-        if not (own and scalars and len(jaxpr.eqns) >= _SMALLEST_PROCEDURE and "name" in parameters):
+        if not (
+            own and scalars and len(jaxpr.eqns) >= _SMALLEST_PROCEDURE and "name" in parameters
+        ):
             return self._run(jaxpr, known, arguments, None if own else place)
         procedure = self._procedure(parameters["name"], jaxpr, known, about)
         call = Call(procedure, tuple(array.item() for array in arguments), place)
@@ -153,8 +155,7 @@ class Reader:
             for index, result in enumerate(procedure.results)
         ]
         return [
-            _array([node], out.aval.shape)
-            for node, out in zip(results, jaxpr.outvars, strict=True)
+            _array([node], out.aval.shape) for node, out in zip(results, jaxpr.outvars, strict=True)
         ]
 
     def _procedure(self, name: str, jaxpr: Any, constants: Any, about: Any) -> Procedure:
@@ -167,9 +168,7 @@ class Reader:
             names = [c_name(each, taken) for each in names]
             kinds = [_kind(each.aval, name) for each in jaxpr.invars]
             inputs = [given(n, kind) for n, kind in zip(names, kinds, strict=True)]
-            arrays = [
-                _array([n], v.aval.shape) for n, v in zip(inputs, jaxpr.invars, strict=True)
-            ]
+            arrays = [_array([n], v.aval.shape) for n, v in zip(inputs, jaxpr.invars, strict=True)]
             results = [array.item() for array in self._run(jaxpr, constants, arrays, None)]
             self._procedures[text] = Procedure(
                 name,
@@ -285,8 +284,10 @@ def _product(arrays: Any, parameters: Any, kind: str, place: Place | None) -> np
 def _known(array: np.ndarray) -> int:
     node = array.item()
     if node.operation != "literal":
-        raise TegotaeError("the controller picks an entry by a number that it computes, which is "
-                           "not exported; pick it by jnp.where")
+        raise TegotaeError(
+            "the controller picks an entry by a number that it computes, which is "
+            "not exported; pick it by jnp.where"
+        )
     return int(node.detail)
 
 

@@ -75,9 +75,7 @@ def manifest(export: Export, golden: Golden) -> str:
         },
         "controller": describe(saved.controller),
         "body": describe(saved.body),
-        "weights": nested(
-            saved.controller.weight_names, np.asarray(saved.weights, float).tolist()
-        ),
+        "weights": nested(saved.controller.weight_names, np.asarray(saved.weights, float).tolist()),
     }
     return json.dumps(document, indent=1) + "\n"
 

@@ -103,7 +103,10 @@ SCALAR: dict[str, Scalar] = {
     "not": Scalar("!{0}", UNARY, (ATOM,), np.logical_not),
     # The first of the cases is that of false.
     "select_n": Scalar(
-        "{0} ? {2} : {1}", CHOICE, (ORDER, CHOICE + 1, CHOICE + 1), lambda c, no, yes: yes if c else no
+        "{0} ? {2} : {1}",
+        CHOICE,
+        (ORDER, CHOICE + 1, CHOICE + 1),
+        lambda c, no, yes: yes if c else no,
     ),
     "convert_element_type": Scalar("conversion", fold=lambda x: x),
     "copy": Scalar("{0}", UNARY, (UNARY,)),

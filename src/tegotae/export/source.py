@@ -4,18 +4,47 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from tegotae.export.header import has_spring, index, prototypes
+from tegotae.export.header import has_spring, prototypes
 from tegotae.export.lower import Library, Statements, comment_of, function, number
 from tegotae.export.names import first_line, plain
 from tegotae.export.plan import Export, member, unit_of
 from tegotae.export.structs import initialiser, struct
 from tegotae.export.trace import Piece, scale_name
 
-_OWN = (
-    "signals rhythm_result checked bounded WEIGHTS COUPLING_WEIGHTS SETS UNITS SET LIMB unit limb "
-    "state in out heard sound said next felt smooth feedback phase omega pull action reaction gain "
-    "most result oscillator unit_weights"
-).split()
+_OWN = [
+    "signals",
+    "rhythm_result",
+    "checked",
+    "bounded",
+    "WEIGHTS",
+    "COUPLING_WEIGHTS",
+    "SETS",
+    "UNITS",
+    "SET",
+    "LIMB",
+    "unit",
+    "limb",
+    "state",
+    "in",
+    "out",
+    "heard",
+    "sound",
+    "said",
+    "next",
+    "felt",
+    "smooth",
+    "feedback",
+    "phase",
+    "omega",
+    "pull",
+    "action",
+    "reaction",
+    "gain",
+    "most",
+    "result",
+    "oscillator",
+    "unit_weights",
+]
 
 
 @dataclass(frozen=True)
@@ -329,7 +358,9 @@ def _acting(export: Export, functions: dict[str, Function], at: str, limb: str) 
 
     def call(name: str, **more: str) -> str:
         role = "oscillator" if name == "advanced" else name.removesuffix("_term")
-        return f"{name}({functions[name].call(**own, w=f'{weights[0]}{weights[1:]}.{role}', **more)})"
+        return (
+            f"{name}({functions[name].call(**own, w=f'{weights[0]}{weights[1:]}.{role}', **more)})"
+        )
 
     lines = []
     if "omega" in {x for f in functions.values() for x in f.arguments}:

@@ -78,7 +78,9 @@ class Tracer:
         scales: which of the signals have a scale.
     """
 
-    def __init__(self, controller: Controller, senses: Sequence[str], scales: Sequence[str]) -> None:
+    def __init__(
+        self, controller: Controller, senses: Sequence[str], scales: Sequence[str]
+    ) -> None:
         self._controller = controller
         self._reader = Reader()
         oscillator = controller.oscillator
@@ -202,7 +204,10 @@ class Tracer:
         own = self._controller
         heard = None if own.coupling is None else _Heard()
         controller = Controller(
-            _Commanded(own.actuation), own.oscillator, limbs=1 if heard is None else 2, coupling=heard
+            _Commanded(own.actuation),
+            own.oscillator,
+            limbs=1 if heard is None else 2,
+            coupling=heard,
         )
         pull = {} if heard is None else {"coupling": "pull"}
 
@@ -258,13 +263,12 @@ def _state(controller: Controller) -> tuple[tuple[str, ...], Any]:
     """Names of the numbers that the oscillator's state has, and its structure."""
     if controller.oscillator is None:
         return (), jax.tree.structure(())
-    state = jax.eval_shape(
-        controller.oscillator.start, jax.ShapeDtypeStruct((1,), jnp.float32)
-    )
+    state = jax.eval_shape(controller.oscillator.start, jax.ShapeDtypeStruct((1,), jnp.float32))
     paths, structure = jax.tree_util.tree_flatten_with_path(state)
     names: list[str] = []
     for number, (path, _) in enumerate(paths):
-        name = "_".join(str(getattr(k, "name", getattr(k, "key", getattr(k, "idx", "")))) for k in path)
+        name = "_".join(
+            str(getattr(k, "name", getattr(k, "key", getattr(k, "idx", "")))) for k in path
+        )
         names.append(name if name.isidentifier() and name not in names else f"state_{number}")
     return tuple(names), structure
-

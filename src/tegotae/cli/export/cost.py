@@ -10,7 +10,7 @@ from typing import Annotated
 from tegotae import tables
 from tegotae.cli.options import UNSET
 from tegotae.cli.tables import print_rows
-from tegotae.export.cost import CORES, CLOCK_HZ, Cost, costs, require_tools, systems
+from tegotae.export.cost import CLOCK_HZ, CORES, Cost, costs, require_tools, systems
 from tegotae.files import output_file
 from tegotae.progress import reporting
 
