@@ -80,7 +80,9 @@ def said_by_the_package(export: Export, leaves: np.ndarray, inputs: np.ndarray):
     if controller.oscillator is not None:
         structure = jax.tree.structure(controller.oscillator.start(jnp.zeros(1)))
         state = jax.tree.unflatten(structure, [of_limbs(x) for x in leaves])
-    sensed = {n: to_units(controller, of_limbs(x)) for n, x in zip(export.senses, inputs)}
+    sensed = {
+        n: to_units(controller, of_limbs(x)) for n, x in zip(export.senses, inputs, strict=True)
+    }
     sensed = sensed or {"nothing": jnp.zeros(shape, jnp.float32)}
     heard = with_rhythm(controller, Signals(sensed, export.scales), state)
     said = decide(

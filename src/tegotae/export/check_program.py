@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import textwrap
+
 import numpy as np
 
 from tegotae.export.golden import Golden, outputs_of
@@ -47,10 +49,7 @@ def check_program(export: Export, golden: Golden) -> str:
         [f"held = held && (out.{member(n)}{at} >= {low}) && (out.{member(n)}{at} <= {high});"
          for n in export.commands]
     )  # fmt: skip
-    bounded = bounded.replace("    for", "            for").replace(
-        "        held", "                held"
-    )
-    bounded = bounded.replace("    }\n", "            }\n")
+    bounded = textwrap.indent(bounded, " " * 8)
     zero = "{0.0f}" if at else "0.0f"
     senses = [member(n) for n in export.senses] or ["unused"]
     nothing = ", ".join(f".{name} = {zero if export.senses else '0.0f'}" for name in senses)
@@ -62,8 +61,8 @@ def check_program(export: Export, golden: Golden) -> str:
     wraps = "phase_rad" in outputs_of(export) or "phase" in names
     around = _AROUND if wraps else ""
     return f"""\
-/* test_{prefix}.c: {len(golden.rows)} ticks of a run of the simulator, one by one through the C, and
-   inputs that are no numbers. Exit status 0 if all is as it should be. */
+/* test_{prefix}.c: {len(golden.rows)} ticks of a run of the simulator, one by one through
+   the C, and inputs that are no numbers. Exit status 0 if all is as it should be. */
 #include "{prefix}.h"
 
 #include <float.h>

@@ -115,9 +115,9 @@ def costs(export: Export, core: Core) -> Cost:
         _write(export, folder)
         sizes = [_flash(_compiled(folder, core, with_step)) for with_step in (True, False)]
         ran = _run(
-            [EMULATOR, "-M", core.board, "-nographic", "-icount", "shift=0"]
-            + ["-semihosting", "-monitor", "none", "-serial", "none"]
-            + ["-kernel", str(folder / "with_step.elf")]
+            f"{EMULATOR} -M {core.board} -nographic -icount shift=0 -semihosting -monitor none "
+            "-serial none -kernel with_step.elf",
+            folder,
         )
     try:
         ticks, with_step, without, ram, stack = map(int, ran.split())
@@ -163,28 +163,30 @@ def _write(export: Export, folder: Path) -> None:
 
 
 def _compiled(folder: Path, core: Core, with_step: bool) -> Path:
-    (source_file,) = [p for p in folder.glob("*.c") if p.name != "firmware.c"]
-    name = "with_step" if with_step else "without"
-    target = folder / f"{name}.elf"
+    (own,) = [path.name for path in folder.glob("*.c") if path.name != "firmware.c"]
+    target = "with_step.elf" if with_step else "without.elf"
     _run(
-        [COMPILER, *core.flags, "-std=c99", "-O2", "-ffunction-sections", "-fdata-sections"]
-        + [f"-DWITH_STEP={int(with_step)}", "-nostartfiles", "--specs=nosys.specs"]
-        + ["-Wl,--gc-sections", "-T", str(folder / "firmware.ld"), f"-I{folder}"]
-        + [str(folder / "firmware.c"), str(source_file), "-lm", "-o", str(target)]
+        f"{COMPILER} {' '.join(core.flags)} -std=c99 -O2 -ffunction-sections -fdata-sections "
+        f"-DWITH_STEP={int(with_step)} -nostartfiles --specs=nosys.specs -Wl,--gc-sections "
+        f"-T firmware.ld firmware.c {own} -lm -o {target}",
+        folder,
     )
-    return target
+    return folder / target
 
 
 def _flash(program: Path) -> int:
     """Bytes of code and constants in a program."""
-    line = _run(["arm-none-eabi-size", str(program)]).splitlines()[1]
+    line = _run(f"arm-none-eabi-size {program.name}", program.parent).splitlines()[1]
     text, data = map(int, line.split()[:2])
     return text + data
 
 
-def _run(command: list[str]) -> str:
+def _run(line: str, folder: Path) -> str:
+    command = line.split()
     try:
-        done = subprocess.run(command, capture_output=True, text=True, timeout=_PATIENCE_S)
+        done = subprocess.run(
+            command, cwd=folder, capture_output=True, text=True, timeout=_PATIENCE_S
+        )
     except (OSError, subprocess.TimeoutExpired) as error:
         raise TegotaeError(f"{command[0]} did not run: {error}") from None
     if done.returncode:

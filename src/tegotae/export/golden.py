@@ -90,9 +90,7 @@ def release(export: Export, dtype: Any = jnp.float32) -> Scenario:
     body, limbs = export.saved.body, export.limbs
     touching = float(np.asarray(body.touching_height_m))
     above = 0.2 * float(np.asarray(body.rest_length_m)) if export.commands == ("force",) else 0.0
-    phases = jnp.asarray(
-        [0.1 + 2.0 * np.pi * 0.37 * i % (2.0 * np.pi) for i in range(limbs)], dtype
-    )
+    phases = jnp.asarray([0.1 + 2.3 * i % 6.0 for i in range(limbs)], dtype)
     numbers = Scenario.of(export.saved.omega, height_m=touching + above)
     lanes = jax.tree.map(lambda x: jnp.full((1,), x, dtype), numbers)
     return lanes._replace(phase_rad=phases[:, None] if limbs > 1 else phases)

@@ -19,8 +19,9 @@ def header(export: Export) -> str:
     blocks = [
         comment_of(
             plain(
-                f"{prefix}.h: {title}, for a control loop of {export.tick_s:g} s. Written by tegotae "
-                f"from a controller file; {prefix}.json tells all about it, README.md how to use it."
+                f"{prefix}.h: {title}, for a control loop of {export.tick_s:g} s. Written by "
+                f"tegotae from a controller file; {prefix}.json tells all about it, README.md how "
+                "to use it."
             )
         )
         + f"#ifndef {guard}\n#define {guard}\n\n#include <stdbool.h>\n#include <stdint.h>\n",

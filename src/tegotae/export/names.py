@@ -55,74 +55,13 @@ _LETTERS = {
     **{"½": "1/2", "−": "-", "–": "-", "…": "...", "∞": "inf", "`": "", "Δ": "Delta", "β": "beta"},
     **{"φ̇": "phi_dot", "ẏ": "y_dot", "ȧ": "a_dot", "×": "x", "∘": "*", "≠": "!="},
 }
-_RESERVED = frozenset(
-    [
-        "auto",
-        "break",
-        "case",
-        "char",
-        "const",
-        "continue",
-        "default",
-        "do",
-        "double",
-        "else",
-        "enum",
-        "extern",
-        "float",
-        "for",
-        "goto",
-        "if",
-        "inline",
-        "int",
-        "long",
-        "register",
-        "restrict",
-        "return",
-        "short",
-        "signed",
-        "sizeof",
-        "static",
-        "struct",
-        "switch",
-        "typedef",
-        "union",
-        "unsigned",
-        "void",
-        "volatile",
-        "while",
-        "bool",
-        "true",
-        "false",
-        "int32_t",
-        "uint32_t",
-        "main",
-        "w",
-        "s",
-        "o",
-        "y0",
-        "y1",
-        "j0",
-        "j1",
-        "jn",
-        "gamma",
-        "exp",
-        "log",
-        "sin",
-        "cos",
-        "tan",
-        "pow",
-        "round",
-        "floor",
-        "ceil",
-        "index",
-        "time",
-        "signal",
-        "remainder",
-        "drem",
-        "scale",
-    ]
-)
+_WORDS = """
+auto break case char const continue default do double else enum extern float for goto if inline int
+long register restrict return short signed sizeof static struct switch typedef union unsigned void
+volatile while bool true false int32_t uint32_t main w s o y0 y1 j0 j1 jn gamma exp log sin cos tan
+pow round floor ceil index time signal remainder drem scale
+"""
+_RESERVED = frozenset(_WORDS.split())
 """Words that no variable may be called: of C, of its library, of the code around."""
 
 

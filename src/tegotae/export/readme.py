@@ -18,10 +18,9 @@ def readme(export: Export) -> str:
         f"| in | `{member(name)}` | {unit_of(name)[1]} | {WHAT.get(name, plain(name))} |"
         for name in export.senses
     ]
+    what = "force of the actuator, in [0, α]" if force else "place of the foot from that at rest"
     rows += [
-        f"| out | `{member(name)}` | {unit_of(name)[1]} | "
-        f"{'force of the actuator, in [0, α]' if force else 'place of the foot from that at rest'} |"
-        for name in export.commands
+        f"| out | `{member(name)}` | {unit_of(name)[1]} | {what} |" for name in export.commands
     ]
     measured = "".join(
         f"    in.{member(name)}{'' if one else '[leg]'} = ...;\n" for name in export.senses
@@ -31,7 +30,8 @@ def readme(export: Export) -> str:
     of_all = "" if one else ", for every leg"
     sections = [
         f"# {saved.model or 'A Tegotae controller'} as C\n",
-        f"Call `{prefix}_step` every {export.tick_s:g} s. No other period will do: it is compiled in.\n",
+        f"Call `{prefix}_step` every {export.tick_s:g} s. No other period will do: it is compiled "
+        "in.\n",
         "```c\n"
         f'#include "{prefix}.h"\n\n'
         f"static {prefix}_state state;\n\n"
@@ -46,8 +46,8 @@ def readme(export: Export) -> str:
     ]
     if force:
         sections.append(
-            "**In the air** the simulated actuator acts on nothing, and the controller commands on. "
-            f"Send 0 instead of `{command}` while the foot is off the ground.\n"
+            "**In the air** the simulated actuator acts on nothing, and the controller commands "
+            f"on. Send 0 instead of `{command}` while the foot is off the ground.\n"
         )
     if has_spring(export):
         sections.append(
@@ -65,13 +65,13 @@ def readme(export: Export) -> str:
     sections += [
         "**Inputs that are no finite numbers** count as 0, and an oscillator that would leave the "
         "finite numbers stays as it is. Either sets `out.fault` and counts in `state.faults`; "
-        f"{'the force is in [0, α] all the same' if force else 'commands are finite all the same'}.\n",
+        f"{'the force is in [0, α]' if force else 'commands are finite'} all the same.\n",
         "**Check it**, on the desk and on the target:\n\n```sh\n"
         f"cc -std=c99 -O2 {prefix}.c test_{prefix}.c -lm -o test_{prefix} && ./test_{prefix}\n"
         "cmake -B build && cmake --build build && ctest --test-dir build   # or so\n```\n",
-        f"It runs the {'ticks' if one else 'ticks of all legs'} in `golden.csv`, which the simulator "
-        "made in closed loop with the controller held at this period. Compile without `-ffast-math`: "
-        "it makes no check for what is no number.\n",
+        f"It runs the {'ticks' if one else 'ticks of all legs'} in `golden.csv`, which the "
+        "simulator made in closed loop with the controller held at this period. Compile without "
+        "`-ffast-math`: it makes no check for what is no number.\n",
     ]
     return "\n".join(sections)
 

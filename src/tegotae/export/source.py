@@ -11,40 +11,13 @@ from tegotae.export.plan import Export, member, unit_of
 from tegotae.export.structs import initialiser, struct
 from tegotae.export.trace import Piece, scale_name
 
-_OWN = [
-    "signals",
-    "rhythm_result",
-    "checked",
-    "bounded",
-    "WEIGHTS",
-    "COUPLING_WEIGHTS",
-    "SETS",
-    "UNITS",
-    "SET",
-    "LIMB",
-    "unit",
-    "limb",
-    "state",
-    "in",
-    "out",
-    "heard",
-    "sound",
-    "said",
-    "next",
-    "felt",
-    "smooth",
-    "feedback",
-    "phase",
-    "omega",
-    "pull",
-    "action",
-    "reaction",
-    "gain",
-    "most",
-    "result",
-    "oscillator",
-    "unit_weights",
-]
+_NAMES = """
+signals rhythm_result checked bounded WEIGHTS COUPLING_WEIGHTS SETS UNITS SET LIMB unit limb state
+in out heard sound said next felt smooth feedback phase omega pull pulls pulled action reaction
+gain most result oscillator unit_weights
+"""
+_OWN = _NAMES.split()
+"""Names of the code around the traced functions."""
 
 
 @dataclass(frozen=True)
@@ -81,8 +54,8 @@ def source(export: Export) -> str:
     read = frozenset().union(*(each.given for each in functions.values()))
     head = comment_of(
         plain(
-            f"{export.prefix}.c: {export.saved.model or 'a Tegotae controller'}. Written by tegotae "
-            "from the code that its simulator runs. All numbers are float; nothing is allocated; "
+            f"{export.prefix}.c: {export.saved.model or 'a Tegotae controller'}. Written by "
+            "tegotae from the code that its simulator runs. All numbers are float; nothing is allocated; "
             "there is no state but the caller's."
         )
     )
@@ -265,7 +238,8 @@ def _comment(export: Export, name: str) -> str:
         "the sector, if there is one."
         if force
         else "Where the foot shall be [m].",
-        "advanced": f"The oscillator a tick later, its rate held: {first_line(controller.oscillator)}",
+        "advanced": "The oscillator a tick later, its rate held: "
+        + first_line(controller.oscillator),
     }[name]
 
 
