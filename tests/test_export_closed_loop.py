@@ -9,8 +9,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from compiled import Compiled, needs_gcc
 
+from compiled import Compiled, needs_gcc
 from tegotae import Hopper, build
 from tegotae.bodies import Bar
 from tegotae.bodies.base import Push
@@ -23,7 +23,7 @@ from tegotae.rollout import Engine, Scenario, Timing
 from tegotae.terms import ConstantGain, Reflex, Sector, VanillaAction, VanillaReaction
 
 sys.path.insert(0, str(Path(__file__).parent / "users"))
-import my_parts  # noqa: E402
+import my_parts
 
 TICK_S, DURATION_S = 0.001, 20.0
 ALLOWED_M = 1e-3

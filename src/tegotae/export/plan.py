@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import functools
 from dataclasses import dataclass
+from typing import Any
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 
@@ -74,11 +76,14 @@ class Export:
     def scales(self) -> dict[str, float]:
         """What signals are divided by before a network sees them, in their own units."""
         body = self.saved.body
-        lane = jnp.ones((1,), jnp.float32)
-        state = body.release(lane * float(np.asarray(body.touching_height_m)), 0.0 * lane)
-        sensed = body.sense(state, 0.0 * lane).scales
-        found = {name: sensed[name] for name in self.senses if name in sensed}
-        found["feedback"] = body.rate_scale
+
+        @jax.jit  # of which only the scales are computed
+        def scales(lane: jax.Array) -> dict[str, Any]:
+            sensed = body.sense(body.release(lane, lane), lane).scales
+            own = {name: sensed[name] for name in self.senses if name in sensed}
+            return {**own, "feedback": body.rate_scale}
+
+        found = scales(jnp.ones((1,), jnp.float32))
         for name, scale in found.items():
             if np.size(scale) != 1:
                 raise TegotaeError(

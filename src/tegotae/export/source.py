@@ -55,8 +55,8 @@ def source(export: Export) -> str:
     head = comment_of(
         plain(
             f"{export.prefix}.c: {export.saved.model or 'a Tegotae controller'}. Written by "
-            "tegotae from the code that its simulator runs. All numbers are float; nothing is allocated; "
-            "there is no state but the caller's."
+            "tegotae from the code that its simulator runs. All numbers are float; nothing is "
+            "allocated; there is no state but the caller's."
         )
     )
     blocks = [
