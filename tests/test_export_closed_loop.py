@@ -83,8 +83,29 @@ def apexes_of_the_package(saved: SavedController, **release) -> tuple[np.ndarray
     return times[~np.isnan(times)], heights[~np.isnan(heights)]
 
 
-def apexes_of_the_robots(programs: list[Compiled], body, height_m: float, phases) -> list:
+def as_simulated(program: Compiled, sensed: dict, pushed: float) -> list:
+    """The inputs that the simulator gives."""
+    return [sensed[name] for name in program.export.senses]
+
+
+def contact_force(program: Compiled, sensed: dict, pushed: float) -> list:
+    """What a load cell under the foot measures: F_k - c v + F_a, and nothing in the air."""
+    damping = program.export.saved.body.damping_ns_per_m
+    force = sensed["spring_force"] - damping * sensed["velocity"] + pushed
+    return [max(force, 0.0) if sensed["height"] < 1.0 else 0.0]
+
+
+def converted(program: Compiled, sensed: dict, pushed: float) -> list:
+    """The same as the header's function makes the spring's force of it."""
+    (contact,) = contact_force(program, sensed, pushed)
+    return [program.number("spring_force", contact, sensed["velocity"], pushed)]
+
+
+def apexes_of_the_robots(
+    programs: list[Compiled], body, height_m: float, phases, measured=as_simulated
+) -> list:
     """Heights of the apexes, the compiled controllers driving one body each, tick by tick."""
+    measures = measured if isinstance(measured, list) else [measured] * len(programs)
     lanes, limbs = len(programs), body.limbs
     state = body.release(jnp.full(lanes, height_m), jnp.zeros(lanes))
     ground, tick_s = jnp.zeros(lanes), jnp.float32(TICK_S)
@@ -105,7 +126,8 @@ def apexes_of_the_robots(programs: list[Compiled], body, height_m: float, phases
     for _ in range(round(DURATION_S / TICK_S)):
         sensed = {name: np.asarray(x) for name, x in sensed.items()}
         for lane, program in enumerate(programs):
-            inputs = [sensed[name][..., lane] for name in program.export.senses]
+            own = {name: x[..., lane] for name, x in sensed.items()}
+            inputs = measures[lane](program, own, force[0, lane])
             force[:, lane] = program.step(inputs)[0]
         state, sensed, apex = advance(state, force[0] if limbs == 1 else force)
         found.append(np.asarray(apex))
@@ -119,8 +141,11 @@ def hops(tmp_path_factory):
     programs = [
         Compiled(Export(saved, TICK_S), tmp_path_factory.mktemp("c")) for saved in gaits().values()
     ]
-    heights = apexes_of_the_robots(programs, Hopper(), 1.2, 0.0)
-    return dict(zip(gaits(), heights, strict=True))
+    reflex = Export(gaits()["a reflex"], TICK_S)
+    programs += [Compiled(reflex, tmp_path_factory.mktemp("c")) for _ in range(2)]
+    measured = [as_simulated] * len(gaits()) + [contact_force, converted]
+    heights = apexes_of_the_robots(programs, Hopper(), 1.2, 0.0, measured)
+    return dict(zip((*gaits(), "fed with contact", "converted"), heights, strict=True))
 
 
 @needs_gcc
@@ -132,6 +157,16 @@ def test_the_compiled_controller_hops_as_the_simulated_one_does_for_twenty_secon
     assert len(late) > 5
     assert len(hops[gait]) == len(heights)
     assert np.abs(hops[gait] - heights).max() < ALLOWED_M
+
+
+@needs_gcc
+def test_the_force_of_contact_in_place_of_the_springs_is_another_gait_and_the_conversion_mends_it(
+    hops,
+):
+    right, wrong, mended = (hops[x][-1] for x in ("a reflex", "fed with contact", "converted"))
+    print(f"last apex {right:.3f} m, fed with contact {wrong:.3f} m, converted {mended:.3f} m")
+    assert abs(wrong - right) > 0.3
+    assert abs(mended - right) < 0.02
 
 
 @needs_gcc

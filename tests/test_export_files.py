@@ -1,4 +1,4 @@
-"""An export on disk: complete, checked by its own program, and refused before anything is written."""
+"""An export on disk: complete, checked by its own program, or refused before it is written."""
 
 from __future__ import annotations
 

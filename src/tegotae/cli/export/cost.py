@@ -69,5 +69,6 @@ class ExportCost:
             "Instructions executed per tick, counted by an emulator: neither cycles nor a worst "
             "case. The last column is their share of "
             f"{CLOCK_HZ / 1e6:g} MHz at 1 kHz, if each took one cycle. Flash is what the "
-            "controller adds to a program, with the parts of the C library that it calls; RAM is its state, inputs and outputs."
+            "controller adds to a program, with the parts of the C library that it calls; RAM is "
+            "its state, inputs and outputs."
         )
