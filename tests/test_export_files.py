@@ -82,7 +82,7 @@ def test_weights_stand_in_the_source_under_their_names_and_none_is_lost(written)
     for name in (".spring_force = ", ".sin_phase = ", ".bias = ", ".sigma = "):
         assert name in text
     for weight in np.asarray(one.weights, np.float32):
-        assert f"{weight}f" in text
+        assert f"{weight!s}f" in text
 
 
 def test_the_source_uses_no_double_no_memory_of_its_own_and_no_library_but_maths(written):
@@ -207,13 +207,13 @@ def test_a_period_that_no_loop_can_have_is_refused(tick, said):
 def test_what_is_no_controller_and_where_nothing_can_be_written_is_said_in_a_line(tmp_path, capsys):
     path, taken = tmp_path / "controller.json", tmp_path / "taken"
     taken.write_text("")
-    assert cli.main(["export", "c", str(path), "--out", str(tmp_path / "out")]) == 1
+    assert cli.main(["export", "c", str(path), "--out", str(tmp_path / "out")]) == 2
     assert "no controller file" in capsys.readouterr().err
     path.write_text("{}")
-    assert cli.main(["export", "c", str(path), "--out", str(tmp_path / "out")]) == 1
+    assert cli.main(["export", "c", str(path), "--out", str(tmp_path / "out")]) == 2
     assert "is not a controller file" in capsys.readouterr().err
     controller_file.save(saved("V-reflex-w8"), path)
-    assert cli.main(["export", "c", str(path), "--out", str(taken)]) == 1
+    assert cli.main(["export", "c", str(path), "--out", str(taken)]) == 2
     assert "it is a file" in capsys.readouterr().err
 
 

@@ -12,7 +12,7 @@ import jax
 import numpy as np
 
 from tegotae.errors import TegotaeError
-from tegotae.export.names import Place, c_name, docstring, place_of
+from tegotae.export.names import Place, c_name, docstring, is_of_jax, place_of
 from tegotae.export.primitives import CALLS, SCALAR
 
 _KINDS = {"float32": "float", "int32": "int32_t", "bool": "bool"}
@@ -141,7 +141,7 @@ class Reader:
         known = [_constant(value) for value in constants]
         about = getattr(jaxpr, "debug_info", None)
         source = getattr(about, "func_src_info", None) or ""
-        own = "site-packages" not in source and "jax/_src" not in source
+        own = not is_of_jax(source)
         scalars = all(array.size == 1 for array in arguments)
         scalars &= all(int(np.prod(out.aval.shape)) == 1 for out in jaxpr.outvars)
         if not (

@@ -11,6 +11,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import jax
+
 from tegotae import tracing
 
 UNITS = {
@@ -79,6 +81,14 @@ class Place:
         return _assigned(self.file).get(self.line) or (self.function.split(".")[-1].strip("_<>"),)
 
 
+def is_of_jax(path: str) -> bool:
+    """Whether a path, or what begins with one, is that of a file of JAX itself."""
+    return _JAX in path
+
+
+_JAX = str(Path(jax.__file__).parent)
+
+
 def place_of(equation: Any) -> Place | None:
     """The line of the program that made an operation of a trace, if that is known."""
     try:
@@ -87,8 +97,7 @@ def place_of(equation: Any) -> Place | None:
         return None
     for frame in frames:
         path = frame.file_name
-        own = path == tracing.__file__
-        if not own and "/jax/" not in path and "/jax\\" not in path and not path.startswith("<"):
+        if path != tracing.__file__ and not is_of_jax(path) and not path.startswith("<"):
             return Place(Path(path), frame.line_num, frame.function_name)
     return None
 

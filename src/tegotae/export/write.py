@@ -1,4 +1,4 @@
-"""Writing an export: all texts are made before the first file is."""
+"""Writing an export: what cannot be exported is refused before the first file is written."""
 
 from __future__ import annotations
 
@@ -21,7 +21,6 @@ def texts(export: Export) -> dict[str, str]:
         TegotaeError: for a controller with an operation that has no C, by its name.
     """
     prefix = export.prefix
-    # The source first: it refuses what cannot be exported, and the golden run takes longest.
     written = {f"{prefix}.c": source(export), f"{prefix}.h": header(export)}
     vectors = golden(export)
     return {
@@ -44,8 +43,9 @@ def write(export: Export, folder: Path) -> list[Path]:
     Raises:
         TegotaeError: for what cannot be exported, or a folder that cannot be written to.
     """
-    made = texts(export)
+    source(export)  # refuses what has no C, and is quick
     output_folder(folder)
+    made = texts(export)
     for name, text in made.items():
         write_atomically(folder / name, text)
     return [folder / name for name in made]
