@@ -10,21 +10,28 @@ import jax
 
 T = TypeVar("T")
 
+STATIC = {"static": True}
+"""Metadata of a dataclass's field that gives arrays their shape: another value of it is another
+program."""
+
 
 def traceable(cls: type[T]) -> type[T]:
-    """Make a frozen dataclass a JAX pytree whose every field is a leaf.
+    """Make a frozen dataclass a JAX pytree whose fields are leaves, but for `STATIC` ones.
 
     The constructor (and so its validation) runs for a user's values, never for traced ones: a
     changed mass or stiffness does not compile a new program.
     """
-    names = [field.name for field in dataclasses.fields(cls)]  # type: ignore[arg-type]
+    fields = dataclasses.fields(cls)  # type: ignore[arg-type]
+    static = [field.name for field in fields if field.metadata == STATIC]
+    names = [field.name for field in fields if field.name not in static]
 
     def flatten(value: T):
-        return tuple(getattr(value, name) for name in names), None
+        leaves = tuple(getattr(value, name) for name in names)
+        return leaves, tuple(getattr(value, name) for name in static)
 
-    def unflatten(_, leaves) -> T:
+    def unflatten(fixed, leaves) -> T:
         value = object.__new__(cls)
-        for name, leaf in zip(names, leaves, strict=True):
+        for name, leaf in zip((*names, *static), (*leaves, *fixed), strict=True):
             object.__setattr__(value, name, leaf)
         return value
 

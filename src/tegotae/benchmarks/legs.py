@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -34,12 +35,15 @@ class Row(NamedTuple):
     """Ticks per second that a core is at work."""
 
 
-def last_frame(trajectory, scenario, body, timing):
+@dataclass(frozen=True)
+class LastFrame:
     """What is kept of a rollout: work, and whether it failed."""
-    return trajectory.work_absolute_j[-1], trajectory.failed[-1]
 
+    needs = ("work_absolute_j", "failed")
 
-last_frame.needs = ("work_absolute_j", "failed")
+    def __call__(self, trajectory, scenario, body, timing):
+        """Of its last frame."""
+        return trajectory.work_absolute_j[-1], trajectory.failed[-1]
 
 
 def of_body(name: str, body: Body, lanes: int) -> Row:
@@ -54,7 +58,7 @@ def of_body(name: str, body: Body, lanes: int) -> Row:
         scenario = Scenario(omega=OMEGA, height_m=body.touching_height_m)
     shape = (body.limbs, lanes) if body.limbs > 1 else (lanes,)
     phases = np.random.default_rng(0).uniform(0.0, 2 * np.pi, shape)
-    run = Engine(controller=controller, timing=timing, summary=last_frame)
+    run = Engine(controller=controller, timing=timing, summary=LastFrame())
     gains = np.full((lanes, 1), 1.25 if walks else 1.0)
     found = engine.timed(run, gains, scenario._replace(phase_rad=phases), body)
     return Row(name, body.limbs, timing.tick_s, found.ticks_per_s, found.ticks_per_core_s)
