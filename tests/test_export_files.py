@@ -18,7 +18,7 @@ from compiled import FLAGS, SANITIZERS, needs_gcc
 from tegotae import Hopper, TegotaeError, build, cli, controller_file, find
 from tegotae.controller_file import SavedController
 from tegotae.export import Export, write
-from tegotae.export.cost import COMPILER, CORES, EMULATOR, costs, require_tools
+from tegotae.export.cost import COMPILER, EMULATOR, costs, require_tools
 from tegotae.export.source import source
 from tegotae.terms import Signals, Term
 
@@ -229,7 +229,7 @@ def test_a_compiler_that_is_missing_is_said_with_what_to_install(monkeypatch):
 )
 def test_the_cost_of_a_controller_is_counted_on_every_core():
     export = Export(SavedController(build("V-reflex-w8"), np.array([2.0]), 8.0))
-    small, middle, large = (costs(export, core) for core in CORES)
+    small, middle, large = costs(export)
     # Without a unit for floats every operation is a call.
     assert small.instructions > 5 * middle.instructions > 5 * 50
     assert 50 < large.instructions < 1000

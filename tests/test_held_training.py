@@ -45,7 +45,7 @@ def test_the_gain_of_a_vanilla_controller_is_searched_held():
     from tegotae.training.search import best_gain
 
     short = dataclasses.replace(
-        find("V-reflex-w8").experiment(), timing=Timing(duration_s=6.0, tick_s=0.02)
+        find("V-reflex-w8").experiment(), timing=Timing(duration_s=6.0, tick_s=0.01)
     )
     short = dataclasses.replace(
         short,

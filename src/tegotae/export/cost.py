@@ -5,7 +5,7 @@ from __future__ import annotations
 import shutil
 import subprocess
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
@@ -103,8 +103,8 @@ def systems(models: Sequence[str], seed: int = 0) -> list[Export]:
     return exports
 
 
-def costs(export: Export, core: Core) -> Cost:
-    """Compile a controller for a core, and count what its ticks take.
+def costs(export: Export, cores: Sequence[Core] = CORES) -> Iterator[Cost]:
+    """Compile a controller for each core, and count what its ticks take.
 
     Raises:
         TegotaeError: if the tools are missing, or fail.
@@ -113,12 +113,18 @@ def costs(export: Export, core: Core) -> Cost:
     with tempfile.TemporaryDirectory() as temporary:
         folder = Path(temporary)
         _write(export, folder)
-        sizes = [_flash(_compiled(folder, core, with_step)) for with_step in (True, False)]
-        ran = _run(
-            f"{EMULATOR} -M {core.board} -nographic -icount shift=0 -semihosting -monitor none "
-            "-serial none -kernel with_step.elf",
-            folder,
-        )
+        for core in cores:
+            yield _cost(export, core, folder)
+
+
+def _cost(export: Export, core: Core, folder: Path) -> Cost:
+    """The cost on a core of what was written to a folder."""
+    sizes = [_flash(_compiled(folder, core, with_step)) for with_step in (True, False)]
+    ran = _run(
+        f"{EMULATOR} -M {core.board} -nographic -icount shift=0 -semihosting -monitor none "
+        "-serial none -kernel with_step.elf",
+        folder,
+    )
     try:
         ticks, with_step, without, ram, stack = map(int, ran.split())
     except ValueError:

@@ -145,7 +145,7 @@ def _weights(export: Export) -> str:
         own = values[controller.sets * n :]
         blocks.append(struct("coupling_weights", names))
         blocks.append(
-            f"static const coupling_weights COUPLING_WEIGHTS = {initialiser(names, own, '')};\n"
+            f"static const coupling_weights COUPLING_WEIGHTS = {initialiser(names, list(own), '')};\n"
         )
     if controller.wiring is not None:
         limbs = ", ".join(map(str, controller.wiring))

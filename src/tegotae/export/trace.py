@@ -143,7 +143,8 @@ class Tracer:
         law = self._controller.tegotae
         names = [] if law is None else ["action", "reaction", "gain"]
         limit = None if law is None else law.limit_rad_per_s
-        known = Tegotae(*(_Known(name) for name in names), limit) if names else None
+        action, reaction, gain = (_Known(name) for name in ("action", "reaction", "gain"))
+        known = Tegotae(action, reaction, gain, limit) if names else None
         controller = Controller(_Commanded(self._controller.actuation), tegotae=known)
 
         def evaluate(values: Any) -> Any:

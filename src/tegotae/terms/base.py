@@ -43,8 +43,9 @@ class Signals:
 class Term(ABC):
     """One of A′, R, G or T: a frozen dataclass, called with its weights and the signals.
 
-    A new term is a subclass with `reads`, `n_weights`, `initial` and `__call__`, and, if its weights
-    are to have names in files and in C, `weight_names`; nothing else needs to know of it. `tegotae.check_term` tells what is missing.
+    A new term is a subclass with `reads`, `n_weights`, `initial` and `__call__`, and with
+    `weight_names` if its weights are to have names in files and in C; nothing else needs to know of
+    it. `tegotae.check_term` tells what is missing.
     """
 
     @property

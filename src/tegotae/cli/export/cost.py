@@ -39,9 +39,9 @@ class ExportCost:
         found: list[Cost] = []
         with reporting("cost", len(exports) * len(CORES)) as reporter:
             for export in exports:
-                for core in CORES:
-                    found.append(costs(export, core))
-                    reporter.update(len(found), f"{found[-1].model} on {core.name}")
+                for cost in costs(export):
+                    found.append(cost)
+                    reporter.update(len(found), f"{cost.model} on {cost.core}")
         rows = [{**asdict(cost), "share_at_1_khz": cost.share(CLOCK_HZ)} for cost in found]
         if self.csv is not None:
             columns = {name: [str(row[name]) for row in rows] for name in rows[0]}
