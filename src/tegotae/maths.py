@@ -89,6 +89,19 @@ def _polynomial(coefficients: tuple[float, ...], x: jax.Array) -> jax.Array:
     return value
 
 
+@stays_a_call
+def add_ratio(
+    over: jax.Array, under: jax.Array, numerator: jax.Array, denominator: jax.Array
+) -> tuple[jax.Array, jax.Array]:
+    """Numerator and denominator of the sum of two ratios, without a division.
+
+    Example:
+        >>> tuple(map(float, add_ratio(*map(jnp.float32, (1.0, 2.0, 1.0, 4.0)))))
+        (6.0, 8.0)
+    """
+    return over * denominator + numerator * under, under * denominator
+
+
 def sum_of_ratios(ratios: Sequence[tuple[jax.Array, jax.Array]]) -> jax.Array:
     """Sum of numerators over denominators, by one division for up to sixteen.
 
@@ -104,7 +117,6 @@ def sum_of_ratios(ratios: Sequence[tuple[jax.Array, jax.Array]]) -> jax.Array:
     for first in range(0, len(ratios), _RATIOS_PER_DIVISION):
         (over, under), *others = ratios[first : first + _RATIOS_PER_DIVISION]
         for numerator, denominator in others:
-            over = over * denominator + numerator * under
-            under = under * denominator
+            over, under = add_ratio(over, under, numerator, denominator)
         total = total + over / under
     return total

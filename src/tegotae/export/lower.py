@@ -187,7 +187,7 @@ class Statements:
             inputs = ", ".join(self._texts[each][0] for each in call.inputs)
             wanted = call.place.names if call.place else (procedure.name,)
             single = len(procedure.results) == 1
-            label = wanted[0] if single or len(wanted) == 1 else procedure.name
+            label = wanted[0] if single else "_".join(wanted)
             variable = c_name(label, self._taken)
             kind = procedure.results[0].kind if single else f"{name}_result"
             self.lines.append(f"const {kind} {variable} = {name}({inputs});")

@@ -142,11 +142,9 @@ def _weights(export: Export) -> str:
     if controller.coupling is not None and (
         names := controller.coupling.weight_names(controller.limbs)
     ):
-        own = values[controller.sets * n :]
+        own = initialiser(names, list(values[controller.sets * n :]), "")
         blocks.append(struct("coupling_weights", names))
-        blocks.append(
-            f"static const coupling_weights COUPLING_WEIGHTS = {initialiser(names, list(own), '')};\n"
-        )
+        blocks.append(f"static const coupling_weights COUPLING_WEIGHTS = {own};\n")
     if controller.wiring is not None:
         limbs = ", ".join(map(str, controller.wiring))
         blocks.append(
