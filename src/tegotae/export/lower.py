@@ -128,7 +128,12 @@ class Statements:
     def all(self, nodes: Sequence[Node]) -> list[str]:
         """Texts of the nodes, with the statements that they need in `lines`."""
         order = _reachable(nodes)
+        calls: set[Call] = set()
         for node in order:
+            if node.operation == "result":  # of which a call may have several
+                if node.detail[0] in calls:
+                    continue
+                calls.add(node.detail[0])
             for each in node.inputs:
                 self._uses[each] = self._uses.get(each, 0) + 1
         for node in nodes:

@@ -78,7 +78,8 @@ class Place:
     @property
     def names(self) -> tuple[str, ...]:
         """What the line's assignment calls its value or its values; else the function's name."""
-        return _assigned(self.file).get(self.line) or (self.function.split(".")[-1].strip("_<>"),)
+        name = self.function.split(".")[-1].strip("_")
+        return _assigned(self.file).get(self.line) or (name if name.isidentifier() else "value",)
 
 
 def is_of_jax(path: str) -> bool:
