@@ -90,7 +90,7 @@ def test_a_multiplier_crosses_one_between_its_neighbours_and_not_over_a_gap():
 def test_lags_at_sections_are_exact_for_even_paces_and_undefined_beyond_the_end():
     frame = jnp.arange(400.0)[:, None, None]
     turns = 0.3 + 0.0123 * frame - jnp.array([[[0.0], [0.25], [0.9]]])
-    lag = np.asarray(lags_at_sections(TURN * turns % TURN, 8, reference=0))[..., 0]
+    lag = np.asarray(lags_at_sections(TURN * turns % TURN, 8, 0))[..., 0]
     assert np.abs(apart(lag[:5], np.array([[0.0, 0.25, 0.9]]))).max() < 1e-5
     assert np.isnan(lag[5:]).all()
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import jax
@@ -45,6 +46,7 @@ class Sections:
         return jnp.where(fell[None, None], jnp.nan, lag), jnp.where(fell[None], jnp.nan, last)
 
 
+@partial(jax.jit, static_argnums=(1, 2))
 def lags_at_sections(phase_rad: Any, cycles: int, reference: int = 0) -> jax.Array:
     """Lags whenever the reference leg's phase passes zero, `(φ_ref - φ_i) / 2π` there.
 
