@@ -6,7 +6,7 @@ import dataclasses
 
 import pytest
 
-from tegotae import Experiment, TegotaeError, build, find
+from tegotae import Experiment, TegotaeError, find
 from tegotae.cli.options import ExperimentOptions
 from tegotae.integrators import Hold, PredictorCorrector
 from tegotae.rollout import Timing
@@ -44,13 +44,11 @@ def test_agents_learn_in_continuous_time_and_say_so():
 def test_the_gain_of_a_vanilla_controller_is_searched_held():
     from tegotae.training.search import best_gain
 
+    usual = find("V-reflex-w8").experiment()
     short = dataclasses.replace(
-        find("V-reflex-w8").experiment(), timing=Timing(duration_s=6.0, tick_s=0.01)
-    )
-    short = dataclasses.replace(
-        short,
-        fitness=dataclasses.replace(short.fitness, settle_s=2.0),
-        controller=build("V-reflex-w8"),
+        usual,
+        timing=Timing(duration_s=6.0, tick_s=0.01),
+        fitness=dataclasses.replace(usual.fitness, settle_s=2.0),
     )
     continuous, held = (
         best_gain(dataclasses.replace(short, integrator=each))
