@@ -22,7 +22,7 @@ from tegotae.terms import ConstantGain
 from tegotae.training.fitness import EPISODE, Fitness
 from tegotae.training.objective import Objective
 from tegotae.world import Scenario
-from tegotae.world.checks import check_posture
+from tegotae.world.checks import check_posture, check_rhythm
 
 RELEASE_M = 1.2
 """Height of the paper's release [m]."""
@@ -55,8 +55,8 @@ class Experiment:
     Raises:
         TegotaeError: for a name that is no file's, an oscillator without a frequency or the other
             way round, a signal that nobody provides, a height that is not positive, phases of other
-            limbs, a posture that the body does not take, a control period too long for the body, or
-            an episode that cannot be judged.
+            limbs, a posture that the body does not take, a control period too long for body or
+            oscillator, or an episode that cannot be judged.
 
     Example:
         >>> from tegotae.models import find
@@ -110,6 +110,7 @@ class Experiment:
                 f"{self.body.limbs}"
             )
         check_posture(self.body, self.scenario)
+        check_rhythm(self.controller.oscillator, self.scenario, self.timing.tick_s)
         for name, value in self.posture:
             require_finite(name, value)
 

@@ -76,7 +76,9 @@ class ClosedLoop:
             return jnp.broadcast_to(x, shape)
 
         scenario = scenario._replace(
-            omega=per_limb(scenario.omega), phase_rad=per_limb(scenario.phase_rad)
+            omega=per_limb(scenario.omega),
+            phase_rad=per_limb(scenario.phase_rad),
+            rhythm={name: per_limb(x) for name, x in dict(scenario.rhythm).items()},
         )
         return self.controller.spread(weights), scenario
 
@@ -92,7 +94,9 @@ class ClosedLoop:
         body, omega = self.meets(body, scenario, jnp.asarray(0), tick_s)
         state = body.release(scenario.height_m, scenario.velocity_m_per_s, **dict(scenario.posture))
         oscillator = (
-            () if controller.oscillator is None else controller.oscillator.start(scenario.phase_rad)
+            ()
+            if controller.oscillator is None
+            else controller.oscillator.start(scenario.phase_rad, **dict(scenario.rhythm))
         )
         ground = ground_m(scenario, jnp.asarray(0), tick_s)
         said = drive(controller, body, weights, omega, state, oscillator, ground)

@@ -10,13 +10,14 @@ The paper gives the count, not the list. This full factorial gives exactly 218:
 
 A name reads `ARCHITECTURE[-rOBS][-gOBS]-ACTUATION-wω`, where OBS is what a learned R or G senses
 (`F`: F_k, `Fv`: F_k and ẏ) and ACTUATION is `sector`, `reflex`, `both`, or `tphi`, `tf`, `tphif`
-for a network on φ, f, or both: `ART-rF-tphif-w8`. The single networks are `T-F` and `T-Fv`.
+for a network on φ, f, or both: `ART-rF-tphif-w8`. The single networks are `T-F` and `T-Fv`. Any of
+the others can have another oscillator than the paper's: `ART-rF-tphif-w8+hopf`.
 """
 
 from __future__ import annotations
 
 import itertools
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any
 
@@ -24,7 +25,7 @@ from tegotae.controller import Controller, Tegotae
 from tegotae.errors import TegotaeError, require_count, unknown
 from tegotae.experiment import Experiment
 from tegotae.limits import MOST_WEIGHTS
-from tegotae.oscillators import PhaseOscillator
+from tegotae.oscillators.named import PHASE, oscillator_named
 from tegotae.terms import (
     Actuation,
     ConstantGain,
@@ -62,6 +63,10 @@ class Model:
         actuation: what the actuation depends on: "phi", "f" or "phif"; for the single network
             what it senses, "F" or "Fv".
         omega_t: training frequency ω_t [rad/s]; None for the single network.
+        oscillator: by its name (`tegotae.oscillators.OSCILLATORS`); the paper's by default.
+
+    Raises:
+        TegotaeError: for an unknown oscillator, or one in a single network.
     """
 
     learned_action: bool
@@ -70,6 +75,14 @@ class Model:
     learned_actuation: bool
     actuation: str
     omega_t: float | None
+    oscillator: str = PHASE
+
+    def __post_init__(self) -> None:
+        oscillator_named(self.oscillator)
+        if self.is_single_network and self.oscillator != PHASE:
+            raise TegotaeError(
+                f"{self.name} is a network without an oscillator; leave {self.oscillator} out"
+            )
 
     @property
     def is_single_network(self) -> bool:
@@ -99,7 +112,8 @@ class Model:
         parts = [self.architecture]
         parts += [f"r{self.reaction}"] if self.reaction else []
         parts += [f"g{self.gain}"] if self.gain else []
-        return "-".join([*parts, self.actuation_name, f"w{self.omega_t:g}"])
+        name = "-".join([*parts, self.actuation_name, f"w{self.omega_t:g}"])
+        return name if self.oscillator == PHASE else f"{name}+{self.oscillator}"
 
     @property
     def learned_terms(self) -> tuple[str, ...]:
@@ -122,8 +136,8 @@ class Model:
 
     @property
     def is_trained(self) -> bool:
-        """Whether there is a network to train; a pure V model has only its σ, found by search."""
-        return bool(self.learned_terms)
+        """Whether there is more to train than the σ of a pure V model, which a search finds."""
+        return bool(self.learned_terms) or oscillator_named(self.oscillator).n_weights > 0
 
     def controller(self, budget: int = BUDGET) -> Controller:
         """The controller, with as many weights as the budget allows (`hidden_sizes`).
@@ -135,12 +149,14 @@ class Model:
         inputs = self._network_inputs()
         constant_gain = not self.is_single_network and self.gain is None
         n_inputs = [len(Network(i, 1).reads) for i in inputs.values()]
-        least = sum(n + 2 for n in n_inputs) + constant_gain
+        oscillator = oscillator_named(self.oscillator)
+        others = constant_gain + oscillator.n_weights
+        least = sum(n + 2 for n in n_inputs) + others
         if budget < least:
             raise TegotaeError(
                 f"budget is {budget}, too small: {self.name} has at least {least} weights"
             )
-        sizes = hidden_sizes(n_inputs, budget - constant_gain)
+        sizes = hidden_sizes(n_inputs, budget - others)
         hidden = dict(zip(inputs, sizes, strict=True))
 
         def network(role: str) -> Term:
@@ -158,7 +174,7 @@ class Model:
             network("R") if "R" in inputs else VanillaReaction(),
             network("G") if "G" in inputs else ConstantGain(),
         )
-        return Controller(actuation, PhaseOscillator(), tegotae)
+        return Controller(actuation, oscillator, tegotae)
 
     def experiment(self, *, budget: int = BUDGET, **settings: Any) -> Experiment:
         """The training and evaluation of this model, as in the paper but for what is given.
@@ -248,15 +264,20 @@ def find(name: str) -> Model:
     """The model of that name; a bare architecture names its plainest member.
 
     `V`, `AR`, ... stand for the member at ω_t = 8 rad/s that senses F_k alone, with reflex
-    actuation or, where the actuation is learned, one on [φ, f]; `T` stands for `T-F`.
+    actuation or, where the actuation is learned, one on [φ, f]; `T` stands for `T-F`. A
+    name followed by `+` and an oscillator's (`tegotae.oscillators.OSCILLATORS`) is the model with
+    that oscillator.
 
     Raises:
         TegotaeError: for an unknown name, with the nearest ones.
 
     Example:
-        >>> find("ART").name
-        'ART-rF-tphif-w8'
+        >>> find("ART").name, find("ART+hopf").name
+        ('ART-rF-tphif-w8', 'ART-rF-tphif-w8+hopf')
     """
+    name, plus, oscillator = name.partition("+")
+    if plus:
+        return replace(find(name), oscillator=oscillator)
     models = all_models()
     if name in models:
         return models[name]

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from tegotae.bodies import Hopper
 from tegotae.controller import Controller, Tegotae
 from tegotae.errors import unknown
-from tegotae.oscillators import PhaseOscillator
+from tegotae.oscillators import Oscillator, PhaseOscillator
 from tegotae.terms import (
     Actuation,
     ConstantGain,
@@ -18,6 +18,9 @@ from tegotae.terms import (
     VanillaAction,
     VanillaReaction,
 )
+
+PAPERS = PhaseOscillator()
+"""The paper's oscillator."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,8 +40,12 @@ class Preset:
     height_m: float = 1.2
     """Release height [m], at rest."""
 
-    def controller(self, actuation: str) -> Controller:
+    def controller(self, actuation: str, oscillator: Oscillator = PAPERS) -> Controller:
         """The vanilla controller with this actuation: "sector", "reflex" or "both".
+
+        Args:
+            actuation: its name.
+            oscillator: the paper's by default.
 
         Raises:
             TegotaeError: for another actuation.
@@ -52,7 +59,7 @@ class Preset:
         if actuation not in known:
             raise unknown("actuation", actuation, known)
         terms = Tegotae(VanillaAction(), VanillaReaction(), ConstantGain())
-        return Controller(known[actuation], PhaseOscillator(), terms)
+        return Controller(known[actuation], oscillator, terms)
 
 
 PRESETS: dict[str, Preset] = {

@@ -24,7 +24,7 @@ from tegotae.limits import require_memory
 from tegotae.loop import ClosedLoop, Tick, check_senses
 from tegotae.recorder import Frame, Recorder, Trajectory
 from tegotae.world import Scenario, ground_m, map_change, whole_run
-from tegotae.world.checks import check_changes, check_posture
+from tegotae.world.checks import check_changes, check_posture, check_rhythm
 
 LANES_PER_BLOCK = 64 if loops_are_kernels() else 512
 """Lanes advanced together on a CPU device: few enough to stay in a core's cache, and enough to be
@@ -156,6 +156,7 @@ class Engine:
         body.check_tick(self.timing.tick_s)
         check_senses(self.controller, body)
         check_posture(body, scenario)
+        check_rhythm(self.controller.oscillator, scenario, self.timing.tick_s)
         check_changes(body, scenario, self.timing.tick_s)
         self.recorder(body)
         with jax.enable_x64(dtype == "float64"):
@@ -286,11 +287,12 @@ def _as_lanes(
 
     entries = {name: entry(name, x) for name, x in scenario._asdict().items() if name not in _MORE}
     posture = {name: entry(name, x) for name, x in dict(scenario.posture).items()}
+    rhythm = {name: entry(name, x) for name, x in dict(scenario.rhythm).items()}
     changes = {
         name: map_change(partial(entry, name), change)
         for name, change in dict(scenario.changes).items()
     }
-    whole = Scenario(**entries, posture=posture, changes=changes)
+    whole = Scenario(**entries, posture=posture, rhythm=rhythm, changes=changes)
     sizes = [x.shape[-1:] for x in jax.tree.leaves(whole)]
     try:
         (lanes,) = np.broadcast_shapes((len(weights),), *sizes)
@@ -308,7 +310,7 @@ def _as_lanes(
     return jnp.asarray(np.ascontiguousarray(columns)), jax.tree.map(of_lanes, whole)
 
 
-_MORE = ("posture", "changes")
+_MORE = ("posture", "rhythm", "changes")
 """Entries of a scenario that are made of several."""
 _OF_BODY = ("height_m", "velocity_m_per_s", "drop_m", "drop_time_s")
 """Entries of which a body has one, however many limbs."""

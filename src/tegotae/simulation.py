@@ -157,10 +157,10 @@ class Result:
 
 
 def _numbers(scenario: Scenario) -> dict[str, Any]:
-    """A scenario's entries by name, those of the posture among them."""
+    """A scenario's numbers by name, those of posture and rhythm among them."""
     entries = scenario._asdict()
-    entries.pop("changes")
-    return {**dict(entries.pop("posture")), **entries}
+    del entries["changes"]
+    return {**dict(entries.pop("posture")), **dict(entries.pop("rhythm")), **entries}
 
 
 def _finite(value: Any) -> float | None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import jax
 import numpy as np
@@ -53,21 +53,24 @@ class Orbit:
     """Tegotae feedback f [rad/s], [samples]."""
     actuator_force_n: np.ndarray
     """Actuator force F_a [N], [samples]; zero in flight."""
+    apex_rhythm: dict[str, np.ndarray] = field(default_factory=dict)
+    """What else the oscillator's state is at its apexes, by name, each of shape [k]."""
+    rhythm: dict[str, np.ndarray] = field(default_factory=dict)
+    """What else the oscillator's state is, by name, each [samples]."""
 
 
 def require_enterable(saved: SavedController, what: str) -> None:
-    """Raise `TegotaeError` unless an orbit can be entered by body and phase alone.
+    """Raise `TegotaeError` unless an orbit can be entered: all of its state is known.
 
-    An analysis that starts rollouts on a limit cycle knows of the oscillator its phase. One with
-    more state, or without a phase, would start off the cycle.
+    An oscillator that does not name all of its state, or has no phase, would start off the cycle.
     """
     oscillator = saved.controller.oscillator
     require_one_limb(saved.body, what)
-    if oscillator is not None and not oscillator.is_its_phase:
-        why = "more state than its phase" if oscillator.has_phase else "no phase"
+    if oscillator is not None and not oscillator.is_open:
+        why = "more state than it names in STATE" if oscillator.has_phase else "no phase"
         raise TegotaeError(
-            f"{what} starts rollouts on the limit cycle by phase alone; "
-            f"{type(oscillator).__name__} has {why}"
+            f"{what} starts rollouts on the limit cycle, with the state that the oscillator has "
+            f"there; {type(oscillator).__name__} has {why}"
         )
 
 
@@ -115,7 +118,9 @@ def find_orbit(
     k = int(period)
     last = int(table.count) - 1
     first = last - k
+    apexes = table.frame[first:last]
     path = jax.tree.map(lambda x: x[table.frame[first] : table.frame[last]], lane)
+    names = rhythm_names(saved)
     return Orbit(
         hops=k,
         period_s=float(table.time_s[last] - table.time_s[first]),
@@ -128,7 +133,15 @@ def find_orbit(
         spring_force_n=path.spring_force_n,
         feedback_rad_per_s=path.feedback_rad_per_s,
         actuator_force_n=path.actuator_force_n,
+        apex_rhythm={name: lane.channels[f"apex_{name}"][apexes] for name in names},
+        rhythm={name: path.channels[name] for name in names},
     )
+
+
+def rhythm_names(saved: SavedController) -> tuple[str, ...]:
+    """What is known of the oscillator's state beside its phase."""
+    oscillator = saved.controller.oscillator
+    return () if oscillator is None else oscillator.STATE
 
 
 def _recorded(trajectory, scenario, body, timing):

@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
+import jax.numpy as jnp
 import numpy as np
 
-from tegotae.analysis.orbit import Orbit, require_enterable
+from tegotae.analysis.orbit import Orbit, require_enterable, rhythm_names
 from tegotae.analysis.outcome import turn
 from tegotae.controller_file import SavedController
 from tegotae.errors import TegotaeError, require_count, require_finite
@@ -33,7 +34,8 @@ class Poincare:
     """A limit cycle as a fixed point of the return map x → P(x) on the apex section.
 
     A point of the section is x = (y, φ), height [m] and phase [rad] at an apex (ẏ = 0), or x = y
-    without an oscillator. P takes it to the k-th apex after it, k being the cycle's period in hops.
+    without an oscillator; an oscillator with more state adds it (`Oscillator.STATE`). P takes it to
+    the k-th apex after it, k being the cycle's period in hops.
     """
 
     fixed_point: np.ndarray
@@ -96,7 +98,12 @@ def poincare_section(
     require_enterable(saved, "a Poincaré section")
     check_disturbances(step, nudge, turns)
     with_phase = saved.controller.oscillator is not None
-    start = np.array([orbit.apex_height_m[0], orbit.apex_phase_rad[0]][: 1 + with_phase])
+    start = np.array(
+        [
+            *[orbit.apex_height_m[0], orbit.apex_phase_rad[0]][: 1 + with_phase],
+            *(orbit.apex_rhythm[name][0] for name in rhythm_names(saved)),
+        ]
+    )
 
     def after(points: np.ndarray, cycles: int) -> np.ndarray:
         return _apexes(saved, orbit, points, cycles, tick_s)
@@ -212,14 +219,15 @@ def _apexes(
         timing=Timing(
             duration_s=(1.5 * cycles + 0.5) * orbit.period_s, tick_s=tick_s, frame_s=20 * tick_s
         ),
-        summary=_hops,
+        summary=_Apexes(rhythm_names(saved)),
     )
-    table = engine.run(
+    table, *rest = engine.run(
         np.broadcast_to(saved.weights, (len(points), len(saved.weights))),
         Scenario.of(
             saved.omega,
             height_m=points[:, 0],
             phase_rad=points[:, 1] if points.shape[1] > 1 else 0.0,
+            rhythm=dict(zip(rhythm_names(saved), points.T[2:], strict=True)),
         ),
         saved.body,
         dtype="float64",
@@ -227,9 +235,21 @@ def _apexes(
     rows = orbit.hops * np.arange(1, cycles + 1) - 1
     beyond = rows >= len(table.time_s)
     rows = np.minimum(rows, len(table.time_s) - 1)
-    found = np.stack([table.height_m[rows], table.phase_rad[rows]], axis=-1)
+    found = np.stack([x[rows] for x in (table.height_m, table.phase_rad, *rest)], axis=-1)
     found[beyond] = np.nan
     return found[..., : points.shape[1]]
+
+
+@dataclass(frozen=True)
+class _Apexes:
+    """The table of hops, and the rest of the oscillator's state at their apexes, row by row."""
+
+    names: tuple[str, ...]
+
+    def __call__(self, trajectory, scenario, body, timing):
+        table = hops(trajectory, body.rest_length_m)
+        rest = (trajectory.channels[f"apex_{name}"] for name in self.names)
+        return table, *(jnp.take_along_axis(x, table.frame, axis=0) for x in rest)
 
 
 def _hops(trajectory, scenario, body, timing):

@@ -18,7 +18,9 @@ from tegotae.errors import TegotaeError
 from tegotae.experiment import Experiment
 from tegotae.integrators import Hold
 from tegotae.limits import MOST_GAIN, MOST_RAD_PER_S, require_within
-from tegotae.models import find
+from tegotae.models import BUDGET, all_models, find
+from tegotae.oscillators import Oscillator, oscillator_named
+from tegotae.oscillators.named import PHASE
 from tegotae.presets import preset
 from tegotae.references import is_reference, named
 from tegotae.training.fitness import Fitness
@@ -37,6 +39,8 @@ EARLIER_NAME = tyro.conf.arg(aliases=["--energy"])
 """For the definition of work, which earlier versions called energy."""
 OWN_BODY = tyro.conf.arg(help_behavior_hint="(default: its own)")
 """The same of a body."""
+OWN_OSCILLATOR = tyro.conf.arg(help_behavior_hint="(default: phase)")
+"""The same of an oscillator."""
 UNSET = tyro.conf.arg(help_behavior_hint="")
 """For an option whose help says what leaving it out means."""
 
@@ -130,6 +134,20 @@ class HopperOptions(HopperParameters):
 
 
 @dataclass(frozen=True, kw_only=True)
+class OscillatorOption:
+    """Which oscillator a vanilla controller has."""
+
+    oscillator: Annotated[str | None, OWN_OSCILLATOR] = None
+    """Oscillator of a vanilla controller: hopf, adaptive-hopf, van-der-pol or matsuoka; or
+    FILE.py:OBJECT or MODULE:OBJECT."""
+
+    @property
+    def rhythm(self) -> Oscillator:
+        """The oscillator; the paper's if none was named."""
+        return _oscillator(PHASE if self.oscillator is None else self.oscillator)
+
+
+@dataclass(frozen=True, kw_only=True)
 class ExperimentOptions(BodyOptions):
     """What of an experiment is to be other than it is by itself."""
 
@@ -151,9 +169,16 @@ class ExperimentOptions(BodyOptions):
     """Judge CoT⁻¹ alone, without ΔΩ, as in the paper's comparison of algorithms (agents always)."""
     fitness: Annotated[str | None, OWN] = None
     """Another measure of an episode: FILE.py:OBJECT or MODULE:OBJECT."""
+    oscillator: Annotated[str | None, OWN] = None
+    """Another oscillator: hopf, adaptive-hopf, van-der-pol or matsuoka, with learned- before it to
+    train its numbers, too; or FILE.py:OBJECT or MODULE:OBJECT."""
 
-    def applied(self, experiment: Experiment) -> Experiment:
+    def applied(self, experiment: Experiment, budget: int | None = None) -> Experiment:
         """The experiment with what was given.
+
+        Args:
+            experiment: as it is by itself.
+            budget: largest number of trained parameters, of a model; the paper's by default.
 
         Raises:
             TegotaeError: for what does not fit together, or an option that the experiment's own
@@ -162,6 +187,8 @@ class ExperimentOptions(BodyOptions):
         times = {"duration_s": self.duration, "tick_s": self.tick}
         heights = {"release_m": self.release, "drop_m": self.drop, "work": self.work}
         release_m = experiment.release_m if self.release is None else self.release
+        if self.oscillator is not None:
+            experiment = with_oscillator(experiment, self.oscillator, budget)
         return dataclasses.replace(
             experiment,
             body=self.in_place_of(experiment.body),
@@ -206,6 +233,35 @@ def experiment_named(name: str, budget: int | None = None) -> Experiment:
             f"--budget sizes the networks of the paper's models; {name} has a controller of its own"
         )
     return named(name, Experiment, "experiment")
+
+
+def with_oscillator(experiment: Experiment, name: str, budget: int | None = None) -> Experiment:
+    """The experiment with another oscillator; one without any stays as it is.
+
+    Args:
+        experiment: as it is.
+        name: of the oscillator, or `FILE.py:OBJECT`.
+        budget: largest number of trained parameters, of a model; the paper's by default.
+
+    Raises:
+        TegotaeError: for an unknown oscillator, or what does not fit together.
+    """
+    oscillator = _oscillator(name)
+    if experiment.controller.oscillator is None:
+        return experiment
+    called = f"{experiment.name}+{type(oscillator).__name__ if is_reference(name) else name}"
+    controller = dataclasses.replace(experiment.controller, oscillator=oscillator)
+    if experiment.name in all_models() and not is_reference(name):
+        # Its networks leave room for the weights of the oscillator.
+        model = find(called)
+        called, controller = model.name, model.controller(BUDGET if budget is None else budget)
+    return dataclasses.replace(experiment, name=called, controller=controller)
+
+
+def _oscillator(name: str) -> Oscillator:
+    if is_reference(name):
+        return named(name, Oscillator, "oscillator")
+    return oscillator_named(name)
 
 
 def experiments_at(place: str) -> list[Experiment]:
@@ -264,7 +320,7 @@ def _given(values: dict[str, Any]) -> dict[str, Any]:
 
 
 @dataclass(frozen=True, kw_only=True)
-class ControllerOptions(HopperOptions):
+class ControllerOptions(OscillatorOption, HopperOptions):
     """A controller file, or else a vanilla controller made of options, and its hopper."""
 
     actuation: Vanilla = None
@@ -287,13 +343,18 @@ class ControllerOptions(HopperOptions):
             source = preset(self.preset)
             sigma = source.sigma if self.sigma is None else self.sigma
             require_within("sigma", sigma, MOST_GAIN)
+            oscillator = self.rhythm
+            controller = source.controller(
+                source.actuation if self.actuation is None else self.actuation, oscillator
+            )
             return SavedController(
-                source.controller(source.actuation if self.actuation is None else self.actuation),
-                np.array([sigma]),
+                controller,
+                # A trained oscillator's weights are zero where it is the one that it starts from.
+                np.array([sigma, *[0.0] * oscillator.n_weights]),
                 source.omega_rad_per_s if self.omega is None else self.omega,
                 self.hopper(),
             )
-        for name in ("actuation", "sigma"):
+        for name in ("actuation", "sigma", "oscillator"):
             if getattr(self, name) is not None:
                 raise TegotaeError(f"--{name} belongs to vanilla controllers, not to a file")
         saved = controller_file.load(file)

@@ -78,7 +78,7 @@ class Train(ExperimentOptions):
         settings = settings_named(self.algorithm, (Algorithm, AgentSettings))
         require_count("seeds", self.seeds, most=MOST_SEEDS)
         require_count("first_seed", self.first_seed, least=0, most=2**31 - 1 - self.seeds)
-        experiment = self.applied(experiment_named(self.model, self.budget))
+        experiment = self.applied(experiment_named(self.model, self.budget), self.budget)
         algorithm = name_of(type(settings))
         folder = experiment.name if algorithm == "pgpe" else f"{experiment.name}-{algorithm}"
         out = Path("runs") / folder if self.out is None else self.out

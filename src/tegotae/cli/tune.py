@@ -97,7 +97,9 @@ class Tune(ExperimentOptions):
     @property
     def task(self) -> Task:
         """What settings are judged on."""
-        experiments = [self.applied(experiment_named(name, self.budget)) for name in self.models]
+        experiments = [
+            self.applied(experiment_named(name, self.budget), self.budget) for name in self.models
+        ]
         if self._algorithm() in agents():  # whose reward has no ΔΩ, and so they are judged without
             experiments = [
                 dataclasses.replace(each, fitness=each.fitness.without_frequency())

@@ -13,6 +13,9 @@ from matplotlib.ticker import MaxNLocator
 from tegotae.analysis.poincare import NUMERICAL, Poincare
 from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, styled
 
+_SEEN = ("apex_height_m", "apex_phase_rad")
+"""What is shown of a point of the section; an oscillator may have more state than its phase."""
+
 
 def poincare_figure(found: Poincare, transient: np.ndarray, note: str = "") -> Figure:
     """Apexes after the release; decay of a nudge; multipliers in the complex plane.
@@ -34,12 +37,12 @@ def poincare_figure(found: Poincare, transient: np.ndarray, note: str = "") -> F
 
 def poincare_tables(found: Poincare, transient: np.ndarray) -> dict[str, dict[str, Any]]:
     """What the figure shows: `decay` of the nudge, apexes of the `transient`, `multipliers`."""
-    names = ("apex_height_m", "apex_phase_rad")[: len(found.fixed_point)]
+    names = _SEEN[: len(found.fixed_point)]
     turns = np.arange(len(found.distance))
     return {
         "": {
             "turn": turns,
-            **dict(zip(names, found.nudged.T, strict=True)),
+            **dict(zip(names, found.nudged.T, strict=False)),
             "distance": found.distance,
             "predicted_distance": predicted(found),
         },
@@ -76,7 +79,7 @@ def _draw_section(axes: Axes, found: Poincare, transient: np.ndarray) -> None:
         axes.plot(transient[:, 1], transient[:, 0], ".", color=COLOURS[0], ms=4)
         axes.plot(*transient[0, ::-1], "s", color=COLOURS[2], ms=4, label="first apex")
         axes.plot(
-            *found.fixed_point[::-1], "x", color=COLOURS[4], ms=7, mew=1.4, label=_star(found)
+            *found.fixed_point[1::-1], "x", color=COLOURS[4], ms=7, mew=1.4, label=_star(found)
         )
         axes.set_xlabel("phase at the apex φ [rad]")
     else:

@@ -13,6 +13,9 @@ from tegotae.channels import Channel
 from tegotae.errors import TegotaeError
 from tegotae.weight_names import WeightName, numbered
 
+MOST_DECAY_PER_TICK = 0.3
+"""Decay of an oscillator's state over a tick up to which the integrators follow it well."""
+
 
 class Oscillator(ABC):
     """A rhythm generator: a frozen dataclass without state of its own.
@@ -24,6 +27,10 @@ class Oscillator(ABC):
 
     SIGNALS: tuple[str, ...] = ("sin_phase", "cos_phase")
     """Names of what `signals` returns: what terms and couplings may read of it."""
+    STATE: tuple[str, ...] = ()
+    """What of its state is beside the phase: names that `start` takes, and that `channels` records,
+    each by its own name and, at an apex, as `apex_` and its name. An oscillator that names all of
+    its state here can be started anywhere on its limit cycle."""
 
     @property
     def channels(self) -> tuple[Channel, ...]:
@@ -46,7 +53,10 @@ class Oscillator(ABC):
 
     @abstractmethod
     def start(self, phase_rad: jax.Array) -> Any:
-        """The state at phase `phase_rad` [rad]; without a phase, any that it leads to."""
+        """The state at phase `phase_rad` [rad]; without a phase, any that it leads to.
+
+        What `STATE` names are further arguments; without them it is at or near the limit cycle.
+        """
 
     @abstractmethod
     def rate(
@@ -84,6 +94,21 @@ class Oscillator(ABC):
         return type(self).phase is not Oscillator.phase
 
     @property
-    def is_its_phase(self) -> bool:
-        """Whether the phase is all of the state, so that an orbit can be entered by it alone."""
-        return self.has_phase and len(jax.tree.leaves(self.start(jnp.zeros(1)))) == 1
+    def is_open(self) -> bool:
+        """Whether all of the state is known from outside, so that an orbit can be entered by it."""
+        leaves = jax.tree.leaves(self.start(jnp.zeros(1)))
+        return self.has_phase and len(leaves) == 1 + len(self.STATE)
+
+    def decay_per_s(self, omega: float) -> float:
+        """How fast its fastest own motion decays [1/s], at most, at frequency ω [rad/s]."""
+        return 0.0
+
+    def check_tick(self, omega: float, tick_s: float) -> None:
+        """Raise `TegotaeError` if the control period is too long for it at frequency ω [rad/s]."""
+        decay = self.decay_per_s(omega)
+        if decay * tick_s > MOST_DECAY_PER_TICK:
+            raise TegotaeError(
+                f"{type(self).__name__} at omega {omega:g} is too stiff for ticks of {tick_s:g} s: "
+                f"its state decays at {decay:.3g} 1/s; use ticks of at most "
+                f"{MOST_DECAY_PER_TICK / decay:.2g} s, or milder parameters"
+            )

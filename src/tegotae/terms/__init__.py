@@ -1,6 +1,6 @@
 """Terms of the controller: Action, Reaction, Gain and Actuation, vanilla and learned."""
 
-from tegotae.terms.action import VanillaAction
+from tegotae.terms.action import UnitAction, VanillaAction
 from tegotae.terms.actuation import Actuation, LearnedActuation, Reflex, Sector, SectorAndReflex
 from tegotae.terms.base import Signals, Term
 from tegotae.terms.foot import EllipticFoot, LearnedFoot
@@ -20,6 +20,7 @@ __all__ = [
     "SectorAndReflex",
     "Signals",
     "Term",
+    "UnitAction",
     "VanillaAction",
     "VanillaReaction",
 ]

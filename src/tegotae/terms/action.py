@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import jax
+import jax.numpy as jnp
 
 from tegotae.terms.base import Signals, Term
 
@@ -22,3 +23,12 @@ class VanillaAction(Term):
     def __call__(self, weights: Sequence[jax.Array], signals: Signals) -> jax.Array:
         """-cos φ."""
         return -signals["cos_phase"]
+
+
+@dataclass(frozen=True)
+class UnitAction(Term):
+    """`A′ = 1`: what is sensed reaches the oscillator as it is, an input like any other."""
+
+    def __call__(self, weights: Sequence[jax.Array], signals: Signals) -> jax.Array:
+        """1."""
+        return jnp.ones_like(next(iter(signals.values.values())))

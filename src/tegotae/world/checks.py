@@ -12,6 +12,7 @@ import numpy as np
 
 from tegotae.bodies import Body
 from tegotae.errors import TegotaeError, require_finite, unknown
+from tegotae.oscillators import Oscillator
 from tegotae.world.changes import OMEGA, Staircase, Step
 from tegotae.world.scenario import Scenario
 
@@ -24,6 +25,22 @@ def check_posture(body: Body, scenario: Scenario) -> None:
         if name not in takes:
             says = f"it takes {', '.join(takes)}" if takes else "it takes none"
             raise TegotaeError(f"{type(body).__name__} knows no posture {name!r}; {says}")
+
+
+def check_rhythm(oscillator: Oscillator | None, scenario: Scenario, tick_s: float) -> None:
+    """Raise `TegotaeError` if the oscillator has no such state, or is too stiff for the tick."""
+    _require_names("rhythm", scenario.rhythm, '{"radius": 0.5}')
+    known = () if oscillator is None else oscillator.STATE
+    for name in dict(scenario.rhythm):
+        if name not in known:
+            what = "no oscillator" if oscillator is None else type(oscillator).__name__
+            says = f"beside a phase it has {', '.join(known)}" if known else "it has a phase alone"
+            raise TegotaeError(f"{what} starts with no {name!r}; {says}")
+    if oscillator is None:
+        return
+    fastest = np.max(np.abs(np.asarray(scenario.omega, float)), initial=0.0)
+    if np.isfinite(fastest):
+        oscillator.check_tick(float(fastest), tick_s)
 
 
 def check_changes(body: Body, scenario: Scenario, tick_s: float) -> None:

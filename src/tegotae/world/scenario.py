@@ -30,6 +30,9 @@ class Scenario(NamedTuple):
     """When it drops [s]; at the first control tick not earlier."""
     posture: Any = ()
     """What else the body's release takes, by name: {"pitch_rad": 0.1} for a bar."""
+    rhythm: Any = ()
+    """What else than the phase the oscillator starts with, by name: {"radius": 0.5}
+    (`Oscillator.STATE`)."""
     changes: Any = ()
     """Fields of the body that are otherwise, and a frequency that changes on the way.
 

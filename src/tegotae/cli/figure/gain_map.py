@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tegotae.cli.figure.output import Output
-from tegotae.cli.options import HopperOptions, WorkOption
+from tegotae.cli.options import HopperOptions, OscillatorOption, WorkOption
 from tegotae.limits import MOST_RAD_PER_S
 from tegotae.presets import preset
 from tegotae.rollout import Timing
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, kw_only=True)
-class GainMap(Output, WorkOption, HopperOptions):
+class GainMap(Output, WorkOption, OscillatorOption, HopperOptions):
     """CoT⁻¹ A and B over gain σ and frequency ω, for sector and reflex actuation (Fig. 4)."""
 
     sigma: tuple[float, float] = (0.0, 12.0)
@@ -42,7 +42,7 @@ class GainMap(Output, WorkOption, HopperOptions):
         timing, body = Timing(duration_s=self.duration), self.hopper()
         sweeps = {
             name: sweep_gain(
-                preset(self.preset).controller(name),
+                preset(self.preset).controller(name, self.rhythm),
                 sigma,
                 omega,
                 body,

@@ -5,14 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from tegotae.cli.figure.output import Output
-from tegotae.cli.options import HopperOptions, Vanilla
+from tegotae.cli.options import HopperOptions, OscillatorOption, Vanilla
 from tegotae.limits import MOST_GAIN, MOST_RAD_PER_S, require_within
 from tegotae.presets import preset
 from tegotae.rollout import Timing
 
 
 @dataclass(frozen=True, kw_only=True)
-class PhaseLocking(Output, HopperOptions):
+class PhaseLocking(Output, OscillatorOption, HopperOptions):
     """Turns of the oscillator per hop over gain σ and frequency ω, and both rates along a cut."""
 
     actuation: Vanilla = None
@@ -38,7 +38,7 @@ class PhaseLocking(Output, HopperOptions):
         chosen = preset(self.preset)
         actuation = chosen.actuation if self.actuation is None else self.actuation
         sweep = sweep_gain(
-            chosen.controller(actuation),
+            chosen.controller(actuation, self.rhythm),
             axis("sigma", *self.sigma, self.resolution),
             axis("omega", *self.omega, self.resolution, most=MOST_RAD_PER_S),
             self.hopper(),

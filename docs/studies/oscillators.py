@@ -1,0 +1,199 @@
+"""Does the oscillator matter: the paper's architectures with each oscillator, given and trained.
+
+    python docs/studies/oscillators.py               # what is missing of it; hours on two cores
+    python docs/studies/oscillators.py --omegas 8 --seeds 5
+    python docs/studies/oscillators.py --told        # only tables and figure anew
+
+Every architecture is trained to its plateau with every oscillator, from the same seeds, with the
+same budget of 96 weights, and evaluated as the paper does. The records are kept in a folder, so
+that the same command goes on where another one ended. Written to `docs/_static/oscillators` are
+`matter.csv`, a row per run; `matter.md`, the differences from the phase oscillator; `matter.png`.
+
+A Hopf oscillator with given numbers is not trained: as feedback only turns it, every rollout is
+that of the phase oscillator to the bit (`tests/test_planar_oscillators.py`).
+"""
+
+from __future__ import annotations
+
+import math
+import sys
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import tyro
+from matplotlib.figure import Figure
+
+from tegotae.cli.status import exit_status
+from tegotae.errors import TegotaeError
+from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, save_figure, styled
+from tegotae.files import output_folder, write_atomically
+from tegotae.metrics.registry import metrics
+from tegotae.metrics.statistics import interval, stratified_difference
+from tegotae.models import find
+from tegotae.oscillators.named import OSCILLATORS, PHASE
+from tegotae.study import runner
+from tegotae.study.folder import Folder
+from tegotae.study.plan import Plan
+from tegotae.study.table import tabulate
+from tegotae.tables import read_csv, write_csv
+
+DOCS = Path(__file__).resolve().parents[1]
+
+ARCHITECTURES = ("V", "VG", "VT", "VGT", "AR", "ART", "ARG", "ARGT")
+"""The paper's, each by its plainest member: on F_k alone, with reflex, or T on [φ, f]."""
+COMPARED = tuple(name for name in OSCILLATORS if name != "hopf")
+SHOWN = {
+    "best_fitness": "fitness [m/J]",
+    "cot_inverse": "CoT⁻¹ [m/J]",
+    "delta_omega": "ΔΩ",
+    "recovery_share": "recovered",
+    "cpgu": "CPGu",
+}
+"""What is told of a run, by column."""
+BETTER_IS_MORE = {"best_fitness": True, "cot_inverse": True, "delta_omega": False}
+
+
+@dataclass(frozen=True)
+class Matter:
+    """Train and evaluate what is missing, and write table and figure."""
+
+    omegas: tuple[float, ...] = (8.0, 4.0)
+    """Training frequencies ω_t [rad/s]."""
+    oscillators: tuple[str, ...] = COMPARED
+    """Which oscillators; the phase oscillator is always among them."""
+    architectures: tuple[str, ...] = ARCHITECTURES
+    """Which architectures."""
+    seeds: int = 10
+    """Runs of each."""
+    dir: Path = Path("runs/oscillators")
+    """Folder of the records."""
+    workers: int | None = None
+    """Worker processes; one a core by default."""
+    out: Path = DOCS / "_static" / "oscillators"
+    """Folder of table and figure."""
+    told: bool = False
+    """Only tell what the folder holds."""
+
+    def run(self) -> None:
+        """Do it all."""
+        output_folder(self.out)
+        if not self.told:
+            runner.run(self.plan, self.dir, partial(runner.on_cores, workers=self.workers))
+        write_csv(self.out / "matter.csv", self._rows(), digits=5)
+        rows = read_csv(self.out / "matter.csv", ("architecture", "oscillator", *SHOWN))
+        write_atomically(self.out / "matter.md", told(rows))
+        save_figure(draw(rows), self.out / "matter.png")
+
+    @property
+    def plan(self) -> Plan:
+        """What is trained and evaluated."""
+        names = dict.fromkeys((PHASE, *self.oscillators))
+        experiments = tuple(
+            find(model_name(architecture, oscillator, omega)).experiment()
+            for oscillator in names
+            for architecture in self.architectures
+            for omega in self.omegas
+        )
+        return Plan(scale="quick", experiments=experiments, seeds=self.seeds, budgets=())
+
+    def _rows(self) -> dict[str, Any]:
+        records, damaged = Folder(self.dir).all()
+        if damaged or not records:
+            raise TegotaeError("; ".join(damaged) or f"{self.dir} holds no records")
+        table = tabulate(records)
+        parts = [name.partition("+") for name in table["model"]]
+        place = {
+            "architecture": [model.partition("-")[0] for model, _, _ in parts],
+            "oscillator": [oscillator or PHASE for _, _, oscillator in parts],
+        }
+        kept = ("omega_t", "run", "best_fitness", "episodes_trained", "ended")
+        measured = tuple(m.name for m in metrics() if m.name in table.columns)
+        return {**place, **{name: table[name] for name in (*kept, *measured)}}
+
+
+def model_name(architecture: str, oscillator: str, omega: float) -> str:
+    """The architecture's plainest member, at a training frequency, with an oscillator."""
+    plain = find(architecture).name.removesuffix("-w8")
+    return f"{plain}-w{omega:g}" + ("" if oscillator == PHASE else f"+{oscillator}")
+
+
+def column(rows: dict[str, Any], name: str) -> np.ndarray:
+    """A column of numbers, NaN where it is empty; no hopping is no work well spent, 0 m/J."""
+    values = np.array([float(x) if x != "" else math.nan for x in rows[name]])
+    return np.maximum(values, 0.0) if name == "best_fitness" else values
+
+
+def compared(rows: dict[str, Any], oscillator: str, name: str) -> tuple[float, float, float]:
+    """Mean difference from the phase oscillator and its 95 % interval.
+
+    Architecture by architecture and frequency by frequency, and then the mean over these.
+    """
+    values = column(rows, name)
+    strata = []
+    for cell in sorted(set(zip(rows["architecture"], rows["omega_t"], strict=True))):
+        inside = (np.asarray(rows["architecture"]) == cell[0]) & (
+            np.asarray(rows["omega_t"]) == cell[1]
+        )
+        ours, theirs = (
+            values[inside & (np.asarray(rows["oscillator"]) == each)]
+            for each in (oscillator, PHASE)
+        )
+        if len(ours) and len(theirs):
+            strata.append((ours, theirs))
+    found = stratified_difference(strata)
+    return found.mean, found.low, found.high
+
+
+def told(rows: dict[str, Any]) -> str:
+    """The differences as a table in Markdown."""
+    present = [name for name in COMPARED if name in set(rows["oscillator"]) and name != PHASE]
+    lines = ["| oscillator | " + " | ".join(SHOWN.values()) + " |", "|-" * (1 + len(SHOWN)) + "|"]
+    means = [
+        interval(column(rows, name)[np.asarray(rows["oscillator"]) == PHASE]) for name in SHOWN
+    ]
+    lines.append("| phase, mean | " + " | ".join(f"{m.mean:.3f}" for m in means) + " |")
+    for oscillator in present:
+        cells = (compared(rows, oscillator, name) for name in SHOWN)
+        lines.append(
+            f"| {oscillator} | "
+            + " | ".join(f"{mean:+.3f} ({low:+.3f} … {high:+.3f})" for mean, low, high in cells)
+            + " |"
+        )
+    return "\n".join(lines) + "\n"
+
+
+def draw(rows: dict[str, Any]) -> Figure:
+    """Fitness and ΔΩ, architecture by architecture: a mark a run, a line at the mean."""
+    shown = ("best_fitness", "delta_omega")
+    present = [name for name in COMPARED if name in set(rows["oscillator"])]
+    architectures = [name for name in ARCHITECTURES if name in set(rows["architecture"])]
+    where = {name: np.asarray(rows[name]) for name in ("architecture", "oscillator")}
+    with styled():
+        figure = new_figure(PAGE_IN, 4.4)
+        panels = figure.subplots(len(shown), 1, sharex=True)
+        width = 0.8 / len(present)
+        for panel, name in zip(panels, shown, strict=True):
+            values = column(rows, name)
+            for at, oscillator in enumerate(present):
+                colour = COLOURS[at % len(COLOURS)]
+                for place, architecture in enumerate(architectures):
+                    inside = where["architecture"] == architecture
+                    y = values[inside & (where["oscillator"] == oscillator)]
+                    x = place - 0.4 + (at + 0.5) * width
+                    label = oscillator if place == 0 else None
+                    panel.plot(np.full(len(y), x), y, ".", color=colour, ms=3, alpha=0.6)
+                    if np.isfinite(y).any():
+                        ends = [x - 0.4 * width, x + 0.4 * width]
+                        panel.plot(ends, [np.nanmean(y)] * 2, color=colour, lw=1.8, label=label)
+            panel.set_ylabel(SHOWN[name])
+        panels[-1].set_xticks(range(len(architectures)), architectures)
+        handles, labels = panels[0].get_legend_handles_labels()
+        figure.legend(handles, labels, loc="outside lower center", ncols=4)
+    return figure
+
+
+if __name__ == "__main__":
+    sys.exit(exit_status(tyro.cli(Matter).run))
