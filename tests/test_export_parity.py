@@ -32,7 +32,16 @@ from tegotae.integrators.base import (
     with_rhythm,
 )
 from tegotae.models import find
-from tegotae.oscillators import Clamped, PhaseOscillator
+from tegotae.oscillators import (
+    AdaptiveHopf,
+    Clamped,
+    Hopf,
+    Learned,
+    Matsuoka,
+    PhaseOscillator,
+    PhaseState,
+    VanDerPol,
+)
 from tegotae.terms import (
     ConstantGain,
     EllipticFoot,
@@ -91,11 +100,11 @@ def said_by_the_package(export: Export, leaves: np.ndarray, inputs: np.ndarray):
         omega,
         heard,
         state,
-        body.max_force_n if hasattr(body, "max_force_n") else None,
+        body.max_force_n,
         rate_scale=body.rate_scale,
     )
     phase = phase_of(controller, state, said.feedback)
-    pushed = push(controller, getattr(body, "max_force_n", 0.0), said.command, phase, phase, omega)
+    pushed = push(controller, body.max_force_n, said.command, phase, phase, omega)
     pushed = to_limbs(controller, pushed).mean_n
     commands = [pushed] if len(export.commands) == 1 else list(pushed)
     order = controller.wiring or tuple(range(limbs))
@@ -139,6 +148,21 @@ def check_parity(export: Export, folder: Path, seed: int = 0) -> None:
     assert program.faults == 0
 
 
+@dataclasses.dataclass(frozen=True)
+class LearnedPace(PhaseOscillator):
+    """An oscillator with weights: `φ̇ = a ω + b f`."""
+
+    @property
+    def n_weights(self) -> int:
+        return 2
+
+    def initial(self, key: jax.Array) -> jax.Array:
+        return jax.random.normal(key, (2,))
+
+    def rate(self, state, omega, feedback, weights=()) -> PhaseState:
+        return PhaseState(weights[0] * omega + weights[1] * feedback)
+
+
 ARCHITECTURES = (
     "V-sector-w8", "V-reflex-w8", "V-both-w4", "VG-gF-reflex-w8", "VT-tphif-w8", "VGT-gFv-tf-w8",
     "A-sector-w8", "AR-rFv-both-w8", "AG-gF-reflex-w4", "ART-rF-tphif-w8", "RG-rF-gFv-sector-w8",
@@ -161,6 +185,11 @@ OTHERS = {
         my_parts.DriftingPhase(),
         Tegotae(my_parts.HarmonicAction(), VanillaReaction(), ConstantGain()),
     ),
+    "an oscillator with weights": Controller(Sector(), LearnedPace(), VANILLA),
+    **{
+        f"the oscillator {type(each).__name__}": Controller(Reflex(), each, VANILLA)
+        for each in (Hopf(), AdaptiveHopf(), VanDerPol(), Matsuoka(), Learned(VanDerPol()))
+    },
     "a frozen oscillator": Controller(SectorAndReflex(), Clamped(PhaseOscillator()), VANILLA),
     "an oscillator with a floor": Controller(Sector(), PhaseOscillator(2.0), VANILLA),
     "a feedback that saturates": Controller(

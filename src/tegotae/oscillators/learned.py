@@ -70,7 +70,7 @@ class Learned(Around):
 
     @property
     def weight_names(self) -> tuple[WeightName, ...]:
-        """The parameters that they move."""
+        """Those of the parameters."""
         return tuple((name,) for name in self.names)
 
     def initial(self, key: jax.Array) -> jax.Array:
