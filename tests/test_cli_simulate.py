@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import dataclasses
 import json
 import xml.etree.ElementTree
@@ -74,6 +75,7 @@ def test_json_is_one_object_with_the_result_and_the_parameters_used(simulate):
         "tick_s": 0.001,
         "frame_s": 0.01,
         "dtype": "float32",
+        "held": False,
     }
 
 
@@ -148,6 +150,27 @@ def test_double_precision_is_an_option_and_agrees(simulate):
     single, double = simulate(), simulate("--float64")
     assert double["parameters"]["dtype"] == "float64"
     np.testing.assert_allclose(single["apex_height_m"], double["apex_height_m"], atol=1e-4)
+
+
+def test_the_time_series_has_units_in_its_names_and_a_row_a_frame(simulate, tmp_path):
+    simulate("--csv", str(tmp_path / "hops.csv"))
+    with (tmp_path / "hops.csv").open() as stream:
+        rows = list(csv.DictReader(stream))
+    assert list(rows[0])[:4] == ["time_s", "height_m", "velocity_m_per_s", "phase_rad"]
+    assert {"spring_force_n", "feedback_rad_per_s", "actuator_force_n"} < set(rows[0])
+    assert len(rows) == 400
+    assert float(rows[-1]["time_s"]) == pytest.approx(4.0)
+    for row in rows:
+        spring = 5.0 * max(0.0, 1.0 - float(row["height_m"]))
+        assert float(row["spring_force_n"]) == pytest.approx(spring, abs=1e-4)
+
+
+def test_a_held_rollout_says_so_and_hops_a_little_otherwise(simulate):
+    held, continuous = simulate("--hold"), simulate()
+    assert held["parameters"]["held"]
+    assert not continuous["parameters"]["held"]
+    gap = np.subtract(held["apex_height_m"][:2], continuous["apex_height_m"][:2])
+    assert 0.0 < np.abs(gap).max() < 0.2
 
 
 def test_a_failed_rollout_is_a_result_not_an_error(capsys, simulate):

@@ -99,7 +99,7 @@ def test_the_force_saturates_between_zero_and_the_actuators_most(output, force):
         def __call__(self, weights, signals):
             return jnp.full_like(signals["feedback"], output)
 
-    said = Controller(Fixed()).smooth_force([], signals(feedback=np.zeros(3)), 4.0)
+    said = Controller(Fixed()).command([], signals(feedback=np.zeros(3)), 4.0)
     np.testing.assert_array_equal(said, force)
 
 

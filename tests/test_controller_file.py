@@ -18,7 +18,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tegotae import Hopper, TegotaeError, all_models, build, controller_file, find
+from tegotae.bodies import Bar
 from tegotae.controller_file import SavedController, load, save
+from tegotae.couplings import LearnedCoupling
 from tegotae.oscillators import PhaseOscillator
 from tegotae.terms import VanillaReaction
 
@@ -78,13 +80,75 @@ def test_weights_of_double_precision_lose_no_digit(tmp_path):
 def test_the_file_is_plain_json_that_says_what_it_is(tmp_path):
     save(example(), tmp_path / "controller.json")
     document = json.loads((tmp_path / "controller.json").read_text())
-    assert (document["format"], document["version"]) == ("tegotae controller", 2)
+    assert (document["format"], document["version"]) == ("tegotae controller", 3)
     assert document["model"] == "ART-rFv-tphif-w8"
     assert document["omega_rad_per_s"] == 8.0
     assert document["body"]["mass_kg"] == 0.2
     assert document["training"]["best_fitness"] == 1.25
     assert document["software"] == {"tegotae": "0.1.0"}
-    assert len(document["weights"]) == build("ART-rFv-tphif-w8", 30).n_weights
+    neurons = document["weights"]["reaction"]["neuron"]
+    assert list(neurons[0]) == ["spring_force", "velocity", "bias", "output"]
+
+
+def test_weights_stand_in_the_file_under_their_names(tmp_path):
+    saved = example()
+    save(saved, tmp_path / "controller.json")
+    weights = json.loads((tmp_path / "controller.json").read_text())["weights"]
+    assert list(weights) == ["action", "reaction", "gain", "actuation"]
+    assert weights["gain"] == {"sigma": saved.weights[saved.controller.layout["gain"]][0]}
+    first = saved.weights[saved.controller.layout["action"]][:4]
+    assert list(weights["action"]["neuron"][0].values()) == first.tolist()
+
+
+def test_weights_of_several_sets_and_a_coupling_come_back_in_their_order(tmp_path):
+    controller = dataclasses.replace(
+        build("V-reflex-w8"), limbs=2, sharing=(0, 1), coupling=LearnedCoupling()
+    )
+    saved = SavedController(controller, np.arange(6.0), 8.0, Bar())
+    save(saved, tmp_path / "controller.json")
+    document = json.loads((tmp_path / "controller.json").read_text())
+    assert document["weights"] == {
+        "set": [{"gain": {"sigma": 0.0}}, {"gain": {"sigma": 1.0}}],
+        "coupling": {"pair": [{"a": 2.0, "b": 3.0}, {"a": 4.0, "b": 5.0}]},
+    }
+    assert_same(saved, load(tmp_path / "controller.json"))
+
+
+@pytest.mark.parametrize("version", [2, 3])
+def test_a_plain_list_of_weights_is_still_read(tmp_path, version):
+    saved, path = example(), tmp_path / "controller.json"
+    save(saved, path)
+    document = json.loads(path.read_text())
+    document.update(version=version, weights=saved.weights.tolist())
+    path.write_text(json.dumps(document))
+    assert_same(saved, load(path))
+
+
+NAMED: dict[str, tuple[Callable[[dict], Any], str]] = {
+    "one missing": (lambda w: w["gain"].pop("sigma"), r"its weights lack gain\.sigma$"),
+    "one too many": (
+        lambda w: w["gain"].update(tau=1.0),
+        r"its weights have gain\.tau, which the controller has not$",
+    ),
+    "a text": (
+        lambda w: w["action"]["neuron"][1].update(bias="1"),
+        r"its weights\.action\.neuron\[1\]\.bias is '1'; it must be a number$",
+    ),
+    "no number": (lambda w: w["gain"].update(sigma=True), r"weights\.gain\.sigma is True"),
+    "an infinite one": (lambda w: w["gain"].update(sigma=math.inf), "1 weights are not finite$"),
+    "one beyond all floats": (lambda w: w["gain"].update(sigma=10**400), "too large"),
+}
+
+
+@pytest.mark.parametrize("case", NAMED)
+def test_weights_that_do_not_go_with_the_controller_are_refused_by_name(tmp_path, case):
+    change, said = NAMED[case]
+    save(example(), tmp_path / "controller.json")
+    document = json.loads((tmp_path / "controller.json").read_text())
+    change(document["weights"])
+    (tmp_path / "controller.json").write_text(json.dumps(document))
+    with pytest.raises(TegotaeError, match=said):
+        load(tmp_path / "controller.json")
 
 
 # Not to be written.
@@ -173,8 +237,8 @@ def test_a_file_cut_off_anywhere_is_refused(tmp_path):
 
 CHANGES: dict[str, tuple[Callable[[dict], Any], str]] = {
     "a later version": (
-        lambda d: d.update(version=3),
-        "is of version 3; .* reads versions 1 and 2",
+        lambda d: d.update(version=4),
+        "is of version 4; .* reads versions 1 to 3",
     ),
     "no version": (lambda d: d.pop("version"), "is of version None"),
     "of another program": (lambda d: d.update(format="other"), "is not a controller file"),

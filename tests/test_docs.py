@@ -13,10 +13,11 @@ import tyro
 from tegotae.cli import COMMANDS, split_parts
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"
-PAGES = sorted([*DOCS.glob("*.md"), *DOCS.glob("extending/*.md"), *DOCS.glob("gaits/*.md")])
+FOLDERS = (".", "extending", "gaits", "deploy")
+PAGES = sorted(page for folder in FOLDERS for page in (DOCS / folder).glob("*.md"))
 EXAMPLE_FILES = sorted(DOCS.glob("extending/examples/*.py"))
 EXAMPLES = [*(DOCS / f"{name}.md" for name in ("getting-started", "concepts", "legs"))]
-EXAMPLES += DOCS.glob("extending/*.md")
+EXAMPLES += [*DOCS.glob("extending/*.md"), *DOCS.glob("deploy/*.md")]
 
 
 def blocks(page: Path, language: str) -> list[tuple[int, str]]:

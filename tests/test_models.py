@@ -194,7 +194,7 @@ def evaluate(controller: Controller) -> tuple[np.ndarray, np.ndarray]:
         }
     )
     feedback = controller.feedback(weights, signals)
-    force = controller.smooth_force(weights, signals.adding(feedback=feedback), 4.0)
+    force = controller.command(weights, signals.adding(feedback=feedback), 4.0)
     return np.asarray(feedback), np.asarray(force)
 
 

@@ -62,7 +62,7 @@ class Heun(Integrator):
         phase = phase_of(controller, moment.oscillator, now.feedback)
         guess = held(moment.oscillator, now.rate, tick_s)
         phase_guess = phase_of(controller, guess, now.feedback)
-        force = push(controller, body.max_force_n, now.smooth_force, phase, phase_guess, omega)
+        force = push(controller, body.max_force_n, now.command, phase, phase_guess, omega)
         body_guess, _ = body.advance(moment.body, force, ground_m, tick_s)
         then = drive(controller, body, weights, omega, body_guess, guess, ground_m)
 
@@ -70,7 +70,7 @@ class Heun(Integrator):
             moment.oscillator, lambda a, b: 0.5 * tick_s * (a + b), now.rate, then.rate
         )
         phase_end = phase_of(controller, oscillator, now.feedback)
-        mean_force = 0.5 * (now.smooth_force + then.smooth_force)
+        mean_force = 0.5 * (now.command + then.command)
         force = push(controller, body.max_force_n, mean_force, phase, phase_end, omega)
         state, contact = body.advance(moment.body, force, ground_m, tick_s)
         end = drive(controller, body, weights, omega, state, oscillator, ground_m)

@@ -13,6 +13,7 @@ from tegotae.errors import TegotaeError, require_count, require_finite, whole_nu
 from tegotae.oscillators import Oscillator
 from tegotae.terms.actuation import Actuation
 from tegotae.terms.base import Signals, Term
+from tegotae.weight_names import WeightName, inside, numbered
 
 Weights = Sequence[jax.Array]
 
@@ -139,6 +140,28 @@ class Controller:
         return sum(part.n_weights for part in self._parts.values())
 
     @property
+    def unit_weight_names(self) -> dict[str, tuple[WeightName, ...]]:
+        """What each weight of a unit is, part by part."""
+        return {role: _names(part) for role, part in self._parts.items()}
+
+    @property
+    def weight_names(self) -> tuple[WeightName, ...]:
+        """What each weight is: its set, if there are several, its part, and its name there.
+
+        Example:
+            >>> from tegotae.models import build
+            >>> build("V-reflex-w8").weight_names
+            (('gain', 'sigma'),)
+        """
+        parts = self.unit_weight_names.items()
+        unit = tuple(path for role, names in parts for path in inside((role,), names))
+        if self.sets > 1:
+            unit = tuple(path for n in range(self.sets) for path in inside(("set", n), unit))
+        if self.coupling is None:
+            return unit
+        return (*unit, *inside(("coupling",), self.coupling.weight_names(self.limbs)))
+
+    @property
     def sets(self) -> int:
         """How many units have weights of their own."""
         return 1 if self.sharing is None else max(self.sharing) + 1
@@ -214,6 +237,12 @@ class Controller:
         if "oscillator" not in self.layout:
             return self.oscillator.rate(oscillator, omega, feedback)
         return self.oscillator.rate(oscillator, omega, feedback, weights[self.layout["oscillator"]])
+
+
+def _names(part: Term | Oscillator) -> tuple[WeightName, ...]:
+    """The names that a part gives its weights; numbers, if they do not tell all of them apart."""
+    names = part.weight_names
+    return names if len(set(names)) == part.n_weights == len(names) else numbered(part.n_weights)
 
 
 def _check_sharing(sharing: tuple[int, ...], limbs: int) -> None:

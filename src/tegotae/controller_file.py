@@ -20,9 +20,10 @@ from tegotae.documents import DamagedDocumentError
 from tegotae.errors import TegotaeError
 from tegotae.files import write_atomically
 from tegotae.rollout import check_senses
+from tegotae.weight_names import flat, nested, spelled
 
 FORMAT = "tegotae controller"
-VERSION = 2
+VERSION = 3
 
 
 @dataclass(frozen=True)
@@ -63,7 +64,7 @@ def save(saved: SavedController, path: Path | str) -> None:
         "model": saved.model,
         "omega_rad_per_s": None if saved.omega is None else float(saved.omega),
         "controller": describe(saved.controller),
-        "weights": weights.tolist(),
+        "weights": nested(saved.controller.weight_names, weights.tolist()),
         "body": describe(saved.body),
         "training": saved.training,
         "software": saved.software,
@@ -87,19 +88,20 @@ def load(path: Path | str) -> SavedController:
         raise TegotaeError(f"{path} {what}") from None
     if not is_controller(document):
         raise TegotaeError(f"{path} {_NOT_OURS}")
-    if document.get("version") not in (1, VERSION):
+    if document.get("version") not in range(1, VERSION + 1):
         raise TegotaeError(
             f"{path} is of version {reprlib.repr(document.get('version'))}; "
-            f"this program reads versions 1 and {VERSION}"
+            f"this program reads versions 1 to {VERSION}"
         )
     try:
         entries = documents.fitted(document, _Document)
         if document["version"] == 1:
             document = _of_version_1(document)
         omega = entry(document, "omega_rad_per_s", float | None)
+        controller = entry(document, "controller", Controller)
         saved = SavedController(
-            entry(document, "controller", Controller),
-            np.asarray(entries.weights, "float64"),
+            controller,
+            np.asarray(_in_order(controller, entries.weights), "float64"),
             None if omega is None else float(omega),
             entry(document, "body", Body),
             entries.model,
@@ -134,12 +136,27 @@ class _Document(msgspec.Struct):
     """A controller file, but for its parts, whose kinds say what they hold."""
 
     controller: dict[str, Any]
-    weights: list[float]
+    weights: dict[str, Any] | list[float]
+    """By their names; up to version 2 one list in the controller's order."""
     omega_rad_per_s: float | None
     body: dict[str, Any]
     model: str | None
     training: dict[str, Any]
     software: dict[str, str]
+
+
+def _in_order(controller: Controller, weights: dict[str, Any] | list[float]) -> list[float]:
+    """The weights of a file in the controller's order."""
+    if isinstance(weights, list):
+        return weights
+    paths = controller.weight_names
+    values = flat(paths, weights)
+    for path, value in zip(paths, values, strict=True):
+        if isinstance(value, bool) or not isinstance(value, (int, float)):
+            raise DamagedDocumentError(
+                f"its {spelled(('weights', *path))} is {reprlib.repr(value)}; it must be a number"
+            )
+    return values
 
 
 _NOT_OURS = "is not a controller file of tegotae"

@@ -14,6 +14,7 @@ from tegotae.controller import Controller
 from tegotae.descriptions import describe, restore
 from tegotae.errors import TegotaeError, require_finite
 from tegotae.evaluation import Protocol
+from tegotae.integrators import Integrator, PredictorCorrector
 from tegotae.limits import MOST_M, MOST_RAD_PER_S
 from tegotae.loop import check_senses
 from tegotae.rollout import Timing
@@ -46,6 +47,8 @@ class Experiment:
         posture: what else the body's release takes, pairs of name and number, such as
             (("pitch_rad", 0.1),) for a bar.
         timing: the episode of training.
+        integrator: how an episode of training is advanced; `Hold()` holds the controller over each
+            tick, as a robot does. The evaluation is in continuous time all the same.
         fitness: by what measure an episode is judged in training.
         protocol: how what was learned is evaluated.
 
@@ -72,6 +75,7 @@ class Experiment:
     phase_rad: float | tuple[float, ...] = 0.0
     posture: tuple[tuple[str, float], ...] = ()
     timing: Timing = EPISODE
+    integrator: Integrator = field(default_factory=PredictorCorrector)
     fitness: Objective = field(default_factory=Fitness)
     protocol: Protocol = field(default_factory=Protocol)
 
@@ -155,6 +159,8 @@ class Experiment:
         for name in ("phase_rad", "posture"):
             if not document[name]:
                 del document[name]
+        if self.integrator == PredictorCorrector():
+            del document["integrator"]
         return document
 
     @classmethod

@@ -7,6 +7,8 @@ from collections.abc import Sequence
 import jax
 import jax.numpy as jnp
 
+from tegotae.tracing import stays_a_call
+
 TWO_PI = 6.283185307179586
 
 # Cody-Waite split of pi/2: n * _HALF_PI_HIGH is exact in float32 for |n| < 2^13.
@@ -14,6 +16,7 @@ _HALF_PI_HIGH = 1.5703125
 _HALF_PI_LOW = 4.83826794896e-4
 
 
+@stays_a_call
 def sin_cos(angle: jax.Array) -> tuple[jax.Array, jax.Array]:
     """Sine and cosine of an angle [rad], any shape.
 
@@ -41,6 +44,7 @@ def sin_cos(angle: jax.Array) -> tuple[jax.Array, jax.Array]:
     return sin_sign * jnp.where(swap, cosine, sine), cos_sign * jnp.where(swap, sine, cosine)
 
 
+@stays_a_call
 def wrap_phase(phase: jax.Array) -> jax.Array:
     """The phase [rad] modulo 2 pi, in [0, 2 pi)."""
     wrapped = phase - TWO_PI * jnp.floor(phase * (1.0 / TWO_PI))
@@ -59,6 +63,7 @@ _TANH_Q = (1.0, 0.456340483, 2.10721735e-2, 1.42347183e-4)
 _RATIOS_PER_DIVISION = 16
 
 
+@stays_a_call
 def tanh_ratio(x: jax.Array) -> tuple[jax.Array, jax.Array]:
     """Numerator and denominator of tanh(x) in float32, the latter in 0.1 ... 10.
 
@@ -84,6 +89,19 @@ def _polynomial(coefficients: tuple[float, ...], x: jax.Array) -> jax.Array:
     return value
 
 
+@stays_a_call
+def add_ratio(
+    over: jax.Array, under: jax.Array, numerator: jax.Array, denominator: jax.Array
+) -> tuple[jax.Array, jax.Array]:
+    """Numerator and denominator of the sum of two ratios, without a division.
+
+    Example:
+        >>> tuple(map(float, add_ratio(*map(jnp.float32, (1.0, 2.0, 1.0, 4.0)))))
+        (6.0, 8.0)
+    """
+    return over * denominator + numerator * under, under * denominator
+
+
 def sum_of_ratios(ratios: Sequence[tuple[jax.Array, jax.Array]]) -> jax.Array:
     """Sum of numerators over denominators, by one division for up to sixteen.
 
@@ -99,7 +117,6 @@ def sum_of_ratios(ratios: Sequence[tuple[jax.Array, jax.Array]]) -> jax.Array:
     for first in range(0, len(ratios), _RATIOS_PER_DIVISION):
         (over, under), *others = ratios[first : first + _RATIOS_PER_DIVISION]
         for numerator, denominator in others:
-            over = over * denominator + numerator * under
-            under = under * denominator
+            over, under = add_ratio(over, under, numerator, denominator)
         total = total + over / under
     return total

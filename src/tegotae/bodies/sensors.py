@@ -110,7 +110,7 @@ class Sensors(Body):
         return tuple(map(_behind, self.body.channels))
 
     def check_tick(self, tick_s: float) -> None:
-        """Raise `TegotaeError` if the tick is too long for the body, or the delay for what is kept."""
+        """Raise `TegotaeError` for a tick too long for the body, or a delay beyond what is kept."""
         self.body.check_tick(tick_s)
         if self.delay_s > self.most_ticks * tick_s * (1.0 + 1e-6):
             raise TegotaeError(

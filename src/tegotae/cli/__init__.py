@@ -13,6 +13,7 @@ from tegotae.cli.bench import Bench
 from tegotae.cli.compare import Compare
 from tegotae.cli.console import make_safe
 from tegotae.cli.evaluate import Evaluate
+from tegotae.cli.export import Export
 from tegotae.cli.figure import Figure
 from tegotae.cli.gait import Gait
 from tegotae.cli.models import Models
@@ -35,6 +36,7 @@ COMMANDS = {
     "figure": Figure,
     "gait": Gait,
     "study": Study,
+    "export": Export,
     "bench": Bench,
 }
 

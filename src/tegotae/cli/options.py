@@ -16,6 +16,7 @@ from tegotae.bodies import Body, Hopper
 from tegotae.controller_file import SavedController
 from tegotae.errors import TegotaeError
 from tegotae.experiment import Experiment
+from tegotae.integrators import Hold
 from tegotae.limits import MOST_GAIN, MOST_RAD_PER_S, require_within
 from tegotae.models import BUDGET, all_models, find
 from tegotae.oscillators import Oscillator, oscillator_named
@@ -162,6 +163,8 @@ class ExperimentOptions(BodyOptions):
     """Time in an episode before it is judged [s]."""
     work: Annotated[str | None, OWN, EARLIER_NAME] = None
     """Definition of the actuator's work: absolute, positive or net."""
+    hold: bool = False
+    """Hold the controller over each tick of the training, as a robot does."""
     cot_only: bool = False
     """Judge CoT⁻¹ alone, without ΔΩ, as in the paper's comparison of algorithms (agents always)."""
     fitness: Annotated[str | None, OWN] = None
@@ -191,6 +194,7 @@ class ExperimentOptions(BodyOptions):
             body=self.in_place_of(experiment.body),
             release_m=release_m,
             timing=dataclasses.replace(experiment.timing, **_given(times)),
+            integrator=Hold() if self.hold else experiment.integrator,
             fitness=self._fitness(experiment.fitness),
             protocol=dataclasses.replace(experiment.protocol, **_given(heights)),
         )

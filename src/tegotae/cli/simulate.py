@@ -11,12 +11,27 @@ from typing import Annotated
 
 from rich.console import Console
 
+from tegotae import tables
 from tegotae.bodies import Hopper
 from tegotae.cli.options import UNSET, ControllerOptions, FromPreset, WorkOption
 from tegotae.errors import TegotaeError, require_finite
+from tegotae.files import output_file
+from tegotae.integrators import Hold, PredictorCorrector
 from tegotae.presets import preset
 from tegotae.rollout import MOST_TICKS, Scenario, Timing
 from tegotae.simulation import Result, Simulation
+
+SERIES = (
+    "time_s",
+    "height_m",
+    "velocity_m_per_s",
+    "phase_rad",
+    "spring_force_n",
+    "feedback_rad_per_s",
+    "actuator_force_n",
+    "ground_m",
+)
+"""What the time series tells, a column each."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -39,12 +54,16 @@ class Simulate(WorkOption, ControllerOptions):
     """Phase at release [rad]."""
     tick: float = Timing.tick_s
     """Control period [s]."""
+    hold: bool = False
+    """Hold the controller over each tick, as a robot does."""
     float64: bool = False
     """Compute in double precision."""
     measure_from: Annotated[float | None, UNSET] = None
     """Count work and climbs from here on [s]; from half of the duration by default."""
     json: bool = False
     """Print one JSON object."""
+    csv: Annotated[Path | None, UNSET] = None
+    """Write the time series (.csv): height, velocity, phase, forces and feedback."""
     plot: Annotated[Path | None, UNSET] = None
     """Write a plot over time (.png, .pdf, .svg)."""
     animate: Annotated[Path | None, UNSET] = None
@@ -63,6 +82,8 @@ class Simulate(WorkOption, ControllerOptions):
             _print(summary)
 
     def _check_outputs(self) -> None:
+        if self.csv is not None:
+            output_file(self.csv)
         if self.plot is not None:
             from tegotae.figures.style import figure_file
 
@@ -73,6 +94,10 @@ class Simulate(WorkOption, ControllerOptions):
             animation_file(self.animate)
 
     def _draw(self, result: Result) -> None:
+        if self.csv is not None:
+            trajectory = result.trajectory
+            columns = {name: getattr(trajectory, name) for name in SERIES}
+            tables.write_csv(self.csv, columns, digits=7)
         if self.plot is not None:
             from tegotae.figures.rollout import rollout_figure
             from tegotae.figures.style import save_figure
@@ -112,6 +137,7 @@ class Simulate(WorkOption, ControllerOptions):
             self.work,
             self.measure_from,
             "float64" if self.float64 else "float32",
+            Hold() if self.hold else PredictorCorrector(),
         )
 
     def _parameters(self, simulation: Simulation) -> dict:
@@ -134,6 +160,7 @@ class Simulate(WorkOption, ControllerOptions):
             **dataclasses.asdict(simulation.hopper),
             **dataclasses.asdict(simulation.timing),
             "dtype": simulation.dtype,
+            "held": self.hold,
         }
 
 

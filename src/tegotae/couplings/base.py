@@ -9,6 +9,7 @@ import jax
 import jax.numpy as jnp
 
 from tegotae.terms.base import Signals
+from tegotae.weight_names import WeightName, numbered
 
 
 class Coupling(ABC):
@@ -28,6 +29,10 @@ class Coupling(ABC):
     def n_weights(self, limbs: int) -> int:
         """How many trained numbers it has for so many limbs."""
         return 0
+
+    def weight_names(self, limbs: int) -> tuple[WeightName, ...]:
+        """What each of its weights is, in a controller file and in C; numbers by default."""
+        return numbered(self.n_weights(limbs))
 
     def initial(self, key: jax.Array, limbs: int) -> jax.Array:
         """Weights to start training from, shape [n_weights]: none couples, by default."""

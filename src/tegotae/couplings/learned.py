@@ -10,6 +10,7 @@ import jax.numpy as jnp
 
 from tegotae.couplings.base import Coupling
 from tegotae.terms.base import Signals
+from tegotae.weight_names import WeightName, inside
 
 
 @dataclass(frozen=True)
@@ -27,6 +28,10 @@ class LearnedCoupling(Coupling):
     def n_weights(self, limbs: int) -> int:
         """Two for each ordered pair."""
         return 2 * limbs * (limbs - 1)
+
+    def weight_names(self, limbs: int) -> tuple[WeightName, ...]:
+        """Of each ordered pair its a and its b."""
+        return inside(("pair",), [(n, x) for n in range(limbs * (limbs - 1)) for x in ("a", "b")])
 
     def __call__(self, weights: Sequence[jax.Array], signals: Signals) -> jax.Array:
         """The sum over the other limbs."""

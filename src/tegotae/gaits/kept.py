@@ -69,7 +69,8 @@ def in_parts(
 def _write(path: Path, key: str, done: list[Columns]) -> None:
     stream = io.BytesIO()
     arrays = {f"{i}/{name}": x for i, part in enumerate(done) for name, x in part.items()}
-    np.savez(stream, key=np.array(key), count=np.array(len(done)), **arrays)
+    arrays |= {"key": np.array(key), "count": np.array(len(done))}
+    np.savez(stream, **arrays)  # type: ignore[arg-type]
     write_atomically(path, stream.getvalue())
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import jax
@@ -40,11 +41,12 @@ class Sections:
         """The lags, and those in the end, [limbs, lanes]."""
         phase = jnp.asarray(trajectory.phase_rad)
         lag = lags_at_sections(phase[self.first :], self.cycles, self.reference)
-        last = (phase[-1, self.reference] - phase[-1]) / TURN % 1.0
+        last = (phase[-1, self.reference][None] - phase[-1]) / TURN % 1.0
         fell = trajectory.failed[-1]
-        return jnp.where(fell, jnp.nan, lag), jnp.where(fell, jnp.nan, last)
+        return jnp.where(fell[None, None], jnp.nan, lag), jnp.where(fell[None], jnp.nan, last)
 
 
+@partial(jax.jit, static_argnums=(1, 2))
 def lags_at_sections(phase_rad: Any, cycles: int, reference: int = 0) -> jax.Array:
     """Lags whenever the reference leg's phase passes zero, `(φ_ref - φ_i) / 2π` there.
 
@@ -59,7 +61,7 @@ def lags_at_sections(phase_rad: Any, cycles: int, reference: int = 0) -> jax.Arr
         [cycles, limbs, lanes] [cycles], in [0, 1).
 
     Example:
-        >>> turns = 0.1 + 0.01 * jnp.arange(300.0)[:, None, None] - jnp.array([[0.0], [0.25]])
+        >>> turns = 0.1 + 0.01 * jnp.arange(300.0)[:, None, None] - jnp.array([[[0.0], [0.25]]])
         >>> lags_at_sections(TURN * turns % TURN, 2)[:, 1, 0].round(3).tolist()
         [0.25, 0.25]
     """
@@ -88,8 +90,8 @@ def _at(turns: jax.Array, own: jax.Array, level: jax.Array) -> jax.Array:
     for _ in range(_NEWTON_STEPS):
         value, slope = jax.jvp(lambda s: _cubic(four, s), (share,), (jnp.ones_like(share),))
         share = share - value / slope
-    legs = _cubic([near(turns, k) for k in (-1, 0, 1, 2)], share)
-    return jnp.where(there, (level - legs) % 1.0, jnp.nan)
+    legs = _cubic([near(turns, k) for k in (-1, 0, 1, 2)], share[None])
+    return jnp.where(there[None], (level[None] - legs) % 1.0, jnp.nan)
 
 
 def _cubic(four: list[jax.Array], s: jax.Array) -> jax.Array:

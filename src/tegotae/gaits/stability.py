@@ -139,7 +139,7 @@ def crossings(values: Sequence[float], largest: Any, gait: str = "") -> tuple[Cr
         gait: whose it is.
 
     Example:
-        >>> crossings([1.0, 2.0, 3.0], [0.8, 0.9, 1.1], "trot")
+        >>> crossings([1.0, 2.0, 3.0], [0.5, 0.75, 1.25], "trot")
         (Crossing(gait='trot', at=2.5, loses=True),)
     """
     points = zip(values, np.asarray(largest, float).tolist(), strict=True)
@@ -193,7 +193,8 @@ def stability(
 
     Example:
         >>> from tegotae.gaits import system
-        >>> found = stability(system("bar-light"), Axis("inertia_ratio", (0.9, 1.1)), ["in phase"])
+        >>> near = Axis("inertia_ratio", (0.98, 1.02))
+        >>> found = stability(system("bar-light"), near, ["in phase"])
         >>> [round(each.at, 2) for each in found.crossings]
         [1.0]
     """

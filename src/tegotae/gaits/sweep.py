@@ -16,8 +16,9 @@ import numpy as np
 
 from tegotae.bodies import Body
 from tegotae.errors import TegotaeError, require_count, require_finite
+from tegotae.gaits.lags import circular_mean
 from tegotae.gaits.legged import Legged, lanes_of, random_phases
-from tegotae.gaits.names import NO_GAIT, TOLERANCE, gait_of
+from tegotae.gaits.names import NO_GAIT, TOLERANCE, distance, gait_of
 from tegotae.gaits.summary import Coordination, CoordinationSummary, coordination
 from tegotae.limits import MOST_POINTS, MOST_RAD_PER_S
 from tegotae.recorder import Trajectory
@@ -88,6 +89,11 @@ class Sweep:
     def hysteresis(self) -> tuple[Hysteresis, ...]:
         """The changes of gait, and how far apart they are on the two ways."""
         return hysteresis(self.omega, self.gait[UP], self.gait[DOWN])
+
+    @property
+    def bistable(self) -> np.ndarray:
+        """The levels at which the lags on the way up are others than on the way down [rad/s]."""
+        return self.omega[differs(self.found[UP].lag, self.found[DOWN].lag)]
 
 
 @dataclass(frozen=True)
@@ -229,6 +235,26 @@ def staircase_timing(own: Timing, levels: int, dwell_s: float) -> Timing:
             f"dwell_s is {dwell_s:g}; it must be at least eight frames ({8 * own.frame_s:g} s)"
         )
     return Timing(duration_s=levels * frames * own.frame_s, tick_s=own.tick_s, frame_s=own.frame_s)
+
+
+def differs(up: Any, down: Any, tolerance: float = TOLERANCE) -> np.ndarray:
+    """Where the lags on the two ways differ, whatever they are called, [levels].
+
+    That is where the circular means over the starts are farther apart than a tolerance.
+
+    Args:
+        up: lags on the way up, [levels, limbs, starts] [cycles].
+        down: on the way down, levels in the same order.
+        tolerance: as of a name [cycles].
+
+    Example:
+        >>> up, down = np.zeros((2, 2, 3)), np.zeros((2, 2, 3))
+        >>> down[1, 1] = 0.5
+        >>> differs(up, down).tolist()
+        [False, True]
+    """
+    means = [np.moveaxis(np.asarray(circular_mean(lag, axis=2)), 0, -1) for lag in (up, down)]
+    return distance(*means) > tolerance
 
 
 def switches(omega: Sequence[float], gait: Sequence[str]) -> tuple[Switch, ...]:

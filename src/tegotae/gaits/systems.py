@@ -115,6 +115,13 @@ def hexapod() -> Legged:
     return walking("a hexapod with the legs of set C", body, foot, 1.25, 2.0)
 
 
+def biped() -> Legged:
+    """Two legs of set C, side by side. It falls: it has no ankle, and feels no tilt."""
+    foot = EllipticFoot(stride_m=0.15, lift_m=0.08, press_m=0.03, shift_rad=0.4)
+    body = Walker(hips_x_m=(0.0, 0.0), hips_y_m=(0.44, -0.44))
+    return walking("a biped with the legs of set C; it falls", body, foot, 1.25, 2.0)
+
+
 SYSTEMS: dict[str, Callable[[], Legged]] = {
     "bar-light": lambda: bar(LIGHT),
     "bar-heavy": lambda: bar(HEAVY),
@@ -126,6 +133,7 @@ SYSTEMS: dict[str, Callable[[], Legged]] = {
     "quadruped-a": quadruped_a,
     "quadruped-c": quadruped_c,
     "hexapod": hexapod,
+    "biped": biped,
 }
 """What makes each of the named systems."""
 

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 
-from tegotae.bodies import Body, Contact, Push
+from tegotae.bodies import Body, Contact, Push, for_limbs
 from tegotae.controller import Controller, Weights
 from tegotae.terms.base import Signals
 
@@ -118,9 +118,14 @@ def drive(
         omega,
         heard,
         oscillator,
-        body.max_force_n,
+        largest_force(body),
         rate_scale=body.rate_scale,
     )
+
+
+def largest_force(body: Body) -> Any:
+    """α [N], with an axis of the limbs if there are several and it differs from lane to lane."""
+    return body.max_force_n if body.limbs == 1 else for_limbs(body.max_force_n)
 
 
 def moved(state: Any, step: Any, *rates: Any) -> Any:

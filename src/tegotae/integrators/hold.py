@@ -4,7 +4,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from tegotae.integrators.base import Integrator, Moment, drive, held, phase_of, push, to_limbs
+from tegotae.integrators.base import (
+    Integrator,
+    Moment,
+    drive,
+    held,
+    largest_force,
+    phase_of,
+    push,
+    to_limbs,
+)
 
 
 @dataclass(frozen=True)
@@ -19,7 +28,7 @@ class Hold(Integrator):
         now = drive(controller, body, weights, omega, moment.body, moment.oscillator, ground_m)
         oscillator = held(moment.oscillator, now.rate, tick_s)
         phase = phase_of(controller, moment.oscillator, now.feedback)
-        force = push(controller, body.max_force_n, now.command, phase, phase, omega)
+        force = push(controller, largest_force(body), now.command, phase, phase, omega)
         force = to_limbs(controller, force)
         state, contact = body.advance(moment.body, force, ground_m, tick_s)
         return Moment(state, oscillator, now, moment.drive), contact, force

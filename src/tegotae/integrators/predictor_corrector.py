@@ -14,6 +14,7 @@ from tegotae.integrators.base import (
     Integrator,
     Moment,
     drive,
+    largest_force,
     moved,
     phase_of,
     push,
@@ -50,7 +51,7 @@ class PredictorCorrector(Integrator):
         )
         phase_guess = phase_of(controller, guess, now.feedback)
         command = _predicted(controller, earlier, now)
-        force = push(controller, body.max_force_n, command, phase, phase_guess, omega)
+        force = push(controller, largest_force(body), command, phase, phase_guess, omega)
         body_guess, *stance = body.predict(
             moment.body, to_limbs(controller, force).mean_n, ground_m, tick_s
         )
@@ -67,8 +68,8 @@ class PredictorCorrector(Integrator):
         phase_travel = phase_of(controller, oscillator, now.feedback) - phase
         force = push(
             controller,
-            body.max_force_n,
-            _corrected(controller, body.max_force_n, earlier, now, then),
+            largest_force(body),
+            _corrected(controller, largest_force(body), earlier, now, then),
             phase + stance_from * phase_travel,
             phase + stance_to * phase_travel,
             omega,

@@ -10,6 +10,7 @@ import jax
 
 from tegotae.channels import Channel
 from tegotae.oscillators.base import Oscillator
+from tegotae.weight_names import WeightName
 
 
 @dataclass(frozen=True)
@@ -41,6 +42,11 @@ class Around(Oscillator):
     def n_weights(self) -> int:
         """That of the oscillator within, so that its weights fit."""
         return self.inner.n_weights
+
+    @property
+    def weight_names(self) -> tuple[WeightName, ...]:
+        """As the oscillator within."""
+        return self.inner.weight_names
 
     def initial(self, key: jax.Array) -> jax.Array:
         """As the oscillator within."""

@@ -11,6 +11,7 @@ import jax.numpy as jnp
 
 from tegotae.channels import Channel
 from tegotae.errors import TegotaeError
+from tegotae.weight_names import WeightName, numbered
 
 MOST_DECAY_PER_TICK = 0.3
 """Decay of an oscillator's state over a tick up to which the integrators follow it well."""
@@ -40,6 +41,11 @@ class Oscillator(ABC):
     def n_weights(self) -> int:
         """How many trained numbers the oscillator has."""
         return 0
+
+    @property
+    def weight_names(self) -> tuple[WeightName, ...]:
+        """What each of its weights is, in a controller file and in C; numbers by default."""
+        return numbered(self.n_weights)
 
     def initial(self, key: jax.Array) -> jax.Array:
         """Random weights to start training from, shape [n_weights]."""

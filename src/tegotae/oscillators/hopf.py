@@ -121,7 +121,8 @@ class AdaptiveHopf(Hopf):
     ) -> AdaptiveState:
         """State at phase φ [rad] and, unless told otherwise, at the prescribed frequency."""
         shift = jnp.zeros_like(phase_rad) if shift_rad_per_s is None else shift_rad_per_s
-        return AdaptiveState(*super().start(phase_rad, radius), shift)
+        of_hopf = super().start(phase_rad, radius)
+        return AdaptiveState(of_hopf.phase, of_hopf.radius, shift)
 
     def free(self, state, sine, cosine, omega) -> AdaptiveState:
         """φ̇ = ω + a, ṙ = γ (μ - r²) r, ȧ = 0."""

@@ -13,6 +13,7 @@ from tegotae.errors import TegotaeError
 from tegotae.oscillators.around import Around
 from tegotae.oscillators.planar import Planar
 from tegotae.parameters import changed
+from tegotae.weight_names import WeightName
 
 _SPREAD = 0.3
 
@@ -66,6 +67,11 @@ class Learned(Around):
     def n_weights(self) -> int:
         """One a parameter."""
         return len(self.names)
+
+    @property
+    def weight_names(self) -> tuple[WeightName, ...]:
+        """Those of the parameters."""
+        return tuple((name,) for name in self.names)
 
     def initial(self, key: jax.Array) -> jax.Array:
         """Near the oscillator within: normal, of standard deviation 0.3."""

@@ -10,6 +10,8 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 
+from tegotae.weight_names import WeightName, numbered
+
 
 @dataclass(frozen=True)
 class Signals:
@@ -41,8 +43,9 @@ class Signals:
 class Term(ABC):
     """One of A′, R, G or T: a frozen dataclass, called with its weights and the signals.
 
-    A new term is a subclass with `reads`, `n_weights`, `initial` and `__call__`; nothing else
-    needs to know of it. `tegotae.check_term` tells what is missing.
+    A new term is a subclass with `reads`, `n_weights`, `initial` and `__call__`, and with
+    `weight_names` if its weights are to have names in files and in C; nothing else needs to know of
+    it. `tegotae.check_term` tells what is missing.
     """
 
     @property
@@ -54,6 +57,11 @@ class Term(ABC):
     def n_weights(self) -> int:
         """How many trained numbers the term has."""
         return 0
+
+    @property
+    def weight_names(self) -> tuple[WeightName, ...]:
+        """What each of its weights is, in a controller file and in C; numbers by default."""
+        return numbered(self.n_weights)
 
     def initial(self, key: jax.Array) -> jax.Array:
         """Random weights to start training from, shape [n_weights]."""

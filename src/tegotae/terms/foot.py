@@ -14,6 +14,7 @@ from tegotae.errors import require_finite
 from tegotae.terms.actuation import Actuation
 from tegotae.terms.base import Signals
 from tegotae.terms.network import Network
+from tegotae.weight_names import WeightName, inside
 
 
 @dataclass(frozen=True)
@@ -108,6 +109,12 @@ class LearnedFoot(Actuation):
     def n_weights(self) -> int:
         """Those of two networks."""
         return 2 * self._network.n_weights
+
+    @property
+    def weight_names(self) -> tuple[WeightName, ...]:
+        """Those of the network of each command."""
+        own = self._network.weight_names
+        return tuple(path for name in FOOT for path in inside((name,), own))
 
     def initial(self, key: jax.Array) -> jax.Array:
         """Random weights to start training from, shape [n_weights]."""

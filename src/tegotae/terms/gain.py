@@ -9,6 +9,7 @@ import jax
 import jax.numpy as jnp
 
 from tegotae.terms.base import Signals, Term
+from tegotae.weight_names import WeightName
 
 
 @dataclass(frozen=True)
@@ -27,6 +28,11 @@ class ConstantGain(Term):
     def n_weights(self) -> int:
         """σ itself."""
         return 1
+
+    @property
+    def weight_names(self) -> tuple[WeightName, ...]:
+        """σ."""
+        return (("sigma",),)
 
     def initial(self, key: jax.Array) -> jax.Array:
         """σ = `start`."""

@@ -11,6 +11,7 @@ import jax.numpy as jnp
 from tegotae.errors import TegotaeError, require_count
 from tegotae.maths import sum_of_ratios, tanh_ratio
 from tegotae.terms.base import Signals, Term
+from tegotae.weight_names import WeightName
 
 PHASE = "phase"
 
@@ -58,6 +59,12 @@ class Network(Term):
     def n_weights(self) -> int:
         """h·(inputs + 2): per neuron its input weights, its bias and its output weight."""
         return self.hidden * (len(self.reads) + 2)
+
+    @property
+    def weight_names(self) -> tuple[WeightName, ...]:
+        """Of each neuron the weight of every input by its name, bias and output."""
+        own = (*self.reads, "bias", "output")
+        return tuple(("neuron", j, name) for j in range(self.hidden) for name in own)
 
     def initial(self, key: jax.Array) -> jax.Array:
         """Normal weights of standard deviation 1/√inputs (output: 1/√h), biases normal(0, 0.5)."""

@@ -16,6 +16,7 @@ from tegotae.bodies import Body, Hopper
 from tegotae.controller import Controller
 from tegotae.devices import on_every_device
 from tegotae.errors import TegotaeError
+from tegotae.integrators import Integrator, PredictorCorrector
 from tegotae.rollout import Engine, Scenario, Timing, check_senses
 from tegotae.training.algorithms import PGPE, Algorithm
 from tegotae.training.fitness import EPISODE, Fitness
@@ -32,6 +33,7 @@ class Training:
         algorithm: how.
         fitness: by what measure.
         timing: the episode.
+        integrator: how it is advanced.
 
     Raises:
         TegotaeError: for an episode too short for its fitness.
@@ -41,6 +43,7 @@ class Training:
     algorithm: Algorithm = field(default_factory=PGPE)
     fitness: Objective = field(default_factory=Fitness)
     timing: Timing = EPISODE
+    integrator: Integrator = field(default_factory=PredictorCorrector)
 
     def __post_init__(self) -> None:
         self.fitness.check(self.timing)
@@ -48,7 +51,12 @@ class Training:
     @property
     def engine(self) -> Engine:
         """The engine that rolls out the episodes."""
-        return Engine(controller=self.controller, timing=self.timing, summary=self.fitness.judged)
+        return Engine(
+            controller=self.controller,
+            integrator=self.integrator,
+            timing=self.timing,
+            summary=self.fitness.judged,
+        )
 
     @property
     def program(self) -> Training:

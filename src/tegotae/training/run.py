@@ -75,6 +75,7 @@ class Run:
             algorithm=self.algorithm,
             fitness=self.experiment.measure,
             timing=self.experiment.timing,
+            integrator=self.experiment.integrator,
         )
 
     @property

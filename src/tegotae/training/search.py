@@ -18,7 +18,10 @@ def best_gain(experiment: Experiment) -> tuple[float, float]:
         experiment: one whose controller's only weight is σ.
     """
     engine = Engine(
-        controller=experiment.controller, timing=experiment.timing, summary=experiment.measure
+        controller=experiment.controller,
+        integrator=experiment.integrator,
+        timing=experiment.timing,
+        summary=experiment.measure,
     )
     outcome = engine.run(GAINS[:, None], experiment.scenario, experiment.body)
     best = int(np.argmax(outcome["fitness"]))

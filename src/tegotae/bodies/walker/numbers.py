@@ -14,9 +14,9 @@ from tegotae.errors import TegotaeError, require_finite
 from tegotae.terrains import Flat, Terrain
 
 LARGEST_STEP = 0.5
-"""Rate of the stiffest motion times the tick [rad] that is accepted. Up to here lags, speed and cost
-of transport hold within one per cent; bodies whose stiffest motion is a damped one would hold for
-longer (docs/studies/legs_validation.md)."""
+"""Rate of the stiffest motion times the tick [rad] that is accepted. Up to here lags, speed and
+cost of transport hold within one per cent; where the stiffest motion is a damped one they would
+for longer ticks, too (docs/studies/legs_validation.md)."""
 LOWEST_SHARE = 0.3
 """Share of its height on legs of full length below which a centre of mass has fallen."""
 

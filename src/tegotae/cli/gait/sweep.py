@@ -58,7 +58,9 @@ class Sweep(Subject):
                 }
             )
         rows = {name: np.concatenate([table[name] for table in tables]) for name in tables[0]}
-        document = self.document(legged, "sweep", dwell_s=dwell, hysteresis=found.hysteresis)
+        document = self.document(
+            legged, "sweep", dwell_s=dwell, hysteresis=found.hysteresis, bistable=found.bistable
+        )
         written = [
             self.draw(sweep_figure(found, self.title(legged, omega=False)), "sweep"),
             *write(self.out, "sweep", document, rows),
@@ -76,7 +78,9 @@ class Sweep(Subject):
                 f"at {each.down:.3g} ({each.starts_down}); hysteresis {each.width:.3g}"
             )
         if not found.hysteresis:
-            print("no change of gait that is made on the way up and undone on the way down")
+            print("no named gait gives way on the way up and comes back on the way down")
+        where = ", ".join(f"{w:.4g}" for w in found.bistable)
+        print(f"lags differ between the two ways at {where or 'no level'}")
         self.wrote(written)
 
     def _omega(self) -> np.ndarray:

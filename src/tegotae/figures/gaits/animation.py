@@ -111,7 +111,7 @@ class _View:
         self.axes.set_xlim(middle - 0.5 * self.long, middle + 0.5 * self.long)
         if self.view is _ABOVE:
             aside = float(hips[:, up].mean())
-            self.axes.set_ylim(aside - 0.3 * self.long, aside + 0.3 * self.long)
+            self.axes.set_ylim(aside - 0.45 * self.long, aside + 0.45 * self.long)
         return [self.outline, *self.legs, *self.feet]
 
 

@@ -110,5 +110,5 @@ def _grid(found: GaitMap) -> tuple[np.ndarray, np.ndarray]:
     return np.array(found.x.values), np.array(found.y.values)
 
 
-def _rgb(name: str) -> np.ndarray:
-    return np.array(to_rgb("#FFFFFF" if name == NO_BODY else gait_colour(name)))
+def _rgb(name: str) -> tuple[float, float, float]:
+    return to_rgb("#FFFFFF" if name == NO_BODY else gait_colour(name))

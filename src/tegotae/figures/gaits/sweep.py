@@ -34,8 +34,13 @@ def sweep_figure(sweep: Sweep, note: str = "") -> Figure:
         _names(names, sweep, note)
         _lags(lags, sweep)
         if travels:
-            _medians(first, sweep, "speed_m_per_s", f"speed [{length}/({time})]")
-            _medians(second, sweep, "cost_of_transport", "cost of transport")
+            _medians(
+                first,
+                sweep,
+                "speed_m_per_s",
+                "speed\n[√(g l0)]" if sweep.legged.dimensionless else f"speed\n[{length}/{time}]",
+            )
+            _medians(second, sweep, "cost_of_transport", "cost of\ntransport")
         else:
             _medians(first, sweep, "cycle_frequency_hz", f"strides [1/{time}]")
             _medians(second, sweep, "power_w", "power [W]")
@@ -71,7 +76,7 @@ def _lags(axes: Axes, sweep: Sweep) -> None:
     others = [leg for leg in by_side(names) if leg != reference]
     for number, leg in enumerate(others):
         for way, filled in _WAYS:
-            lag = (sweep.found[way].lag[:, leg] + 0.125) % 1.0 - 0.125
+            lag = (sweep.found[way].lag[:, leg] + 0.2) % 1.0 - 0.2
             lag = np.where(sweep.gait[way] == FALLEN, np.nan, lag)
             at = np.broadcast_to(sweep.omega[:, None], lag.shape)
             axes.plot(
@@ -84,7 +89,7 @@ def _lags(axes: Axes, sweep: Sweep) -> None:
                 fillstyle=filled,  # type: ignore[arg-type]
                 label=names[leg] if way == UP else None,
             )
-    axes.set(ylim=(-0.14, 0.9), yticks=np.linspace(0.0, 0.75, 4))
+    axes.set(ylim=(-0.22, 0.82), yticks=np.linspace(0.0, 0.75, 4))
     what = f"lag of {names[others[0]]}" if len(others) == 1 else "lag"
     axes.set_ylabel(f"{what} behind {names[reference]}\n[cycles]")
     if len(others) > 1:

@@ -14,6 +14,7 @@ from tegotae.controller import Controller
 from tegotae.errors import TegotaeError, require_count
 from tegotae.experiment import Experiment
 from tegotae.files import output_folder
+from tegotae.integrators import PredictorCorrector
 from tegotae.locks import locked
 from tegotae.progress import reporting
 from tegotae.tables import numbers, parse_csv, write_csv
@@ -61,6 +62,11 @@ class AgentRun:
         require_one_limb(self.experiment.body, "learning by agents")
         if self.experiment.phase_rad or self.experiment.posture:
             raise TegotaeError("agents learn from releases at phase 0; leave phase_rad and posture")
+        if self.experiment.integrator != PredictorCorrector():
+            raise TegotaeError(
+                "agents learn in continuous time; leave the experiment's integrator, which a "
+                "population can have (pgpe)"
+            )
         _ = self.controller
 
     @property

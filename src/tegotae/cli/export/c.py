@@ -1,0 +1,41 @@
+"""`tegotae export c`: a controller as C99 for a microcontroller."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import tyro
+
+from tegotae import controller_file
+from tegotae.export import Export, write
+
+
+@dataclass(frozen=True, kw_only=True)
+class ExportC:
+    """Write a controller as C99: a header, a source, golden vectors and what checks them."""
+
+    controller: Annotated[Path, tyro.conf.Positional]
+    """A controller file of `tegotae train`."""
+    out: Path
+    """The folder that is written."""
+    tick: float = 0.001
+    """Period of the robot's control loop [s]."""
+    prefix: str = "tegotae"
+    """What all names in C, and the files, begin with."""
+
+    def run(self) -> None:
+        """Export, and say how to check it."""
+        export = Export(controller_file.load(self.controller), self.tick, self.prefix)
+        paths = write(export, self.out)
+        for warning in export.warnings():
+            print(f"warning: {warning}", file=sys.stderr)
+        for path in paths:
+            print(path)
+        test = f"test_{self.prefix}"
+        print(
+            f"check it: cd {self.out} && cc -std=c99 -O2 {self.prefix}.c {test}.c -lm -o {test} "
+            f"&& ./{test}"
+        )

@@ -1,0 +1,182 @@
+"""Exported controllers drive the package's bodies: the same hops as the package's own run."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from compiled import Compiled, needs_gcc
+from tegotae import Hopper, build
+from tegotae.bodies import Bar
+from tegotae.bodies.base import Push
+from tegotae.controller import Controller, Tegotae
+from tegotae.controller_file import SavedController
+from tegotae.export import Export
+from tegotae.integrators import Hold
+from tegotae.oscillators import PhaseOscillator
+from tegotae.rollout import Engine, Scenario, Timing
+from tegotae.terms import ConstantGain, Reflex, Sector, VanillaAction, VanillaReaction
+
+sys.path.insert(0, str(Path(__file__).parent / "users"))
+import my_parts
+
+TICK_S, DURATION_S = 0.001, 20.0
+ALLOWED_M = 1e-3
+
+
+def with_weights(controller: Controller, named: dict[tuple, float]) -> np.ndarray:
+    """Weights that are zero but for those that are named."""
+    weights = np.zeros(controller.n_weights)
+    for path, value in named.items():
+        weights[controller.weight_names.index(path)] = value
+    return weights
+
+
+def nearly_linear(role: str, signal: str, slope: float) -> dict[tuple, float]:
+    """A network whose first neuron makes it nearly slope x signal, the signal as it sees it."""
+    return {(role, "neuron", 0, signal): 0.1, (role, "neuron", 0, "output"): 10.0 * slope}
+
+
+def gaits() -> dict[str, SavedController]:
+    """Controllers that hop regularly; those with networks are made like the vanilla one."""
+    learned = build("ARGT-rF-gF-tphif-w8", 40)
+    like_vanilla = {
+        **nearly_linear("action", "cos_phase", -1.0),
+        **nearly_linear("reaction", "spring_force", 0.981),
+        ("gain", "neuron", 0, "bias"): 1.0,
+        ("gain", "neuron", 0, "output"): 2.6,
+        **nearly_linear("actuation", "feedback", -3.13),
+    }
+    single = build("T-Fv", 20)
+    pushes = {
+        ("actuation", "neuron", 0, "velocity"): 2.0,
+        ("actuation", "neuron", 0, "output"): 1.2,
+    }
+    harmonic = Controller(
+        Reflex(),
+        my_parts.DriftingPhase(),
+        Tegotae(my_parts.HarmonicAction(), VanillaReaction(), ConstantGain()),
+    )
+    return {
+        "a sector": SavedController(build("V-sector-w8"), np.array([1.0]), 8.0),
+        "a reflex": SavedController(build("V-reflex-w8"), np.array([2.0]), 8.0),
+        "networks for all terms": SavedController(
+            learned, with_weights(learned, like_vanilla), 8.0
+        ),
+        "the single network": SavedController(single, with_weights(single, pushes), None),
+        "a user's oscillator": SavedController(harmonic, np.array([-1.0, 0.0, 0.0, 0.0, 2.0]), 8.0),
+    }
+
+
+def apexes_of_the_package(saved: SavedController, **release) -> tuple[np.ndarray, np.ndarray]:
+    """Times and heights of the apexes of the package's own run, held over the ticks."""
+    timing = Timing(duration_s=DURATION_S, tick_s=TICK_S, frame_s=0.02)
+    engine = Engine(controller=saved.controller, integrator=Hold(), timing=timing)
+    scenario = Scenario.of(saved.omega, **release)
+    found = engine.run(np.asarray(saved.weights), scenario, saved.body)
+    times, heights = (np.asarray(x)[:, 0] for x in (found.apex_time_s, found.apex_height_m))
+    return times[~np.isnan(times)], heights[~np.isnan(heights)]
+
+
+def as_simulated(program: Compiled, sensed: dict, pushed: float) -> list:
+    """The inputs that the simulator gives."""
+    return [sensed[name] for name in program.export.senses]
+
+
+def contact_force(program: Compiled, sensed: dict, pushed: float) -> list:
+    """What a load cell under the foot measures: F_k - c v + F_a, and nothing in the air."""
+    damping = program.export.saved.body.damping_ns_per_m
+    force = sensed["spring_force"] - damping * sensed["velocity"] + pushed
+    return [max(force, 0.0) if sensed["height"] < 1.0 else 0.0]
+
+
+def converted(program: Compiled, sensed: dict, pushed: float) -> list:
+    """The same as the header's function makes the spring's force of it."""
+    (contact,) = contact_force(program, sensed, pushed)
+    return [program.number("spring_force", contact, sensed["velocity"], pushed)]
+
+
+def apexes_of_the_robots(
+    programs: list[Compiled], body, height_m: float, phases, measured=as_simulated
+) -> list:
+    """Heights of the apexes, the compiled controllers driving one body each, tick by tick."""
+    measures = measured if isinstance(measured, list) else [measured] * len(programs)
+    lanes, limbs = len(programs), body.limbs
+    state = body.release(jnp.full(lanes, height_m), jnp.zeros(lanes))
+    ground, tick_s = jnp.zeros(lanes), jnp.float32(TICK_S)
+
+    @jax.jit
+    def sense(state):
+        return body.sense(state, ground).values
+
+    @jax.jit
+    def advance(state, force):
+        after, contact = body.advance(state, Push(force), ground, tick_s)
+        return after, body.sense(after, ground).values, contact.apex_height_m
+
+    force = np.zeros((limbs, lanes), np.float32)
+    sensed, found = sense(state), []
+    for program in programs:
+        program.init(phases)
+    for _ in range(round(DURATION_S / TICK_S)):
+        sensed = {name: np.asarray(x) for name, x in sensed.items()}
+        for lane, program in enumerate(programs):
+            own = {name: x[..., lane] for name, x in sensed.items()}
+            inputs = measures[lane](program, own, force[0, lane])
+            force[:, lane] = program.step(inputs)[0]
+        state, sensed, apex = advance(state, force[0] if limbs == 1 else force)
+        found.append(np.asarray(apex))
+    whole = np.stack(found)
+    return [column[~np.isnan(column)] for column in whole.T]
+
+
+@pytest.fixture(scope="module")
+def hops(tmp_path_factory):
+    """The compiled gaits' apexes."""
+    programs = [
+        Compiled(Export(saved, TICK_S), tmp_path_factory.mktemp("c")) for saved in gaits().values()
+    ]
+    reflex = Export(gaits()["a reflex"], TICK_S)
+    programs += [Compiled(reflex, tmp_path_factory.mktemp("c")) for _ in range(2)]
+    measured = [as_simulated] * len(gaits()) + [contact_force, converted]
+    heights = apexes_of_the_robots(programs, Hopper(), 1.2, 0.0, measured)
+    return dict(zip((*gaits(), "fed with contact", "converted"), heights, strict=True))
+
+
+@needs_gcc
+@pytest.mark.parametrize("gait", gaits())
+def test_the_compiled_controller_hops_as_the_simulated_one_does_for_twenty_seconds(gait, hops):
+    times, heights = apexes_of_the_package(gaits()[gait])
+    late = heights[times > 12.0]
+    assert late.max() - late.min() < 0.01, "the gait that is compared is no regular one"
+    assert len(late) > 5
+    assert len(hops[gait]) == len(heights)
+    assert np.abs(hops[gait] - heights).max() < ALLOWED_M
+
+
+@needs_gcc
+def test_the_force_of_contact_in_place_of_the_springs_is_another_gait_and_the_conversion_mends_it(
+    hops,
+):
+    right, wrong, mended = (hops[x][-1] for x in ("a reflex", "fed with contact", "converted"))
+    print(f"last apex {right:.3f} m, fed with contact {wrong:.3f} m, converted {mended:.3f} m")
+    assert abs(wrong - right) > 0.3
+    assert abs(mended - right) < 0.02
+
+
+@needs_gcc
+def test_two_compiled_legs_under_a_bar_hop_as_the_simulated_ones_do(tmp_path):
+    terms = Tegotae(VanillaAction(), VanillaReaction(), ConstantGain())
+    controller = Controller(Sector(), PhaseOscillator(), terms, limbs=2)
+    saved = SavedController(controller, np.array([1.0]), 8.0, Bar(inertia_ratio=1.6))
+    phases = np.array([0.0, 1.0])
+    times, heights = apexes_of_the_package(saved, phase_rad=phases[:, None])
+    (found,) = apexes_of_the_robots([Compiled(Export(saved), tmp_path)], saved.body, 1.2, phases)
+    assert len(found) == len(heights) > 5
+    assert np.abs(found - heights).max() < ALLOWED_M
+    assert times[-1] > 15.0  # in phase, so that both legs leave the ground

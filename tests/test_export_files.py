@@ -1,0 +1,239 @@
+"""An export on disk: complete, checked by its own program, or refused before it is written."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import shutil
+import subprocess
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from compiled import FLAGS, SANITIZERS, needs_gcc
+from tegotae import Hopper, TegotaeError, build, cli, controller_file, find
+from tegotae.controller_file import SavedController
+from tegotae.export import Export, write
+from tegotae.export.cost import COMPILER, EMULATOR, costs, require_tools
+from tegotae.export.source import source
+from tegotae.terms import Signals, Term
+
+FILES = {
+    "leg.h", "leg.c", "test_leg.c", "leg.json", "golden.csv", "CMakeLists.txt", "README.md",
+}  # fmt: skip
+
+
+def saved(name: str = "ART-rF-tphif-w8", **entries) -> SavedController:
+    """A controller with random weights."""
+    model = find(name)
+    controller = model.controller(30)
+    weights = np.asarray(controller.initial(jax.random.key(1)))
+    return SavedController(controller, weights, model.omega_t, model=name, **entries)
+
+
+def with_action(term: Term) -> SavedController:
+    """The vanilla controller with another action."""
+    controller = build("V-reflex-w8")
+    law = dataclasses.replace(controller.tegotae, action=term)
+    return SavedController(
+        dataclasses.replace(controller, tegotae=law), np.array([2.0]), 8.0, Hopper()
+    )
+
+
+@pytest.fixture(scope="module")
+def written(tmp_path_factory):
+    """The folder of an export made by the command, and its controller."""
+    folder = tmp_path_factory.mktemp("export")
+    path, out = folder / "controller.json", folder / "out"
+    one = saved(training={"experiment": {"timing": {"tick_s": 0.002}}})
+    controller_file.save(one, path)
+    arguments = ["export", "c", str(path), "--out", str(out), "--prefix", "leg"]
+    assert cli.main(arguments) == 0
+    return out, one
+
+
+def test_an_export_has_all_that_a_robot_needs(written):
+    out, _ = written
+    assert {path.name for path in out.iterdir()} == FILES
+
+
+def test_the_manifest_tells_inputs_outputs_units_scales_and_what_happens_in_flight(written):
+    out, one = written
+    manifest = json.loads((out / "leg.json").read_text())
+    (force,) = manifest["inputs"]
+    assert (force["name"], force["unit"]) == ("spring_force_n", "N")
+    assert force["scale"] == pytest.approx(0.981)
+    assert manifest["outputs"][0] == {"name": "force_n", "range": [0.0, 4.0]}
+    assert (manifest["tick_s"], manifest["trained_tick_s"]) == (0.001, 0.002)
+    assert "air" in manifest["flight"]
+    assert set(manifest["files"]) == FILES
+    neuron = manifest["weights"]["reaction"]["neuron"][0]
+    at = one.controller.layout["reaction"].start
+    assert neuron["spring_force"] == pytest.approx(float(one.weights[at]))
+
+
+def test_weights_stand_in_the_source_under_their_names_and_none_is_lost(written):
+    out, one = written
+    text = (out / "leg.c").read_text()
+    for name in (".spring_force = ", ".sin_phase = ", ".bias = ", ".sigma = "):
+        assert name in text
+    for weight in np.asarray(one.weights, np.float32):
+        assert f"{weight!s}f" in text
+
+
+def test_the_source_uses_no_double_no_memory_of_its_own_and_no_library_but_maths(written):
+    out, _ = written
+    text = (out / "leg.c").read_text()
+    included = {line for line in text.splitlines() if line.startswith("#include")}
+    assert included == {'#include "leg.h"', "#include <float.h>", "#include <math.h>"}
+    for word in ("double", "malloc", "printf", "goto"):
+        assert word not in text
+    static = [line for line in text.splitlines() if line.startswith("static") and "(" not in line]
+    assert all(line.startswith("static const") for line in static)
+
+
+@needs_gcc
+def test_the_golden_vectors_pass_under_sanitizers(written, tmp_path):
+    out, _ = written
+    program = tmp_path / "test_leg"
+    command = ["gcc", *FLAGS, *SANITIZERS, "-O1", "leg.c", "test_leg.c", "-lm", "-o", program]
+    subprocess.run(command, cwd=out, check=True)
+    done = subprocess.run([program], capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "1000 golden vectors" in done.stdout
+    assert "bounded" in done.stdout
+
+
+@needs_gcc
+def test_the_golden_vectors_find_a_controller_that_is_another_one(written, tmp_path):
+    out, one = written
+    for name in ("leg.h", "test_leg.c"):
+        shutil.copy(out / name, tmp_path)
+    other = dataclasses.replace(one, weights=np.asarray(one.weights) * 1.001)
+    (tmp_path / "leg.c").write_text(source(Export(other, prefix="leg")))
+    command = ["gcc", "-std=c99", "leg.c", "test_leg.c", "-lm", "-o", "test_leg"]
+    subprocess.run(command, cwd=tmp_path, check=True)
+    assert subprocess.run([tmp_path / "test_leg"], capture_output=True).returncode == 1
+
+
+@needs_gcc
+@pytest.mark.skipif(shutil.which("cmake") is None, reason="cmake is not installed")
+def test_cmake_builds_the_library_and_runs_the_check(written, tmp_path):
+    out, _ = written
+    for command in (
+        ["cmake", "-S", out, "-B", tmp_path],
+        ["cmake", "--build", tmp_path],
+        ["ctest", "--test-dir", tmp_path],
+    ):
+        subprocess.run(command, check=True, capture_output=True)
+
+
+def test_a_tick_that_was_not_trained_is_warned_of(tmp_path, capsys):
+    path = tmp_path / "controller.json"
+    one = saved("V-reflex-w8", training={"experiment": {"timing": {"tick_s": 0.001}}})
+    controller_file.save(one, path)
+    arguments = ["export", "c", str(path), "--out", str(tmp_path / "out"), "--tick", "0.002"]
+    assert cli.main(arguments) == 0
+    assert "warning: the controller was trained at a tick of 0.001 s" in capsys.readouterr().err
+    assert Export(one, 0.001).warnings() == []
+
+
+@dataclass(frozen=True)
+class Looping(Term):
+    """An action that computes in a loop of unknown length."""
+
+    @property
+    def reads(self) -> tuple[str, ...]:
+        return ("cos_phase",)
+
+    def __call__(self, weights: Sequence[jax.Array], signals: Signals) -> jax.Array:
+        return jax.lax.while_loop(
+            lambda x: (x < -0.5).all(), lambda x: 0.5 * x, signals["cos_phase"]
+        )
+
+
+@dataclass(frozen=True)
+class Sorting(Term):
+    """An action that sorts."""
+
+    def __call__(self, weights: Sequence[jax.Array], signals: Signals) -> jax.Array:
+        return jnp.sort(signals["cos_phase"])
+
+
+@pytest.mark.parametrize(("term", "name"), [(Looping(), "while"), (Sorting(), "sort")])
+def test_what_has_no_c_is_refused_by_name_before_anything_is_written(tmp_path, term, name):
+    with pytest.raises(
+        TegotaeError, match=rf"^the controller uses '{name}' \(.*cannot be exported"
+    ):
+        write(Export(with_action(term)), tmp_path / "out")
+    assert not (tmp_path / "out").exists()
+
+
+@dataclass(frozen=True)
+class Elementary(Term):
+    """An action of all sorts of elementary functions."""
+
+    def __call__(self, weights: Sequence[jax.Array], signals: Signals) -> jax.Array:
+        x, y = signals["cos_phase"], signals["spring_force"]
+        several = jnp.stack([jnp.exp(-(x**2)), jnp.tanh(y), jnp.arctan2(x, 1.0 + y), jnp.abs(x)])
+        return jnp.where(x > 0.0, several.sum(axis=0), jnp.sqrt(several.max(axis=0)))
+
+
+def test_elementary_functions_stand_in_c_by_their_names():
+    text = source(Export(with_action(Elementary())))
+    for function in ("expf(", "tanhf(", "atan2f(", "fabsf(", "sqrtf("):
+        assert function in text
+
+
+@pytest.mark.parametrize("prefix", ["2legs", "left leg", "float", "", "x" * 40, "leg;"])
+def test_a_prefix_that_is_no_name_in_c_is_refused(prefix):
+    with pytest.raises(TegotaeError, match="which is no name in C"):
+        Export(saved(), prefix=prefix)
+
+
+@pytest.mark.parametrize(
+    ("tick", "said"),
+    [(0.0, "must be greater than 0"), (float("nan"), "must be finite"), (5.0, "is too long")],
+)
+def test_a_period_that_no_loop_can_have_is_refused(tick, said):
+    with pytest.raises(TegotaeError, match=said):
+        Export(saved(), tick)
+
+
+def test_what_is_no_controller_and_where_nothing_can_be_written_is_said_in_a_line(tmp_path, capsys):
+    path, taken = tmp_path / "controller.json", tmp_path / "taken"
+    taken.write_text("")
+    assert cli.main(["export", "c", str(path), "--out", str(tmp_path / "out")]) == 2
+    assert "no controller file" in capsys.readouterr().err
+    path.write_text("{}")
+    assert cli.main(["export", "c", str(path), "--out", str(tmp_path / "out")]) == 2
+    assert "is not a controller file" in capsys.readouterr().err
+    controller_file.save(saved("V-reflex-w8"), path)
+    assert cli.main(["export", "c", str(path), "--out", str(taken)]) == 2
+    assert "it is a file" in capsys.readouterr().err
+
+
+def test_a_compiler_that_is_missing_is_said_with_what_to_install(monkeypatch):
+    monkeypatch.setenv("PATH", "")
+    with pytest.raises(TegotaeError, match=f"^{COMPILER} is not installed; apt-get install"):
+        require_tools()
+
+
+@pytest.mark.skipif(
+    None in (shutil.which(COMPILER), shutil.which(EMULATOR)),
+    reason="the Arm compiler or QEMU is not installed",
+)
+def test_the_cost_of_a_controller_is_counted_on_every_core():
+    export = Export(SavedController(build("V-reflex-w8"), np.array([2.0]), 8.0))
+    small, middle, large = costs(export)
+    # Without a unit for floats every operation is a call.
+    assert small.instructions > 5 * middle.instructions > 5 * 50
+    assert 50 < large.instructions < 1000
+    assert all(300 < cost.flash_bytes < 5000 for cost in (small, middle, large))
+    assert middle.ram_bytes == 12 + 4 + 16  # state, inputs and outputs
+    assert 0 < middle.stack_bytes < 500
+    assert middle.share(64e6) == middle.instructions * 1e3 / 64e6

@@ -1,0 +1,57 @@
+"""A training may hold the controller over its ticks, as a robot does."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import pytest
+
+from tegotae import Experiment, TegotaeError, find
+from tegotae.cli.options import ExperimentOptions
+from tegotae.integrators import Hold, PredictorCorrector
+from tegotae.rollout import Timing
+from tegotae.training.agents import AgentRun
+from tegotae.training.algorithms import PGPE
+from tegotae.training.run import Run
+
+CONTINUOUS = find("AR-rF-sector-w8").experiment()
+HELD = dataclasses.replace(CONTINUOUS, integrator=Hold())
+
+
+def test_a_held_training_rolls_out_its_episodes_held():
+    assert Run(experiment=HELD).training.engine.integrator == Hold()
+    assert Run(experiment=CONTINUOUS).training.engine.integrator == PredictorCorrector()
+    assert Run(experiment=HELD, algorithm=PGPE()).training.program.integrator == Hold()
+
+
+def test_the_document_of_a_held_training_says_so_and_that_of_others_is_as_it_was():
+    assert HELD.document["integrator"] == {"kind": "Hold"}
+    assert "integrator" not in CONTINUOUS.document
+    assert Experiment.of(HELD.document) == HELD
+    assert Experiment.of(CONTINUOUS.document) == CONTINUOUS
+
+
+def test_the_option_holds_and_leaves_alone_what_holds_already():
+    assert ExperimentOptions(hold=True).applied(CONTINUOUS) == HELD
+    assert ExperimentOptions().applied(HELD) == HELD
+
+
+def test_agents_learn_in_continuous_time_and_say_so():
+    with pytest.raises(TegotaeError, match="agents learn in continuous time"):
+        AgentRun(experiment=HELD)
+
+
+def test_the_gain_of_a_vanilla_controller_is_searched_held():
+    from tegotae.training.search import best_gain
+
+    usual = find("V-reflex-w8").experiment()
+    short = dataclasses.replace(
+        usual,
+        timing=Timing(duration_s=6.0, tick_s=0.01),
+        fitness=dataclasses.replace(usual.fitness, settle_s=2.0),
+    )
+    continuous, held = (
+        best_gain(dataclasses.replace(short, integrator=each))
+        for each in (PredictorCorrector(), Hold())
+    )
+    assert continuous[1] != held[1]
