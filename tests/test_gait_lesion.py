@@ -68,6 +68,21 @@ def test_a_quadruped_that_loses_a_leg_falls(lost):
     assert (lost.after.fall_time_s < 20.0).all()
 
 
+def test_legs_that_never_felt_each_other_are_not_locked_after_a_lesion_either():
+    deaf = dataclasses.replace(BAR.with_numbers(sigma=0.0), timing=Timing(duration_s=20.0))
+    found = aftermath(deaf, Lesion(at_s=10.0, fields=(("mass_kg", 0.12),)), 2)
+    assert set(found.gait_before) == set(found.gait_after) == {"as released"}
+
+
+def test_the_cost_of_transport_after_a_load_is_that_of_the_loaded_body():
+    timing = Timing(duration_s=48.0, tick_s=0.008, frame_s=0.08)
+    heavy = (("mass_kg", 1.1),)
+    found = aftermath(FOUR, Lesion(at_s=16.0, fields=heavy), 2, timing=timing)
+    for each, mass_kg in ((found.before, 1.0), (found.after, 1.1)):
+        weight = each.power_w / (each.cost_of_transport * each.speed_m_per_s)
+        np.testing.assert_allclose(weight, mass_kg, rtol=1e-5)
+
+
 def test_lags_are_then_measured_from_a_leg_that_is_left(lost):
     assert lost.left == (0, 1, 3)
     assert lost.reference == 0

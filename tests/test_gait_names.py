@@ -249,7 +249,3 @@ def found(**entries) -> Coordination:
 def test_a_lane_without_a_gait_says_why(entries, name):
     assert gait_of(found(**entries), ("H", "F")) == name
     assert name in (*NO_GAIT, "antiphase")
-
-
-def test_lags_that_did_not_move_may_have_a_name_where_there_was_no_release():
-    assert gait_of(found(moved=np.zeros(1)), ("H", "F"), released=False) == "antiphase"

@@ -134,11 +134,50 @@ def moved(lag: Any) -> jax.Array:
     Args:
         lag: [frames, limbs, lanes].
     """
+    return moved_until(lag)[-1]
+
+
+def moved_until(lag: Any, allowed: Any = 0.0) -> jax.Array:
+    """How far the lags have been from the first ones up to every frame [cycles], [frames, lanes].
+
+    Args:
+        lag: [frames, limbs, lanes].
+        allowed: how far of that says nothing [cycles], a number or [frames, lanes].
+
+    Example:
+        >>> lag = jnp.array([0.75, 0.25, 0.5])[:, None, None]
+        >>> moved_until(lag).tolist()
+        [[0.0], [0.5], [0.5]]
+    """
     lag = jnp.asarray(lag)
     first = jnp.argmax(jnp.isfinite(lag), axis=0)
     begun = jnp.take_along_axis(lag, first[None], axis=0)
     far = jnp.abs(apart(lag, begun))
-    return jnp.where(jnp.isfinite(far), far, 0.0).max(axis=(0, 1))
+    beyond = jnp.where(jnp.isfinite(far), far, 0.0).max(axis=1) - allowed
+    return jax.lax.cummax(jnp.maximum(beyond, 0.0), axis=0)
+
+
+def rounding(ticks: Any) -> jax.Array:
+    """How far two phases part at most as each is rounded every tick [cycles], as `ticks`.
+
+    A phase up to 2π is rounded by half a unit in its last place, 2 ε; two of them by twice that.
+    """
+    ticks = jnp.asarray(ticks)
+    return 4.0 * jnp.finfo(ticks.dtype).eps * ticks / TURN
+
+
+def drift(omega: Any, time_s: Any, reference: int) -> jax.Array:
+    """How far the lags of legs that do not feel each other go, each at its own ω [cycles].
+
+    `(ω_ref - ω_i) t / 2π`, [frames, limbs, lanes].
+
+    Args:
+        omega: prescribed frequencies [rad/s], [limbs, lanes].
+        time_s: of the frames, [frames, lanes].
+        reference: the leg that lags are measured from.
+    """
+    omega = jnp.asarray(omega)
+    return (omega[reference][None] - omega)[None] * time_s[:, None] / TURN
 
 
 def steps_to_latest(x: Any) -> jax.Array:

@@ -8,22 +8,27 @@ from dataclasses import dataclass
 from typing import Any
 
 import jax
+import jax.numpy as jnp
 import numpy as np
 
 from tegotae.bodies import Body
 from tegotae.errors import TegotaeError, require_count, require_finite, unknown
 from tegotae.gaits.axes import numbers_of
-from tegotae.gaits.lags import apart
+from tegotae.gaits.lags import apart, moved
 from tegotae.gaits.legged import Legged, lanes_of, random_phases
 from tegotae.gaits.names import FALLEN, TOLERANCE, gait_of
+from tegotae.gaits.places import bare, prefix
 from tegotae.gaits.shares import wilson
-from tegotae.gaits.summary import Coordination, CoordinationSummary, coordination
+from tegotae.gaits.summary import (
+    LEAST_FRAMES,
+    Coordination,
+    CoordinationSummary,
+    coordination,
+)
 from tegotae.limits import MOST_M, MOST_SEEDS
 from tegotae.recorder import Trajectory
 from tegotae.rollout import Scenario, Timing
-from tegotae.world import Step
-
-_LEAST_FRAMES = 8
+from tegotae.world import Step, met_by
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -75,7 +80,7 @@ class Lesion:
             TegotaeError: for a leg that is not there, a body that cannot lose any, or fewer than
                 two that are left.
         """
-        names, body = legged.names, legged.body
+        names, body = legged.names, bare(legged.body)
         for leg in self.lost:
             if leg not in names:
                 raise unknown("leg of this body", leg, names)
@@ -101,19 +106,21 @@ class Lesion:
         Raises:
             TegotaeError: for legs or numbers that the body does not have.
         """
-        left, numbers = self.left(legged), numbers_of(legged.body)
+        body = bare(legged.body)
+        left, numbers = self.left(legged), numbers_of(body)
+        behind = prefix(legged.body)
         changes: dict[str, Any] = {}
         for name, value in self.fields:
             if name not in numbers or isinstance(numbers[name], tuple):
                 raise unknown(
-                    f"number of a {type(legged.body).__name__}",
+                    f"number of a {type(body).__name__}",
                     name,
                     [each for each, usual in numbers.items() if not isinstance(usual, tuple)],
                 )
-            changes[name] = Step(value, from_s=self.at_s)
+            changes[behind + name] = Step(value, from_s=self.at_s)
         if self.lost:
             there = np.isin(np.arange(legged.body.limbs), left).astype(float)
-            changes["present"] = Step(there[:, None], from_s=self.at_s)
+            changes[behind + "present"] = Step(there[:, None], from_s=self.at_s)
         return legged.scenario(
             phase_rad,
             changes=changes,
@@ -194,10 +201,10 @@ class BeforeAndAfter:
     ) -> tuple[Coordination, Coordination]:
         """The coordination of every lane, before and after."""
 
-        def of_part(part: Trajectory, reference: int) -> Coordination:
+        def of_part(part: Trajectory, its_body: Body, reference: int) -> Coordination:
             return coordination(
                 part,
-                body,
+                its_body,
                 frame_s=timing.frame_s,
                 begins=len(part.time_s) - self.window,
                 reference=reference,
@@ -208,11 +215,19 @@ class BeforeAndAfter:
         first = jax.tree.map(lambda x: x[: self.cut], trajectory)
         second = jax.tree.map(lambda x: _of_legs(x[self.cut :], self.left), trajectory)
         begun = self.cut * timing.frame_s
-        after = of_part(second, self.left.index(self.own.reference))
+        last = jnp.asarray(timing.n_frames * timing.ticks_per_frame - 1)
+        changes = dict(scenario.changes)
+        harmed, _ = met_by(body, scenario.omega, changes, last, timing.tick_s)
+        reference = self.left.index(self.own.reference)
+        after = of_part(second, harmed, reference)
+        # Legs that have never felt each other are no more locked after a lesion than before it.
+        whole = _of_legs(self.own.rhythm.lag(trajectory, self.own.reference), self.left)
         after = after._replace(
-            lock_time_s=after.lock_time_s - begun, fall_time_s=after.fall_time_s - begun
+            lock_time_s=after.lock_time_s - begun,
+            fall_time_s=after.fall_time_s - begun,
+            moved=jnp.where(jnp.isnan(after.moved), jnp.nan, moved(whole)),
         )
-        return of_part(first, self.own.reference), after
+        return of_part(first, body, self.own.reference), after
 
 
 def aftermath(
@@ -249,8 +264,8 @@ def aftermath(
     timing = timing or legged.timing
     cut = round(lesion.at_s / timing.frame_s)
     shorter = min(cut, timing.n_frames - cut)
-    if shorter < _LEAST_FRAMES:
-        edge = _LEAST_FRAMES * timing.frame_s
+    if shorter < LEAST_FRAMES:
+        edge = LEAST_FRAMES * timing.frame_s
         raise TegotaeError(
             f"at_s is {lesion.at_s:g}; it must be from {edge:g} to {timing.duration_s - edge:g}, "
             "so that there is a before and an after"
@@ -261,7 +276,7 @@ def aftermath(
     phase = random_phases(legged.body.limbs, starts, seed)
     summary = BeforeAndAfter(cut, shorter // 4, left, legged.summary(reference=reference))
     before, after = lanes_of(legged.run(summary, lesion.scenario(legged, phase), timing))
-    gait_after = gait_of(after, [legged.names[i] for i in left], tolerance, released=False)
+    gait_after = gait_of(after, [legged.names[i] for i in left], tolerance)
     gait_before = gait_of(before, legged.names, tolerance)
     fell = np.isfinite(before.fall_time_s)
     return Aftermath(

@@ -168,8 +168,6 @@ def gait_of(
     found: Coordination,
     legs: Sequence[str],
     tolerance: float = TOLERANCE,
-    *,
-    released: bool = True,
 ) -> np.ndarray:
     """What every lane does: the name of its gait, or why it has none (`NO_GAIT`), [lanes].
 
@@ -177,8 +175,6 @@ def gait_of(
         found: the coordination of the legs.
         legs: their names.
         tolerance: as for `named`.
-        released: whether the recording begins with a release at lags that mean nothing, so that
-            lags that never moved from there tell nothing.
 
     Example:
         >>> import numpy as np
@@ -190,8 +186,7 @@ def gait_of(
     """
     name = named(found.lag, legs, tolerance).astype(object)
     name = np.where(np.isfinite(found.lock_time_s), name, NOT_LOCKED)
-    if released:
-        name = np.where(np.asarray(found.moved) <= UNMOVED, AS_RELEASED, name)
+    name = np.where(np.asarray(found.moved) <= UNMOVED, AS_RELEASED, name)
     name = np.where(np.asarray(found.cycle_frequency_hz) > 0.0, name, STANDING)
     return np.where(np.isfinite(found.fall_time_s), FALLEN, name).astype(str)
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from tegotae.bodies import Body
+from tegotae.bodies import Body, Sensors
 from tegotae.errors import TegotaeError
 
 _ROWS = {1: ("",), 2: ("H", "F"), 3: ("H", "M", "F")}
@@ -59,6 +59,30 @@ def names_of(forward_m: Any, left_m: Any) -> tuple[str, ...]:
     return tuple(str(leg) for leg in range(1, len(forward) + 1))
 
 
+def bare(body: Body) -> Body:
+    """The body behind its sensors; one without sensors is itself.
+
+    Example:
+        >>> from tegotae.bodies import Bar
+        >>> type(bare(Sensors(body=Bar(), delay_s=0.01))).__name__
+        'Bar'
+    """
+    while isinstance(body, Sensors):
+        body = body.body
+    return body
+
+
+def prefix(body: Body) -> str:
+    """What stands before the names of its fields in a scenario's `changes`.
+
+    Example:
+        >>> from tegotae.bodies import Bar
+        >>> prefix(Bar()), prefix(Sensors(body=Bar()))
+        ('', 'body.')
+    """
+    return f"body.{prefix(body.body)}" if isinstance(body, Sensors) else ""
+
+
 def leg_names(body: Body) -> tuple[str, ...]:
     """Names of a body's legs, from its hips; numbers, if it does not say where they are.
 
@@ -70,6 +94,7 @@ def leg_names(body: Body) -> tuple[str, ...]:
         >>> leg_names(Bar())
         ('H', 'F')
     """
+    body = bare(body)
     forward = getattr(body, "hips_x_m", getattr(body, "hips_m", None))
     if forward is None:
         return tuple(str(leg) for leg in range(1, body.limbs + 1))

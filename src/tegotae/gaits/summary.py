@@ -27,11 +27,15 @@ from tegotae.gaits.lags import (
     step_frequency_hz,
     time_to_lock,
 )
+from tegotae.gaits.places import bare
 from tegotae.recorder import Trajectory, declared
 from tegotae.rollout import Scenario, Timing
 
 TOLERANCE = 0.05
 """How far the lags of a locked gait may stray from their mean [cycles]."""
+
+LEAST_FRAMES = 8
+"""Frames of the shortest recording from which a gait is told."""
 
 _OF_ALL = ("time_s", "failed", "stance_time_s", "touchdown_time_s", "work_absolute_j")
 _OF_SOME = ("x_m", "y_m", "slid_m")
@@ -152,8 +156,13 @@ class CoordinationSummary:
     def __call__(
         self, trajectory: Trajectory, scenario: Scenario, body: Body, timing: Timing
     ) -> Coordination:
-        """The coordination of every lane."""
+        """The coordination of every lane.
+
+        Raises:
+            TegotaeError: for a recording of fewer than eight frames.
+        """
         frames = len(trajectory.time_s)
+        require_frames(frames, timing)
         window = frames // 4 if self.window_s is None else round(self.window_s / timing.frame_s)
         return coordination(
             trajectory,
@@ -218,6 +227,7 @@ def coordination(
     travels = "x_m" in t.channels
     places = [t.channels[name] for name in ("x_m", "y_m") if name in t.channels]
     speed = length([over_window(place) for place in places]) / time if travels else nothing
+    body = bare(body)
     weight = total_mass_kg(body) * body.gravity_m_per_s2  # type: ignore[attr-defined]
     slip = t.channels.get("slid_m")
 
@@ -239,13 +249,22 @@ def coordination(
         speed_m_per_s=of_standing(speed),
         cost_of_transport=of_standing(power / (weight * speed)),
         froude=of_standing(speed**2 / (body.gravity_m_per_s2 * body.rest_length_m)),  # type: ignore[attr-defined]
-        slip_m=nothing if slip is None else over_limbs(slip[-1], limbs),
+        slip_m=nothing if slip is None else over_limbs(slip[-1] - slip[0], limbs),
         fall_time_s=jnp.where(
             fell,
             jnp.take_along_axis(t.time_s, jnp.argmax(t.failed, axis=0)[None], axis=0)[0],
             jnp.nan,
         ),
     )
+
+
+def require_frames(frames: int, timing: Timing) -> None:
+    """Raise `TegotaeError` if a recording has too few frames for a gait to be told from it."""
+    if frames < LEAST_FRAMES:
+        raise TegotaeError(
+            f"the duration is {timing.duration_s:g}; a gait takes {LEAST_FRAMES} frames at least "
+            f"({LEAST_FRAMES * timing.frame_s:g} s)"
+        )
 
 
 def total_mass_kg(body: Body) -> Any:

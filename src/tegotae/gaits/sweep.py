@@ -12,14 +12,15 @@ from itertools import pairwise
 from typing import Any
 
 import jax
+import jax.numpy as jnp
 import numpy as np
 
 from tegotae.bodies import Body
 from tegotae.errors import TegotaeError, require_count, require_finite
-from tegotae.gaits.lags import circular_mean
+from tegotae.gaits.lags import circular_mean, drift, moved_until, rounding
 from tegotae.gaits.legged import Legged, lanes_of, random_phases
 from tegotae.gaits.names import NO_GAIT, TOLERANCE, distance, gait_of
-from tegotae.gaits.summary import Coordination, CoordinationSummary, coordination
+from tegotae.gaits.summary import LEAST_FRAMES, Coordination, CoordinationSummary, coordination
 from tegotae.limits import MOST_POINTS, MOST_RAD_PER_S
 from tegotae.recorder import Trajectory
 from tegotae.rollout import Scenario, Timing
@@ -116,7 +117,11 @@ class LevelsSummary:
     def __call__(
         self, trajectory: Trajectory, scenario: Scenario, body: Body, timing: Timing
     ) -> Coordination:
-        """The coordination of every lane at every level, in the order in which they came."""
+        """The coordination of every lane at every level, in the order in which they came.
+
+        Times count from the begin of the level. How far lags have moved counts from the release,
+        beside the drift of legs that do not feel each other, and what rounding makes of it.
+        """
         frames = timing.n_frames // self.levels
         split = jax.tree.map(lambda x: x.reshape(self.levels, frames, *x.shape[1:]), trajectory)
 
@@ -133,7 +138,16 @@ class LevelsSummary:
 
         found = jax.vmap(of_level)(split)
         begun = split.time_s[:, 0] - timing.frame_s
-        return found._replace(lock_time_s=found.lock_time_s - begun)
+        lag = self.own.rhythm.lag(trajectory, self.own.reference)
+        omega = jnp.broadcast_to(scenario.omega, lag.shape[1:])
+        own_way = drift(omega, trajectory.time_s, self.own.reference)
+        rounded = rounding(trajectory.time_s / timing.tick_s)
+        ever = moved_until(lag - own_way, rounded)[frames - 1 :: frames]
+        return found._replace(
+            lock_time_s=found.lock_time_s - begun,
+            fall_time_s=found.fall_time_s - begun,
+            moved=jnp.where(jnp.isnan(found.moved), jnp.nan, ever),
+        )
 
 
 def sweep(
@@ -193,9 +207,7 @@ def sweep(
     gait = {
         way: np.stack(
             [
-                gait_of(
-                    Coordination(*(x[level] for x in each)), legged.names, tolerance, released=False
-                )
+                gait_of(Coordination(*(x[level] for x in each)), legged.names, tolerance)
                 for level in range(len(levels))
             ]
         )
@@ -230,9 +242,10 @@ def staircase_timing(own: Timing, levels: int, dwell_s: float) -> Timing:
     """
     require_finite("dwell_s", dwell_s, above=0.0)
     frames = round(dwell_s / own.frame_s)
-    if frames < 8:
+    if frames < LEAST_FRAMES:
         raise TegotaeError(
-            f"dwell_s is {dwell_s:g}; it must be at least eight frames ({8 * own.frame_s:g} s)"
+            f"dwell_s is {dwell_s:g}; it must be at least eight frames "
+            f"({LEAST_FRAMES * own.frame_s:g} s)"
         )
     return Timing(duration_s=levels * frames * own.frame_s, tick_s=own.tick_s, frame_s=own.frame_s)
 

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tegotae.bodies import Body, Walker
+from tegotae.bodies import Body, Sensors, Walker
 from tegotae.bodies.attitude import from_angles, rotation
 from tegotae.bodies.upright import Upright
 from tegotae.errors import TegotaeError
@@ -43,6 +43,11 @@ def pose(body: Body, trajectory: Trajectory) -> Pose:
         f"a {type(body).__name__} cannot be drawn: tell its pose with "
         "tegotae.figures.gaits.poses.pose.register"
     )
+
+
+@pose.register
+def _(body: Sensors, trajectory: Trajectory) -> Pose:
+    return pose(body.body, trajectory)
 
 
 @pose.register
