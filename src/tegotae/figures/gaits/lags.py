@@ -25,7 +25,8 @@ def lags_figure(run: GaitRun, note: str = "") -> Figure:
     with styled():
         figure = new_figure(COLUMN_IN, 2.2)
         axes = figure.subplots()
-        for colour, leg in zip(COLOURS, others, strict=False):
+        for number, leg in enumerate(others):
+            colour = COLOURS[number % len(COLOURS)]
             axes.plot(time, unwound(run.lag[:, leg]), color=colour, label=names[leg])
             final = run.found.lag[leg, 0] % 1.0
             axes.axhline(final, color=colour, lw=0.6, ls=":")

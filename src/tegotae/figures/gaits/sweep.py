@@ -82,8 +82,8 @@ def _lags(axes: Axes, sweep: Sweep) -> None:
             axes.plot(
                 at.ravel(),
                 lag.ravel(),
-                MARKERS[number],
-                color=COLOURS[number],
+                MARKERS[number % len(MARKERS)],
+                color=COLOURS[number % len(COLOURS)],
                 ms=3.2 if filled == "none" else 2.4,
                 mew=0.6,
                 fillstyle=filled,  # type: ignore[arg-type]
