@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 from tegotae import controller_file
 from tegotae.bodies import Bar, Body, Plate, Walker
 from tegotae.controller import Controller, Tegotae
 from tegotae.errors import TegotaeError, unknown
 from tegotae.gaits.legged import Legged
-from tegotae.gaits.places import leg_names
+from tegotae.gaits.places import bare, leg_names
 from tegotae.models import build
 from tegotae.oscillators import PhaseOscillator
 from tegotae.references import is_reference, named
@@ -28,14 +30,14 @@ def hopping(about: str, body: Body) -> Legged:
 
     Lags are measured from the (left) hind leg.
     """
-    names = leg_names(body)
+    controller = dataclasses.replace(build("V-sector-w8"), limbs=body.limbs)
     return Legged(
         about=about,
         body=body,
-        controller=dataclasses.replace(build("V-sector-w8"), limbs=body.limbs),
+        controller=controller,
         weights=(1.0,),
         omega=8.0,
-        reference=names.index("LH") if "LH" in names else 0,
+        **as_usual(body, controller),
     )
 
 
@@ -60,23 +62,40 @@ def walking(about: str, body: Walker, foot: EllipticFoot, sigma: float, omega: f
     Dimensionless: l0 = m = g = 1. It begins on its feet, at rest; lags are measured from the left
     hind leg, or the first one where there is none.
     """
-    unnamed = Legged(
+    controller = Controller(
+        foot,
+        PhaseOscillator(),
+        Tegotae(VanillaAction(), VanillaReaction(), ConstantGain()),
+        limbs=body.limbs,
+    )
+    return Legged(
         about=about,
         body=body,
-        controller=Controller(
-            foot,
-            PhaseOscillator(),
-            Tegotae(VanillaAction(), VanillaReaction(), ConstantGain()),
-            limbs=body.limbs,
-        ),
+        controller=controller,
         weights=(sigma,),
         omega=omega,
-        height_m=body.standing_height_m + foot.press_m,
-        timing=Timing(duration_s=200.0, tick_s=0.008, frame_s=0.08),
-        dimensionless=True,
+        **as_usual(body, controller),
     )
-    names = unnamed.names
-    return dataclasses.replace(unnamed, reference=names.index("LH") if "LH" in names else 0)
+
+
+def as_usual(body: Body, controller: Controller) -> dict[str, Any]:
+    """How a body is released and timed, and which leg its lags are measured from.
+
+    A walker begins on its feet; its times are in √(l0 / g). Others are released as the paper's
+    hopper is.
+    """
+    names, own = leg_names(body), bare(body)
+    entries: dict[str, Any] = {"reference": names.index("LH") if "LH" in names else 0}
+    if isinstance(own, Walker):
+        unit_s = math.sqrt(own.rest_length_m / own.gravity_m_per_s2)
+        entries |= {
+            "height_m": own.standing_height_m + getattr(controller.actuation, "press_m", 0.0),
+            "timing": Timing(
+                duration_s=200.0 * unit_s, tick_s=0.008 * unit_s, frame_s=0.08 * unit_s
+            ),
+            "dimensionless": own.rest_length_m == own.gravity_m_per_s2 == own.mass_kg == 1.0,
+        }
+    return entries
 
 
 def quadruped_a() -> Legged:
@@ -164,6 +183,7 @@ def system(name: str) -> Legged:
             controller=saved.controller,
             weights=tuple(saved.weights.tolist()),
             omega=saved.omega,
+            **as_usual(saved.body, saved.controller),
         )
     error = unknown("legged system", name, SYSTEMS)
     raise TegotaeError(f"{error} FILE.py:OBJECT names one of your own")
