@@ -10,14 +10,16 @@ import pytest
 from matplotlib.image import imread
 
 from tegotae import TegotaeError, Timing, all_models, build
-from tegotae.bodies import Bar, Hopper
+from tegotae.bodies import Bar, Hopper, Sensors
 from tegotae.cli import main
+from tegotae.controller_file import SavedController, save
 from tegotae.figures.gaits.animation import write_animation
 from tegotae.figures.gaits.colours import gait_colour
 from tegotae.figures.gaits.poses import pose
 from tegotae.gaits import SYSTEMS, CoordinationSummary, gait_of, random_phases, system
 from tegotae.gaits.basin import find_basin, outcomes
 from tegotae.gaits.lags import OfPhases, OfTouchdowns, apart
+from tegotae.gaits.lesion import Lesion
 from tegotae.gaits.names import NO_GAIT, PATTERNS
 from tegotae.gaits.shares import wilson
 from tegotae.gaits.simulate import simulate
@@ -174,6 +176,12 @@ def test_the_time_to_lock_at_a_level_counts_from_its_begin(swept):
     assert (times[np.isfinite(times)] <= 15.0).all()
 
 
+def test_legs_that_do_not_feel_each_other_are_not_locked_at_any_level():
+    found = sweep(LIGHT.with_numbers(sigma=0.0), [7.0, 8.0], dwell_s=30.0, starts=3)
+    for way in ("up", "down"):
+        assert set(found.gait[way].ravel()) == {"as released"}
+
+
 @pytest.mark.parametrize(
     ("levels", "says"),
     [
@@ -203,7 +211,7 @@ def test_every_system_has_legs_with_names_and_a_pattern_for_them(name):
     legged = system(name)
     legged.body.check_tick(legged.timing.tick_s)
     assert any(set(pattern.lags) == set(legged.names) for pattern in PATTERNS)
-    assert legged.names[legged.reference] in ("H", "LH")
+    assert legged.names[legged.reference] in ("H", "LH", "L")
 
 
 def test_another_body_is_released_as_high_over_where_its_legs_touch_the_ground():
@@ -214,6 +222,26 @@ def test_another_body_is_released_as_high_over_where_its_legs_touch_the_ground()
     assert longer.height_m - 1.5 == pytest.approx(LIGHT.height_m - LIGHT.body.rest_length_m)
     with pytest.raises(TegotaeError, match="this hopper cannot hop"):
         LIGHT.with_body(dataclasses.replace(LIGHT.body, mass_kg=50.0))
+
+
+def test_a_walkers_controller_file_is_released_and_timed_as_the_named_walkers(tmp_path):
+    own = system("quadruped-a")
+    weights = np.array(own.weights)
+    saved = SavedController(own.controller, weights, own.omega, Sensors(body=own.body))
+    save(saved, tmp_path / "walker.json")
+    found = system(str(tmp_path / "walker.json"))
+    for name in ("height_m", "timing", "reference", "dimensionless", "names"):
+        assert getattr(found, name) == getattr(own, name)
+
+
+def test_a_body_behind_sensors_has_the_gait_of_the_bare_one(light):
+    behind = dataclasses.replace(SHORT, body=Sensors(body=SHORT.body, delay_s=0.002))
+    run = simulate(behind, (0.0, 2.0))
+    assert run.gait == "antiphase"
+    assert behind.names == ("H", "F")
+    assert pose(behind.body, run.trajectory).hips_m.shape[1:] == (2, 3)
+    longer = Lesion(at_s=1.0, fields=(("mass_kg", 0.2),))
+    assert set(longer.scenario(behind, 0.0).changes) == {"body.mass_kg"}
 
 
 def test_a_system_of_a_users_own_file_is_one(tmp_path, monkeypatch):
@@ -310,6 +338,14 @@ def test_a_simulation_writes_its_footfalls_lags_and_an_animation(tmp_path, capsy
         (["simulate", "bar-light", "--phases", "0.1"], "1 phases are given; this body has 2 legs"),
         (["simulate", "bar-light", "--set", "mass=1"], "no field of a Bar is called 'mass'"),
         (["simulate", "bar-light", "--set", "mass_kg"], "--set mass_kg sets nothing"),
+        (
+            ["simulate", "bar-light", "--duration", "0.04"],
+            "a gait takes 8 frames at least (0.16 s)",
+        ),
+        (["simulate", "bar-light", "--phases", "0", "0.1", "--seed", "2"], "--seed is of random"),
+        (["simulate", "bar-light", "--set", "mass_kg=1", "mass_kg=2"], "names mass_kg twice"),
+        (["simulate", "quadruped-c", "--set", "present=1,1,1,0"], "tegotae gait lesion --lose"),
+        (["sweep", "bar-light", "--levels", "7", "9", "--dwell", "9", "--duration", "9"], "beside"),
         (["basin", "bar-light", "--starts", "0"], "starts is 0; it must be a whole number"),
         (["basin", "bar-light", "--tolerance", "0.7"], "tolerance is 0.7; it must be at most 0.5"),
         (["sweep", "bar-light", "--levels", "9", "7"], "levels go from 9 to 7; the second must"),

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 
-from tegotae.cli.gait.subject import Subject, assignment
+from tegotae.cli.gait.subject import Subject, assignments
 from tegotae.cli.options import UNSET
 from tegotae.cli.tables import print_rows
 from tegotae.errors import TegotaeError
@@ -38,7 +38,7 @@ class Lesion(Subject):
         from tegotae.gaits.lesion import Lesion as What
         from tegotae.gaits.lesion import aftermath
 
-        fields = tuple(_number(*assignment("--then", each)) for each in self.then)
+        fields = tuple(_number(*each) for each in assignments("--then", self.then).items())
         legged = self.legged()
         at = 0.5 * legged.timing.duration_s if self.at is None else self.at
         what = What(at_s=at, lost=self.lose, fields=fields, drop_m=self.drop)

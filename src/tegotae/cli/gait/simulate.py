@@ -11,6 +11,7 @@ import numpy as np
 from tegotae.cli.gait.subject import Subject
 from tegotae.cli.options import UNSET
 from tegotae.cli.tables import print_rows
+from tegotae.errors import TegotaeError
 
 if TYPE_CHECKING:
     from tegotae.gaits.simulate import GaitRun
@@ -32,6 +33,8 @@ class Simulate(Subject):
         from tegotae.gaits.document import coordination_columns, write
         from tegotae.gaits.simulate import columns, simulate
 
+        if self.phases and self.seed:
+            raise TegotaeError("--seed is of random phases, and --phases says what they are")
         legged = self.legged()
         phases = [2.0 * math.pi * phase for phase in self.phases] or None
         run = simulate(legged, phases, seed=self.seed, tolerance=self.tolerance)

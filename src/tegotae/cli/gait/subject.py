@@ -54,7 +54,12 @@ class Subject:
         require_finite("tolerance", self.tolerance, above=0.0, most=0.5)
         found = system(self.system).with_numbers(self.omega, self.sigma)
         if self.set:
-            fields = dict(assignment("--set", each) for each in self.set)
+            fields = assignments("--set", self.set)
+            if "present" in fields:
+                raise TegotaeError(
+                    "--set present would take legs away that are then measured; tegotae gait "
+                    "lesion --lose takes legs away"
+                )
             own = [field.name for field in dataclasses.fields(found.body)]  # type: ignore[arg-type]
             for name in fields:
                 if name not in own:
@@ -101,6 +106,17 @@ class Subject:
     def wrote(self, paths: Iterable[Path]) -> None:
         """Say what was written."""
         print("wrote " + ", ".join(map(str, paths)))
+
+
+def assignments(option: str, texts: Iterable[str]) -> dict[str, Any]:
+    """Names and values, each name once."""
+    found: dict[str, Any] = {}
+    for text in texts:
+        name, value = assignment(option, text)
+        if name in found:
+            raise TegotaeError(f"{option} names {name} twice; give it one value")
+        found[name] = value
+    return found
 
 
 def assignment(option: str, text: str) -> tuple[str, Any]:

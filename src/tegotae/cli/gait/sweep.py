@@ -90,6 +90,10 @@ class Sweep(Subject):
         require_finite("the highest level", high, above=0.0, most=MOST_RAD_PER_S)
         if self.omega is not None:
             raise TegotaeError("--omega is one frequency, and a sweep has its --levels")
+        if self.duration is not None and self.dwell is not None:
+            raise TegotaeError(
+                "--duration does nothing beside --dwell; leave one of them out"
+            )
         if not low < high:
             raise TegotaeError(
                 f"levels go from {low:g} to {high:g}; the second must be greater than the first"
