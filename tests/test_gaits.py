@@ -128,6 +128,13 @@ def test_a_bistable_map_has_the_hysteresis_that_was_made():
     assert (found.starts_up, found.starts_down) == (3, 3)
 
 
+def test_a_start_that_flickers_counts_once_where_it_changes_for_the_last_time():
+    up = np.array([["walk", "trot", "walk", "trot", "trot", "trot", "trot"]]).T
+    down = np.where(LEVELS > 1.7, "trot", "walk")[:, None]
+    (found,) = hysteresis(LEVELS, up, down)
+    assert (found.up, found.down, found.starts_up) == (2.25, 1.75, 1)
+
+
 def test_a_map_without_memory_has_a_hysteresis_of_no_width():
     names = np.where(LEVELS > 2.2, "trot", "walk")[:, None]
     (found,) = hysteresis(LEVELS, names, names)

@@ -119,6 +119,13 @@ class Stability:
     """The parameter."""
     branches: tuple[Branch, ...]
     """The gaits."""
+    refused: tuple[str, ...]
+    """Why there is no body at a value; empty if there is one."""
+
+    @property
+    def able(self) -> np.ndarray:
+        """At which values there is a body, [values]."""
+        return np.array([not each for each in self.refused])
 
     @property
     def crossings(self) -> tuple[Crossing, ...]:
@@ -236,7 +243,7 @@ def stability(
         return Branch(name, np.array(at), tuple(maps), np.array(stays))
 
     branches = tuple(branch(i, *each) for i, each in enumerate(released))
-    return Stability(legged, over, branches)
+    return Stability(legged, over, branches, tuple(each.refused for each in made))
 
 
 def _patterns(legged: Legged, gaits: Sequence[str] | None) -> list[tuple[str, np.ndarray]]:

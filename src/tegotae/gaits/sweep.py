@@ -85,6 +85,8 @@ class Sweep:
     """By direction, "up" and "down": arrays [levels, (limbs,) starts]."""
     gait: dict[str, np.ndarray]
     """And names, [levels, starts]."""
+    tolerance: float = TOLERANCE
+    """How far lags may be from a named pattern's, and from those of the other way [cycles]."""
 
     @property
     def hysteresis(self) -> tuple[Hysteresis, ...]:
@@ -94,7 +96,7 @@ class Sweep:
     @property
     def bistable(self) -> np.ndarray:
         """The levels at which the lags on the way up are others than on the way down [rad/s]."""
-        return self.omega[differs(self.found[UP].lag, self.found[DOWN].lag)]
+        return self.omega[differs(self.found[UP].lag, self.found[DOWN].lag, self.tolerance)]
 
 
 @dataclass(frozen=True)
@@ -213,7 +215,7 @@ def sweep(
         )
         for way, each in found.items()
     }
-    return Sweep(legged, levels, phase, found, gait)
+    return Sweep(legged, levels, phase, found, gait, tolerance)
 
 
 def check_levels(omega: Any) -> np.ndarray:
@@ -295,7 +297,7 @@ def hysteresis(omega: Any, up: Any, down: Any) -> tuple[Hysteresis, ...]:
     """Where gaits change on the way up and on the way down, averaged over the starts.
 
     A pair of gaits is told of if starts change from the one to the other on the way up, and back on
-    the way down.
+    the way down. Of a start that changes so several times, the last time counts.
 
     Args:
         omega: the levels from low to high [rad/s], [levels].
@@ -309,14 +311,9 @@ def hysteresis(omega: Any, up: Any, down: Any) -> tuple[Hysteresis, ...]:
         ('walk', 'trot', 2.5, 1.5, 1.0)
     """
     levels = np.asarray(omega, float)
-    rising: dict[tuple[str, str], list[float]] = {}
-    falling: dict[tuple[str, str], list[float]] = {}
-    for column in np.asarray(up).T:
-        for switch in switches(levels.tolist(), column.tolist()):
-            rising.setdefault((switch.before, switch.after), []).append(switch.omega)
-    for column in np.asarray(down).T:
-        for switch in switches(levels[::-1].tolist(), column[::-1].tolist()):
-            falling.setdefault((switch.after, switch.before), []).append(switch.omega)
+    rising = _last_switches(levels, np.asarray(up))
+    back = _last_switches(levels[::-1], np.asarray(down)[::-1])
+    falling = {(slow, fast): found for (fast, slow), found in back.items()}
     return tuple(
         Hysteresis(
             slow=slow,
@@ -330,3 +327,13 @@ def hysteresis(omega: Any, up: Any, down: Any) -> tuple[Hysteresis, ...]:
         for slow, fast in rising
         if (slow, fast) in falling
     )
+
+
+def _last_switches(levels: np.ndarray, gait: np.ndarray) -> dict[tuple[str, str], list[float]]:
+    """Where each start changes for the last time between each pair of gaits [rad/s]."""
+    found: dict[tuple[str, str], list[float]] = {}
+    for column in gait.T:
+        last = {(s.before, s.after): s.omega for s in switches(levels.tolist(), column.tolist())}
+        for pair, omega in last.items():
+            found.setdefault(pair, []).append(omega)
+    return found

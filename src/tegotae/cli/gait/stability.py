@@ -80,11 +80,11 @@ def rows_of(found: Found) -> dict[str, np.ndarray]:
     names = found.legged.names
     rows: dict[str, list] = {"gait": [], found.over.name: []}
     for branch in found.branches:
-        for value, each, lag, stays in zip(
-            found.over.values, branch.maps, branch.lag, branch.stays, strict=True
+        for value, each, lag, stays, refused in zip(
+            found.over.values, branch.maps, branch.lag, branch.stays, found.refused, strict=True
         ):
             row = {"gait": branch.gait, found.over.name: value, "largest": each.largest}
-            row |= {"unexplained": each.residual, "stays": bool(stays)}
+            row |= {"unexplained": each.residual, "stays": bool(stays), "refused": refused}
             row |= {f"lag_cycles_{leg}": lag[i] for i, leg in enumerate(names)}
             for number, multiplier in enumerate(each.multipliers, start=1):
                 row |= {f"multiplier_{number}_real": multiplier.real}
@@ -105,10 +105,12 @@ def _print(found: Found) -> None:
     for each in found.crossings:
         word = "loses" if each.loses else "gains"
         print(f"{each.gait} {word} its stability at {found.over.name} {each.at:.3g}")
+    values = np.array(found.over.values)[found.able]
     for branch in found.branches:
-        for i in np.flatnonzero(np.diff(branch.stays.astype(int))):
-            side = "stays below" if branch.stays[i] else "stays above"
-            low, high = found.over.values[i], found.over.values[i + 1]
+        stays = branch.stays[found.able]
+        for i in np.flatnonzero(np.diff(stays.astype(int))):
+            side = "stays below" if stays[i] else "stays above"
+            low, high = values[i], values[i + 1]
             print(f"{branch.gait}, simulated to the end: {side} {low:.3g} … {high:.3g}")
     if not found.crossings:
         print("no multiplier crosses one between neighbouring values")

@@ -91,9 +91,7 @@ class Sweep(Subject):
         if self.omega is not None:
             raise TegotaeError("--omega is one frequency, and a sweep has its --levels")
         if self.duration is not None and self.dwell is not None:
-            raise TegotaeError(
-                "--duration does nothing beside --dwell; leave one of them out"
-            )
+            raise TegotaeError("--duration does nothing beside --dwell; leave one of them out")
         if not low < high:
             raise TegotaeError(
                 f"levels go from {low:g} to {high:g}; the second must be greater than the first"

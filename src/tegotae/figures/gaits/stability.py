@@ -15,16 +15,21 @@ from tegotae.gaits.stability import Branch, Stability
 def stability_figure(found: Stability, note: str = "") -> Figure:
     """Above the moduli of all multipliers, the largest filled; below what the fit leaves over.
 
-    Lines join the largest ones. A cross marks where the largest multiplier crosses one.
+    Lines join the largest ones. A cross marks where the largest multiplier crosses one. In between,
+    a row a gait, are the values at which the body, unkicked, stays in it to the end.
 
     Args:
         found: the return maps.
         note: the title.
     """
     with styled():
-        figure = new_figure(COLUMN_IN, 3.4)
-        moduli, residual = figure.subplots(2, 1, sharex=True, height_ratios=(2.4, 1.0))
+        rows = 0.12 * len(found.branches)
+        figure = new_figure(COLUMN_IN, 3.4 + rows)
+        moduli, stays, residual = figure.subplots(
+            3, 1, sharex=True, height_ratios=(2.4, 0.9 * rows, 1.0)
+        )
         values = np.array(found.over.values)
+        _stays(stays, values, found)
         moduli.axhline(1.0, color="0.6", lw=0.6, zorder=0)
         for branch in found.branches:
             if np.isfinite(branch.largest).any():
@@ -47,6 +52,15 @@ def _moduli(axes: Axes, values: np.ndarray, branch: Branch) -> None:
     _line(axes, values, branch.largest, branch.gait)
     for each in np.abs([m.multipliers for m in branch.maps]).T[1:]:
         axes.plot(values, each, marker, color=colour, ms=2.6, mew=0.5, fillstyle="none")
+
+
+def _stays(axes: Axes, values: np.ndarray, found: Stability) -> None:
+    for row, branch in enumerate(found.branches):
+        there = values[branch.stays]
+        axes.plot(there, np.full(there.size, row), "s", color=gait_colour(branch.gait), ms=3)
+    axes.set(ylim=(len(found.branches) - 0.4, -0.6), yticks=[])
+    axes.set_ylabel("stays", rotation=0, ha="right", va="center")
+    axes.tick_params(axis="x", length=0)
 
 
 def _line(axes: Axes, values: np.ndarray, shown: object, gait: str) -> None:
