@@ -57,7 +57,14 @@ def _moduli(axes: Axes, values: np.ndarray, branch: Branch) -> None:
 def _stays(axes: Axes, values: np.ndarray, found: Stability) -> None:
     for row, branch in enumerate(found.branches):
         there = values[branch.stays]
-        axes.plot(there, np.full(there.size, row), "s", color=gait_colour(branch.gait), ms=3)
+        axes.plot(
+            there,
+            np.full(there.size, row),
+            "s",
+            color=gait_colour(branch.gait),
+            ms=3,
+            clip_on=False,
+        )
     axes.set(ylim=(len(found.branches) - 0.4, -0.6), yticks=[])
     axes.set_ylabel("stays", rotation=0, ha="right", va="center")
     axes.tick_params(axis="x", length=0)
