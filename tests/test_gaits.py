@@ -206,6 +206,16 @@ def test_every_system_has_legs_with_names_and_a_pattern_for_them(name):
     assert legged.names[legged.reference] in ("H", "LH", "L")
 
 
+def test_another_body_is_released_as_high_over_where_its_legs_touch_the_ground():
+    four = system("quadruped-c")
+    low = four.with_body(dataclasses.replace(four.body, com_z_m=four.body.com_z_m - 0.1))
+    assert low.height_m == pytest.approx(four.height_m - 0.1)
+    longer = LIGHT.with_body(dataclasses.replace(LIGHT.body, rest_length_m=1.5))
+    assert longer.height_m - 1.5 == pytest.approx(LIGHT.height_m - LIGHT.body.rest_length_m)
+    with pytest.raises(TegotaeError, match="this hopper cannot hop"):
+        LIGHT.with_body(dataclasses.replace(LIGHT.body, mass_kg=50.0))
+
+
 def test_a_system_of_a_users_own_file_is_one(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "own_legs.py").write_text(

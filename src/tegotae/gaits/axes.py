@@ -160,10 +160,9 @@ def lanes_at(
         weights = np.array([[each.at[SIGMA]] for each in where])
     fields = [fields_at(legged.body, each.at) for each in where]
     of_body = {name: np.array([each[name] for each in fields]).T for name in fields[0]}
-    touching = np.array([float(_touching(each.body)) for each in where])
     scenario = legged.scenario(
         phase_rad,
-        height_m=legged.height_m + touching - float(_touching(legged.body)),
+        height_m=np.array([legged.height_on(_body(each)) for each in where]),
         changes={**of_body, **(changes or {})},
     )
     if OMEGA in where[0].at:
@@ -171,9 +170,9 @@ def lanes_at(
     return weights, scenario
 
 
-def _touching(body: Body | None) -> Any:
-    assert body is not None
-    return body.touching_height_m
+def _body(setting: Setting) -> Body:
+    assert setting.body is not None
+    return setting.body
 
 
 def _is_number(value: Any) -> bool:

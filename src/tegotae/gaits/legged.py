@@ -117,6 +117,27 @@ class Legged:
             changed["weights"] = (sigma,)
         return dataclasses.replace(self, **changed)
 
+    def height_on(self, body: Body) -> float:
+        """Height that releases another body as high over where its legs touch the ground [m]."""
+        return self.height_m + float(body.touching_height_m) - float(self.body.touching_height_m)
+
+    def with_body(self, body: Body) -> Legged:
+        """The same with another body, released as high over where its legs touch the ground.
+
+        Raises:
+            TegotaeError: for a body that does not go with the rest, or cannot hop from there.
+
+        Example:
+            >>> from tegotae.gaits import system
+            >>> found = system("quadruped-c")
+            >>> higher = found.with_body(dataclasses.replace(found.body, com_z_m=0.2))
+            >>> higher.height_m > found.height_m
+            True
+        """
+        height_m = self.height_on(body)
+        body.check_release(height_m)
+        return dataclasses.replace(self, body=body, height_m=height_m)
+
     def scenario(self, phase_rad: Any, **more: Any) -> Scenario:
         """A release.
 

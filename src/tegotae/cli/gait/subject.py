@@ -59,8 +59,7 @@ class Subject:
             for name in fields:
                 if name not in own:
                     raise unknown(f"field of a {type(found.body).__name__}", name, own)
-            body = dataclasses.replace(found.body, **fields)  # type: ignore[type-var]
-            found = dataclasses.replace(found, body=body)
+            found = found.with_body(dataclasses.replace(found.body, **fields))  # type: ignore[type-var]
         if self.duration is not None:
             timing = dataclasses.replace(found.timing, duration_s=self.duration)
             found = dataclasses.replace(found, timing=timing)
