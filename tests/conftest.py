@@ -38,6 +38,17 @@ for _name in ("init", "ask", "tell"):
     setattr(_strategy, _name, _broadcasting(getattr(_strategy, _name)))
 
 
+@pytest.fixture(autouse=True, scope="module")
+def metrics_as_before():
+    """What a file's tests register is forgotten after them: several files share a process."""
+    from tegotae.metrics import registry
+
+    before = dict(registry._registered)
+    yield
+    registry._registered.clear()
+    registry._registered.update(before)
+
+
 @pytest.fixture(scope="session")
 def tiny_training(tmp_path_factory) -> Path:
     """The folder of a finished tiny training, to be read only."""

@@ -75,6 +75,16 @@ def test_limbs_have_noise_of_their_own_and_the_body_behind_can_change():
     assert not np.allclose(heavy.height_m[:, 1], bare.height_m[:, 0])
 
 
+def test_a_posture_is_the_one_of_the_body_behind():
+    scenario = {"posture": {"pitch_rad": 0.1}}
+    legs = dataclasses.replace(REFLEX, limbs=2)
+    engine = Engine(controller=legs, timing=Timing(duration_s=0.1))
+    path = run(Sensors(body=Bar()), engine, **scenario)
+    np.testing.assert_array_equal(path.pitch_rad, run(Bar(), engine, **scenario).pitch_rad)
+    with pytest.raises(TegotaeError, match="Sensors knows no posture 'posture'"):
+        run(Sensors(body=Bar()), engine, posture={"posture": 0.1})
+
+
 def test_they_are_written_down_and_read_again():
     body = Sensors(body=Hopper(mass_kg=0.12), delay_s=0.005, noise=0.01, most_ticks=8)
     experiment = Experiment(name="late", controller=REFLEX, omega=8.0, body=body)

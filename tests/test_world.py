@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import jax.numpy as jnp
 import numpy as np
 import pytest
 
 from tegotae import Engine, Hopper, Scenario, TegotaeError, Timing, build
+from tegotae.bodies import Plate, Walker
 from tegotae.world import Staircase, Step
+from tegotae.world.checks import check_changes
 
 ENGINE = Engine(controller=build("V-reflex-w8"), timing=Timing(duration_s=4.0))
 MASSES = [0.08, 0.1, 0.12]
@@ -65,6 +68,11 @@ def test_a_staircase_leads_the_frequency_up():
         ({"mass_kg": Step(0.0, from_s=1.0)}, "mass_kg is 0; it must be greater than 0"),
         ({"mass_kg": Step(0.1, from_s=np.nan)}, "the change of mass_kg, from_s, is nan"),
         ({"stiffness_n_per_m": [5.0, 5e4]}, "the control tick of 0.001 s is too long"),
+        ({"mass_kg": Staircase(-0.06, 1.0)}, "mass_kg is -0.14; it must be greater"),
+        ({"mass_kg": Staircase(0.1, 0.0)}, "the change of mass_kg, dwell_s, is 0; it must be at"),
+        ({"mass_kg": Step(0.1, 2.0, 1.0)}, "the change of mass_kg ends at 1.0 s and begins at 2.0"),
+        ({"mass_kg": [[0.1], [0.2]]}, "the change of mass_kg has value of shape"),
+        ({"omega": Step(np.nan)}, "the change of omega is nan"),
         ({"omega": 4.0}, "the change of omega is 4.0; a frequency that holds"),
         ({"mass_kg": "much"}, "the change of mass_kg is 'much'; it must be a number"),
         ("mass_kg", "changes is 'mass_kg'; it must be numbers by name"),
@@ -73,3 +81,41 @@ def test_a_staircase_leads_the_frequency_up():
 def test_a_change_that_cannot_be_is_refused_in_one_line(changes, says):
     with pytest.raises(TegotaeError, match=says):
         run(changes=changes)
+
+
+def test_changes_that_go_together_are_judged_together():
+    # Each alone would be an inertia that no body has.
+    body = Walker()
+    together = {
+        f"inertia_{axis}_kg_m2": Step(3.0 * getattr(body, f"inertia_{axis}_kg_m2"), from_s=1.0)
+        for axis in "xyz"
+    }
+    check_changes(body, Scenario(1.0, changes=together), 0.01, 10.0)
+    alone = {"inertia_z_kg_m2": together["inertia_z_kg_m2"]}
+    with pytest.raises(TegotaeError, match="which no body has"):
+        check_changes(body, Scenario(1.0, changes=alone), 0.01, 10.0)
+    # One leg of soft springs does not bear what four bear, nor twice the weight.
+    soft = {
+        "present": Step([[1.0], [0.0], [0.0], [0.0]], from_s=1.0),
+        "mass_kg": Step(6.5, from_s=2.0),
+    }
+    with pytest.raises(TegotaeError, match="1 legs give way"):
+        check_changes(body, Scenario(1.0, changes=soft), 0.01, 10.0)
+
+
+def test_what_belongs_to_the_legs_has_a_row_for_each():
+    for legs in ([1.0, 1.0, 0.0, 1.0], [[1.0], [1.0]]):
+        with pytest.raises(TegotaeError, match=r"write a row for each of them, \[4, lanes\]"):
+            check_changes(Walker(), Scenario(1.0, changes={"present": legs}), 0.01, 10.0)
+    with pytest.raises(TegotaeError, match="twist_inertia_ratio of this Plate is None"):
+        check_changes(Plate(), Scenario(1.0, changes={"twist_inertia_ratio": 0.6}), 0.001, 10.0)
+
+
+def test_late_times_are_whole_ticks_in_single_precision_too():
+    for time in np.arange(300.0, 600.0, 0.37).round(2):
+        tick = round(time / 0.01)
+        said = [
+            float(Step(1.0, np.float32(time)).at(jnp.asarray(t), 0.0, jnp.float32(0.01)))
+            for t in (tick - 1, tick)
+        ]
+        assert said == [0.0, 1.0], time

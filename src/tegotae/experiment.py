@@ -110,7 +110,12 @@ class Experiment:
                 f"{self.body.limbs}"
             )
         check_posture(self.body, self.scenario)
-        check_rhythm(self.controller.oscillator, self.scenario, self.timing.tick_s)
+        check_rhythm(
+            self.controller.oscillator,
+            self.scenario,
+            self.timing.tick_s,
+            self.timing.duration_s,
+        )
         for name, value in self.posture:
             require_finite(name, value)
 

@@ -156,8 +156,10 @@ class Engine:
         body.check_tick(self.timing.tick_s)
         check_senses(self.controller, body)
         check_posture(body, scenario)
-        check_rhythm(self.controller.oscillator, scenario, self.timing.tick_s)
-        check_changes(body, scenario, self.timing.tick_s)
+        check_changes(body, scenario, self.timing.tick_s, self.timing.duration_s)
+        check_rhythm(
+            self.controller.oscillator, scenario, self.timing.tick_s, self.timing.duration_s
+        )
         self.recorder(body)
         with jax.enable_x64(dtype == "float64"):
             weights, scenario = _as_lanes(self.controller, weights, scenario, dtype)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 from abc import ABC, abstractmethod
 from typing import Any, NamedTuple
 
@@ -103,6 +104,11 @@ class Body(ABC):
     def touching_height_m(self) -> Any:
         """Height of the body at which its legs at rest just touch level ground [m]."""
         return self.rest_length_m
+
+    @property
+    def postures(self) -> tuple[str, ...]:
+        """What its release takes beside height and velocity, by name (`Scenario.posture`)."""
+        return tuple(inspect.signature(self.release).parameters)[2:]
 
     def check_tick(self, tick_s: float) -> None:  # noqa: B027 - optional
         """Raise `TegotaeError` if this control period [s] is too long for the body."""

@@ -33,10 +33,11 @@ class SensorsState(NamedTuple):
 class Sensors(Body):
     """A body that is felt late and with noise: `told(t) = felt(t - delay) + noise · scale · n(t)`.
 
-    n is normal white noise, a number a control tick, sense, limb and lane; `scale` is that by which
-    a network sees the sense, such as the weight for a force. Between ticks the past is
-    interpolated; before the release, what was felt then was felt always. A delay and a noise of
-    zero change nothing, to the bit.
+    n is normal white noise, a number a control tick, sense and limb, the same for lanes of the same
+    seed; `scale` is that by which a network sees the sense, such as the weight for a force. Between
+    ticks the past is interpolated; before the release, what was felt then was felt always. What is
+    felt is what was so at the end of a tick: a ground that drops is felt a tick later under `Hold`.
+    Else a delay and a noise of zero change nothing, to the bit.
 
     Args:
         body: the body behind the sensors. Its fields are those of `body.` in a scenario's
@@ -108,6 +109,11 @@ class Sensors(Body):
     def channels(self) -> tuple[Channel, ...]:
         """Those of the body."""
         return tuple(map(_behind, self.body.channels))
+
+    @property
+    def postures(self) -> tuple[str, ...]:
+        """Those of the body."""
+        return self.body.postures
 
     def check_tick(self, tick_s: float) -> None:
         """Raise `TegotaeError` for a tick too long for the body, or a delay beyond what is kept."""

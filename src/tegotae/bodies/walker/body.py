@@ -85,8 +85,12 @@ class Walker(WalkerNumbers, Body):
         pitch_rate_rad_per_s=0.0,
         roll_rate_rad_per_s=0.0,
     ) -> WalkerState:
-        """State at release: the centre of mass over the origin, moving forward at a speed [m/s]."""
+        """State at release: the centre of mass over the origin, moving forward at a speed [m/s].
+
+        Its height is that over the terrain at the origin.
+        """
         zero = jnp.zeros_like(height_m)
+        height_m = height_m + self.terrain.height_m(zero, zero)
         attitude = from_angles(*(zero + angle for angle in (roll_rad, pitch_rad, yaw_rad)))
         ahead = rotation(attitude).x[0], rotation(attitude).y[0]
         of_limbs = jnp.zeros((self.limbs, *zero.shape), zero.dtype)
@@ -114,11 +118,12 @@ class Walker(WalkerNumbers, Body):
         return state._replace(foot=jnp.stack(place[:2]), command=command)
 
     def sense(self, state: WalkerState, ground_m: jax.Array) -> Sensation:
-        """Of each leg the load of its spring K_z d_z [N] and its rate; pitch, roll; the speed.
+        """Load of each leg's spring K_z d_z [N], its rate at a held command; angles; speed.
 
         The spring's alone: with the damper's, feedback would feel its own command at once. Networks
         see the load over the weight, angles over one radian, rates over √(g / l0).
         """
+        state = reloaded(self, state)
         stance = stance_of(self, state, ground_m)
         arm, contact, stiffness = stance.arm, stance.contact, for_limbs(self.stiffness_z_n_per_m)
         load = jnp.maximum(stiffness * (arm[2] - stance.feet[2]), 0.0)
@@ -153,6 +158,7 @@ class Walker(WalkerNumbers, Body):
         self, state: WalkerState, force_n: jax.Array, ground_m: jax.Array, tick_s: jax.Array
     ) -> tuple[WalkerState, jax.Array, jax.Array]:
         """The state one tick on at the accelerations of the last one, feet on their way."""
+        state = reloaded(self, state)
         mean = state.turn + 0.5 * tick_s * state.twist
         guess = state._replace(
             position=state.position + tick_s * (state.velocity + 0.5 * tick_s * state.push),

@@ -101,6 +101,11 @@ class WalkerNumbers:
                 require_finite(each.name, value)
         if not isinstance(self.terrain, Terrain):
             raise TegotaeError(f"terrain is {self.terrain!r}; it must be a Terrain, such as Flat()")
+        if any(leaf is self.terrain for leaf in jax.tree.leaves(self.terrain)):
+            raise TegotaeError(
+                f"{type(self.terrain).__name__} is no pytree; put @tegotae.parameters.traceable "
+                "above its @dataclass"
+            )
         if self.com_z_m <= -self.rest_length_m:
             raise TegotaeError(
                 f"com_z_m is {self.com_z_m:g}, which is on the ground under hips of "
