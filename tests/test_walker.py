@@ -192,19 +192,25 @@ def test_lanes_do_not_know_of_each_other_even_if_one_falls():
 
 
 def test_what_happens_at_a_time_changes_nothing_before_it():
-    usual = run(phase_rad=PHASES[:, :1])
-    before = usual.time_s[:, 0] <= 15.0
-    lost = np.array([[1.0], [1.0], [0.0], [1.0]])
-    for changes in (
-        {"present": Step(lost, from_s=15.0)},
-        {"friction": Step(0.1, from_s=15.0)},
-        {"push_y_n": Step(0.2, from_s=15.0, until_s=16.0)},
-        {"com_x_m": Step(0.1, from_s=15.0)},
-        {"mass_kg": Step(1.2, from_s=15.0)},
-    ):
-        path = run(phase_rad=PHASES[:, :1], changes=changes)
-        np.testing.assert_array_equal(path.x_m[before], usual.x_m[before])
-        assert np.abs(path.x_m[-1] - usual.x_m[-1]) > 1e-4, changes
+    # One thing a lane, and nothing in the last one.
+    happens = {
+        "friction": 0.1,
+        "push_y_n": 0.2,
+        "com_x_m": 0.1,
+        "mass_kg": 1.2,
+        "present": np.array([[1.0], [1.0], [0.0], [1.0]]),
+    }
+    lanes = len(happens) + 1
+    times = np.where(np.eye(len(happens), lanes) > 0.0, 15.0, np.inf)
+    changes = {
+        name: Step(value, from_s=time)
+        for (name, value), time in zip(happens.items(), times, strict=True)
+    }
+    path = run(phase_rad=np.repeat(PHASES[:, :1], lanes, axis=1), changes=changes)
+    before = path.time_s[:, 0] <= 15.0
+    usual = path.x_m[:, -1:]
+    np.testing.assert_array_equal(path.x_m[before], np.broadcast_to(usual, path.x_m.shape)[before])
+    assert (np.abs(path.x_m[-1, :-1] - usual[-1]) > 1e-4).all()
 
 
 def test_a_lost_leg_bears_nothing_and_four_minus_one_falls():

@@ -61,7 +61,9 @@ def check_changes(body: Body, scenario: Scenario, tick_s: float, duration_s: flo
         for entry, value in _entries(change).items():
             _check_numbers(name, entry, value, tick_s)
             _check_shape(name, entry, value, usual)
-        if isinstance(change, Step) and not np.all(np.less(change.from_s, change.until_s)):
+        if isinstance(change, Step) and not np.all(
+            np.less(change.from_s, change.until_s) | np.isinf(change.from_s)  # inf: never
+        ):
             raise TegotaeError(
                 f"the change of {name} ends at {change.until_s} s and begins at {change.from_s} s; "
                 "let it begin first"
