@@ -122,15 +122,17 @@ def _course(
 
 
 def columns(run: GaitRun) -> dict[str, Any]:
-    """The frames as a table: time, phase, lag, and share of the frame in stance, leg by leg."""
+    """The frames as a table: every channel, the lags, and the share of each frame in stance.
+
+    What belongs to a leg is a column a leg, such as `phase_rad_LH`.
+    """
     t, names = run.trajectory, run.legged.names
     share = np.diff(t.stance_time_s, axis=0, prepend=0.0) / run.timing.frame_s
-    told = {"time_s": t.time_s, "height_m": t.height_m}
-    for title, values in (
-        ("phase_rad", t.phase_rad),
-        ("lag_cycles", run.lag),
-        ("stance_share", np.clip(share, 0.0, 1.0)),
-    ):
-        told |= {f"{title}_{name}": values[:, leg] for leg, name in enumerate(names)}
-    more = ("x_m", "y_m", "roll_rad", "pitch_rad", "yaw_rad")
-    return told | {name: t.channels[name] for name in more if name in t.channels}
+    more = {"lag_cycles": run.lag, "stance_share": np.clip(share, 0.0, 1.0)}
+    told: dict[str, Any] = {}
+    for title, values in {**t.channels, **more}.items():
+        if np.ndim(values) == 1:
+            told[title] = values
+        else:
+            told |= {f"{title}_{name}": values[:, leg] for leg, name in enumerate(names)}
+    return told
