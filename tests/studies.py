@@ -50,7 +50,7 @@ def start(folder: Path, undisturbed: Path, *more: str) -> subprocess.Popen[str]:
 
 def finish(process: subprocess.Popen[str]) -> tuple[str, str]:
     """Wait for a run that is to end well: what it printed to stdout and to stderr."""
-    out, err = process.communicate(timeout=300)
+    out, err = process.communicate(timeout=900)
     assert process.returncode == 0, err
     return out, err
 

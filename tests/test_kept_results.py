@@ -29,10 +29,11 @@ def verdicts(table):
 
 def kept_beside() -> dict:
     """The tables that stand beside that of the study, where there are some."""
-    budgets, before = KEPT / "study" / "paper-budgets.csv", KEPT / "study" / "paper-80x16.csv"
+    budgets = KEPT / "study" / "paper-budgets.csv"
+    others = sorted((KEPT / "study").glob("paper-[!b]*.csv"), reverse=True)
     return {
         "budgets": read_csv(budgets) if budgets.exists() else None,
-        "beside": (before.stem, read_csv(before)) if before.exists() else None,
+        "beside": {path.stem: read_csv(path) for path in others},
     }
 
 

@@ -237,6 +237,7 @@ def test_an_evaluation_reports_the_share_where_the_table_holds():
     assert not has_table(HOPPER, "net")
 
 
+@pytest.mark.thorough
 def test_a_trained_controller_comes_near_the_optimum_and_not_above():
     kept = Path(__file__).parents[1] / "docs" / "_static" / "figures" / "optimum-ART-w8.json"
     saved = controller_file.load(kept)

@@ -379,7 +379,7 @@ def test_a_record_that_cannot_be_written_ends_the_workers_too(half, smoke_study,
     process = studies.start(half, smoke_study)
     resource.prlimit(process.pid, resource.RLIMIT_FSIZE, (1024, limits[1]))
     seen = studies.wait_for(lambda: studies.workers(process), "workers", process)
-    out, err = process.communicate(timeout=300)
+    out, err = process.communicate(timeout=900)
     studies.assert_ended(seen)
     assert (process.returncode, out) == (2, "")
     assert err.splitlines()[-1].endswith(

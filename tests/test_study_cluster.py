@@ -57,6 +57,7 @@ def compiled(smoke_study, monkeypatch):
         monkeypatch.setenv(name, value)
 
 
+@pytest.mark.thorough
 def test_a_worker_killed_during_the_run_changes_nothing(smoke_study, tmp_path):
     killed = []
     with cluster(workers=2) as two:
@@ -127,12 +128,13 @@ def test_workers_started_by_hand_find_the_same(smoke_study, tmp_path):
     studies.assert_same(folder, smoke_study)
 
 
+@pytest.mark.thorough
 def test_a_worker_whose_jax_was_started_otherwise_refuses_the_work(smoke_study, tmp_path):
     folder = studies.copy(smoke_study, tmp_path / "study", "V", "T")
     (tmp_path / "preloaded.py").write_text(PRELOADED)
     with dask_programs(tmp_path, "--preload", str(tmp_path / "preloaded.py")) as address:
         process = studies.start(folder, smoke_study, "--cluster", address)
-        _, err = process.communicate(timeout=300)
+        _, err = process.communicate(timeout=900)
     assert process.returncode == 2
     said = err.splitlines()[-1]
     assert said.startswith(f"tegotae: the worker {socket.gethostname()} (process ")
@@ -152,6 +154,7 @@ def serve() -> None:
         threading.Event().wait()
 
 
+@pytest.mark.thorough
 def test_a_scheduler_that_goes_away_costs_the_work_in_flight(smoke_study, tmp_path):
     folder = studies.copy(smoke_study, tmp_path / "study", "V", "A")
     words = [sys.executable, "-c", "import test_study_cluster as here; here.serve()"]

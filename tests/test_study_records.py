@@ -29,7 +29,7 @@ def made_up(unit: Unit, runs: int = 2) -> Record:
         least, most = range_of(name)
         return np.clip(random.normal(size=shape), least, most).astype("float32")
 
-    n_weights = unit.run.training.controller.n_weights
+    n_weights = unit.run.experiment.controller.n_weights
     return Record(
         unit.configuration,
         {"tegotae": "0"},

@@ -20,6 +20,7 @@ from tegotae.study.record import DamagedRecordError, read
 from tegotae.study.runner import WorkersDiedError
 
 
+@pytest.mark.thorough
 def test_kills_at_random_moments_lose_only_the_work_in_flight(smoke_study, tmp_path):
     moments = random.Random(5)
     folder = tmp_path / "study"
@@ -36,7 +37,7 @@ def test_kills_at_random_moments_lose_only_the_work_in_flight(smoke_study, tmp_p
             process.wait(moments.uniform(0.0, 2.0))
         except subprocess.TimeoutExpired:
             process.kill()
-        process.communicate(timeout=120)
+        process.communicate(timeout=900)
         studies.assert_ended(seen)
         now = {path.name: path.read_bytes() for path in studies.records(folder)}
         assert kept.items() <= now.items()
@@ -65,7 +66,7 @@ def test_an_interrupted_study_goes_on_where_it_was(smoke_study, tmp_path, sign):
     seen = studies.wait_for(lambda: studies.workers(process), "workers", process)
     # Ctrl-C reaches every process of the terminal, a polite kill the one that is named.
     (os.killpg if sign == signal.SIGINT else os.kill)(process.pid, sign)
-    out, err = process.communicate(timeout=120)
+    out, err = process.communicate(timeout=900)
     studies.assert_ended(seen)
     assert out == ""
     if sign == signal.SIGINT:

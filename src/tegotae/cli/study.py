@@ -172,8 +172,8 @@ class StudyFigures:
     budgets: Annotated[Path | None, UNSET] = None
     """Table of the same runs after several budgets of training (.csv), as `export` writes it; a
     study's folder has its own."""
-    beside: Annotated[Path | None, UNSET] = None
-    """Table of another study (.csv), whose verdicts stand beside."""
+    beside: tuple[Path, ...] = ()
+    """Tables of other studies (.csv), whose verdicts stand beside."""
 
     def run(self) -> None:
         """Draw and judge."""
@@ -197,7 +197,7 @@ class StudyFigures:
             records, table, budgets = [], read_csv(self.source), None
         if self.budgets is not None:
             budgets = read_csv(self.budgets)
-        beside = None if self.beside is None else (self.beside.stem, read_csv(self.beside))
+        beside = {path.stem: read_csv(path) for path in self.beside}
         texts = judged(table, self.experiments, budgets, beside)
         figures = {
             "architectures.png": pictograms_figure(),

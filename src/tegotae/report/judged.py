@@ -22,11 +22,11 @@ def judged(
     table: Table,
     experiments: Path | None = None,
     budgets: Table | None = None,
-    beside: tuple[str, Table] | None = None,
+    beside: Mapping[str, Table] | None = None,
 ) -> dict[str, str]:
     """The tables by the name of their file.
 
-    - `claims.md`: every claim, with the verdicts at each ω_t and those of another study beside;
+    - `claims.md`: every claim, with the verdicts at each ω_t and those of other studies beside;
     - `claims-w4.md`, ...: the same at one ω_t, with its effects;
     - `claims-by-budget.md`: the verdicts after each budget of training;
     - `endings.md`: how the runs of each architecture ended.
@@ -35,7 +35,7 @@ def judged(
         table: the study's runs.
         experiments: folder of the experiments on claims 1, 10 and 11.
         budgets: the same runs after several budgets of training.
-        beside: another study, its name and its runs.
+        beside: other studies' runs, by their names.
 
     Raises:
         TegotaeError: if the folder of the experiments or one of its tables cannot be read, or
@@ -44,8 +44,7 @@ def judged(
     by_omega = verdicts_by_omega(table)
     del by_omega[ALL]
     columns = {f"ω_t = {omega}": found for omega, found in by_omega.items()}
-    if beside is not None:
-        columns[beside[0]] = verdicts(beside[1])
+    columns |= {name: verdicts(runs) for name, runs in (beside or {}).items()}
     texts = {"claims.md": claims_table(all_verdicts(table, experiments), columns)}
     texts |= {f"claims-w{omega}.md": claims_table(found) for omega, found in by_omega.items()}
     if budgets is not None:

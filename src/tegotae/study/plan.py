@@ -71,8 +71,8 @@ class Plan:
         units = [self._unit(experiment) for experiment in self.experiments]
         first: dict[str, int] = {}
         for i, unit in enumerate(units):
-            first.setdefault(repr(unit.run.training.controller), i)
-        return sorted(units, key=lambda unit: first[repr(unit.run.training.controller)])
+            first.setdefault(repr(unit.run.experiment.controller), i)
+        return sorted(units, key=lambda unit: first[repr(unit.run.experiment.controller)])
 
     def _unit(self, experiment: Experiment) -> Unit:
         run = Run(

@@ -95,7 +95,7 @@ def bundles(units: Sequence[Unit], most: int | None = None) -> list[list[Unit]]:
     """Units in groups that share a compiled program, of so many at most."""
     groups: dict[object, list[Unit]] = {}
     for unit in units:
-        groups.setdefault(unit.run.training.program, []).append(unit)
+        groups.setdefault(unit.run.program, []).append(unit)
     size = most or len(units)
     return [g[i : i + size] for g in groups.values() for i in range(0, len(g), size)]
 

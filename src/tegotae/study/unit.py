@@ -15,6 +15,7 @@ import numpy as np
 from tegotae.devices import described_devices
 from tegotae.errors import TegotaeError, require_count
 from tegotae.evaluation import drawn_releases, evaluate
+from tegotae.experiment import Experiment
 from tegotae.study.record import Record
 from tegotae.training.evolve import Curves
 from tegotae.training.run import Run, ends, software
@@ -91,6 +92,7 @@ class _Learned(NamedTuple):
 def work(unit: Unit) -> Record:
     """Train a unit from random weights and evaluate what came out. Deterministic."""
     run, experiment = unit.run, unit.run.experiment
+    assert isinstance(experiment, Experiment)  # studies are of the engine
     protocol, n_runs = experiment.protocol, len(run.seeds)
     learned = _searched(run) if experiment.is_searched else _trained(unit)
     # A search has no randomness. What spreads are the conditions that its outcome starts from.

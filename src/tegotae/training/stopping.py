@@ -46,8 +46,8 @@ class Stopping:
         ['', '', 'plateau']
     """
 
-    generations: int = 400
-    least: int = 120
+    generations: int = 480
+    least: int = 240
     share: float = 0.5
     tolerance: float = 0.02
 

@@ -88,8 +88,8 @@ class Multiverse:
         units = [unit for _, each in self.by_reading for unit in each.values()]
         first: dict[object, int] = {}
         for i, unit in enumerate(units):
-            first.setdefault(unit.run.training.program, i)
-        return sorted(units, key=lambda unit: first[unit.run.training.program])
+            first.setdefault(unit.run.program, i)
+        return sorted(units, key=lambda unit: first[unit.run.program])
 
     def _unit(self, model: Model, reading: Reading) -> Unit:
         hopper, cycle = reading.hopper, self.protocol.limit_cycle
