@@ -11,23 +11,27 @@ import numpy as np
 
 from tegotae.bodies import Body, Hopper
 from tegotae.controller import Controller
-from tegotae.descriptions import describe, restore
-from tegotae.errors import TegotaeError, require_finite
+from tegotae.descriptions import check_kept, describe, restore
+from tegotae.errors import TegotaeError, require_count, require_finite
 from tegotae.evaluation import Protocol
 from tegotae.integrators import Integrator, PredictorCorrector
 from tegotae.limits import MOST_M, MOST_RAD_PER_S
 from tegotae.loop import check_senses
-from tegotae.rollout import Timing
-from tegotae.terms import ConstantGain
+from tegotae.rollout import Engine, Timing
 from tegotae.training.fitness import EPISODE, Fitness
+from tegotae.training.judge import EngineJudge
 from tegotae.training.objective import Objective
-from tegotae.world import Scenario
+from tegotae.training.variety import Variety
+from tegotae.world import Condition, Scenario
 from tegotae.world.checks import check_posture, check_rhythm
+from tegotae.world.draws import check_conditions, check_releases
 
+GAINS = np.linspace(0.1, 12.0, 240)
+"""Values of σ that are tried on the hopper [rad/(s N)]."""
 RELEASE_M = 1.2
 """Height of the paper's release [m]."""
 
-_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._+-]{0,99}")
+_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._+@-]{0,99}")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -46,6 +50,10 @@ class Experiment:
         phase_rad: phases of the oscillators at that release [rad], one, or one a limb.
         posture: what else the body's release takes, pairs of name and number, such as
             (("pitch_rad", 0.1),) for a bar.
+        conditions: what differs from one episode of training to another: numbers of the body or of
+            the scenario, drawn anew in every generation (`tegotae.training.variety`).
+        episodes: how many episodes each candidate is judged by, on average; more than one only
+            under changing conditions.
         timing: the episode of training.
         integrator: how an episode of training is advanced; `Hold()` holds the controller over each
             tick, as a robot does. The evaluation is in continuous time all the same.
@@ -55,8 +63,9 @@ class Experiment:
     Raises:
         TegotaeError: for a name that is no file's, an oscillator without a frequency or the other
             way round, a signal that nobody provides, a height that is not positive, phases of other
-            limbs, a posture that the body does not take, a control period too long for body or
-            oscillator, or an episode that cannot be judged.
+            limbs, a posture that the body does not take, a condition that body and scenario do not
+            have or whose extremes make no body, a control period too long for body or oscillator,
+            or an episode that cannot be judged.
 
     Example:
         >>> from tegotae.models import find
@@ -74,17 +83,15 @@ class Experiment:
     release_m: float = RELEASE_M
     phase_rad: float | tuple[float, ...] = 0.0
     posture: tuple[tuple[str, float], ...] = ()
+    conditions: tuple[Condition, ...] = ()
+    episodes: int = 1
     timing: Timing = EPISODE
     integrator: Integrator = field(default_factory=PredictorCorrector)
     fitness: Objective = field(default_factory=Fitness)
     protocol: Protocol = field(default_factory=Protocol)
 
     def __post_init__(self) -> None:
-        if not isinstance(self.name, str) or not _NAME.fullmatch(self.name):
-            raise TegotaeError(
-                f"an experiment is called {self.name!r}; its name may have letters, digits and "
-                ". _ + -, begins with a letter or a digit, and has 100 characters at most"
-            )
+        require_name(self.name)
         if self.controller.oscillator is None and self.omega is not None:
             raise TegotaeError(
                 f"{self.name} has a frequency ({self.omega:g} rad/s) but no oscillator; "
@@ -98,6 +105,7 @@ class Experiment:
         check_senses(self.controller, self.body)
         self._check_start()
         self.body.check_tick(self.timing.tick_s)
+        self._check_conditions()
         self.fitness.check(self.timing)
 
     def _check_start(self) -> None:
@@ -119,15 +127,34 @@ class Experiment:
         for name, value in self.posture:
             require_finite(name, value)
 
+    def _check_conditions(self) -> None:
+        require_count("episodes", self.episodes)
+        if self.episodes > 1 and not self.conditions:
+            raise TegotaeError(
+                f"{self.name} has {self.episodes} episodes a candidate and no conditions in which "
+                "they differ; they would all be the same one"
+            )
+        check_conditions(
+            self.conditions,
+            self.scenario,
+            self.body,
+            self.controller.oscillator,
+            self.timing.tick_s,
+            self.timing.duration_s,
+        )
+
     def check(self) -> None:
-        """See that there is something to train, on a body that can hop: before long work starts.
+        """See, before long work starts, that there is something to train, on a body that can hop,
+        and that all of it can be saved and read again.
 
         Raises:
             TegotaeError: if not.
         """
         if self.controller.n_weights == 0:
             raise TegotaeError(f"{self.name} has no weights to train")
+        check_kept(self)
         self.body.check_release(self.release_m)
+        check_releases(self.conditions, self.scenario, self.body)
 
     @property
     def measure(self) -> Objective:
@@ -142,15 +169,26 @@ class Experiment:
         posture = dict(self.posture)
         return Scenario.of(self.omega, height_m=self.release_m, phase_rad=phase, posture=posture)
 
+    def judge(self, workers: int | None = None) -> EngineJudge:
+        """Who says in training how good weights are; the engine needs no worker processes."""
+        engine = Engine(controller=self.controller, integrator=self.integrator, timing=self.timing)
+        varied = Variety(self.conditions, self.body, self.scenario)
+        return EngineJudge(engine, self.measure, varied, self.episodes)
+
     @property
     def is_searched(self) -> bool:
         """Whether all there is to learn is a constant gain σ, which a search finds."""
-        tegotae = self.controller.tegotae
-        return (
-            tegotae is not None
-            and isinstance(tegotae.gain, ConstantGain)
-            and self.controller.n_weights == tegotae.gain.n_weights
-        )
+        return self.controller.has_a_gain_alone
+
+    @property
+    def cot_unit(self) -> str:
+        """The unit of CoT⁻¹ in which its fitness measures it."""
+        return self.fitness.COT_UNIT
+
+    @property
+    def gains(self) -> np.ndarray:
+        """Values of σ that a search tries [rad/(s N)]."""
+        return GAINS
 
     @property
     def document(self) -> dict[str, Any]:
@@ -161,9 +199,11 @@ class Experiment:
         """
         document = describe(self)
         # Those that start as they always did are described as before there was another start.
-        for name in ("phase_rad", "posture"):
+        for name in ("phase_rad", "posture", "conditions"):
             if not document[name]:
                 del document[name]
+        if self.episodes == 1:
+            del document["episodes"]
         if self.integrator == PredictorCorrector():
             del document["integrator"]
         return document
@@ -182,6 +222,19 @@ class Experiment:
             raise TegotaeError(f"an experiment has no entry {error}") from None
         except (TypeError, ValueError, OverflowError) as error:
             raise TegotaeError(f"an experiment cannot be read: {error}") from None
+
+
+def require_name(name: Any) -> None:
+    """Raise `TegotaeError` unless a name can be an experiment's, and so a file's.
+
+    Example:
+        >>> require_name("ART-rF-tphif-w8+hopf")
+    """
+    if not isinstance(name, str) or not _NAME.fullmatch(name):
+        raise TegotaeError(
+            f"an experiment is called {name!r}; its name may have letters, digits and "
+            ". _ + @ -, begins with a letter or a digit, and has 100 characters at most"
+        )
 
 
 def differing(found: Any, wanted: Any, name: str = "") -> list[str]:

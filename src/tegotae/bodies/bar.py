@@ -55,6 +55,7 @@ class Bar(Upright):
         if not (2 <= self.limbs <= 4 and all(a < b for a, b in pairwise(self.hips_m))):
             raise TegotaeError(f"hips_m is {self.hips_m}; name {_WANTED}")
         require_level("hips_m", self.hips_m, "bar")
+        self._require_present()
 
     @property
     def turns(self) -> tuple[Turn]:

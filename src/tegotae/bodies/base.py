@@ -148,6 +148,16 @@ class Body(ABC):
     ) -> tuple[Any, Contact]:
         """The state one tick on under the actuator's push, and what happened on the way."""
 
+    def struck(self, state: Any, impulse_ns: jax.Array) -> Any:
+        """The state after a vertical blow on the centre of mass, upwards [N s], [lanes].
+
+        Raises:
+            TegotaeError: for a body that does not say what a blow does to it.
+        """
+        raise TegotaeError(
+            f"a {type(self).__name__} cannot be struck; it has no method struck(state, impulse_ns)"
+        )
+
     @abstractmethod
     def failed(self, state: Any, ground_m: jax.Array) -> jax.Array:
         """True where the body can no longer move on (such as a leg of no length)."""

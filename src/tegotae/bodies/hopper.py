@@ -248,6 +248,10 @@ class Hopper(Body):
             touchdown_share=jnp.where(crosses & ~stance, before / tick_s, jnp.nan),
         )
 
+    def struck(self, state: HopperState, impulse_ns: jax.Array) -> HopperState:
+        """A blow changes the velocity by impulse / m."""
+        return state._replace(velocity=state.velocity + impulse_ns / self.mass_kg)
+
     def failed(self, state: HopperState, ground_m: jax.Array) -> jax.Array:
         """True where the leg has no length left, `y <= h`."""
         return state.height - ground_m <= 0.0

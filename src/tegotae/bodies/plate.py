@@ -84,6 +84,7 @@ class Plate(Upright):
                 "plate does not twist; give it a twist_inertia_ratio"
             )
         self._require_hips()
+        self._require_present()
 
     def _require_hips(self) -> None:
         for name in ("hips_x_m", "hips_z_m"):

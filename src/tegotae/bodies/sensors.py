@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
 
-from tegotae.bodies.base import Body, Contact, Push, Sensation, for_limbs
-from tegotae.bodies.hopper import Hopper
-from tegotae.channels import Channel, Latest, State, Total
+from tegotae.bodies.around import Around, wide
+from tegotae.bodies.base import Contact, Push, Sensation
 from tegotae.errors import TegotaeError, require_count, require_finite
 from tegotae.parameters import STATIC, traceable
 
@@ -30,7 +29,7 @@ class SensorsState(NamedTuple):
 
 @traceable
 @dataclass(frozen=True, kw_only=True)
-class Sensors(Body):
+class Sensors(Around):
     """A body that is felt late and with noise: `told(t) = felt(t - delay) + noise · scale · n(t)`.
 
     n is normal white noise, a number a control tick, sense and limb, the same for lanes of the same
@@ -51,69 +50,23 @@ class Sensors(Body):
         TegotaeError: for what is no body, a delay or noise below zero, or fewer than one tick.
 
     Example:
+        >>> from tegotae.bodies import Hopper
         >>> leg = Sensors(body=Hopper(), delay_s=0.01, noise=0.05)
         >>> leg.SENSES == Hopper().SENSES
         True
     """
 
-    body: Body = field(default_factory=Hopper)
     delay_s: float = 0.0
     noise: float = 0.0
     seed: float = 0.0
     most_ticks: int = field(default=16, metadata=STATIC)
 
     def __post_init__(self) -> None:
-        if not isinstance(self.body, Body):
-            raise TegotaeError(f"body is {self.body!r}; it must be a Body, such as Hopper()")
+        super().__post_init__()
         require_finite("delay_s", self.delay_s, least=0.0)
         require_finite("noise", self.noise, least=0.0)
         require_finite("seed", self.seed)
         require_count("most_ticks", self.most_ticks)
-
-    @property
-    def SENSES(self) -> tuple[str, ...]:  # type: ignore[override]  # noqa: N802
-        """Those of the body."""
-        return self.body.SENSES
-
-    @property
-    def COMMANDS(self) -> tuple[str, ...]:  # type: ignore[override]  # noqa: N802
-        """Those of the body."""
-        return self.body.COMMANDS
-
-    @property
-    def limbs(self) -> int:
-        """Those of the body."""
-        return self.body.limbs
-
-    @property
-    def max_force_n(self) -> Any:  # type: ignore[override]
-        """That of the body [N]."""
-        return self.body.max_force_n
-
-    @property
-    def rest_length_m(self) -> Any:  # type: ignore[override]
-        """That of the body [m]."""
-        return self.body.rest_length_m
-
-    @property
-    def touching_height_m(self) -> Any:
-        """That of the body [m]."""
-        return self.body.touching_height_m
-
-    @property
-    def rate_scale(self) -> Any:
-        """That of the body [rad/s]."""
-        return self.body.rate_scale
-
-    @property
-    def channels(self) -> tuple[Channel, ...]:
-        """Those of the body."""
-        return tuple(map(_behind, self.body.channels))
-
-    @property
-    def postures(self) -> tuple[str, ...]:
-        """Those of the body."""
-        return self.body.postures
 
     def check_tick(self, tick_s: float) -> None:
         """Raise `TegotaeError` for a tick too long for the body, or a delay beyond what is kept."""
@@ -123,10 +76,6 @@ class Sensors(Body):
                 f"delay_s is {self.delay_s:g}, which is {self.delay_s / tick_s:g} control ticks; "
                 f"the sensors keep {self.most_ticks}: give them more most_ticks"
             )
-
-    def check_release(self, height_m: float) -> None:
-        """As the body's."""
-        self.body.check_release(height_m)
 
     def release(self, height_m, velocity_m_per_s, **posture) -> SensorsState:
         """The state at release; a posture is the body's."""
@@ -155,14 +104,14 @@ class Sensors(Body):
     def _noise(self, like: jax.Array, scale: Any, tick: jax.Array, sense: int) -> jax.Array:
         seed = jnp.broadcast_to(self.seed, tick.shape).astype(tick.dtype)
         normal = _normal(like, tick, seed, sense)
-        return _wide(self.noise, like) * _wide(scale, like) * normal
+        return wide(self.noise, like) * wide(scale, like) * normal
 
     def _felt(self, state: SensorsState, body_state: Any, ground_m: Any, tick_s: Any) -> Any:
         """The state once the body has come to a state."""
         now = self.body.sense(body_state, ground_m).values
         felt = {name: jnp.concatenate([now[name][None], x[:-1]]) for name, x in state.felt.items()}
         late = self.delay_s / tick_s
-        told = {name: _at(x, _wide(late, x[0])) for name, x in felt.items()}
+        told = {name: _at(x, wide(late, x[0])) for name, x in felt.items()}
         return SensorsState(body_state, felt, told, state.tick + 1.0)
 
     def predict(
@@ -179,27 +128,6 @@ class Sensors(Body):
         end, contact = self.body.advance(state.body, push, ground_m, tick_s)
         return self._felt(state, end, ground_m, tick_s), contact
 
-    def failed(self, state: SensorsState, ground_m: jax.Array) -> jax.Array:
-        """As the body's."""
-        return self.body.failed(state.body, ground_m)
-
-    def height(self, state: SensorsState) -> jax.Array:
-        """As the body's [m]."""
-        return self.body.height(state.body)
-
-    def velocity(self, state: SensorsState) -> jax.Array:
-        """As the body's [m/s]."""
-        return self.body.velocity(state.body)
-
-    def energy(self, state: SensorsState, ground_m: jax.Array) -> jax.Array:
-        """As the body's [J]."""
-        return self.body.energy(state.body, ground_m)
-
-
-def _wide(of_body: Any, like: jax.Array) -> Any:
-    """A number of the body, with an axis of the limbs where there is one."""
-    return for_limbs(of_body) if like.ndim > 1 else of_body
-
 
 def _at(past: jax.Array, late: Any) -> jax.Array:
     """The past, newest first, so many ticks ago; linear between them."""
@@ -215,7 +143,7 @@ def _normal(like: jax.Array, tick: jax.Array, seed: jax.Array, sense: int) -> ja
     limb = jax.lax.broadcasted_iota(jnp.uint32, like.shape, 0) if like.ndim > 1 else jnp.uint32(0)
     start = jax.lax.bitcast_convert_type(seed.astype(jnp.float32), jnp.uint32)
     bits = _mixed(start ^ _mixed(tick.astype(jnp.uint32) + jnp.uint32(sense * 0x9E3779B9 % 2**32)))
-    bits = _mixed(_wide(bits, like) + limb * jnp.uint32(0x85EBCA6B))
+    bits = _mixed(wide(bits, like) + limb * jnp.uint32(0x85EBCA6B))
     # 23 bits, in the middle of their steps: never 0 or 1.
     uniform = ((bits >> 9).astype(like.dtype) + 0.5) / 2.0**23
     return jax.scipy.special.ndtri(uniform)
@@ -226,29 +154,3 @@ def _mixed(bits: jax.Array) -> jax.Array:
     bits = (bits ^ (bits >> 16)) * jnp.uint32(0x7FEB352D)
     bits = (bits ^ (bits >> 15)) * jnp.uint32(0x846CA68B)
     return bits ^ (bits >> 16)
-
-
-def _behind(channel: Channel) -> Channel:
-    """A channel of the body, told of the body behind its sensors."""
-
-    def bare(moment: Any) -> Any:
-        return moment._replace(body=moment.body.body)
-
-    def bare_frame(frame: Any) -> Any:
-        inner = frame.lane.moment._replace(body=frame.lane.moment.body.body)
-        return bare(frame)._replace(lane=frame.lane._replace(moment=inner))
-
-    def bare_tick(tick: Any) -> Any:
-        return bare(tick)._replace(end=tick.end._replace(body=tick.end.body.body))
-
-    if isinstance(channel, State):
-        return replace(channel, of=lambda frame: channel.of(bare_frame(frame)))
-    if isinstance(channel, Total):
-        return replace(channel, gain=lambda tick: channel.gain(bare_tick(tick)))
-    if isinstance(channel, Latest):
-        return replace(
-            channel,
-            when=lambda tick: channel.when(bare_tick(tick)),
-            value=lambda tick: channel.value(bare_tick(tick)),
-        )
-    return channel

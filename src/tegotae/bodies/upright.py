@@ -84,14 +84,30 @@ class Upright(Body):
     """Gravity g [m/s²]."""
     max_force_n: float = 4.0
     """Largest force of an actuator α [N]."""
+    present: tuple[float, ...] | None = None
+    """1 for each leg that is there, 0 for one that is lost and bears nothing; None if none can
+    be lost."""
 
     def __post_init__(self) -> None:
         for field in fields(Upright):
             value = getattr(self, field.name)
+            if field.name == "present":
+                continue
             if field.name == "damping_ns_per_m":
                 require_finite(field.name, value, least=0.0)
             else:
                 require_finite(field.name, value, above=0.0)
+
+    def _require_present(self) -> None:
+        """Raise `TegotaeError` unless every leg is said to be there or not, and one is."""
+        if self.present is None:
+            return
+        object.__setattr__(self, "present", tuple(self.present))
+        legs = self.present
+        if len(legs) != self.limbs or not set(legs) <= {0.0, 1.0} or not any(legs):
+            raise TegotaeError(
+                f"present is {legs}; it must be 1 or 0 for each of {self.limbs} legs, and 1 for one"
+            )
 
     @property
     @abstractmethod
@@ -115,7 +131,7 @@ class Upright(Body):
 
     @property
     def channels(self) -> tuple[Channel, ...]:
-        """Every turn's angle and its rate."""
+        """Every turn's angle and its rate, and where the hips are."""
 
         def angle(mode: int, name: str) -> tuple[Channel, Channel]:
             return (
@@ -132,7 +148,8 @@ class Upright(Body):
             )
 
         named = (angle(mode, turn.name) for mode, turn in enumerate(self.turns, 1))
-        return tuple(channel for both in named for channel in both)
+        turning = tuple(channel for both in named for channel in both)
+        return (*turning, State("hip_m", "Height of the hip y_i [m], a limb.", _hips))
 
     def check_tick(self, tick_s: float) -> None:
         """Raise `TegotaeError` if a control tick is too long for the series within it."""
@@ -161,7 +178,8 @@ class Upright(Body):
 
         Level, with all legs alike, every leg with its share of the mass is a hopper.
         """
-        leg = Hopper(**{field.name: getattr(self, field.name) for field in fields(Upright)})
+        names = [field.name for field in fields(Upright) if field.name != "present"]
+        leg = Hopper(**{name: getattr(self, name) for name in names})
         try:
             leg.check_release(height_m)
         except TegotaeError as error:
@@ -188,6 +206,19 @@ class Upright(Body):
         frame = self._frame(state.place[0])
         return frame.hips(state.place - self._touchdown(state, ground_m))
 
+    def _bears(self, over: jax.Array) -> jax.Array:
+        """Which legs touch the ground, [limbs, lanes]: those that are there, pressed."""
+        pressed = over < 0.0
+        if self.present is None:
+            return pressed
+        there = jnp.stack([jnp.broadcast_to(leg, over.shape[1:]) for leg in self.present])
+        return pressed & (there > 0.5)
+
+    def _pressed(self, over: jax.Array) -> jax.Array:
+        """How far the legs are pressed [m], [limbs, lanes]."""
+        pressed = jnp.maximum(-over, 0.0)
+        return pressed if self.present is None else jnp.where(self._bears(over), pressed, 0.0)
+
     def sense(self, state: UprightState, ground_m: jax.Array) -> Sensation:
         """Of each leg its spring force [N], its hip's velocity [m/s] and height [m]; the turns.
 
@@ -195,7 +226,7 @@ class Upright(Body):
         hips at its reach are l0 over the middle.
         """
         over = self._over_touchdown(state, ground_m)
-        spring = _per_limb(self.stiffness_n_per_m, over) * jnp.maximum(-over, 0.0)
+        spring = _per_limb(self.stiffness_n_per_m, over) * self._pressed(over)
         values = {
             "spring_force": spring,
             "velocity": self._frame(state.place[0]).hips(state.rate),
@@ -236,13 +267,13 @@ class Upright(Body):
         frame = self._frame(state.place[0])
         place = state.place - self._touchdown(state, ground_m)
         over = frame.hips(place)
-        stance = over < 0.0
+        stance = self._bears(over)
         law = self._law(stance, force_n, jnp.zeros_like(force_n))
         acceleration = frame.motion(law, place, state.rate)[2]
         moved = tick_s * (state.rate + 0.5 * tick_s * acceleration)
         guess = UprightState(state.place + moved, state.rate + tick_s * acceleration)
         travel = frame.hips(moved)
-        crosses = (over + travel < 0.0) != stance
+        crosses = self._bears(over + travel) != stance
         crossing = jnp.where(crosses, -over / jnp.where(crosses, travel, 1.0), 1.0)
         crossing = jnp.clip(crossing, 0.0, 1.0)
         return guess, jnp.where(stance, 0.0, crossing), jnp.where(stance, crossing, 1.0)
@@ -258,7 +289,7 @@ class Upright(Body):
         frame, touchdown = self._frame(state.place[0]), self._touchdown(state, ground_m)
         place, rate = state.place - touchdown, state.rate
         over = frame.hips(place)
-        stance = over < 0.0
+        stance = self._bears(over)
         mean = jnp.broadcast_to(push.mean_n, over.shape)
         slope = jnp.broadcast_to(push.rise_n, over.shape) / tick_s
         tick_s = jnp.broadcast_to(tick_s, over.shape[1:])
@@ -271,7 +302,7 @@ class Upright(Body):
             return series(motion, (tick_s - at.passed.time)[None])
 
         def changes(place: jax.Array, at: _At) -> jax.Array:
-            return ((frame.hips(place) < 0.0) != at.stance) & ~at.changed
+            return (self._bears(frame.hips(place)) != at.stance) & ~at.changed
 
         begun = _At(place, rate, stance, jnp.zeros_like(stance), _Passed.nothing(over))
         whole = motion(begun, slope)
@@ -330,6 +361,10 @@ class Upright(Body):
             apex_height=jnp.where(apex, at.place[0] + 0.5 * climbing * to_apex, before.apex_height),
         )
 
+    def struck(self, state: UprightState, impulse_ns: jax.Array) -> UprightState:
+        """A blow on the middle changes the velocity of the heave by impulse / (n m)."""
+        return state._replace(rate=state.rate.at[0].add(impulse_ns / self.total_mass_kg))
+
     def failed(self, state: UprightState, ground_m: jax.Array) -> jax.Array:
         """True where a leg has no length left."""
         over = self._over_touchdown(state, ground_m)
@@ -346,13 +381,18 @@ class Upright(Body):
     def energy(self, state: UprightState, ground_m: jax.Array) -> jax.Array:
         """½ n m ẏ² + ½ Σ J q̇² + n m g y + ½ Σ K q² + ½ k Σ max(0, -d_i)² [J]."""
         frame = self._frame(state.place[0])
-        compression = jnp.maximum(-self._over_touchdown(state, ground_m), 0.0)
+        compression = self._pressed(self._over_touchdown(state, ground_m))
         motion = 0.5 * (frame.inertia * state.rate**2 + frame.stiffness * state.place**2)
         return (
             motion.sum(axis=0)
             + self.total_mass_kg * self.gravity_m_per_s2 * state.place[0]
             + 0.5 * self.stiffness_n_per_m * (compression**2).sum(axis=0)
         )
+
+
+def _hips(frame: Any) -> jax.Array:
+    state, body = frame.lane.moment.body, frame.body
+    return body._frame(state.place[0]).hips(state.place)
 
 
 def _per_limb(x: Any, like: jax.Array) -> jax.Array:

@@ -14,7 +14,9 @@ from tegotae.parameters import changed
 T = TypeVar("T")
 
 OMEGA = "omega"
-"""The one name of a change that is no field of the body."""
+"""The name of a change of the frequency, which is no field of the body."""
+GROUND = "ground_m"
+"""The name of a change of the ground's height, which is none either."""
 
 
 class Step(NamedTuple):
@@ -98,7 +100,7 @@ def met_by(
     for name, change in changes.items():
         if name == OMEGA:
             omega = change.at(tick, omega, tick_s)
-        else:
+        elif name != GROUND:
             body = changed(body, name, lambda usual, c=change: c.at(tick, _stacked(usual), tick_s))
     return body, omega
 

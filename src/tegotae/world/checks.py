@@ -12,8 +12,14 @@ import numpy as np
 from tegotae.bodies import Body
 from tegotae.errors import TegotaeError, require_finite, unknown
 from tegotae.oscillators import Oscillator
-from tegotae.world.changes import OMEGA, Staircase, Step
+from tegotae.world.changes import GROUND, OMEGA, Staircase, Step
 from tegotae.world.scenario import Scenario
+
+_NO_FIELDS = {
+    OMEGA: "a frequency that holds for the whole run is the scenario's omega",
+    GROUND: "ground that is lower from the release on is a release from higher up",
+}
+"""Changes that are none of the body, and what is said of one that is no change."""
 
 
 def check_posture(body: Body, scenario: Scenario) -> None:
@@ -52,12 +58,12 @@ def check_changes(body: Body, scenario: Scenario, tick_s: float, duration_s: flo
     _require_names("changes", scenario.changes, '{"mass_kg": [0.1, 0.12]}')
     changes = dict(scenario.changes)
     for name, change in changes.items():
-        if name == OMEGA and not isinstance(change, (Step, Staircase)):
+        if name in _NO_FIELDS and not isinstance(change, (Step, Staircase)):
             raise TegotaeError(
-                f"the change of omega is {reprlib.repr(change)}; a frequency that holds for the "
-                "whole run is the scenario's omega, and a change of it is a Step or a Staircase"
+                f"the change of {name} is {reprlib.repr(change)}; {_NO_FIELDS[name]}, and a change "
+                "of it is a Step or a Staircase"
             )
-        usual = None if name == OMEGA else _field(body, name)
+        usual = None if name in _NO_FIELDS else field_of(body, name)
         for entry, value in _entries(change).items():
             _check_numbers(name, entry, value, tick_s)
             _check_shape(name, entry, value, usual)
@@ -68,7 +74,7 @@ def check_changes(body: Body, scenario: Scenario, tick_s: float, duration_s: flo
                 f"the change of {name} ends at {change.until_s} s and begins at {change.from_s} s; "
                 "let it begin first"
             )
-    fields = {name: change for name, change in changes.items() if name != OMEGA}
+    fields = {name: change for name, change in changes.items() if name not in _NO_FIELDS}
     if fields:
         _check_bodies(body, fields, tick_s, duration_s)
 
@@ -127,12 +133,12 @@ def _check_bodies(body: Body, fields: Mapping[str, Any], tick_s: float, duration
             met = {name: _met(body, name, type(fields[name]), own, time) for name in fields}
             if (key := tuple(met.values())) not in made:
                 made.add(key)
-                _with(body, met).check_tick(tick_s)
+                with_fields(body, met).check_tick(tick_s)
 
 
 def _met(body: Body, name: str, kind: type, own: Mapping[tuple[str, str], Any], time: float) -> Any:
     """What a field is at a time: a number, or a tuple of the legs' numbers."""
-    usual = np.asarray(_field(body, name), float)
+    usual = np.asarray(field_of(body, name), float)
     value = own.get((name, "value"), usual)
     if kind is Step and not own[name, "from_s"] <= time < own[name, "until_s"]:
         value = usual
@@ -143,15 +149,19 @@ def _met(body: Body, name: str, kind: type, own: Mapping[tuple[str, str], Any], 
     return tuple(map(float, value)) if value.ndim else float(value)
 
 
-def _with(value: Any, fields: Mapping[str, Any]) -> Any:
-    """The same with other fields, validated; "terrain.rise_m" is a field of a field."""
+def with_fields(value: Any, fields: Mapping[str, Any]) -> Any:
+    """The same with other fields, validated; "terrain.rise_m" is a field of a field.
+
+    Raises:
+        TegotaeError: for what the value itself refuses.
+    """
     plain = {name: x for name, x in fields.items() if "." not in name}
     nested: dict[str, dict[str, Any]] = {}
     for name, x in fields.items():
         outer, dot, inner = name.partition(".")
         if dot:
             nested.setdefault(outer, {})[inner] = x
-    plain |= {outer: _with(getattr(value, outer), inner) for outer, inner in nested.items()}
+    plain |= {outer: with_fields(getattr(value, outer), inner) for outer, inner in nested.items()}
     for name, x in plain.items():
         usual = getattr(value, name)
         if isinstance(usual, tuple) and not isinstance(x, tuple):
@@ -159,8 +169,12 @@ def _with(value: Any, fields: Mapping[str, Any]) -> Any:
     return dataclasses.replace(value, **plain)
 
 
-def _field(body: Body, name: str) -> Any:
-    """A field of the body, or of one of its fields."""
+def field_of(body: Body, name: str) -> Any:
+    """A number of the body, or of one of its fields; a tuple where each limb has one.
+
+    Raises:
+        TegotaeError: for a name that none of them has, or what is no number.
+    """
     value: Any = body
     for part in name.split("."):
         fields = dataclasses.fields(value) if dataclasses.is_dataclass(value) else ()

@@ -8,6 +8,8 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 
+from tegotae.world.changes import GROUND
+
 
 class Scenario(NamedTuple):
     """What a lane meets: each entry a number, or an array of shape [lanes].
@@ -37,7 +39,8 @@ class Scenario(NamedTuple):
     """Fields of the body that are otherwise, and a frequency that changes on the way.
 
     By name, such as {"mass_kg": [0.08, 0.1, 0.12]} for a mass a lane, or {"mass_kg": Step(0.13,
-    from_s=10.0)}; "omega" names the frequency (`tegotae.world.changes`)."""
+    from_s=10.0)}; "omega" names the frequency, and "ground_m" the height of the ground
+    (`tegotae.world.changes`)."""
 
     @classmethod
     def of(cls, omega: float | None, **entries: Any) -> Scenario:
@@ -51,4 +54,6 @@ class Scenario(NamedTuple):
 def ground_m(scenario: Scenario, tick: jax.Array, tick_s: jax.Array) -> jax.Array:
     """Height of the ground during a control tick [m]."""
     drop_tick = jnp.ceil(scenario.drop_time_s / tick_s - 1e-3)
-    return jnp.where(tick.astype(drop_tick.dtype) >= drop_tick, -scenario.drop_m, 0.0)
+    ground = jnp.where(tick.astype(drop_tick.dtype) >= drop_tick, -scenario.drop_m, 0.0)
+    change = dict(scenario.changes).get(GROUND)
+    return ground if change is None else change.at(tick, ground, tick_s)

@@ -272,6 +272,10 @@ class Walker(WalkerNumbers, Body):
             force_n=load_n,
         )
 
+    def struck(self, state: WalkerState, impulse_ns: jax.Array) -> WalkerState:
+        """A blow on the centre of mass changes its vertical velocity by impulse / m."""
+        return state._replace(velocity=state.velocity.at[2].add(impulse_ns / self.mass_kg))
+
     def failed(self, state: WalkerState, ground_m: jax.Array) -> jax.Array:
         """True of a torso that lies: tilted by more than 60°, or with its mass near the ground."""
         x, y, z = state.position

@@ -1,0 +1,127 @@
+"""`tegotae generalise`: trained controllers, unchanged, in conditions that they never met."""
+
+from __future__ import annotations
+
+import fnmatch
+import json
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import tyro
+
+from tegotae.cli.tables import print_rows
+from tegotae.errors import TegotaeError, require_count
+
+if TYPE_CHECKING:
+    from tegotae.generalisation import Disturbance, Subject
+    from tegotae.generalisation.run import Done
+
+
+@dataclass(frozen=True, kw_only=True)
+class Generalise:
+    """Try trained controllers, unchanged, in conditions outside of their training; run it again on
+    the same folder to go on."""
+
+    places: Annotated[tuple[str, ...], tyro.conf.Positional]
+    """Controller files, folders of them, names of pure V models such as V-sector-w4, or a study's
+    folder, of which all records are tried."""
+    out: Path = field(default=Path("generalisation"))
+    """Folder for records, tables and the picture."""
+    conditions: Annotated[tuple[str, ...], tyro.conf.arg(help_behavior_hint="(default: all)")] = ()
+    """Names, such as delay noise, or delay,noise; with levels of your own delay=0.01/0.02. See
+    --list."""
+    only: str = "*"
+    """Those whose names match, with * and ? as in a shell."""
+    starts: int = 4
+    """From how many releases controllers of several legs are tried."""
+    list: bool = False
+    """Print the conditions and their levels, and end."""
+
+    def run(self) -> None:
+        """Try, write, and print."""
+        from tegotae.generalisation import disturbances_named
+
+        names = [name for words in self.conditions for name in words.split(",")]
+        chosen = disturbances_named(filter(None, names))
+        if self.list:
+            _print_conditions(chosen)
+            return
+        require_count("starts", self.starts, most=64)
+        if not self.places:
+            raise TegotaeError("name a controller file, a folder, or a study's folder")
+        from tegotae.figures.generalisation import curves_figure
+        from tegotae.figures.style import save_figure
+        from tegotae.generalisation.run import generalise
+        from tegotae.generalisation.table import write_tables
+
+        done = generalise(self._subjects(), chosen, self.out)
+        paths = write_tables(done, chosen, self.out)
+        paths.append(save_figure(curves_figure(done, chosen), self.out / "curves.png"))
+        _print_margins(done, chosen)
+        print("wrote " + ", ".join(map(str, paths)))
+
+    def _subjects(self) -> list[Subject]:
+        from tegotae.collection import read
+        from tegotae.generalisation import Subject
+        from tegotae.generalisation.sources import of_study
+
+        found = []
+        for place in self.places:
+            is_study = (Path(place) / "study.json").exists()
+            runs = of_study(Path(place)) if is_study else read(place)
+            chosen = [each for each in runs if fnmatch.fnmatchcase(each.name, self.only)]
+            if not chosen:
+                names = ", ".join(sorted({each.name for each in runs})[:3])
+                raise TegotaeError(f"{place} has no model that matches {self.only}; it has {names}")
+            found += [Subject.of(each, self.starts) for each in chosen]
+        return found
+
+
+def _print_conditions(chosen: tuple[Disturbance, ...]) -> None:
+    print_rows(
+        ("condition", "what", "unit", "none", "levels"),
+        (
+            (
+                each.name,
+                each.label,
+                each.unit,
+                f"{each.neutral:g}",
+                "/".join(f"{x:g}" for x in sorted(each.levels)),
+            )
+            for each in chosen
+        ),
+    )
+
+
+def _print_margins(done: list[Done], chosen: tuple[Disturbance, ...]) -> None:
+    from tegotae.generalisation import margins
+
+    rows = []
+    for subject, outcome in done:
+        for found in margins(outcome, chosen):
+            if found.runs:
+                numbers = (found.median, found.low, found.high)
+                rows.append(
+                    (
+                        subject.name,
+                        found.condition,
+                        found.side,
+                        str(found.runs),
+                        *map(_cell, numbers),
+                    )
+                )
+            else:
+                rows.append((subject.name, found.condition, found.side, "0", "–", "–", "–"))
+    print_rows(("controller", "condition", "side", "runs", "half fail at", "from", "to"), rows)
+    for subject, outcome in done:
+        if outcome.left_out:
+            print(f"{subject.name} was left out of {json.dumps(outcome.left_out)[1:-1]}")
+    print(
+        "The level at which half of the runs no longer keep the gait that they have undisturbed, "
+        "and its 95 % interval over runs; inf where they keep it at all levels."
+    )
+
+
+def _cell(value: float) -> str:
+    return f"{value:.3g}"

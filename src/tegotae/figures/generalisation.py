@@ -1,0 +1,127 @@
+"""Curves of what is kept under disturbances, from none of them to failure."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+
+from tegotae.figures.style import COLOURS, PAGE_IN, literal, new_figure, styled
+from tegotae.generalisation.disturbance import Disturbance
+from tegotae.generalisation.run import Done
+from tegotae.generalisation.table import MEASURES, share_interval
+
+MOST_LINES = len(COLOURS)
+"""Lines that a panel can tell apart."""
+FEW = 8
+"""Of fewer runs no interval is drawn: it would cover the panel."""
+_COLUMNS = 4
+
+
+def curves_figure(done: Sequence[Done], disturbances: Sequence[Disturbance]) -> Figure:
+    """A panel a disturbance: the share of each controller's runs that keep their gait.
+
+    Of more controllers than there are colours all are one line.
+    """
+    groups = {subject.name: [(subject, outcome)] for subject, outcome in done}
+    if len(groups) > MOST_LINES:
+        groups = {f"{len(done)} controllers": list(done)}
+    return groups_figure(groups, disturbances)
+
+
+def groups_figure(
+    groups: Mapping[str, Sequence[Done]], disturbances: Sequence[Disturbance]
+) -> Figure:
+    """A panel a disturbance, and a line a group of controllers, with the 95 % interval of a share
+    over runs (Wilson's score), where there are `FEW` of them or more.
+
+    Args:
+        groups: by the label of the line.
+        disturbances: those that at least one of them met are shown.
+    """
+    lines = {label: _shares(members, disturbances) for label, members in groups.items()}
+    shown = [each for each in disturbances if any(each.name in line for line in lines.values())]
+    moving = all(each.measure == "moves" for each in shown)
+    columns = min(_COLUMNS, len(shown))
+    rows = math.ceil(len(shown) / columns)
+    with styled():
+        figure = new_figure(PAGE_IN, 0.5 + 1.35 * rows)
+        axes = figure.subplots(rows, columns, squeeze=False, sharey=True)
+        for ax, each in zip(axes.ravel(), shown, strict=False):
+            _panel(ax, each, lines)
+            unit = f" [{each.unit}]" if each.unit else ""
+            counts = ", still moving" if each.measure == "moves" and not moving else ""
+            ax.set_xlabel(literal(each.label + unit + counts))
+        for ax in axes.ravel()[len(shown) :]:
+            ax.set_axis_off()
+        for ax in axes[:, 0]:
+            ax.set_ylabel("share that\nstill moves" if moving else "share that keeps\nits gait")
+        handles, labels = axes[0, 0].get_legend_handles_labels()
+        figure.legend(
+            handles,
+            list(map(literal, labels)),
+            loc="outside lower center",
+            ncols=min(len(labels), 5),
+        )
+    return figure
+
+
+Counts = tuple[int, int, int]
+"""How many lanes keep their gait, of how many that had one, and of how many runs these are."""
+Line = Mapping[str, Mapping[float, Counts]]
+
+
+def _shares(
+    members: Sequence[Done], disturbances: Sequence[Disturbance]
+) -> dict[str, dict[float, Counts]]:
+    """The counts of every disturbance and level."""
+    found: dict[str, dict[float, Counts]] = {}
+    measures = {each.name: each.measure for each in disturbances}
+    for _, outcome in members:
+        columns = outcome.columns
+        for name in dict.fromkeys(columns["condition"].tolist()):
+            levels = found.setdefault(name, {})
+            measure = measures[name]
+            before = MEASURES[measure]
+            mine = (columns["condition"] == name) & columns[before]
+            for level in np.unique(columns["level"][columns["condition"] == name]):
+                at = mine & (columns["level"] == level)
+                kept, of, runs = levels.get(float(level), (0, 0, 0))
+                kept, of = kept + int(columns[measure][at].sum()), of + int(at.sum())
+                levels[float(level)] = kept, of, runs + len(np.unique(columns["run"][at]))
+    return found
+
+
+def _panel(ax: Axes, each: Disturbance, lines: Mapping[str, Line]) -> None:
+    for colour, (label, line) in zip(COLOURS, lines.items(), strict=False):
+        counts = dict(line.get(each.name, {}))
+        if not counts:
+            ax.plot([], [], color=colour, label=label)
+            continue
+        found = {x: (n[0] / n[1], *share_interval(*n)) for x, n in counts.items() if n[1]}
+        found[each.neutral] = (1.0, 1.0, 1.0)  # by definition
+        level = sorted(found)
+        share, low, high = zip(*(found[x] for x in level), strict=True)
+        ax.plot(level, share, marker="o", markersize=2.0, color=colour, label=label)
+        if max(runs for *_, runs in counts.values()) >= FEW:
+            ax.fill_between(level, low, high, color=colour, alpha=0.15, linewidth=0)
+    ax.axvline(each.neutral, color="0.6", linewidth=0.6, linestyle=":")
+    ax.axhline(0.5, color="0.85", linewidth=0.6, zorder=0)
+    if _is_ratio(each) and min(each.levels) > 0.0:
+        ax.set_xscale("log")
+        ticks = (0.1, 0.2, 0.35, 0.5, 0.7, 1.0, 1.5, 2.0, 3.0, 5.0)
+        lowest, highest = min(*each.levels, each.neutral), max(*each.levels, each.neutral)
+        within = [x for x in ticks if 0.95 * lowest <= x <= 1.05 * highest]
+        ax.set_xticks(within, [f"{x:g}" for x in within], minor=False)
+        ax.set_xticks([], minor=True)
+    else:
+        ax.xaxis.set_major_locator(MaxNLocator(4))
+    ax.set_ylim(-0.03, 1.03)
+
+
+def _is_ratio(each: Disturbance) -> bool:
+    return each.neutral == 1.0
