@@ -121,7 +121,7 @@ def test_a_leg_is_lost_once():
 
 
 def test_a_body_whose_legs_cannot_be_lost_says_so():
-    with pytest.raises(TegotaeError, match="a Bar cannot lose a leg: it has no field 'present'"):
+    with pytest.raises(TegotaeError, match="a Bar cannot lose a leg: it does not say which"):
         Lesion(at_s=1.0, lost=("H",)).left(BAR)
 
 

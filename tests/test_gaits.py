@@ -76,6 +76,7 @@ def test_lanes_do_not_know_of_each_other(light):
         np.testing.assert_allclose(off, 0.0, atol=1e-4)
 
 
+@pytest.mark.thorough
 def test_a_body_whose_leg_collapses_has_fallen_and_no_lag():
     weak = dataclasses.replace(SHORT, body=Bar(inertia_ratio=0.6), height_m=12.0)
     found = find_basin(weak, 3)
@@ -241,6 +242,7 @@ def test_a_walkers_controller_file_is_released_and_timed_as_the_named_walkers(tm
         assert getattr(found, name) == getattr(own, name)
 
 
+@pytest.mark.thorough
 def test_a_body_behind_sensors_has_the_gait_of_the_bare_one(light):
     behind = dataclasses.replace(SHORT, body=Sensors(body=SHORT.body, delay_s=0.002))
     run = simulate(behind, (0.0, 2.0))
@@ -388,7 +390,14 @@ def test_every_gait_has_a_colour():
         assert gait_colour(name)
 
 
-@pytest.mark.parametrize("name", ["bar-light", "plate-light-both", "quadruped-c"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param("bar-light", marks=pytest.mark.thorough),
+        pytest.param("plate-light-both", marks=pytest.mark.thorough),
+        "quadruped-c",
+    ],
+)
 def test_hips_are_where_the_body_has_them_and_feet_in_stance_on_the_ground(name, tmp_path):
     legged = system(name)
     timing = dataclasses.replace(legged.timing, duration_s=100 * legged.timing.frame_s)
@@ -403,6 +412,7 @@ def test_hips_are_where_the_body_has_them_and_feet_in_stance_on_the_ground(name,
     assert not shape.stands.all()
 
 
+@pytest.mark.thorough
 def test_a_body_of_which_nobody_has_told_how_it_looks_is_not_drawn(tmp_path):
     with pytest.raises(TegotaeError, match="a Hopper cannot be drawn: tell its pose"):
         pose(Hopper(), None)

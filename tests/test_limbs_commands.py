@@ -181,7 +181,7 @@ def test_a_wrapper_has_a_unit_a_limb_of_its_own():
     limb = Limb(senses={"spring_force": "x"}, drives="y")
     wiring = Wiring(limbs=[limb], weights=[2.0], omega=8.0, controller=controller)
     problems = check_wiring(gymnasium.make("Pendulum-v1"), wiring, steps=0)
-    assert any("the controller has 2 units; here it is that of one limb" in p for p in problems)
+    assert any("the controller has 2 units and the wiring 1 limbs" in p for p in problems)
 
 
 # Bodies that do not fit

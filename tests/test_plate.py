@@ -11,7 +11,7 @@ import pytest
 
 import upright_oracle
 from tegotae import Controller, Engine, Scenario, TegotaeError, Timing, build, check_body
-from tegotae.bodies import Bar, Body, Hopper, Plate
+from tegotae.bodies import Bar, Body, Hopper, Plate, Push
 from tegotae.recorder import needing
 from tegotae.terms import Signals
 
@@ -127,8 +127,11 @@ def test_a_plate_whose_pairs_are_alike_is_a_bar_with_half_the_legs():
 
 @pytest.mark.parametrize(
     ("ratios", "stiffness", "reflex"),
-    [((0.6, 1.6), 0.0, False), ((0.8, 0.9, 1.2), 0.5, True), ((1.6, 0.7, 1.2), 0.0, False)],
-    ids=["rigid", "sprung, reflex", "limp"],
+    [
+        pytest.param((0.6, 1.6), 0.0, False, id="rigid", marks=pytest.mark.thorough),
+        pytest.param((0.8, 0.9, 1.2), 0.5, True, id="sprung, reflex"),
+        pytest.param((1.6, 0.7, 1.2), 0.0, False, id="limp", marks=pytest.mark.thorough),
+    ],
 )
 def test_apexes_and_phases_are_those_of_an_adaptive_solver(ratios, stiffness, reflex):
     flown = upright_oracle.fly(
@@ -270,6 +273,27 @@ def test_a_network_sees_what_is_sensed_over_the_scale_of_its_lane():
 # What cannot be
 
 
+def test_a_leg_that_is_lost_bears_nothing_and_the_others_bear_as_they_did():
+    whole, lame = Plate(), Plate(present=(1, 1, 0, 1))
+    state = whole.release(jnp.array([0.8]), jnp.array([0.0]))  # all legs pressed by 0.2 m
+    ground = jnp.zeros(1)
+    felt, felt_lame = (body.sense(state, ground).values["spring_force"] for body in (whole, lame))
+    np.testing.assert_allclose(felt[:, 0], 1.0, rtol=1e-5)
+    np.testing.assert_allclose(felt_lame[:, 0], [1.0, 1.0, 0.0, 1.0], rtol=1e-5)
+    push = Push(jnp.full((4, 1), 2.0))
+    tick = jnp.float32(0.001)
+    moved, contact = lame.advance(state, push, ground, tick)
+    assert contact.stance_share[:, 0].tolist() == [1.0, 1.0, 0.0, 1.0]
+    # 3 (1 N + 2 N) - 4 m g on 4 m, and the left hind leg's share of the moments is missing.
+    assert float(moved.rate[0, 0]) == pytest.approx(0.001 * (9.0 / 0.4 - 9.81), rel=1e-2)
+    assert float(moved.rate[1, 0]) > 0.0 > float(moved.rate[2, 0])
+    lost, all_there = (
+        float(body.energy(state, ground)[0]) for body in (lame, Plate(present=(1, 1, 1, 1)))
+    )
+    assert all_there == float(whole.energy(state, ground)[0])
+    assert all_there - lost == pytest.approx(0.5 * 5.0 * 0.2**2, rel=1e-3)
+
+
 @pytest.mark.parametrize(
     ("make", "message"),
     [
@@ -308,6 +332,9 @@ def test_a_network_sees_what_is_sensed_over_the_scale_of_its_lane():
             ),
             "have a mean x z of 0.03; it must be 0, for a spine to rest untwisted",
         ),
+        (lambda: Plate(present=(1, 1, 1)), "present is .*; it must be 1 or 0 for each of 4 legs"),
+        (lambda: Plate(present=(1, 1, 1, 0.5)), "present is .*; it must be 1 or 0"),
+        (lambda: Bar(present=(0, 0)), "present is .*, and 1 for one"),
         (lambda: Plate(mass_kg=0.0), "mass_kg is 0; it must be greater than 0"),
         (
             lambda: run(Plate(roll_inertia_ratio=1e-6)),

@@ -140,7 +140,13 @@ def errors(parts: Parts, tick_s: float) -> dict[str, float]:
     return {name: float(np.abs(x).max()) for name, x in differences.items()}
 
 
-@pytest.mark.parametrize("parts", [SET_C, SIX], ids=["four legs", "six legs"])
+@pytest.mark.parametrize(
+    "parts",
+    [
+        pytest.param(SET_C, id="four legs"),
+        pytest.param(SIX, id="six legs", marks=pytest.mark.thorough),
+    ],
+)
 def test_the_engine_walks_as_the_adaptive_solver_does(parts):
     most = {
         "place": 2e-3,
@@ -155,6 +161,7 @@ def test_the_engine_walks_as_the_adaptive_solver_does(parts):
     assert {name: e for name, e in errors(parts, 0.005).items() if not e < most[name]} == {}
 
 
+@pytest.mark.thorough
 def test_the_error_falls_faster_than_the_tick():
     coarse, fine = errors(SET_C, 0.01), errors(SET_C, 0.005)
     assert coarse["phase"] > 2.0 * fine["phase"]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -12,6 +11,7 @@ import numpy as np
 from tegotae.bodies import Body
 from tegotae.errors import TegotaeError, require_count, require_finite, unknown
 from tegotae.gaits.legged import Legged
+from tegotae.gaits.places import fields_of, with_fields
 from tegotae.limits import MOST_GAIN, MOST_POINTS, MOST_RAD_PER_S
 from tegotae.world import Scenario
 
@@ -80,14 +80,14 @@ def check_axis(legged: Legged, axis: Axis) -> None:
 
 
 def numbers_of(body: Body) -> dict[str, Any]:
-    """The fields of a body that are numbers, or a number a leg.
+    """The fields of a body, and of those within it, that are numbers, or a number a leg.
 
     Example:
         >>> from tegotae.bodies import Bar
         >>> numbers_of(Bar())["inertia_ratio"]
         1.0
     """
-    values = {f.name: getattr(body, f.name) for f in dataclasses.fields(body)}  # type: ignore[arg-type]
+    values = {name: _field(body, before + name) for name, before in fields_of(body).items()}
     return {name: x for name, x in values.items() if _is_number(x)}
 
 
@@ -127,7 +127,7 @@ def settings(legged: Legged, places: Sequence[Mapping[str, float]]) -> list[Sett
     made: list[Setting] = []
     for at in places:
         try:
-            body = dataclasses.replace(legged.body, **fields_at(legged.body, at))  # type: ignore[type-var]
+            body = with_fields(legged.body, fields_at(legged.body, at))
             body.check_tick(legged.timing.tick_s)
         except TegotaeError as error:
             made.append(Setting(at, None, str(error)))
@@ -159,7 +159,10 @@ def lanes_at(
     if SIGMA in where[0].at:
         weights = np.array([[each.at[SIGMA]] for each in where])
     fields = [fields_at(legged.body, each.at) for each in where]
-    of_body = {name: np.array([each[name] for each in fields]).T for name in fields[0]}
+    where_is = fields_of(legged.body)
+    of_body = {
+        where_is[name] + name: np.array([each[name] for each in fields]).T for name in fields[0]
+    }
     scenario = legged.scenario(
         phase_rad,
         height_m=np.array([legged.height_on(_body(each)) for each in where]),
@@ -168,6 +171,12 @@ def lanes_at(
     if OMEGA in where[0].at:
         scenario = scenario._replace(omega=np.array([each.at[OMEGA] for each in where]))
     return weights, scenario
+
+
+def _field(body: Any, path: str) -> Any:
+    for name in path.split("."):
+        body = getattr(body, name)
+    return body
 
 
 def _body(setting: Setting) -> Body:

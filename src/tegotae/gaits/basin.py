@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tegotae.errors import require_count
+from tegotae.errors import TegotaeError, require_count
 from tegotae.gaits.lags import circular_mean, circular_spread
 from tegotae.gaits.legged import Legged, lanes_of, random_phases
 from tegotae.gaits.names import TOLERANCE, gait_of
@@ -78,7 +78,8 @@ def find_basin(
         window_s: length of its end that is measured [s]; its last quarter by default.
 
     Raises:
-        TegotaeError: for numbers out of their range, or what the engine refuses.
+        TegotaeError: for numbers out of their range, a controller without an oscillator, whose
+            releases would all be the same one, or what the engine refuses.
 
     Example:
         >>> from tegotae.gaits import system
@@ -86,6 +87,11 @@ def find_basin(
         [('antiphase', 1.0)]
     """
     require_count("starts", starts, most=MOST_SEEDS)
+    if legged.controller.oscillator is None:
+        raise TegotaeError(
+            "starts differ in the phases of the oscillators, and this controller has none: all "
+            "would be the same one, which a simulation shows"
+        )
     phase = random_phases(legged.body.limbs, starts, seed)
     summary = legged.summary(window_s=window_s)
     found = lanes_of(legged.run(summary, legged.scenario(phase), timing))

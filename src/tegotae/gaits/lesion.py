@@ -1,8 +1,9 @@
-"""Lesions: a leg is lost, a load laid on, or the ground drops; who stays up, and how lags move."""
+"""Lesions: a leg lost, a load, a push, a drop of the ground; who stays up, and how lags move."""
 
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -33,13 +34,14 @@ from tegotae.world import Step, met_by
 
 @dataclass(frozen=True, kw_only=True)
 class Lesion:
-    """What happens to a body, once and for good.
+    """What happens to a body once; for good, unless it lasts for a time.
 
     Args:
         at_s: when [s]; at the frame nearest to it.
         lost: the names of legs that are there no more.
         fields: numbers of the body that are otherwise from then on, pairs of name and number.
         drop_m: how far the ground drops [m].
+        lasts_s: how long the fields are otherwise [s], as under a push; for good by default.
 
     Raises:
         TegotaeError: if nothing happens, or for a time or a drop that is no such number.
@@ -53,12 +55,19 @@ class Lesion:
     lost: tuple[str, ...] = ()
     fields: tuple[tuple[str, float], ...] = ()
     drop_m: float = 0.0
+    lasts_s: float = math.inf
 
     def __post_init__(self) -> None:
         require_finite("at_s", self.at_s, above=0.0)
         require_finite("drop_m", self.drop_m, least=-MOST_M, most=MOST_M)
         for name, value in self.fields:
             require_finite(name, value)
+        if self.lasts_s != math.inf:
+            require_finite("lasts_s", self.lasts_s, above=0.0)
+            if not self.fields:
+                raise TegotaeError(
+                    "only numbers of the body pass: a lost leg or a drop is for good"
+                )
         if not (self.lost or self.fields or self.drop_m):
             raise TegotaeError(
                 "nothing happens: name a leg to lose, a number of the body that changes, or how "
@@ -69,7 +78,8 @@ class Lesion:
     def told(self) -> str:
         """In a few words."""
         words = [f"{leg} lost" for leg in self.lost]
-        words += [f"{name} {value:g}" for name, value in self.fields]
+        passes = "" if self.lasts_s == math.inf else f" for {self.lasts_s:g} s"
+        words += [f"{name} {value:g}{passes}" for name, value in self.fields]
         words += [f"ground {self.drop_m:g} lower"] if self.drop_m else []
         return ", ".join(words)
 
@@ -87,7 +97,7 @@ class Lesion:
         present = getattr(body, "present", None)
         if self.lost and present is None:
             raise TegotaeError(
-                f"a {type(body).__name__} cannot lose a leg: it has no field 'present'"
+                f"a {type(body).__name__} cannot lose a leg: it does not say which are present"
             )
         there = (1.0,) * body.limbs if present is None else present
         for leg in self.lost:
@@ -117,7 +127,7 @@ class Lesion:
                     name,
                     [each for each, usual in numbers.items() if not isinstance(usual, tuple)],
                 )
-            changes[behind + name] = Step(value, from_s=self.at_s)
+            changes[behind + name] = Step(value, from_s=self.at_s, until_s=self.at_s + self.lasts_s)
         if self.lost:
             there = np.isin(np.arange(legged.body.limbs), left).astype(float)
             changes[behind + "present"] = Step(there[:, None], from_s=self.at_s)

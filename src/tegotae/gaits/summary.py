@@ -30,6 +30,7 @@ from tegotae.gaits.lags import (
 from tegotae.gaits.places import bare
 from tegotae.recorder import Trajectory, declared
 from tegotae.rollout import Scenario, Timing
+from tegotae.terms import WholeBody
 
 TOLERANCE = 0.05
 """How far the lags of a locked gait may stray from their mean [cycles]."""
@@ -139,6 +140,8 @@ class CoordinationSummary:
             )
         require_count("reference", more.get("reference", 0), least=0, most=body.limbs - 1)
         has_phase = controller.oscillator is not None and controller.oscillator.has_phase
+        # Legs of one network for the whole body do not follow oscillators of their own.
+        has_phase &= not isinstance(controller.actuation, WholeBody)
         known = declared(controller, body)
         return cls(
             **{
@@ -271,6 +274,11 @@ def total_mass_kg(body: Body) -> Any:
     """What a body weighs over g [kg]: `total_mass_kg`, if its `mass_kg` is that of a leg."""
     named = "total_mass_kg" if hasattr(body, "total_mass_kg") else "mass_kg"
     return getattr(body, named)
+
+
+def has_mass(body: Body) -> bool:
+    """Whether a body says what it weighs."""
+    return hasattr(body, "total_mass_kg") or hasattr(body, "mass_kg")
 
 
 def length(parts: Sequence[jax.Array]) -> jax.Array:

@@ -177,13 +177,25 @@ def system(name: str) -> Legged:
         return named(name, Legged, "legged system")
     if name.endswith(".json"):
         saved = controller_file.load(Path(name))
-        return Legged(
-            about=saved.model or Path(name).stem,
-            body=saved.body,
-            controller=saved.controller,
-            weights=tuple(saved.weights.tolist()),
-            omega=saved.omega,
-            **as_usual(saved.body, saved.controller),
-        )
+        about = saved.model or Path(name).stem
+        return driven(saved.body, saved.controller, saved.weights, saved.omega, about)
     error = unknown("legged system", name, SYSTEMS)
     raise TegotaeError(f"{error} FILE.py:OBJECT names one of your own")
+
+
+def driven(
+    body: Body, controller: Controller, weights: Any, omega: float | None, about: str = ""
+) -> Legged:
+    """A body driven by a controller, released and timed as usual.
+
+    Raises:
+        TegotaeError: for a body of one leg, or what does not go together.
+    """
+    return Legged(
+        about=about or type(body).__name__,
+        body=body,
+        controller=controller,
+        weights=tuple(map(float, weights)),
+        omega=omega,
+        **(as_usual(body, controller) if body.limbs > 1 else {}),
+    )

@@ -9,6 +9,7 @@ import jax
 import jax.numpy as jnp
 
 from tegotae.terms.base import Signals, Term
+from tegotae.weight_names import WeightName
 
 
 @dataclass(frozen=True)
@@ -23,6 +24,39 @@ class VanillaAction(Term):
     def __call__(self, weights: Sequence[jax.Array], signals: Signals) -> jax.Array:
         """-cos φ."""
         return -signals["cos_phase"]
+
+
+@dataclass(frozen=True)
+class OffsetAction(Term):
+    """`A′(φ) = -(cos φ + o)` with a trained offset o, the action of the ORC oscillators.
+
+    With the load as reaction and a constant gain it is the law φ̇ = ω - c N (cos φ + o).
+
+    Source: the oscillators of MIT's Biomimetic Robotics Lab's ORCAgym, whose `osc_offset` it is.
+
+    Example:
+        >>> OffsetAction().weight_names
+        (('offset',),)
+    """
+
+    @property
+    def reads(self) -> tuple[str, ...]:
+        """The cosine of the phase."""
+        return ("cos_phase",)
+
+    @property
+    def n_weights(self) -> int:
+        """The offset."""
+        return 1
+
+    @property
+    def weight_names(self) -> tuple[WeightName, ...]:
+        """The offset."""
+        return (("offset",),)
+
+    def __call__(self, weights: Sequence[jax.Array], signals: Signals) -> jax.Array:
+        """-(cos φ + o)."""
+        return -(signals["cos_phase"] + weights[0])
 
 
 @dataclass(frozen=True)

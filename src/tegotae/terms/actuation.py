@@ -41,6 +41,9 @@ class Actuation(Term):
         """Whether it cannot do without an oscillator's phase; so with `full_force`."""
         return type(self).full_force is not Actuation.full_force
 
+    def check(self, limbs: int, sets: int) -> None:
+        """Raise `TegotaeError` if it does not go with so many limbs, or sets of weights."""
+
     def full_force(
         self, phase_start: jax.Array, phase_end: jax.Array, omega: jax.Array
     ) -> tuple[jax.Array, jax.Array] | None:

@@ -1,4 +1,4 @@
-"""Where a walking leg's foot shall be: along an ellipse, or where a network says."""
+"""Where a walking leg's foot shall be: along an ellipse, where networks say, or both together."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import jax
 import jax.numpy as jnp
 
 from tegotae.commands import FOOT
-from tegotae.errors import require_finite
+from tegotae.errors import TegotaeError, require_finite
 from tegotae.terms.actuation import Actuation
 from tegotae.terms.base import Signals
 from tegotae.terms.network import Network
@@ -125,3 +125,47 @@ class LearnedFoot(Actuation):
         n = self._network.n_weights
         places = [self._network(part, signals) for part in (weights[:n], weights[n:])]
         return self.reach_m * jnp.stack(places)
+
+
+@dataclass(frozen=True)
+class CorrectedFoot(LearnedFoot):
+    """An ellipse, and what two networks add to it.
+
+    Its random weights to start from add nothing: training begins with the ellipse.
+
+    Args:
+        around: the ellipse.
+
+    Raises:
+        TegotaeError: for what a `LearnedFoot` refuses, or what is no ellipse.
+
+    Example:
+        >>> CorrectedFoot(("phase",), hidden=4, around=EllipticFoot(stride_m=0.3)).n_weights
+        32
+    """
+
+    around: EllipticFoot = EllipticFoot()
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if not isinstance(self.around, EllipticFoot):
+            raise TegotaeError(f"around is {self.around!r}; it must be an EllipticFoot")
+
+    @property
+    def needs_phase(self) -> bool:
+        """The ellipse does."""
+        return True
+
+    @property
+    def reads(self) -> tuple[str, ...]:
+        """What ellipse and networks read."""
+        return tuple(dict.fromkeys((*self.around.reads, *super().reads)))
+
+    def initial(self, key: jax.Array) -> jax.Array:
+        """Those of the networks, but for their outputs, which are zero; shape [n_weights]."""
+        outputs = jnp.array([path[-1] == "output" for path in self.weight_names])
+        return jnp.where(outputs, 0.0, super().initial(key))
+
+    def __call__(self, weights: Sequence[jax.Array], signals: Signals) -> jax.Array:
+        """Forward and up [m], [2, limbs, lanes]."""
+        return self.around(weights, signals) + super().__call__(weights, signals)

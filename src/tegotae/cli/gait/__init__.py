@@ -8,6 +8,7 @@ from typing import Annotated
 import tyro
 
 from tegotae.cli.gait.basin import Basin
+from tegotae.cli.gait.judge import Judge
 from tegotae.cli.gait.lesion import Lesion
 from tegotae.cli.gait.map import Map
 from tegotae.cli.gait.simulate import Simulate
@@ -27,7 +28,8 @@ class Gait:
         | Annotated[Sweep, subcommand("sweep")]
         | Annotated[Map, subcommand("map")]
         | Annotated[Stability, subcommand("stability")]
-        | Annotated[Lesion, subcommand("lesion")],
+        | Annotated[Lesion, subcommand("lesion")]
+        | Annotated[Judge, subcommand("judge")],
         tyro.conf.arg(name=""),
     ]
 

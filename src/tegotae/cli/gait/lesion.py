@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated
 
@@ -24,6 +25,8 @@ class Lesion(Subject):
     """Names of legs that are lost, such as LH."""
     then: tuple[str, ...] = ()
     """Numbers of the body that are otherwise from then on, such as mass_kg=1.3 com_x_m=0.1."""
+    lasting: Annotated[float | None, UNSET] = None
+    """How long these numbers are so [s], as push_y_n=0.3 for a push; for good by default."""
     drop: float = 0.0
     """How far the ground drops [m]."""
     at: Annotated[float | None, UNSET] = None
@@ -41,7 +44,8 @@ class Lesion(Subject):
         fields = tuple(_number(*each) for each in assignments("--then", self.then).items())
         legged = self.legged()
         at = 0.5 * legged.timing.duration_s if self.at is None else self.at
-        what = What(at_s=at, lost=self.lose, fields=fields, drop_m=self.drop)
+        lasts = math.inf if self.lasting is None else self.lasting
+        what = What(at_s=at, lost=self.lose, fields=fields, drop_m=self.drop, lasts_s=lasts)
         found = aftermath(legged, what, self.starts, seed=self.seed, tolerance=self.tolerance)
         left = [legged.names[i] for i in found.left]
         before = coordination_columns(found.before, legged.names)

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import contextlib
 import dataclasses
-from collections.abc import Iterable
+import math
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -18,7 +19,12 @@ from tegotae.files import output_folder
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from tegotae.bodies import Body
     from tegotae.gaits import Legged
+    from tegotae.terrains import Terrain
+
+_MOST_LATE = 1000
+"""The longest delay of the senses [control ticks]: all of it is kept."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -36,6 +42,13 @@ class Subject:
     """Gain σ of a vanilla controller."""
     set: tuple[str, ...] = ()
     """Fields of the body that are to be otherwise, such as inertia_ratio=0.35."""
+    terrain: tuple[str, ...] = ()
+    """The ground of a walking torso: flat, slope, steps or rough, or FILE.py:OBJECT, and its
+    numbers, such as rough rms_m=0.05."""
+    delay: float = 0.0
+    """By how much what the legs feel is late [s]."""
+    noise: float = 0.0
+    """Noise of what they feel, as a share of its scale."""
     duration: Annotated[float | None, UNSET] = None
     """Simulated time [s]; the system's by default."""
     seed: int = 0
@@ -50,6 +63,7 @@ class Subject:
             TegotaeError: for what cannot be, before anything is computed.
         """
         from tegotae.gaits import system
+        from tegotae.gaits.places import with_fields
 
         require_finite("tolerance", self.tolerance, above=0.0, most=0.5)
         found = system(self.system).with_numbers(self.omega, self.sigma)
@@ -60,14 +74,14 @@ class Subject:
                     "--set present would take legs away that are then measured; tegotae gait "
                     "lesion --lose takes legs away"
                 )
-            own = [field.name for field in dataclasses.fields(found.body)]  # type: ignore[arg-type]
-            for name in fields:
-                if name not in own:
-                    raise unknown(f"field of a {type(found.body).__name__}", name, own)
-            found = found.with_body(dataclasses.replace(found.body, **fields))  # type: ignore[type-var]
+            found = found.with_body(with_fields(found.body, fields))
+        if self.terrain:
+            found = found.with_body(with_fields(found.body, {"terrain": terrain(self.terrain)}))
         if self.duration is not None:
             timing = dataclasses.replace(found.timing, duration_s=self.duration)
             found = dataclasses.replace(found, timing=timing)
+        if self.delay or self.noise:
+            found = found.with_body(felt(found, self.delay, self.noise))
         output_folder(self.out)
         return found
 
@@ -77,7 +91,9 @@ class Subject:
 
         name = self.system.rpartition(":")[2] or self.system
         at = f", ω = {legged.omega:g}" if omega and legged.omega is not None else ""
-        return literal(", ".join([name, *self.set])) + at
+        words = [name, *self.set, " ".join(self.terrain)]
+        words += [f"{what} {x:g}" for what in ("delay", "noise") if (x := getattr(self, what))]
+        return literal(", ".join(filter(None, words))) + at
 
     def document(self, legged: Legged, command: str, **more: Any) -> dict[str, Any]:
         """What stands in a document before what was found."""
@@ -106,6 +122,54 @@ class Subject:
     def wrote(self, paths: Iterable[Path]) -> None:
         """Say what was written."""
         print("wrote " + ", ".join(map(str, paths)))
+
+
+def terrain(words: Sequence[str]) -> Terrain:
+    """The ground that some words name: its kind, and numbers of it.
+
+    Raises:
+        TegotaeError: for a kind or a number that there is not.
+
+    Example:
+        >>> terrain(["slope", "along=0.1"])
+        Slope(along=0.1, across=0.0)
+    """
+    from tegotae.references import is_reference, named
+    from tegotae.registry import kinds_of
+    from tegotae.terrains import Terrain
+
+    kind, numbers = words[0], assignments("--terrain", words[1:])
+    if is_reference(kind):
+        found = named(kind, Terrain, "terrain")
+    else:
+        known = {name.lower(): each for name, each in kinds_of(Terrain).items()}
+        if kind.lower() not in known:
+            raise unknown("terrain", kind, known)
+        found = known[kind.lower()]()  # pyright: ignore[reportAbstractUsage] - no abstract one is known
+    own = [field.name for field in dataclasses.fields(found)]  # type: ignore[arg-type]
+    for name in numbers:
+        if name not in own:
+            raise unknown(f"number of the terrain {kind}", name, own)
+    return dataclasses.replace(found, **numbers)  # type: ignore[type-var]
+
+
+def felt(legged: Legged, delay_s: float, noise: float) -> Body:
+    """The body of a system, felt late and with noise.
+
+    Raises:
+        TegotaeError: for a delay or noise below zero, or a delay of too many ticks.
+    """
+    from tegotae.bodies import Sensors
+
+    require_finite("delay", delay_s, least=0.0)
+    require_finite("noise", noise, least=0.0)
+    ticks = max(1, math.ceil(delay_s / legged.timing.tick_s - 1e-6))
+    if ticks > _MOST_LATE:
+        raise TegotaeError(
+            f"delay is {delay_s:g}, which is {ticks} control ticks; it must be at most "
+            f"{_MOST_LATE * legged.timing.tick_s:g}"
+        )
+    return Sensors(body=legged.body, delay_s=delay_s, noise=noise, most_ticks=ticks)
 
 
 def assignments(option: str, texts: Iterable[str]) -> dict[str, Any]:

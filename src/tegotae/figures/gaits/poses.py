@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tegotae.bodies import Body, Sensors, Walker
+from tegotae.bodies import Around, Body, Walker
 from tegotae.bodies.attitude import from_angles, rotation
 from tegotae.bodies.upright import Upright
 from tegotae.errors import TegotaeError
@@ -46,7 +46,7 @@ def pose(body: Body, trajectory: Trajectory) -> Pose:
 
 
 @pose.register
-def _(body: Sensors, trajectory: Trajectory) -> Pose:
+def _(body: Around, trajectory: Trajectory) -> Pose:
     return pose(body.body, trajectory)
 
 

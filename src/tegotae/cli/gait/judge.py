@@ -1,0 +1,118 @@
+"""`tegotae gait judge`: how well controllers walk, at frequencies of your choice."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import numpy as np
+import tyro
+
+from tegotae.cli.options import UNSET
+from tegotae.cli.tables import print_rows
+from tegotae.files import output_file
+
+if TYPE_CHECKING:
+    from tegotae.gaits.judge import Judged
+    from tegotae.gaits.legged import Legged
+
+
+@dataclass(frozen=True, kw_only=True)
+class Judge:
+    """Judge controllers of bodies with legs: falls, speed, cost of transport, time to lock, gait.
+
+    Every controller is released from the same random phases. Numbers are means over the runs of a
+    set with their 95 % intervals; a single run has none.
+    """
+
+    place: Annotated[str, tyro.conf.Positional]
+    """A controller file of `tegotae train`, a folder of them, or a system's name, such as
+    quadruped-c."""
+    omega: Annotated[tuple[float, ...], UNSET] = ()
+    """Frequencies ω [rad/s]; the one trained at by default."""
+    starts: int = 32
+    """How many releases of each controller."""
+    seed: int = 1
+    """Of the random phases at release."""
+    csv: Annotated[Path | None, UNSET] = None
+    """Also write a row per controller and frequency to this file."""
+
+    def run(self) -> None:
+        """Compute, write, and print."""
+        from tegotae.gaits.judge import judge
+        from tegotae.tables import write_csv
+
+        if self.csv is not None:
+            output_file(self.csv)
+        sets = subjects(self.place)
+        found = [
+            (name, labels, judge(legged, weights, self.omega, self.starts, seed=self.seed))
+            for name, labels, legged, weights in sets
+        ]
+        if self.csv is not None:
+            write_csv(self.csv, columns(found), digits=6)
+        titles = ("controller", "ω", "runs", "upright", "locked", "locks in", "speed", "CoT")
+        print_rows((*titles, "slip", "gait"), (row for each in found for row in _rows(*each)))
+        units = {each.legged.units for _, _, each in found}
+        print("Lengths and times are in " + " or ".join(" and ".join(pair) for pair in units) + ".")
+
+
+def subjects(place: str) -> list[tuple[str, tuple[str, ...], Legged, np.ndarray]]:
+    """Sets of controllers: name, labels of its runs, system, weights [runs, n_weights].
+
+    Raises:
+        TegotaeError: if there is none, or its body has one leg.
+    """
+    from tegotae.collection import read
+    from tegotae.gaits import SYSTEMS, system
+    from tegotae.gaits.systems import driven
+    from tegotae.references import is_reference
+
+    if place in SYSTEMS or is_reference(place):
+        legged = system(place)
+        return [(place, ("",), legged, np.array([legged.weights]))]
+    return [
+        (
+            each.name,
+            each.labels,
+            driven(each.body, each.controller, each.weights[0], each.omega_t),
+            each.weights,
+        )
+        for each in read(place)
+    ]
+
+
+def columns(found: list[tuple[str, tuple[str, ...], Judged]]) -> dict[str, list[Any]]:
+    """A row per controller and frequency."""
+    rows: dict[str, list[Any]] = {"controller": [], "run": [], "omega": []}
+    for name, labels, judged in found:
+        measures = judged.measures
+        for run, label in enumerate(labels):
+            for at, omega in enumerate(judged.omega):
+                gait, share = judged.commonest(run, at)
+                own = {"controller": name, "run": label, "omega": float(omega)}
+                own |= {title: float(x[run, at]) for title, x in measures.items()}
+                for title, value in (own | {"gait": gait, "gait_share": share}).items():
+                    rows.setdefault(title, []).append(value)
+    return rows
+
+
+def _rows(name: str, labels: tuple[str, ...], judged: Judged) -> list[tuple[str, ...]]:
+    from tegotae.metrics.statistics import interval
+
+    measures = judged.measures
+    shown = ("upright", "locked", "lock_time_s", "speed_m_per_s", "cost_of_transport", "slip")
+    rows = []
+    for at, omega in enumerate(judged.omega):
+        gaits = Counter(judged.commonest(run, at)[0] for run in range(len(labels)))
+        told = ", ".join(f"{gait} ({count})" for gait, count in gaits.most_common())
+        numbers = []
+        for title in shown:
+            own = interval(measures[title][:, at])
+            sure = "" if np.isnan(own.low) else f" ({own.low:.3g} … {own.high:.3g})"
+            numbers.append("–" if np.isnan(own.mean) else f"{own.mean:.3g}{sure}")
+        at_omega = "–" if np.isnan(omega) else f"{omega:g}"
+        rows.append((name, at_omega, str(len(labels)), *numbers, told))
+    return rows

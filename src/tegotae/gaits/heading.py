@@ -1,0 +1,33 @@
+"""How fast a body comes ahead, where it looks."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+
+HEADING = ("time_s", "x_m", "y_m", "yaw_rad")
+"""The channels that tell it."""
+
+
+def speed_ahead_m_per_s(trajectory: Any, first: int) -> jax.Array:
+    """Mean speed from a frame on, in the direction in which the body looks [m/s], [lanes].
+
+    `v = Σ (Δx cos ψ + Δy sin ψ) / T`, frame by frame: of who walks backwards it is negative, and
+    who walks in a circle is as fast as who walks straight.
+
+    Args:
+        trajectory: which has the channels `HEADING`, [frames, lanes].
+        first: the frame.
+
+    Example:
+        >>> from types import SimpleNamespace
+        >>> there = {"x_m": jnp.array([[0.0], [2.0]]), "y_m": jnp.zeros((2, 1))}
+        >>> back = {"time_s": jnp.array([[0.0], [4.0]]), "yaw_rad": jnp.full((2, 1), jnp.pi)}
+        >>> speed_ahead_m_per_s(SimpleNamespace(**there, **back), 0).tolist()
+        [-0.5]
+    """
+    time, x, y, looks = (jnp.asarray(getattr(trajectory, name))[first:] for name in HEADING)
+    ahead = jnp.diff(x, axis=0) * jnp.cos(looks[:-1]) + jnp.diff(y, axis=0) * jnp.sin(looks[:-1])
+    return ahead.sum(axis=0) / (time[-1] - time[0])

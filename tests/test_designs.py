@@ -1,0 +1,239 @@
+"""Designs: what of a legged system's controller is learned, by name; and how it is judged."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+
+import numpy as np
+import pytest
+
+from tegotae import Experiment, TegotaeError, Timing, controller_file
+from tegotae.cli import main
+from tegotae.designs import all_designs, design, is_design
+from tegotae.gaits import system
+from tegotae.gaits.judge import MEASURES, judge
+from tegotae.models import BUDGET
+from tegotae.tables import read_csv
+from tegotae.terms import EllipticFoot, LearnedFoot, Sector, VanillaAction, WholeBodyFoot
+from tegotae.training.hopping_legs import HoppingLegs
+from tegotae.training.run import Run, train
+from tegotae.training.settings import tuned
+from tegotae.training.stopping import Stopping
+
+# Names
+
+
+def test_every_listed_design_has_a_name_that_finds_it_and_makes_an_experiment():
+    listed = all_designs()
+    assert {name.partition("@")[2] for name in listed} >= {"quadruped-c", "plate-light-pitch"}
+    for name, found in listed.items():
+        assert design(name).name == name
+        made = found.experiment()
+        assert 1 <= made.controller.n_weights <= BUDGET, name
+        assert Experiment.of(json.loads(json.dumps(made.document))) == made
+
+
+def test_a_bare_architecture_is_its_plainest_member():
+    assert design("ARGT@hexapod").name == "ARGT-rF-gF-tphif@hexapod"
+    assert design("VG@hexapod").family.about == "Tegotae with G learned, a unit a leg"
+
+
+def test_a_users_own_system_has_designs_too(tmp_path):
+    (tmp_path / "mine.py").write_text(
+        "from tegotae.gaits import system\nrobot = system('bar-light')\n"
+    )
+    found = design(f"AR@{tmp_path / 'mine.py'}:robot")
+    assert found.name == "AR-rF@robot"
+    assert found.experiment().body == system("bar-light").body
+
+
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        ("ARZ@hexapod", "no family is called 'ARZ'"),
+        ("ART@heptapod", "no legged system is called 'heptapod'"),
+        ("ART-rX@hexapod", "no observation is called 'X'"),
+        ("T-Q@hexapod", "no observation is called 'Q'"),
+        ("ART-tpsi@hexapod", "no input of a learned actuation is called 'psi'"),
+        ("AR-gF@hexapod", "says what G senses, and it is not learned"),
+        ("AR-w1.2.3@hexapod", "has no frequency behind -w"),
+        ("AR-w0@hexapod", "omega is 0"),
+        ("ART-t+phif@plate-heavy", "to which nothing can be added"),
+    ],
+)
+def test_a_name_that_says_nothing_is_refused_in_one_line(name, message):
+    with pytest.raises(TegotaeError, match=message.replace("+", r"\+")) as refused:
+        design(name).experiment()
+    assert "\n" not in str(refused.value)
+
+
+@pytest.mark.parametrize("family", ["ARGT", "T-F", "W-F", "cos", "V"])
+def test_a_budget_too_small_for_the_layout_is_refused_in_one_line(family):
+    least = {"ARGT": 22, "T-F": 6, "W-F": 13, "cos": 2, "V": 1}[family]
+    assert design(f"{family}@quadruped-c").controller(least).n_weights == least
+    if least > 1:
+        with pytest.raises(TegotaeError, match=f"too small: .* has at least {least} weights"):
+            design(f"{family}@quadruped-c").controller(least - 1)
+
+
+def test_a_models_name_is_no_designs():
+    assert not is_design("ART-rF-tphif-w8")
+    assert not is_design("/home/me@work/mine.py:experiment")
+
+
+# Experiments
+
+
+def test_what_is_not_learned_is_the_systems_own():
+    own = system("quadruped-c").controller
+    learned = design("AR@quadruped-c").controller()
+    assert learned.actuation == own.actuation == EllipticFoot(0.2, 0.12, 0.03, 0.4)
+    assert (learned.oscillator, learned.limbs) == (own.oscillator, 4)
+    assert isinstance(design("VG@quadruped-c").controller().terms["action"], VanillaAction)
+    assert isinstance(design("AR@plate-heavy").controller().actuation, Sector)
+
+
+def test_vanilla_is_the_system_itself():
+    assert design("V@quadruped-c").controller() == system("quadruped-c").controller
+    assert design("V@plate-heavy").experiment().is_searched
+
+
+def test_networks_without_oscillators_are_as_large_as_the_others_and_have_no_frequency():
+    for family, kind in (("T-F", LearnedFoot), ("W-F", WholeBodyFoot)):
+        made = design(f"{family}@quadruped-c").experiment()
+        assert isinstance(made.controller.actuation, kind)
+        assert made.omega is None
+        assert made.controller.n_weights > 0.9 * BUDGET
+
+
+def test_the_frequency_says_which_speed_is_wanted_with_an_oscillator_or_without():
+    for family in ("AR", "T-F"):
+        slow, fast = (design(f"{family}-w{w}@quadruped-c").experiment() for w in (1, 3))
+        assert slow.fitness.speed_m_per_s == pytest.approx(2 * 0.2 / np.pi)
+        assert fast.fitness.speed_m_per_s == pytest.approx(3 * slow.fitness.speed_m_per_s)
+    assert design("AR@quadruped-c").experiment().omega == system("quadruped-c").omega
+
+
+def test_legs_that_push_are_trained_to_hop_and_follow_their_frequency():
+    assert design("AR@plate-heavy").experiment().measure == HoppingLegs()
+    assert design("T-F@plate-heavy").experiment().measure == HoppingLegs(follow_omega=False)
+
+
+def test_every_design_of_a_system_begins_with_the_same_irregular_phases():
+    starts = {design(f"{f}@quadruped-c").experiment().phase_rad for f in ("V", "ARGT", "Wphi-F")}
+    (phases,) = starts
+    assert len(set(phases)) == 4
+
+
+# Training and judging
+
+
+@pytest.fixture(scope="module")
+def short():
+    """A training of seconds: two generations of short episodes."""
+    found = design("Wphi-F@quadruped-c")
+    timing = Timing(duration_s=4.0, tick_s=0.008, frame_s=0.08)
+    fitness = dataclasses.replace(found.fitness, settle_s=2.0)
+    return found.experiment(budget=30, timing=timing, fitness=fitness)
+
+
+def run_of(experiment: Experiment, generations: int) -> Run:
+    algorithm = dataclasses.replace(tuned("pgpe"), population=4)
+    stopping = Stopping.after(generations)
+    return Run(experiment=experiment, seeds=(0, 1), stopping=stopping, algorithm=algorithm)
+
+
+@pytest.fixture(scope="module")
+def trained(short, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("designs")
+    return train(run_of(short, 2), folder / "at-once")
+
+
+def test_a_design_is_trained_kept_and_resumed_to_the_same_weights(short, trained, tmp_path):
+    train(run_of(short, 1), tmp_path)
+    again = train(run_of(short, 2), tmp_path)
+    for here, there in zip(trained, again, strict=True):
+        weights = controller_file.load(here).weights
+        assert np.ptp(weights) > 0.0
+        np.testing.assert_array_equal(weights, controller_file.load(there).weights)
+
+
+def test_a_controller_file_says_what_each_weight_of_a_network_for_all_legs_is(trained):
+    neurons = json.loads(trained[0].read_text())["weights"]["actuation"]["neuron"]
+    first = neurons["0"] if isinstance(neurons, dict) else neurons[0]
+    assert {"leg", "sin_phase", "cos_phase", "bias", "output"} == set(first)
+
+
+@pytest.fixture(scope="module")
+def judged():
+    """The named quadruped, and the same without feedback."""
+    return judge(system("quadruped-c"), np.array([[1.25], [0.0]]), (2.0, 3.0), 4)
+
+
+def test_the_named_quadruped_is_judged_at_each_frequency(judged):
+    measures = judged.measures
+    assert judged.gait.shape == (2, 2, 4)
+    assert (measures["upright"] == 1.0).all()
+    np.testing.assert_array_equal(measures["locked"][0], 1.0)
+    np.testing.assert_array_equal(measures["locked"][1], 0.0)  # σ = 0 locks nothing
+    assert 0.2 < measures["speed_m_per_s"][0, 0] < measures["speed_m_per_s"][0, 1]
+    froude = measures["froude"][0]
+    np.testing.assert_allclose(froude, measures["speed_m_per_s"][0] ** 2, rtol=1e-5)
+    assert judged.commonest(0, 0)[0] == "diagonal-sequence walk"
+
+
+def test_controllers_of_a_folder_are_judged_together(judged, tmp_path, capsys):
+    legged, folder = system("quadruped-c"), tmp_path / "runs"
+    folder.mkdir()
+    for seed, sigma in enumerate((1.25, 0.0)):
+        controller_file.save(
+            controller_file.SavedController(
+                legged.controller,
+                np.array([sigma]),
+                2.0,
+                legged.body,
+                "V@quadruped-c",
+                {"seed": seed},
+            ),
+            folder / f"V-seed{seed}.json",
+        )
+    table = tmp_path / "judged.csv"
+    asked = ("--omega", "2", "3", "--starts", "4", "--csv", str(table))
+    assert main(["gait", "judge", str(folder), *asked]) == 0
+    assert "V@quadruped-c" in capsys.readouterr().out
+    rows = read_csv(table)
+    assert list(rows["run"]) == ["0", "0", "1", "1"]
+    own = judged.measures
+    for name in MEASURES:
+        theirs = np.array([float(x) if x else np.nan for x in rows[name]])
+        np.testing.assert_allclose(theirs, own[name].ravel(), rtol=1e-4)
+
+
+def test_a_judgement_of_what_has_no_frequency_takes_none():
+    legged = dataclasses.replace(
+        system("quadruped-c"),
+        controller=design("T-F@quadruped-c").controller(),
+        weights=(0.0,) * 96,
+        omega=None,
+    )
+    with pytest.raises(TegotaeError, match="no oscillator, and so no omega"):
+        judge(legged, np.zeros((1, 96)), (2.0,))
+    with pytest.raises(TegotaeError, match="this controller has 96"):
+        judge(legged, np.zeros((1, 3)))
+
+
+def test_models_lists_designs_for_a_pattern_with_an_at(capsys):
+    assert main(["models", "ART*@quadruped-?", "--json"]) == 0
+    listed = json.loads(capsys.readouterr().out)
+    assert [each["name"] for each in listed] == [
+        "ART-rF-tphif@quadruped-a",
+        "ART-rF-tphif@quadruped-c",
+    ]
+    assert listed[0]["parameters"] == 96
+
+
+def test_a_pattern_that_no_design_has_is_refused(one_line_error):
+    assert "no design is called" in one_line_error("models", "X@nowhere")
+    assert "no legged system is called" in one_line_error("train", "ART@nowhere")
+    assert "too small" in one_line_error("train", "ARGT@hexapod", "--budget", "9")
