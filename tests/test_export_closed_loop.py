@@ -5,27 +5,22 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-import jax
-import jax.numpy as jnp
 import numpy as np
 import pytest
 
 from compiled import Compiled, needs_gcc
+from robots import TICK_S, apexes_of_the_package, apexes_of_the_robots, as_simulated
 from tegotae import Hopper, build
 from tegotae.bodies import Bar
-from tegotae.bodies.base import Push
 from tegotae.controller import Controller, Tegotae
 from tegotae.controller_file import SavedController
 from tegotae.export import Export
-from tegotae.integrators import Hold
 from tegotae.oscillators import PhaseOscillator
-from tegotae.rollout import Engine, Scenario, Timing
 from tegotae.terms import ConstantGain, Reflex, Sector, VanillaAction, VanillaReaction
 
 sys.path.insert(0, str(Path(__file__).parent / "users"))
 import my_parts
 
-TICK_S, DURATION_S = 0.001, 20.0
 ALLOWED_M = 1e-3
 
 
@@ -73,21 +68,6 @@ def gaits() -> dict[str, SavedController]:
     }
 
 
-def apexes_of_the_package(saved: SavedController, **release) -> tuple[np.ndarray, np.ndarray]:
-    """Times and heights of the apexes of the package's own run, held over the ticks."""
-    timing = Timing(duration_s=DURATION_S, tick_s=TICK_S, frame_s=0.02)
-    engine = Engine(controller=saved.controller, integrator=Hold(), timing=timing)
-    scenario = Scenario.of(saved.omega, **release)
-    found = engine.run(np.asarray(saved.weights), scenario, saved.body)
-    times, heights = (np.asarray(x)[:, 0] for x in (found.apex_time_s, found.apex_height_m))
-    return times[~np.isnan(times)], heights[~np.isnan(heights)]
-
-
-def as_simulated(program: Compiled, sensed: dict, pushed: float) -> list:
-    """The inputs that the simulator gives."""
-    return [sensed[name] for name in program.export.senses]
-
-
 def contact_force(program: Compiled, sensed: dict, pushed: float) -> list:
     """What a load cell under the foot measures: F_k - c v + F_a, and nothing in the air."""
     damping = program.export.saved.body.damping_ns_per_m
@@ -99,40 +79,6 @@ def converted(program: Compiled, sensed: dict, pushed: float) -> list:
     """The same as the header's function makes the spring's force of it."""
     (contact,) = contact_force(program, sensed, pushed)
     return [program.number("spring_force", contact, sensed["velocity"], pushed)]
-
-
-def apexes_of_the_robots(
-    programs: list[Compiled], body, height_m: float, phases, measured=as_simulated
-) -> list:
-    """Heights of the apexes, the compiled controllers driving one body each, tick by tick."""
-    measures = measured if isinstance(measured, list) else [measured] * len(programs)
-    lanes, limbs = len(programs), body.limbs
-    state = body.release(jnp.full(lanes, height_m), jnp.zeros(lanes))
-    ground, tick_s = jnp.zeros(lanes), jnp.float32(TICK_S)
-
-    @jax.jit
-    def sense(state):
-        return body.sense(state, ground).values
-
-    @jax.jit
-    def advance(state, force):
-        after, contact = body.advance(state, Push(force), ground, tick_s)
-        return after, body.sense(after, ground).values, contact.apex_height_m
-
-    force = np.zeros((limbs, lanes), np.float32)
-    sensed, found = sense(state), []
-    for program in programs:
-        program.init(phases)
-    for _ in range(round(DURATION_S / TICK_S)):
-        sensed = {name: np.asarray(x) for name, x in sensed.items()}
-        for lane, program in enumerate(programs):
-            own = {name: x[..., lane] for name, x in sensed.items()}
-            inputs = measures[lane](program, own, force[0, lane])
-            force[:, lane] = program.step(inputs)[0]
-        state, sensed, apex = advance(state, force[0] if limbs == 1 else force)
-        found.append(np.asarray(apex))
-    whole = np.stack(found)
-    return [column[~np.isnan(column)] for column in whole.T]
 
 
 @pytest.fixture(scope="module")

@@ -171,8 +171,17 @@ ARCHITECTURES = (
 )  # fmt: skip
 
 
+SAMPLED = ("V-sector-w8", "AR-rFv-both-w8", "ART-rF-tphif-w8", "ARGT-rFv-gFv-tphif-w8", "T-Fv")
+
+
 @needs_gcc
-@pytest.mark.parametrize("name", ARCHITECTURES)
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(name, marks=() if name in SAMPLED else pytest.mark.thorough)
+        for name in ARCHITECTURES
+    ],
+)
 def test_every_architecture_says_in_c_what_it_says_in_the_package(name, tmp_path):
     model = find(name)
     export = Export(saved(model.controller(40), omega=model.omega_t))

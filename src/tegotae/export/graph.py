@@ -5,68 +5,28 @@ from __future__ import annotations
 import functools
 import itertools
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
 from typing import Any
 
-import jax
 import numpy as np
 
 from tegotae.errors import TegotaeError
+from tegotae.export.moves import MOVES
 from tegotae.export.names import Place, c_name, docstring, is_of_jax, place_of
+from tegotae.export.nodes import (
+    KINDS,
+    Call,
+    Loop,
+    Node,
+    Procedure,
+    array_of,
+    constant,
+    given,
+    literal,
+)
 from tegotae.export.primitives import CALLS, SCALAR
 
-_KINDS = {"float32": "float", "int32": "int32_t", "bool": "bool"}
 _SMALLEST_PROCEDURE = 4
 """Operations from which a function of the package is worth one in C."""
-_number = itertools.count()
-
-
-@dataclass(eq=False)
-class Node:
-    """A scalar: a constant, something given, or what an operation makes of other scalars."""
-
-    operation: str
-    """A name of `SCALAR`; or literal, given, result."""
-    kind: str
-    """Its type in C."""
-    inputs: tuple[Node, ...] = ()
-    detail: Any = None
-    """The value of a literal, the C text of what is given, which result of which call."""
-    place: Place | None = None
-    """Where in the program it was computed."""
-    number: int = field(default_factory=lambda: next(_number))
-    """Later ones depend on earlier ones alone."""
-
-
-@dataclass(eq=False)
-class Procedure:
-    """A function that the traced one calls by name: scalars in, scalars out."""
-
-    name: str
-    parameters: tuple[str, ...]
-    inputs: tuple[Node, ...]
-    results: tuple[Node, ...]
-    about: str = ""
-    """What its docstring says it does."""
-
-
-@dataclass(eq=False)
-class Call:
-    """One call of a procedure."""
-
-    procedure: Procedure
-    inputs: tuple[Node, ...]
-    place: Place | None
-
-
-def given(text: str, kind: str = "float") -> Node:
-    """A scalar that C calls so."""
-    return Node("given", kind, detail=text)
-
-
-def literal(value: Any, kind: str) -> Node:
-    """A constant."""
-    return Node("literal", kind, detail=value)
 
 
 class Reader:
@@ -75,9 +35,13 @@ class Reader:
     A trace is a jaxpr: a list of operations on arrays of known shape. Each array becomes a NumPy
     array of nodes, so that what only moves entries about (reshape, stack, slice) is done at once,
     and what computes becomes one node an entry.
+
+    Args:
+        loops: whether there may be loops of unknown length, which a robot's tick must not have.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, loops: bool = False) -> None:
+        self._loops = loops
         self._procedures: dict[str, Procedure] = {}
 
     def read(self, trace: Any, inputs: Sequence[np.ndarray]) -> list[np.ndarray]:
@@ -86,7 +50,7 @@ class Reader:
         Raises:
             TegotaeError: for an operation that has no C, by its name.
         """
-        constants = [_constant(value) for value in trace.consts]
+        constants = [constant(value) for value in trace.consts]
         return self._run(trace.jaxpr, constants, inputs, None)
 
     def _run(
@@ -97,7 +61,7 @@ class Reader:
 
         def value(atom: Any) -> np.ndarray:
             if hasattr(atom, "val"):  # a number that stands in the program
-                return _constant(np.asarray(atom.val, atom.aval.dtype))
+                return constant(np.asarray(atom.val, atom.aval.dtype))
             return known[atom]
 
         for equation in jaxpr.eqns:
@@ -113,8 +77,12 @@ class Reader:
         name, parameters = equation.primitive.name, equation.params
         if name in CALLS:
             return self._call(parameters, arguments, place)
-        if name in _MOVES:
-            return _MOVES[name](arguments, parameters)
+        if name == "cond":
+            return self._branches(parameters, arguments, place)
+        if name == "while" and self._loops:
+            return self._loop(parameters, arguments, place)
+        if name in MOVES:
+            return MOVES[name](arguments, parameters)
         if name in _SUMS:
             return [_reduced(_SUMS[name], arguments[0], parameters["axes"], place)]
         kind = _kind(equation.outvars[0].aval, name)
@@ -138,7 +106,7 @@ class Reader:
     ) -> list[np.ndarray]:
         inner = parameters.get("jaxpr", parameters.get("call_jaxpr"))
         jaxpr, constants = getattr(inner, "jaxpr", inner), getattr(inner, "consts", ())
-        known = [_constant(value) for value in constants]
+        known = [constant(value) for value in constants]
         about = getattr(jaxpr, "debug_info", None)
         source = getattr(about, "func_src_info", None) or ""
         own = not is_of_jax(source)
@@ -155,7 +123,70 @@ class Reader:
             for index, result in enumerate(procedure.results)
         ]
         return [
-            _array([node], out.aval.shape) for node, out in zip(results, jaxpr.outvars, strict=True)
+            array_of([node], out.aval.shape)
+            for node, out in zip(results, jaxpr.outvars, strict=True)
+        ]
+
+    def _branches(
+        self, parameters: Any, arguments: list[np.ndarray], place: Place | None
+    ) -> list[np.ndarray]:
+        """All branches, and of their results those of the one that is taken."""
+        which, *given_to = arguments
+        kind = which.item().kind
+        taken, *others = (
+            self._run(each.jaxpr, [constant(x) for x in each.consts], given_to, None)
+            for each in parameters["branches"]
+        )
+        for number, branch in enumerate(others, 1):
+            least = array_of([literal(np.int32(number), "int32_t")], ())
+            here = (
+                which if kind == "bool" else _elementwise(_operator("ge", "bool"), [which, least])
+            )
+            taken = [
+                _elementwise(_operator("select_n", new.reshape(-1)[0].kind), [here, old, new])
+                for old, new in zip(taken, branch, strict=True)
+            ]
+        return taken
+
+    def _loop(
+        self, parameters: Any, arguments: list[np.ndarray], place: Place | None
+    ) -> list[np.ndarray]:
+        """A procedure of scalars that goes round while its condition holds."""
+        n_test, n_step = parameters["cond_nconsts"], parameters["body_nconsts"]
+        kinds = [each.item().kind for each in map(_first, arguments)]
+        taken: set[str] = set()
+        inside = []
+        for array, kind in zip(arguments, kinds, strict=True):
+            names = [c_name("x", taken) for _ in range(array.size)]
+            inside.append(array_of([given(name, kind) for name in names], array.shape))
+        carry = inside[n_test + n_step :]
+
+        def run(jaxpr: Any, fixed: list[np.ndarray]) -> list[Node]:
+            constants = [constant(value) for value in jaxpr.consts]
+            return _scalars(self._run(jaxpr.jaxpr, constants, [*fixed, *carry], None))
+
+        goes_on = run(parameters["cond_jaxpr"], inside[:n_test])[0]
+        onwards = run(parameters["body_jaxpr"], inside[n_test : n_test + n_step])
+        inputs = _scalars(inside)
+        loop = Loop(
+            "going_on",
+            tuple(str(node.detail) for node in inputs),
+            tuple(inputs),
+            tuple(_scalars(carry)),
+            "Goes round while something is left to do.",
+            len(onwards),
+            goes_on,
+            tuple(onwards),
+        )
+        call = Call(loop, tuple(_scalars(arguments)), place)
+        results = [
+            Node("result", node.kind, call.inputs, (call, index), place)
+            for index, node in enumerate(loop.results)
+        ]
+        ends = np.cumsum([array.size for array in carry])
+        return [
+            array_of(results[end - array.size : end], array.shape)
+            for end, array in zip(ends, carry, strict=True)
         ]
 
     def _procedure(self, name: str, jaxpr: Any, constants: Any, about: Any) -> Procedure:
@@ -168,7 +199,9 @@ class Reader:
             names = [c_name(each, taken) for each in names]
             kinds = [_kind(each.aval, name) for each in jaxpr.invars]
             inputs = [given(n, kind) for n, kind in zip(names, kinds, strict=True)]
-            arrays = [_array([n], v.aval.shape) for n, v in zip(inputs, jaxpr.invars, strict=True)]
+            arrays = [
+                array_of([n], v.aval.shape) for n, v in zip(inputs, jaxpr.invars, strict=True)
+            ]
             results = [array.item() for array in self._run(jaxpr, constants, arrays, None)]
             self._procedures[text] = Procedure(
                 name,
@@ -182,37 +215,21 @@ class Reader:
 
 def _kind(aval: Any, name: str) -> str:
     dtype = str(aval.dtype)
-    if dtype not in _KINDS:
+    if dtype not in KINDS:
         raise TegotaeError(
             f"the controller uses {name!r} in {dtype}, which cannot be exported; C gets "
-            f"{', '.join(_KINDS)}"
+            f"{', '.join(KINDS)}"
         )
-    return _KINDS[dtype]
+    return KINDS[dtype]
 
 
 def _where(place: Place | None) -> str:
     return "" if place is None else f" ({place.file.name}, line {place.line})"
 
 
-def _array(nodes: Sequence[Node], shape: tuple[int, ...]) -> np.ndarray:
-    array = np.empty(len(nodes), object)
-    array[:] = nodes
-    return array.reshape(shape)
-
-
-def _constant(value: Any) -> np.ndarray:
-    numbers = np.asarray(value)
-    kind = _KINDS.get(str(numbers.dtype))
-    if kind is None:
-        raise TegotaeError(
-            f"the controller holds numbers of {numbers.dtype}, which cannot be exported"
-        )
-    return _array([literal(each, kind) for each in numbers.reshape(-1)], numbers.shape)
-
-
 def _elementwise(node: Callable[..., Node], arrays: Sequence[np.ndarray]) -> np.ndarray:
     same = np.broadcast_arrays(*arrays)
-    return _array(
+    return array_of(
         [node(*entries) for entries in zip(*(a.reshape(-1) for a in same), strict=True)],
         same[0].shape,
     )
@@ -237,10 +254,23 @@ def _folded(node: Node) -> Node:
     fold = SCALAR[node.operation].fold
     if fold is None or any(each.operation != "literal" for each in node.inputs):
         return node
-    dtype = {kind: name for name, kind in _KINDS.items()}[node.kind]
+    dtype = {kind: name for name, kind in KINDS.items()}[node.kind]
     with np.errstate(all="ignore"):
         value = fold(*(each.detail for each in node.inputs))
     return literal(np.asarray(value).astype(dtype)[()], node.kind)
+
+
+def _operator(operation: str, kind: str) -> Callable[..., Node]:
+    """An operation of its own: between what branches of a trace gave, say."""
+    return lambda *inputs: _folded(Node(operation, kind, inputs))
+
+
+def _first(array: np.ndarray) -> np.ndarray:
+    return array.reshape(-1)[:1]
+
+
+def _scalars(arrays: Sequence[np.ndarray]) -> list[Node]:
+    return [node for array in arrays for node in array.reshape(-1)]
 
 
 def _is(node: Node, value: float) -> bool:
@@ -278,74 +308,9 @@ def _product(arrays: Any, parameters: Any, kind: str, place: Place | None) -> np
     for i, j in itertools.product(range(rows.shape[1]), range(columns.shape[1])):
         terms = [Node("mul", kind, (rows[n, i], columns[n, j]), None, place) for n in range(inner)]
         entries.append(functools.reduce(lambda a, b: Node("add", kind, (a, b), None, place), terms))
-    return _array(entries, free)
+    return array_of(entries, free)
 
 
-def _known(array: np.ndarray) -> int:
-    node = array.item()
-    if node.operation != "literal":
-        raise TegotaeError(
-            "the controller picks an entry by a number that it computes, which is "
-            "not exported; pick it by jnp.where"
-        )
-    return int(node.detail)
-
-
-def _in_dimensions(arrays: Any, parameters: Any) -> list[np.ndarray]:
-    array, shape = arrays[0], parameters["shape"]
-    whole = [1] * len(shape)
-    for axis, at in enumerate(parameters["broadcast_dimensions"]):
-        whole[at] = array.shape[axis]
-    return [np.broadcast_to(array.reshape(whole), shape)]
-
-
-def _slice(arrays: Any, parameters: Any) -> list[np.ndarray]:
-    strides = parameters["strides"] or (1,) * arrays[0].ndim
-    bounds = zip(parameters["start_indices"], parameters["limit_indices"], strides, strict=True)
-    return [arrays[0][tuple(slice(*each) for each in bounds)]]
-
-
-def _dynamic_slice(arrays: Any, parameters: Any) -> list[np.ndarray]:
-    array, *starts = arrays
-    sizes = parameters["slice_sizes"]
-    firsts = [
-        min(max(_known(at), 0), length - size)
-        for at, length, size in zip(starts, array.shape, sizes, strict=True)
-    ]
-    return [array[tuple(slice(at, at + n) for at, n in zip(firsts, sizes, strict=True))]]
-
-
-def _split(arrays: Any, parameters: Any) -> list[np.ndarray]:
-    ends = np.cumsum(parameters["sizes"])[:-1]
-    return list(np.split(arrays[0], ends, axis=parameters["axis"]))
-
-
-def _iota(arrays: Any, parameters: Any) -> list[np.ndarray]:
-    shape, at = parameters["shape"], parameters["dimension"]
-    numbers = np.arange(shape[at]).reshape([-1 if i == at else 1 for i in range(len(shape))])
-    dtype = jax.dtypes.canonicalize_dtype(parameters["dtype"])
-    return [_constant(np.broadcast_to(numbers, shape).astype(dtype))]
-
-
-_MOVES: dict[str, Callable[[Any, Any], list[np.ndarray]]] = {
-    "broadcast_in_dim": _in_dimensions,
-    "reshape": lambda a, p: [a[0].reshape(p["new_sizes"])],
-    "squeeze": lambda a, p: [np.squeeze(a[0], tuple(p["dimensions"]))],
-    "expand_dims": lambda a, p: [np.expand_dims(a[0], tuple(p["dimensions"]))],
-    "transpose": lambda a, p: [np.transpose(a[0], p["permutation"])],
-    "rev": lambda a, p: [np.flip(a[0], tuple(p["dimensions"]))],
-    "concatenate": lambda a, p: [np.concatenate(a, axis=p["dimension"])],
-    "stack": lambda a, p: [np.stack(a, axis=p["axis"])],
-    "unstack": lambda a, p: list(np.moveaxis(a[0], p["axis"], 0)),
-    "slice": _slice,
-    "dynamic_slice": _dynamic_slice,
-    "split": _split,
-    "iota": _iota,
-    "copy": lambda a, p: [a[0]],
-    "copy_p": lambda a, p: [a[0]],
-    "stop_gradient": lambda a, p: [a[0]],
-}
-"""Operations that only put entries elsewhere."""
 _SUMS = {
     "reduce_sum": "add",
     "reduce_prod": "mul",

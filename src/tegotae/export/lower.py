@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from tegotae.errors import TegotaeError
-from tegotae.export.graph import Call, Node, Procedure
 from tegotae.export.names import c_name
+from tegotae.export.nodes import Call, Loop, Node, Procedure
 from tegotae.export.primitives import ATOM, HELPERS, PRODUCT, SCALAR, UNARY, WHOLE
 
 WIDTH = 96
@@ -36,6 +36,9 @@ class Library:
 
     def name_of(self, procedure: Procedure) -> str:
         """The name of a procedure in C, which is written on its first call."""
+        if id(procedure) not in self.names and isinstance(procedure, Loop):
+            name = self.names[id(procedure)] = c_name(procedure.name, self.taken)
+            self.procedures.append(_loop(self, procedure, name))
         if id(procedure) not in self.names:
             body = Statements(self, procedure.parameters)
             results = body.all(procedure.results)
@@ -86,6 +89,25 @@ def function(
     return f"{text}static {head} {name}({parameters or 'void'})\n{{\n{body}\n}}\n"
 
 
+def _loop(library: Library, loop: Loop, name: str) -> str:
+    """A loop as a function: it changes its own copies of what is carried, and returns them."""
+    carried = loop.inputs[len(loop.inputs) - loop.carried :]
+    names = [str(node.detail) for node in carried]
+    test = Statements(library, (*loop.parameters, *(f"next_{each}" for each in names)))
+    goes_on = test.all([loop.goes_on])[0] if loop.goes_on else "false"
+    step = Statements(library, test.taken)
+    onwards = step.all(loop.onwards)
+    lines = [*test.lines, f"if (!({goes_on})) {{", "    break;", "}", *step.lines]
+    lines += [
+        f"const {n.kind} next_{n.detail} = {x};" for n, x in zip(carried, onwards, strict=True)
+    ]
+    lines += [f"{each} = next_{each};" for each in names]
+    around = ["for (;;) {", *(f"    {line}" for line in lines), "}"]
+    parameters = ", ".join(f"{node.kind} {node.detail}" for node in loop.inputs)
+    kinds = [node.kind for node in carried]
+    return function(name, parameters, around, names, kinds, comment=loop.about)
+
+
 def comment_of(text: str) -> str:
     """A comment in C, wrapped."""
     if not text:
@@ -117,7 +139,8 @@ class Statements:
 
     def __init__(self, library: Library, taken: Iterable[str] = ()) -> None:
         self._library = library
-        self._taken = set(taken) | library.taken
+        self.taken = set(taken) | library.taken
+        """Names that are given away already."""
         self._texts: dict[Node, tuple[str, int]] = {}
         self._uses: dict[Node, int] = {}
         self._calls: dict[Call, str] = {}
@@ -147,7 +170,7 @@ class Statements:
         leaf = node.operation in ("literal", "given", "result")
         if leaf or (self._uses[node] == 1 and len(text) <= _LONGEST):
             return text, binds
-        name = c_name(node.place.names[0] if node.place else "value", self._taken)
+        name = c_name(node.place.names[0] if node.place else "value", self.taken)
         self.lines.append(f"const {node.kind} {name} = {text};")
         return name, ATOM
 
@@ -178,7 +201,7 @@ class Statements:
     def _named(self, node: Node) -> str:
         """A name for a value, even if it is used only once."""
         text, _ = self._texts[node]
-        name = c_name(node.place.names[0] if node.place else "value", self._taken)
+        name = c_name(node.place.names[0] if node.place else "value", self.taken)
         self.lines.append(f"const {node.kind} {name} = {text};")
         self._texts[node] = name, ATOM
         return name
@@ -188,12 +211,12 @@ class Statements:
         procedure = call.procedure
         if call not in self._calls:
             name = self._library.name_of(procedure)
-            self._taken.add(name)
+            self.taken.add(name)
             inputs = ", ".join(self._texts[each][0] for each in call.inputs)
             wanted = call.place.names if call.place else (procedure.name,)
             single = len(procedure.results) == 1
             label = wanted[0] if single else "_".join(wanted)
-            variable = c_name(label, self._taken)
+            variable = c_name(label, self.taken)
             kind = procedure.results[0].kind if single else f"{name}_result"
             self.lines.append(f"const {kind} {variable} = {name}({inputs});")
             self._calls[call] = variable

@@ -13,7 +13,8 @@ import numpy as np
 from tegotae.controller import Controller, Tegotae
 from tegotae.couplings.base import Coupling
 from tegotae.errors import TegotaeError
-from tegotae.export.graph import Node, Reader, given
+from tegotae.export.graph import Reader
+from tegotae.export.nodes import Node, given
 from tegotae.integrators.base import held, push, settled
 from tegotae.terms.actuation import Actuation
 from tegotae.terms.base import Signals, Term

@@ -1,0 +1,45 @@
+"""`tegotae playground`: a page to play with, in one file."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Annotated
+
+import tyro
+
+from tegotae import controller_file
+from tegotae.files import output_file, write_atomically
+from tegotae.playground import Choice, Page, standard
+
+
+@dataclass(frozen=True, kw_only=True)
+class Playground:
+    """Write a page to play with: one HTML file, no server, no network.
+
+    People can disturb controllers on it, change their bodies, compare them, and let one learn.
+    """
+
+    controllers: Annotated[list[Path], tyro.conf.Positional] = field(default_factory=list)
+    """Controller files of `tegotae train`; the vanilla one and three learned ones without."""
+    out: Path = Path("playground.html")
+    """The file that is written."""
+
+    def run(self) -> None:
+        """Write the page, and say where it is."""
+        path = output_file(self.out)
+        stems = [each.stem for each in self.controllers]
+        own = [
+            Choice(name if stems.count(name) == 1 else str(each), controller_file.load(each))
+            for name, each in zip(stems, self.controllers, strict=True)
+        ]
+        page = Page([*own, *standard()[:1]] if own else standard(), tell)
+        html = page.html()
+        write_atomically(path, html)
+        print(f"{path}: {len(html.encode()) / 1024:.0f} KB; open it in a browser")
+
+
+def tell(line: str) -> None:
+    """A line for people, beside what the command says."""
+    print(line, file=sys.stderr, flush=True)

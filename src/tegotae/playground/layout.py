@@ -1,0 +1,79 @@
+"""Where the numbers of a lane lie: one block of four-byte words, named."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+WORD_BYTES = 4
+
+
+@dataclass(frozen=True)
+class Entry:
+    """Some words of a lane.
+
+    Args:
+        name: what they are, such as "body.mass_kg" or "channel.height_m".
+        words: how many: one a limb, or a weight.
+        kind: their type in a trace: "float32", "bool", which is kept as 0 or 1, or "int32".
+    """
+
+    name: str
+    words: int
+    kind: str = "float32"
+
+    @property
+    def member(self) -> str:
+        """Its name as a member of a struct of C."""
+        return self.name.replace(".", "_")
+
+
+@dataclass(frozen=True)
+class Layout:
+    """The block of a lane, entry after entry.
+
+    Example:
+        >>> layout = Layout((Entry("omega", 2), Entry("body.mass_kg", 1)))
+        >>> layout.offsets(), layout.words
+        ({'omega': 0, 'body.mass_kg': 2}, 3)
+    """
+
+    entries: tuple[Entry, ...]
+
+    @property
+    def words(self) -> int:
+        """How many words a lane has."""
+        return sum(entry.words for entry in self.entries)
+
+    def offsets(self) -> dict[str, int]:
+        """Where each entry begins, in words."""
+        found, at = {}, 0
+        for entry in self.entries:
+            found[entry.name] = at
+            at += entry.words
+        return found
+
+    def document(self) -> dict[str, list[int]]:
+        """Where each entry begins and how many words it has, by name: what a page reads."""
+        offsets = self.offsets()
+        return {entry.name: [offsets[entry.name], entry.words] for entry in self.entries}
+
+    def struct(self) -> str:
+        """The block as a struct of C."""
+        kinds = {"int32": "int32_t"}
+        fields = "".join(
+            f"    {kinds.get(entry.kind, 'float')} {entry.member}[{entry.words}];\n"
+            for entry in self.entries
+        )
+        return f"typedef struct {{\n{fields}}} lane_block;\n"
+
+
+def texts(entry: Entry) -> list[str]:
+    """What C calls each word of an entry; a bool is what is not zero."""
+    words = [f"l->{entry.member}[{i}]" for i in range(entry.words)]
+    return [f"({word} != 0.0f)" for word in words] if entry.kind == "bool" else words
+
+
+def together(groups: Iterable[Iterable[Entry]]) -> Layout:
+    """A layout of all entries, group after group."""
+    return Layout(tuple(entry for group in groups for entry in group))

@@ -1,0 +1,168 @@
+"""The playground's engine, run in Node or in a browser, and the package's own run beside it."""
+
+from __future__ import annotations
+
+import base64
+import gzip
+import json
+import shutil
+import subprocess
+from dataclasses import dataclass, field
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import tegotae.playground
+from tegotae import Engine, Scenario, Timing
+from tegotae.bodies import Body
+from tegotae.controller import Controller
+from tegotae.playground import shelf
+from tegotae.playground.program import Program
+from tegotae.recorder import needing
+
+WEB = Path(str(resources.files(tegotae.playground) / "web"))
+NODE = shutil.which("node")
+needs_node = pytest.mark.skipif(NODE is None, reason="needs Node: apt-get install nodejs")
+
+FRAME_S = 0.02
+CHANNELS = (
+    *("height_m", "phase_rad", "spring_force_n", "actuator_force_n", "apex_height_m"),
+    *("climb_flight_m", "work_absolute_j", "energy_j", "failed"),
+)
+
+PLAYED = """
+function played(lane, task) {
+  for (const [name, value] of Object.entries(task.given)) lane.set(name, value);
+  lane.release();
+  const record = Object.fromEntries(task.channels.map((name) => [name, []]));
+  for (let frame = 0; frame < task.frames; frame++) {
+    for (const [at, name, value] of task.happens) if (at === frame) lane.set(name, value);
+    lane.advance(task.ticks);
+    for (const name of task.channels) {
+      const count = lane.engine.layout["channel." + name][1];
+      record[name].push(Array.from({ length: count }, (_, i) => lane.get("channel." + name, i)));
+    }
+  }
+  return record;
+}
+"""
+"""What Node and a browser do with a lane: numbers that are none come back as null."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """A run: what drives what, from what release, and what happens on the way."""
+
+    controller: Controller
+    weights: Any
+    body: Body
+    scenario: Scenario
+    happens: tuple[tuple[float, str, Any], ...] = ()
+    """Times [s], names of a lane's entries, values."""
+    duration_s: float = 10.0
+    given: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def engine(self) -> shelf.Engine:
+        return shelf.engine(self.controller, self.body)
+
+    def task(self) -> dict[str, Any]:
+        """What a page is told."""
+        program, scenario = Program(self.controller, self.body), self.scenario
+        phases = np.broadcast_to(np.asarray(scenario.phase_rad).reshape(-1), (program.limbs,))
+        given = {
+            "weights": np.asarray(self.weights, "float32").tolist(),
+            "omega": float(scenario.omega),
+            "ground_m": 0.0,
+            **{f"body.{name}": value for name, value in program.numbers.items()},
+            **{f"release.{name}": 0.0 for name in program.postures},
+            "release.height_m": scenario.height_m,
+            "release.velocity_m_per_s": scenario.velocity_m_per_s,
+            "release.phase_rad": phases.tolist(),
+            **{f"release.{name}": value for name, value in dict(scenario.posture).items()},
+            **self.given,
+        }
+        return {
+            "given": given,
+            "frames": round(self.duration_s / FRAME_S),
+            "ticks": round(FRAME_S / 0.001),
+            "happens": [[round(t / FRAME_S), name, value] for t, name, value in self.happens],
+            "channels": CHANNELS,
+        }
+
+    def by_the_package(self, controller: Controller | None = None) -> dict[str, np.ndarray]:
+        """The same run by `Engine.run`, channels [frames, limbs]."""
+        timing = Timing(duration_s=self.duration_s, frame_s=FRAME_S)
+        engine = Engine(controller=controller or self.controller, timing=timing, summary=whole)
+        path = engine.run(np.asarray(self.weights), self.scenario, self.body)
+        return {n: np.asarray(x).reshape(timing.n_frames, -1) for n, x in path.channels.items()}
+
+
+@needing(*CHANNELS)
+def whole(trajectory: Any, scenario: Any, body: Any, timing: Any) -> Any:
+    """The trajectory as it is, of a few channels."""
+    return trajectory
+
+
+def in_node(script: str, data: Any, folder: Path) -> Any:
+    """What a module's last expression `result` comes to: it may use `data` and `web`."""
+    (folder / "data.json").write_text(json.dumps(data))
+    (folder / "run.mjs").write_text(
+        'import fs from "fs";\n'
+        f'const data = JSON.parse(fs.readFileSync("{folder / "data.json"}"));\n'
+        f'const web = (name) => import("{WEB.as_uri()}/" + name);\n'
+        f"{script}\nconsole.log(JSON.stringify(result));\n"
+    )
+    (folder / "package.json").write_text('{"type": "module"}')
+    assert NODE is not None
+    done = subprocess.run(
+        [NODE, "--no-warnings", str(folder / "run.mjs")],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout)
+
+
+def wasm_of(engine: shelf.Engine) -> dict[str, Any]:
+    """An engine as a script takes it: its bytes in base64."""
+    return {
+        "wasm": base64.b64encode(gzip.decompress(engine.wasm)).decode(),
+        "layout": engine.layout,
+    }
+
+
+def played_in_node(case: Case, folder: Path) -> dict[str, np.ndarray]:
+    """A run of the page's engine in Node, channels [frames, limbs]."""
+    script = PLAYED + (
+        'const { Engine } = await web("engine.js");\n'
+        'const bytes = Buffer.from(data.engine.wasm, "base64");\n'
+        "const engine = await Engine.of(bytes, data.engine.layout);\n"
+        "const result = played(engine.lane(), data.task);"
+    )
+    return arrays(in_node(script, {"engine": wasm_of(case.engine), "task": case.task()}, folder))
+
+
+def arrays(record: dict[str, Any]) -> dict[str, np.ndarray]:
+    """A record of a script as arrays."""
+    return {name: np.array(rows, float) for name, rows in record.items()}
+
+
+def assert_same(found: dict[str, np.ndarray], wanted: dict[str, np.ndarray]) -> None:
+    """The same run, but for the last digits of float32, which differ between processors."""
+    for name, size in (("height_m", 1e-4), ("energy_j", 1e-3), ("climb_flight_m", 1e-3)):
+        np.testing.assert_allclose(found[name], wanted[name], atol=size, err_msg=name)
+    for name in ("work_absolute_j", "spring_force_n"):
+        np.testing.assert_allclose(found[name], wanted[name], rtol=1e-3, atol=1e-3, err_msg=name)
+    apart = np.angle(np.exp(1j * (found["phase_rad"] - wanted["phase_rad"])))
+    assert np.abs(apart).max() < 1e-3
+    assert (found["failed"] == wanted["failed"]).all()
+    both = ~np.isnan(found["apex_height_m"]) & ~np.isnan(wanted["apex_height_m"])
+    # An apex at the very end of a frame may be found in the next one.
+    assert (np.isnan(found["apex_height_m"]) ^ np.isnan(wanted["apex_height_m"])).sum() <= 2
+    gap = np.abs(found["apex_height_m"] - wanted["apex_height_m"])[both]
+    assert gap.size == 0 or gap.max() < 1e-4
