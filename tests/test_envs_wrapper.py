@@ -362,6 +362,14 @@ class TestMujoco:
         assert forces[0] == 0.0  # released a little above the ground
         assert forces[-1] == pytest.approx(weight, rel=0.1)
 
+    def test_a_foot_without_a_name_is_given_by_its_geom(self, hopper):
+        geom = MujocoContactForce(hopper.env, "foot_geom")
+        both = MujocoContactForce(geom, "foot")
+        both.reset(seed=0)
+        for _ in range(30):
+            seen, *_ = both.step(np.zeros(3))
+        assert seen[-1] == seen[-2] > 0.0
+
     def test_model_without_that_body_is_told(self, hopper):
         with pytest.raises(TegotaeError, match="did you mean foot"):
             MujocoContactForce(hopper.env, "feet")

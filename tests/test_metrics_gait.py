@@ -223,6 +223,8 @@ def test_what_was_not_recorded_leaves_undefined_what_needs_it():
         "delta_w",
         "smoothness",
         "t1_s",
+        "optimum_share",
+        "recovery_share",
     }
 
 
@@ -310,7 +312,10 @@ def with_(array: np.ndarray, at: int, value: float) -> np.ndarray:
         ({"time_s": with_(TIME, 5, 0.0)}, "time_s goes from 0.016 to 0 at sample 5"),
         ({"time_s": TIME[::-1]}, "must increase"),
         ({"time_s": TIME**1.1}, "resample the recording to uniform times"),
-        ({"time_s": 10 * TIME}, "frame_s is 0.02, below the sampling period of 0.04"),
+        (
+            {"time_s": 10 * TIME},
+            "the samples are 0.04 s apart; the metrics need at least 50 samples a second",
+        ),
         ({"time_s": TIME[:8], "height_m": HEIGHT[:8]}, "lasts 0.028 s; it must last at least"),
         ({"time_s": [0.0], "height_m": [1.0]}, "one row of at least 3 times"),
         ({"height_m": HEIGHT[:-1]}, r"height_m has shape \(5000,\)"),

@@ -40,6 +40,7 @@ def test_the_twin_stands_at_the_walkers_height():
     np.testing.assert_allclose(seen.place_m[-1], (0.0, 0.0, SET_A.standing_height), atol=3e-3)
 
 
+@pytest.mark.thorough
 def test_the_twin_trots_and_walks_where_the_walker_does():
     omegas = np.array([0.9, 2.1, 3.2])
     phases = np.random.default_rng(1).uniform(0.0, 2 * np.pi, 4)

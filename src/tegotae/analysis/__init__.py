@@ -7,6 +7,7 @@ from tegotae.analysis.orbit import NoLimitCycleError, Orbit, find_orbit
 from tegotae.analysis.outcome import Outcome, OutcomeSummary
 from tegotae.analysis.phase_response import PhaseResponse, measure_phase_response
 from tegotae.analysis.poincare import Poincare, poincare_section, transient
+from tegotae.analysis.portrait import Paths, paths_of
 from tegotae.analysis.ridge import Ridge, find_ridge, one_to_one_ridge
 from tegotae.analysis.surface import Surface, actuation_surface, sees_velocity
 from tegotae.analysis.sweep import axis
@@ -19,6 +20,7 @@ __all__ = [
     "Orbit",
     "Outcome",
     "OutcomeSummary",
+    "Paths",
     "PhaseResponse",
     "Poincare",
     "Ridge",
@@ -31,6 +33,7 @@ __all__ = [
     "map_basin",
     "measure_phase_response",
     "one_to_one_ridge",
+    "paths_of",
     "poincare_section",
     "sees_velocity",
     "sweep_gain",

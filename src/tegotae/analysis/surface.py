@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
 from tegotae.analysis.sweep import lanes
-from tegotae.bodies import Hopper
+from tegotae.bodies import Body, Hopper
+from tegotae.controller import Controller
 from tegotae.controller_file import SavedController
 from tegotae.errors import TegotaeError, require_finite
-from tegotae.integrators.base import drive, push
+from tegotae.integrators.base import drive, push, signals
 from tegotae.maths import TWO_PI
 from tegotae.rollout import Scenario
+from tegotae.terms import Signals
 
 
 @dataclass(frozen=True)
@@ -70,7 +74,41 @@ def actuation_surface(
         >>> found.actuator_force_n[1].round(6)  # -min(0, -σ cos φ F_k)
         array([2., 0., 2.])
     """
-    controller, body = saved.controller, saved.body
+    return surface_of(
+        saved.controller,
+        saved.body,
+        saved.omega,
+        lambda seen: list(saved.weights),
+        spring_force_n,
+        columns=columns,
+        velocity_m_per_s=velocity_m_per_s,
+        velocity_range_m_per_s=velocity_range_m_per_s,
+    )
+
+
+def surface_of(
+    controller: Controller,
+    body: Body,
+    omega: float | None,
+    weights_at: Callable[[Signals], Sequence[Any]],
+    spring_force_n: np.ndarray,
+    *,
+    columns: int,
+    velocity_m_per_s: float,
+    velocity_range_m_per_s: tuple[float, float],
+) -> Surface:
+    """The same where the weights may depend on what is sensed: an agent's action is a weight.
+
+    Args:
+        controller: what makes the force.
+        body: the hopper.
+        omega: frequency ω [rad/s]; None without an oscillator.
+        weights_at: from the signals of all points to the weights, each one or [points].
+        spring_force_n: as for `actuation_surface`, and so the rest.
+        columns: how many phases or velocities.
+        velocity_m_per_s: the velocity of the slice [m/s].
+        velocity_range_m_per_s: range of velocities where they make the columns [m/s].
+    """
     if not isinstance(body, Hopper):
         raise TegotaeError(f"an actuation surface needs a hopper, not a {type(body).__name__}")
     require_finite("velocity", velocity_m_per_s)
@@ -92,10 +130,12 @@ def actuation_surface(
         )
         angle = jnp.asarray(column if with_oscillator else np.zeros_like(column))
         oscillator = () if controller.oscillator is None else controller.oscillator.start(angle)
-        weights = [jnp.full(column.shape, weight) for weight in saved.weights]
-        omega = jnp.full(column.shape, float(Scenario.of(saved.omega).omega))
-        said = drive(controller, body, weights, omega, state, oscillator, jnp.zeros(column.shape))
-        answer = push(controller, body.max_force_n, said.command, angle, angle, omega)
+        ground = jnp.zeros(column.shape)
+        seen = signals(controller, body, state, oscillator, ground)
+        weights = [jnp.broadcast_to(jnp.asarray(x), column.shape) for x in weights_at(seen)]
+        turning = jnp.full(column.shape, float(Scenario.of(omega).omega))
+        said = drive(controller, body, weights, turning, state, oscillator, ground)
+        answer = push(controller, body.max_force_n, said.command, angle, angle, turning)
 
     def as_map(x) -> np.ndarray:
         return np.asarray(x).reshape(len(forces), columns)

@@ -2,49 +2,23 @@
 
 Needs the extra `mujoco`.
 
-The torso is the same. What differs is the foot: a small mass on three springs, which meets the
-ground by MuJoCo's soft contact. It leaves the ground when its spring lets go, where the walker's
-leaves when the commanded foot rises.
+The model is `tegotae.mujoco.quadruped`'s.
 """
 
 from __future__ import annotations
 
 import os
 import time
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from tegotae.extras import require
+from tegotae.mujoco.quadruped import Settings, description
 
 if TYPE_CHECKING:
     from tegotae.bodies import Walker
     from tegotae.terms import EllipticFoot
-
-
-@dataclass(frozen=True, kw_only=True)
-class Settings:
-    """What MuJoCo is to be told; in units of the walker's mass, length and √(l0/g).
-
-    The values are those at which gait, speed and height no longer change with any of them.
-    """
-
-    tick: float = 0.005
-    """Time step. At 0.01 the walk is a tenth slower, at 0.02 it is another gait."""
-    foot_mass: float = 0.005
-    """Mass of a foot. 0.002 to 0.01 make no difference; at 0.05 the walk changes."""
-    foot_radius: float = 0.01
-    """Radius of a foot; makes no difference up to 0.05."""
-    contact_ticks: float = 2.0
-    """Time constant of the contact (solref) in time steps, at least 2. At 10 the trot is a third
-    slower."""
-    impedance: tuple[float, float, float] = (0.95, 0.99, 0.001)
-    """The contact's impedance (solimp)."""
-    impratio: float = 10.0
-    """How much stiffer than the normal the contact is along the ground."""
-    cone: str = "elliptic"
-    """Shape of the friction cone. A pyramid lets feet slip by direction."""
 
 
 class TwinWalk(NamedTuple):
@@ -56,54 +30,6 @@ class TwinWalk(NamedTuple):
     """Place of the torso's centre of mass, [frames, 3]."""
     phase_rad: np.ndarray
     """Phases, [frames, legs]."""
-
-
-def description(body: Walker, settings: Settings | None = None) -> str:
-    """The model in MuJoCo's language: torso, feet on three slides each, a motor along x and z.
-
-    Springs and dampers are those of the joints. A motor adds K c + D ċ for the command c, so that
-    they work about the commanded foot; a joint's damper MuJoCo integrates implicitly.
-    """
-    settings = settings or Settings()
-    length, mass = body.rest_length_m, body.mass_kg
-    second = (length / body.gravity_m_per_s2) ** 0.5
-    stiffness = body.stiffness_x_n_per_m, body.stiffness_y_n_per_m, body.stiffness_z_n_per_m
-    damping = body.damping_xy_ns_per_m, body.damping_xy_ns_per_m, body.damping_z_ns_per_m
-    foot_mass, radius = settings.foot_mass * mass, settings.foot_radius * length
-    feet, motors = [], []
-    for leg, (x, y) in enumerate(zip(body.hips_x_m, body.hips_y_m, strict=True)):
-        slides = "".join(
-            f'<joint name="{name}{leg}" type="slide" axis="{axis}" stiffness="{k}" damping="{c}"/>'
-            for name, axis, k, c in zip(
-                "xyz", ("1 0 0", "0 1 0", "0 0 1"), stiffness, damping, strict=True
-            )
-        )
-        feet.append(
-            f'<body pos="{x - body.com_x_m} {y} {-body.com_z_m - length}">{slides}'
-            f'<inertial pos="0 0 0" mass="{foot_mass}" diaginertia="1e-9 1e-9 1e-9"/>'
-            f'<geom type="sphere" size="{radius}" pos="0 0 {radius}"'
-            ' contype="1" conaffinity="2"/></body>'
-        )
-        motors += [f'<motor joint="x{leg}"/>', f'<motor joint="z{leg}"/>']
-    tick = settings.tick * second
-    inertia = f"{body.inertia_x_kg_m2} {body.inertia_y_kg_m2} {body.inertia_z_kg_m2}"
-    return f"""<mujoco>
-  <option timestep="{tick}" gravity="0 0 {-body.gravity_m_per_s2}" integrator="implicitfast"
-    cone="{settings.cone}" impratio="{settings.impratio}"/>
-  <default>
-    <geom condim="3" friction="{body.friction} 0 0" solref="{settings.contact_ticks * tick} 1"
-      solimp="{" ".join(map(str, settings.impedance))}"/>
-  </default>
-  <worldbody>
-    <geom type="plane" size="0 0 1" contype="2" conaffinity="1"/>
-    <body pos="0 0 {length + body.com_z_m}">
-      <freejoint/>
-      <inertial pos="0 0 0" mass="{mass - len(feet) * foot_mass}" diaginertia="{inertia}"/>
-      {"".join(feet)}
-    </body>
-  </worldbody>
-  <actuator>{"".join(motors)}</actuator>
-</mujoco>"""
 
 
 def commanded(

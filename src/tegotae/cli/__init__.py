@@ -16,11 +16,15 @@ from tegotae.cli.evaluate import Evaluate
 from tegotae.cli.export import Export
 from tegotae.cli.figure import Figure
 from tegotae.cli.gait import Gait
+from tegotae.cli.generalise import Generalise
+from tegotae.cli.measure import Measure
 from tegotae.cli.models import Models
+from tegotae.cli.playground import Playground
 from tegotae.cli.simulate import Simulate
 from tegotae.cli.status import DEBUG, exit_status, leave
 from tegotae.cli.study import Study
 from tegotae.cli.train import Train
+from tegotae.cli.train_env import TrainEnv
 from tegotae.cli.tune import Tune
 from tegotae.devices import check_environment
 from tegotae.errors import TegotaeError
@@ -29,14 +33,18 @@ from tegotae.references import imported
 COMMANDS = {
     "models": Models,
     "train": Train,
+    "train-env": TrainEnv,
     "tune": Tune,
     "simulate": Simulate,
     "evaluate": Evaluate,
     "compare": Compare,
+    "measure": Measure,
     "figure": Figure,
     "gait": Gait,
+    "generalise": Generalise,
     "study": Study,
     "export": Export,
+    "playground": Playground,
     "bench": Bench,
 }
 

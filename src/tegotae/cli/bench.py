@@ -27,6 +27,8 @@ class Bench:
     """Leave out the memory of 100,000 lanes, which takes a minute to weigh."""
     legs: bool = False
     """Time bodies with several legs too, and MuJoCo with a twin of the one that walks."""
+    mujoco: bool = False
+    """Time training on a MuJoCo model beside a plain loop of Stable-Baselines3 on it."""
     json: bool = False
     """Print one JSON object."""
 
@@ -72,6 +74,10 @@ class Bench:
             from tegotae.benchmarks import legs
 
             figures["legs"] = [row._asdict() for row in legs.measured(self.lanes)]
+        if self.mujoco:
+            from tegotae.benchmarks import mujoco_training
+
+            figures["mujoco"] = [row._asdict() for row in mujoco_training.measured()]
         if self.json:
             print(json.dumps(figures))
             return
@@ -98,6 +104,8 @@ class Bench:
         )
         if self.legs:
             console.print(_table_of_legs(figures["legs"]))
+        if self.mujoco:
+            console.print(_table_of_mujoco(figures["mujoco"]))
         if not self.skip_memory:
             console.print(
                 f"peak memory of 100,000 lanes: {figures['memory_100k_lanes_gib']:.2f} GiB"
@@ -116,6 +124,21 @@ def _table_of_legs(rows: list[dict[str, Any]]) -> Table:
             f"{per_core:.3g}",
             f"{per_core * row['legs']:.3g}",
             f"{per_core * row['tick_s']:.3g}",
+        )
+    return table
+
+
+def _table_of_mujoco(rows: list[dict[str, Any]]) -> Table:
+    """How fast trainings on a MuJoCo model go; the last one is the plain loop."""
+    table = Table("on the MuJoCo hopper", "lanes", "steps/s", "steps/core-s", "this / plain loop")
+    for row in rows:
+        per_core = row["steps_per_core_s"]
+        table.add_row(
+            row["name"],
+            str(row["lanes"]),
+            f"{row['steps_per_s']:.3g}",
+            f"{per_core:.3g}",
+            f"{per_core / rows[-1]['steps_per_core_s']:.3g}",
         )
     return table
 

@@ -1,4 +1,4 @@
-"""`tegotae models`: the 218 models of the study."""
+"""`tegotae models`: the 218 models of the study, and the designs for bodies with legs."""
 
 from __future__ import annotations
 
@@ -10,16 +10,18 @@ from typing import Annotated
 import tyro
 
 from tegotae.cli.tables import print_rows
+from tegotae.designs import Design, all_designs
 from tegotae.errors import unknown
 from tegotae.models import BUDGET, Model, all_models
 
 
 @dataclass(frozen=True)
 class Models:
-    """List the models of the study."""
+    """List the models of the study, or designs for bodies with legs."""
 
     pattern: Annotated[str, tyro.conf.Positional] = "*"
-    """Which models: a name with * and ? as in a shell, or an architecture such as ART."""
+    """Which models: a name with * and ? as in a shell, or an architecture such as ART. With an @ in
+    it, which designs: such as '*@quadruped-c', or 'ART*@*'."""
     json: bool = False
     """Print one JSON list instead of a table."""
     budget: int = BUDGET
@@ -27,6 +29,9 @@ class Models:
 
     def run(self) -> None:
         """Print the list."""
+        if "@" in self.pattern:
+            self._designs()
+            return
         known = all_models()
         models = [
             model
@@ -43,6 +48,19 @@ class Models:
             (_row(describe(model, self.budget)) for model in models),
         )
         print(f"{len(models)} models")
+
+    def _designs(self) -> None:
+        known = all_designs()
+        found = [known[name] for name in known if fnmatch.fnmatchcase(name, self.pattern)]
+        if not found:
+            raise unknown("design", self.pattern, known)
+        told = [describe_design(each, self.budget) for each in found]
+        if self.json:
+            print(json.dumps(told, indent=1))
+            return
+        titles = ("design", "what it is", "ω", "parameters")
+        print_rows(titles, (tuple(map(str, each.values())) for each in told))
+        print(f"{len(told)} designs")
 
 
 def _row(model: dict) -> tuple[str, ...]:
@@ -70,4 +88,14 @@ def describe(model: Model, budget: int = BUDGET) -> dict:
         "actuation": model.actuation_name,
         "omega_t_rad_per_s": model.omega_t,
         "parameters": model.controller(budget).n_weights,
+    }
+
+
+def describe_design(design: Design, budget: int = BUDGET) -> dict:
+    """A design as JSON values."""
+    return {
+        "name": design.name,
+        "about": design.family.about,
+        "omega_rad_per_s": design.frequency if design.family.has_rhythm else None,
+        "parameters": design.controller(budget).n_weights,
     }

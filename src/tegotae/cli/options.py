@@ -13,7 +13,9 @@ import tyro
 
 from tegotae import controller_file
 from tegotae.bodies import Body, Hopper
+from tegotae.cli.conditions import conditions_named
 from tegotae.controller_file import SavedController
+from tegotae.designs import design, is_design
 from tegotae.errors import TegotaeError
 from tegotae.experiment import Experiment
 from tegotae.integrators import Hold
@@ -172,6 +174,11 @@ class ExperimentOptions(BodyOptions):
     oscillator: Annotated[str | None, OWN] = None
     """Another oscillator: hopf, adaptive-hopf, van-der-pol or matsuoka, with learned- before it to
     train its numbers, too; or FILE.py:OBJECT or MODULE:OBJECT."""
+    vary: tuple[str, ...] = ()
+    """What differs from one episode of training to another, such as mass_kg=0.08:0.12 (any value
+    between), omega=6/8/10 (one of these) or push_x_n=-5:5@8:8.2 (from 8 s to 8.2 s)."""
+    episodes_per_candidate: Annotated[int | None, OWN] = None
+    """By how many episodes a candidate is judged, where they vary."""
 
     def applied(self, experiment: Experiment, budget: int | None = None) -> Experiment:
         """The experiment with what was given.
@@ -193,6 +200,8 @@ class ExperimentOptions(BodyOptions):
             experiment,
             body=self.in_place_of(experiment.body),
             release_m=release_m,
+            conditions=conditions_named(self.vary) or experiment.conditions,
+            **_given({"episodes": self.episodes_per_candidate}),
             timing=dataclasses.replace(experiment.timing, **_given(times)),
             integrator=Hold() if self.hold else experiment.integrator,
             fitness=self._fitness(experiment.fitness),
@@ -220,12 +229,14 @@ def experiment_named(name: str, budget: int | None = None) -> Experiment:
     """The experiment of a model's name, of an architecture's, or of a user's own file.
 
     Args:
-        name: such as ART, or `FILE.py:OBJECT`.
+        name: such as ART, ART@quadruped-c for a body with legs, or `FILE.py:OBJECT`.
         budget: largest number of trained parameters, of a model; the paper's by default.
 
     Raises:
         TegotaeError: for an unknown name, or a budget for what is no model of the paper.
     """
+    if is_design(name):
+        return design(name).experiment(**({} if budget is None else {"budget": budget}))
     if not is_reference(name):
         return find(name).experiment(**({} if budget is None else {"budget": budget}))
     if budget is not None:

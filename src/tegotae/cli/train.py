@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-import numpy as np
 import tyro
 
 from tegotae.cli.options import ExperimentOptions, experiment_named, settings_named
@@ -17,6 +17,7 @@ from tegotae.errors import TegotaeError, require_count
 from tegotae.experiment import Experiment
 from tegotae.extras import require
 from tegotae.limits import MOST_SEEDS
+from tegotae.metrics.statistics import mean_defined
 from tegotae.models import BUDGET
 from tegotae.registry import name_of
 from tegotae.training.agents import AgentRun, AgentSettings, train_agents
@@ -38,12 +39,9 @@ _GAIN_HINT = f"(default: {_USUAL.tolerance:g})"
 
 
 @dataclass(frozen=True, kw_only=True)
-class Train(ExperimentOptions):
-    """Train a model's controllers, one per seed; run it again on the same folder to go on."""
+class EvolutionOptions:
+    """Where a training is kept, from which seeds, and how long a population evolves."""
 
-    model: Annotated[str, tyro.conf.Positional]
-    """The model's name (see `tegotae models`), an architecture such as ART, or an experiment of
-    your own, FILE.py:OBJECT or MODULE:OBJECT."""
     out: Annotated[
         Path | None,
         tyro.conf.arg(help_behavior_hint="(default: runs/MODEL, or runs/MODEL-ALGORITHM)"),
@@ -63,72 +61,16 @@ class Train(ExperimentOptions):
     """A run ends when this share of its training so far has brought no gain ..."""
     plateau_tolerance: Annotated[float | None, tyro.conf.arg(help_behavior_hint=_GAIN_HINT)] = None
     """... of more than this fitness [m/J]."""
-    episodes: Annotated[int | None, tyro.conf.arg(help_behavior_hint="(default: 1000)")] = None
-    """Episodes in all and per seed, where an agent learns."""
     algorithm: str = "pgpe"
-    """How to learn: a population by pgpe, cma-es or openai-es; an agent by sac or ppo; or an
-    algorithm of your own, FILE.py:OBJECT or MODULE:OBJECT."""
+    """How to learn: a population by pgpe, cma-es or openai-es; an agent by sac or ppo (on the
+    engine alone); or an algorithm of your own, FILE.py:OBJECT or MODULE:OBJECT."""
     budget: Annotated[int | None, tyro.conf.arg(help_behavior_hint=_BUDGET_HINT)] = None
     """Largest number of trained parameters of a model."""
     tensorboard: bool = False
     """Write TensorBoard logs beside the controllers (extra "tensorboard")."""
 
-    def run(self) -> None:
-        """Train, and print how it went."""
-        settings = settings_named(self.algorithm, (Algorithm, AgentSettings))
-        require_count("seeds", self.seeds, most=MOST_SEEDS)
-        require_count("first_seed", self.first_seed, least=0, most=2**31 - 1 - self.seeds)
-        experiment = self.applied(experiment_named(self.model, self.budget), self.budget)
-        algorithm = name_of(type(settings))
-        folder = experiment.name if algorithm == "pgpe" else f"{experiment.name}-{algorithm}"
-        out = Path("runs") / folder if self.out is None else self.out
-        learns = isinstance(settings, AgentSettings)
-        try:
-            learn = self._agents if learns else self._evolution
-            paths = learn(experiment, settings, out)
-        except KeyboardInterrupt:
-            raise KeyboardInterrupt(
-                f"interrupted; {out} keeps what was learned, the same command goes on from there"
-            ) from None
-        _summarise(paths, "episode" if learns else "generation")
-
-    def _evolution(self, experiment: Experiment, settings: Any, out: Path) -> list[Path]:
-        self._refuse("episodes", agents())
-        chosen = {} if self.population is None else {"population": self.population}
-        run = Run(
-            experiment=experiment,
-            seeds=self._seeds,
-            stopping=self._stopping,
-            algorithm=replace(settings, **chosen),
-        )
-        log = _logger(out) if self.tensorboard else None
-
-        def on_generation(generation: int, curves: Curves) -> None:
-            if log is not None:
-                log(generation, {k: float(np.nanmean(v)) for k, v in curves._asdict().items()})
-
-        return train(run, out, on_generation=on_generation)
-
-    def _agents(self, experiment: Experiment, settings: Any, out: Path) -> list[Path]:
-        self._refuse("population", evolutions())
-        for option in ("generations", "to_cap", "plateau_share", "plateau_tolerance"):
-            self._refuse(option, evolutions())
-        run = AgentRun(
-            experiment=experiment,
-            seeds=self._seeds,
-            episodes=1000 if self.episodes is None else self.episodes,
-            settings=settings,
-        )
-        log = _logger(out) if self.tensorboard else None
-
-        def on_point(seed: int, point: Point) -> None:
-            if log is not None:
-                log(round(point.episode), {f"cot_inverse/seed{seed}": point.cot_inverse})
-
-        return train_agents(run, out, on_point=on_point)
-
     @property
-    def _stopping(self) -> Stopping:
+    def stopping(self) -> Stopping:
         """When a run of an evolution ends."""
         given = {
             "generations": self.generations,
@@ -141,8 +83,70 @@ class Train(ExperimentOptions):
         return Stopping.after(chosen.generations) if self.to_cap else chosen
 
     @property
-    def _seeds(self) -> tuple[int, ...]:
+    def seed_numbers(self) -> tuple[int, ...]:
+        """The seeds."""
+        require_count("seeds", self.seeds, most=MOST_SEEDS)
+        require_count("first_seed", self.first_seed, least=0, most=2**31 - 1 - self.seeds)
         return tuple(range(self.first_seed, self.first_seed + self.seeds))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Train(EvolutionOptions, ExperimentOptions):
+    """Train a model's controllers, one per seed; run it again on the same folder to go on."""
+
+    model: Annotated[str, tyro.conf.Positional]
+    """The model's name (see `tegotae models`), an architecture such as ART, a design for a body
+    with legs such as ART@quadruped-c, or an experiment of your own, FILE.py:OBJECT or
+    MODULE:OBJECT."""
+    episodes: Annotated[int | None, tyro.conf.arg(help_behavior_hint="(default: 1000)")] = None
+    """Episodes in all and per seed, where an agent learns."""
+
+    def run(self) -> None:
+        """Train, and print how it went."""
+        settings = settings_named(self.algorithm, (Algorithm, AgentSettings))
+        _ = self.seed_numbers
+        experiment = self.applied(experiment_named(self.model, self.budget), self.budget)
+        algorithm = name_of(type(settings))
+        folder = experiment.name if algorithm == "pgpe" else f"{experiment.name}-{algorithm}"
+        out = Path("runs") / folder if self.out is None else self.out
+        learns = isinstance(settings, AgentSettings)
+        try:
+            learn = self._agents if learns else self._evolution
+            paths = learn(experiment, settings, out)
+        except KeyboardInterrupt:
+            raise KeyboardInterrupt(
+                f"interrupted; {out} keeps what was learned, the same command goes on from there"
+            ) from None
+        summarise(paths, "episode" if learns else "generation")
+
+    def _evolution(self, experiment: Experiment, settings: Any, out: Path) -> list[Path]:
+        self._refuse("episodes", agents())
+        chosen = {} if self.population is None else {"population": self.population}
+        run = Run(
+            experiment=experiment,
+            seeds=self.seed_numbers,
+            stopping=self.stopping,
+            algorithm=replace(settings, **chosen),
+        )
+        return train(run, out, on_generation=logger(out) if self.tensorboard else None)
+
+    def _agents(self, experiment: Experiment, settings: Any, out: Path) -> list[Path]:
+        self._refuse("population", evolutions())
+        for option in ("generations", "to_cap", "plateau_share", "plateau_tolerance"):
+            self._refuse(option, evolutions())
+        run = AgentRun(
+            experiment=experiment,
+            seeds=self.seed_numbers,
+            episodes=1000 if self.episodes is None else self.episodes,
+            settings=settings,
+        )
+        log = _logger(out) if self.tensorboard else None
+
+        def on_point(seed: int, point: Point) -> None:
+            if log is not None:
+                log(round(point.episode), {f"cot_inverse/seed{seed}": point.cot_inverse})
+
+        return train_agents(run, out, on_point=on_point)
 
     def _refuse(self, option: str, owners: Iterable[str]) -> None:
         if getattr(self, option) not in (None, False):
@@ -150,6 +154,21 @@ class Train(ExperimentOptions):
                 f"--{option.replace('_', '-')} belongs to {', '.join(sorted(owners))}; "
                 f"{self.algorithm} has no such option"
             )
+
+
+def logger(out: Path) -> Callable[[int, Curves], None]:
+    """A function that logs a generation's curves for TensorBoard, their means over the seeds.
+
+    Raises:
+        TegotaeError: at once, if tensorboardX is not installed.
+    """
+    log = _logger(out)
+
+    def on_generation(generation: int, curves: Curves) -> None:
+        means = {k: float(mean_defined(v)) for k, v in curves._asdict().items()}
+        log(generation, {k: mean for k, mean in means.items() if not math.isnan(mean)})
+
+    return on_generation
 
 
 def _logger(out: Path) -> Callable[[int, dict[str, float]], None]:
@@ -181,7 +200,7 @@ _ENDED = {
 """Why a training ended, in words."""
 
 
-def _summarise(paths: list[Path], unit: str) -> None:
+def summarise(paths: list[Path], unit: str) -> None:
     """How each seed's training went, counted in generations or episodes."""
     from tegotae.controller_file import load
 

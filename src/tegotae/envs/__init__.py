@@ -17,10 +17,12 @@ from tegotae.extras import require
 
 require("gymnasium", "gym")
 
+from tegotae.envs.checking import check_wiring  # noqa: E402
 from tegotae.envs.contact import MujocoContactForce  # noqa: E402
 from tegotae.envs.naming import action_names, observation_names  # noqa: E402
 from tegotae.envs.registration import register_all  # noqa: E402
 from tegotae.envs.rewards import HopReward  # noqa: E402
+from tegotae.envs.scaling import WiringWarning, model_scales  # noqa: E402
 from tegotae.envs.settings import (  # noqa: E402
     ENVIRONMENTS,
     HopperSettings,
@@ -29,7 +31,8 @@ from tegotae.envs.settings import (  # noqa: E402
 )
 from tegotae.envs.single import HopperEnv, TegotaeHopperEnv  # noqa: E402
 from tegotae.envs.vector import HopperVectorEnv, TegotaeHopperVectorEnv  # noqa: E402
-from tegotae.envs.wiring import Limb, Wiring, check_wiring  # noqa: E402
+from tegotae.envs.wiring import Limb, Wiring  # noqa: E402
+from tegotae.envs.wiring_file import load_wiring, save_wiring  # noqa: E402
 from tegotae.envs.wrapper import TegotaeWrapper  # noqa: E402
 
 if TYPE_CHECKING:
@@ -50,10 +53,14 @@ __all__ = [
     "TegotaeHopperVectorEnv",
     "TegotaeWrapper",
     "Wiring",
+    "WiringWarning",
     "action_names",
     "check_wiring",
+    "load_wiring",
     "make_sb3",
+    "model_scales",
     "observation_names",
+    "save_wiring",
 ]
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import gymnasium
@@ -18,11 +19,11 @@ class MujocoContactForce(gymnasium.ObservationWrapper[np.ndarray, Any, np.ndarra
 
     For each body named, the vertical parts of the forces of all contacts of its geoms are summed,
     after the simulator's own contact model, and appended to the observation as `BODY_force`, never
-    negative.
+    negative. A body without a name is given by that of a geom of its own.
 
     Args:
         env: an environment of Gymnasium's MuJoCo family, or any that has its `model` and `data`.
-        bodies: names of bodies, such as `foot`.
+        bodies: names of bodies, such as `foot`, or of geoms.
 
     Raises:
         TegotaeError: for an environment without a MuJoCo model, an observation that is no
@@ -47,11 +48,16 @@ class MujocoContactForce(gymnasium.ObservationWrapper[np.ndarray, Any, np.ndarra
             )
         if not bodies:
             raise TegotaeError("no body is named; name those whose contact forces to observe")
-        known = [base.model.body(i).name for i in range(base.model.nbody)]
+        model = base.model
+        known = {model.geom(i).name: [i] for i in range(model.ngeom) if model.geom(i).name}
+        for body in range(model.nbody):
+            if model.body(body).name:
+                own = np.flatnonzero(model.geom_bodyid == body)
+                known[model.body(body).name] = own.tolist()
         for name in bodies:
             if name not in known:
                 raise unknown("body of this model", name, known)
-        self._bodies = [base.model.body(name).id for name in bodies]
+        self._geoms = [frozenset(known[name]) for name in bodies]
         self.observation_names = (*observation_names(env), *(f"{name}_force" for name in bodies))
         more = np.zeros(len(bodies), space.dtype)
         self.observation_space = Box(
@@ -68,14 +74,26 @@ class MujocoContactForce(gymnasium.ObservationWrapper[np.ndarray, Any, np.ndarra
     def _forces(self) -> np.ndarray:
         base: Any = self.env.unwrapped
         model, data = base.model, base.data
-        total = np.zeros(len(self._bodies))
+        total = np.zeros(len(self._geoms))
         wrench = np.zeros(6)
         for i in range(data.ncon):
             contact = data.contact[i]
             self._mujoco.mj_contactForce(model, data, i, wrench)
             # Rows of the contact frame are its axes; the force acts on the second geom.
             upward = float(wrench[:3] @ contact.frame.reshape(3, 3)[:, 2])
-            first, second = model.geom_bodyid[contact.geom1], model.geom_bodyid[contact.geom2]
-            for k, body in enumerate(self._bodies):
-                total[k] += upward * ((second == body) - float(first == body))
+            for k, geoms in enumerate(self._geoms):
+                total[k] += upward * ((contact.geom2 in geoms) - float(contact.geom1 in geoms))
         return total
+
+
+def with_contact(env: gymnasium.Env[Any, Any], bodies: Sequence[str]) -> gymnasium.Env[Any, Any]:
+    """The environment with the contact forces of bodies that it does not observe already.
+
+    Raises:
+        TegotaeError: for an environment without a MuJoCo model, or a body that it lacks.
+    """
+    if not bodies:
+        return env
+    known = observation_names(env)
+    lacking = [body for body in bodies if f"{body}_force" not in known]
+    return MujocoContactForce(env, *lacking) if lacking else env

@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
-from functools import partial
+import warnings
 from typing import Any
 
 import gymnasium
-import jax
-import jax.numpy as jnp
 import numpy as np
 from gymnasium.spaces import Box, Dict
 
-from tegotae.controller import Controller
+from tegotae.envs.contact import with_contact
 from tegotae.envs.naming import flat
-from tegotae.envs.wiring import Wires, Wiring, look_up
+from tegotae.envs.pilot import Pilot
+from tegotae.envs.scaling import WiringWarning, remarks
+from tegotae.envs.wires import look_up, weights_of
+from tegotae.envs.wiring import Wiring
 from tegotae.errors import TegotaeError
-from tegotae.integrators.base import decide, held, phase_of, push, settled, with_rhythm
-from tegotae.terms import Signals
 
 PHASE_KEY = "phase"
 """Where a dictionary observation holds sin φ and cos φ of the limbs."""
@@ -54,24 +53,31 @@ class TegotaeWrapper(gymnasium.Wrapper[Any, np.ndarray, Any, np.ndarray]):
     """
 
     def __init__(self, env: gymnasium.Env[Any, Any], wiring: Wiring) -> None:
-        super().__init__(env)
+        super().__init__(with_contact(env, wiring.contact_bodies))
+        env = self.env
         wires, problems = look_up(env, wiring)
-        if wires is None:
+        weights, wrong = weights_of(wiring)
+        problems += wrong
+        if wiring.omega is None and wiring.weights is not None:
+            problems.append("the wiring has weights but no frequency; give omega= [rad/s]")
+        if wires is None or problems:
             raise TegotaeError("; ".join(problems))
+        for remark in remarks(wiring):
+            warnings.warn(remark, WiringWarning, stacklevel=2)
         self.wiring = wiring
-        self._wires: Wires = wires
-        self._n = len(wires.driven)
+        self._pilot = Pilot(wires, wiring, weights[:, None])
+        n = wires.limbs
         inner = env.action_space
         assert isinstance(inner, Box)
-        ones = np.ones(self._n, np.float32)
+        ones = np.ones(n, np.float32)
         self._inner_dtype = inner.dtype
         self.action_space = Box(
             np.concatenate([-ones, inner.low[wires.free].astype(np.float32)]),
             np.concatenate([ones, inner.high[wires.free].astype(np.float32)]),
             dtype=np.float32,
         )
-        self.observation_space = _with_phase_space(env.observation_space, self._n)
-        self._oscillator: Any = ()
+        self.observation_space = _with_phase_space(env.observation_space, n)
+        self._n = n
         self._sensed: np.ndarray | None = None
 
     def reset(
@@ -79,13 +85,9 @@ class TegotaeWrapper(gymnasium.Wrapper[Any, np.ndarray, Any, np.ndarray]):
     ) -> tuple[Any, dict[str, Any]]:
         """Reset the environment, and the oscillators to their `phase_rad`."""
         observation, info = self.env.reset(seed=seed, options=options)
-        oscillator = self.wiring.controller.oscillator
-        assert oscillator is not None  # look_up refuses a controller without
-        phases = jnp.asarray([limb.phase_rad for limb in self.wiring.limbs], jnp.float32)
-        self._oscillator = oscillator.start(phases)
+        self._pilot.reset()
         self._sensed = flat(self.env.observation_space, observation)
-        none = np.zeros(self._n, np.float32)
-        return self._outward(observation, info, none, none)
+        return self._outward(observation, info)
 
     def step(self, action: np.ndarray) -> tuple[Any, Any, bool, bool, dict[str, Any]]:
         """One step of the environment.
@@ -101,40 +103,30 @@ class TegotaeWrapper(gymnasium.Wrapper[Any, np.ndarray, Any, np.ndarray]):
                 f"the action has shape {action.shape}; it must be {self.action_space.shape}, the "
                 f"added feedback of {self._n} limbs and the entries that no limb drives"
             )
-        wires, wiring = self._wires, self.wiring
-        self._oscillator, share, feedback = _control(
-            wiring.controller,
-            wires.weights,
-            np.float32(wiring.omega),
-            self._oscillator,
-            {signal: self._sensed[at].astype(np.float32) for signal, at in wires.sensed.items()},
-            {signal: np.float32(scale) for signal, scale in wiring.scales.items()},
-            np.clip(action[: self._n], -1.0, 1.0) * np.float32(wiring.max_feedback_rad_per_s),
-            np.float32(wiring.max_force),
-            np.float32(wires.step_s),
+        added = np.clip(action[: self._n], -1.0, 1.0)
+        added = added * np.float32(self.wiring.max_feedback_rad_per_s)
+        free = action[self._n :]
+        inner = self._pilot.act(self._sensed[None], added=added[:, None], free=free[None])[0]
+        observation, reward, terminated, truncated, info = self.env.step(
+            inner.astype(self._inner_dtype)
         )
-        share, feedback = np.asarray(share), np.asarray(feedback)
-        inner = np.empty(len(wires.driven) + len(wires.free), self._inner_dtype)
-        inner[wires.driven] = wires.rest + (wires.push - wires.rest) * share
-        inner[wires.free] = action[self._n :]
-        observation, reward, terminated, truncated, info = self.env.step(inner)
         self._sensed = flat(self.env.observation_space, observation)
-        observation, info = self._outward(observation, info, share, feedback)
+        observation, info = self._outward(observation, info)
         return observation, reward, terminated, truncated, info
 
-    def _outward(
-        self, observation: Any, info: dict[str, Any], share: np.ndarray, feedback: np.ndarray
-    ) -> tuple[Any, dict[str, Any]]:
+    def _outward(self, observation: Any, info: dict[str, Any]) -> tuple[Any, dict[str, Any]]:
         """Observation and info with the oscillators' part."""
-        oscillator = self.wiring.controller.oscillator
-        assert oscillator is not None
-        phase = np.array(oscillator.phase(self._oscillator))
+        phase = self._pilot.phase[:, 0]
         told = np.concatenate([np.sin(phase), np.cos(phase)])
         if isinstance(self.env.observation_space, Dict):
             observation = {**observation, PHASE_KEY: told}
         else:
             observation = np.concatenate([observation, told.astype(observation.dtype)])
-        mine = {"phase_rad": phase, "feedback_rad_per_s": feedback, "force_share": share}
+        mine = {
+            "phase_rad": phase,
+            "feedback_rad_per_s": self._pilot.feedback[:, 0],
+            "force_share": self._pilot.share[:, 0],
+        }
         return observation, {**info, **{name: value.copy() for name, value in mine.items()}}
 
 
@@ -150,17 +142,3 @@ def _with_phase_space(space: gymnasium.Space[Any], limbs: int) -> gymnasium.Spac
         np.concatenate([space.high, ones.astype(space.dtype)]),
         dtype=space.dtype,  # type: ignore[arg-type]
     )
-
-
-@partial(jax.jit, static_argnums=0)
-def _control(
-    controller: Controller, weights, omega, oscillator, sensed, scales, added, max_force, step_s
-):
-    """One sample of all limbs' controllers: oscillators one step on, force share, feedback."""
-    rows = tuple(weights[i] for i in range(weights.shape[0]))
-    heard = with_rhythm(controller, Signals(sensed, scales), oscillator)
-    said = decide(controller, rows, omega, heard, oscillator, max_force, added=added)
-    ahead = held(oscillator, said.rate, step_s)
-    begins, ends = (phase_of(controller, each, said.feedback) for each in (oscillator, ahead))
-    force = push(controller, max_force, said.command, begins, ends, omega)
-    return settled(controller, ahead), force.mean_n / max_force, said.feedback

@@ -2,9 +2,10 @@
 
 from tegotae.metrics.efficiency import WORK, cot_inverse, work_total
 from tegotae.metrics.episode import REGIMES, ClampedEpisodes, Episode
-from tegotae.metrics.gait import Gait, GaitSummary, gait, measure
+from tegotae.metrics.gait import Gait, GaitSummary, gait
 from tegotae.metrics.hopping import HOP_CLEARANCE, Hops, hop_height_m, hops
 from tegotae.metrics.limit_cycle import LimitCycle, Settled, settled
+from tegotae.metrics.measured import Efficiency, Measured, measure
 from tegotae.metrics.metric import (
     ClampedMetric,
     Conditions,
@@ -36,6 +37,7 @@ __all__ = [
     "Conditions",
     "Derivation",
     "DerivedMetric",
+    "Efficiency",
     "Episode",
     "Gait",
     "GaitMetric",
@@ -43,6 +45,7 @@ __all__ = [
     "Hops",
     "Interval",
     "LimitCycle",
+    "Measured",
     "Metric",
     "Settled",
     "Spectrum",

@@ -1,4 +1,4 @@
-"""All metrics of a gait at once, lane by lane: from simulated frames, or from any recording."""
+"""All metrics of a gait at once, lane by lane."""
 
 from __future__ import annotations
 
@@ -24,9 +24,7 @@ from tegotae.metrics.episode import (
 from tegotae.metrics.hopping import hops
 from tegotae.metrics.limit_cycle import LimitCycle, settled
 from tegotae.metrics.metric import REGIME, GaitMetric
-from tegotae.metrics.recording import from_samples
 from tegotae.metrics.registry import built_in_gait, channels_of
-from tegotae.metrics.smoothness import FORCE_PERIOD_S
 from tegotae.rollout import Scenario, Timing, Trajectory
 
 __all__ = [
@@ -38,7 +36,6 @@ __all__ = [
     "Gait",
     "GaitSummary",
     "gait",
-    "measure",
 ]
 
 
@@ -241,91 +238,3 @@ class GaitSummary:
             limit_cycle=self.limit_cycle,
             work=self.work,
         )
-
-
-def measure(
-    time_s: Any,
-    height_m: Any,
-    *,
-    rest_length_m: float,
-    ground_m: Any = 0.0,
-    phase_rad: Any = None,
-    omega: float | None = None,
-    force_n: Any = None,
-    max_force_n: float | None = None,
-    disturbed_at_s: float | None = None,
-    limit_cycle: LimitCycle | None = None,
-    work: str = "absolute",
-) -> Gait:
-    """The metrics of one recorded gait, from a robot or another simulator.
-
-    The first sample is the release. What is missing leaves undefined (NaN) what needs it: the force
-    CoT⁻¹ and smoothness, the largest force smoothness, the prescribed frequency ΔΩ and Δw, the
-    disturbance T1. A recording without any hop is no error: `regime` says so, CoT⁻¹ is zero and all
-    else undefined. Work that is negative in sum leaves CoT⁻¹ undefined.
-
-    Args:
-        time_s: sampling times, uniform, at most 20 ms apart [s], shape [samples].
-        height_m: height of the centre of mass y [m], [samples].
-        rest_length_m: height over ground at which the foot leaves it, l0 [m].
-        ground_m: height of the ground h [m], a number or [samples].
-        phase_rad: oscillator phase φ [rad], [samples]; None without an oscillator.
-        omega: prescribed frequency ω [rad/s].
-        force_n: actuator force F_a [N], [samples].
-        max_force_n: largest actuator force α [N].
-        disturbed_at_s: when a disturbance, such as a drop of the ground, took place [s].
-        limit_cycle: what counts as settled; its tolerances are for a leg of 1 m.
-        work: definition of work, one of "absolute", "positive", "net".
-
-    Returns:
-        A `Gait` of floats.
-
-    Raises:
-        TegotaeError: for a recording that `from_samples` refuses, or a disturbance outside of it.
-
-    Example:
-        >>> import numpy as np
-        >>> time_s = np.arange(4000) * 0.005
-        >>> found = measure(time_s, 1 + 0.1 * np.sin(6 * time_s), rest_length_m=1.0, omega=6.0)
-        >>> REGIMES[found.regime], f"{found.w_peak:.2f} rad/s"
-        ('limit cycle', '6.00 rad/s')
-    """
-    if omega is not None:
-        require_finite("omega", omega)
-    if max_force_n is not None:
-        require_finite("max_force_n", max_force_n, above=0.0)
-    check_work(work)
-    frames = from_samples(
-        time_s,
-        height_m,
-        rest_length_m=rest_length_m,
-        ground_m=ground_m,
-        phase_rad=phase_rad,
-        force_n=force_n,
-        frame_s=FORCE_PERIOD_S,
-    )
-    undisturbed_s = None
-    if disturbed_at_s is not None:
-        require_finite("disturbed_at_s", disturbed_at_s)
-        disturbed_at_s -= float(np.asarray(time_s)[0])
-        duration_s = float(frames.time_s[-1, 0])
-        if not 4 * FORCE_PERIOD_S <= disturbed_at_s <= duration_s:
-            raise TegotaeError(
-                f"disturbed_at_s lies {disturbed_at_s:g} s after the first sample; it must lie "
-                f"inside the recording of {duration_s:g} s, and at least four frames "
-                f"({4 * FORCE_PERIOD_S:g} s) after its start"
-            )
-        undisturbed_s = disturbed_at_s
-    with jax.enable_x64(True):
-        found = gait(
-            frames,
-            omega=np.nan if omega is None else float(omega),
-            rest_length_m=float(rest_length_m),
-            max_force_n=np.nan if max_force_n is None else float(max_force_n),
-            frame_s=FORCE_PERIOD_S,
-            undisturbed_s=undisturbed_s,
-            disturbed_at_s=disturbed_at_s,
-            limit_cycle=limit_cycle or LimitCycle(),
-            work=work,
-        )
-        return found.lane()

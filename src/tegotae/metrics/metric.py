@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from tegotae.bodies import Body
+from tegotae.errors import TegotaeError
 from tegotae.metrics.episode import ClampedEpisodes, Episode
 from tegotae.metrics.statistics import UNBOUNDED, Range
 
@@ -18,17 +19,32 @@ REGIME = "regime"
 """What is known of every episode beside its metrics: an index into `REGIMES`."""
 
 
+class UnknownBodyError(TegotaeError):
+    """Something of a body was asked for, and nobody has said which body it is."""
+
+
+class UnknownBody:
+    """Stands for the body of a recording of which nobody has said what it is of.
+
+    Raises:
+        UnknownBodyError: for whatever is asked of it.
+    """
+
+    def __getattr__(self, name: str) -> Any:
+        raise UnknownBodyError(f"{name} was asked of a body that is not given")
+
+
 @dataclass(frozen=True)
 class Conditions:
     """Under what some episodes were measured.
 
     Args:
-        body: the body.
+        body: the body; one that is not given is an `UnknownBody`.
         work: definition of work, one of "absolute", "positive", "net".
         drop_m: how far the ground dropped [m]; 0 if it did not.
     """
 
-    body: Body
+    body: Body | UnknownBody
     work: str = "absolute"
     drop_m: float = 0.0
 
@@ -91,6 +107,7 @@ class GaitMetric(Metric):
             so jnp functions only.
         channels: what it reads of the recording beside what tells hops and the limit cycle, such
             as "impulse_ns".
+        told: what it must be told beside the recording, of "omega" and "max_force_n".
         disturbed: whether it is about what comes after the ground drops.
         otherwise: how it follows from others where it was not measured, such as in a record from
             before there was the metric.
@@ -111,6 +128,7 @@ class GaitMetric(Metric):
 
     compute: Callable[[Episode], Any]
     channels: tuple[str, ...] = ()
+    told: tuple[str, ...] = ()
     disturbed: bool = False
     otherwise: Derivation | None = None
 

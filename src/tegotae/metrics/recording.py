@@ -20,14 +20,15 @@ def from_samples(
     ground_m: Any = 0.0,
     phase_rad: Any = None,
     force_n: Any = None,
+    work_j: Any = None,
     frame_s: float = 0.02,
 ) -> Trajectory:
     """A recording of one gait as frames, in the form in which `Engine` records its own.
 
     Touchdowns lie where the height crosses `l0 + h`, between two samples by linear interpolation.
     Every flight has one apex: its highest sample, refined by a parabola through three, which is
-    exact in ballistic flight. The actuator's work is `E = Σ F̄ Δy`, with the mean force between two
-    samples.
+    exact in ballistic flight. The actuator's work is what `work_j` tells, or else
+    `E = Σ F̄ Δy`, with the mean force between two samples.
 
     Args:
         time_s: sampling times, uniform and increasing [s], shape [samples].
@@ -35,7 +36,9 @@ def from_samples(
         rest_length_m: height over ground at which the foot leaves it, l0 [m].
         ground_m: height of the ground h [m], a number or [samples].
         phase_rad: oscillator phase φ, wrapped or not [rad], [samples]; None without an oscillator.
-        force_n: actuator force F_a [N], [samples]; None if not recorded: work is then NaN.
+        force_n: actuator force F_a [N], [samples]; None if not recorded.
+        work_j: running total of the work [J], [samples], by whatever definition it was counted; it
+            stands for all. None if not recorded. Without it and the force, work is NaN.
         frame_s: period of the frames [s], not below that of the samples.
 
     Returns:
@@ -77,7 +80,11 @@ def from_samples(
 
     climb = np.diff(height)
     mean_force = 0.5 * (force[1:] + force[:-1])
-    work = mean_force * climb
+    if work_j is None:
+        work = mean_force * climb
+        absolute, positive = np.abs(work), np.maximum(work, 0.0)
+    else:
+        work = absolute = positive = np.diff(_checked("work_j", work_j, samples))
     over_touchdown = np.maximum(height, rest_length_m + ground)
     # A ground that moves during a step is where it is after it.
     before = np.maximum(height[:-1], rest_length_m + ground[1:])
@@ -112,8 +119,8 @@ def from_samples(
         ground_m=at_ends(ground),
         energy_j=nothing,
         impulse_ns=running(mean_force * step),
-        work_absolute_j=running(np.abs(work)),
-        work_positive_j=running(np.maximum(work, 0.0)),
+        work_absolute_j=running(absolute),
+        work_positive_j=running(positive),
         work_net_j=running(work),
         climb_flight_m=running(climb_flight),
         climb_m=running(np.maximum(climb, 0.0)),

@@ -22,6 +22,7 @@ from tegotae.metrics.metric import (
     DerivedMetric,
     GaitMetric,
     Metric,
+    UnknownBodyError,
     derivation_of,
 )
 from tegotae.metrics.statistics import UNBOUNDED, Interval, Range, interval
@@ -207,9 +208,12 @@ def derived(values: Mapping[str, Any], conditions: Conditions) -> dict[str, Any]
         for metric in ready:
             derivation = derivation_of(metric)
             assert derivation is not None
-            found[metric.name] = np.asarray(
-                derivation.compute({name: known[name] for name in derivation.of}, conditions), float
-            )
+            inputs = {name: known[name] for name in derivation.of}
+            try:
+                value = derivation.compute(inputs, conditions)
+            except UnknownBodyError:
+                value = np.full(np.shape(next(iter(inputs.values()))), np.nan)
+            found[metric.name] = np.asarray(value, float)
         known |= found
         lacking = [metric for metric in lacking if metric.name not in known]
     return found

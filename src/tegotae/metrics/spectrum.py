@@ -10,7 +10,8 @@ import numpy as np
 REST_RANGE_M = 1e-3
 """A body whose height stays within this range [m] is at rest and has no spectrum."""
 
-_MAIN_LOBE_BINS = 2.0  # half width of the Hann window's main lobe
+MAIN_LOBE_BINS = 2.0
+"""Half width of the Hann window's main lobe."""
 
 
 class Spectrum(NamedTuple):
@@ -71,7 +72,7 @@ def peak(of: Spectrum) -> tuple[Any, Any]:
     shift = _parabola_shift(neighbour(-1), neighbour(0), neighbour(1))
     w_peak = (highest.astype(power.dtype) + shift) * of.angular_frequency[1]
     distance = jnp.abs(of.angular_frequency[:, None] - w_peak[None])
-    in_lobe = distance <= _MAIN_LOBE_BINS * of.resolution[None]
+    in_lobe = distance <= MAIN_LOBE_BINS * of.resolution[None]
     total = jnp.sum(power, axis=0)
     share = jnp.sum(jnp.where(in_lobe, power, 0.0), axis=0) / jnp.where(total > 0.0, total, 1.0)
     return w_peak, jnp.sqrt(share)

@@ -207,6 +207,11 @@ class _Training:
                 cot_inverse = row["cot_inverse"]
             point = (episode, simulated_s, numbers([cot_inverse])[0])
             points.setdefault(int(row["seed"]), []).append(point)
+        if np.isnan([cot for rows in points.values() for _, _, cot in rows]).all():
+            raise TegotaeError(
+                f"{self.path} measured no CoT⁻¹, of which these curves are; its curves.csv has the "
+                "fitness"
+            )
         return [
             LearningCurve(label, self.model, seed, *np.array(rows).T)
             for seed, rows in points.items()

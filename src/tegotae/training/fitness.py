@@ -24,8 +24,11 @@ EPISODE = Timing(duration_s=24.0, tick_s=0.002)
 SETTLE_S = 12.0
 """Time of an episode that is left to settle [s]: transients last 10 s and more."""
 
-_TIE_BREAK = 1e-3
-_STRIDE = 2  # frames per sample of the spectrum: 40 ms are 30 samples of the quickest hop and more
+TIE_BREAK = 1e-3
+"""What the height climbed counts for, so that something can be learned from controllers of no other
+merit [m/J]."""
+STRIDE = 2
+"""Frames per sample of the spectrum: 40 ms are 30 samples of the quickest hop and more."""
 
 
 class Outcome(NamedTuple):
@@ -89,7 +92,7 @@ class Judged:
         work = [over_hops(work_total(trajectory, definition)) for definition in WORK]
 
         height = trajectory.height_m[first:]
-        w_peak, a_peak = peak(spectrum(height[::_STRIDE], _STRIDE * timing.frame_s))
+        w_peak, a_peak = peak(spectrum(height[::STRIDE], STRIDE * timing.frame_s))
         gap = jnp.where(
             height.max(axis=0) - height.min(axis=0) < REST_RANGE_M,
             rest_delta_omega(scenario.omega),
@@ -124,7 +127,7 @@ def weigh(outcome: Outcome, by: Weighing) -> dict[str, Any]:
     cot = (shares[:, None] * outcome.cot_inverse).sum(axis=0)
     # A failed lane may hold anything; what is not asked for must not spoil what is.
     gap = jnp.where(by.follow_omega > 0.0, outcome.delta_omega, 0.0)
-    fitness = cot + gap + _TIE_BREAK * jnp.tanh(outcome.climb_m)
+    fitness = cot + gap + TIE_BREAK * jnp.tanh(outcome.climb_m)
     return {
         "fitness": with_failures(fitness, outcome.failed, outcome.survived),
         "cot_inverse": jnp.where(outcome.failed, 0.0, cot),

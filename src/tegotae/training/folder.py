@@ -16,8 +16,9 @@ from tegotae.controller import Controller
 from tegotae.controller_file import SavedController
 from tegotae.documents import DamagedDocumentError
 from tegotae.errors import TegotaeError
-from tegotae.experiment import Experiment, differing
+from tegotae.experiment import differing
 from tegotae.files import write_atomically
+from tegotae.training.trainable import Trainable
 
 
 class RunDocument(msgspec.Struct):
@@ -71,7 +72,7 @@ def _configuration(path: Path) -> dict[str, Any]:
 def save_controller(
     out: Path,
     *,
-    experiment: Experiment,
+    experiment: Trainable,
     controller: Controller,
     weights: np.ndarray,
     configuration: Mapping[str, Any],

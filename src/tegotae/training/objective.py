@@ -31,6 +31,9 @@ class Objective(ABC):
     needs: ClassVar[tuple[str, ...] | None] = None
     """The channels of the trajectory that it reads; all are recorded for it by default."""
 
+    COT_UNIT: ClassVar[str] = "m/J"
+    """Unit of its CoT⁻¹: height climbed over work; empty of what has none, as of a walk."""
+
     def __init_subclass__(cls) -> None:
         super().__init_subclass__()
         if cls.needs is not None and "failed" not in cls.needs:

@@ -16,10 +16,10 @@ import jax
 import numpy as np
 
 from tegotae.arrays import read_arrays
-from tegotae.controller import Controller
+from tegotae.descriptions import check_kept
 from tegotae.documents import fitted, parse
 from tegotae.errors import TegotaeError, require_count
-from tegotae.experiment import Experiment, differing
+from tegotae.experiment import differing
 from tegotae.files import output_folder, write_atomically
 from tegotae.limits import require_memory
 from tegotae.locks import locked
@@ -28,10 +28,11 @@ from tegotae.progress import reporting
 from tegotae.tables import write_csv
 from tegotae.training.algorithms import PGPE, Algorithm
 from tegotae.training.algorithms.document import algorithm_document
-from tegotae.training.evolve import Curves, Progress, Training, evolve, start
+from tegotae.training.evolve import Curves, Progress, evolve, start
 from tegotae.training.folder import claim, save_controller, versions_of
 from tegotae.training.search import best_gain
 from tegotae.training.stopping import SEARCH, Stopping
+from tegotae.training.trainable import Trainable
 
 _SECONDS_BETWEEN_CHECKPOINTS = 5.0
 _MOST_BYTES = 2**30
@@ -44,19 +45,23 @@ class Run:
     """A training by an evolution strategy: what, from which seeds, how, and until when.
 
     Args:
-        experiment: what is trained, on what, by what measure.
+        experiment: what is trained, on what, by what measure: an `Experiment` on the engine, or a
+            `WiredExperiment` on an environment.
         seeds: one training from random weights each.
         stopping: when a run ends; `Stopping.after(n)` for exactly n generations.
         algorithm: how is learned.
+        workers: worker processes, where episodes are not the engine's; one a core by default. With
+            another number of them results differ by rounding, which training magnifies.
 
     Raises:
         TegotaeError: for seeds that are no distinct numbers from 0 to 2^31 - 1.
     """
 
-    experiment: Experiment
+    experiment: Trainable
     seeds: tuple[int, ...] = (0, 1, 2)
     stopping: Stopping = field(default_factory=Stopping)
     algorithm: Algorithm = field(default_factory=PGPE)
+    workers: int | None = None
 
     def __post_init__(self) -> None:
         require_count("seeds", len(self.seeds))
@@ -68,15 +73,10 @@ class Run:
             raise TegotaeError(f"seeds are {self.seeds}; each may be given only once")
 
     @property
-    def training(self) -> Training:
-        """The compiled program's static part."""
-        return Training(
-            controller=self.experiment.controller,
-            algorithm=self.algorithm,
-            fitness=self.experiment.measure,
-            timing=self.experiment.timing,
-            integrator=self.experiment.integrator,
-        )
+    def program(self) -> tuple[Any, ...]:
+        """What is compiled: trainings of which this is equal share it."""
+        with self.experiment.judge() as judge:
+            return (self.algorithm.program, *judge.program)
 
     @property
     def configuration(self) -> dict[str, Any]:
@@ -90,24 +90,18 @@ class Run:
 
     def start(self) -> Progress:
         """Every seed's own random weights."""
-        return start(self.training, self.seeds)
+        return start(self.algorithm, self.experiment.controller, self.seeds)
 
     def evolve(self, progress: Progress, fitness: Any = None) -> Iterator[tuple[Progress, Curves]]:
         """Train on until every seed has ended; see `tegotae.training.evolve.evolve`."""
-        return evolve(
-            self.training,
-            progress,
-            self.seeds,
-            self.experiment.omega,
-            self.stopping,
-            self.experiment.body,
-            scenario=self.experiment.scenario,
-            fitness=fitness,
-        )
+        with self.experiment.judge(self.workers) as judge:
+            yield from evolve(
+                self.algorithm, judge, progress, self.seeds, self.stopping, fitness=fitness
+            )
 
     def search(self) -> tuple[float, float]:
         """The σ of a pure V model, and its fitness."""
-        return best_gain(self.experiment)
+        return best_gain(self.experiment, self.workers)
 
 
 def software() -> dict[str, str]:
@@ -133,16 +127,17 @@ def train(
         TegotaeError: if the folder cannot be written, is in use or holds another training.
     """
     run.experiment.check()
-    training, configuration = run.training, run.configuration
-    _require_room(run, training)
+    check_kept(run.algorithm)
+    _require_room(run)
     with locked(output_folder(out)):
-        claim(out, configuration, software())
-        return _train(run, training, out, on_generation)
+        claim(out, run.configuration, software())
+        return _train(run, out, on_generation)
 
 
-def _require_room(run: Run, training: Training) -> None:
+def _require_room(run: Run) -> None:
     """Raise `TegotaeError` if a generation's weights and noise would not fit into the memory."""
-    episodes, n_weights = run.algorithm.population, training.controller.n_weights
+    episodes = run.algorithm.population * run.experiment.episodes
+    n_weights = run.experiment.controller.n_weights
     require_memory(
         8.0 * 4 * len(run.seeds) * episodes * n_weights,
         f"{episodes} episodes a generation, of {len(run.seeds)} seeds and {n_weights} weights,",
@@ -151,14 +146,13 @@ def _require_room(run: Run, training: Training) -> None:
 
 def _train(
     run: Run,
-    training: Training,
     out: Path,
     on_generation: Callable[[int, Curves], None] | None,
 ) -> list[Path]:
     """The same, alone in the folder."""
     if run.experiment.is_searched:
         return _search(run, out)
-    reached = begun, curves = _resume(run, training, out)
+    reached = begun, curves = _resume(run, out)
     saved_at, paths = -math.inf, []
     with reporting(run.experiment.name, run.stopping.generations) as reporter:
         try:
@@ -173,21 +167,22 @@ def _train(
                 reporter.update(
                     done,
                     f"fitness {float(np.mean(progress.best_fitness)):+.3f}  "
-                    f"{_efficiency(new)}{ended} of {len(run.seeds)} runs ended",
+                    f"{_efficiency(run, new)}{ended} of {len(run.seeds)} runs ended",
                 )
                 if on_generation is not None:
                     on_generation(done, new)
         finally:
             if reached[1]:
                 _checkpoint(run, out, *reached)
-                paths = _write_results(run, training, *reached, out)
+                paths = _write_results(run, *reached, out)
     return paths
 
 
-def _efficiency(curves: Curves) -> str:
+def _efficiency(run: Run, curves: Curves) -> str:
     """CoT⁻¹ in words; nothing where no objective measures it."""
+    unit = run.experiment.cot_unit
     mean = float(mean_defined(curves.centre_cot_inverse))
-    return "" if math.isnan(mean) else f"CoT⁻¹ {mean:.3f} m/J  "
+    return "" if math.isnan(mean) else " ".join(["CoT⁻¹", f"{mean:.3f}", *unit.split()]) + "  "
 
 
 def ends(run: Run, curves: Sequence[Curves]) -> list[str]:
@@ -195,7 +190,7 @@ def ends(run: Run, curves: Sequence[Curves]) -> list[str]:
     return run.stopping.reasons(np.array([c.centre_fitness for c in curves]))
 
 
-def _resume(run: Run, training: Training, out: Path) -> tuple[Progress, list[Curves]]:
+def _resume(run: Run, out: Path) -> tuple[Progress, list[Curves]]:
     progress = run.start()
     path = out / "checkpoint.npz"
     if not path.exists():
@@ -242,9 +237,7 @@ def _checkpoint(run: Run, out: Path, progress: Progress, curves: list[Curves]) -
     write_atomically(out / "checkpoint.npz", stream.getvalue())
 
 
-def _write_results(
-    run: Run, training: Training, progress: Progress, curves: list[Curves], out: Path
-) -> list[Path]:
+def _write_results(run: Run, progress: Progress, curves: list[Curves], out: Path) -> list[Path]:
     trained = [
         (generation, i)
         for generation in range(len(curves))
@@ -266,19 +259,15 @@ def _write_results(
             "best_fitness": float(progress.best_fitness[i]),
             "best_generation": int(progress.best_generation[i]),
         }
-        paths.append(
-            _save(run, training.controller, np.asarray(progress.best_weights[i]), outcome, out)
-        )
+        paths.append(_save(run, np.asarray(progress.best_weights[i]), outcome, out))
     return paths
 
 
-def _save(
-    run: Run, controller: Controller, weights: np.ndarray, outcome: dict[str, Any], out: Path
-) -> Path:
+def _save(run: Run, weights: np.ndarray, outcome: dict[str, Any], out: Path) -> Path:
     return save_controller(
         out,
         experiment=run.experiment,
-        controller=controller,
+        controller=run.experiment.controller,
         weights=weights,
         configuration=run.configuration,
         outcome=outcome,
@@ -296,4 +285,4 @@ def _search(run: Run, out: Path) -> list[Path]:
         "ended": SEARCH,
         "best_generation": 0,
     }
-    return [_save(run, run.experiment.controller, np.array([gain]), outcome, out)]
+    return [_save(run, np.array([gain]), outcome, out)]

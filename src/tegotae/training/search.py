@@ -4,25 +4,24 @@ from __future__ import annotations
 
 import numpy as np
 
-from tegotae.experiment import Experiment
-from tegotae.rollout import Engine
+from tegotae.experiment import GAINS
+from tegotae.training.judge import Round
+from tegotae.training.trainable import Trainable
 
-GAINS = np.linspace(0.1, 12.0, 240)
-"""Values of σ that are tried [rad/(s N)]."""
+__all__ = ["GAINS", "best_gain"]
 
 
-def best_gain(experiment: Experiment) -> tuple[float, float]:
+def best_gain(experiment: Trainable, workers: int | None = None) -> tuple[float, float]:
     """The σ of highest fitness on a fixed grid, and that fitness; deterministic.
+
+    Under changing conditions every σ meets the same episodes, those of the yardstick.
 
     Args:
         experiment: one whose controller's only weight is σ.
+        workers: worker processes, where episodes are not the engine's.
     """
-    engine = Engine(
-        controller=experiment.controller,
-        integrator=experiment.integrator,
-        timing=experiment.timing,
-        summary=experiment.measure,
-    )
-    outcome = engine.run(GAINS[:, None], experiment.scenario, experiment.body)
-    best = int(np.argmax(outcome["fitness"]))
-    return float(GAINS[best]), float(outcome["fitness"][best])
+    gains = experiment.gains
+    with experiment.judge(workers) as judge:
+        tried = judge.judge(gains[None, :, None].astype("float32"), Round.alike())
+    best = int(np.argmax(tried.fitness[0]))
+    return float(gains[best]), float(tried.fitness[0, best])

@@ -14,6 +14,7 @@ from tegotae.cli.figure.optimum import Optimum
 from tegotae.cli.figure.phase_locking import PhaseLocking
 from tegotae.cli.figure.phase_response import PhaseResponse
 from tegotae.cli.figure.poincare import Poincare
+from tegotae.cli.figure.portrait import Portrait
 from tegotae.cli.figure.surface import Surface
 
 subcommand = tyro.conf.subcommand
@@ -26,6 +27,7 @@ class Figure:
     which: Annotated[
         Annotated[GainMap, subcommand("gain-map")]
         | Annotated[Surface, subcommand("surface")]
+        | Annotated[Portrait, subcommand("portrait")]
         | Annotated[PhaseLocking, subcommand("phase-locking")]
         | Annotated[PhaseResponse, subcommand("phase-response")]
         | Annotated[Basin, subcommand("basin")]

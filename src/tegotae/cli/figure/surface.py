@@ -2,23 +2,37 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated
+from functools import partial
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 
 from tegotae.bodies import Hopper
-from tegotae.cli.figure.subject import SettledSubject
+from tegotae.cli.figure.policy import PolicySubject
 from tegotae.cli.options import UNSET
 from tegotae.errors import require_count, require_finite
 from tegotae.limits import MOST_M, MOST_POINTS, require_within
 
 if TYPE_CHECKING:
-    from tegotae.controller_file import SavedController
+    from tegotae.analysis import Orbit
+    from tegotae.policies import Policy
 
 
 @dataclass(frozen=True, kw_only=True)
-class Surface(SettledSubject):
+class _Drawn:
+    """Whose surface is drawn: a controller's, or a policy's."""
+
+    body: Hopper
+    title: str
+    sees_velocity: bool
+    orbit: Callable[[], Orbit]
+    surface: Callable[..., Any]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Surface(PolicySubject):
     """Actuator force over phase and spring force, with the limit cycle on it (Fig. 5)."""
 
     velocity: float = 0.0
@@ -29,42 +43,77 @@ class Surface(SettledSubject):
     """Points along either axis."""
 
     def run(self) -> None:
-        """Compute and write; a controller without limit cycle has its surface alone."""
-        from tegotae.analysis import NoLimitCycleError, actuation_surface, sees_velocity
+        """Compute and write; what has no limit cycle has its surface alone."""
+        from tegotae.analysis import NoLimitCycleError
         from tegotae.figures.surface import surface_figure, surface_tables
 
         self.check_out()
         require_count("resolution", self.resolution, least=2, most=MOST_POINTS)
         require_within("velocity", self.velocity, MOST_M)
-        saved = self.saved()
-        self._check_force(saved)
+        policy = self.loaded()
+        subject = self._of_controller() if policy is None else self._of_policy(policy)
+        body, note = subject.body, subject.title
+        self._check_force(body)
         try:
-            orbit = self.orbit(saved)
+            orbit = subject.orbit()
         except NoLimitCycleError as none:
             print(f"{none}; the surface is drawn without it")
             orbit = None
-        body = saved.body
-        assert isinstance(body, Hopper)  # `chosen` refuses others
         most = self.spring_force
         if most is None:
             typical = 3.0 * body.weight_n if orbit is None else 1.1 * orbit.spring_force_n.max()
             most = min(typical, body.stiffness_n_per_m * body.rest_length_m)
         fastest = 4.0 if orbit is None else 1.1 * float(np.abs(orbit.velocity_m_per_s).max())
-        found = actuation_surface(
-            saved,
+        found = subject.surface(
             np.linspace(0.0, most, self.resolution),
             columns=self.resolution,
             velocity_m_per_s=self.velocity,
             velocity_range_m_per_s=(-fastest, fastest),
         )
-        note = self.title(saved)
-        if found.phase_rad is not None and sees_velocity(saved):
+        if found.phase_rad is not None and subject.sees_velocity:
             note += f", slice at ẏ = {self.velocity:g} m/s"
         figure = surface_figure(found, orbit, max_force_n=float(body.max_force_n), note=note)
         self.write(figure, surface_tables(found, orbit))
 
-    def _check_force(self, saved: SavedController) -> None:
-        body = saved.body
-        if self.spring_force is not None and isinstance(body, Hopper):
+    def _of_controller(self) -> _Drawn:
+        from tegotae.analysis import actuation_surface, sees_velocity
+
+        saved = self.saved()
+        assert isinstance(saved.body, Hopper)  # `chosen` refuses others
+        return _Drawn(
+            body=saved.body,
+            title=self.title(saved),
+            sees_velocity=sees_velocity(saved),
+            orbit=lambda: self.orbit(saved),
+            surface=partial(actuation_surface, saved),
+        )
+
+    def _of_policy(self, policy: Policy) -> _Drawn:
+        from tegotae.analysis.policy import (
+            measured_policy,
+            policy_orbit,
+            policy_paths,
+            policy_surface,
+        )
+
+        def orbit() -> Orbit:
+            paths = policy_paths(
+                policy,
+                np.array([self.release_m]),
+                phase_rad=self.phase,
+                duration_s=self.settle,
+            )
+            return policy_orbit(paths, measured_policy(policy, paths))
+
+        return _Drawn(
+            body=policy.meaning.body,
+            title=self.policy_title(policy),
+            sees_velocity="velocity" in policy.meaning.settings.observed,
+            orbit=orbit,
+            surface=partial(policy_surface, policy),
+        )
+
+    def _check_force(self, body: Hopper) -> None:
+        if self.spring_force is not None:
             most = body.stiffness_n_per_m * body.rest_length_m  # that of a leg of no length
             require_finite("spring_force", self.spring_force, above=0.0, most=most)

@@ -25,6 +25,7 @@ METRIC = GaitMetric(
     more_is_better=True,
     range=(-float("inf"), 0.0),
     channels=("height_m",),
+    told=("omega",),
     shown=(TABLE, REPORT),
     compute=_compute,
 )

@@ -21,5 +21,6 @@ METRIC = GaitMetric(
     more_is_better=False,
     range=(0.0, float("inf")),
     channels=("height_m",),
+    told=("omega",),
     compute=_compute,
 )

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from tegotae.bodies import require_one_limb
 from tegotae.controller import Controller
+from tegotae.descriptions import check_kept
 from tegotae.errors import TegotaeError, require_count
 from tegotae.experiment import Experiment
 from tegotae.files import output_folder
@@ -62,6 +63,11 @@ class AgentRun:
         require_one_limb(self.experiment.body, "learning by agents")
         if self.experiment.phase_rad or self.experiment.posture:
             raise TegotaeError("agents learn from releases at phase 0; leave phase_rad and posture")
+        if self.experiment.conditions:
+            raise TegotaeError(
+                "agents learn in the same episode again and again; leave the experiment's "
+                "conditions, which a population can have (pgpe)"
+            )
         if self.experiment.integrator != PredictorCorrector():
             raise TegotaeError(
                 "agents learn in continuous time; leave the experiment's integrator, which a "
@@ -115,6 +121,7 @@ def train_agents(
         MissingExtraError: without Stable-Baselines3.
     """
     run.experiment.check()
+    check_kept(run.settings)
     training, configuration = run.training, run.configuration
     with locked(output_folder(out)):
         claim(out, configuration, _software())

@@ -1,0 +1,346 @@
+"""PGPE, SAC and PPO on the MuJoCo hopper: the same limb, observations and simulated time.
+
+    python docs/studies/mujoco_learning.py learn WORK     # ten minutes of one core; it can go on
+    python docs/studies/mujoco_learning.py tables WORK    # robustness, tables, picture: a minute
+
+Writes `docs/_static/mujoco/curves.csv`, `robustness.csv` and `curves.png`.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+from gymnasium.spaces import Box
+from stable_baselines3.common.vec_env import VecEnv
+
+from tegotae import build, find
+from tegotae.controller import Controller
+from tegotae.envs import load_wiring
+from tegotae.envs.pilot import Pilot
+from tegotae.figures.style import COLOURS, COLUMN_IN, new_figure, save_figure, styled
+from tegotae.mujoco.sensing import sensing
+from tegotae.tables import read_csv, write_csv
+from tegotae.training.agents.actor import Feedback, Observed
+from tegotae.training.agents.policy import agent_controller, initial_weights
+from tegotae.training.judge import Round
+from tegotae.training.run import Run
+from tegotae.training.settings import tuned
+from tegotae.training.stopping import Stopping
+from tegotae.training.wired.experiment import WiredExperiment
+from tegotae.training.wired.lanes import ModelLanes
+from tegotae.training.wired.measures import Hopping
+from tegotae.training.wired.place import Place
+from tegotae.training.wired.stage import play
+
+OUT = Path(__file__).resolve().parents[1] / "_static" / "mujoco"
+MODELS = ("AR-rF-sector-w8", "AR-rF-reflex-w8")
+SEEDS = (0, 1, 2, 3)
+EPISODE_S, SETTLE_S = 12.0, 4.0
+TIME_S = 768.0
+"""Simulated time of one training [s], 64 episodes: half of what SAC and PPO were tuned for."""
+POPULATION = 16
+POINTS = 4
+CONTROL_S, DECISION = 0.005, 2
+"""Control period [s], and how many an agent's action is held for: 10 ms, as it was tuned for."""
+LIMIT = 40.0
+"""The feedback at which the policy saturates [rad/s]."""
+
+
+def policy(model: str) -> Controller:
+    """The policy that all three learn: f = L tanh(G A' R / L)."""
+    return agent_controller(find(model).experiment(), tuned("sac"))
+
+
+def experiment(model: str) -> WiredExperiment:
+    """The policy on the MuJoCo hopper, judged by CoT⁻¹ alone as in the paper's comparison."""
+    wiring = dataclasses.replace(load_wiring("hopper").reading(policy(model)), omega=8.0)
+    made = {"duration_s": EPISODE_S, "control_s": CONTROL_S, "fallen_share": 0.0}
+    return WiredExperiment(
+        name=model,
+        place=Place(env="hopper", settings=tuple(made.items())),
+        wiring=wiring,
+        measure=Hopping(settle_s=SETTLE_S, follow_omega=False),
+        duration_s=EPISODE_S,
+    )
+
+
+class Feedbacks(VecEnv):
+    """Hoppers side by side whose action is the feedback, paid at apexes as the paper has it."""
+
+    def __init__(self, own: WiredExperiment, lanes: int) -> None:
+        self.own = own
+        self.hoppers = ModelLanes(own.place.model_settings, lanes, threads=1)
+        # The same oscillator and actuation; σ = 0 leaves the feedback to the agent.
+        kind = build("V-reflex-w8" if "reflex" in own.name else "V-sector-w8")
+        bare = dataclasses.replace(own, wiring=own.wiring.reading(kind))
+        self.pilot = Pilot(bare.wires, bare.wiring, np.zeros((1, lanes)))
+        names = own.wires.observed
+        self.at = {n: names.index(n) for n in ("root_height", "root_climb", "leg_spring", "work")}
+        self.weight = own.wiring.scales["spring_force"]
+        self.steps = self.hoppers.steps // DECISION
+        super().__init__(lanes, Box(-np.inf, np.inf, (3,)), Box(-1.0, 1.0, (1,)))
+
+    def _shown(self) -> np.ndarray:
+        load = np.maximum(self.seen[:, self.at["leg_spring"]], 0.0) / self.weight
+        phase = self.pilot.phase[0]
+        return np.stack([np.sin(phase), np.cos(phase), load], axis=1).astype(np.float32)
+
+    def reset(self) -> np.ndarray:
+        self.seen = self.hoppers.reset(0, np.ones(self.num_envs, bool))
+        self.pilot.reset()
+        self.done = 0
+        self.paid_at = np.zeros(self.num_envs)
+        self.sums, self.hops = np.zeros(self.num_envs), np.zeros(self.num_envs)
+        return self._shown()
+
+    def step_async(self, actions: np.ndarray) -> None:
+        self.actions = np.clip(np.asarray(actions), -1.0, 1.0)
+
+    def step_wait(self):
+        rewards = np.zeros(self.num_envs)
+        for _ in range(DECISION):
+            climbs = self.seen[:, self.at["root_climb"]] > 0.0
+            acted = self.pilot.act(self.seen, added=LIMIT * self.actions.T.astype(np.float32))
+            self.seen, _, _ = self.hoppers.step(acted, np.ones(self.num_envs, bool))
+            height, work = self.seen[:, self.at["root_height"]], self.seen[:, self.at["work"]]
+            apex = climbs & (self.seen[:, self.at["root_climb"]] <= 0.0) & (height > 1.01)
+            spent = work - self.paid_at
+            pays = apex & (spent > 1e-6)
+            hop = np.where(pays, (height - 1.0) / np.where(pays, spent, 1.0), 0.0)
+            rewards += hop
+            self.sums += hop
+            self.hops += pays
+            self.paid_at = np.where(apex, work, self.paid_at)
+        self.done += 1
+        over = self.done >= self.steps
+        if over:
+            rewards += self.sums / np.maximum(self.hops, 1.0)
+        shown = self._shown()
+        infos: list[dict[str, Any]] = [{} for _ in range(self.num_envs)]
+        if over:
+            infos = [{"terminal_observation": each, "TimeLimit.truncated": True} for each in shown]
+            shown = self.reset()
+        return shown, rewards.astype(np.float32), np.full(self.num_envs, over), infos
+
+    def close(self) -> None:
+        self.hoppers.close()
+
+    def env_is_wrapped(self, wrapper_class, indices=None):
+        return [False] * self.num_envs
+
+    def env_method(self, name, *args, indices=None, **kwargs):
+        raise NotImplementedError
+
+    def get_attr(self, name, indices=None):
+        return [getattr(self, name, None)] * self.num_envs
+
+    def set_attr(self, name, value, indices=None):
+        raise NotImplementedError
+
+
+Point = tuple[float, float, np.ndarray]
+"""Simulated time learned from [s], CoT⁻¹ of the deterministic policy [m/J], its weights."""
+
+
+def by_pgpe(model: str, seed: int) -> Iterator[Point]:
+    """The centre of the distribution, generation by generation."""
+    settings = dataclasses.replace(tuned("pgpe"), population=POPULATION)
+    generations = round(TIME_S / (POPULATION * EPISODE_S))
+    run = Run(
+        experiment=experiment(model),
+        seeds=(seed,),
+        stopping=Stopping.after(generations),
+        algorithm=settings,
+    )
+    begun = run.start()
+    before = np.asarray(begun.search.mean[0])
+    for number, (progress, curves) in enumerate(run.evolve(begun)):
+        yield number * POPULATION * EPISODE_S, float(curves.centre_cot_inverse[0]), before
+        before = np.asarray(progress.search.mean[0])
+    yield TIME_S, judged(model, before), before
+
+
+def by_agent(algorithm: str, model: str, seed: int) -> Iterator[Point]:
+    """The deterministic policy, now and then."""
+    settings, own = tuned(algorithm), experiment(model)
+    env = Feedbacks(own, settings.n_envs)
+    observed = Observed(("sin_phase", "cos_phase", "spring_force"), {"spring_force": env.weight})
+    feedback = Feedback(policy(model), observed, initial_weights(policy(model), seed))
+    agent = settings.make(env, feedback, seed)
+    torch.set_num_threads(1)
+    decision_s = DECISION * own.wires.step_s
+    yield 0.0, judged(model, feedback.flat()), feedback.flat()
+    for point in range(1, POINTS + 1):
+        wanted = round(point / POINTS * TIME_S / decision_s)
+        if wanted > agent.num_timesteps:
+            agent.learn(wanted - agent.num_timesteps, reset_num_timesteps=False)
+        reached = agent.num_timesteps * decision_s
+        yield reached, judged(model, feedback.flat()), feedback.flat()
+    env.close()
+
+
+_judges: dict[str, Any] = {}
+
+
+def judged(model: str, weights: np.ndarray) -> float:
+    """CoT⁻¹ of an undisturbed episode [m/J]."""
+    judge = _judges.setdefault(model, experiment(model).judge(0))
+    return float(judge.judge(weights[None, None], Round.alike()).cot_inverse[0, 0])
+
+
+def learn(work: Path, most: int = 10**9) -> None:
+    """The trainings that are not done yet, or so many of them."""
+    work.mkdir(parents=True, exist_ok=True)
+    done = 0
+    for model in MODELS:
+        for seed in SEEDS:
+            for algorithm in ("pgpe", "ppo", "sac"):
+                file = work / f"{model}-{algorithm}-{seed}.npz"
+                if file.exists() or done >= most:
+                    continue
+                done += 1
+                begun = time.process_time()
+                source = (
+                    by_pgpe(model, seed)
+                    if algorithm == "pgpe"
+                    else by_agent(algorithm, model, seed)
+                )
+                times, values, weights = zip(*source, strict=True)
+                spent = time.process_time() - begun
+                partial = file.with_suffix(".part.npz")
+                np.savez(partial, time_s=times, cot=values, weights=weights, cpu_s=spent)
+                partial.rename(file)
+                print(f"{file.stem}: {max(values):.3f} m/J, {spent:.0f} s of CPU", flush=True)
+
+
+# What the learned policies keep of it where nothing is as it was.
+
+CONDITIONS = {
+    "as trained": {},
+    "mass -20 %": {"mass": 0.8},
+    "mass +20 %": {"mass": 1.2},
+    "push up": {"push": 1.0},
+    "push down": {"push": -1.0},
+    "noise 1 %": {"noise": 0.01},
+    "noise 5 %": {"noise": 0.05},
+    "delay 10 ms": {"delay": 2},
+    "delay 20 ms": {"delay": 4},
+}
+"""Pushes of 1 N over 50 ms, half a metre per second, at 6 s; noise over the weight."""
+
+
+class Disturbed(ModelLanes):
+    """Lanes whose body, senses or peace are not as they were."""
+
+    def __init__(self, settings, lanes, *, mass=1.0, push=0.0, noise=0.0, delay=0) -> None:
+        model = sensing(settings.model, settings.feet).model
+        model.body_mass[:] *= mass
+        super().__init__(settings, lanes, threads=1, models=[model] * lanes)
+        self.push, self.noise, self.delay = push, noise, delay
+        self.at = self._sensing.names.index("leg_spring")
+        self.rng = np.random.default_rng(0)
+
+    def reset(self, seed, alive):
+        self.number, self.queue = 0, []
+        return super().reset(seed, alive)
+
+    def step(self, actions, alive):
+        time_s = self.number * self.batch.step_s
+        self.number += 1
+        if self.push and 6.0 <= time_s < 6.05:
+            force = np.tile([0.0, 0.0, self.push], (self.lanes, 1))
+            seen = self.batch.step(actions, force)
+            seen = self._whole(seen)
+            zero = np.zeros(self.lanes)
+            return seen, zero, zero.astype(bool)
+        seen, reward, over = super().step(actions, alive)
+        load = seen[:, self.at] + self.noise * 0.981 * self.rng.standard_normal(self.lanes)
+        self.queue = [*self.queue, load][-(self.delay + 1) :]
+        seen[:, self.at] = self.queue[0]
+        return seen, reward, over
+
+
+def kept(model: str, weights: np.ndarray) -> dict[str, np.ndarray]:
+    """CoT⁻¹ under each condition, times the weight over the usual one [m/J], [policies]."""
+    own, found = experiment(model), {}
+    for name, how in CONDITIONS.items():
+        lanes = Disturbed(own.place.model_settings, len(weights), **how)
+        pilot = Pilot(own.wires, own.wiring, weights.T)
+        record = play(
+            lanes,
+            pilot,
+            own.wires,
+            own.measure,
+            own.wiring,
+            seed=0,
+            tried=np.ones(len(weights), bool),
+        )
+        # Of another mass the same climb is other work: over the usual weight all compare.
+        found[name] = how.get("mass", 1.0) * own.measure.judge(record, own.wiring).cot_inverse
+        lanes.close()
+    return found
+
+
+def tables(work: Path) -> None:
+    """Curves, what is kept, and the picture."""
+    curves: list[tuple[Any, ...]] = []
+    robust: list[tuple[Any, ...]] = []
+    for model in MODELS:
+        files = sorted(work.glob(f"{model}-*[0-9].npz"))
+        best, who = [], []
+        for file in files:
+            algorithm, seed = file.stem.removeprefix(f"{model}-").split("-")
+            with np.load(file) as found:
+                for time_s, cot in zip(found["time_s"], found["cot"], strict=True):
+                    curves.append((model, algorithm, int(seed), float(time_s), float(cot)))
+                best.append(found["weights"][int(np.argmax(found["cot"]))])
+                who.append((algorithm, int(seed)))
+        if not best:
+            continue
+        for name, values in kept(model, np.array(best)).items():
+            robust += [(model, *one, name, float(x)) for one, x in zip(who, values, strict=True)]
+    OUT.mkdir(parents=True, exist_ok=True)
+    header = ("model", "algorithm", "seed", "simulated_s", "cot_inverse")
+    write_csv(
+        OUT / "curves.csv", dict(zip(header, zip(*curves, strict=True), strict=True)), digits=5
+    )
+    header = ("model", "algorithm", "seed", "condition", "cot_inverse")
+    columns = dict(zip(header, zip(*robust, strict=True), strict=True))
+    write_csv(OUT / "robustness.csv", columns, digits=5)
+    picture()
+
+
+def picture() -> None:
+    """Learning curves: the best so far, a line a seed."""
+    rows = read_csv(OUT / "curves.csv")
+    models = [m for m in MODELS if m in set(rows["model"])]
+    with styled():
+        figure = new_figure(COLUMN_IN * len(models), 2.3)
+        for number, model in enumerate(models):
+            ax = figure.add_subplot(1, len(models), number + 1)
+            for name, colour in zip(("pgpe", "ppo", "sac"), COLOURS, strict=False):
+                for seed in SEEDS:
+                    own = (rows["model"] == model) & (rows["algorithm"] == name)
+                    own &= rows["seed"] == str(seed)
+                    if own.any():
+                        time_s = rows["simulated_s"][own].astype(float)
+                        cot = np.maximum.accumulate(rows["cot_inverse"][own].astype(float))
+                        label = name.upper() if seed == SEEDS[0] else None
+                        ax.plot(time_s, cot, color=colour, label=label)
+            ax.set(xlabel="simulated time [s]", title=model.removesuffix("-w8"))
+            ax.set_ylim(bottom=0.0)
+            ax.set_ylabel("best CoT$^{-1}$ so far [m/J]")
+            ax.legend()
+        save_figure(figure, OUT / "curves.png")
+
+
+if __name__ == "__main__":
+    what, place, *most = sys.argv[1:]
+    {"learn": learn, "tables": tables}[what](Path(place), *map(int, most))

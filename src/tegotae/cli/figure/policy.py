@@ -1,0 +1,71 @@
+"""Options by which a figure is of anyone's policy instead of a controller."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import tyro
+
+from tegotae.cli.figure.subject import SettledSubject
+from tegotae.cli.options import UNSET
+from tegotae.errors import TegotaeError
+from tegotae.presets import preset
+
+if TYPE_CHECKING:
+    from tegotae.policies import Policy
+
+_ENVIRONMENTS = "(default: as in the package's environments)"
+
+
+@dataclass(frozen=True, kw_only=True)
+class PolicySubject(SettledSubject):
+    """A figure of a controller, or of a policy."""
+
+    policy: Annotated[str | None, UNSET] = None
+    """In place of a controller a policy: a .zip of Stable-Baselines3, an .onnx file, or a function
+    FILE.py:FUNCTION of some of phase_rad, spring_force_n, velocity_m_per_s and height_m."""
+    acts: str = "force"
+    """What the policy's answer is: the actuator's force, or the oscillator's feedback."""
+    observes: Annotated[tuple[str, ...], tyro.conf.arg(help_behavior_hint=_ENVIRONMENTS)] = ()
+    """What a .zip or .onnx observes, in its order: phase, spring_force, velocity, height."""
+    si: bool = False
+    """Whether that is in N, m/s and m, not over m g, √(g l0) and l0; of a function it always is."""
+    answer_scale: Annotated[float | None, UNSET] = None
+    """What an answer of 1 is, in N or rad/s; by default α or 40 rad/s, and 1 of a function."""
+    step: float = 0.01
+    """For how long an answer is held [s], in whole ticks of 1 ms."""
+
+    def loaded(self) -> Policy | None:
+        """The policy; None if the figure is of a controller.
+
+        Raises:
+            TegotaeError: for a controller beside a policy, or a policy that cannot be loaded.
+        """
+        if self.policy is None:
+            return None
+        for name in ("path", "sigma", "oscillator"):
+            if getattr(self, name) is not None:
+                raise TegotaeError(f"{name} belongs to a controller; a policy has none")
+        from tegotae.policies import Meaning, load_policy
+
+        source = preset(self.preset)
+        meaning = Meaning(
+            acts=self.acts,
+            observes=self.observes,
+            dimensionless=not self.si,
+            scale=self.answer_scale,
+            omega=source.omega_rad_per_s if self.omega is None else self.omega,
+            actuation=source.actuation if self.actuation is None else self.actuation,
+            body=self.hopper(),
+            step_s=self.step,
+        )
+        return load_policy(self.policy, meaning)
+
+    def policy_title(self, policy: Policy) -> str:
+        """The policy in a few words, for a figure."""
+        from tegotae.figures.style import literal
+
+        at = f", ω = {policy.meaning.omega:g} rad/s" if policy.meaning.with_phase else ""
+        return f"{literal(Path(policy.name).name)}{at}"

@@ -1,0 +1,39 @@
+"""`tegotae figure portrait`: where a gait goes from several releases."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tegotae.cli.figure.policy import PolicySubject
+
+
+@dataclass(frozen=True, kw_only=True)
+class Portrait(PolicySubject):
+    """Phase portraits of a controller or a policy: (y, ẏ), and spring force over phase."""
+
+    heights: tuple[float, ...] = (1.05, 1.2, 1.6)
+    """Release heights, at rest [m]; without --height."""
+    duration: float = 30.0
+    """Simulated time [s]."""
+
+    def run(self) -> None:
+        """Simulate and draw."""
+        from tegotae.analysis.portrait import paths_of
+        from tegotae.figures.portrait import portrait_figure, portrait_table
+
+        self.check_out()
+        heights = np.array(self.heights if self.height is None else (self.height,))
+        policy = self.loaded()
+        if policy is None:
+            saved = self.saved()
+            paths = paths_of(saved, heights, phase_rad=self.phase, duration_s=self.duration)
+            title, rest_length = self.title(saved), saved.body.rest_length_m
+        else:
+            from tegotae.analysis.policy import policy_paths
+
+            paths = policy_paths(policy, heights, phase_rad=self.phase, duration_s=self.duration)
+            title, rest_length = self.policy_title(policy), policy.meaning.body.rest_length_m
+        figure = portrait_figure(paths, rest_length_m=float(rest_length), note=title)
+        self.write(figure, {"": portrait_table(paths)})

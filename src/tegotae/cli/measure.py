@@ -1,0 +1,199 @@
+"""`tegotae measure`: the metrics of anyone's recording."""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import numpy as np
+import tyro
+
+from tegotae.bodies import Body, Hopper
+from tegotae.cli.console import one_line
+from tegotae.cli.options import UNSET, WorkOption
+from tegotae.cli.tables import print_rows
+from tegotae.errors import TegotaeError
+from tegotae.metrics import REGIMES, Efficiency, LimitCycle, Measured, measure
+from tegotae.metrics.registry import metrics
+from tegotae.presets import preset
+from tegotae.recordings import Recording, left_alone, read_columns, recording
+from tegotae.references import named
+
+if TYPE_CHECKING:
+    from tegotae.metrics.metric import Metric
+
+Given = Annotated[float | None, UNSET]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Measure(WorkOption):
+    """Measure a recorded gait, a robot's or another simulator's: all metrics, or why not."""
+
+    file: Annotated[Path, tyro.conf.Positional]
+    """The recording, .csv, .npz or .parquet; its first sample is the release. A column is known by
+    its name with its unit: time_s (or ms, us), height_m (cm, mm), and, where they were recorded,
+    ground_m, phase_rad (deg), actuator_force_n or force_n (kN, mN, MN), and work_j (kJ, mJ, MJ),
+    a running total of the actuators' work. Files of `tegotae simulate --csv` are measured as they
+    are."""
+    columns: tuple[str, ...] = ()
+    """Which column is what, where its name does not say: QUANTITY=COLUMN[UNIT], such as
+    height=com_z[mm]; of time, height, ground, phase, force and work."""
+    rate: Given = None
+    """Samples a second [Hz], where there is no column of times."""
+    resample: Given = None
+    """Resample by linear interpolation to so many a second first [Hz], where times are uneven."""
+    rest_length: Given = None
+    """Height over ground at which the foot leaves it, l0 [m]."""
+    omega: Given = None
+    """Prescribed frequency ω [rad/s], which ΔΩ and Δw need."""
+    max_force: Given = None
+    """Largest actuator force α [N], which the smoothness needs."""
+    mass: Given = None
+    """Mass [kg], with which the efficiency is also told without a unit, m g CoT⁻¹."""
+    gravity: float = Hopper.gravity_m_per_s2
+    """Gravity [m/s²]."""
+    disturbed_at: Given = None
+    """When a disturbance came, as the recording tells time [s]; T1 is measured from there."""
+    preset: Annotated[str | None, UNSET] = None
+    """A hopper of this package that the recording is of, such as paper: gives rest length, largest
+    force and mass, and the share of its optimum."""
+    body: Annotated[str | None, UNSET] = None
+    """The body that it is of, FILE.py:OBJECT or MODULE:OBJECT: likewise."""
+    height_tolerance: float = LimitCycle().height_tolerance_m
+    """How far apexes of a limit cycle may differ [m]."""
+    phase_tolerance: float = LimitCycle().phase_tolerance_rad
+    """How far phases at the apexes of a limit cycle may differ [rad]."""
+    json: bool = False
+    """Print one JSON object."""
+    plot: Annotated[Path | None, UNSET] = None
+    """Draw height, phase, portrait, apexes and spectrum (.png, .pdf, .svg), numbers beside it."""
+
+    def run(self) -> None:
+        """Measure, print and draw."""
+        if self.plot is not None:
+            from tegotae.figures.style import figure_file
+
+            figure_file(self.plot)
+        body = self._body()
+        rest_length = self._or_body(self.rest_length, body, "rest_length_m")
+        if rest_length is None:
+            raise TegotaeError(
+                "the rest length is not given, the height over ground at which the foot leaves it; "
+                "set --rest-length [m]"
+            )
+        found = measure(
+            **self._recording().arguments(),
+            rest_length_m=rest_length,
+            omega=self.omega,
+            max_force_n=self._or_body(self.max_force, body, "max_force_n"),
+            disturbed_at_s=self.disturbed_at,
+            limit_cycle=LimitCycle(
+                height_tolerance_m=self.height_tolerance, phase_tolerance_rad=self.phase_tolerance
+            ),
+            work=self.work,
+            body=body,
+        )
+        mass = self._or_body(self.mass, body, "mass_kg")
+        weight_n = None if mass is None else mass * self.gravity
+        if self.plot is not None:
+            self._draw(found, rest_length)
+        if self.json:
+            print(json.dumps(_document(found, weight_n)))
+        else:
+            _print(found, weight_n)
+
+    def _recording(self) -> Recording:
+        columns = read_columns(self.file)
+        read = recording(columns, self.columns, rate_hz=self.rate)
+        for line in left_alone(columns, self.columns):
+            print(f"tegotae: {one_line(line)}", file=sys.stderr)
+        return read if self.resample is None else read.resampled(self.resample)
+
+    def _body(self) -> Body | None:
+        if self.preset is not None and self.body is not None:
+            raise TegotaeError("--preset and --body both say what the recording is of; name one")
+        if self.preset is not None:
+            return preset(self.preset).hopper
+        return None if self.body is None else named(self.body, Body, "body")
+
+    def _or_body(self, own: float | None, body: Body | None, name: str) -> float | None:
+        if own is not None or body is None:
+            return own
+        of_body = getattr(body, name, None)
+        return None if of_body is None else float(of_body)
+
+    def _draw(self, found: Measured, rest_length_m: float) -> None:
+        from tegotae.figures.data import write_tables
+        from tegotae.figures.recording import recording_figure, recording_tables
+        from tegotae.figures.style import literal, save_figure
+
+        assert self.plot is not None
+        note = f"{literal(self.file.name)}: {REGIMES[found.regime]}"
+        save_figure(recording_figure(found, rest_length_m=rest_length_m, note=note), self.plot)
+        write_tables(self.plot, recording_tables(found))
+
+
+def _shown() -> tuple[Metric, ...]:
+    """The metrics of one recording: shares of several runs are none."""
+    return tuple(metric for metric in metrics() if not metric.name.endswith("_share")
+                 or metric.name == "optimum_share")  # fmt: skip
+
+
+def _print(found: Measured, weight_n: float | None) -> None:
+    regime, hops = REGIMES[found.regime], len(found.hops.time_s)
+    # Why there is no limit cycle is said once, not by each metric that needs one.
+    why = found.reasons.get("limit_cycle_period", "")
+    seconds = float(found.frames.time_s[-1, 0])
+    print(f"{regime}; {hops} hops in {seconds:.2f} s" + (f"; {why}" if why else ""))
+    rows = []
+    for metric in _shown():
+        value = getattr(found, metric.name, math.nan)
+        shown = "–" if math.isnan(value) else f"{value:.4g} {metric.unit}".strip()
+        reason = found.reasons.get(metric.name, metric.about)
+        rows.append((metric.label, shown, regime if reason == why else reason))
+    print_rows(("metric", "value", "what it is, or why it is undefined"), rows)
+    if found.efficiency is not None and math.isfinite(found.efficiency.cot_inverse):
+        print(_efficiency(found.efficiency, weight_n))
+
+
+def _efficiency(of: Efficiency, weight_n: float | None) -> str:
+    scaled = "" if weight_n is None else f" (m g CoT⁻¹ {weight_n * of.cot_inverse:.3g})"
+    mark = "" if of.settled else ", not settled: the value may depend on which hops were recorded"
+    return (
+        f"from {of.start_s:.2f} to {of.end_s:.2f} s: climbed {of.climb_flight_m:.4g} m in flight "
+        f"and {of.climb_m:.4g} m in all for {of.work_j:.4g} J, CoT⁻¹ {of.cot_inverse:.4g} "
+        f"m/J{scaled}{mark}"
+    )
+
+
+def _document(found: Measured, weight_n: float | None) -> dict[str, Any]:
+    """As JSON values: null for what is undefined, with its reason."""
+    values = {m.name: _finite(getattr(found, m.name, math.nan)) for m in _shown()}
+    of = found.efficiency
+    return {
+        "regime": REGIMES[found.regime],
+        **values,
+        "reasons": {name: why for name, why in found.reasons.items() if name in values},
+        "efficiency": None
+        if of is None
+        else {
+            **{name: value if name == "settled" else _finite(value)
+               for name, value in vars(of).items()},
+            "cot_inverse": _finite(of.cot_inverse),
+            "cot_inverse_total": _finite(of.cot_inverse_total),
+            "cot_inverse_times_weight": _finite(
+                math.nan if weight_n is None else weight_n * of.cot_inverse
+            ),
+        },
+        "apex_time_s": found.hops.time_s.tolist(),
+        "apex_height_m": found.hops.height_m.tolist(),
+        "apex_phase_rad": found.hops.phase_rad.tolist(),
+    }  # fmt: skip
+
+
+def _finite(value: Any) -> float | None:
+    return float(value) if np.isfinite(value) else None

@@ -1,0 +1,134 @@
+"""What signals are measured against, from a MuJoCo model; and what a wiring leaves to chance."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import gymnasium
+import numpy as np
+
+from tegotae.envs.wiring import Wiring
+from tegotae.errors import TegotaeError, unknown
+from tegotae.extras import require
+from tegotae.terms import Network
+
+
+class WiringWarning(UserWarning):
+    """Something that a wiring leaves to a default, or wires to a stand-in."""
+
+
+def model_scales(
+    env: gymnasium.Env[Any, Any], *, feet: Sequence[str] | None = None, limbs: int = 1
+) -> dict[str, float]:
+    """The scales of a limb's signals, from the masses and lengths of a MuJoCo model.
+
+    With the weight W of all bodies, n limbs, and the length l, which is how high the centre of mass
+    is over the lowest of the feet in the model's start:
+
+        spring_force: W / n,   velocity: √(g l),   height: l,   feedback: √(g / l).
+
+    Args:
+        env: an environment of Gymnasium's MuJoCo family, or any that has its `model`.
+        feet: the bodies that touch the ground; all by default.
+        limbs: how many limbs share the weight.
+
+    Returns:
+        Scales by signal, in SI units.
+
+    Raises:
+        TegotaeError: for an environment without a MuJoCo model, or one without mass or gravity.
+
+    Example:
+        >>> env = gymnasium.make("Hopper-v5")  # doctest: +SKIP
+        >>> model_scales(env, feet=["foot"])["spring_force"]  # doctest: +SKIP
+        35.79
+    """
+    mujoco = require("mujoco", "mujoco")
+    base: Any = env.unwrapped
+    model = getattr(base, "model", None)
+    if model is None or not isinstance(model, mujoco.MjModel):
+        raise TegotaeError(f"{base} has no MuJoCo model to take scales from; give scales=")
+    gravity = float(np.linalg.norm(model.opt.gravity))
+    weight = gravity * float(model.body_mass.sum())
+    if weight <= 0.0:
+        raise TegotaeError("the model has no weight to take scales from; give scales=")
+    length = _length(mujoco, model, feet)
+    speed = math.sqrt(gravity * length)
+    return {
+        "spring_force": weight / limbs,
+        "velocity": speed,
+        "speed": speed,
+        "height": length,
+        "feedback": math.sqrt(gravity / length),
+    }
+
+
+def remarks(wiring: Wiring) -> list[str]:
+    """What should be known of a wiring that could be used as it is: one plain sentence each.
+
+    Example:
+        >>> from tegotae.envs import Limb
+        >>> limb = Limb(senses={"spring_force": "foot_force"}, drives="knee")
+        >>> for remark in remarks(Wiring(limbs=[limb])):
+        ...     print(remark)
+        'foot_force' stands in for F_k: it is the whole contact force, with damper, actuator and \
+impacts, where the paper's law feels the spring alone
+    """
+    found = []
+    felt = {limb.senses.get("spring_force", "") for limb in wiring.limbs}
+    contacts = sorted(name for name in felt if name.endswith("_force") and name[0] != "-")
+    if contacts:
+        named = ", ".join(map(repr, contacts[:4]))
+        found.append(
+            f"{named} stand{'s' if len(contacts) == 1 else ''} in for F_k: it is the whole contact "
+            "force, with damper, actuator and impacts, where the paper's law feels the spring alone"
+        )
+    networks = [t for t in wiring.controller.terms.values() if isinstance(t, Network)]
+    seen = {name for term in networks for name in term.reads} - {"sin_phase", "cos_phase"}
+    if unscaled := sorted(seen - set(wiring.scales)):
+        found.append(
+            f"no scale is given for {', '.join(unscaled)}: networks see "
+            f"{'it' if len(unscaled) == 1 else 'them'} over 1, whatever the body's size; "
+            "give scales=, or take a MuJoCo model's with with_scales(env)"
+        )
+    return found
+
+
+def _length(mujoco: Any, model: Any, feet: Sequence[str] | None) -> float:
+    data = mujoco.MjData(model)
+    if model.nkey:
+        mujoco.mj_resetDataKeyframe(model, data, 0)
+    mujoco.mj_forward(model, data)
+    geoms = [i for i in range(model.ngeom) if model.geom_bodyid[i] > 0]
+    if feet is not None:
+        named = {model.body(i).name: i for i in range(1, model.nbody)}
+        of_geoms = {model.geom(i).name: i for i in geoms}
+        for foot in feet:
+            if foot not in named and foot not in of_geoms:
+                raise unknown("body of this model", foot, [*named, *of_geoms])
+        bodies = {named[foot] for foot in feet if foot in named}
+        own = {of_geoms[foot] for foot in feet if foot not in named}
+        geoms = [i for i in geoms if i in own or model.geom_bodyid[i] in bodies]
+    if not geoms:
+        raise TegotaeError("the feet of the model have no geoms to stand on; give scales=")
+    lowest = min(float(data.geom_xpos[i][2]) - _below(mujoco, model, data, i) for i in geoms)
+    com = float(np.average(data.xipos[1:, 2], weights=model.body_mass[1:]))
+    if com <= lowest:
+        raise TegotaeError("the model's centre of mass is not above its feet; give scales=")
+    return com - lowest
+
+
+def _below(mujoco: Any, model: Any, data: Any, geom: int) -> float:
+    """How far a geom reaches below its centre [m]."""
+    size, kinds = model.geom_size[geom], mujoco.mjtGeom
+    axis = np.abs(data.geom_xmat[geom].reshape(3, 3)[2])
+    kind = model.geom_type[geom]
+    if kind == kinds.mjGEOM_SPHERE:
+        return float(size[0])
+    if kind == kinds.mjGEOM_CAPSULE:
+        return float(size[0] + size[1] * axis[2])
+    if kind == kinds.mjGEOM_BOX:
+        return float(size @ axis)
+    return float(model.geom_rbound[geom])

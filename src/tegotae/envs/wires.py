@@ -1,0 +1,267 @@
+"""A wiring looked up in an environment: names become places in arrays, or it is said what lacks."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import gymnasium
+import numpy as np
+from gymnasium.spaces import Box
+
+from tegotae.controller import Controller
+from tegotae.envs.naming import action_names, observation_names
+from tegotae.envs.wiring import Limb, Wiring
+from tegotae.errors import TegotaeError, require_finite, unknown
+
+_OWN = {"sin_phase", "cos_phase", "feedback"}
+"""Signals that an environment need not provide."""
+
+
+def read_by(controller: Controller) -> list[str]:
+    """Signals that a controller's terms read, and that an environment must provide.
+
+    Example:
+        >>> from tegotae.models import build
+        >>> read_by(build("AR-rFv-reflex-w8"))
+        ['spring_force', 'velocity']
+    """
+    return sorted({name for term in controller.terms.values() for name in term.reads} - _OWN)
+
+
+@dataclass(frozen=True)
+class Wires:
+    """A wiring that has been looked up in an environment."""
+
+    controller: Controller
+    """Of all limbs."""
+    sensed: dict[str, tuple[np.ndarray, np.ndarray]]
+    """For each signal, the observation's entry of each limb and its sign, shape [limbs] each."""
+    driven: np.ndarray
+    """The action's entries of each limb, shape [commands, limbs]."""
+    free: np.ndarray
+    """Entries of the action that no limb drives."""
+    rest: np.ndarray
+    """Action at no force, shape [limbs]."""
+    push: np.ndarray
+    """Action at full force, shape [limbs]."""
+    low: np.ndarray
+    """Least action, [entries]."""
+    high: np.ndarray
+    """Largest action, [entries]."""
+    step_s: float
+    """Time between two steps [s]."""
+    observed: tuple[str, ...]
+    """Names of the observation's entries."""
+
+    @property
+    def limbs(self) -> int:
+        """How many limbs there are."""
+        return self.driven.shape[1]
+
+
+def controller_of(wiring: Wiring) -> Controller:
+    """The controller of all limbs: a unit each, with weights in common or of their own.
+
+    Raises:
+        TegotaeError: for a controller of another number of limbs.
+    """
+    limbs, own = len(wiring.limbs), wiring.controller
+    if own.limbs == limbs:
+        return own
+    if own.limbs != 1:
+        raise TegotaeError(
+            f"the controller has {own.limbs} units and the wiring {limbs} limbs; give one unit a "
+            "limb, or a controller of one limb, which each of them then has"
+        )
+    free = np.ndim(wiring.weights) == 2
+    return dataclasses.replace(own, limbs=limbs, sharing=tuple(range(limbs)) if free else None)
+
+
+def weights_of(wiring: Wiring) -> tuple[np.ndarray, list[str]]:
+    """The weights as one vector of the controller of all limbs, and what is wrong with them."""
+    if wiring.weights is None:
+        return np.zeros(0), ["the wiring has no weights; train it, or give weights="]
+    own, limbs = wiring.controller.n_weights, len(wiring.limbs)
+    weights = np.asarray(wiring.weights, np.float32)
+    shapes = [(own,)] if wiring.controller.limbs > 1 else [(own,), (limbs, own)]
+    if weights.shape not in shapes:
+        return weights, [
+            f"the weights have shape {weights.shape}; this controller needs "
+            f"{' or '.join(map(str, shapes))}"
+        ]
+    if not np.isfinite(weights).all():
+        return weights, ["the weights are not all finite"]
+    return weights.ravel(), []
+
+
+def look_up(env: gymnasium.Env[Any, Any], wiring: Wiring) -> tuple[Wires | None, list[str]]:
+    """The wires, or what stands in their way; weights and frequency apart."""
+    problems: list[str] = []
+    try:
+        observed = _names("observation", wiring.observation_names, observation_names(env))
+        driven = _names("action", wiring.action_names, action_names(env))
+    except TegotaeError as error:
+        return None, [str(error)]
+    limbs = list(wiring.limbs)
+    if not limbs:
+        problems.append("there are no limbs; name at least one Limb(senses=..., drives=...)")
+    reads = _reads(wiring.controller, problems)
+    commands = wiring.controller.actuation.COMMANDS
+    for i, limb in enumerate(limbs):
+        problems += _limb_problems(i, limb, reads, observed, driven, commands)
+    entries = [name for limb in limbs for name in limb.entries]
+    for name in sorted(set(entries)):
+        if entries.count(name) > 1:
+            problems.append(f"several limbs drive {name!r}; an action entry takes one limb")
+    for what in ("height", "work"):
+        name = getattr(wiring, what)
+        if name is not None and name not in observed:
+            problems.append(f"{what}: {unknown_entry('observation', name, observed)}")
+    step_s = getattr(env.unwrapped, "dt", None) if wiring.step_s is None else wiring.step_s
+    if step_s is None:
+        problems.append("the environment has no dt; give the time between two steps as step_s [s]")
+    problems += _number_problems(wiring, step_s)
+    controller = wiring.controller
+    if limbs:
+        try:
+            controller = controller_of(wiring)
+        except TegotaeError as error:
+            problems.append(str(error))
+    if problems or step_s is None:
+        return None, problems
+    space = env.action_space
+    assert isinstance(space, Box)
+    at = np.array([[driven.index(limb.entries[c]) for limb in limbs] for c in range(len(commands))])
+    places = not controller.actuation.commands_force
+    ends = [(0.0, 1.0) if places else _ends(space, i, limb, int(at[0, i]), problems)
+            for i, limb in enumerate(limbs)]  # fmt: skip
+    if problems:
+        return None, problems
+    wires = Wires(
+        controller=controller,
+        sensed={signal: _places(limbs, signal, observed) for signal in reads},
+        driven=at,
+        free=np.array([k for k in range(len(driven)) if k not in at], np.intp),
+        rest=np.array([rest for rest, _ in ends]),
+        push=np.array([push for _, push in ends]),
+        low=space.low,
+        high=space.high,
+        step_s=float(step_s),
+        observed=tuple(observed),
+    )
+    return wires, []
+
+
+def unknown_entry(what: str, name: str, known: Sequence[str]) -> TegotaeError:
+    """The error for an entry that is not there; numbered entries have no nearest names."""
+    if all(entry.startswith(f"{what}[") for entry in known):
+        return TegotaeError(f"no {what} entry is called {name!r}; known: {', '.join(known)}")
+    return unknown(f"{what} entry", name, known)
+
+
+def _places(
+    limbs: Sequence[Limb], signal: str, observed: Sequence[str]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Of every limb the observation's entry that is this signal, and its sign."""
+    names = [limb.senses[signal] for limb in limbs]
+    sign = [-1.0 if name not in observed else 1.0 for name in names]
+    at = [observed.index(name if name in observed else name[1:]) for name in names]
+    return np.array(at), np.array(sign)
+
+
+def _names(what: str, given: Sequence[str] | None, found: Sequence[str]) -> list[str]:
+    names = list(found if given is None else given)
+    if len(names) != len(found):
+        raise TegotaeError(
+            f"there are {len(names)} {what} names for {len(found)} entries; give one per entry"
+        )
+    twice = sorted({name for name in names if names.count(name) > 1})
+    if twice:
+        raise TegotaeError(f"several {what} entries are called {twice[0]!r}; names must differ")
+    return names
+
+
+def _reads(controller: Controller, problems: list[str]) -> list[str]:
+    """Signals that the environment must provide."""
+    if controller.oscillator is None:
+        problems.append("the controller has no oscillator; take one that has, such as V-sector-w8")
+    return read_by(controller)
+
+
+def _limb_problems(
+    i: int,
+    limb: Limb,
+    reads: Sequence[str],
+    observed: Sequence[str],
+    driven: Sequence[str],
+    commands: Sequence[str],
+) -> list[str]:
+    problems = []
+    for signal in reads:
+        if signal not in limb.senses:
+            problems.append(
+                f"limb {i}: the controller reads {signal!r}; say in senses which observation entry "
+                "that is"
+            )
+    for signal, name in limb.senses.items():
+        if signal not in reads:
+            problems.append(
+                f"limb {i}: no term of the controller reads {signal!r}; it reads {', '.join(reads)}"
+            )
+        if name not in observed and name.removeprefix("-") not in observed:
+            problems.append(f"limb {i}: {unknown_entry('observation', name, observed)}")
+    if len(limb.entries) != len(commands):
+        problems.append(
+            f"limb {i} drives {', '.join(limb.entries) or 'nothing'}; the controller commands "
+            f"{' and '.join(commands)}, one action entry each"
+        )
+    for name in limb.entries:
+        if name not in driven:
+            problems.append(f"limb {i}: {unknown_entry('action', name, driven)}")
+    _try(problems, f"limb {i}: phase_rad", limb.phase_rad)
+    return problems
+
+
+def _number_problems(wiring: Wiring, step_s: float | None) -> list[str]:
+    problems: list[str] = []
+    numbers = {
+        "omega": (wiring.omega, None),
+        "step_s": (step_s, 0.0),
+        "max_force": (wiring.max_force, 0.0),
+        "max_feedback_rad_per_s": (wiring.max_feedback_rad_per_s, 0.0),
+        "rest_length_m": (wiring.rest_length_m, 0.0),
+        **{f"scales[{name!r}]": (scale, 0.0) for name, scale in wiring.scales.items()},
+    }
+    for name, (value, above) in numbers.items():
+        if value is not None:
+            _try(problems, name, value, above)
+    return problems
+
+
+def _ends(space: Box, i: int, limb: Limb, entry: int, problems: list[str]) -> tuple[float, float]:
+    """The action at no force and at full force."""
+    low, high = float(space.low[entry]), float(space.high[entry])
+    rest = 0.5 * (low + high) if limb.rest is None else limb.rest
+    push = high if limb.push is None else limb.push
+    for name, value in (("rest", rest), ("push", push)):
+        if not np.isfinite(value):
+            problems.append(
+                f"limb {i}: {limb.drives!r} has no bounds to take {name} from; give {name}="
+            )
+        elif not low <= value <= high:
+            problems.append(
+                f"limb {i}: {name} is {value:g}; {limb.drives!r} takes {low:g} to {high:g}"
+            )
+    if rest == push:
+        problems.append(f"limb {i}: rest and push are both {rest:g}, so that no push has an effect")
+    return rest, push
+
+
+def _try(problems: list[str], name: str, value: Any, above: float | None = None) -> None:
+    try:
+        require_finite(name, value, above=above)
+    except TegotaeError as error:
+        problems.append(str(error))

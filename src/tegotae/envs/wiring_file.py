@@ -1,0 +1,215 @@
+"""Wirings as files, TOML or JSON: written by people, read back and checked."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import tomllib
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import numpy as np
+
+from tegotae import controller_file, documents
+from tegotae.documents import DamagedDocumentError
+from tegotae.envs.wiring import Limb, Wiring
+from tegotae.errors import TegotaeError, unknown
+from tegotae.files import write_atomically
+
+FORMAT = "tegotae wiring"
+_MOST_BYTES = 2**20
+
+
+class LimbDocument(msgspec.Struct, forbid_unknown_fields=True):
+    """A limb in a file; see `Limb`."""
+
+    senses: dict[str, str]
+    drives: str | list[str]
+    rest: float | None = None
+    push: float | None = None
+    phase_rad: float = 0.0
+
+
+class WiringDocument(msgspec.Struct, forbid_unknown_fields=True):
+    """A wiring in a file; see `Wiring`."""
+
+    limbs: list[LimbDocument]
+    format: str = FORMAT
+    scales: dict[str, float] = {}
+    max_force: float = 4.0
+    max_feedback_rad_per_s: float = 10.0
+    step_s: float | None = None
+    observation_names: list[str] | None = None
+    action_names: list[str] | None = None
+    contact_bodies: list[str] = []
+    height: str | None = None
+    work: str | None = None
+    rest_length_m: float | None = None
+    controller: str | None = None
+    """A controller file, relative to this one."""
+    weights: list[float] | None = None
+    """Of the vanilla controller: σ alone."""
+    omega: float | None = None
+
+
+_OWN = ("height", "work", "rest_length_m", "max_force", "max_feedback_rad_per_s", "step_s")
+_LISTS = ("observation_names", "action_names", "contact_bodies")
+
+
+def load_wiring(path: Path | str) -> Wiring:
+    """The wiring in a TOML or JSON file, or one that comes with the package, by its name.
+
+    Args:
+        path: a file that ends in `.toml` or `.json`; or `hopper`, `leg` or `quadruped`.
+
+    Raises:
+        TegotaeError: if there is none, or it is no wiring: which entry, what is there and what
+            should be.
+
+    Example:
+        >>> load_wiring("hopper").limbs[0].drives
+        'leg'
+    """
+    if str(path) in packaged():
+        text = (resources.files("tegotae.mujoco") / "wirings" / f"{path}.toml").read_text("utf-8")
+        return _parsed(text, ".toml", Path(f"{path}.toml"))
+    path = Path(path)
+    if path.suffix not in (".toml", ".json"):
+        if path.name == str(path) and not path.exists():
+            raise unknown("wiring", str(path), packaged())
+        raise TegotaeError(f"{path} is no wiring; its name must end in .toml or .json")
+    try:
+        with path.open("rb") as stream:
+            content = stream.read(_MOST_BYTES + 1)
+        text = content.decode("utf-8")
+    except OSError as error:
+        raise TegotaeError(f"cannot read {path}: {error.strerror}") from None
+    except UnicodeDecodeError:
+        raise TegotaeError(f"{path} is no wiring: it is no text in UTF-8") from None
+    if len(content) > _MOST_BYTES:
+        raise TegotaeError(f"{path} is no wiring: it is larger than {_MOST_BYTES >> 20} MiB")
+    return _parsed(text, path.suffix, path)
+
+
+def save_wiring(wiring: Wiring, path: Path | str) -> None:
+    """Write a wiring, TOML or JSON by the name's end; all but its controller and weights.
+
+    Raises:
+        TegotaeError: for a name of another end, or if it cannot be written.
+    """
+    path = Path(path)
+    document = wiring_document(wiring)
+    if path.suffix == ".json":
+        write_atomically(path, json.dumps(document, indent=1) + "\n")
+    elif path.suffix == ".toml":
+        write_atomically(path, _toml(document))
+    else:
+        raise TegotaeError(f"{path} is no wiring; its name must end in .toml or .json")
+
+
+def wiring_document(wiring: Wiring) -> dict[str, Any]:
+    """A wiring as plain JSON values; all but its controller and weights.
+
+    Example:
+        >>> wiring_document(load_wiring("hopper"))["height"]
+        'root_height'
+    """
+    limbs = []
+    for limb in wiring.limbs:
+        drives = limb.drives if isinstance(limb.drives, str) else list(limb.drives)
+        told = {"rest": limb.rest, "push": limb.push, "phase_rad": float(limb.phase_rad)}
+        limbs.append({"senses": dict(limb.senses), "drives": drives, **_given(told)})
+    numbers = {name: getattr(wiring, name) for name in _OWN}
+    lists = {name: getattr(wiring, name) for name in _LISTS}
+    return {
+        "format": FORMAT,
+        **_given(numbers),
+        **{name: list(each) for name, each in lists.items() if each},
+        "scales": {name: float(scale) for name, scale in wiring.scales.items()},
+        "limbs": limbs,
+    }
+
+
+def wiring_of(document: Any, folder: Path | None = None) -> Wiring:
+    """The wiring of plain JSON values.
+
+    Args:
+        document: what `wiring_document` made, or a file holds.
+        folder: where a controller file that it names is looked for.
+
+    Raises:
+        DamagedDocumentError: for values that are no wiring's.
+        TegotaeError: for a controller file that cannot be read.
+    """
+    found = documents.fitted(documents.checked(document), WiringDocument)
+    if found.format != FORMAT:
+        raise DamagedDocumentError(f"its format is {found.format!r}; it must be {FORMAT!r}")
+    limbs = tuple(
+        Limb(
+            senses=each.senses,
+            drives=each.drives if isinstance(each.drives, str) else tuple(each.drives),
+            rest=each.rest,
+            push=each.push,
+            phase_rad=each.phase_rad,
+        )
+        for each in found.limbs
+    )
+    lists: dict[str, Any] = {name: getattr(found, name) for name in _LISTS}
+    numbers: dict[str, Any] = {name: getattr(found, name) for name in _OWN}
+    lists = {name: None if each is None else tuple(each) for name, each in lists.items()}
+    wiring = Wiring(
+        limbs=limbs,
+        scales=found.scales,
+        weights=None if found.weights is None else np.asarray(found.weights),
+        omega=found.omega,
+        **numbers,
+        **lists,
+    )
+    if found.controller is None:
+        return wiring
+    saved = controller_file.load((folder or Path()) / found.controller)
+    held = wiring.holding(saved)
+    return held if found.omega is None else dataclasses.replace(held, omega=found.omega)
+
+
+def packaged() -> list[str]:
+    """Names of the wirings that come with the package, for its MuJoCo models."""
+    files = (resources.files("tegotae.mujoco") / "wirings").iterdir()
+    return sorted(file.name[:-5] for file in files if file.name.endswith(".toml"))
+
+
+def _parsed(text: str, suffix: str, path: Path) -> Wiring:
+    try:
+        document = tomllib.loads(text) if suffix == ".toml" else documents.parse(text)
+        return wiring_of(document, path.parent)
+    except tomllib.TOMLDecodeError as error:
+        raise TegotaeError(f"{path} is no wiring: it is no TOML: {error}") from None
+    except DamagedDocumentError as error:
+        raise TegotaeError(f"{path} is no wiring: {error}") from None
+
+
+def _given(values: dict[str, Any]) -> dict[str, Any]:
+    """What is not None, numbers as JSON has them."""
+    return {
+        name: value if isinstance(value, str) else float(value)
+        for name, value in values.items()
+        if value is not None
+    }
+
+
+def _toml(document: dict[str, Any]) -> str:
+    """A document of texts, numbers, lists of texts, tables and one list of tables."""
+    plain = {n: x for n, x in document.items() if not isinstance(x, dict) and n != "limbs"}
+    lines = [f"{name} = {json.dumps(value)}" for name, value in plain.items()]
+    lines += [
+        "",
+        "[scales]",
+        *(f"{json.dumps(n)} = {json.dumps(x)}" for n, x in document["scales"].items()),
+    ]
+    for limb in document["limbs"]:
+        own = [f"{n} = {json.dumps(x)}" for n, x in limb.items() if n != "senses"]
+        senses = [f"{json.dumps(n)} = {json.dumps(x)}" for n, x in limb["senses"].items()]
+        lines += ["", "[[limbs]]", *own, "[limbs.senses]", *senses]
+    return "\n".join(lines) + "\n"

@@ -1,0 +1,167 @@
+"""A recorded gait at a glance: height and phase over time, portrait, apex section, spectrum."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import jax
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, styled
+from tegotae.metrics.measured import Measured
+from tegotae.metrics.smoothness import FORCE_PERIOD_S
+from tegotae.metrics.spectrum import Spectrum, spectrum
+
+_SHOWN = 0.01
+"""The spectrum is drawn as far as it has this share of its highest peak."""
+
+
+def recording_figure(measured: Measured, *, rest_length_m: float, note: str = "") -> Figure:
+    """Height and phase over time; below, the portrait (y, ẏ), the apexes, and the spectrum.
+
+    The settled part is blue; a gait that does not settle has none. Without a phase the apexes are
+    shown as a return map, each over the one before.
+
+    Args:
+        measured: what was measured (`tegotae.metrics.measure`).
+        rest_length_m: rest length of the leg l0 [m].
+        note: a title.
+    """
+    with_phase = bool(np.any(measured.frames.phase_rad))
+    with styled():
+        figure = new_figure(PAGE_IN, 4.6 if with_phase else 3.8)
+        figure.suptitle(note, fontsize=8)
+        whole, thirds = ["height"] * 3, ["portrait", "section", "spectrum"]
+        mosaic: Any = [whole, ["phase"] * 3, thirds] if with_phase else [whole, thirds]
+        axes = figure.subplot_mosaic(
+            mosaic, height_ratios=[1.2, 0.8, 1.5] if with_phase else [1.2, 1.5]
+        )
+        _draw_height(axes["height"], measured, rest_length_m)
+        if with_phase:
+            _draw_phase(axes["phase"], measured)
+            axes["height"].sharex(axes["phase"])
+        last = axes["phase" if with_phase else "height"]
+        last.set_xlabel("time [s]")
+        last.set_xlim(0.0, float(measured.frames.time_s[-1, 0]))
+        _draw_portrait(axes["portrait"], measured)
+        _draw_section(axes["section"], measured, with_phase)
+        _draw_spectrum(axes["spectrum"], measured)
+    return figure
+
+
+def recording_tables(measured: Measured) -> dict[str, dict[str, Any]]:
+    """What the figure shows: `frames` of 20 ms, the `hops`, and the `spectrum`.
+
+    None has the figure's own name, which may be that of the recording.
+    """
+    frames, table, power = measured.frames, measured.hops, _spectrum(measured)
+    return {
+        "frames": {
+            name: getattr(frames, name)[:, 0]
+            for name in ("time_s", "height_m", "velocity_m_per_s", "phase_rad")
+        },
+        "hops": {
+            "apex_time_s": table.time_s,
+            "apex_height_m": table.height_m,
+            "apex_phase_rad": table.phase_rad,
+        },
+        "spectrum": {
+            "angular_frequency_rad_per_s": np.asarray(power.angular_frequency),
+            "power_share": _share(power),
+        },
+    }
+
+
+def _settled(measured: Measured, time_s: np.ndarray) -> np.ndarray:
+    """Which times belong to the limit cycle; none where there is none."""
+    start, efficiency = measured.t0_s, measured.efficiency
+    if not np.isfinite(start) or efficiency is None:
+        return np.zeros(len(time_s), bool)
+    return (time_s >= start) & (time_s <= efficiency.end_s + FORCE_PERIOD_S)
+
+
+def _draw_height(axes: Axes, measured: Measured, rest_length_m: float) -> None:
+    frames, table = measured.frames, measured.hops
+    time, height = frames.time_s[:, 0], frames.height_m[:, 0]
+    ground = frames.ground_m[:, 0]
+    inside = _settled(measured, time)
+    axes.fill_between(time, ground, ground.min() - 0.05, color="0.85", lw=0)
+    axes.plot(time, ground + rest_length_m, ":", color="0.4", lw=0.8)
+    axes.plot(time, height, color="0.6", lw=0.8)
+    axes.plot(time, np.where(inside, height, np.nan), color=COLOURS[0], lw=0.8)
+    axes.plot(table.time_s, table.height_m, ".", color=COLOURS[2], ms=3)
+    axes.set_ylabel("height y [m]")
+
+
+def _draw_phase(axes: Axes, measured: Measured) -> None:
+    table = measured.hops
+    axes.plot(table.time_s, table.phase_rad / np.pi, ".", color=COLOURS[2], ms=4)
+    axes.set_ylabel("apex phase\nφ [π rad]")
+    axes.set_ylim(0.0, 2.0)
+    axes.set_yticks([0.0, 1.0, 2.0])
+
+
+def _draw_portrait(axes: Axes, measured: Measured) -> None:
+    frames = measured.frames
+    height, velocity = frames.height_m[:, 0], frames.velocity_m_per_s[:, 0]
+    inside = _settled(measured, frames.time_s[:, 0])
+    axes.plot(height, velocity, color="0.75", lw=0.5)
+    axes.plot(
+        np.where(inside, height, np.nan), np.where(inside, velocity, np.nan), color=COLOURS[0]
+    )
+    axes.set(xlabel="height y [m]", ylabel="velocity ẏ [m/s]")
+
+
+def _draw_section(axes: Axes, measured: Measured, with_phase: bool) -> None:
+    table = measured.hops
+    inside = _settled(measured, table.time_s)
+    if with_phase:
+        across, up = table.phase_rad, table.height_m
+        axes.set_xlabel("phase at the apex φ [rad]")
+    else:
+        across, up, inside = table.height_m[:-1], table.height_m[1:], inside[1:]
+        axes.set_xlabel("height of the apex before [m]")
+        if len(up):
+            axes.axline((up[0], up[0]), slope=1.0, color="0.6", lw=0.6)
+    axes.set_ylabel("height of the apex y [m]")
+    if not len(up):
+        axes.text(0.5, 0.5, "no hops", transform=axes.transAxes, ha="center", color="0.4")
+        return
+    axes.plot(across, up, color="0.8", lw=0.5)
+    axes.plot(across, up, ".", color="0.5", ms=4)
+    axes.plot(across[inside], up[inside], ".", color=COLOURS[0], ms=5)
+    # A cycle is a point: the axes show at least a centimetre, or noise would look like a gait.
+    low, high = axes.get_ylim()
+    if high - low < 0.01:
+        axes.set_ylim(np.mean(up) - 0.005, np.mean(up) + 0.005)
+
+
+def _draw_spectrum(axes: Axes, measured: Measured) -> None:
+    of = _spectrum(measured)
+    frequency, share = np.asarray(of.angular_frequency), _share(of)
+    reach = frequency[np.flatnonzero(share >= _SHOWN)[-1]] if share.any() else frequency[-1]
+    axes.plot(frequency, share, color=COLOURS[0])
+    if np.isfinite(measured.omega):
+        axes.axvline(measured.omega, color=COLOURS[4], ls="--", lw=0.8, label="ω")
+        axes.legend()
+    axes.set_xlim(0.0, 1.3 * max(float(reach), float(np.nan_to_num(measured.omega))))
+    axes.set(xlabel="angular frequency [rad/s]", ylabel="power over its peak")
+
+
+def _spectrum(measured: Measured) -> Spectrum:
+    """The spectrum of the height, over the settled part or, without one, the whole."""
+    frames, start = measured.frames, np.nan_to_num(measured.t0_s)
+    whole = frames.height_m
+    end = measured.efficiency.end_s if measured.efficiency and start else np.inf
+    inside = int(np.sum(frames.time_s[:, 0] <= end + FORCE_PERIOD_S))
+    return _transform(whole[:inside], FORCE_PERIOD_S, np.floor(start / FORCE_PERIOD_S))
+
+
+_transform = jax.jit(spectrum, static_argnums=1)
+
+
+def _share(of: Spectrum) -> np.ndarray:
+    power = np.asarray(of.power)[:, 0]
+    return power / power.max() if power.max() > 0.0 else power

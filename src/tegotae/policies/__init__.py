@@ -1,0 +1,15 @@
+"""Anyone's policy on the hopper: a function, a Stable-Baselines3 model, an ONNX file.
+
+What a policy sees and does is a `Meaning`; how it is asked is a file of its own for each kind.
+With both it is a `Policy`, of which `tegotae.analysis` makes surfaces and portraits.
+"""
+
+from tegotae.extras import require
+
+require("gymnasium", "gym")
+
+from tegotae.policies.base import ACTS, ClippedFeedbackWarning, Meaning, Policy  # noqa: E402
+from tegotae.policies.function import from_function  # noqa: E402
+from tegotae.policies.loading import load_policy  # noqa: E402
+
+__all__ = ["ACTS", "ClippedFeedbackWarning", "Meaning", "Policy", "from_function", "load_policy"]

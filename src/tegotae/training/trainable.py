@@ -1,0 +1,68 @@
+"""What a training asks of an experiment, wherever its episodes take place."""
+
+from __future__ import annotations
+
+from typing import Any, Protocol
+
+import numpy as np
+
+from tegotae.bodies import Body
+from tegotae.controller import Controller
+from tegotae.training.judge import Judge
+
+
+class Trainable(Protocol):
+    """An experiment on the engine (`tegotae.experiment`), or on an environment."""
+
+    @property
+    def name(self) -> str:
+        """What it is called, in files, tables and figures."""
+        ...
+
+    @property
+    def controller(self) -> Controller:
+        """The structure whose weights are learned."""
+        ...
+
+    @property
+    def omega(self) -> float | None:
+        """Prescribed frequency [rad/s]; None without an oscillator."""
+        ...
+
+    @property
+    def body(self) -> Body:
+        """What is driven, as controller files have it."""
+        ...
+
+    @property
+    def document(self) -> dict[str, Any]:
+        """The experiment as plain JSON values."""
+        ...
+
+    @property
+    def episodes(self) -> int:
+        """How many episodes each candidate is judged by."""
+        ...
+
+    @property
+    def cot_unit(self) -> str:
+        """The unit of CoT⁻¹ in which its fitness measures it."""
+        ...
+
+    @property
+    def is_searched(self) -> bool:
+        """Whether all there is to learn is a constant gain, which a search finds."""
+        ...
+
+    @property
+    def gains(self) -> np.ndarray:
+        """The gains that such a search tries."""
+        ...
+
+    def check(self) -> None:
+        """Raise `TegotaeError` if it cannot be trained."""
+        ...
+
+    def judge(self, workers: int | None = None) -> Judge:
+        """Who says how good weights are."""
+        ...

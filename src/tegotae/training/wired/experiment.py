@@ -1,0 +1,224 @@
+"""An experiment on an environment: which limbs are trained, where, and by what measure."""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from tegotae.bodies import Body, WiredLimbs
+from tegotae.controller import Controller
+from tegotae.descriptions import describe
+from tegotae.envs.contact import with_contact
+from tegotae.envs.wires import Wires, controller_of, look_up, read_by
+from tegotae.envs.wiring import Wiring
+from tegotae.envs.wiring_file import wiring_document
+from tegotae.errors import TegotaeError, require_count, require_finite
+from tegotae.experiment import require_name
+from tegotae.limits import MOST_RAD_PER_S
+from tegotae.models import BUDGET, Model
+from tegotae.training.wired.judge import WiredJudge
+from tegotae.training.wired.measures import Hopping, Measure, Return
+from tegotae.training.wired.place import Place
+
+
+@dataclass(frozen=True, kw_only=True)
+class WiredExperiment:
+    """What is trained on an environment; `tegotae.training.run.Run` takes it as any experiment.
+
+    Args:
+        name: what it is called, in files and tables.
+        place: the environment.
+        wiring: the limbs, without weights; its controller is what is trained, at its ω.
+        measure: by what an episode is judged.
+        duration_s: length of an episode [s], if the environment does not end it before.
+        episodes: how many episodes each candidate is judged by; on a MuJoCo model several take its
+            setting `noise`.
+        seed: of the first episode's reset; the same for every candidate and generation.
+        limit_s: longest time that one step of the environment may take in a worker [s].
+
+    Raises:
+        TegotaeError: for what cannot be made, or does not fit together.
+
+    Example:
+        >>> from tegotae.envs import load_wiring
+        >>> from tegotae.models import build
+        >>> wiring = dataclasses.replace(
+        ...     load_wiring("hopper").reading(build("ART")), omega=8.0
+        ... )
+        >>> experiment = WiredExperiment(
+        ...     name="art", place=Place(env="hopper"), wiring=wiring, measure=Hopping()
+        ... )
+        >>> experiment.controller.n_weights
+        96
+    """
+
+    name: str
+    place: Place
+    wiring: Wiring
+    measure: Measure = field(default_factory=Return)
+    duration_s: float = 24.0
+    episodes: int = 1
+    seed: int = 0
+    limit_s: float = 60.0
+
+    def __post_init__(self) -> None:
+        require_name(self.name)
+        require_finite("duration_s", self.duration_s, above=0.0)
+        require_finite("limit_s", self.limit_s, above=0.0)
+        require_count("episodes", self.episodes)
+        require_count("seed", self.seed, least=0)
+        if self.wiring.controller.oscillator is None:
+            raise TegotaeError(
+                f"{self.name} has no oscillator, which every limb of a wiring has; take a model "
+                "that has one, such as ART"
+            )
+        if self.wiring.omega is None:
+            raise TegotaeError(f"{self.name} has an oscillator; give it an omega, such as 8 rad/s")
+        require_finite("omega", self.wiring.omega, above=0.0, most=MOST_RAD_PER_S)
+        made = dict(self.place.settings).get("duration_s", self.duration_s)
+        if self.place.is_model and made != self.duration_s:
+            raise TegotaeError(
+                f"{self.place.env} is made with duration_s={made!r}, and the experiment's "
+                f"duration_s is {self.duration_s:g}; say it of the experiment alone (--duration)"
+            )
+
+    @classmethod
+    def of_model(
+        cls,
+        model: Model,
+        place: Place,
+        wiring: Wiring,
+        *,
+        omega: float | None = None,
+        **settings: Any,
+    ) -> WiredExperiment:
+        """One of the paper's models (`tegotae.models.find`) on an environment.
+
+        The measure is CoT⁻¹ + ΔΩ where the wiring says what height and work are, and otherwise the
+        environment's return.
+        """
+        controller = model.controller(settings.pop("budget", BUDGET))
+        omega = model.omega_t if omega is None else omega
+        wiring = dataclasses.replace(wiring.reading(controller), omega=omega, weights=None)
+        known = wiring.height is not None and wiring.work is not None
+        duration_s = settings.get("duration_s", 24.0)
+        measure = Hopping(settle_s=0.5 * duration_s) if known else Return()
+        return cls(
+            **{"name": model.name, "place": place, "wiring": wiring, "measure": measure, **settings}
+        )
+
+    @property
+    def controller(self) -> Controller:
+        """The structure whose weights are learned: a unit a limb."""
+        return controller_of(self.wiring)
+
+    @property
+    def omega(self) -> float | None:
+        """Prescribed frequency [rad/s]."""
+        return self.wiring.omega
+
+    @property
+    def body(self) -> Body:
+        """What controller files have as their body."""
+        controller, wiring = self.controller, self.wiring
+        senses = tuple(read_by(controller)) or ("spring_force",)
+        return WiredLimbs(
+            senses=senses,
+            scales=tuple(float(wiring.scales.get(name, 1.0)) for name in senses),
+            count=controller.limbs,
+            commands=controller.actuation.COMMANDS,
+            max_force_n=float(wiring.max_force),
+            rest_length_m=float(wiring.rest_length_m or 1.0),
+            feedback_scale=float(wiring.scales.get("feedback", 1.0)),
+        )
+
+    @cached_property
+    def wires(self) -> Wires:
+        """The wiring looked up in the environment.
+
+        Raises:
+            TegotaeError: if something is missing, all of it in one line.
+        """
+        env = with_contact(self.place.make(), self.wiring.contact_bodies)
+        try:
+            wires, problems = look_up(env, self.wiring)
+            if wires is None:
+                raise TegotaeError(f"{self.place.env}: " + "; ".join(problems))
+            return wires
+        finally:
+            env.close()
+
+    def check(self) -> None:
+        """See that it can be trained, before long work starts.
+
+        Raises:
+            TegotaeError: if not.
+        """
+        if self.controller.n_weights == 0:
+            raise TegotaeError(f"{self.name} has no weights to train")
+        _ = self.wires
+        if self.episodes > 1 and self.place.is_model and self.place.model_settings.noise == 0.0:
+            raise TegotaeError(
+                f"the {self.episodes} episodes on {self.place.env} would be alike; take one, or "
+                "let their starts differ with the setting noise, such as noise=0.01"
+            )
+        self.measure.check(self.wiring, self.duration_s)
+
+    def judge(self, workers: int | None = None) -> WiredJudge:
+        """Who says in training how good weights are."""
+        return WiredJudge(self, workers)
+
+    @property
+    def is_searched(self) -> bool:
+        """Whether all there is to learn is a constant gain σ, which a search finds."""
+        return self.controller.has_a_gain_alone
+
+    @property
+    def cot_unit(self) -> str:
+        """The unit of CoT⁻¹."""
+        return "m/J"
+
+    @property
+    def gains(self) -> np.ndarray:
+        """Values of σ that a search tries, [rad/(s N)]: of the order of the body's own rates.
+
+        The feedback σ F_k is from a hundredth to ten times √(g / l) under the usual load.
+        """
+        rate = float(self.wiring.scales.get("feedback", 1.0))
+        load = float(self.wiring.scales.get("spring_force", 1.0))
+        return np.geomspace(0.01, 10.0, 32) * rate / load
+
+    @property
+    def document(self) -> dict[str, Any]:
+        """The experiment as plain JSON values."""
+        return {
+            "name": self.name,
+            "controller": describe(self.controller),
+            "omega": self.omega,
+            "body": describe(self.body),
+            "place": {"env": self.place.env, "settings": dict(self.place.settings)},
+            "wiring": wiring_document(self.wiring),
+            "measure": {"kind": type(self.measure).__name__, **dataclasses.asdict(self.measure)},  # type: ignore[call-overload]
+            "timing": {"duration_s": self.duration_s},
+            "episodes": self.episodes,
+            "seed": self.seed,
+            "sha256": self._sha256,
+        }
+
+    @cached_property
+    def _sha256(self) -> dict[str, str]:
+        """Of the files that it names, by what each is: once changed, it is another training.
+
+        What such a file loads in its turn is not looked at.
+        """
+        files = {"environment": self.place.file, "fitness": self.measure.file}
+        return {
+            what: hashlib.sha256(file.read_bytes()).hexdigest()
+            for what, file in files.items()
+            if file is not None and file.is_file()
+        }

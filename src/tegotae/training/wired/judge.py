@@ -1,0 +1,120 @@
+"""Judges candidates by episodes on an environment, in worker processes or in this one."""
+
+from __future__ import annotations
+
+import warnings
+from collections import Counter
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from tegotae.devices import available_cores, require_workers
+from tegotae.errors import TegotaeError, require_count
+from tegotae.training.judge import Judge, Round, Verdict
+from tegotae.training.wired.crew import Crew
+from tegotae.training.wired.stage import Stage, Trials
+
+if TYPE_CHECKING:
+    from tegotae.training.wired.experiment import WiredExperiment
+
+_LANES = 64
+"""Candidates that are tried side by side at most."""
+
+
+class SampleWarning(UserWarning):
+    """Samples went wrong on an environment, and count as failed."""
+
+
+class WiredJudge(Judge):
+    """Judges by episodes on an environment: a context manager.
+
+    A sample whose environment raises, hangs, dies, changes its spaces, ends at once, or observes or
+    pays what is not finite counts as the worst. The training goes on, and every kind of trouble is
+    told once (`SampleWarning`).
+
+    Args:
+        experiment: what is trained.
+        workers: worker processes; 0 to step environments in this process, which a crash or a hang
+            would take with it. One a core by default, and none for a MuJoCo model, whose physics
+            has threads.
+
+    Raises:
+        TegotaeError: for a number of workers that this machine cannot have.
+    """
+
+    def __init__(self, experiment: WiredExperiment, workers: int | None = None) -> None:
+        self._experiment = experiment
+        if workers is None:
+            workers = 0 if experiment.place.is_model else available_cores()
+        require_count("workers", workers, least=0)
+        if workers:
+            require_workers(workers)
+        self._workers = workers
+        self._troupe: Stage | Crew | None = None
+        self.troubles: Counter[str] = Counter()
+        """How many samples went wrong, by what happened."""
+
+    def judge(self, candidates: np.ndarray, who: Round) -> Verdict:
+        """The verdict on every candidate of the seeds that are going."""
+        (seeds, per_seed, n_weights), going = candidates.shape, who.going
+        wanted = np.asarray(candidates[going], float).reshape(-1, n_weights)
+        trials = self._tried(wanted, seeds * per_seed)
+        self._tell(trials)
+
+        def spread(values: np.ndarray, empty: Any) -> np.ndarray:
+            whole = np.full((seeds, per_seed), empty, values.dtype)
+            whole[going] = values.reshape(-1, per_seed)
+            return whole
+
+        return Verdict(
+            spread(trials.fitness.astype(np.float32), 0.0),
+            spread(trials.cot_inverse.astype(np.float32), np.nan),
+            spread(trials.failed, True),
+        )
+
+    def _tried(self, weights: np.ndarray, most: int) -> Trials:
+        """All of them, some at a time; always as many lanes, so that arithmetic is the same."""
+        if self._troupe is None:
+            lanes = min(_LANES, -(-most // max(1, self._workers)))
+            self._troupe = (
+                Crew(self._experiment, self._workers, lanes, self._experiment.limit_s)
+                if self._workers
+                else Stage(self._experiment, lanes)
+            )
+        if isinstance(self._troupe, Crew):
+            return self._troupe.try_out(weights)
+        lanes = self._troupe.lanes
+        parts = [
+            self._troupe.try_out(weights[i : i + lanes]) for i in range(0, len(weights), lanes)
+        ]
+        return Trials(
+            np.concatenate([part.fitness for part in parts]),
+            np.concatenate([part.cot_inverse for part in parts]),
+            np.concatenate([part.failed for part in parts]),
+            [trouble for part in parts for trouble in part.troubles],
+        )
+
+    def _tell(self, trials: Trials) -> None:
+        """Say once of each kind of trouble that it happened."""
+        happened = Counter(trouble for trouble in trials.troubles if trouble is not None)
+        for trouble, count in happened.items():
+            if trouble not in self.troubles:
+                warnings.warn(
+                    f"{self._experiment.place.env}: {trouble}; {count} of "
+                    f"{len(trials.troubles)} samples count as failed, the training goes on",
+                    SampleWarning,
+                    stacklevel=2,
+                )
+        self.troubles += happened
+        if happened and sum(happened.values()) == len(trials.troubles):
+            worst = happened.most_common(1)[0][0]
+            raise TegotaeError(
+                f"{self._experiment.place.env} fails with every sample: {worst}; nothing can be "
+                "learned there"
+            )
+
+    def close(self) -> None:
+        """Close the environments, and end the workers."""
+        if self._troupe is not None:
+            self._troupe.close()
+            self._troupe = None

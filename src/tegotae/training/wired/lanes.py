@@ -1,0 +1,209 @@
+"""Episodes side by side: environments one after the other, or a MuJoCo model in threads."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+
+from tegotae.envs.contact import with_contact
+from tegotae.envs.naming import flat
+from tegotae.extras import require
+from tegotae.mujoco.batch import ModelBatch
+from tegotae.mujoco.episodes import Fate
+from tegotae.mujoco.sensing import sensing
+from tegotae.mujoco.settings import ModelSettings
+
+Beat = Callable[[int], None]
+"""Told before each step which lane takes it, and -1 after: by this a hang is seen."""
+
+
+class Lanes(ABC):
+    """So many episodes that are stepped together.
+
+    A lane that cannot go on has a trouble: a plain sentence. It is not stepped again.
+    """
+
+    lanes: int
+    steps: int
+    """Steps of the longest episode."""
+    troubles: list[str | None]
+    """Of each lane, since the reset."""
+
+    @abstractmethod
+    def reset(self, seed: int, alive: np.ndarray) -> np.ndarray:
+        """Begin the episodes of the lanes that are alive; what is observed, [lanes, entries]."""
+
+    @abstractmethod
+    def step(
+        self, actions: np.ndarray, alive: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Observations [lanes, entries], rewards and whether an episode is over, [lanes]."""
+
+    @abstractmethod
+    def close(self) -> None:
+        """Give back what they hold."""
+
+
+class GymLanes(Lanes):
+    """Environments of any kind, each stepped in turn; whatever goes wrong in one is its own affair.
+
+    Args:
+        make: makes an environment.
+        lanes: how many.
+        steps: of the longest episode.
+        contact_bodies: bodies whose contact forces are observed (`MujocoContactForce`).
+        beat: told before and after each step.
+    """
+
+    def __init__(
+        self,
+        make: Callable[[], Any],
+        lanes: int,
+        steps: int,
+        contact_bodies: Sequence[str] = (),
+        beat: Beat = lambda lane: None,
+    ) -> None:
+        self.lanes, self.steps, self._beat = lanes, steps, beat
+        self._make = lambda: with_contact(make(), contact_bodies)
+        self._envs: list[Any] = [self._make()]
+        self._space = self._envs[0].observation_space
+        self._low, self._high = self._envs[0].action_space.low, self._envs[0].action_space.high
+        self._dtype = self._envs[0].action_space.dtype
+        self.troubles = [None] * lanes
+        self._entries = require("gymnasium", "gym").spaces.flatdim(self._space)
+        self._seen = np.zeros((lanes, self._entries))
+
+    def reset(self, seed: int, alive: np.ndarray) -> np.ndarray:
+        """Begin the episodes of the lanes that are alive."""
+        self.troubles = [None] * self.lanes
+        self._done = 0
+        while len(self._envs) < self.lanes:
+            self._envs.append(self._make())
+        first = [
+            self._guarded(lane, lambda lane=lane: self._envs[lane].reset(seed=seed)[0])
+            if alive[lane]
+            else None
+            for lane in range(self.lanes)
+        ]
+        self._seen = np.zeros((self.lanes, self._entries))
+        for lane, each in enumerate(first):
+            if each is not None:
+                self._seen[lane] = each
+        return self._seen.copy()
+
+    def step(
+        self, actions: np.ndarray, alive: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Every lane that is alive one step on."""
+        self._done += 1
+        rewards, over = np.zeros(self.lanes), np.zeros(self.lanes, bool)
+        for lane in map(int, np.flatnonzero(alive)):
+            told: dict[str, Any] = {}
+
+            def once(lane: int = lane, told: dict[str, Any] = told) -> Any:
+                action = np.clip(actions[lane], self._low, self._high).astype(self._dtype)
+                seen, told["reward"], ends, cut, _ = self._envs[lane].step(action)
+                told["over"] = bool(ends) or bool(cut)
+                if not np.isfinite(told["reward"]):
+                    raise _Trouble(f"its reward was {told['reward']}")
+                return seen
+
+            seen = self._guarded(lane, once)
+            if seen is None:
+                over[lane] = True
+                continue
+            self._seen[lane], rewards[lane], over[lane] = seen, told["reward"], told["over"]
+            if over[lane] and self._done == 1:
+                self.troubles[lane] = "it ended at its first step"
+        return self._seen.copy(), rewards, over
+
+    def _guarded(self, lane: int, act: Callable[[], Any]) -> np.ndarray | None:
+        """What an environment shows after an act; None, and a trouble, if something went wrong."""
+        self._beat(lane)
+        try:
+            seen = np.asarray(flat(self._space, act()), float)
+            shape = (self._entries,)
+            if seen.shape != shape:
+                raise _Trouble(f"its observation has shape {seen.shape}; its space said {shape}")
+            if not np.isfinite(seen).all():
+                raise _Trouble("its observation was not finite")
+            return seen
+        except _Trouble as trouble:
+            self.troubles[lane] = str(trouble)
+        except Exception as error:  # anything may go wrong in somebody else's program
+            first = (str(error).splitlines() or [""])[0]
+            self.troubles[lane] = f"it raised {type(error).__name__}: {first}"
+            # What raised may be in any state; the next episode begins in a new one.
+            self._envs[lane] = self._make()
+        finally:
+            self._beat(-1)
+        return None
+
+    def close(self) -> None:
+        """Close the environments."""
+        for env in self._envs:
+            env.close()
+
+
+class _Trouble(Exception):  # noqa: N818 - never seen outside
+    """What an environment did that it must not."""
+
+
+class ModelLanes(Lanes):
+    """Lanes of a MuJoCo model: its physics in threads, rewards and ends as `ModelEnv` has them.
+
+    Args:
+        settings: of the model.
+        lanes: how many.
+        threads: how many threads step them; one a core by default.
+        models: other models of the same shape, one a lane.
+    """
+
+    def __init__(
+        self,
+        settings: ModelSettings,
+        lanes: int,
+        *,
+        threads: int | None = None,
+        models: Sequence[Any] | None = None,
+    ) -> None:
+        self._settings, self.lanes = settings, lanes
+        self._sensing = sensing(settings.model, settings.feet)
+        self.batch = ModelBatch(
+            self._sensing, lanes, settings.control_s, threads=threads, models=models
+        )
+        self._fate = Fate(settings, self._sensing, self.batch.step_s)
+        self.steps = self._fate.steps
+        self.troubles = [None] * lanes
+
+    def reset(self, seed: int, alive: np.ndarray) -> np.ndarray:
+        """Begin the episodes; the same seed gives every lane the same start."""
+        self.troubles = [None] * self.lanes
+        own, noise = self._settings, None
+        if own.noise:
+            drawn = np.random.default_rng(seed).standard_normal((1, self._sensing.model.nv))
+            noise = np.repeat(own.noise * drawn, self.lanes, axis=0)
+        seen = self.batch.reset(own.release_m, noise)
+        self._fate.begin(seen)
+        return self._whole(seen)
+
+    def step(
+        self, actions: np.ndarray, alive: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Every lane one step on; those that are not alive are stepped and not looked at."""
+        seen = self.batch.step(actions)
+        reward, fallen, over = self._fate.after(seen, self.batch.work_j)
+        sound = np.isfinite(seen).all(axis=1)
+        for lane in np.flatnonzero(alive & ~sound):
+            self.troubles[lane] = "its state was not finite"
+        return self._whole(seen), np.where(sound, reward, 0.0), fallen | over
+
+    def _whole(self, seen: np.ndarray) -> np.ndarray:
+        return np.concatenate([seen, self.batch.work_j[:, None]], axis=1)
+
+    def close(self) -> None:
+        """End the threads."""
+        self.batch.close()

@@ -1,0 +1,218 @@
+"""By what an episode on an environment is judged."""
+
+from __future__ import annotations
+
+import reprlib
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any, ClassVar, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from tegotae.bodies import WiredLimbs
+from tegotae.envs.wiring import Wiring
+from tegotae.errors import TegotaeError
+from tegotae.metrics.recording import from_samples
+from tegotae.references import named, source_of
+from tegotae.rollout import Timing, Trajectory
+from tegotae.training.fitness import Fitness
+from tegotae.training.objective import FAILED_FITNESS
+from tegotae.training.wired.episode import Episode, Record
+from tegotae.world import Scenario
+
+_FRAME_S = 0.02
+
+
+class Judged(NamedTuple):
+    """How good episodes were; [lanes] each."""
+
+    fitness: np.ndarray
+    cot_inverse: np.ndarray
+    """CoT⁻¹ [m/J]; NaN where it is not measured."""
+    failed: np.ndarray
+
+
+class Measure(ABC):
+    """By what episodes are judged: a frozen dataclass of its settings."""
+
+    whole: ClassVar[bool] = False
+    """Whether it reads what was done and the phases, too."""
+
+    def entries(self, wiring: Wiring, names: tuple[str, ...]) -> tuple[str, ...]:
+        """Which of the observation's entries it reads."""
+        return ()
+
+    def check(self, wiring: Wiring, duration_s: float) -> None:  # noqa: B027 - optional
+        """Raise `TegotaeError` where it cannot be taken."""
+
+    @property
+    def file(self) -> Path | None:
+        """The user's file that it comes from, if any."""
+        return None
+
+    @abstractmethod
+    def judge(self, record: Record, wiring: Wiring) -> Judged:
+        """The verdict on every lane."""
+
+
+@dataclass(frozen=True)
+class Return(Measure):
+    """The sum of the environment's own rewards."""
+
+    def judge(self, record: Record, wiring: Wiring) -> Judged:
+        """The verdict on every lane; an episode that ends early has not failed by that."""
+        total = record.reward.sum(axis=0)
+        return Judged(total, np.full(total.shape, np.nan), np.zeros(total.shape, bool))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Hopping(Measure):
+    """CoT⁻¹ + ΔΩ of a body whose height and work are observed: the hopper's own fitness.
+
+    The episode becomes a recording (`tegotae.metrics.recording.from_samples`), and is judged by
+    `tegotae.training.fitness.Fitness` as an episode of the engine is.
+
+    Args:
+        settle_s: time left to settle [s].
+        follow_omega: whether ΔΩ counts.
+    """
+
+    settle_s: float = 12.0
+    follow_omega: bool = True
+
+    def check(self, wiring: Wiring, duration_s: float) -> None:
+        """Raise `TegotaeError` without height, work or the height of touchdown."""
+        for name, what in (
+            ("height", "the observation entry that is the body's height"),
+            ("work", "the observation entry that is the work since the reset"),
+            ("rest_length_m", "the height at which the feet touch the ground [m]"),
+        ):
+            if getattr(wiring, name) is None:
+                raise TegotaeError(
+                    f"CoT⁻¹ cannot be measured: the wiring does not say {name}, {what}; "
+                    "say it, or judge by the environment's return"
+                )
+        self._fitness.check(Timing(duration_s=duration_s, frame_s=_FRAME_S, tick_s=_FRAME_S))
+
+    def entries(self, wiring: Wiring, names: tuple[str, ...]) -> tuple[str, ...]:
+        """Height and work."""
+        return tuple(filter(None, (wiring.height, wiring.work)))
+
+    @property
+    def _fitness(self) -> Fitness:
+        return Fitness(settle_s=self.settle_s, follow_omega=self.follow_omega)
+
+    def judge(self, record: Record, wiring: Wiring) -> Judged:
+        """The verdict on every lane."""
+        assert wiring.height is not None
+        assert wiring.work is not None
+        assert wiring.rest_length_m is not None
+        rest, steps = wiring.rest_length_m, len(record.reward)
+        time = record.step_s * np.arange(1, steps + 1)
+        height = record.entry(wiring.height).astype(float)
+        work = record.entry(wiring.work).astype(float)
+        frame_s = max(_FRAME_S, record.step_s)
+        lanes = [
+            from_samples(time, column, rest_length_m=rest, frame_s=frame_s) for column in height.T
+        ]
+        names = ("time_s", "height_m", "ground_m", "apex_height_m", "climb_flight_m", "climb_m")
+        channels = {n: np.concatenate([getattr(one, n) for one in lanes], 1) for n in names}
+        at = channels["time_s"][:, 0] + time[0]
+        spent = np.stack([np.interp(at, time, own - own[0]) for own in work.T], axis=1)
+        channels |= {f"work_{kind}_j": spent for kind in ("absolute", "positive", "net")}
+        begun = record.step_s * record.ended
+        fell = record.ended < record.steps
+        channels["failed"] = fell & (channels["time_s"] > begun)
+        channels["failed"][-1] |= fell
+        timing = Timing(duration_s=len(at) * frame_s, frame_s=frame_s, tick_s=frame_s)
+        body = WiredLimbs(rest_length_m=rest)
+        scenario = Scenario.of(wiring.omega)
+        found = _judged(self._fitness, timing, channels, scenario, body)
+        return Judged(*(np.asarray(found[name]) for name in Judged._fields))
+
+
+@partial(jax.jit, static_argnums=(0, 1))
+def _judged(
+    fitness: Fitness, timing: Timing, channels: dict[str, Any], scenario: Scenario, body: WiredLimbs
+) -> dict[str, jax.Array]:
+    channels = {name: jnp.asarray(x) for name, x in channels.items()}
+    return fitness(Trajectory(**channels), scenario, body, timing)
+
+
+@dataclass(frozen=True)
+class Own(Measure):
+    """A function of your own, `FILE.py:FUNCTION` or `MODULE:FUNCTION`: an `Episode` to a number."""
+
+    function: str
+
+    whole = True
+
+    @property
+    def file(self) -> Path | None:
+        """The function's."""
+        return source_of(self.function)
+
+    def entries(self, wiring: Wiring, names: tuple[str, ...]) -> tuple[str, ...]:
+        """All."""
+        return names
+
+    def check(self, wiring: Wiring, duration_s: float) -> None:
+        """Raise `TegotaeError` if there is no such function."""
+        named(self.function, type(lambda: None), "fitness")
+
+    def judge(self, record: Record, wiring: Wiring) -> Judged:
+        """The verdict on every lane; one without an episode to judge has failed.
+
+        Raises:
+            TegotaeError: if the function fails, or returns no number.
+        """
+        score = named(self.function, type(lambda: None), "fitness")
+        fitness = np.full(record.sound.shape, np.nan)
+        for lane in map(int, np.flatnonzero(record.sound)):
+            fitness[lane] = self._of(score, record.episode(lane))
+        failed = ~np.isfinite(fitness)
+        fitness = np.where(failed, FAILED_FITNESS, fitness)
+        return Judged(fitness, np.full(fitness.shape, np.nan), failed)
+
+    def _of(self, score: Any, episode: Episode) -> float:
+        try:
+            value = score(episode)
+        except TegotaeError as error:
+            raise TegotaeError(f"the fitness {self.function} failed: {error}") from None
+        except Exception as error:  # anything may go wrong in a user's function
+            first = (str(error).splitlines() or [""])[0]
+            raise TegotaeError(
+                f"the fitness {self.function} failed on an episode of {len(episode.time_s)} steps: "
+                f"{type(error).__name__}: {first}"
+            ) from None
+        try:
+            return float(value)
+        except (TypeError, ValueError):
+            raise TegotaeError(
+                f"{self.function} returned {reprlib.repr(value)}; it must return one number"
+            ) from None
+
+
+def measure_named(name: str, **settings: Any) -> Measure:
+    """A measure by its name on the command line: `hopping`, `return`, or a function's reference.
+
+    Raises:
+        TegotaeError: for another name.
+
+    Example:
+        >>> measure_named("return")
+        Return()
+    """
+    if ":" in name:
+        return Own(name)
+    if name == "return":
+        return Return()
+    if name == "hopping":
+        return Hopping(**settings)
+    raise TegotaeError(
+        f"no fitness is called {name!r}; it is hopping, return, FILE.py:FUNCTION or MODULE:FUNCTION"
+    )

@@ -1,0 +1,240 @@
+"""MuJoCo models as bodies: what they feel, that they move as the engine's, and that they learn."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import sys
+
+import numpy as np
+import pytest
+
+pytest.importorskip("mujoco")
+pytest.importorskip("gymnasium")
+
+from gymnasium.utils.env_checker import check_env
+
+from tegotae import Engine, Scenario, TegotaeError, Timing, build, find
+from tegotae.envs import load_wiring
+from tegotae.envs.pilot import Pilot
+from tegotae.gaits.systems import quadruped_a
+from tegotae.integrators import Hold
+from tegotae.mujoco.batch import ModelBatch
+from tegotae.mujoco.env import ModelEnv
+from tegotae.mujoco.sensing import sensing
+from tegotae.training.judge import Round
+from tegotae.training.wired.experiment import WiredExperiment
+from tegotae.training.wired.measures import Hopping, Own, Return
+from tegotae.training.wired.place import Place
+from tegotae.training.wired.stage import lanes_of, play
+
+SIGMA, OMEGA, SECONDS = 2.753, 5.0, 10.0
+
+
+def experiment(name="hopper", model="V-sector-w8", **settings):
+    """A model of the package under one of the paper's controllers."""
+    settings = {"duration_s": SECONDS, **settings}
+    return WiredExperiment.of_model(find(model), Place(env=name), load_wiring(name), **settings)
+
+
+def apexes(height, least=1.01):
+    """Heights of the hops' apexes [m]."""
+    top = (height[1:-1] > height[:-2]) & (height[1:-1] >= height[2:]) & (height[1:-1] > least)
+    return height[1:-1][top]
+
+
+@pytest.fixture(scope="module")
+def hopped():
+    """The MuJoCo hopper under the vanilla controller: its record."""
+    own = experiment(omega=OMEGA, measure=Own("nobody:asks"))
+    lanes = lanes_of(own, 1)
+    pilot = Pilot(own.wires, own.wiring, np.array([[SIGMA]]))
+    return play(lanes, pilot, own.wires, own.measure, own.wiring, seed=0, tried=np.ones(1, bool))
+
+
+def test_the_hoppers_apexes_are_within_a_centimetre_of_the_engines(hopped):
+    engine = Engine(
+        controller=build("V-sector-w8"),
+        integrator=Hold(),
+        timing=Timing(duration_s=SECONDS, tick_s=0.002),
+    )
+    path = engine.run([SIGMA], Scenario(omega=OMEGA, height_m=1.2))
+    ours = path.apex_height_m[:, 0]
+    ours = ours[np.isfinite(ours)]
+    theirs = apexes(hopped.entry("root_height")[:, 0])
+    assert len(theirs) == len(ours) >= 6
+    np.testing.assert_allclose(theirs, ours, atol=0.01)
+    work = hopped.entry("work")[-1, 0]
+    assert work == pytest.approx(path.work_absolute_j[-1, 0], rel=0.1)
+
+
+def test_the_spring_is_felt_where_the_leg_is_pressed_and_nowhere_else(hopped):
+    height, spring = hopped.entry("root_height")[:, 0], hopped.entry("leg_spring")[:, 0]
+    # Where the leg meets its stop at lift-off, that gives by a few millimetres.
+    np.testing.assert_allclose(spring, 5.0 * np.maximum(1.0 - height, 0.0), atol=0.03)
+
+
+def test_what_is_observed_has_the_names_of_joints_springs_actuators_and_feet():
+    names = sensing("leg", ["foot"]).names
+    assert names[:2] == ("along", "along_velocity")
+    assert {"knee_spring", "hip_force", "foot_force", "root_height", "root_upright"} <= set(names)
+
+
+def test_feet_at_rest_bear_the_weight():
+    feet = [f"foot{i}" for i in range(4)]
+    seen = sensing("quadruped", feet)
+    batch = ModelBatch(seen, 1, 70 * seen.model.opt.timestep)
+    batch.reset()
+    for _ in range(60):
+        told = batch.step(np.zeros((1, 8)))[0]
+    loads = [told[seen.names.index(f"{foot}_force")] for foot in feet]
+    assert sum(loads) == pytest.approx(1.5 * 9.81, rel=0.02)
+    springs = [-told[seen.names.index(f"z{i}_force")] for i in range(4)]
+    assert sum(springs) == pytest.approx(1.5 * 9.81, rel=0.03)
+
+
+def test_an_environment_is_one_lane_of_a_batch():
+    own = experiment(duration_s=1.0)
+    lanes, env = lanes_of(own, 3), ModelEnv(model="hopper", duration_s=1.0)
+    assert lanes.steps == env.fate.steps
+    alive = np.ones(3, bool)
+    seen, _ = env.reset(seed=0)
+    np.testing.assert_array_equal(lanes.reset(0, alive)[1], seen)
+    rng = np.random.default_rng(0)
+    for _ in range(100):
+        actions = rng.uniform(0.0, 4.0, (3, 1)).astype(np.float32)
+        together, rewards, over = lanes.step(actions, alive)
+        seen, reward, fallen, cut, _ = env.step(actions[1])
+        np.testing.assert_array_equal(together[1], seen)
+        assert (rewards[1], over[1]) == (pytest.approx(reward), fallen or cut)
+
+
+def test_it_keeps_gymnasiums_interface():
+    check_env(ModelEnv(model="leg", duration_s=0.5), skip_render_check=True)
+
+
+def test_pushes_and_other_models_are_of_single_lanes():
+    seen = sensing("hopper", ["foot"])
+    heavy = sensing("hopper", ["foot"]).model
+    heavy.body_mass[:] *= 1.2
+    batch = ModelBatch(seen, 2, 0.01, models=[seen.model, heavy])
+    batch.reset(0.5)
+    lift = np.zeros((2, 3))
+    lift[1, 2] = heavy.body_mass.sum() * 9.81
+    for _ in range(10):
+        told = batch.step(np.zeros((2, 1)), lift)
+    fall = told[:, seen.names.index("root_climb")]
+    assert fall[0] == pytest.approx(-9.81 * 0.1, rel=0.01)
+    assert fall[1] == pytest.approx(0.0, abs=1e-6)  # held by exactly its weight
+
+
+def test_the_quadruped_walks_under_vanilla_tegotae():
+    """Set C of the walkers at the size of a small robot, feet on springs."""
+    second = math.sqrt(0.2 / 9.81)
+    vanilla = quadruped_a().controller
+    foot = dataclasses.replace(
+        vanilla.actuation, stride_m=0.04, lift_m=0.024, press_m=0.006, shift_rad=0.4
+    )
+    wiring = load_wiring("quadruped").reading(dataclasses.replace(vanilla, actuation=foot))
+    lags = (0.0, math.pi, math.pi, 0.0)
+    limbs = tuple(
+        dataclasses.replace(limb, phase_rad=lag)
+        for limb, lag in zip(wiring.limbs, lags, strict=True)
+    )
+    # σ counts the load in weights; here in newtons.
+    sigma = 1.25 / second / (1.5 * 9.81)
+    own = WiredExperiment(
+        name="vanilla",
+        place=Place(env="quadruped"),
+        wiring=dataclasses.replace(wiring, limbs=limbs, omega=2.1 / second),
+        measure=Own("nobody:asks"),
+        duration_s=6.0,
+    )
+    lanes, alive = lanes_of(own, 2), np.ones(2, bool)
+    pilot = Pilot(own.wires, own.wiring, np.array([[sigma, 0.0]]))
+    record = play(lanes, pilot, own.wires, own.measure, own.wiring, seed=0, tried=alive)
+    assert (record.lasted == 1.0).all()
+    speed = record.entry("root_forward")[-1] / 6.0 / math.sqrt(9.81 * 0.2)
+    # The engine's walks with 0.19 to 0.32 √(g L) between 1.8 and 2.4; its twin a little slower.
+    assert 0.15 < speed[0] < 0.4
+
+
+def test_a_training_on_a_model_judges_by_efficiency_and_frequency():
+    own = experiment(model="V-sector-w8", duration_s=8.0)
+    assert own.measure == Hopping(settle_s=4.0)
+    with own.judge() as judge:
+        verdict = judge.judge(np.array([[[0.0], [SIGMA]]]), Round.alike())
+    still, hops = verdict.cot_inverse[0]
+    assert still < 0.5 < 0.7 * 1.4
+    assert hops > 0.2
+    assert not verdict.failed.any()
+
+
+def test_a_fallen_leg_has_failed_by_hopping_and_not_by_its_return():
+    own = experiment("leg", "V-sector-w8", duration_s=4.0)
+    assert isinstance(own.measure, Hopping)
+    own = dataclasses.replace(own, measure=Return())
+    with own.judge() as judge:
+        verdict = judge.judge(np.array([[[0.0], [1.0]]]), Round.alike())
+    assert np.isfinite(verdict.fitness).all()
+    assert not verdict.failed.any()
+
+
+# Bad input.
+
+
+@pytest.mark.parametrize(
+    ("made", "said"),
+    [
+        ({"model": "hoper"}, "no MuJoCo model of this package is called 'hoper'; did you mean hop"),
+        ({"model": "none.xml"}, r"there is no file none\.xml"),
+        ({"model": "<mujoco><worldbody/></mujoco>"}, "the model has no body"),
+        ({"model": "<mujoco><nonsense/></mujoco>"}, "MuJoCo cannot read"),
+        ({"model": "hopper", "feet": ["toe"]}, "no body of this model is called 'toe'"),
+        ({"model": "hopper", "feet": "foot"}, "it must be a list of names"),
+        ({"model": "hopper", "control_s": 0.0007}, "a whole multiple of the model's time step"),
+        ({"model": "hopper", "duration_s": -1.0}, "duration_s is -1"),
+        ({"model": "hopper", "gravity": 3.0}, "has no setting 'gravity'"),
+        ({}, "no model is given"),
+    ],
+)
+def test_a_model_that_cannot_be_used_is_refused_in_one_line(made, said):
+    with pytest.raises(TegotaeError, match=said) as raised:
+        ModelEnv(**made)
+    assert "\n" not in str(raised.value)
+
+
+def test_misuse_of_the_interface_is_told():
+    env = ModelEnv(model="hopper")
+    with pytest.raises(TegotaeError, match="call reset"):
+        env.step(np.zeros(1))
+    env.reset()
+    with pytest.raises(TegotaeError, match="shape"):
+        env.step(np.zeros(2))
+
+
+def test_a_state_that_explodes_ends_the_episode_and_is_told():
+    own = experiment(duration_s=1.0)
+    lanes = lanes_of(own, 2)
+    alive = np.ones(2, bool)
+    lanes.reset(0, alive)
+    lanes.batch._states[1] = np.nan
+    _, _, over = lanes.step(np.zeros((2, 1)), alive)
+    assert over.tolist() == [False, True]
+    assert lanes.troubles == [None, "its state was not finite"]
+
+
+def test_without_mujoco_the_extra_is_named(monkeypatch):
+    monkeypatch.setitem(sys.modules, "mujoco", None)
+    with pytest.raises(ImportError, match=r"pip install 'tegotae\[mujoco\]'"):
+        ModelEnv(model="hopper")
+
+
+def test_training_is_timed_beside_a_plain_loop(monkeypatch):
+    pytest.importorskip("stable_baselines3")
+    from tegotae.benchmarks import mujoco_training
+
+    monkeypatch.setattr(mujoco_training, "LANES", (2,))
+    rows = mujoco_training.measured(steps=2)
+    assert [row.lanes for row in rows] == [2, 8, 8]
+    assert all(0.0 < row.steps_per_core_s < math.inf for row in rows)

@@ -1,0 +1,266 @@
+"""Anyone's policy on the hopper: what it sees and does, its surface, its portrait."""
+
+from __future__ import annotations
+
+import math
+import sys
+
+import numpy as np
+import pytest
+
+pytest.importorskip("gymnasium")
+
+from tegotae import TegotaeError, build
+from tegotae.analysis import NoLimitCycleError, actuation_surface, paths_of
+from tegotae.analysis.policy import measured_policy, policy_orbit, policy_paths, policy_surface
+from tegotae.controller_file import SavedController
+from tegotae.figures.portrait import portrait_figure, portrait_table
+from tegotae.policies import ClippedFeedbackWarning, Meaning, Policy, from_function, load_policy
+
+FORCES = np.array([0.0, 0.5, 1.0])
+
+
+def reflex(phase_rad, spring_force_n):
+    """The paper's reflex with its oscillator at its own pace."""
+    return np.maximum(0.0, 2.0 * np.cos(phase_rad) * spring_force_n)
+
+
+def bang(spring_force_n, velocity_m_per_s):
+    return 4.0 * ((velocity_m_per_s > 0.0) & (spring_force_n > 0.0))
+
+
+def slowing(phase_rad, spring_force_n):
+    """Vanilla Tegotae feedback, `-σ cos φ F_k`."""
+    return -2.0 * np.cos(phase_rad) * spring_force_n
+
+
+@pytest.fixture(scope="module")
+def hopping():
+    """A function's rollouts from two releases."""
+    policy = from_function(reflex, Meaning(omega=8.0))
+    return policy, policy_paths(policy, np.array([1.2, 1.3]), duration_s=20.0)
+
+
+def test_a_function_of_phase_and_force_has_the_surface_that_it_says():
+    found = policy_surface(from_function(reflex), FORCES, columns=5)
+    expected = np.maximum(0.0, 2.0 * np.cos(found.phase_rad) * FORCES[:, None])
+    np.testing.assert_allclose(found.actuator_force_n, expected, atol=1e-6)
+    assert not found.feedback_rad_per_s.any()
+
+
+def test_a_function_without_a_phase_has_a_surface_over_velocity():
+    found = policy_surface(from_function(bang), FORCES, columns=4)
+    assert found.phase_rad is None
+    expected = 4.0 * ((found.velocity_m_per_s > 0.0) & (FORCES[:, None] > 0.0))
+    np.testing.assert_allclose(found.actuator_force_n, expected)
+
+
+def test_a_feedback_function_has_the_surface_of_the_controller_that_it_copies():
+    """Vanilla feedback as somebody's function, beside the package's own controller of it."""
+    meaning = Meaning(acts="feedback", actuation="reflex", omega=8.0)
+    found = policy_surface(from_function(slowing, meaning), FORCES, columns=9)
+    own = SavedController(build("V-reflex-w8"), np.array([2.0]), 8.0)
+    expected = actuation_surface(own, FORCES, columns=9)
+    np.testing.assert_allclose(found.actuator_force_n, expected.actuator_force_n, atol=1e-6)
+    np.testing.assert_allclose(found.feedback_rad_per_s, expected.feedback_rad_per_s, atol=1e-6)
+
+
+def test_a_function_of_single_numbers_is_asked_one_by_one():
+    def slow(phase_rad, spring_force_n):
+        return max(0.0, math.cos(phase_rad)) * spring_force_n
+
+    found = policy_surface(from_function(slow), FORCES, columns=5)
+    expected = np.maximum(0.0, np.cos(found.phase_rad)) * FORCES[:, None]
+    np.testing.assert_allclose(found.actuator_force_n, expected, atol=1e-6)
+
+
+def test_a_policys_gait_is_measured_as_any_recording(hopping):
+    policy, paths = hopping
+    found = measured_policy(policy, paths)
+    assert found.limit_cycle_period == 1
+    assert found.hop_rate == pytest.approx(8.0, rel=0.01)  # it keeps to its clock
+    assert 0.0 < found.optimum_share < 1.0
+
+
+def test_a_policys_orbit_is_one_turn_of_its_limit_cycle(hopping):
+    policy, paths = hopping
+    orbit = policy_orbit(paths, measured_policy(policy, paths))
+    assert orbit.period_s == pytest.approx(2.0 * math.pi / 8.0, rel=0.01)
+    assert orbit.height_m[0] == pytest.approx(orbit.apex_height_m[0], abs=1e-3)
+    # What it feels on the way is what it answers to.
+    stance = orbit.spring_force_n > 0.1
+    answered = reflex(orbit.phase_rad, orbit.spring_force_n)[stance]
+    assert np.corrcoef(answered, orbit.actuator_force_n[stance])[0, 1] > 0.95
+
+
+def test_what_does_not_settle_has_no_orbit_and_says_why():
+    policy = from_function(lambda spring_force_n: 0.0 * spring_force_n, name="idle")
+    paths = policy_paths(policy, np.array([1.2]), duration_s=3.0)
+    with pytest.raises(NoLimitCycleError, match="no hop"):
+        policy_orbit(paths, measured_policy(policy, paths))
+
+
+def test_a_leg_that_has_lost_its_length_is_told_from_one_at_rest():
+    policy = from_function(bang)
+    paths = policy_paths(policy, np.array([1.2]), duration_s=12.0)
+    assert paths.failed.tolist() == [True]
+    with pytest.raises(NoLimitCycleError, match="no length left"):
+        policy_orbit(paths, measured_policy(policy, paths))
+
+
+@pytest.mark.parametrize("with_phase", [True, False])
+def test_a_portrait_shows_every_release(hopping, with_phase):
+    _, paths = hopping
+    if not with_phase:
+        paths = paths.__class__(**{**vars(paths), "phase_rad": None})
+    figure = portrait_figure(paths, rest_length_m=1.0, note="reflex")
+    assert len(figure.axes) == 2
+    assert len(figure.axes[1].lines) == 6  # thin, thick and release of both
+    table = portrait_table(paths)
+    assert len(table["time_s"]) == paths.height_m.size
+    assert ("phase_rad" in table) is with_phase
+
+
+def test_a_controller_has_a_portrait_too():
+    saved = SavedController(build("V-reflex-w8"), np.array([2.0]), 8.0)
+    paths = paths_of(saved, np.array([1.1, 1.3]), duration_s=2.0)
+    assert paths.spring_force_n.shape == (200, 2)
+    assert paths.height_m[0] == pytest.approx([1.1, 1.3], abs=0.01)
+
+
+def test_a_model_of_stable_baselines_answers_as_it_does_itself(tmp_path):
+    stable = pytest.importorskip("stable_baselines3")
+    from tegotae.envs import make_sb3
+
+    env = make_sb3("tegotae/Hopper-v0", 2)
+    model = stable.PPO("MlpPolicy", env, n_steps=4, batch_size=8, device="cpu", seed=0)
+    model.save(tmp_path / "ppo.zip")
+    policy = load_policy(str(tmp_path / "ppo.zip"))
+    observed = env.reset()
+    expected = np.clip(model.predict(observed, deterministic=True)[0][:, 0], -1.0, 1.0)
+    np.testing.assert_allclose(policy.actions(observed), expected, rtol=1e-6)
+    with pytest.raises(TegotaeError, match=r"observes 2 numbers, and it is said to observe 3"):
+        load_policy(str(tmp_path / "ppo.zip"), Meaning(acts="feedback"))
+    found = policy_surface(policy, FORCES, columns=3)
+    assert found.actuator_force_n.shape == (3, 3)
+
+
+@pytest.fixture(scope="module")
+def network(tmp_path_factory):
+    """An ONNX file of `0.5 · spring force - 0.25 · velocity`."""
+    onnx = pytest.importorskip("onnx")
+    pytest.importorskip("onnxruntime")
+    from onnx import TensorProto, helper, numpy_helper
+
+    weights = numpy_helper.from_array(np.array([[0.5], [-0.25]], np.float32), "w")
+    graph = helper.make_graph(
+        [helper.make_node("MatMul", ["seen", "w"], ["answer"])],
+        "policy",
+        [helper.make_tensor_value_info("seen", TensorProto.FLOAT, ["n", 2])],
+        [helper.make_tensor_value_info("answer", TensorProto.FLOAT, ["n", 1])],
+        [weights],
+    )
+    model = helper.make_model(graph, opset_imports=[helper.make_opsetid("", 17)], ir_version=8)
+    path = tmp_path_factory.mktemp("onnx") / "net.onnx"
+    onnx.save(model, path)
+    return path
+
+
+def test_an_onnx_network_answers_what_it_computes(network):
+    policy = load_policy(str(network))
+    observed = np.array([[1.0, 0.0], [0.0, 2.0], [4.0, 0.0]])
+    np.testing.assert_allclose(policy.actions(observed), [0.5, -0.5, 1.0])
+
+
+def test_an_answer_in_newton_is_scaled_to_the_largest_force(network):
+    policy = load_policy(str(network), Meaning(scale=1.0))
+    assert policy.actions(np.array([[2.0, 0.0]])) == pytest.approx([1.0 / 4.0])
+
+
+def test_an_answer_of_a_function_is_scaled_where_that_is_asked_for():
+    found = policy_surface(from_function(reflex, Meaning(scale=0.5)), FORCES, columns=5)
+    expected = np.maximum(0.0, np.cos(found.phase_rad) * FORCES[:, None])
+    np.testing.assert_allclose(found.actuator_force_n, expected, atol=1e-6)
+
+
+def test_feedback_that_is_cut_off_is_said():
+    large = from_function(lambda phase_rad: 100.0 * np.cos(phase_rad), Meaning(acts="feedback"))
+    with pytest.warns(ClippedFeedbackWarning, match="more than 40 rad/s"):
+        actions = large.actions(np.array([[0.0, 1.0], [1.0, 0.0]]))
+    assert actions == pytest.approx([1.0, 0.0])
+
+
+def test_a_function_that_is_said_to_observe_something_else_is_refused():
+    with pytest.raises(TegotaeError, match="said to observe height, and its arguments say phase"):
+        from_function(reflex, Meaning(observes=("height",)))
+
+
+def test_a_function_of_other_arguments_is_refused():
+    with pytest.raises(TegotaeError, match="asks for knee; the arguments of a policy are phase"):
+        from_function(lambda knee: knee)
+
+
+@pytest.mark.parametrize(
+    ("answer", "says"),
+    [
+        (lambda seen: np.full(len(seen), np.nan), "no finite number to"),
+        (lambda seen: np.zeros((len(seen), 3)), r"array of shape \(2, 3\); it must give one"),
+        (lambda seen: 1 / 0, "failed on observations of shape .* ZeroDivisionError"),
+    ],
+)
+def test_a_policy_that_fails_is_told_in_one_line(answer, says):
+    with pytest.raises(TegotaeError, match=says) as refusal:
+        Policy(answer, Meaning()).actions(np.zeros((2, 2)))
+    assert "\n" not in str(refusal.value)
+
+
+@pytest.mark.parametrize(
+    ("given", "says"),
+    [
+        ({"acts": "torque"}, "no kind of action is called 'torque'"),
+        ({"observes": ("speed",)}, "no observation of this environment is called 'speed'"),
+        ({"acts": "feedback", "actuation": "spring"}, "no actuation is called 'spring'"),
+        ({"scale": 0.0}, "scale is 0"),
+        ({"step_s": 1.0}, "step_s is 1; it must be at most 0.02"),
+        ({"step_s": 0.0015}, "step_s is 0.0015; it must be a whole number of ticks of 0.001 s"),
+    ],
+)
+def test_a_meaning_that_cannot_be_is_refused(given, says):
+    with pytest.raises(TegotaeError, match=says):
+        Meaning(**given)
+
+
+@pytest.mark.parametrize(
+    ("place", "says"),
+    [
+        ("no.zip", "there is no file no.zip"),
+        ("no.onnx", "there is no file no.onnx"),
+        ("bad.zip", "bad.zip is no model of Stable-Baselines3"),
+        ("bad.onnx", "bad.onnx is no ONNX network"),
+        ("walk.pt", "walk.pt is no policy"),
+        ("math:pi", "a float cannot be called"),
+    ],
+)
+def test_what_is_no_policy_is_refused_in_one_line(place, says, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for name in ("bad.zip", "bad.onnx"):
+        (tmp_path / name).write_bytes(b"nothing of the kind")
+    if place == "bad.onnx":
+        pytest.importorskip("onnxruntime")
+    with pytest.raises(TegotaeError, match=says) as refusal:
+        load_policy(place)
+    assert "\n" not in str(refusal.value)
+
+
+def test_onnx_without_its_package_names_the_extra(tmp_path, monkeypatch):
+    (tmp_path / "net.onnx").write_bytes(b"")
+    monkeypatch.setitem(sys.modules, "onnxruntime", None)
+    with pytest.raises(TegotaeError, match=r"pip install 'tegotae\[onnx\]'"):
+        load_policy(str(tmp_path / "net.onnx"))
+
+
+def test_a_policy_beside_a_controllers_options_is_refused(one_line_error):
+    said = one_line_error(
+        "figure", "surface", "--policy", "no.zip", "--sigma", "2", "--out", "x.png"
+    )
+    assert "sigma belongs to a controller" in said

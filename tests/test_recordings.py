@@ -1,0 +1,347 @@
+"""Anyone's recordings are measured: files, columns, units, and a reason for what is undefined."""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+
+import numpy as np
+import pandas
+import pytest
+
+import peak_force
+from synthetic import Hopping, seconds
+from tegotae import Engine, Scenario, TegotaeError, Timing
+from tegotae.bodies import Hopper
+from tegotae.cli import main
+from tegotae.figures.recording import recording_figure, recording_tables
+from tegotae.metrics import GaitSummary, measure, register
+from tegotae.presets import preset
+from tegotae.recordings import read_columns, recording
+
+TIME = seconds(20.0, 0.01)
+HEIGHT = 1.0 + 0.1 * np.sin(6.0 * TIME)
+FORCE = 2.0 * (1.0 + np.cos(6.0 * TIME))
+COLUMNS = {"time_s": TIME, "height_m": HEIGHT, "force_n": FORCE}
+
+
+@pytest.fixture(scope="module")
+def settled():
+    """A sine with a phase that keeps step with it, measured with all that there is to say."""
+    return measure(
+        TIME,
+        HEIGHT,
+        rest_length_m=1.0,
+        phase_rad=6.0 * TIME,
+        omega=6.0,
+        force_n=FORCE,
+        max_force_n=4.0,
+    )
+
+
+@pytest.fixture(scope="module")
+def wandering():
+    """Hops of all heights."""
+    hopping = Hopping(np.random.default_rng(1).uniform(1.1, 1.5, 40))
+    return measure(TIME, hopping.height_m(TIME), rest_length_m=1.0, force_n=np.abs(FORCE))
+
+
+def written(folder, columns, ending):
+    path = folder / f"walk{ending}"
+    frame = pandas.DataFrame(columns)
+    if ending == ".npz":
+        np.savez(path, **columns)
+    elif ending == ".parquet":
+        frame.to_parquet(path)
+    else:
+        frame.to_csv(path, index=False)
+    return path
+
+
+@pytest.mark.parametrize("ending", [".csv", ".npz", ".parquet"])
+def test_a_file_of_any_format_holds_the_same_recording(tmp_path, ending):
+    if ending == ".parquet":
+        pytest.importorskip("pyarrow")
+    read = recording(read_columns(written(tmp_path, COLUMNS, ending)))
+    np.testing.assert_allclose(read.time_s, TIME)
+    np.testing.assert_allclose(read.height_m, HEIGHT)
+    np.testing.assert_allclose(read.force_n, FORCE)
+    assert read.phase_rad is None
+
+
+@pytest.mark.parametrize(
+    ("time", "height"),
+    [("t_ms", "height_mm"), ("Time (ms)", "Height [mm]"), ("T [ms]", "y_mm")],
+)
+def test_a_unit_in_a_columns_name_is_understood(time, height):
+    read = recording({time: 1e3 * TIME, height: 1e3 * HEIGHT})
+    np.testing.assert_allclose(read.time_s, TIME)
+    np.testing.assert_allclose(read.height_m, HEIGHT)
+
+
+def test_a_column_of_any_name_can_be_said_to_be_what_it_is():
+    table = {"com z": 1e2 * HEIGHT, "osc": np.degrees(TIME), "height_of_the_tail_m": HEIGHT}
+    read = recording(table, ["height=com z[cm]", "phase=osc[deg]"], rate_hz=100.0)
+    np.testing.assert_allclose(read.height_m, HEIGHT)
+    np.testing.assert_allclose(read.phase_rad, TIME)
+    np.testing.assert_allclose(read.time_s, TIME)
+
+
+def test_of_two_columns_for_one_quantity_the_one_that_is_named_is_read():
+    table = {"time_s": TIME, "height_m": HEIGHT, "y_m": 2.0 * HEIGHT}
+    np.testing.assert_allclose(recording(table, ["height=y_m"]).height_m, 2.0 * HEIGHT)
+    as_ground = recording(table, ["ground=y_m"])
+    np.testing.assert_allclose(as_ground.height_m, HEIGHT)
+    np.testing.assert_allclose(as_ground.ground_m, 2.0 * HEIGHT)
+
+
+@pytest.mark.parametrize(
+    ("force", "newton"),
+    [("force [mN]", 1e-3), ("force [MN]", 1e6), ("force_mn", 1e-3), ("FORCE_KN", 1e3)],
+)
+def test_capitals_tell_mega_from_milli_and_count_nowhere_else(force, newton):
+    read = recording({"TIME_S": TIME, "Height [M]": HEIGHT, force: FORCE})
+    np.testing.assert_allclose(read.force_n, newton * FORCE)
+
+
+def test_an_energy_is_no_work_of_the_actuators_unless_it_is_said_to_be():
+    table = {**COLUMNS, "energy_j": TIME}
+    assert recording(table).work_j is None
+    np.testing.assert_allclose(recording(table, ["work=energy_j"]).work_j, TIME)
+
+
+def test_a_column_whose_unit_nobody_tells_is_left_alone_and_that_is_said(tmp_path, capsys):
+    table = {"time_s": TIME, "height_m": HEIGHT, "actuator_force": FORCE, "phase [turns]": TIME}
+    path = written(tmp_path, table, ".csv")
+    assert main(["measure", str(path), "--rest-length", "1"]) == 0
+    force, phase = capsys.readouterr().err.splitlines()
+    assert "column 'actuator_force' is without a unit and is left alone" in force
+    assert "force=actuator_force[N]" in force
+    assert "column 'phase [turns]' is in 'turns'" in phase
+
+
+def test_uneven_times_are_measured_after_resampling():
+    uneven = TIME + 0.004 * np.sin(np.arange(len(TIME)))
+    read = recording({"time_s": uneven, "height_m": 1.0 + 0.1 * np.sin(6.0 * uneven)})
+    with pytest.raises(TegotaeError, match="resample"):
+        measure(**read.arguments(), rest_length_m=1.0)
+    even = read.resampled(100.0)
+    np.testing.assert_allclose(np.diff(even.time_s), 0.01)
+    np.testing.assert_allclose(even.height_m, 1.0 + 0.1 * np.sin(6.0 * even.time_s), atol=1e-3)
+
+
+def test_a_wrapped_phase_is_resampled_as_a_phase():
+    phase = (6.0 * TIME) % (2.0 * math.pi)
+    read = recording({"time_s": TIME, "height_m": HEIGHT, "phase_rad": phase}).resampled(77.0)
+    np.testing.assert_allclose(read.phase_rad, 6.0 * read.time_s, atol=1e-9)
+
+
+def test_every_metric_has_a_value_or_a_reason(settled, wandering):
+    for found in (settled, wandering):
+        undefined = {name for name, value in found.values.items() if math.isnan(value)}
+        assert undefined <= set(found.reasons)
+        assert all(found.reasons.values())
+        for name in set(found.reasons) & set(found.values):
+            assert math.isnan(found.values[name])
+
+
+def test_the_reason_says_how_far_a_gait_is_from_a_limit_cycle(wandering):
+    assert "mm in height (5 are allowed)" in wandering.reasons["t0_s"]
+    few = measure(TIME[:400], HEIGHT[:400], rest_length_m=1.0)
+    assert few.reasons["t0_s"] == "4 hops; a limit cycle has to show at least 5"
+    resting = measure(TIME, np.full_like(TIME, 0.8), rest_length_m=1.0)
+    assert resting.reasons["t0_s"] == "no hop"
+
+
+def test_the_reason_names_what_was_not_given():
+    found = measure(TIME, HEIGHT, rest_length_m=1.0, force_n=FORCE)
+    assert "α is not given" in found.reasons["smoothness"]
+    assert "ω is not given" in found.reasons["delta_omega"]
+    assert "no disturbance" in found.reasons["t1_s"]
+    assert "no recording" in found.reasons["cpgu"]
+    assert "not given" in found.reasons["optimum_share"]
+
+
+def test_what_takes_the_body_is_undefined_until_the_body_is_given():
+    register(peak_force.peak_force)
+    register(peak_force.peak_force_in_weights)
+    bare = measure(TIME, HEIGHT, rest_length_m=1.0, force_n=FORCE)
+    assert bare.peak_force_n == pytest.approx(4.0, rel=0.01)
+    assert math.isnan(bare.peak_force_in_weights)
+    assert bare.reasons["peak_force_in_weights"] == "it takes the body, which is not given"
+    body = Hopper(mass_kg=0.2)
+    found = measure(TIME, HEIGHT, rest_length_m=1.0, force_n=FORCE, body=body)
+    assert found.peak_force_in_weights == pytest.approx(bare.peak_force_n / body.weight_n)
+    assert found.reasons["optimum_share"] == "it has no value for such a gait of this body"
+
+
+def test_the_efficiency_of_a_gait_that_settles_is_its_cost_of_transport(settled):
+    of = settled.efficiency
+    assert of.settled
+    assert of.cot_inverse == pytest.approx(settled.cot_inverse)
+    assert of.cot_inverse_total == pytest.approx(settled.cot_inverse_total)
+
+
+def test_a_gait_that_does_not_settle_has_an_efficiency_that_is_marked(wandering):
+    of = wandering.efficiency
+    assert math.isnan(wandering.cot_inverse)
+    assert not of.settled
+    assert of.start_s >= 10.0
+    assert of.cot_inverse > 0.0
+    assert of.cot_inverse == pytest.approx(of.climb_flight_m / of.work_j)
+
+
+def test_work_that_was_recorded_is_not_computed_from_the_force(settled):
+    """Half of the energy that the force's work would have been: twice the efficiency."""
+    done = np.concatenate(
+        [[0.0], np.cumsum(np.abs(0.5 * (FORCE[1:] + FORCE[:-1]) * np.diff(HEIGHT)))]
+    )
+    found = measure(TIME, HEIGHT, rest_length_m=1.0, phase_rad=6.0 * TIME, work_j=0.5 * done)
+    assert found.cot_inverse == pytest.approx(2.0 * settled.cot_inverse)
+    assert found.reasons["smoothness"] == "the actuator force was not recorded"
+
+
+@pytest.mark.parametrize("with_phase", [False, True])
+def test_the_picture_shows_what_was_measured(settled, wandering, with_phase):
+    found = settled if with_phase else wandering
+    figure = recording_figure(found, rest_length_m=1.0, note="walk")
+    assert len(figure.axes) == (5 if with_phase else 4)
+    tables = recording_tables(found)
+    assert set(tables) == {"frames", "hops", "spectrum"}
+    assert len(tables["hops"]["apex_height_m"]) == len(found.hops.time_s)
+    peak = np.argmax(tables["spectrum"]["power_share"])
+    if with_phase:
+        assert tables["spectrum"]["angular_frequency_rad_per_s"][peak] == pytest.approx(6, abs=0.1)
+
+
+def test_a_simulations_file_measures_as_the_simulation_itself(tmp_path, capsys):
+    """`simulate --csv`, then `measure`: the numbers of the engine's own summary."""
+    path, shown = tmp_path / "hop.csv", tmp_path / "hop.png"
+    given = ("--actuation", "sector", "--omega", "5", "--sigma", "2.753", "--duration", "20")
+    assert main(["simulate", *given, "--csv", str(path)]) == 0
+    before = path.read_bytes()
+    capsys.readouterr()
+    measured = ["measure", str(path), "--preset", "paper", "--omega", "5", "--plot", str(shown)]
+    assert main([*measured, "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert shown.stat().st_size > 0
+    assert path.read_bytes() == before  # not by the figure's tables
+    inside = Engine(
+        controller=preset("paper").controller("sector"),
+        timing=Timing(duration_s=20.0),
+        summary=GaitSummary(),
+    ).run([2.753], Scenario(omega=5.0))
+    assert found["regime"] == "limit cycle"
+    assert found["t0_s"] == pytest.approx(inside.t0_s[0], abs=0.011)  # its first sample is 10 ms in
+    assert found["limit_cycle_period"] == inside.limit_cycle_period[0]
+    for name, relative in {
+        "cot_inverse": 0.01,
+        "cot_inverse_total": 0.01,
+        "delta_omega": 0.01,
+        "delta_w": 0.01,
+        "w_peak": 1e-3,
+        "a_peak": 1e-3,
+        "hop_rate": 1e-3,
+        "smoothness": 0.05,
+    }.items():
+        assert found[name] == pytest.approx(getattr(inside, name)[0], rel=relative), name
+    assert 0.9 < found["optimum_share"] < 1.0
+    assert found["reasons"].keys() == {"t1_s", "cpgu"}
+
+
+def test_the_command_says_what_it_is_and_why_the_rest_is_undefined(tmp_path, capsys):
+    path = written(tmp_path, {"time_s": TIME, "height_m": HEIGHT}, ".csv")
+    assert main(["measure", str(path), "--rest-length", "1", "--mass", "2"]) == 0
+    said = capsys.readouterr().out
+    assert said.startswith("limit cycle; 19 hops in 20.00 s")
+    assert "neither the actuator force nor its work was recorded" in said
+
+
+@pytest.mark.parametrize(
+    ("columns", "named", "says"),
+    [
+        ({"time_s": [0]}, [], r"no column is the height \(height_m/cm/mm\) among 'time_s'"),
+        ({"height_m": [0]}, [], "no column is the time .* or the rate of the samples"),
+        ({"time_s": [0], "height_m": [0], "y_mm": [0]}, [], "may both be the height; say which"),
+        ({"time_s": [0], "z": [0]}, ["height=z"], r"column 'z' is without a unit; .*height=z\[m\]"),
+        ({"time_s": [0], "z": [0]}, ["height=z[inch]"], "column 'z' is in 'inch'"),
+        ({"time_s": [0], "z": [0]}, ["high=z[m]"], "no quantity is called 'high'"),
+        ({"time_s": [0], "z": [0]}, ["height=zz[m]"], "no column is called 'zz'; did you mean z"),
+        ({"time_s": [0], "z": [0]}, ["height"], "write QUANTITY=COLUMN"),
+        ({"time_s": ["0"], "height_m": ["low"]}, [], "height_m is 'low' in row 0"),
+        (
+            {"time_s": [0, 1, 2], "height_m": [0, 1]},
+            [],
+            r"'time_s' holds 3 samples and 'height_m' 2",
+        ),
+        ({"time_s": [], "height_m": []}, [], "the recording holds 0 samples; .* at least 3"),
+    ],
+)
+def test_columns_that_make_no_recording_are_refused_in_one_line(columns, named, says):
+    with pytest.raises(TegotaeError, match=says) as refusal:
+        recording(columns, named)
+    assert "\n" not in str(refusal.value)
+
+
+def test_a_rate_beside_times_is_refused():
+    with pytest.raises(TegotaeError, match="'time_s' holds the times"):
+        recording({"time_s": TIME, "height_m": HEIGHT}, rate_hz=100.0)
+
+
+def test_times_that_go_back_cannot_be_resampled():
+    with pytest.raises(TegotaeError, match="do not increase"):
+        recording({"time_s": TIME[::-1], "height_m": HEIGHT}).resampled(100.0)
+
+
+@pytest.mark.parametrize("ending", [".csv", ".npz", ".parquet"])
+def test_a_file_that_is_none_of_its_kind_is_refused_in_one_line(tmp_path, ending):
+    if ending == ".parquet":
+        pytest.importorskip("pyarrow")
+    path = tmp_path / f"walk{ending}"
+    path.write_bytes(b"\x00\xffno recording")
+    with pytest.raises(TegotaeError, match="is no recording") as refusal:
+        read_columns(path)
+    assert "\n" not in str(refusal.value)
+
+
+def test_objects_in_a_file_of_numpy_are_not_unpickled(tmp_path):
+    path = tmp_path / "walk.npz"
+    np.savez(path, height_m=np.array([{"a": 1}], dtype=object))
+    with pytest.raises(TegotaeError, match="plain arrays"):
+        read_columns(path)
+
+
+@pytest.mark.parametrize(
+    ("name", "says"), [("walk.mat", "must end in .csv, .npz, .parquet"), ("no.csv", "no file")]
+)
+def test_another_file_is_refused(tmp_path, name, says):
+    with pytest.raises(TegotaeError, match=says):
+        read_columns(tmp_path / name)
+
+
+def test_parquet_without_its_package_names_the_extra(tmp_path, monkeypatch):
+    path = tmp_path / "walk.parquet"
+    path.write_bytes(b"")
+    monkeypatch.setitem(sys.modules, "pyarrow", None)
+    with pytest.raises(TegotaeError, match=r"pip install 'tegotae\[study\]'"):
+        read_columns(path)
+
+
+@pytest.mark.parametrize(
+    ("options", "says"),
+    [
+        ((), "set --rest-length"),
+        (("--rest-length", "-1"), "rest_length_m is -1"),
+        (("--rest-length", "1", "--preset", "papers"), "no preset is called 'papers'"),
+        (("--rest-length", "1", "--disturbed-at", "90"), "disturbed_at_s lies 90 s"),
+        (("--rest-length", "1", "--work", "much"), "work is 'much'"),
+        (("--rest-length", "1", "--plot", "walk.txtt"), "cannot write a figure"),
+        (("--rest-length", "1", "--rate", "50"), "holds the times"),
+    ],
+)
+def test_options_that_cannot_be_used_are_refused_in_one_line(
+    tmp_path, one_line_error, options, says
+):
+    path = written(tmp_path, COLUMNS, ".csv")
+    assert says in one_line_error("measure", str(path), *options)

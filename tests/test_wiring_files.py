@@ -1,0 +1,189 @@
+"""Wirings as files, with scales from the model, and from a controller's file."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import math
+import warnings
+
+import numpy as np
+import pytest
+
+gymnasium = pytest.importorskip("gymnasium")
+
+from tegotae import Hopper, TegotaeError, build, controller_file  # noqa: E402
+from tegotae.controller_file import SavedController  # noqa: E402
+from tegotae.envs import (  # noqa: E402
+    Limb,
+    TegotaeWrapper,
+    Wiring,
+    WiringWarning,
+    check_wiring,
+    load_wiring,
+    model_scales,
+    save_wiring,
+)
+from tegotae.envs.scaling import remarks  # noqa: E402
+from wired_env import Scales  # noqa: E402
+
+WIRING = Wiring(
+    limbs=(
+        Limb(senses={"spring_force": "load", "velocity": "-height"}, drives="action[0]", rest=0.0),
+    ),
+    scales={"spring_force": 2.5, "velocity": 0.1, "feedback": 3.0},
+    max_force=3.0,
+    step_s=0.02,
+    height="height",
+    work="work",
+    rest_length_m=1.0,
+)
+
+
+@pytest.mark.parametrize("name", ["leg.toml", "leg.json"])
+def test_a_wiring_that_is_written_is_read_back(tmp_path, name):
+    save_wiring(WIRING, tmp_path / name)
+    assert load_wiring(tmp_path / name) == WIRING
+
+
+@pytest.mark.parametrize("name", ["hopper", "leg", "quadruped"])
+def test_wirings_of_the_packages_models_can_be_read_written_and_fit(tmp_path, name):
+    pytest.importorskip("mujoco")
+    from tegotae.mujoco.env import ModelEnv
+
+    wiring = load_wiring(name)
+    save_wiring(wiring, tmp_path / "again.toml")
+    assert load_wiring(tmp_path / "again.toml") == wiring
+    if name == "quadruped":
+        from tegotae.gaits.systems import quadruped_a
+
+        wiring = wiring.reading(quadruped_a().controller)
+    else:
+        wiring = wiring.reading(build("V-sector-w8"))
+    assert check_wiring(ModelEnv(model=name), wiring, steps=0) == []
+
+
+TOML = 'format = "tegotae wiring"\n[[limbs]]\ndrives = "action[0]"\n'
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (TOML, r"it has no entry 'limbs\[0\]\.senses'"),
+        (TOML + 'senses = "load"', r"its limbs\[0\]\.senses is 'load'; it must be an object"),
+        (TOML + "[limbs.senses]\nspring_force = 3", "must be a text"),
+        (TOML.replace("wiring", "walking") + "senses = {}", "its format is 'tegotae walking'"),
+        ("max_force = 4.0", "it has no entry 'limbs'"),
+        ("limbs = [", "it is no TOML"),
+        ("limbs = []\nspeed = 3", "speed"),
+        ('limbs = []\nscales = {spring_force = "heavy"}', "must be a number"),
+    ],
+)
+def test_a_file_that_is_no_wiring_is_refused_in_one_line(tmp_path, text, said):
+    path = tmp_path / "leg.toml"
+    path.write_text(text)
+    with pytest.raises(TegotaeError, match=said) as raised:
+        load_wiring(path)
+    assert str(raised.value).startswith(f"{path} is no wiring: ")
+    assert "\n" not in str(raised.value)
+
+
+def test_a_file_that_is_not_there_or_of_another_kind_is_refused(tmp_path):
+    with pytest.raises(TegotaeError, match="No such file"):
+        load_wiring(tmp_path / "leg.toml")
+    with pytest.raises(TegotaeError, match=r"must end in \.toml or \.json"):
+        load_wiring(tmp_path / "leg.yaml")
+    with pytest.raises(TegotaeError, match="no wiring is called 'legs'; did you mean leg"):
+        load_wiring("legs")
+    with pytest.raises(TegotaeError, match=r"must end in \.toml or \.json"):
+        save_wiring(WIRING, tmp_path / "leg.yaml")
+
+
+def saved_hopper(path, model: str = "AR-rF-sector-w8"):
+    controller = build(model)
+    weights = np.random.default_rng(0).normal(size=controller.n_weights)
+    controller_file.save(SavedController(controller, weights, 8.0, Hopper(max_force_n=3.5)), path)
+    return controller, weights
+
+
+def test_a_hoppers_controller_is_wired_by_a_file_of_limbs(tmp_path):
+    controller, weights = saved_hopper(tmp_path / "hopper.json")
+    save_wiring(WIRING, tmp_path / "leg.toml")
+    wiring = Wiring.from_controller(tmp_path / "hopper.json", tmp_path / "leg.toml")
+    assert (wiring.controller, wiring.omega, wiring.max_force) == (controller, 8.0, 3.5)
+    np.testing.assert_array_equal(wiring.weights, weights)
+    # What this controller does not read is left out.
+    assert wiring.limbs[0].senses == {"spring_force": "load"}
+    assert check_wiring(Scales(), wiring, steps=0) == []
+    other = Wiring.from_controller(tmp_path / "hopper.json", WIRING, omega=6.0)
+    assert other.omega == 6.0
+
+
+def test_a_wiring_file_may_name_its_controller(tmp_path):
+    saved_hopper(tmp_path / "hopper.json")
+    save_wiring(WIRING, tmp_path / "leg.json")
+    document = json.loads((tmp_path / "leg.json").read_text())
+    (tmp_path / "leg.json").write_text(json.dumps({**document, "controller": "hopper.json"}))
+    assert load_wiring(tmp_path / "leg.json").omega == 8.0
+
+
+def test_a_hoppers_controller_without_a_wiring_is_refused(tmp_path):
+    saved_hopper(tmp_path / "hopper.json")
+    with pytest.raises(TegotaeError, match=r"was not trained on an environment.*; give a wiring"):
+        Wiring.from_controller(tmp_path / "hopper.json")
+
+
+def test_a_wiring_without_weights_lacks_nothing_but_cannot_drive():
+    wiring = WIRING.reading(build("V-sector-w8"))
+    assert check_wiring(Scales(), wiring, steps=20) == []
+    with pytest.raises(TegotaeError, match="has no weights; train it"):
+        TegotaeWrapper(Scales(), wiring)
+    with pytest.raises(TegotaeError, match="has weights but no frequency"):
+        TegotaeWrapper(Scales(), dataclasses.replace(wiring, weights=[1.0]))
+
+
+def test_scales_are_those_of_the_model():
+    pytest.importorskip("mujoco")
+    from tegotae.mujoco.env import ModelEnv
+
+    scales = model_scales(ModelEnv(model="hopper"), feet=["foot"])
+    assert scales["spring_force"] == pytest.approx(0.1 * 9.81)
+    assert scales["velocity"] == pytest.approx(math.sqrt(9.81), rel=2e-3)
+    assert scales["feedback"] == pytest.approx(math.sqrt(9.81), rel=2e-3)
+    with pytest.raises(TegotaeError, match="did you mean foot"):
+        model_scales(ModelEnv(model="hopper"), feet=["feet"])
+    with pytest.raises(TegotaeError, match="no MuJoCo model to take scales from"):
+        model_scales(Scales())
+    known = load_wiring("hopper")
+    own = dataclasses.replace(known, scales={"velocity": 9.0}).with_scales(ModelEnv(model="hopper"))
+    # What is given stands, and the packaged wiring's numbers are the model's.
+    assert own.scales["velocity"] == 9.0
+    for name, scale in known.scales.items():
+        assert scales[name] == pytest.approx(scale, rel=2e-3)
+
+
+def test_what_a_wiring_leaves_to_chance_is_told():
+    learned = dataclasses.replace(
+        WIRING.reading(build("AR-rFv-sector-w8")), scales={"velocity": 1.0}
+    )
+    assert [remark[:38] for remark in remarks(learned)] == [
+        "no scale is given for spring_force: ne"
+    ]
+    foot = Limb(senses={"spring_force": "foot_force"}, drives="action[0]")
+    (remark,) = remarks(dataclasses.replace(WIRING, limbs=[foot]))
+    assert "stands in for F_k" in remark
+    assert remarks(WIRING) == []
+    wiring = dataclasses.replace(learned, weights=np.zeros(learned.controller.n_weights), omega=8.0)
+    with pytest.warns(WiringWarning, match="no scale is given for spring_force"):
+        TegotaeWrapper(Scales(), wiring)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", WiringWarning)
+        TegotaeWrapper(Scales(), dataclasses.replace(wiring, scales=WIRING.scales))
+
+
+def test_units_of_one_controller_may_share_weights_as_it_says():
+    limbs = [dataclasses.replace(WIRING.limbs[0], senses={"spring_force": "load"})]
+    two = dataclasses.replace(build("V-sector-w8"), limbs=2)
+    wiring = Wiring(limbs=limbs, weights=[1.0], omega=5.0, controller=two)
+    (problem,) = check_wiring(Scales(), wiring, steps=0)
+    assert "the controller has 2 units and the wiring 1 limbs" in problem
