@@ -1,5 +1,5 @@
 # Two commands do all set-up, on a machine with only Python and make:
-#   make test        check the code
+#   make test        check the code; `make test-thorough` with the dear cases, too
 #   make reproduce   the paper's study, small; `make reproduce SCALE=paper` the whole of it.
 #                    It ends with the path of a report. Stopped, it goes on where it was.
 
@@ -13,7 +13,7 @@ EXPERIMENTS := $(if $(filter paper,$(SCALE)),results/experiments,docs/_static/ex
 BIN := $(VENV)/bin
 INSTALLED := $(VENV)/.installed
 
-.PHONY: test lint reproduce experiments docs bench clean
+.PHONY: test test-thorough lint reproduce experiments docs bench clean
 
 $(INSTALLED): pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)
@@ -23,6 +23,9 @@ $(INSTALLED): pyproject.toml constraints.txt
 
 test: lint
 	$(BIN)/python -m pytest -n 2 --dist loadfile
+
+test-thorough: lint
+	$(BIN)/python -m pytest -n 2 --dist loadfile -m "thorough or not thorough"
 
 lint: $(INSTALLED)
 	$(BIN)/ruff check .

@@ -1,10 +1,16 @@
 """Sphinx configuration: `sphinx-build -W docs docs/_build/html`."""
 
 import re
+import sys
+from pathlib import Path
 
 from sphinx.ext import napoleon
 
 import tegotae
+from tegotae import playground
+
+sys.path.insert(0, str(Path(__file__).parent))
+from command_reference import command_reference
 
 project = "tegotae"
 author = "The tegotae developers"
@@ -15,6 +21,7 @@ extensions = [
     "myst_parser",
     "sphinx.ext.autodoc",
     "sphinx.ext.mathjax",
+    "sphinx-mathjax-offline",  # brings MathJax along: equations need no network
     "sphinx.ext.viewcode",
 ]
 myst_enable_extensions = ["amsmath", "dollarmath", "deflist", "colon_fence"]
@@ -51,6 +58,22 @@ def read_docstring(app, what, name, obj, options, lines):
         lines[i] = "".join(p if p.startswith("`") else p.replace("|", r"\|") for p in parts)
 
 
+def add_commands(app, docname, source):
+    """Put the command-line reference into its page."""
+    if docname == "commands":
+        marker = "<!-- written here as the pages are built: the reference -->"
+        source[0] = source[0].replace(marker, command_reference())
+
+
+def write_playground(app, error):
+    """The page to play with, beside the pages that link to it."""
+    if error is None and app.builder.format == "html":
+        html = playground.Page(playground.standard()).html()
+        (Path(app.outdir) / "playground-page.html").write_text(html, encoding="utf-8")
+
+
 def setup(app):
-    """Connect the hook."""
+    """Connect the hooks."""
+    app.connect("source-read", add_commands)
     app.connect("autodoc-process-docstring", read_docstring)
+    app.connect("build-finished", write_playground)

@@ -31,8 +31,9 @@ from tegotae.training.agents import (  # noqa: E402
     train_agents,
 )
 from tegotae.training.agents.learner import AgentTraining, learn, make_agent  # noqa: E402
+from tegotae.training.algorithms import PGPE  # noqa: E402
 from tegotae.training.curves import read_curves  # noqa: E402
-from tegotae.training.evolve import Training, start  # noqa: E402
+from tegotae.training.evolve import start  # noqa: E402
 from tegotae.training.fitness import Fitness  # noqa: E402
 from tegotae.training.learners import learner  # noqa: E402
 from tegotae.tuning import SPACES, Task  # noqa: E402
@@ -127,7 +128,7 @@ class TestPolicy:
 
     def test_starts_where_pgpe_starts(self):
         model = find("AR-rF-sector-w8")
-        evolved = start(Training(controller=model.controller()), [7]).best_weights[0]
+        evolved = start(PGPE(), model.controller(), [7]).best_weights[0]
         ours = initial_weights(agent_controller(model.experiment(), SAC), 7)
         np.testing.assert_allclose(ours, evolved, rtol=1e-6)
 

@@ -149,7 +149,7 @@ def test_ctrl_c_keeps_what_was_learned_and_says_so_in_one_line(tmp_path):
     # The first line about progress: a generation is done, and a million are to come.
     first = next(line for line in process.stderr if " 1/1000000 " in line)
     process.send_signal(signal.SIGINT)
-    out, err = process.communicate(timeout=300)
+    out, err = process.communicate(timeout=900)
     assert process.returncode == 130
     assert out == ""
     *progress, last = [first, *err.splitlines()]
@@ -215,7 +215,7 @@ def test_a_second_training_in_a_folder_is_refused_and_the_first_undisturbed(
             f"tegotae: another run is at work in {tmp_path}; "
             "wait for it, or choose another folder\n"
         )
-        _, err = first.communicate("go on\n", timeout=300)
+        _, err = first.communicate("go on\n", timeout=900)
         assert first.returncode == 0, err
     assert tiny.learned(tmp_path) == tiny.learned(tiny_training)
     assert sorted(tiny.contents(tmp_path)) == sorted(tiny.contents(tiny_training))

@@ -14,7 +14,7 @@ def test_it_ends_with_ninety_six_weights_and_several_seeds(tmp_path):
         [sys.executable, "-m", "tegotae", "train", *words, *more],
         capture_output=True,
         text=True,
-        timeout=400,
+        timeout=900,
     )
     assert ended.returncode == 0, ended.stderr
     assert len(list((tmp_path / "o").glob("*seed?.json"))) == 4

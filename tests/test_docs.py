@@ -13,10 +13,12 @@ import tyro
 from tegotae.cli import COMMANDS, split_parts
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"
-FOLDERS = (".", "extending", "gaits", "deploy")
+FOLDERS = (".", "extending", "gaits", "deploy", "guides")
 PAGES = sorted(page for folder in FOLDERS for page in (DOCS / folder).glob("*.md"))
 EXAMPLE_FILES = sorted(DOCS.glob("extending/examples/*.py"))
-EXAMPLES = [*(DOCS / f"{name}.md" for name in ("getting-started", "concepts", "legs"))]
+EXAMPLES = [
+    *(DOCS / f"{name}.md" for name in ("getting-started", "concepts", "legs", "generalisation"))
+]
 EXAMPLES += [*DOCS.glob("extending/*.md"), *DOCS.glob("deploy/*.md")]
 
 
@@ -29,7 +31,8 @@ def blocks(page: Path, language: str) -> list[tuple[int, str]]:
 
 def commands(page: Path) -> list[str]:
     """The `tegotae ...` lines of a page's console blocks."""
-    lines = [line for _, block in blocks(page, "console") for line in block.splitlines()]
+    whole = (block.replace("\\\n", "") for _, block in blocks(page, "console"))
+    lines = [line for block in whole for line in block.splitlines()]
     return [line for line in lines if line.startswith("tegotae ")]
 
 
@@ -71,6 +74,7 @@ def test_a_command_with_an_option_that_does_not_exist_is_not_understood(capsys):
     assert "no-such-option" in capsys.readouterr().err
 
 
+@pytest.mark.thorough
 def test_the_pages_build_without_a_warning(tmp_path):
     # Those of the documentation, and those of the environments that it documents.
     for extra in ("furo", "myst_parser", "gymnasium", "stable_baselines3"):

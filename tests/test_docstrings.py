@@ -31,9 +31,17 @@ def examples() -> dict[str, list[doctest.DocTest]]:
 
 
 FOUND = examples()
+DEAR = ("tegotae.analysis.", "tegotae.checks.", "tegotae.designs.", "tegotae.gaits.")
+"""Where examples roll out and so compile much; other tests do the same."""
 
 
-@pytest.mark.parametrize("name", FOUND)
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(name, marks=pytest.mark.thorough if name.startswith(DEAR) else ())
+        for name in FOUND
+    ],
+)
 def test_the_examples_of_a_module_do_what_they_say(name, monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path)
     for test in FOUND[name]:

@@ -11,17 +11,14 @@ from tegotae.cli.options import ExperimentOptions
 from tegotae.integrators import Hold, PredictorCorrector
 from tegotae.rollout import Timing
 from tegotae.training.agents import AgentRun
-from tegotae.training.algorithms import PGPE
-from tegotae.training.run import Run
 
 CONTINUOUS = find("AR-rF-sector-w8").experiment()
 HELD = dataclasses.replace(CONTINUOUS, integrator=Hold())
 
 
 def test_a_held_training_rolls_out_its_episodes_held():
-    assert Run(experiment=HELD).training.engine.integrator == Hold()
-    assert Run(experiment=CONTINUOUS).training.engine.integrator == PredictorCorrector()
-    assert Run(experiment=HELD, algorithm=PGPE()).training.program.integrator == Hold()
+    assert CONTINUOUS.judge().engine.integrator == PredictorCorrector()
+    assert HELD.judge().engine.integrator == Hold()
 
 
 def test_the_document_of_a_held_training_says_so_and_that_of_others_is_as_it_was():

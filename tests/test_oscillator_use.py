@@ -127,6 +127,7 @@ def test_half_centres_drive_the_legs_of_a_bar_each_by_itself():
     assert np.ptp(path.radius[:, 0] - path.radius[:, 1]) > 0.01
 
 
+@pytest.mark.thorough
 def test_half_centres_walk_a_torso_and_shift_their_lags():
     vanilla = build("V-reflex-w8").tegotae
     foot = EllipticFoot(stride_m=0.2, lift_m=0.12, press_m=0.03, shift_rad=0.4)
@@ -145,6 +146,7 @@ def test_half_centres_walk_a_torso_and_shift_their_lags():
 # Analyses
 
 
+@pytest.mark.thorough
 def test_an_amplitude_adds_its_own_multiplier_to_those_of_the_phase_oscillator():
     # At r = 1 a radius returns as exp(-2 γ t), whatever the hopper does.
     gamma = 1.0
@@ -159,6 +161,7 @@ def test_an_amplitude_adds_its_own_multiplier_to_those_of_the_phase_oscillator()
     np.testing.assert_allclose(found[1].fixed_point, [*found[0].fixed_point, 1.0], atol=1e-6)
 
 
+@pytest.mark.thorough
 def test_a_phase_response_starts_with_all_of_the_oscillators_state():
     saved = SavedController(driven(VanDerPol(mu=0.5), "V-reflex-w8"), np.array([2.0]), 8.0)
     orbit = find_orbit(saved)

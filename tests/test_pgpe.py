@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from functools import cache
 
 import jax
@@ -12,9 +13,11 @@ import pytest
 from scipy.stats import rankdata
 
 from tegotae import TegotaeError, Timing, build
+from tegotae.experiment import Experiment
 from tegotae.training.algorithms import PGPE
-from tegotae.training.evolve import Training, evolve, start
+from tegotae.training.evolve import start
 from tegotae.training.fitness import Fitness
+from tegotae.training.run import Run
 from tegotae.training.stopping import Stopping
 
 DIMENSIONS = 5
@@ -173,37 +176,43 @@ def test_a_setting_out_of_range_is_refused(name, value):
 
 # Training.
 
-TRAINING = Training(
+EXPERIMENT = Experiment(
+    name="ar",
     controller=build("AR-rF-reflex-w8", budget=32),
-    algorithm=PGPE(population=8),
+    omega=8.0,
     fitness=Fitness(settle_s=1.0),
     timing=Timing(duration_s=3.0),
 )
-OMEGA = 8.0
-FOUR = Stopping.after(4)
+RUN = Run(
+    experiment=EXPERIMENT,
+    seeds=(3, 5),
+    algorithm=PGPE(population=8),
+    stopping=Stopping.after(4),
+)
 
 
 @cache
 def trained():
     """Two seeds, four generations."""
-    return list(evolve(TRAINING, start(TRAINING, [3, 5]), [3, 5], OMEGA, FOUR))
+    return list(RUN.evolve(RUN.start()))
 
 
 def test_a_seed_starts_alike_whichever_others_go_with_it():
-    alone, together = start(TRAINING, [5]), start(TRAINING, [3, 5])
+    alone, together = replace(RUN, seeds=(5,)).start(), RUN.start()
     np.testing.assert_array_equal(alone.best_weights[0], together.best_weights[1])
     assert not np.array_equal(together.best_weights[0], together.best_weights[1])
 
 
 def test_a_seeds_training_does_not_depend_on_the_others():
-    *_, (alone, _) = evolve(TRAINING, start(TRAINING, [5]), [5], OMEGA, FOUR)
+    run = replace(RUN, seeds=(5,))
+    *_, (alone, _) = run.evolve(run.start())
     together, _ = trained()[-1]
     np.testing.assert_allclose(alone.search.mean[0], together.search.mean[1], atol=1e-4)
     np.testing.assert_allclose(alone.best_fitness[0], together.best_fitness[1], atol=1e-3)
 
 
 def test_training_is_bit_identical_from_run_to_run():
-    again = list(evolve(TRAINING, start(TRAINING, [3, 5]), [3, 5], OMEGA, FOUR))
+    again = list(RUN.evolve(RUN.start()))
     for (_, one), (_, other) in zip(trained(), again, strict=True):
         jax.tree.map(np.testing.assert_array_equal, one, other)
     np.testing.assert_array_equal(trained()[-1][0].search.mean, again[-1][0].search.mean)
@@ -212,7 +221,7 @@ def test_training_is_bit_identical_from_run_to_run():
 def test_a_training_that_is_continued_is_the_same_as_one_without_pause():
     halfway, _ = trained()[1]
     seen = [curves.centre_fitness for _, curves in trained()[:2]]
-    on = list(evolve(TRAINING, halfway, [3, 5], OMEGA, FOUR, fitness=seen))
+    on = list(RUN.evolve(halfway, seen))
     assert len(on) == 2
     end, _ = trained()[-1]
     np.testing.assert_array_equal(on[-1][0].search.mean, end.search.mean)
@@ -225,7 +234,7 @@ def test_the_best_distribution_seen_is_kept():
     np.testing.assert_array_equal(end.best_fitness, fitness.max(axis=0))
     np.testing.assert_array_equal(end.best_generation, fitness.argmax(axis=0))
     # The mean before the first generation is generation 0's.
-    before = [start(TRAINING, [3, 5]), *(progress for progress, _ in trained())]
+    before = [RUN.start(), *(progress for progress, _ in trained())]
     for seed, generation in enumerate(np.asarray(end.best_generation)):
         search = before[generation].search
         np.testing.assert_array_equal(end.best_weights[seed], search.mean[seed])
@@ -243,10 +252,10 @@ def test_the_curves_tell_the_state_of_every_seed():
 
 def test_an_episode_too_short_to_be_judged_is_refused():
     with pytest.raises(TegotaeError, match=r"^an episode of 4 s leaves less than 1 s") as raised:
-        Training(controller=TRAINING.controller, timing=Timing(duration_s=4.0))
+        replace(EXPERIMENT, fitness=Fitness(), timing=Timing(duration_s=4.0))
     assert "\n" not in str(raised.value)
 
 
 def test_training_without_seeds_is_refused():
     with pytest.raises(TegotaeError, match=r"^no seeds to train"):
-        start(TRAINING, [])
+        start(RUN.algorithm, EXPERIMENT.controller, [])

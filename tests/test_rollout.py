@@ -313,20 +313,27 @@ import numpy as np
 import jax
 from tegotae import Engine, Scenario, Timing, build
 from tegotae.training.algorithms import PGPE
-from tegotae.training.evolve import Training, evolve, start
+from tegotae.experiment import Experiment
+from tegotae.training.run import Run
 from tegotae.training.fitness import Fitness
 from tegotae.training.stopping import Stopping
 art = build("ART")
 weights = np.random.default_rng(0).normal(size=(150, art.n_weights))
 out = Engine(controller=art, timing=Timing(duration_s=3.0)).run(weights, Scenario(omega=6.0))
-training = Training(
+experiment = Experiment(
+    name="art",
     controller=art,
-    algorithm=PGPE(population=40),
+    omega=6.0,
     fitness=Fitness(settle_s=1.0),
     timing=Timing(duration_s=4.0, tick_s=0.002),
 )
-four = Stopping.after(4)
-curves = [c for _, c in evolve(training, start(training, [0, 1]), [0, 1], 6.0, four)]
+run = Run(
+    experiment=experiment,
+    seeds=(0, 1),
+    algorithm=PGPE(population=40),
+    stopping=Stopping.after(4),
+)
+curves = [c for _, c in run.evolve(run.start())]
 np.savez(
     sys.argv[1],
     **out.channels,
@@ -336,6 +343,7 @@ np.savez(
 """
 
 
+@pytest.mark.thorough
 def test_results_are_bit_identical_on_any_number_of_cores(tmp_path):
     """150 lanes, in blocks of which one is not full; and a training of two seeds."""
     done = {}

@@ -338,9 +338,9 @@ def test_a_run_of_defaults_is_the_papers():
     run = Run(experiment=find("ART").experiment())
     assert isinstance(run.algorithm, PGPE)
     assert run.stopping == Stopping()
-    assert run.training.fitness == Fitness(work="absolute", follow_omega=True)
+    assert run.experiment.measure == Fitness(work="absolute", follow_omega=True)
     alone = Run(experiment=find("T").experiment())
-    assert alone.training.fitness == Fitness(follow_omega=False)
+    assert alone.experiment.measure == Fitness(follow_omega=False)
 
 
 def test_a_folder_of_an_earlier_version_is_called_that(tiny_training, tmp_path):

@@ -17,10 +17,10 @@ import toy_tuning
 from tegotae import TegotaeError, Timing, find
 from tegotae.cli import main
 from tegotae.cli.tune import Tune
-from tegotae.training import evolve
 from tegotae.training import settings as configurations
 from tegotae.training.algorithms import PGPE
 from tegotae.training.fitness import Fitness
+from tegotae.training.judge import _judged
 from tegotae.training.learners import agents, evolutions, learner
 from tegotae.training.run import Run, train
 from tegotae.training.settings import configuration, load, tuned
@@ -112,10 +112,10 @@ def test_a_value_is_the_best_fitness_of_a_training_that_spends_the_budget(traine
 
 def test_settings_that_differ_in_no_shape_share_one_compiled_program(trained):
     run, fitness = trained
-    compiled = evolve._generation._cache_size()
+    compiled = _judged._cache_size()
     other = dataclasses.replace(run.algorithm, std=0.05, learning_rate=0.3, max_speed=0.9)
     assert evolved(other, TINY, TINY.experiments[0], run.seeds) != pytest.approx(fitness)
-    assert evolve._generation._cache_size() == compiled
+    assert _judged._cache_size() == compiled
 
 
 def test_a_trials_value_is_the_mean_over_models_and_seeds(toy, tmp_path):
@@ -365,6 +365,7 @@ def test_the_examples_of_the_page_run(toy, tmp_path, monkeypatch, capsys):
     assert SPACES["my-cma-es"] is not None
 
 
+@pytest.mark.thorough
 def test_the_command_keeps_settings_that_are_a_configuration(tmp_path, capsys):
     arguments = ["tune", "AR", "--storage", str(tmp_path / "s"), "--keep", str(tmp_path / "k.json")]
     arguments += ["--trials", "2", "--seeds", "2", "--confirm", "2", "--budget-s", "768"]

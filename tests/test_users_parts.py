@@ -9,12 +9,13 @@ import signal
 import subprocess
 import sys
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from tegotae import TegotaeError, controller_file, find, register
+from tegotae import TegotaeError, controller_file, find, register, registry
 from tegotae.cli import main
 from tegotae.collection import read
 from tegotae.evaluation import evaluate
@@ -25,7 +26,8 @@ from tegotae.registry import kinds
 from tegotae.study.folder import Folder
 from tegotae.study.table import tabulate
 from tegotae.terms import Network
-from tegotae.training.algorithms import Algorithm
+from tegotae.training.algorithms import PGPE, Algorithm
+from tegotae.training.evolve import start
 from tegotae.training.fitness import Fitness
 from tegotae.training.run import Run, train
 from tegotae.training.stopping import Stopping
@@ -284,6 +286,54 @@ def test_a_part_that_is_not_registered_is_refused_before_the_training(tmp_path):
     with pytest.raises(TegotaeError, match=said):
         train(Run(experiment=experiment), tmp_path / "new")
     assert not (tmp_path / "new").exists()
+
+
+@dataclass(frozen=True)
+class Spline(Network):
+    """A term with a field that no file can hold."""
+
+    knots: object = print
+
+
+@dataclass(frozen=True)
+class Rounded(Network):
+    """A term with a field that a file holds, and that is not read again as its annotation says."""
+
+    knots: np.ndarray | None = None
+
+
+@pytest.mark.parametrize(
+    ("part", "says"),
+    [
+        (Spline, "a Spline cannot be saved and read again: Object of type .* is not JSON"),
+        (partial(Rounded, knots=np.arange(3.0)), "a Rounded cannot be saved and read again"),
+    ],
+)
+def test_a_part_that_no_file_can_hold_is_refused_before_the_training(tmp_path, part, says):
+    kind = part.func if isinstance(part, partial) else part
+    register(kind)
+    try:
+        whole = find("AR").experiment()
+        own = dataclasses.replace(whole.controller.tegotae, reaction=part(("spring_force",), 2))
+        experiment = dataclasses.replace(
+            whole, controller=dataclasses.replace(whole.controller, tegotae=own)
+        )
+        with pytest.raises(TegotaeError, match=says) as refusal:
+            train(Run(experiment=experiment), tmp_path / "new")
+        assert "\n" not in str(refusal.value)
+        assert not (tmp_path / "new").exists()
+    finally:
+        registry._registered.pop(kind.__name__)
+
+
+def test_a_loop_of_ones_own_is_warned_that_it_could_not_save_what_it_learns():
+    whole = find("AR").experiment()
+    own = dataclasses.replace(whole.controller.tegotae, reaction=Unregistered(("spring_force",), 2))
+    controller = dataclasses.replace(whole.controller, tegotae=own)
+    with pytest.warns(
+        UserWarning, match=r"could not be saved: .*tegotae\.register\(Unregistered\)"
+    ):
+        start(PGPE(), controller, [0])
 
 
 STRANGER = """

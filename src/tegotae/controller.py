@@ -13,6 +13,7 @@ from tegotae.errors import TegotaeError, require_count, require_finite, whole_nu
 from tegotae.oscillators import Oscillator
 from tegotae.terms.actuation import Actuation
 from tegotae.terms.base import Signals, Term
+from tegotae.terms.gain import ConstantGain
 from tegotae.weight_names import WeightName, inside, numbered
 
 Weights = Sequence[jax.Array]
@@ -105,6 +106,8 @@ class Controller:
                 numbers = whole_numbers(name, getattr(self, name))
                 check(numbers, self.limbs)
                 object.__setattr__(self, name, numbers)
+        if isinstance(self.actuation, Actuation):
+            self.actuation.check(self.limbs, self.sets)
 
     @property
     def limb_shape(self) -> tuple[int, ...]:
@@ -124,6 +127,16 @@ class Controller:
         rhythm = self.oscillator
         learned = {} if rhythm is None or not rhythm.n_weights else {"oscillator": rhythm}
         return {**self.terms, **learned}
+
+    @property
+    def has_a_gain_alone(self) -> bool:
+        """Whether its only weight is that of a constant gain σ, as in vanilla Tegotae."""
+        own = self.tegotae
+        return (
+            own is not None
+            and isinstance(own.gain, ConstantGain)
+            and self.n_weights == own.gain.n_weights
+        )
 
     @property
     def layout(self) -> dict[str, slice]:

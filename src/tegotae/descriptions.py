@@ -7,6 +7,7 @@ dataclass, such as a `Timing`, one of its fields alone, for its place says what 
 from __future__ import annotations
 
 import dataclasses
+import json
 import reprlib
 from collections.abc import Mapping
 from types import NoneType, UnionType
@@ -15,6 +16,7 @@ from typing import Any, Union, get_args, get_origin, get_type_hints
 import numpy as np
 
 from tegotae import registry
+from tegotae.errors import TegotaeError
 
 
 def describe(value: Any) -> Any:
@@ -72,6 +74,37 @@ def restore(value: Any, hint: Any, name: str) -> Any:
         return tuple(restore(each, get_args(hint)[0], name) for each in _checked(value, list, name))
     value = _checked(value, hint, name)
     return _as_tuple(value) if get_origin(hint) is tuple else value
+
+
+def check_kept(value: Any) -> None:
+    """See, before long work starts, that a description can be written to a file and read again.
+
+    Args:
+        value: a part, or what is made of parts.
+
+    Raises:
+        TegotaeError: for a part that is not registered, or has a field that no file can hold.
+
+    Example:
+        >>> from tegotae.terms import Network
+        >>> check_kept(Network(("phase",), hidden=4))
+    """
+    for part in registry.parts_in(value):
+        if registry.kind_of(part) is None:
+            continue
+        try:
+            document = json.loads(json.dumps(describe(part)))
+            kept = describe(restore(document, type(part), "part"))
+            why = "" if json.loads(json.dumps(kept)) == document else "it comes back as another one"
+        except TegotaeError:
+            raise
+        except (KeyError, TypeError, ValueError, OverflowError, RecursionError) as error:
+            why = (str(error).splitlines() or [type(error).__name__])[0]
+        if why:
+            raise TegotaeError(
+                f"a {type(part).__name__} cannot be saved and read again: {why}; its fields must "
+                "be numbers, texts, parts, or tuples of these, as their annotations say"
+            )
 
 
 def entry(document: Mapping[str, Any], name: str, hint: Any) -> Any:

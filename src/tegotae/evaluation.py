@@ -275,7 +275,10 @@ def require_evaluable(controller: Controller, body: Body, protocol: Protocol) ->
     """
     check_senses(controller, body)
     body.check_tick(protocol.tick_s)
-    require_one_limb(body, "the evaluation of hopping")
+    try:
+        require_one_limb(body, "the evaluation of hopping")
+    except TegotaeError as error:
+        raise TegotaeError(f"{error}; tegotae gait judge is for legs") from None
 
 
 def _of_gait(

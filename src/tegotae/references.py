@@ -84,6 +84,20 @@ def imported(place: str) -> ModuleType:
     return module
 
 
+def source_of(reference: str) -> Path | None:
+    """The file in which the object of a reference is; None if it is not known.
+
+    Example:
+        >>> source_of("json:loads").name, source_of("nowhere.py:body")
+        ('__init__.py', None)
+    """
+    place = reference.rpartition(":")[0]
+    if place.endswith(".py"):
+        return Path(place) if Path(place).is_file() else None
+    found = _spec(place)
+    return Path(found.origin) if found and found.origin and found.has_location else None
+
+
 def _file(path: Path) -> ModuleType:
     if not path.is_file():
         raise TegotaeError(f"there is no file {path}")

@@ -24,12 +24,17 @@ _CONTRACTS = {
     "tegotae.terrains": "Terrain",
     "tegotae.couplings": "Coupling",
     "tegotae.integrators": "Integrator",
+    "tegotae.world": "Condition",
     "tegotae.training.objective": "Objective",
     "tegotae.training.algorithms": "Algorithm",
     "tegotae.training.agents.settings": "AgentSettings",
 }
 """Where each contract is, with the parts of this package that keep it."""
-_MORE_PARTS = ("tegotae.training.fitness",)
+_MORE_PARTS = (
+    "tegotae.training.fitness",
+    "tegotae.training.walking",
+    "tegotae.training.hopping_legs",
+)
 
 _registered: dict[str, type] = {}
 
@@ -38,10 +43,10 @@ def register(part: P) -> P:
     """Let documents name a user's own part, so that it can be saved, loaded, trained and studied.
 
     A part is a frozen dataclass that keeps a contract: a subclass of `Body`, `Terrain`,
-    `Oscillator`, `Term`, `Coupling`, `Integrator`, `Objective`, `Algorithm` or `AgentSettings`. It
-    is named by its class. Registering it again, or a new version of the same class, is allowed;
-    taking the name of another part is not. A `Metric` is registered so, too, and evaluated from
-    then on.
+    `Oscillator`, `Term`, `Coupling`, `Integrator`, `Condition`, `Objective`, `Algorithm` or
+    `AgentSettings`. It is named by its class. Registering it again, or a new version of the same
+    class, is allowed; taking the name of another part is not. A `Metric` is registered so, too,
+    and evaluated from then on.
 
     Args:
         part: the class, or an instance of it; of a metric the instance.

@@ -46,7 +46,7 @@ class Workers:
         self._pool = ProcessPoolExecutor(
             size,
             mp_context=multiprocessing.get_context("spawn"),
-            initializer=_end_with_parent,
+            initializer=end_with_parent,
             initargs=(os.getpid(),),
         )
         self._cores = cores
@@ -54,7 +54,7 @@ class Workers:
     def give(self, function: Callable[..., Any], *arguments: Any) -> Future[Any]:
         """Let a worker do this, as soon as one is free."""
         # Processes are started with the first work, and inherit both for good.
-        with _ctrl_c_held_back(), _told_cores(self._cores):
+        with ctrl_c_held_back(), told_cores(self._cores):
             return self._pool.submit(function, *arguments)
 
     def __enter__(self) -> Workers:
@@ -69,7 +69,7 @@ class Workers:
 
 
 @contextmanager
-def _told_cores(cores: int | None) -> Iterator[None]:
+def told_cores(cores: int | None) -> Iterator[None]:
     """The environment of processes that are started in here says on how many cores to compute."""
     before = os.environ.get(CORES)
     if cores is not None:
@@ -84,7 +84,7 @@ def _told_cores(cores: int | None) -> Iterator[None]:
 
 
 @contextmanager
-def _ctrl_c_held_back() -> Iterator[None]:
+def ctrl_c_held_back() -> Iterator[None]:
     """Ctrl-C reaches all processes of a terminal; processes started in here never see it."""
     if not hasattr(signal, "pthread_sigmask"):  # Windows
         yield
@@ -96,7 +96,7 @@ def _ctrl_c_held_back() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-def _end_with_parent(parent: int) -> None:
+def end_with_parent(parent: int) -> None:
     """A worker whose parent was killed would wait for work for ever."""
 
     def watch() -> None:

@@ -76,7 +76,7 @@ class Task:
         Raises:
             TegotaeError: if these are fewer than `least`.
         """
-        duration_s = experiment.timing.duration_s
+        duration_s = experiment.timing.duration_s * experiment.episodes
         episodes = int(self.budget_s / duration_s + 1e-9)
         if episodes < least:
             raise TegotaeError(

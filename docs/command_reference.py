@@ -1,0 +1,70 @@
+"""The command-line reference, from the parser that the commands have."""
+
+from __future__ import annotations
+
+import re
+import warnings
+from collections.abc import Iterator
+from typing import Any
+
+import tyro
+
+from tegotae.cli import COMMANDS
+
+_AS_THE_COMMAND = (
+    tyro.conf.FlagCreatePairsOff,
+    tyro.conf.DisallowNone,
+    tyro.conf.PositionalMetavarFromFieldName,
+)
+
+
+def command_reference() -> str:
+    """All commands with their arguments and options, as Markdown."""
+    return "\n".join(
+        part for name, command in COMMANDS.items() for part in _command(name, _parser(command))
+    )
+
+
+def _parser(command: type) -> Any:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DeprecationWarning)
+        return tyro.extras.get_parser(command, config=_AS_THE_COMMAND)
+
+
+def _command(name: str, parser: Any, level: int = 2) -> Iterator[str]:
+    yield f"{'#' * level} `tegotae {name}`\n"
+    yield f"{_text(parser.description or '')}\n"
+    rows = [_row(action) for action in parser._actions if _kind(action) not in (_HELP, _INNER)]
+    if rows:
+        yield "| option | what it is |\n|---|---|"
+        yield "\n".join(rows) + "\n"
+    for action in parser._actions:
+        if _kind(action) == _INNER:
+            for sub, its in action.choices.items():
+                yield from _command(f"{name} {sub}", its, level + 1)
+
+
+_HELP, _INNER = "_HelpAction", "_SubParsersAction"
+
+
+def _kind(action: Any) -> str:
+    return type(action).__name__  # of tyro's own copy of argparse
+
+
+def _row(action: Any) -> str:
+    names = [option for option in action.option_strings if option.startswith("--")]
+    value = action.metavar if isinstance(action.metavar, str) else ""
+    # Of names that mean the same, the last is the one of today.
+    shown = f"{names[-1]} {value}".strip() if names else value
+    return f"| `{shown}` | {_text(action.help or '')} |"
+
+
+def _text(text: str) -> str:
+    """A help text in one line of a Markdown table."""
+    for unsaid in ("(default: )", "(default: False)"):
+        text = text.replace(unsaid, "")
+    plain = " ".join(text.split())
+    code = re.split(r"(`[^`]*`)", plain.replace("|", "\\|"))
+    return "".join(
+        part if part.startswith("`") else re.sub(r"([*_<$])", r"\\\1", part) for part in code
+    )
