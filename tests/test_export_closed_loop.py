@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import sys
-from pathlib import Path
-
+import my_parts
 import numpy as np
 import pytest
 
@@ -17,9 +15,6 @@ from tegotae.controller_file import SavedController
 from tegotae.export import Export
 from tegotae.oscillators import PhaseOscillator
 from tegotae.terms import ConstantGain, Reflex, Sector, VanillaAction, VanillaReaction
-
-sys.path.insert(0, str(Path(__file__).parent / "users"))
-import my_parts
 
 ALLOWED_M = 1e-3
 

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import dataclasses
-import sys
 from pathlib import Path
 
 import jax
 import jax.numpy as jnp
+import my_parts
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -55,9 +55,6 @@ from tegotae.terms import (
     VanillaAction,
     VanillaReaction,
 )
-
-sys.path.insert(0, str(Path(__file__).parent / "users"))
-import my_parts
 
 ALPHA = 4.0
 LANES = 64

@@ -4,23 +4,19 @@ from __future__ import annotations
 
 import dataclasses
 import math
-import sys
-from pathlib import Path
 
 import jax.numpy as jnp
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from separate_hoppers import SeparateHoppers
 
 import upright_oracle
 from tegotae import Controller, Engine, Hopper, Scenario, TegotaeError, Timing, build, check_body
 from tegotae.bodies import Bar
 from tegotae.couplings import LearnedCoupling, Neighbours
 from tegotae.terms import Signals
-
-sys.path.insert(0, str(Path(__file__).parent / "users"))
-from separate_hoppers import SeparateHoppers
 
 ONE = build("V-sector-w8")
 ART = build("ART", 20)

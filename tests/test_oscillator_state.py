@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import dataclasses
-import sys
-from pathlib import Path
 
 import jax
 import numpy as np
 import pytest
+from oscillators import LearnedAmplitude, Relaxation
 
 from tegotae import (
     Controller,
@@ -26,9 +25,6 @@ from tegotae.loop import check_senses
 from tegotae.oscillators import Clamped, PhaseOscillator
 from tegotae.recorder import Trajectory, needing
 from tegotae.terms import LearnedActuation, Sector
-
-sys.path.insert(0, str(Path(__file__).parent / "users"))
-from oscillators import LearnedAmplitude, Relaxation
 
 TIMING = Timing(duration_s=4.0)
 VANILLA = build("V-reflex-w8")

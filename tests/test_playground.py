@@ -9,6 +9,7 @@ import re
 
 import jax
 import jax.numpy as jnp
+import my_parts
 import numpy as np
 import pytest
 
@@ -29,7 +30,6 @@ from tegotae.terms import ConstantGain, Reflex, VanillaReaction
 from tegotae.training.algorithms import PGPE
 from tegotae.training.fitness import EPISODE, SETTLE_S, Fitness
 from tegotae.world import Step
-from users import my_parts
 
 needs_compiler = pytest.mark.skipif(
     not compiler.has_compiler(), reason="needs ziglang: pip install 'tegotae[playground]'"
