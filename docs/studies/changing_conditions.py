@@ -15,6 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
+from kept import write_rows, write_text
 from tegotae.collection import read
 from tegotae.evaluation import Protocol, evaluate
 from tegotae.experiment import Experiment
@@ -26,7 +27,6 @@ from tegotae.generalisation.sources import of_study
 from tegotae.generalisation.table import MEASURES, median_interval, run_margins
 from tegotae.metrics.statistics import interval
 from tegotae.models import find
-from tegotae.tables import write_csv
 from tegotae.training.run import Run, train
 from tegotae.training.settings import tuned
 from tegotae.training.stopping import Stopping
@@ -108,16 +108,16 @@ def tables(done: Sequence[Done], pairs) -> None:
                 | {"limit_cycle_share": float(found["limit_cycle_share"].mean())}
                 | {"cot_inverse": cot.mean, "low": cot.low, "high": cot.high}
             )
-    _write("undisturbed", rows)
-    _write_text("undisturbed", undisturbed_text(rows))
+    write_rows(KEPT / "undisturbed.csv", rows, digits=3)
+    write_text(KEPT / "undisturbed.md", undisturbed_text(rows))
     outcomes = {subject.name: (subject, outcome) for subject, outcome in done}
     write_overall(done, pairs)
     rows = []
     for before, after in pairs:
         for how, runs in (("steady", before), ("varied", after)):
             rows += list(_margins(before.name, how, outcomes[runs.name]))
-    _write("varied", rows)
-    _write_text("varied", varied_text(rows))
+    write_rows(KEPT / "varied.csv", rows, digits=3)
+    write_text(KEPT / "varied.md", varied_text(rows))
     for name in ("ART-rF-tphif-w8", "T-Fv"):
         groups = {f"{name}, always the same episode": [outcomes[name]]}
         groups[f"{name}, changing conditions"] = [outcomes[f"{name}+varied"]]
@@ -140,7 +140,7 @@ def write_overall(done: Sequence[Done], pairs) -> None:
                 lines.append(
                     f"| {before.name} | {TRAINED[how]} | {what} | {cells[0]} | {cells[1]} |"
                 )
-    _write_text("overall", "\n".join(lines) + "\n")
+    write_text(KEPT / "overall.md", "\n".join(lines) + "\n")
 
 
 def _over_levels(outcome: Outcome, seen: bool, measure: str) -> str:
@@ -223,16 +223,6 @@ def varied_text(rows: Sequence[dict]) -> str:
 
 def _share(row: dict | None, measure: str) -> str:
     return "–" if row is None or np.isnan(row[measure]) else f"{row[measure]:.2f}"
-
-
-def _write_text(name: str, text: str) -> None:
-    KEPT.mkdir(parents=True, exist_ok=True)
-    (KEPT / f"{name}.md").write_text(text, encoding="utf-8")
-
-
-def _write(name: str, rows: Sequence[dict]) -> None:
-    KEPT.mkdir(parents=True, exist_ok=True)
-    write_csv(KEPT / f"{name}.csv", {key: [row[key] for row in rows] for key in rows[0]}, digits=3)
 
 
 if __name__ == "__main__":

@@ -15,6 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
+from kept import write_rows, write_text
 from tegotae.bodies import Body
 from tegotae.figures.generalisation import groups_figure
 from tegotae.figures.style import save_figure
@@ -25,7 +26,6 @@ from tegotae.generalisation.table import MEASURES, curve, median_interval, run_m
 from tegotae.models import all_models
 from tegotae.rollout import Engine, Scenario, Timing, Trajectory
 from tegotae.study.plan import plan
-from tegotae.tables import write_csv
 
 KEPT = Path(__file__).parents[1] / "_static" / "generalisation"
 GROUPS = ("V", "VG", "AR", "ART", "ARG", "ARGT", "T")
@@ -83,23 +83,27 @@ def tables(done: Sequence[Done]) -> None:
         for m in margins(outcome, chosen)
         if m.runs
     ]
-    _write("margins", rows)
+    write_rows(KEPT / "margins.csv", rows, digits=3)
     groups = grouped(done)
     rows = [row for name in groups for row in of_group(name, groups[name], chosen)]
-    _write("architectures", rows)
-    _write_text("margins", pivoted(rows, "margin", "low", "high"))
-    _write_text("kept", pivoted(rows, "efficiency"))
+    write_rows(KEPT / "architectures.csv", rows, digits=3)
+    write_text(KEPT / "margins.md", pivoted(rows, "margin", "low", "high"))
+    write_text(KEPT / "kept.md", pivoted(rows, "efficiency"))
     shown = {f"{name} ({len(groups[name])})": groups[name] for name in GROUPS if name in groups}
     save_figure(groups_figure(shown, chosen), KEPT / "curves.png")
     moving = tuple(dataclasses.replace(each, measure="moves") for each in chosen)
     rows = [row for name in groups for row in of_group(name, groups[name], moving)]
-    _write_text("moving", pivoted(rows, "margin", "low", "high"))
+    write_text(KEPT / "moving.md", pivoted(rows, "margin", "low", "high"))
     save_figure(groups_figure(shown, moving), KEPT / "moving.png")
     by_name = {subject.name: subject for subject, _ in done}
-    _write("edge", list(edge([by_name[name] for name in LOOKED_AT if name in by_name])))
+    write_rows(
+        KEPT / "edge.csv",
+        list(edge([by_name[name] for name in LOOKED_AT if name in by_name])),
+        digits=3,
+    )
     deployed = {subject.name: outcome for subject, outcome in done}.get(DEPLOYED)
     if deployed is not None:
-        _write_text("deploy", deploy_text(deployed))
+        write_text(KEPT / "deploy.md", deploy_text(deployed))
 
 
 def of_group(name: str, members: Sequence[Done], chosen: Sequence[Disturbance]):
@@ -203,16 +207,6 @@ def _cell(row: dict | None, value: str, *ends: str) -> str:
 
 def _number(value: float) -> str:
     return f"{value:.3g}" if np.isfinite(value) else "all"
-
-
-def _write_text(name: str, text: str) -> None:
-    KEPT.mkdir(parents=True, exist_ok=True)
-    (KEPT / f"{name}.md").write_text(text, encoding="utf-8")
-
-
-def _write(name: str, rows: Sequence[dict]) -> None:
-    KEPT.mkdir(parents=True, exist_ok=True)
-    write_csv(KEPT / f"{name}.csv", {key: [row[key] for row in rows] for key in rows[0]}, digits=3)
 
 
 if __name__ == "__main__":

@@ -7,9 +7,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from learned_legs_judge import runs_of, write_rows
-from learned_legs_plan import Cell
+from learned_legs_judge import runs_of
+from learned_legs_plan import TABLES, Cell
 
+from kept import write_rows
 from tegotae.bodies import Walker
 from tegotae.generalisation.catalogue import disturbances_named
 from tegotae.generalisation.disturbance import Disturbance, Met
@@ -90,4 +91,4 @@ def disturb_all(cells: list[Cell], folder: Path) -> None:
                     for found in margins(outcome, meets, measure)
                 ]
     for name, rows in tables.items():
-        write_rows(rows, name)
+        write_rows(TABLES / f"{name}.csv", rows, digits=4, by=("controller",))

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from learned_legs_plan import TABLES, Cell
 
+from kept import write_rows
 from tegotae.bodies import Walker
 from tegotae.collection import Runs, read
 from tegotae.controller_file import load
@@ -19,7 +20,7 @@ from tegotae.gaits.legged import Legged, lanes_of
 from tegotae.gaits.names import patterns_for
 from tegotae.gaits.systems import driven, system
 from tegotae.progress import reporting
-from tegotae.tables import read_csv, write_csv
+from tegotae.tables import read_csv
 
 OMEGAS = (0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0)
 """Frequencies that a walker is judged at [rad/s]."""
@@ -63,9 +64,9 @@ def judge_all(cells: list[Cell], folder: Path) -> None:
                 found[name] += rows
             reporter.update(done, cell.name)
     for name, rows in found.items():
-        write_rows(rows, name)
-    write_rows(curves_of(cells, folder), "curves")
-    write_rows(forced(), "forced")
+        write_rows(TABLES / f"{name}.csv", rows, digits=4, by=("cell",))
+    write_rows(TABLES / "curves.csv", curves_of(cells, folder), digits=4, by=("cell",))
+    write_rows(TABLES / "forced.csv", forced(), digits=4)
 
 
 def judged_cell(cell: Cell, folder: Path) -> dict[str, list[dict[str, Any]]]:
@@ -139,12 +140,3 @@ def curves_of(cells: list[Cell], folder: Path) -> list[dict[str, Any]]:
                 own = {"cell": cell.name, "seed": seed, "generation": at + 1}
                 rows.append(own | {"best_fitness": best[at]})
     return rows
-
-
-def write_rows(rows: list[dict[str, Any]], name: str) -> None:
-    """Write a table of the study, if there is anything in it."""
-    if not rows:
-        return
-    columns = {title: [row.get(title, np.nan) for row in rows] for title in rows[0]}
-    TABLES.mkdir(parents=True, exist_ok=True)
-    write_csv(TABLES / f"{name}.csv", columns, digits=4)

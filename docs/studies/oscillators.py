@@ -7,7 +7,8 @@
 Every architecture is trained to its plateau with every oscillator, from the same seeds, with the
 same budget of 96 weights, and evaluated as the paper does. The records are kept in a folder, so
 that the same command goes on where another one ended. Written to `docs/_static/oscillators` are
-`matter.csv`, a row per run; `matter.md`, the differences from the phase oscillator; `matter.png`.
+`matter.csv`, a row per run, and for each frequency `matter-w8.md`, the differences from the phase
+oscillator, and `matter-w8.png`. Rows of the table that the folder has no records of stay.
 
 A Hopf oscillator with given numbers is not trained: as feedback only turns it, every rollout is
 that of the phase oscillator to the bit (`tests/test_planar_oscillators.py`).
@@ -26,10 +27,11 @@ import numpy as np
 import tyro
 from matplotlib.figure import Figure
 
+from kept import write_rows, write_text
 from tegotae.cli.status import exit_status
 from tegotae.errors import TegotaeError
 from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, save_figure, styled
-from tegotae.files import output_folder, write_atomically
+from tegotae.files import output_folder
 from tegotae.metrics.registry import metrics
 from tegotae.metrics.statistics import interval, stratified_difference
 from tegotae.models import find
@@ -38,13 +40,14 @@ from tegotae.study import runner
 from tegotae.study.folder import Folder
 from tegotae.study.plan import Plan
 from tegotae.study.table import tabulate
-from tegotae.tables import read_csv, write_csv
+from tegotae.tables import read_csv
 
 DOCS = Path(__file__).resolve().parents[1]
 
 ARCHITECTURES = ("V", "VG", "VT", "VGT", "AR", "ART", "ARG", "ARGT")
 """The paper's, each by its plainest member: on F_k alone, with reflex, or T on [φ, f]."""
 COMPARED = tuple(name for name in OSCILLATORS if name != "hopf")
+CELL = ("architecture", "oscillator", "omega_t")
 SHOWN = {
     "best_fitness": "fitness [m/J]",
     "cot_inverse": "CoT⁻¹ [m/J]",
@@ -81,10 +84,16 @@ class Matter:
         output_folder(self.out)
         if not self.told:
             runner.run(self.plan, self.dir, partial(runner.on_cores, workers=self.workers))
-        write_csv(self.out / "matter.csv", self._rows(), digits=5)
-        rows = read_csv(self.out / "matter.csv", ("architecture", "oscillator", *SHOWN))
-        write_atomically(self.out / "matter.md", told(rows))
-        save_figure(draw(rows), self.out / "matter.png")
+        columns = self._columns()
+        found = [
+            dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)
+        ]
+        write_rows(self.out / "matter.csv", found, digits=5, by=CELL)
+        rows = read_csv(self.out / "matter.csv", (*CELL, *SHOWN))
+        for omega in np.unique(rows["omega_t"]):
+            own = _where(rows, rows["omega_t"] == omega)
+            write_text(self.out / f"matter-w{omega}.md", told(own))
+            save_figure(draw(own), self.out / f"matter-w{omega}.png")
 
     @property
     def plan(self) -> Plan:
@@ -98,7 +107,7 @@ class Matter:
         )
         return Plan(scale="quick", experiments=experiments, seeds=self.seeds, budgets=())
 
-    def _rows(self) -> dict[str, Any]:
+    def _columns(self) -> dict[str, Any]:
         records, damaged = Folder(self.dir).all()
         if damaged or not records:
             raise TegotaeError("; ".join(damaged) or f"{self.dir} holds no records")

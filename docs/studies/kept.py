@@ -1,0 +1,48 @@
+"""How studies keep their tables: a file each, in a folder of `docs/_static`."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from tegotae.files import output_folder, write_atomically
+from tegotae.tables import csv_text
+
+
+def write_text(file: Path, text: str) -> None:
+    """Write a text, in a folder that need not be there."""
+    output_folder(file.parent)
+    write_atomically(file, text)
+
+
+def write_rows(
+    file: Path, rows: Sequence[dict[str, Any]], *, digits: int, by: Sequence[str] = ()
+) -> None:
+    """Write rows as a table, if there are any.
+
+    Args:
+        file: the table.
+        rows: all with the columns of the first, or some of them.
+        digits: significant digits of numbers.
+        by: columns that say what a row is of: rows of the file that are of something else stay,
+            so that a part of a study can be done again.
+    """
+    if not rows:
+        return
+    text = csv_text(
+        {title: [row.get(title, np.nan) for row in rows] for title in rows[0]}, digits=digits
+    )
+    if by and file.exists():
+        before, after = (
+            pd.read_csv(source, dtype=str, keep_default_na=False)
+            for source in (file, io.StringIO(text))
+        )
+        of = [pd.MultiIndex.from_frame(table[list(by)]) for table in (before, after)]
+        whole = pd.concat([before[~of[0].isin(of[1])], after])
+        text = whole.to_csv(index=False, lineterminator="\n")
+    write_text(file, text)
