@@ -98,3 +98,11 @@ def apexes_of_the_robots(
     """Heights of the apexes [m] of each."""
     apexes = driven(programs, body, height_m, phases, measured)
     return [column[~np.isnan(column)] for column in apexes.T]
+
+
+def is_regular(heights: np.ndarray, periods: int = 4) -> bool:
+    """Whether apexes [m] repeat themselves within a millimetre, after so many hops at most."""
+    return any(
+        len(heights) > 2 * k and np.abs(heights[k:] - heights[:-k]).max() < 1e-3
+        for k in range(1, periods + 1)
+    )

@@ -17,6 +17,7 @@ import pytest
 from compiled import FLAGS, SANITIZERS, needs_gcc
 from tegotae import Hopper, TegotaeError, build, cli, controller_file, find
 from tegotae.controller_file import SavedController
+from tegotae.designs import design
 from tegotae.export import Export, write
 from tegotae.export.cost import COMPILER, EMULATOR, costs, require_tools
 from tegotae.export.source import source
@@ -171,6 +172,13 @@ def test_what_has_no_c_is_refused_by_name_before_anything_is_written(tmp_path, t
     ):
         write(Export(with_action(term)), tmp_path / "out")
     assert not (tmp_path / "out").exists()
+
+
+def test_a_network_over_all_limbs_is_refused_by_name():
+    own = design("W-F@quadruped-c").experiment()
+    weights = np.zeros(own.controller.n_weights)
+    with pytest.raises(TegotaeError, match=r"^a WholeBodyFoot cannot be exported: it is one netw"):
+        Export(SavedController(own.controller, weights, own.omega, own.body))
 
 
 @dataclass(frozen=True)

@@ -24,7 +24,14 @@ DOCS = Path(__file__).parents[1]
 sys.path.insert(0, str(DOCS.parent / "tests"))
 
 from compiled import Compiled  # noqa: E402
-from robots import HELD, apexes_of_the_package, apexes_of_the_robots, driven, own_run  # noqa: E402
+from robots import (  # noqa: E402
+    HELD,
+    apexes_of_the_package,
+    apexes_of_the_robots,
+    driven,
+    is_regular,
+    own_run,
+)
 from tegotae.bodies import Hopper  # noqa: E402
 from tegotae.cli.status import exit_status  # noqa: E402
 from tegotae.controller_file import SavedController  # noqa: E402
@@ -34,7 +41,7 @@ from tegotae.progress import reporting  # noqa: E402
 from tegotae.rollout import Timing  # noqa: E402
 from tegotae.study.folder import Folder  # noqa: E402
 
-_SETTLED_S, _PERIODS, _REGULAR_M = 12.0, 4, 1e-3
+_SETTLED_S = 12.0
 _WALKERS = ("quadruped-a", "quadruped-c", "hexapod")
 _WALK = Timing(duration_s=40.0, tick_s=0.008, frame_s=0.08)
 
@@ -99,14 +106,6 @@ def hoppers(best: dict[str, SavedController]) -> list[dict[str, Any]]:
             )
             report.update(done + 1, name)
     return rows
-
-
-def is_regular(heights: np.ndarray) -> bool:
-    """Whether the last apexes repeat themselves after one to four hops."""
-    return any(
-        len(heights) > 2 * k and np.abs(heights[k:] - heights[:-k]).max() < _REGULAR_M
-        for k in range(1, _PERIODS + 1)
-    )
 
 
 def walker(name: str) -> dict[str, Any]:

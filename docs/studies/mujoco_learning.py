@@ -1,32 +1,37 @@
 """PGPE, SAC and PPO on the MuJoCo hopper: the same limb, observations and simulated time.
 
-    python docs/studies/mujoco_learning.py learn WORK     # ten minutes of one core; it can go on
-    python docs/studies/mujoco_learning.py tables WORK    # robustness, tables, picture: a minute
+    python docs/studies/mujoco_learning.py learn WORK [MODEL]   # hours of a core; it can go on
+    python docs/studies/mujoco_learning.py tables WORK          # robustness, tables, picture
 
-Writes `docs/_static/mujoco/curves.csv`, `robustness.csv` and `curves.png`.
+Writes `curves.csv`, `robustness.csv`, `learned.md`, `apart.md`, `robust.md` and `curves.png` to
+`docs/_static/mujoco`.
 """
 
 from __future__ import annotations
 
 import dataclasses
+import math
 import sys
 import time
 from collections.abc import Iterator
+from itertools import combinations, product
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import torch
 from gymnasium.spaces import Box
 from stable_baselines3.common.vec_env import VecEnv
 
+from kept import write_rows, write_text
 from tegotae import build, find
 from tegotae.controller import Controller
 from tegotae.envs import load_wiring
 from tegotae.envs.pilot import Pilot
 from tegotae.figures.style import COLOURS, COLUMN_IN, new_figure, save_figure, styled
+from tegotae.metrics.statistics import interval
 from tegotae.mujoco.sensing import sensing
-from tegotae.tables import read_csv, write_csv
 from tegotae.training.agents.actor import Feedback, Observed
 from tegotae.training.agents.policy import agent_controller, initial_weights
 from tegotae.training.judge import Round
@@ -40,13 +45,17 @@ from tegotae.training.wired.place import Place
 from tegotae.training.wired.stage import play
 
 OUT = Path(__file__).resolve().parents[1] / "_static" / "mujoco"
+ALGORITHMS = ("pgpe", "ppo", "sac")
+KEY = ["model", "algorithm", "seed"]
+SHARES = (0.25, 0.5, 1.0)
 MODELS = ("AR-rF-sector-w8", "AR-rF-reflex-w8")
-SEEDS = (0, 1, 2, 3)
+SEEDS = tuple(range(8))
 EPISODE_S, SETTLE_S = 12.0, 4.0
-TIME_S = 768.0
-"""Simulated time of one training [s], 64 episodes: half of what SAC and PPO were tuned for."""
+TIME_S = 3072.0
+"""Simulated time of one training [s], 256 episodes: twice what SAC and PPO were tuned for."""
 POPULATION = 16
-POINTS = 4
+POINTS = 16
+"""How often an agent is judged."""
 CONTROL_S, DECISION = 0.005, 2
 """Control period [s], and how many an agent's action is held for: 10 ms, as it was tuned for."""
 LIMIT = 40.0
@@ -195,29 +204,22 @@ def judged(model: str, weights: np.ndarray) -> float:
     return float(judge.judge(weights[None, None], Round.alike()).cot_inverse[0, 0])
 
 
-def learn(work: Path, most: int = 10**9) -> None:
-    """The trainings that are not done yet, or so many of them."""
+def learn(work: Path, *models: str) -> None:
+    """The trainings that are not done yet, of all models or of some."""
     work.mkdir(parents=True, exist_ok=True)
-    done = 0
-    for model in MODELS:
-        for seed in SEEDS:
-            for algorithm in ("pgpe", "ppo", "sac"):
-                file = work / f"{model}-{algorithm}-{seed}.npz"
-                if file.exists() or done >= most:
-                    continue
-                done += 1
-                begun = time.process_time()
-                source = (
-                    by_pgpe(model, seed)
-                    if algorithm == "pgpe"
-                    else by_agent(algorithm, model, seed)
-                )
-                times, values, weights = zip(*source, strict=True)
-                spent = time.process_time() - begun
-                partial = file.with_suffix(".part.npz")
-                np.savez(partial, time_s=times, cot=values, weights=weights, cpu_s=spent)
-                partial.rename(file)
-                print(f"{file.stem}: {max(values):.3f} m/J, {spent:.0f} s of CPU", flush=True)
+    for seed, model, algorithm in product(SEEDS, models or MODELS, ALGORITHMS):
+        file = work / f"{model}-{algorithm}-{seed}.npz"
+        if file.exists():
+            continue
+        begun = time.process_time()
+        pgpe = algorithm == "pgpe"
+        source = by_pgpe(model, seed) if pgpe else by_agent(algorithm, model, seed)
+        times, values, weights = zip(*source, strict=True)
+        spent = time.process_time() - begun
+        partial = file.with_suffix(".part.npz")
+        np.savez(partial, time_s=times, cot=values, weights=weights, cpu_s=spent)
+        partial.rename(file)
+        print(f"{file.stem}: {max(values):.3f} m/J, {spent:.0f} s of CPU", flush=True)
 
 
 # What the learned policies keep of it where nothing is as it was.
@@ -290,50 +292,111 @@ def kept(model: str, weights: np.ndarray) -> dict[str, np.ndarray]:
 
 def tables(work: Path) -> None:
     """Curves, what is kept, and the picture."""
-    curves: list[tuple[Any, ...]] = []
-    robust: list[tuple[Any, ...]] = []
+    curves: list[dict[str, Any]] = []
+    robust: list[dict[str, Any]] = []
     for model in MODELS:
-        files = sorted(work.glob(f"{model}-*[0-9].npz"))
         best, who = [], []
-        for file in files:
+        for file in sorted(work.glob(f"{model}-*[0-9].npz")):
             algorithm, seed = file.stem.removeprefix(f"{model}-").split("-")
+            own = {"model": model, "algorithm": algorithm, "seed": int(seed)}
             with np.load(file) as found:
                 for time_s, cot in zip(found["time_s"], found["cot"], strict=True):
-                    curves.append((model, algorithm, int(seed), float(time_s), float(cot)))
+                    curves.append({**own, "simulated_s": time_s, "cot_inverse": cot})
                 best.append(found["weights"][int(np.argmax(found["cot"]))])
-                who.append((algorithm, int(seed)))
-        if not best:
+            who.append(own)
+        for name, values in (kept(model, np.array(best)) if best else {}).items():
+            robust += [
+                {**own, "condition": name, "cot_inverse": x}
+                for own, x in zip(who, values, strict=True)
+            ]
+    write_rows(OUT / "curves.csv", curves, digits=5)
+    write_rows(OUT / "robustness.csv", robust, digits=5)
+    tell()
+
+
+def tell() -> None:
+    """Texts and picture from the tables that are kept."""
+    curves, robust = (pd.read_csv(OUT / f"{name}.csv") for name in ("curves", "robustness"))
+    write_text(OUT / "learned.md", learned_text(curves))
+    write_text(OUT / "apart.md", apart_text(curves))
+    write_text(OUT / "robust.md", robust_text(robust))
+    picture(curves)
+
+
+def told(values: pd.Series) -> str:
+    """A mean with its interval."""
+    found = interval(values.to_numpy(), within=(0.0, math.inf))
+    return f"{found.mean:.2f} ({found.low:.2f} … {found.high:.2f})"
+
+
+def best_by(curves: pd.DataFrame, time_s: float = math.inf) -> pd.Series:
+    """The best CoT⁻¹ up to a time [m/J], by model, algorithm and seed."""
+    soon = curves[curves["simulated_s"] <= time_s + 1.0]
+    return soon.groupby(KEY)["cot_inverse"].max()
+
+
+def learned_text(curves: pd.DataFrame) -> str:
+    """What each algorithm had kept after a quarter, a half and all of the time, and at the end."""
+    parts = {f"by {share * TIME_S:.0f} s": best_by(curves, share * TIME_S) for share in SHARES}
+    parts["at the end"] = curves.sort_values("simulated_s").groupby(KEY)["cot_inverse"].last()
+    lines = [f"| policy | by | runs | {' | '.join(parts)} |", "|---" * (3 + len(parts)) + "|"]
+    for model, algorithm in product(MODELS, ALGORITHMS):
+        if (model, algorithm) not in parts["at the end"].index:
             continue
-        for name, values in kept(model, np.array(best)).items():
-            robust += [(model, *one, name, float(x)) for one, x in zip(who, values, strict=True)]
-    OUT.mkdir(parents=True, exist_ok=True)
-    header = ("model", "algorithm", "seed", "simulated_s", "cot_inverse")
-    write_csv(
-        OUT / "curves.csv", dict(zip(header, zip(*curves, strict=True), strict=True)), digits=5
-    )
-    header = ("model", "algorithm", "seed", "condition", "cot_inverse")
-    columns = dict(zip(header, zip(*robust, strict=True), strict=True))
-    write_csv(OUT / "robustness.csv", columns, digits=5)
-    picture()
+        cells = [each[model, algorithm] for each in parts.values()]
+        means = " | ".join(told(each) for each in cells)
+        lines.append(f"| {model} | {algorithm.upper()} | {len(cells[0])} | {means} |")
+    return "\n".join(lines) + "\n"
 
 
-def picture() -> None:
-    """Learning curves: the best so far, a line a seed."""
-    rows = read_csv(OUT / "curves.csv")
-    models = [m for m in MODELS if m in set(rows["model"])]
+def apart_text(curves: pd.DataFrame) -> str:
+    """The differences between algorithms, seed by seed."""
+    lines = ["| policy | | difference of the best [m/J] |", "|---" * 3 + "|"]
+    best = best_by(curves)
+    for model, (one, other) in product(MODELS, combinations(ALGORITHMS, 2)):
+        if (model, one) not in best.index or (model, other) not in best.index:
+            continue
+        found = interval((best[model, one] - best[model, other]).dropna().to_numpy())
+        names = f"{one.upper()} - {other.upper()}"
+        lines.append(
+            f"| {model} | {names} | {found.mean:+.2f} ({found.low:+.2f} … {found.high:+.2f}) |"
+        )
+    return "\n".join(lines) + "\n"
+
+
+def robust_text(robust: pd.DataFrame) -> str:
+    """CoT⁻¹ under each condition: mean, interval, and the least of the runs."""
+    columns = [
+        (m, a) for m, a in product(MODELS, ALGORITHMS) if len(of(robust, model=m, algorithm=a))
+    ]
+    heads = (f"{model.split('-')[2]}, {algorithm.upper()}" for model, algorithm in columns)
+    lines = [f"| | {' | '.join(heads)} |", "|---" * (1 + len(columns)) + "|"]
+    for name in CONDITIONS:
+        cells = [of(robust, model=m, algorithm=a, condition=name) for m, a in columns]
+        means = (f"{told(each['cot_inverse'])}, {each['cot_inverse'].min():.2f}" for each in cells)
+        lines.append(f"| {name} | {' | '.join(means)} |")
+    return "\n".join(lines) + "\n"
+
+
+def of(table: pd.DataFrame, **where: str) -> pd.DataFrame:
+    """The rows with these cells."""
+    return table[np.all([table[name] == value for name, value in where.items()], axis=0)]
+
+
+def picture(curves: pd.DataFrame) -> None:
+    """Learning curves: the best so far, a line a seed, and their median."""
+    models = [model for model in MODELS if model in set(curves["model"])]
     with styled():
-        figure = new_figure(COLUMN_IN * len(models), 2.3)
-        for number, model in enumerate(models):
-            ax = figure.add_subplot(1, len(models), number + 1)
-            for name, colour in zip(("pgpe", "ppo", "sac"), COLOURS, strict=False):
-                for seed in SEEDS:
-                    own = (rows["model"] == model) & (rows["algorithm"] == name)
-                    own &= rows["seed"] == str(seed)
-                    if own.any():
-                        time_s = rows["simulated_s"][own].astype(float)
-                        cot = np.maximum.accumulate(rows["cot_inverse"][own].astype(float))
-                        label = name.upper() if seed == SEEDS[0] else None
-                        ax.plot(time_s, cot, color=colour, label=label)
+        figure = new_figure(COLUMN_IN * len(models), 2.5)
+        for ax, model in zip(
+            figure.subplots(1, len(models), squeeze=False)[0], models, strict=True
+        ):
+            for name, colour in zip(ALGORITHMS, COLOURS, strict=False):
+                own = of(curves, model=model, algorithm=name)
+                wide = own.pivot(index="simulated_s", columns="seed", values="cot_inverse")
+                best = wide.sort_index().cummax()
+                ax.plot(best.index, best, color=colour, lw=0.5, alpha=0.5)
+                ax.plot(best.index, best.median(axis=1), color=colour, lw=2.0, label=name.upper())
             ax.set(xlabel="simulated time [s]", title=model.removesuffix("-w8"))
             ax.set_ylim(bottom=0.0)
             ax.set_ylabel("best CoT$^{-1}$ so far [m/J]")
@@ -342,5 +405,5 @@ def picture() -> None:
 
 
 if __name__ == "__main__":
-    what, place, *most = sys.argv[1:]
-    {"learn": learn, "tables": tables}[what](Path(place), *map(int, most))
+    what, place, *more = sys.argv[1:]
+    {"learn": learn, "tables": tables}[what](Path(place), *more)

@@ -14,6 +14,7 @@ from tegotae.controller_file import SavedController
 from tegotae.errors import TegotaeError, require_finite
 from tegotae.export.names import UNITS, is_c_name
 from tegotae.export.trace import Piece, Tracer
+from tegotae.terms import WholeBody
 
 MOST_LIMBS = 32
 
@@ -31,8 +32,8 @@ class Export:
         prefix: what all names in C begin with.
 
     Raises:
-        TegotaeError: for a period that is not positive or too long for the body, or a prefix that
-            is no name in C.
+        TegotaeError: for a period that is not positive or too long for the body, a prefix that
+            is no name in C, or a controller that is not made of a unit a limb.
 
     Example:
         >>> from tegotae.models import build
@@ -56,6 +57,11 @@ class Export:
         if self.limbs > MOST_LIMBS:
             raise TegotaeError(
                 f"the controller has {self.limbs} limbs; at most {MOST_LIMBS} can be exported"
+            )
+        if isinstance(actuation := self.saved.controller.actuation, WholeBody):
+            raise TegotaeError(
+                f"a {type(actuation).__name__} cannot be exported: it is one network over all "
+                "limbs, and what is exported is a unit a limb"
             )
 
     @property
