@@ -19,7 +19,7 @@ from tegotae import Controller, Engine, Hopper, Scenario, Timing, Trajectory, bu
 WITHIN_M = {"float32": 1e-3, "float64": 2.5e-4}
 """In double precision, with the integrator's own error alone, a quarter of what is promised."""
 DURATION_S = 20.0
-DTYPES = ["float64", "float32"]
+DTYPES = [pytest.param("float64", marks=pytest.mark.thorough), "float32"]
 CASES = list(itertools.product((4.0, 5.0, 6.0, 7.0, 8.0), (1.0, 2.0, 4.0, 8.0)))
 """Frequency omega [rad/s] and gain sigma."""
 

@@ -288,6 +288,7 @@ def test_a_gait_that_two_kinds_of_release_lead_away_from_each_other():
     assert high.apex_height_m > 2.0 > 1.2 > low.apex_height_m
 
 
+@pytest.mark.thorough
 def test_without_an_oscillator_velocities_take_the_place_of_phases():
     controller = build("T")
     saved = SavedController(controller, np.zeros(controller.n_weights), None)

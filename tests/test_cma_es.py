@@ -5,7 +5,10 @@ from __future__ import annotations
 import subprocess
 import sys
 
+import pytest
 
+
+@pytest.mark.thorough
 def test_it_ends_with_ninety_six_weights_and_several_seeds(tmp_path):
     # In a process of its own: what went wrong once is a wait for ever, of two devices for a pool.
     words = ("ART", "--algorithm", "cma-es", "--seeds", "4", "--population", "8")

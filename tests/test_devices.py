@@ -117,6 +117,7 @@ def test_an_entry_cut_short_is_no_error(tmp_path):
     shell(CACHE, TEGOTAE_CACHE=str(tmp_path))
 
 
+@pytest.mark.thorough
 def test_processes_may_share_the_cache(tmp_path):
     """Four at a time, from an empty folder, all silent and all right."""
     env = {k: v for k, v in os.environ.items() if k not in ("XLA_FLAGS",)}

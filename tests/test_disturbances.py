@@ -102,6 +102,7 @@ def test_a_ground_that_lies_lower_throughout_is_refused():
         run(Hopper(), changes={"ground_m": -0.1})
 
 
+@pytest.mark.thorough
 def test_several_legs_have_actuators_each_and_are_struck_as_one():
     legs = dataclasses.replace(REFLEX, limbs=2)
     engine = Engine(controller=legs, timing=Timing(duration_s=0.2, tick_s=0.002))

@@ -88,6 +88,7 @@ def test_bars_stand_side_by_side_in_the_unit_of_their_panel():
     assert left.get_ylim()[1] > 1.3
 
 
+@pytest.mark.thorough
 def test_the_picture_says_what_its_colours_numbers_and_signs_mean():
     (legend,) = architectures_figure(table()).legends
     said = [text.get_text() for text in legend.get_texts()]

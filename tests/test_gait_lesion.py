@@ -46,6 +46,7 @@ def test_nothing_before_the_lesion_knows_of_it_to_the_bit():
     assert (with_it.phase_rad[cut:] != without.phase_rad[cut:]).any()
 
 
+@pytest.mark.thorough
 def test_a_bar_that_grows_heavy_goes_from_antiphase_to_in_phase():
     found = aftermath(BAR, Lesion(at_s=30.0, fields=(("inertia_ratio", 1.6),)), 4)
     assert set(found.gait_before) == {"antiphase"}
@@ -68,12 +69,14 @@ def test_a_quadruped_that_loses_a_leg_falls(lost):
     assert (lost.after.fall_time_s < 20.0).all()
 
 
+@pytest.mark.thorough
 def test_legs_that_never_felt_each_other_are_not_locked_after_a_lesion_either():
     deaf = dataclasses.replace(BAR.with_numbers(sigma=0.0), timing=Timing(duration_s=20.0))
     found = aftermath(deaf, Lesion(at_s=10.0, fields=(("mass_kg", 0.12),)), 2)
     assert set(found.gait_before) == set(found.gait_after) == {"as released"}
 
 
+@pytest.mark.thorough
 def test_the_cost_of_transport_after_a_load_is_that_of_the_loaded_body():
     timing = Timing(duration_s=48.0, tick_s=0.008, frame_s=0.08)
     heavy = (("mass_kg", 1.1),)

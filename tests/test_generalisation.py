@@ -86,6 +86,7 @@ def test_the_same_is_found_again_whatever_else_is_tried(outcome):
         assert before["keeps"] == now["keeps"]
 
 
+@pytest.mark.thorough
 def test_walkers_are_pushed_lose_legs_and_meet_slopes_and_keep_a_share_of_their_speed():
     found = system("quadruped-c")
     timing = dataclasses.replace(found.timing, duration_s=60.0)

@@ -32,6 +32,7 @@ def test_trajectories_are_the_same_but_for_rounding(kept):
     agree(kept, {name: found[name] for name in found.keys() - double.keys()}, to=2e-3)
 
 
+@pytest.mark.thorough
 def test_a_training_and_its_evaluation_are_the_same_but_for_rounding(kept):
     found = kept_hopper.study()
     # Three generations, which amplify rounding: other processors part in the fourth digit.

@@ -81,6 +81,7 @@ def test_what_starts_as_always_is_described_as_before_there_was_another_start():
     assert not {"phase_rad", "posture"} & find("ART").experiment().document.keys()
 
 
+@pytest.mark.thorough
 def test_an_episode_of_training_starts_the_limbs_apart(experiment):
     engine = Engine(controller=experiment.controller, timing=Timing(duration_s=0.1))
     weights = np.zeros(experiment.controller.n_weights)
@@ -104,6 +105,7 @@ def test_a_start_that_the_body_cannot_take_is_refused(experiment, changed, said)
         dataclasses.replace(experiment, **changed)
 
 
+@pytest.mark.thorough
 def test_a_training_that_goes_on_ends_in_the_numbers_of_one_that_was_not_stopped(tmp_path):
     def train(out: str, generations: int) -> list[np.ndarray]:
         words = ["--seeds", "2", "--population", "4", "--generations", str(generations), "--to-cap"]

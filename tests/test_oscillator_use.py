@@ -116,6 +116,7 @@ def test_clamped_it_stands_still_in_all_of_its_state():
     assert np.ptp(path.mean_fatigue) == 0.0
 
 
+@pytest.mark.thorough
 def test_half_centres_drive_the_legs_of_a_bar_each_by_itself():
     controller = dataclasses.replace(driven(Matsuoka()), limbs=2)
     starts = np.array([[0.0], [2.0]])

@@ -362,6 +362,7 @@ def test_results_are_bit_identical_on_any_number_of_cores(tmp_path):
             np.testing.assert_array_equal(done[cores][name], entry, err_msg=name)
 
 
+@pytest.mark.thorough
 def test_a_lane_does_not_depend_on_how_many_go_with_it():
     weights = art_weights(200)
     together = ART.run(weights, Scenario(omega=6.0))

@@ -55,6 +55,7 @@ def test_noise_is_white_normal_and_as_large_as_said():
     assert np.mean(np.abs(noise[:, 0]) < 0.05) == pytest.approx(0.683, abs=0.02)
 
 
+@pytest.mark.thorough
 def test_the_same_seed_makes_the_same_noise_whatever_the_lane():
     changes = {"noise": 0.05, "seed": [3.0, 1.0, 3.0]}
     height = run(changes=changes).height_m
@@ -63,6 +64,7 @@ def test_the_same_seed_makes_the_same_noise_whatever_the_lane():
     np.testing.assert_array_equal(run(changes=changes).height_m, height)
 
 
+@pytest.mark.thorough
 def test_limbs_have_noise_of_their_own_and_the_body_behind_can_change():
     legs = dataclasses.replace(REFLEX, limbs=2)
     engine = Engine(controller=legs, timing=Timing(duration_s=2.0))
@@ -75,6 +77,7 @@ def test_limbs_have_noise_of_their_own_and_the_body_behind_can_change():
     assert not np.allclose(heavy.height_m[:, 1], bare.height_m[:, 0])
 
 
+@pytest.mark.thorough
 def test_a_posture_is_the_one_of_the_body_behind():
     scenario = {"posture": {"pitch_rad": 0.1}}
     legs = dataclasses.replace(REFLEX, limbs=2)

@@ -121,6 +121,7 @@ def dask_programs(place, *of_the_worker: str):
         yield address
 
 
+@pytest.mark.thorough
 def test_workers_started_by_hand_find_the_same(smoke_study, tmp_path):
     folder = studies.copy(smoke_study, tmp_path / "study", "V", "T")
     with dask_programs(tmp_path) as address:

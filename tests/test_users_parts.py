@@ -190,6 +190,7 @@ def test_its_algorithm_is_tuned(parts, tmp_path, capsys):
     assert (kept["algorithm"], kept["settings"]) == ("climb", {"population": 4, "step": 0.2})
 
 
+@pytest.mark.thorough
 def test_it_stands_beside_the_papers_models_in_a_study(parts, tmp_path, monkeypatch):
     """Done in worker processes, which know nothing of the file but what they are sent."""
     words = ["--dir", str(tmp_path), "--scale", "smoke", "--models", "V-*", "--workers", "1"]

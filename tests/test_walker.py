@@ -127,12 +127,14 @@ def test_a_walk_turned_by_any_yaw_is_the_same_walk():
     np.testing.assert_allclose(x[:, 1], ahead, atol=1e-6)
 
 
+@pytest.mark.thorough
 def test_mirrored_phases_make_a_mirrored_walk():
     path = run(phase_rad=np.stack([PHASES[:, 0], PHASES[MIRRORED, 0]], axis=1))
     np.testing.assert_allclose(path.y_m[:, 1], -path.y_m[:, 0], atol=1e-6)
     np.testing.assert_allclose(path.x_m[:, 1], path.x_m[:, 0], atol=1e-6)
 
 
+@pytest.mark.thorough
 def test_the_order_of_the_legs_does_not_matter():
     order = (2, 0, 3, 1)
     other = dataclasses.replace(
@@ -144,6 +146,7 @@ def test_the_order_of_the_legs_does_not_matter():
     np.testing.assert_allclose(there.phase_rad, here.phase_rad[:, list(order)], atol=1e-6)
 
 
+@pytest.mark.thorough
 def test_a_body_in_other_units_walks_the_same_walk():
     # l0 0.2 m, 1.5 kg: the time unit is 0.143 s.
     length, mass, gravity = 0.2, 1.5, 9.81
@@ -181,6 +184,7 @@ def test_a_body_in_other_units_walks_the_same_walk():
 # What it meets
 
 
+@pytest.mark.thorough
 def test_lanes_do_not_know_of_each_other_even_if_one_falls():
     falls = np.array([0.0, 1.2, 0.0])  # released on its side
     path = run(phase_rad=PHASES, posture={"roll_rad": falls})
@@ -191,6 +195,7 @@ def test_lanes_do_not_know_of_each_other_even_if_one_falls():
     np.testing.assert_array_equal(path.x_m[-1, 1], path.x_m[-2, 1])
 
 
+@pytest.mark.thorough
 def test_what_happens_at_a_time_changes_nothing_before_it():
     # One thing a lane, and nothing in the last one.
     happens = {
@@ -221,6 +226,7 @@ def test_a_lost_leg_bears_nothing_and_four_minus_one_falls():
     assert path.failed[-1, 0]
 
 
+@pytest.mark.thorough
 def test_a_load_that_is_shifted_moves_the_mass_and_not_the_torso():
     path = run(STANDS, changes={"com_x_m": Step([0.0, 0.1], from_s=15.0)})
     step = np.flatnonzero(path.time_s[:, 0] > 15.0)[0]
@@ -230,6 +236,7 @@ def test_a_load_that_is_shifted_moves_the_mass_and_not_the_torso():
     assert front == pytest.approx(0.5 * (0.85 + 0.1) / 0.85, abs=0.02)
 
 
+@pytest.mark.thorough
 def test_a_push_in_flight_gives_its_impulse():
     path = run(height_m=30.0, changes={"push_y_n": Step(0.2, from_s=1.0, until_s=3.0)})
     speed = np.diff(path.y_m[:, 0]) / 0.1
@@ -255,6 +262,7 @@ def test_on_a_slope_it_stands_if_friction_bears_it_and_slides_if_not():
     assert gained == pytest.approx(math.sin(angle) - 0.1 * math.cos(angle), rel=0.1)
 
 
+@pytest.mark.thorough
 def test_it_climbs_a_step_and_crosses_rough_ground():
     step = dataclasses.replace(C, terrain=Steps(rise_m=0.05, tread_m=100.0, start_m=1.0))
     path, flat = run(body=step, phase_rad=PHASES), run(phase_rad=PHASES)
@@ -274,6 +282,7 @@ def test_ground_of_no_height_is_flat_everywhere(terrain):
     assert not any(np.any(each) for each in jax.tree.leaves(told))
 
 
+@pytest.mark.thorough
 def test_a_walk_on_a_slope_of_no_height_is_that_on_flat_ground():
     path = run(body=dataclasses.replace(C, terrain=Slope()), phase_rad=PHASES)
     np.testing.assert_allclose(path.x_m, run(phase_rad=PHASES).x_m, atol=1e-9)
@@ -299,6 +308,7 @@ def test_with_it_all_starts_come_to_one_gait():
     np.testing.assert_allclose((mean[3] - mean[2]) % 1.0, 0.5, atol=0.06)
 
 
+@pytest.mark.thorough
 def test_it_walks_with_any_number_of_legs_and_a_learned_foot():
     six = Walker(hips_x_m=(0.85, 0.85, 0.0, 0.0, -0.85, -0.85), hips_y_m=(0.44, -0.44) * 3)
     unit = controller(LearnedFoot(("phase", "feedback"), hidden=4), limbs=6)
