@@ -109,6 +109,20 @@ def test_an_environment_is_one_lane_of_a_batch():
         assert (rewards[1], over[1]) == (pytest.approx(reward), fallen or cut)
 
 
+def test_the_state_of_a_lane_can_be_put_into_mujocos_own_data():
+    import mujoco
+
+    seen = sensing("leg", ["foot"])
+    batch = ModelBatch(seen, 2, 0.01)
+    batch.reset(np.array([0.0, 0.1]))
+    told = batch.step(np.zeros((2, 2)))
+    data = mujoco.MjData(seen.model)
+    mujoco.mj_setState(seen.model, data, batch.states[1], mujoco.mjtState.mjSTATE_FULLPHYSICS)
+    assert data.time == pytest.approx(0.01)
+    assert data.qpos[1] == pytest.approx(told[1, seen.names.index("height")], abs=0.005)
+    assert (batch.states[0] != batch.states[1]).any()
+
+
 def test_it_keeps_gymnasiums_interface():
     check_env(ModelEnv(model="leg", duration_s=0.5), skip_render_check=True)
 

@@ -30,7 +30,8 @@ class TrainEnv(EvolutionOptions):
 
     env: Annotated[str, tyro.conf.Positional]
     """A Gymnasium id such as Hopper-v5; FILE.py:FUNCTION or MODULE:FUNCTION that makes an
-    environment; a MuJoCo model FILE.xml; or one of this package: hopper, leg, quadruped."""
+    environment; a MuJoCo model FILE.xml, or PACKAGE:FILE.xml of an installed package; or one of
+    this package: hopper, leg, quadruped."""
     wiring: Annotated[
         str | None, tyro.conf.arg(help_behavior_hint="(default: the model's own)")
     ] = None
@@ -74,7 +75,8 @@ class TrainEnv(EvolutionOptions):
             workers=self.workers,
         )
         algorithm = name_of(type(settings))
-        own = Path(self.env.rpartition(":")[0] or self.env).stem
+        function = not experiment.place.is_model and self.env.rpartition(":")[0]
+        own = Path(function or self.env).stem
         folder = f"{own}-{experiment.name}" + ("" if algorithm == "pgpe" else f"-{algorithm}")
         out = Path("runs") / folder if self.out is None else self.out
         try:

@@ -14,6 +14,7 @@ from tegotae.controller import Controller
 from tegotae.controller_file import SavedController
 from tegotae.errors import TegotaeError
 from tegotae.models import build
+from tegotae.terms import Sector
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -55,6 +56,9 @@ class Wiring:
 
     A wiring without weights is one that is to be trained (`tegotae train-env`). `tegotae.envs`
     reads and writes wirings as files: `load_wiring`, `save_wiring`.
+
+    Raises:
+        TegotaeError: for a sector that is none.
     """
 
     limbs: Sequence[Limb]
@@ -71,6 +75,10 @@ class Wiring:
     `feedback`; 1 if not named. `with_scales` takes them from a MuJoCo model."""
     max_force: float = 4.0
     """The force α at which the action is `push`, in the units of the actuation's force."""
+    sector_rad: Sequence[float] | None = None
+    """Where in its phase a limb of this body pushes under a controller with a sector, which takes
+    it over: [start, width]. The controller's own if None, which in the paper's models is a
+    twentieth of a turn; [π, π] pushes for as long as the oscillator believes in stance."""
     max_feedback_rad_per_s: float = 10.0
     """What an agent's action of 1 adds to a limb's feedback [rad/s]."""
     step_s: float | None = None
@@ -88,6 +96,21 @@ class Wiring:
     """The observation entry that is the actuators' work since the reset [J], counted absolutely."""
     rest_length_m: float | None = None
     """The height at which the feet touch and leave the ground, in `height`'s terms [m]."""
+
+    def __post_init__(self) -> None:
+        if self.sector_rad is None:
+            return
+        if len(self.sector_rad) != 2:
+            raise TegotaeError(
+                f"sector_rad is {list(self.sector_rad)!r}; it must be two numbers, where the "
+                "sector starts and how wide it is [rad]"
+            )
+        own = self.controller.actuation
+        if isinstance(own, Sector):
+            start_rad, width_rad = map(float, self.sector_rad)
+            push = dataclasses.replace(own, start_rad=start_rad, width_rad=width_rad)
+            controller = dataclasses.replace(self.controller, actuation=push)
+            object.__setattr__(self, "controller", controller)
 
     @classmethod
     def from_controller(

@@ -40,6 +40,7 @@ class WiringDocument(msgspec.Struct, forbid_unknown_fields=True):
     scales: dict[str, float] = {}
     max_force: float = 4.0
     max_feedback_rad_per_s: float = 10.0
+    sector_rad: list[float] | None = None
     step_s: float | None = None
     observation_names: list[str] | None = None
     action_names: list[str] | None = None
@@ -55,7 +56,7 @@ class WiringDocument(msgspec.Struct, forbid_unknown_fields=True):
 
 
 _OWN = ("height", "work", "rest_length_m", "max_force", "max_feedback_rad_per_s", "step_s")
-_LISTS = ("observation_names", "action_names", "contact_bodies")
+_LISTS = ("observation_names", "action_names", "contact_bodies", "sector_rad")
 
 
 def load_wiring(path: Path | str) -> Wiring:

@@ -61,6 +61,14 @@ class ModelBatch:
         self.work_j = np.zeros(lanes)
         """Absolute work of the actuators since the reset [J], [lanes]."""
 
+    @property
+    def states(self) -> np.ndarray:
+        """The lanes' physics states (MuJoCo's `mjSTATE_FULLPHYSICS`), [lanes, numbers].
+
+        Of use to draw a lane: `mj_setState(model, data, states[0], mjSTATE_FULLPHYSICS)`.
+        """
+        return self._states[:, -1].copy()
+
     def reset(self, height_m: Any = 0.0, noise: Any = None) -> np.ndarray:
         """All lanes at the model's start; what is observed there, [lanes, entries].
 

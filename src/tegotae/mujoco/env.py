@@ -11,7 +11,6 @@ from gymnasium.spaces import Box
 from tegotae.errors import TegotaeError
 from tegotae.mujoco.batch import ModelBatch
 from tegotae.mujoco.episodes import Fate
-from tegotae.mujoco.sensing import sensing
 from tegotae.mujoco.settings import PACKAGED, ModelSettings
 
 
@@ -42,7 +41,7 @@ class ModelEnv(gymnasium.Env[np.ndarray, np.ndarray]):
     def __init__(self, settings: ModelSettings | None = None, **fields: Any) -> None:
         self.settings = settings_of(settings, fields)
         own = self.settings
-        self.sensing = sensing(own.model, own.feet)
+        self.sensing = own.sensed
         self.batch = ModelBatch(self.sensing, 1, own.control_s, threads=1)
         self.model = self.sensing.model
         self.dt = self.batch.step_s

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib import resources
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ import numpy as np
 
 from tegotae.errors import TegotaeError, unknown
 from tegotae.extras import require
+from tegotae.mujoco.fitting import fit
 
 _OWN = "tegotae/"
 """What the names of sensors begin with that are added here."""
@@ -76,6 +78,8 @@ class Sensing:
 def read(source: str | Path) -> Any:
     """The `MjSpec` of an MJCF file, of its text, or of a model of this package by its name.
 
+    A file of another package that is installed is `PACKAGE:FILE` (`located`).
+
     Raises:
         TegotaeError: if there is no such file or model, or MuJoCo cannot read it.
     """
@@ -88,14 +92,39 @@ def read(source: str | Path) -> Any:
             return mujoco.MjSpec.from_string(models()[text])
         if not text.endswith((".xml", ".mjcf")):
             raise unknown("MuJoCo model of this package", text, models())
-        if not Path(text).is_file():
-            raise TegotaeError(f"there is no file {text}")
-        return mujoco.MjSpec.from_file(text)
+        return mujoco.MjSpec.from_file(str(located(text)))
     except TegotaeError:
         raise
     except ValueError as error:
         first = " ".join(str(error).split())
         raise TegotaeError(f"MuJoCo cannot read {text[:80]!r}: {first}") from None
+
+
+def located(text: str) -> Path:
+    """The file of a model: a path, or `PACKAGE:FILE`, a file in the folder of an installed package.
+
+    The package is not imported.
+
+    Raises:
+        TegotaeError: if there is no such file, or no such package.
+
+    Example:
+        >>> located("tegotae:mujoco/models/leg.xml").name
+        'leg.xml'
+    """
+    path = Path(text)
+    package, colon, inside = text.partition(":")
+    # A single letter is a drive.
+    if colon and len(package) > 1 and package.isidentifier() and not path.exists():
+        found = find_spec(package)
+        if found is None or not found.submodule_search_locations:
+            raise TegotaeError(
+                f"{inside} is to be read from {package}, and no such package is installed"
+            )
+        path = Path(found.submodule_search_locations[0]) / inside
+    if not path.is_file():
+        raise TegotaeError(f"there is no file {path}")
+    return path
 
 
 def models() -> dict[str, str]:
@@ -108,7 +137,14 @@ def models() -> dict[str, str]:
     return {**written, "quadruped": mjcf()}
 
 
-def sensing(source: str | Path, feet: Sequence[str]) -> Sensing:
+def sensing(
+    source: str | Path,
+    feet: Sequence[str],
+    *,
+    ground: bool = False,
+    without: Sequence[str] = (),
+    servo_nm_per_rad: float = 0.0,
+) -> Sensing:
     """A model with sensors for all that a leg can feel.
 
     Observed are, by these names:
@@ -124,11 +160,17 @@ def sensing(source: str | Path, feet: Sequence[str]) -> Sensing:
     Sensors are those of the last time step's beginning, as MuJoCo has it.
 
     Args:
-        source: an MJCF file, its text, or the name of a model of this package.
+        source: an MJCF file, `FILE` or `PACKAGE:FILE`, its text, or the name of a model of this
+            package.
         feet: names of bodies.
+        ground: whether to add a level floor at height 0, for a model that has none.
+        without: names of bodies and geoms to leave out.
+        servo_nm_per_rad: makes of every motor of a joint a position servo of this stiffness
+            [N m/rad, or N/m]; 0 leaves them as they are.
 
     Raises:
-        TegotaeError: for a file that is no model, or a foot that is no body of it.
+        TegotaeError: for a file that is no model, or a foot that is no body of it; for something to
+            leave out that it does not have, or servos where no joint has a motor.
 
     Example:
         >>> sensing("hopper", ["foot"]).names[:3]  # doctest: +SKIP
@@ -137,6 +179,7 @@ def sensing(source: str | Path, feet: Sequence[str]) -> Sensing:
     mujoco = require("mujoco", "mujoco")
     spec = read(source)
     kinds, objects = mujoco.mjtSensor, mujoco.mjtObj
+    fit(spec, ground=ground, without=without, servo_nm_per_rad=servo_nm_per_rad)
     bodies = [body.name for body in spec.bodies if body.name != "world"]
     if not bodies:
         raise TegotaeError("the model has no body; give one that can move")

@@ -13,7 +13,6 @@ from tegotae.envs.naming import flat
 from tegotae.extras import require
 from tegotae.mujoco.batch import ModelBatch
 from tegotae.mujoco.episodes import Fate
-from tegotae.mujoco.sensing import sensing
 from tegotae.mujoco.settings import ModelSettings
 
 Beat = Callable[[int], None]
@@ -171,7 +170,7 @@ class ModelLanes(Lanes):
         models: Sequence[Any] | None = None,
     ) -> None:
         self._settings, self.lanes = settings, lanes
-        self._sensing = sensing(settings.model, settings.feet)
+        self._sensing = settings.sensed
         self.batch = ModelBatch(
             self._sensing, lanes, settings.control_s, threads=threads, models=models
         )

@@ -10,6 +10,7 @@ from typing import Any
 
 from tegotae.errors import TegotaeError, unknown
 from tegotae.extras import require
+from tegotae.mujoco.sensing import located
 from tegotae.mujoco.settings import PACKAGED
 from tegotae.references import is_reference, named, source_of
 
@@ -20,8 +21,8 @@ class Place:
 
     Args:
         env: a Gymnasium id such as `Hopper-v5`; `FILE.py:FUNCTION` or `MODULE:FUNCTION` that makes
-            an environment; a MuJoCo model, `FILE.xml`; or one of this package: `hopper`, `leg` or
-            `quadruped`.
+            an environment; a MuJoCo model, `FILE.xml`, or `PACKAGE:FILE.xml` of another installed
+            package; or one of this package: `hopper`, `leg` or `quadruped`.
         settings: what the environment is made with, pairs of name and value.
 
     Example:
@@ -40,9 +41,9 @@ class Place:
     @property
     def file(self) -> Path | None:
         """The user's file that it comes from, if any."""
-        if is_reference(self.env):
-            return source_of(self.env)
-        return Path(self.env) if self.env.endswith((".xml", ".mjcf")) else None
+        if self.is_model:
+            return None if self.env in PACKAGED else located(self.env)
+        return source_of(self.env) if is_reference(self.env) else None
 
     @property
     def model_settings(self) -> Any:
