@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 from learned_legs_judge import runs_of
-from learned_legs_plan import TABLES, Cell
+from learned_legs_plan import ADDED, TABLES, Cell
 
 from kept import write_rows
 from tegotae.bodies import Walker
@@ -19,7 +19,7 @@ from tegotae.generalisation.run import generalise
 from tegotae.generalisation.subject import Subject
 from tegotae.generalisation.table import curve, margins
 
-TRIED = ("V@quadruped-c", "AR@quadruped-c")
+TRIED = tuple(f"{family}@quadruped-c" for family in ("V", "VG", "AR", "ARG", ADDED, "W-Fa"))
 """Designs that go through it, however they were trained."""
 STARTS = 4
 """Random releases of every controller under every level; a leg is lost in turn."""
@@ -72,8 +72,8 @@ LOSS = tuple(each for each in DISTURBANCES if each.name == "lost-leg")
 
 
 def disturb_all(cells: list[Cell], folder: Path) -> None:
-    """Try vanilla, AR, and what was taught to lose legs; write `margins.csv` and `shares.csv`."""
-    walkers = [cell for cell in cells if cell.of in TRIED]
+    """Try the families, and what was taught to lose legs; write `margins.csv` and `shares.csv`."""
+    walkers = [cell for cell in cells if cell.of in TRIED and not cell.note]
     assert all(isinstance(cell.design.system.body, Walker) for cell in walkers)
     taught = {cell.name for cell in walkers if cell.loses_legs}
     subjects = [Subject.of(runs_of(cell, folder)[0], STARTS) for cell in walkers]

@@ -32,6 +32,8 @@ class Cell:
     """Runs from random weights."""
     loses_legs: bool = False
     """Whether each leg in turn is missing in its episodes."""
+    note: str = ""
+    """What is added to its name, if it is not trained as others of the design are."""
 
     @cached_property
     def design(self) -> Design:
@@ -40,13 +42,15 @@ class Cell:
 
     @property
     def name(self) -> str:
-        """The design's name; with `+lost` before the @ if legs are lost in training."""
+        """The design's name; with `+lost` before the @ if legs are lost in training, or its note."""
         return self.experiment.name
 
     @cached_property
     def experiment(self) -> Experiment:
         """What is trained."""
         found = self.design.experiment()
+        if self.note:
+            found = dataclasses.replace(found, name=found.name.replace("@", f"+{self.note}@"))
         if not self.loses_legs:
             return found
         limbs = found.body.limbs
@@ -86,7 +90,12 @@ PLATE = tuple(
     Cell(f"{family}@plate-light-pitch", seeds=4) for family in ("V", "AR", "ART", "Wphi-F")
 )
 HEXAPOD = tuple(Cell(f"{family}@hexapod", seeds=3) for family in ("V", "AR"))
-CELLS = (*QUADRUPED, *SPEEDS, *LOST, *PLATE, *HEXAPOD)
+LONG = tuple(
+    Cell(f"{family}@quadruped-c", generations=300, note="long")
+    for family in ("VG", "AR", "ARG", ADDED, "Wphi-F")
+)
+"""Whether what came out after 100 generations is what comes out."""
+CELLS = (*QUADRUPED, *SPEEDS, *LOST, *PLATE, *HEXAPOD, *LONG)
 """All, in the order in which they are trained."""
 
 

@@ -22,7 +22,9 @@ def tell(folder: Path) -> None:
     judged, over = table("judged"), table("range")
     shares, curves = table("shares"), table("curves")
     texts = {
-        "quadruped": summary(judged, curves, "@quadruped-c", ("-w", "+lost")),
+        "quadruped": summary(judged, curves, "@quadruped-c", ("-w", "+lost", "+long")),
+        "long": summary(judged, curves, "+long@quadruped-c", ()),
+        "hexapod": summary(judged, curves, "@hexapod", ()),
         "speeds": by_speed(judged),
         "range": ranges(over),
         "plate": summary(judged, curves, "@plate-light-pitch", ()),
@@ -150,7 +152,7 @@ def by_speed(judged: Rows) -> str:
 def ranges(over: Rows) -> str:
     """From which speed to which a controller walks: upright, locked, and faster the faster ω."""
     rows = []
-    for cell in cells_on(over, "@quadruped-c", ("-w", "+lost")):
+    for cell in cells_on(over, "@quadruped-c", ("-w", "+lost", "+long")):
         mine = over["cell"] == cell.name
         found = []
         for run in np.unique(over["run"][mine]):
