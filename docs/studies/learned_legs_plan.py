@@ -42,7 +42,7 @@ class Cell:
 
     @property
     def name(self) -> str:
-        """The design's name; with `+lost` before the @ if legs are lost in training, or its note."""
+        """The design's name, with `+lost` before the @ if legs are lost in training, or a note."""
         return self.experiment.name
 
     @cached_property
