@@ -19,7 +19,7 @@ from tegotae.generalisation.run import generalise
 from tegotae.generalisation.subject import Subject
 from tegotae.generalisation.table import curve, margins
 
-TRIED = tuple(f"{family}@quadruped-c" for family in ("V", "VG", "AR", "ARG", ADDED, "W-Fa"))
+TRIED = tuple(f"{family}@quadruped-c" for family in ("V", "VG", "AR", "ARG", ADDED))
 """Designs that go through it, however they were trained."""
 STARTS = 4
 """Random releases of every controller under every level; a leg is lost in turn."""
