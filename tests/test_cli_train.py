@@ -16,6 +16,7 @@ import pytest
 import tiny
 from tegotae import controller_file
 from tegotae.cli import main
+from tegotae.cli.train import summarise
 from tegotae.training import run as training_run
 from tegotae.training.run import train
 from tegotae.training.search import GAINS
@@ -81,6 +82,18 @@ def test_how_it_went_is_printed_and_how_far_it_is_goes_to_stderr(capsys, tmp_pat
     assert "CoT⁻¹" in first
     assert last.startswith("ART-rF-tphif-w8  4/4  ")
     assert last.endswith(" s left")
+
+
+def test_that_no_candidate_came_through_its_episode_is_said(capsys, tiny_training, tmp_path):
+    good, bad = tiny.controllers(tiny_training)
+    lost = json.loads(bad.read_text())
+    lost["training"]["best_fitness"] = -999999.875
+    path = tmp_path / bad.name
+    path.write_text(json.dumps(lost))
+    summarise([good], "generation")
+    assert "learned nothing" not in capsys.readouterr().out
+    summarise([good, path], "generation")
+    assert "1 of 2 learned nothing: no candidate came through" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize("seed", tiny.SEEDS)

@@ -223,6 +223,17 @@ def test_a_judgement_of_what_has_no_frequency_takes_none():
         judge(legged, np.zeros((1, 3)))
 
 
+@pytest.mark.parametrize(
+    ("asked", "said"),
+    [
+        (("quadruped-x",), "no legged system is called 'quadruped-x'; did you mean quadruped-c"),
+        (("quadruped-c", "--omega", "nan"), "omega is nan; it must be finite"),
+    ],
+)
+def test_what_cannot_be_judged_is_refused_in_one_line(one_line_error, asked, said):
+    assert said in one_line_error("gait", "judge", *asked)
+
+
 def test_models_lists_designs_for_a_pattern_with_an_at(capsys):
     assert main(["models", "ART*@quadruped-?", "--json"]) == 0
     listed = json.loads(capsys.readouterr().out)
@@ -237,3 +248,9 @@ def test_a_pattern_that_no_design_has_is_refused(one_line_error):
     assert "no design is called" in one_line_error("models", "X@nowhere")
     assert "no legged system is called" in one_line_error("train", "ART@nowhere")
     assert "too small" in one_line_error("train", "ARGT@hexapod", "--budget", "9")
+
+
+@pytest.mark.parametrize("command", [("gait", "judge"), ("generalise",)])
+def test_a_design_that_was_not_trained_is_told_how_to_be(one_line_error, command):
+    said = one_line_error(*command, "AR@quadruped-c")
+    assert "first: tegotae train AR-rF@quadruped-c --out FOLDER" in said

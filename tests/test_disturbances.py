@@ -67,6 +67,14 @@ def test_a_lagging_actuator_follows_a_jump_of_the_command_as_a_first_order_filte
     np.testing.assert_allclose(mean, np.diff(integral) / tick_s, atol=1e-4)
 
 
+@pytest.mark.parametrize("lag_s", [1e3, 1e9])
+def test_an_actuator_that_lags_for_ages_stays_where_it_is(lag_s):
+    body = Actuators(body=Hopper(), lag_s=lag_s)
+    mean, end = body._follow(np.zeros(1, "float32"), np.full(1, 4.0, "float32"), 0.002)
+    np.testing.assert_allclose(end, 4.0 * 0.002 / lag_s, rtol=1e-4)
+    np.testing.assert_allclose(mean, 0.0, atol=1e-5)
+
+
 def test_ever_less_lag_comes_ever_nearer_to_none():
     path = disturbed(lag_s=[0.0, 0.001, 0.01]).height_m[:100]
     gap = np.abs(path - path[:, :1]).max(axis=0)

@@ -330,6 +330,11 @@ def test_a_file_that_cannot_be_written_is_told_before_the_page_is_made(tmp_path,
     assert "cannot write" in capsys.readouterr().err
 
 
+def test_a_page_of_another_ending_which_no_browser_shows_is_refused(tmp_path, capsys):
+    assert main(["playground", "--out", str(tmp_path / "page.txt")]) == 2
+    assert "its name ends in .html" in capsys.readouterr().err
+
+
 def test_without_a_compiler_one_line_says_what_to_install(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(compiler, "has_compiler", lambda: False)
     own = saved_at(tmp_path / "mine.json", build("V-reflex-w8"))

@@ -264,3 +264,18 @@ def test_a_policy_beside_a_controllers_options_is_refused(one_line_error):
         "figure", "surface", "--policy", "no.zip", "--sigma", "2", "--out", "x.png"
     )
     assert "sigma belongs to a controller" in said
+
+
+@pytest.mark.parametrize(
+    "option",
+    [
+        ("--acts", "feedback"),
+        ("--observes", "velocity"),
+        ("--si",),
+        ("--answer-scale", "4"),
+        ("--step", "0.02"),
+    ],
+)
+def test_a_policys_options_without_a_policy_are_refused(one_line_error, option):
+    said = one_line_error("figure", "portrait", "--sigma", "2", *option, "--out", "x.png")
+    assert f"{option[0]} belongs to a policy; name one with --policy" in said

@@ -320,6 +320,20 @@ def test_another_file_is_refused(tmp_path, name, says):
         read_columns(tmp_path / name)
 
 
+def test_two_columns_of_one_name_are_refused(tmp_path):
+    path = tmp_path / "walk.csv"
+    path.write_text("time_s,height_m,height_m\n0,1,2\n")
+    with pytest.raises(TegotaeError, match="2 columns are called 'height_m'"):
+        read_columns(path)
+
+
+def test_heights_of_several_legs_at_once_are_refused_with_their_shape(tmp_path):
+    path = tmp_path / "walk.npz"
+    np.savez(path, time_s=TIME, height_m=np.stack([HEIGHT, HEIGHT]))
+    with pytest.raises(TegotaeError, match=r"height_m has the shape \(2, \d+\)"):
+        read_columns(path)
+
+
 def test_parquet_without_its_package_names_the_extra(tmp_path, monkeypatch):
     path = tmp_path / "walk.parquet"
     path.write_bytes(b"")
@@ -338,6 +352,14 @@ def test_parquet_without_its_package_names_the_extra(tmp_path, monkeypatch):
         (("--rest-length", "1", "--work", "much"), "work is 'much'"),
         (("--rest-length", "1", "--plot", "walk.txtt"), "cannot write a figure"),
         (("--rest-length", "1", "--rate", "50"), "holds the times"),
+        (("--rest-length", "1", "--mass", "-1"), "mass is -1; it must be greater than 0"),
+        (("--rest-length", "1", "--mass", "1", "--gravity", "nan"), "gravity is nan"),
+        (("--rest-length", "1", "--gravity", "3.7"), "set --mass"),
+        (
+            ("--preset", "paper", "--rest-length", "0.5"),
+            "--rest-length is 0.5, and the preset paper has 1",
+        ),
+        (("--preset", "paper", "--mass", "2"), "--mass is 2, and the preset paper has 0.1"),
     ],
 )
 def test_options_that_cannot_be_used_are_refused_in_one_line(

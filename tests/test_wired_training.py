@@ -224,6 +224,18 @@ def test_what_goes_wrong_in_a_function_of_ones_own_is_said_of_the_function(funct
     assert "\n" not in str(refusal.value)
 
 
+def test_a_fitness_that_is_no_number_for_any_candidate_ends_the_training():
+    own = dataclasses.replace(
+        experiment("V-reflex-w8", budget=96), measure=Own(f"{HERE / 'wired_env.py'}:undefined")
+    )
+    with (
+        own.judge(0) as judge,
+        pytest.warns(SampleWarning, match="its fitness was not finite"),
+        pytest.raises(TegotaeError, match="every sample: its fitness was not finite"),
+    ):
+        judge.judge(np.zeros((1, 1, 1)), ALL)
+
+
 # What goes wrong.
 
 LAZY, BUSY = 0.0, 8.0
@@ -334,6 +346,12 @@ def test_the_command_trains_and_the_same_command_goes_on(tmp_path, capsys):
         (["hopper", "--settings", "mass=3"], "has no setting 'mass'"),
         ([ENV, "--wiring", "hopper", "--control", "0.01"], "--control belongs to MuJoCo models"),
         (["hopper", "--workers", "-1"], "workers is -1"),
+        (["hoper"], "no environment is called 'hoper'; did you mean hopper"),
+        (["my_robot.py"], "my_robot.py:FUNCTION"),
+        (
+            ["hopper", "--control", "0.02", "--settings", "control_s=0.01"],
+            "control_s is given twice",
+        ),
         (["hopper", "--episodes", "4"], "the 4 episodes on hopper would be alike"),
         (["hopper", "--settings", "duration_s=9"], "the experiment's duration_s is 24"),
         (["hopper", "--model", "ARTT"], "did you mean ART"),

@@ -162,6 +162,39 @@ def test_scales_are_those_of_the_model():
         assert scales[name] == pytest.approx(scale, rel=2e-3)
 
 
+def test_a_scale_whose_name_has_a_slip_is_told_and_not_passed_over():
+    pytest.importorskip("mujoco")
+    from tegotae.mujoco.env import ModelEnv
+
+    scales = {"spring_force": 2.5, "velocty": 0.1, "pressure": 1.0}
+    slip = dataclasses.replace(WIRING.reading(build("AR-rFv-sector-w8")), scales=scales)
+    said = "no signal is called 'velocty'; did you mean velocity?"
+    assert [problem for problem in check_wiring(Scales(), slip, steps=0) if said in problem]
+    with pytest.raises(TegotaeError, match="did you mean velocity"):
+        dataclasses.replace(load_wiring("hopper"), scales=scales).with_scales(
+            ModelEnv(model="hopper")
+        )
+
+
+@pytest.mark.parametrize(
+    ("ends", "said"),
+    [
+        ({"push": math.nan}, "limb 0: push is nan; it must be finite"),
+        ({"rest": math.inf}, "limb 0: rest is inf; it must be finite"),
+    ],
+)
+def test_an_end_of_a_push_that_is_no_number_is_told(ends, said):
+    wiring = WIRING.reading(build("V-sector-w8"))
+    limb = dataclasses.replace(wiring.limbs[0], **ends)
+    assert check_wiring(Scales(), dataclasses.replace(wiring, limbs=[limb]), steps=0) == [said]
+
+
+@pytest.mark.parametrize("width_rad", [0.0, -1.0, 9.0, math.nan])
+def test_a_sector_is_at_most_a_turn_wide(width_rad):
+    with pytest.raises(TegotaeError, match="the width in sector_rad is"):
+        dataclasses.replace(WIRING, sector_rad=[0.0, width_rad])
+
+
 def test_what_a_wiring_leaves_to_chance_is_told():
     learned = dataclasses.replace(
         WIRING.reading(build("AR-rFv-sector-w8")), scales={"velocity": 1.0}

@@ -94,6 +94,11 @@ def text(episode):
     return "much"
 
 
+def undefined(episode):
+    """Never a number."""
+    return float("nan")
+
+
 def nothing():
     """No environment."""
     return 5

@@ -13,6 +13,7 @@ from tegotae import controller_file, documents
 from tegotae.bodies import Body
 from tegotae.controller import Controller
 from tegotae.controller_file import SavedController
+from tegotae.designs import design, is_design
 from tegotae.documents import DamagedDocumentError
 from tegotae.errors import TegotaeError
 from tegotae.models import find
@@ -57,7 +58,7 @@ def read(place: str | Path) -> list[Runs]:
         if not files:
             raise TegotaeError(f"{path} holds no controller files")
         return group([(file, controller_file.load(file)) for file in files])
-    if path.exists() or path.suffix or len(path.parts) > 1:
+    if path.exists() or path.suffix or os.sep in str(place):
         return group([(path, controller_file.load(path))])
     return [_searched(str(place))]
 
@@ -112,11 +113,12 @@ def _is_controller(path: Path) -> bool:
 
 
 def _searched(name: str) -> Runs:
-    model = find(name)
-    if model.is_trained:
+    model = None if is_design(name) else find(name)
+    if model is None or model.is_trained:
+        called = design(name).name if model is None else model.name
         raise TegotaeError(
-            f"{model.name} has weights to train and no file was given; "
-            f"first: tegotae train {model.name} --out FOLDER"
+            f"{called} has weights to train and no file was given; "
+            f"first: tegotae train {called} --out FOLDER"
         )
     experiment = model.experiment()
     gain, _ = best_gain(experiment)

@@ -6,6 +6,7 @@ with fewer digits where they are asked for; what is undefined (NaN) is an empty 
 
 from __future__ import annotations
 
+import csv
 import io
 import warnings
 from collections.abc import Iterable, Mapping
@@ -69,7 +70,8 @@ def read_csv(path: Path, needed: Iterable[str] = (), *, kind: str = "table") -> 
         kind: what it should be, for the message.
 
     Raises:
-        TegotaeError: if it cannot be read, has no rows, rows of unequal length, or no such column.
+        TegotaeError: if it cannot be read, has no rows, rows of unequal length, two columns of one
+            name, or no such column.
     """
     try:
         text = path.read_text(encoding="utf-8")
@@ -91,7 +93,7 @@ def parse_csv(text: str) -> dict[str, np.ndarray]:
     r"""The cells of a CSV text, as texts by the columns' names.
 
     Raises:
-        ValueError: if it has no rows, or rows of unequal length.
+        ValueError: if it has no rows, rows of unequal length, or two columns of one name.
 
     Example:
         >>> parse_csv("run,t0_s\n0,0.1\n")["t0_s"].tolist()
@@ -99,6 +101,12 @@ def parse_csv(text: str) -> dict[str, np.ndarray]:
     """
     import pandas
 
+    try:
+        named: list[str] = next(filter(None, csv.reader(io.StringIO(text))), [])
+    except csv.Error as error:
+        raise ValueError(str(error)) from None
+    if twice := [name for name in named if name and named.count(name) > 1]:
+        raise ValueError(f"{named.count(twice[0])} columns are called {twice[0]!r}")
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error")  # of cells that would be dropped

@@ -94,10 +94,11 @@ class Actuators(Around):
         lag = wide(self.lag_s, reached)
         late = jnp.broadcast_to(lag > 0.0, reached.shape)
         rate = tick_s / jnp.where(lag > 0.0, lag, 1.0)
-        left = jnp.exp(-rate)  # of the way, at the end of the tick
-        far = reached - aim
-        mean = aim + far * (1.0 - left) / rate
-        return jnp.where(late, mean, aim), jnp.where(late, aim + far * left, aim)
+        # Of the way, at the end of the tick; 1 - exp is 0 where a lag is long over the tick.
+        gone = -jnp.expm1(-rate)
+        far = aim - reached
+        mean = reached + far * (1.0 - gone / rate)
+        return jnp.where(late, mean, aim), jnp.where(late, reached + far * gone, aim)
 
     def predict(
         self, state: ActuatorsState, force_n: jax.Array, ground_m: jax.Array, tick_s: jax.Array

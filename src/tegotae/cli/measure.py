@@ -16,7 +16,7 @@ from tegotae.bodies import Body, Hopper
 from tegotae.cli.console import one_line
 from tegotae.cli.options import UNSET, WorkOption
 from tegotae.cli.tables import print_rows
-from tegotae.errors import TegotaeError
+from tegotae.errors import TegotaeError, require_finite
 from tegotae.metrics import REGIMES, Efficiency, LimitCycle, Measured, measure
 from tegotae.metrics.registry import metrics
 from tegotae.presets import preset
@@ -27,6 +27,14 @@ if TYPE_CHECKING:
     from tegotae.metrics.metric import Metric
 
 Given = Annotated[float | None, UNSET]
+_FIELDS = {
+    "rest_length": "rest_length_m",
+    "max_force": "max_force_n",
+    "mass": "mass_kg",
+    "gravity": "gravity_m_per_s2",
+}
+"""Options that say what a body's field is."""
+_EARTH = f"(default: the body's, or {Hopper.gravity_m_per_s2:g})"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -54,8 +62,8 @@ class Measure(WorkOption):
     """Largest actuator force α [N], which the smoothness needs."""
     mass: Given = None
     """Mass [kg], with which the efficiency is also told without a unit, m g CoT⁻¹."""
-    gravity: float = Hopper.gravity_m_per_s2
-    """Gravity [m/s²]."""
+    gravity: Annotated[float | None, tyro.conf.arg(help_behavior_hint=_EARTH)] = None
+    """Gravity [m/s²], which belongs to the mass."""
     disturbed_at: Given = None
     """When a disturbance came, as the recording tells time [s]; T1 is measured from there."""
     preset: Annotated[str | None, UNSET] = None
@@ -79,7 +87,8 @@ class Measure(WorkOption):
 
             figure_file(self.plot)
         body = self._body()
-        rest_length = self._or_body(self.rest_length, body, "rest_length_m")
+        weight_n = self._weight_n(body)
+        rest_length = self._or_body("rest_length", body)
         if rest_length is None:
             raise TegotaeError(
                 "the rest length is not given, the height over ground at which the foot leaves it; "
@@ -89,7 +98,7 @@ class Measure(WorkOption):
             **self._recording().arguments(),
             rest_length_m=rest_length,
             omega=self.omega,
-            max_force_n=self._or_body(self.max_force, body, "max_force_n"),
+            max_force_n=self._or_body("max_force", body),
             disturbed_at_s=self.disturbed_at,
             limit_cycle=LimitCycle(
                 height_tolerance_m=self.height_tolerance, phase_tolerance_rad=self.phase_tolerance
@@ -97,8 +106,6 @@ class Measure(WorkOption):
             work=self.work,
             body=body,
         )
-        mass = self._or_body(self.mass, body, "mass_kg")
-        weight_n = None if mass is None else mass * self.gravity
         if self.plot is not None:
             self._draw(found, rest_length)
         if self.json:
@@ -120,11 +127,31 @@ class Measure(WorkOption):
             return preset(self.preset).hopper
         return None if self.body is None else named(self.body, Body, "body")
 
-    def _or_body(self, own: float | None, body: Body | None, name: str) -> float | None:
-        if own is not None or body is None:
-            return own
-        of_body = getattr(body, name, None)
-        return None if of_body is None else float(of_body)
+    def _weight_n(self, body: Body | None) -> float | None:
+        mass = self._or_body("mass", body)
+        gravity = self._or_body("gravity", body)
+        if mass is None:
+            if gravity is not None and body is None:
+                raise TegotaeError("--gravity belongs to a mass; set --mass [kg], too")
+            return None
+        require_finite("mass", mass, above=0.0)
+        gravity = Hopper.gravity_m_per_s2 if gravity is None else gravity
+        require_finite("gravity", gravity, above=0.0)
+        return mass * gravity
+
+    def _or_body(self, option: str, body: Body | None) -> float | None:
+        """A number as it is given, or else the body's; not two that contradict each other."""
+        own = getattr(self, option)
+        known = getattr(body, _FIELDS[option], None)
+        if own is None:
+            return None if known is None else float(known)
+        if known is not None and float(known) != own:
+            what = "body" if self.preset is None else f"preset {self.preset}"
+            raise TegotaeError(
+                f"--{option.replace('_', '-')} is {own:g}, and the {what} has {float(known):g}; "
+                "leave one of them out"
+            )
+        return own
 
     def _draw(self, found: Measured, rest_length_m: float) -> None:
         from tegotae.figures.data import write_tables

@@ -10,6 +10,7 @@ from typing import Annotated
 import tyro
 
 from tegotae import controller_file
+from tegotae.errors import TegotaeError
 from tegotae.files import output_file, write_atomically
 from tegotae.playground import Choice, Page, standard
 
@@ -28,6 +29,8 @@ class Playground:
 
     def run(self) -> None:
         """Write the page, and say where it is."""
+        if self.out.suffix.lower() not in (".html", ".htm"):
+            raise TegotaeError(f"cannot write a page as {str(self.out)!r}; its name ends in .html")
         path = output_file(self.out)
         stems = [each.stem for each in self.controllers]
         own = [

@@ -24,6 +24,7 @@ from tegotae.training.agents import AgentRun, AgentSettings, train_agents
 from tegotae.training.algorithms import Algorithm
 from tegotae.training.evolve import Curves
 from tegotae.training.learners import agents, evolutions
+from tegotae.training.objective import FAILED_FITNESS
 from tegotae.training.run import Run, train
 from tegotae.training.stopping import CAP, PLATEAU, RUNNING, SEARCH, Stopping
 
@@ -219,3 +220,9 @@ def summarise(paths: list[Path], unit: str) -> None:
             for path, training in found
         ),
     )
+    lost = sum(training["best_fitness"] < 0.5 * FAILED_FITNESS for _, training in found)
+    if lost:
+        print(
+            f"{lost} of {len(found)} learned nothing: no candidate came through its episode, "
+            "and the fitness says no more than that."
+        )

@@ -105,6 +105,7 @@ class TrainEnv(EvolutionOptions):
             )
         place = Place(env=self.env, settings=self._made_with())
         if self.wiring is None and self.env not in packaged():
+            place.make().close()  # a name with a slip lacks more than a wiring
             raise TegotaeError(
                 f"no wiring is given for {self.env}; write --wiring FILE.toml, which says what its "
                 "limbs sense and drive"
@@ -154,6 +155,8 @@ class TrainEnv(EvolutionOptions):
             name, equals, value = each.partition("=")
             if not equals or not name.isidentifier():
                 raise TegotaeError(f"--settings {each!r} is no NAME=VALUE")
+            if name in found:
+                raise TegotaeError(f"{name} is given twice; leave --settings {each} out")
             try:
                 found[name] = json.loads(value)
             except ValueError:

@@ -13,7 +13,7 @@ from gymnasium.spaces import Box
 
 from tegotae.controller import Controller
 from tegotae.envs.naming import action_names, observation_names
-from tegotae.envs.wiring import Limb, Wiring
+from tegotae.envs.wiring import Limb, Wiring, misnamed_scales
 from tegotae.errors import TegotaeError, require_finite, unknown
 
 _OWN = {"sin_phase", "cos_phase", "feedback"}
@@ -124,6 +124,7 @@ def look_up(env: gymnasium.Env[Any, Any], wiring: Wiring) -> tuple[Wires | None,
     if step_s is None:
         problems.append("the environment has no dt; give the time between two steps as step_s [s]")
     problems += _number_problems(wiring, step_s)
+    problems += misnamed_scales(wiring.scales, [*reads, "feedback"])
     controller = wiring.controller
     if limbs:
         try:
@@ -247,7 +248,9 @@ def _ends(space: Box, i: int, limb: Limb, entry: int, problems: list[str]) -> tu
     rest = 0.5 * (low + high) if limb.rest is None else limb.rest
     push = high if limb.push is None else limb.push
     for name, value in (("rest", rest), ("push", push)):
-        if not np.isfinite(value):
+        if not np.isfinite(value) and getattr(limb, name) is not None:
+            problems.append(f"limb {i}: {name} is {value}; it must be finite")
+        elif not np.isfinite(value):
             problems.append(
                 f"limb {i}: {limb.drives!r} has no bounds to take {name} from; give {name}="
             )

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +14,7 @@ import gymnasium
 
 from tegotae.controller import Controller
 from tegotae.controller_file import SavedController
-from tegotae.errors import TegotaeError
+from tegotae.errors import TegotaeError, require_finite
 from tegotae.models import build
 from tegotae.terms import Sector
 
@@ -105,6 +107,7 @@ class Wiring:
                 f"sector_rad is {list(self.sector_rad)!r}; it must be two numbers, where the "
                 "sector starts and how wide it is [rad]"
             )
+        require_finite("the width in sector_rad", self.sector_rad[1], above=0.0, most=2.0 * math.pi)
         own = self.controller.actuation
         if isinstance(own, Sector):
             start_rad, width_rad = map(float, self.sector_rad)
@@ -181,10 +184,29 @@ class Wiring:
         """The same, scales that are not given being those of the environment's MuJoCo model.
 
         Raises:
-            TegotaeError: for an environment without one.
+            TegotaeError: for an environment without one, or a scale whose name has a slip.
         """
         from tegotae.envs.scaling import model_scales
 
         feet = self.contact_bodies or None
         known = model_scales(env, feet=feet, limbs=len(self.limbs))
+        if problems := misnamed_scales(self.scales, list(known)):
+            raise TegotaeError("; ".join(problems))
         return dataclasses.replace(self, scales={**known, **self.scales})
+
+
+def misnamed_scales(scales: Mapping[str, float], signals: Sequence[str]) -> list[str]:
+    """A line on every scale that is nearly of a signal without one, and so would go unheard.
+
+    Scales of other names may be for other controllers.
+
+    Example:
+        >>> misnamed_scales({"velocty": 1.0, "pressure": 2.0}, ["velocity", "feedback"])
+        ["scales: no signal is called 'velocty'; did you mean velocity?"]
+    """
+    lacking = [name for name in signals if name not in scales]
+    return [
+        f"scales: no signal is called {name!r}; did you mean {near[0]}?"
+        for name in scales
+        if name not in signals and (near := get_close_matches(name, lacking, n=1, cutoff=0.8))
+    ]

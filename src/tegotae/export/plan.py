@@ -10,6 +10,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from tegotae.bodies import Hopper
 from tegotae.controller_file import SavedController
 from tegotae.errors import TegotaeError, require_finite
 from tegotae.export.names import UNITS, is_c_name
@@ -132,10 +133,11 @@ class Export:
         """What an author should know before the robot runs, a line each."""
         trained = self.trained_tick_s
         if trained is not None and abs(trained - self.tick_s) > 1e-9:
+            hops = isinstance(self.saved.body, Hopper)
+            command = f"tegotae simulate --controller FILE --hold --tick {self.tick_s:g}"
             return [
                 f"the controller was trained at a tick of {trained:g} s and is exported for "
-                f"{self.tick_s:g} s; see how it does there: "
-                f"tegotae simulate --hold --tick {self.tick_s:g}"
+                f"{self.tick_s:g} s" + (f"; see how it does there: {command}" if hops else "")
             ]
         return []
 

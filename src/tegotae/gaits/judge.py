@@ -118,8 +118,8 @@ def judge(
         asked, starts = np.array([np.nan]), 1
     else:
         asked = np.array(list(omegas) or [legged.omega], float)
-    for omega in asked[np.isfinite(asked)]:
-        require_finite("omega", float(omega), above=0.0, most=MOST_RAD_PER_S)
+        for omega in asked.tolist():
+            require_finite("omega", omega, above=0.0, most=MOST_RAD_PER_S)
     phase = random_phases(legged.body.limbs, starts, seed)
     shape = (len(weights), len(asked), starts)
     lanes = np.repeat(weights, len(asked) * starts, axis=0)

@@ -10,7 +10,10 @@ import numpy as np
 
 from tegotae.errors import TegotaeError
 from tegotae.extras import require
+from tegotae.recordings.quantities import QUANTITIES, split
 from tegotae.tables import read_csv
+
+_NEEDED = {*QUANTITIES["time"].names, *QUANTITIES["height"].names}
 
 
 def read_columns(path: Path | str) -> dict[str, np.ndarray]:
@@ -74,6 +77,12 @@ def _npz(path: Path) -> dict[str, np.ndarray]:
     # One number, such as a rate, is no column; and one column more in a matrix is still one.
     columns = {name: np.squeeze(column) for name, column in columns.items()}
     kept = {name: column for name, column in columns.items() if column.ndim == 1}
+    for name, column in columns.items():
+        if column.ndim > 1 and split(name)[0] in _NEEDED:
+            raise TegotaeError(
+                f"{path} is no recording: {name} has the shape {column.shape}; it must be one "
+                "number a sample"
+            )
     if not kept:
         raise TegotaeError(f"{path} is no recording: it holds no array of one dimension")
     return kept

@@ -41,9 +41,11 @@ class PolicySubject(SettledSubject):
         """The policy; None if the figure is of a controller.
 
         Raises:
-            TegotaeError: for a controller beside a policy, or a policy that cannot be loaded.
+            TegotaeError: for a controller beside a policy, a policy that cannot be loaded, or a
+                policy's options without one.
         """
         if self.policy is None:
+            self._check_unused()
             return None
         for name in ("path", "sigma", "oscillator"):
             if getattr(self, name) is not None:
@@ -62,6 +64,12 @@ class PolicySubject(SettledSubject):
             step_s=self.step,
         )
         return load_policy(self.policy, meaning)
+
+    def _check_unused(self) -> None:
+        for each in ("acts", "observes", "si", "answer_scale", "step"):
+            if getattr(self, each) != getattr(PolicySubject, each):
+                option = "--" + each.replace("_", "-")
+                raise TegotaeError(f"{option} belongs to a policy; name one with --policy")
 
     def policy_title(self, policy: Policy) -> str:
         """The policy in a few words, for a figure."""

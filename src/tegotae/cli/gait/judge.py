@@ -12,6 +12,7 @@ import tyro
 
 from tegotae.cli.options import UNSET
 from tegotae.cli.tables import print_rows
+from tegotae.errors import unknown
 from tegotae.files import output_file
 
 if TYPE_CHECKING:
@@ -66,6 +67,7 @@ def subjects(place: str) -> list[tuple[str, tuple[str, ...], Legged, np.ndarray]
         TegotaeError: if there is none, or its body has one leg.
     """
     from tegotae.collection import read
+    from tegotae.designs import is_design
     from tegotae.gaits import SYSTEMS, system
     from tegotae.gaits.systems import driven
     from tegotae.references import is_reference
@@ -73,6 +75,8 @@ def subjects(place: str) -> list[tuple[str, tuple[str, ...], Legged, np.ndarray]
     if place in SYSTEMS or is_reference(place):
         legged = system(place)
         return [(place, ("",), legged, np.array([legged.weights]))]
+    if not (Path(place).exists() or Path(place).suffix or is_design(place) or "/" in place):
+        raise unknown("legged system", place, SYSTEMS)
     return [
         (
             each.name,

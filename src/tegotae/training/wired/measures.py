@@ -171,11 +171,10 @@ class Own(Measure):
             TegotaeError: if the function fails, or returns no number.
         """
         score = named(self.function, type(lambda: None), "fitness")
-        fitness = np.full(record.sound.shape, np.nan)
+        fitness = np.full(record.sound.shape, FAILED_FITNESS)
         for lane in map(int, np.flatnonzero(record.sound)):
             fitness[lane] = self._of(score, record.episode(lane))
-        failed = ~np.isfinite(fitness)
-        fitness = np.where(failed, FAILED_FITNESS, fitness)
+        failed = ~(record.sound & np.isfinite(fitness))
         return Judged(fitness, np.full(fitness.shape, np.nan), failed)
 
     def _of(self, score: Any, episode: Episode) -> float:

@@ -77,6 +77,11 @@ class Place:
         else:
             importlib.import_module("tegotae.envs")  # which registers those of this package
             if self.env not in gymnasium.registry:
+                if self.env.endswith(".py"):
+                    raise TegotaeError(
+                        f"{self.env} names no environment; name the function in it that makes one, "
+                        f"{self.env}:FUNCTION"
+                    )
                 raise unknown("environment", self.env, [*gymnasium.registry, *PACKAGED])
             found = _made(self.env, lambda **given: gymnasium.make(self.env, **given), settings)
         if not isinstance(found, gymnasium.Env):

@@ -80,7 +80,10 @@ class Stage:
             troubles = [one or other for one, other in zip(troubles, own, strict=True)]
         bad = np.array([trouble is not None for trouble in troubles])
         fitness, cot_inverse, failed = (np.stack(each) for each in zip(*found, strict=True))
-        bad |= ~np.isfinite(fitness).all(axis=0)
+        unjudged = ~np.isfinite(fitness).all(axis=0)
+        for lane in map(int, np.flatnonzero(unjudged & tried)):
+            troubles[lane] = troubles[lane] or "its fitness was not finite"
+        bad |= unjudged
         # A sample that went wrong is worse than any that did not, and says nothing else.
         return Trials(
             np.where(bad, FAILED_FITNESS, fitness.mean(axis=0))[:wanted],
