@@ -32,6 +32,8 @@ class Cell:
     """Runs from random weights."""
     loses_legs: bool = False
     """Whether each leg in turn is missing in its episodes."""
+    deviation: float = 0.1
+    """First deviation of the search; what began with 0.2 was trained before 0.1 was chosen."""
     note: str = ""
     """What is added to its name, if it is not trained as others of the design are."""
 
@@ -69,7 +71,7 @@ class Cell:
             experiment=self.experiment,
             seeds=tuple(range(self.seeds)),
             stopping=Stopping.after(self.generations),
-            algorithm=tuned("pgpe"),
+            algorithm=dataclasses.replace(tuned("pgpe"), std=self.deviation),
         )
 
 
@@ -83,11 +85,14 @@ QUADRUPED = tuple(
     )
 )
 SPEEDS = tuple(
-    Cell(f"{family}-w{omega}@quadruped-c", seeds=3) for omega in (1, 3) for family in ("V", "AR")
+    Cell(f"{family}-w{omega}@quadruped-c", seeds=3, deviation=0.2)
+    for omega in (1, 3)
+    for family in ("V", "AR")
 )
-LOST = (Cell("AR@quadruped-c", generations=60, seeds=3, loses_legs=True),)
+LOST = (Cell("AR@quadruped-c", generations=60, seeds=3, loses_legs=True, deviation=0.2),)
 PLATE = tuple(
-    Cell(f"{family}@plate-light-pitch", seeds=4) for family in ("V", "AR", "ART", "Wphi-F")
+    Cell(f"{family}@plate-light-pitch", seeds=4, deviation=0.2)
+    for family in ("V", "AR", "ART", "Wphi-F")
 )
 HEXAPOD = tuple(Cell(f"{family}@hexapod", seeds=3) for family in ("V", "AR"))
 LONG = tuple(
@@ -95,7 +100,12 @@ LONG = tuple(
     for family in ("VG", "AR", "ARG", ADDED, "Wphi-F")
 )
 """Whether what came out after 100 generations is what comes out."""
-CELLS = (*QUADRUPED, *SPEEDS, *LOST, *PLATE, *HEXAPOD, *LONG)
+WIDE = tuple(
+    Cell(f"{family}@quadruped-c", deviation=0.2, note="wide")
+    for family in ("VG", "AR", "ARG", ADDED)
+)
+"""Whether the search decides."""
+CELLS = (*QUADRUPED, *SPEEDS, *LOST, *PLATE, *HEXAPOD, *LONG, *WIDE)
 """All, in the order in which they are trained."""
 
 

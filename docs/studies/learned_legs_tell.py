@@ -15,6 +15,8 @@ from tegotae.metrics.statistics import UNBOUNDED, Range, interval
 from tegotae.tables import read_csv
 
 Rows = dict[str, np.ndarray]
+OTHERWISE = ("-w", "+lost", "+long", "+wide")
+"""What stands in the names of cells that were trained at another speed, or otherwise."""
 
 
 def tell(folder: Path) -> None:
@@ -22,8 +24,9 @@ def tell(folder: Path) -> None:
     judged, over = table("judged"), table("range")
     shares, curves = table("shares"), table("curves")
     texts = {
-        "quadruped": summary(judged, curves, "@quadruped-c", ("-w", "+lost", "+long")),
+        "quadruped": summary(judged, curves, "@quadruped-c", OTHERWISE),
         "long": summary(judged, curves, "+long@quadruped-c", ()),
+        "wide": summary(judged, curves, "+wide@quadruped-c", ()),
         "hexapod": summary(judged, curves, "@hexapod", ()),
         "speeds": by_speed(judged),
         "range": ranges(over),
@@ -130,7 +133,8 @@ def by_speed(judged: Rows) -> str:
     rows = []
     for omega in (1.0, 2.0, 3.0):
         for family in ("V", "AR-rF"):
-            suffix = "" if omega == 2.0 else f"-w{omega:g}"
+            # All learned ones by the same search.
+            suffix = f"-w{omega:g}" if omega != 2.0 else "+wide" if family != "V" else ""
             mine = judged["cell"] == f"{family}{suffix}@quadruped-c"
             if not mine.any():
                 continue
@@ -152,7 +156,7 @@ def by_speed(judged: Rows) -> str:
 def ranges(over: Rows) -> str:
     """From which speed to which a controller walks: upright, locked, and faster the faster ω."""
     rows = []
-    for cell in cells_on(over, "@quadruped-c", ("-w", "+lost", "+long")):
+    for cell in cells_on(over, "@quadruped-c", OTHERWISE):
         mine = over["cell"] == cell.name
         found = []
         for run in np.unique(over["run"][mine]):
