@@ -323,6 +323,7 @@ def with_(array: np.ndarray, at: int, value: float) -> np.ndarray:
         ({"phase_rad": np.zeros(3)}, r"phase_rad has shape \(3,\)"),
         ({"rest_length_m": 0.0}, "rest_length_m is 0"),
         ({"omega": math.nan}, "omega is nan"),
+        ({"omega": -3.0}, "omega is -3"),
         ({"max_force_n": -1.0}, "max_force_n is -1"),
         ({"work": "hard"}, "work is 'hard'; it must be one of absolute, positive, net"),
         (

@@ -135,8 +135,8 @@ def measure(
         The metrics as floats, with the reason of each that is undefined.
 
     Raises:
-        TegotaeError: for a recording that `from_samples` refuses, samples more than 20 ms apart, or
-            a disturbance outside of it.
+        TegotaeError: for a recording that `from_samples` refuses, samples more than 20 ms apart, a
+            negative frequency, or a disturbance outside of it.
 
     Example:
         >>> from tegotae.metrics import REGIMES
@@ -148,7 +148,7 @@ def measure(
         'neither the actuator force nor its work was recorded'
     """
     if omega is not None:
-        require_finite("omega", omega)
+        require_finite("omega", omega, least=0.0)
     if max_force_n is not None:
         require_finite("max_force_n", max_force_n, above=0.0)
     check_work(work)
