@@ -36,7 +36,18 @@ def commands(page: Path) -> list[str]:
     return [line for line in lines if line.startswith("tegotae ")]
 
 
-@pytest.mark.parametrize("page", [p for p in EXAMPLES if blocks(p, "python")], ids=lambda p: p.stem)
+DEAR = ("legs", "oscillator")
+"""Pages whose examples simulate for long."""
+
+
+@pytest.mark.parametrize(
+    "page",
+    [
+        pytest.param(p, id=p.stem, marks=pytest.mark.thorough if p.stem in DEAR else ())
+        for p in EXAMPLES
+        if blocks(p, "python")
+    ],
+)
 def test_the_python_examples_of_a_page_run_from_top_to_bottom(page, tmp_path, monkeypatch):
     # As one file, as a reader would paste them, with the page's own line numbers.
     lines: list[str] = []

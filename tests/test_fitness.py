@@ -227,6 +227,7 @@ def test_motion_in_tune_is_better_than_rest_and_rest_better_than_far_out_of_tune
     assert in_tune > rest > out_of_tune
 
 
+@pytest.mark.thorough
 def test_between_equals_the_one_that_climbs_more_is_better_by_little():
     climbed = np.outer(np.linspace(0.0, 1.0, len(TIME)), [0.0, 0.02, 0.2, 5.0])
     out = judge(trajectory(np.full((len(TIME), 4), 0.8), climb_m=climbed))

@@ -67,6 +67,7 @@ def test_weights_are_shared_by_all_by_some_or_by_none(sharing, sets, limbs_alike
     np.testing.assert_array_equal(gain, 10.0 * np.array(limbs_alike)[:, None] * np.ones(2))
 
 
+@pytest.mark.thorough
 def test_free_units_with_equal_weights_do_what_shared_ones_do():
     phase = [[0.3], [2.0]]
     shared = run(network(ONE), [[2.0]], Bar(inertia_ratio=0.6), phase_rad=phase)
@@ -145,6 +146,7 @@ def test_a_learned_coupling_can_be_any_fixed_one():
     )
 
 
+@pytest.mark.thorough
 def test_a_strong_coupling_brings_oscillators_to_its_lag():
     lag = 1.0
     coupling = Neighbours(((1, 0), (0, 1)), 20.0)

@@ -40,6 +40,7 @@ def test_delta_w_weighs_all_peaks_of_at_least_half_the_largest():
     assert delta_w(weak, 5.0)[0] == pytest.approx(a_weak, abs=0.01)
 
 
+@pytest.mark.thorough
 def test_every_lane_has_its_own_window_and_frequency():
     """A lane whose window starts late sees only what comes after, as if the signal were cut."""
     height = np.concatenate([signal((0.1, 9.0))[:700], signal((0.1, 4.0), (0.06, 8.0))[700:]])

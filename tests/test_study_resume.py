@@ -59,7 +59,9 @@ def test_a_killed_worker_changes_nothing(smoke_study, tmp_path):
     studies.assert_same(tmp_path / "study", smoke_study)
 
 
-@pytest.mark.parametrize("sign", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize(
+    "sign", [signal.SIGINT, pytest.param(signal.SIGTERM, marks=pytest.mark.thorough)]
+)
 def test_an_interrupted_study_goes_on_where_it_was(smoke_study, tmp_path, sign):
     folder = studies.copy(smoke_study, tmp_path / "study", "V", "T")
     process = studies.start(folder, smoke_study)
