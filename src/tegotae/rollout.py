@@ -19,11 +19,13 @@ from tegotae.bodies import Body, Hopper
 from tegotae.controller import Controller, Weights
 from tegotae.devices import lane_devices, loops_are_kernels, on_cpu
 from tegotae.errors import TegotaeError, require_finite
+from tegotae.fields import path_of
 from tegotae.integrators import Integrator, PredictorCorrector
 from tegotae.limits import require_memory
 from tegotae.loop import ClosedLoop, Tick, check_senses
 from tegotae.recorder import Frame, Recorder, Trajectory
 from tegotae.world import Scenario, ground_m, map_change, whole_run
+from tegotae.world.changes import GROUND, OMEGA
 from tegotae.world.checks import check_changes, check_posture, check_rhythm
 
 LANES_PER_BLOCK = 64 if loops_are_kernels() else 512
@@ -162,7 +164,7 @@ class Engine:
         )
         self.recorder(body)
         with jax.enable_x64(dtype == "float64"):
-            weights, scenario = _as_lanes(self.controller, weights, scenario, dtype)
+            weights, scenario = _as_lanes(self.controller, body, weights, scenario, dtype)
             _require_room(self, body, weights.shape[-1], weights.dtype.itemsize)
             body = jax.tree.map(lambda x: jnp.asarray(x, dtype), body)
             return jax.tree.map(np.asarray, _run(self, weights, scenario, body))
@@ -271,9 +273,9 @@ def _require_room(engine: Engine, body: Body, lanes: int, itemsize: int) -> None
 
 
 def _as_lanes(
-    controller: Controller, weights: Any, scenario: Scenario, dtype: str
+    controller: Controller, body: Body, weights: Any, scenario: Scenario, dtype: str
 ) -> tuple[jax.Array, Scenario]:
-    """Weights [n_weights, lanes] and a scenario of arrays [lanes]."""
+    """Weights [n_weights, lanes] and a scenario of arrays [lanes], its changes named by paths."""
     weights = _numbers("weights", weights, dtype)
     if weights.ndim == 1:
         weights = weights[None, :]
@@ -291,7 +293,7 @@ def _as_lanes(
     posture = {name: entry(name, x) for name, x in dict(scenario.posture).items()}
     rhythm = {name: entry(name, x) for name, x in dict(scenario.rhythm).items()}
     changes = {
-        name: map_change(partial(entry, name), change)
+        _path(body, name): map_change(partial(entry, name), change)
         for name, change in dict(scenario.changes).items()
     }
     whole = Scenario(**entries, posture=posture, rhythm=rhythm, changes=changes)
@@ -310,6 +312,11 @@ def _as_lanes(
         return jnp.asarray(np.broadcast_to(x, (*x.shape[:-1], lanes)))
 
     return jnp.asarray(np.ascontiguousarray(columns)), jax.tree.map(of_lanes, whole)
+
+
+def _path(body: Body, name: str) -> str:
+    """What a change is called in a compiled program."""
+    return name if name in (GROUND, OMEGA) else path_of(body, name)
 
 
 _MORE = ("posture", "rhythm", "changes")

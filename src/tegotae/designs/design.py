@@ -11,8 +11,8 @@ from tegotae.designs.base import Family
 from tegotae.designs.tegotae import nominal_speed_m_per_s
 from tegotae.errors import TegotaeError, require_count, require_finite
 from tegotae.experiment import Experiment
+from tegotae.fields import unwrapped
 from tegotae.gaits.legged import Legged, random_phases
-from tegotae.gaits.places import bare
 from tegotae.limits import MOST_RAD_PER_S, MOST_WEIGHTS
 from tegotae.models import BUDGET
 from tegotae.rollout import Timing
@@ -88,7 +88,7 @@ class Design:
         Raises:
             TegotaeError: for a walker whose feet say no speed.
         """
-        if not isinstance(bare(self.system.body), Walker):
+        if not isinstance(unwrapped(self.system.body), Walker):
             return HoppingLegs()
         speed = nominal_speed_m_per_s(self.system, self.frequency)
         if speed is None:
@@ -102,7 +102,7 @@ class Design:
     def timing(self) -> Timing:
         """An episode of training: the hopper's, or for a walker long enough to settle."""
         own = self.system.timing
-        if not isinstance(bare(self.system.body), Walker):
+        if not isinstance(unwrapped(self.system.body), Walker):
             return EPISODE
         return Timing(
             duration_s=EPISODE_SHARE * own.duration_s, tick_s=own.tick_s, frame_s=own.frame_s

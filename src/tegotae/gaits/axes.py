@@ -10,8 +10,8 @@ import numpy as np
 
 from tegotae.bodies import Body
 from tegotae.errors import TegotaeError, require_count, require_finite, unknown
+from tegotae.fields import numbers_of, paths_of, with_fields
 from tegotae.gaits.legged import Legged
-from tegotae.gaits.places import fields_of, with_fields
 from tegotae.limits import MOST_GAIN, MOST_POINTS, MOST_RAD_PER_S
 from tegotae.world import Scenario
 
@@ -77,18 +77,6 @@ def check_axis(legged: Legged, axis: Axis) -> None:
         known = [OMEGA, SIGMA, *numbers_of(legged.body)]
         if axis.name not in known:
             raise unknown("parameter of this system", axis.name, known)
-
-
-def numbers_of(body: Body) -> dict[str, Any]:
-    """The fields of a body, and of those within it, that are numbers, or a number a leg.
-
-    Example:
-        >>> from tegotae.bodies import Bar
-        >>> numbers_of(Bar())["inertia_ratio"]
-        1.0
-    """
-    values = {name: _field(body, before + name) for name, before in fields_of(body).items()}
-    return {name: x for name, x in values.items() if _is_number(x)}
 
 
 def fields_at(body: Body, at: Mapping[str, float]) -> dict[str, Any]:
@@ -159,10 +147,8 @@ def lanes_at(
     if SIGMA in where[0].at:
         weights = np.array([[each.at[SIGMA]] for each in where])
     fields = [fields_at(legged.body, each.at) for each in where]
-    where_is = fields_of(legged.body)
-    of_body = {
-        where_is[name] + name: np.array([each[name] for each in fields]).T for name in fields[0]
-    }
+    paths = paths_of(legged.body)
+    of_body = {paths[name]: np.array([each[name] for each in fields]).T for name in fields[0]}
     scenario = legged.scenario(
         phase_rad,
         height_m=np.array([legged.height_on(_body(each)) for each in where]),
@@ -173,18 +159,6 @@ def lanes_at(
     return weights, scenario
 
 
-def _field(body: Any, path: str) -> Any:
-    for name in path.split("."):
-        body = getattr(body, name)
-    return body
-
-
 def _body(setting: Setting) -> Body:
     assert setting.body is not None
     return setting.body
-
-
-def _is_number(value: Any) -> bool:
-    if isinstance(value, tuple):
-        return bool(value) and all(map(_is_number, value))
-    return isinstance(value, (int, float)) and not isinstance(value, bool)

@@ -11,9 +11,9 @@ import jax
 import numpy as np
 
 from tegotae.errors import TegotaeError, require_count, require_finite
+from tegotae.fields import unwrapped
 from tegotae.gaits.legged import Legged, lanes_of, random_phases
 from tegotae.gaits.names import NO_GAIT, TOLERANCE, gait_of
-from tegotae.gaits.places import bare
 from tegotae.gaits.summary import Coordination, total_mass_kg
 from tegotae.limits import MOST_RAD_PER_S, MOST_SEEDS
 from tegotae.rollout import Timing
@@ -156,9 +156,9 @@ def _median(x: np.ndarray) -> np.ndarray:
 
 
 def _weight_n(legged: Legged) -> float:
-    body = bare(legged.body)
+    body = unwrapped(legged.body)
     return float(total_mass_kg(body)) * _gravity(legged)
 
 
 def _gravity(legged: Legged) -> float:
-    return float(bare(legged.body).gravity_m_per_s2)  # type: ignore[attr-defined]
+    return float(unwrapped(legged.body).gravity_m_per_s2)  # type: ignore[attr-defined]

@@ -14,11 +14,10 @@ import numpy as np
 
 from tegotae.bodies import Body
 from tegotae.errors import TegotaeError, require_count, require_finite, unknown
-from tegotae.gaits.axes import numbers_of
+from tegotae.fields import numbers_of, path_of, unwrapped
 from tegotae.gaits.lags import apart, moved
 from tegotae.gaits.legged import Legged, lanes_of, random_phases
 from tegotae.gaits.names import FALLEN, TOLERANCE, gait_of
-from tegotae.gaits.places import bare, prefix
 from tegotae.gaits.shares import wilson
 from tegotae.gaits.summary import (
     LEAST_FRAMES,
@@ -90,7 +89,7 @@ class Lesion:
             TegotaeError: for a leg that is not there, a body that cannot lose any, or fewer than
                 two that are left.
         """
-        names, body = legged.names, bare(legged.body)
+        names, body = legged.names, unwrapped(legged.body)
         for leg in self.lost:
             if leg not in names:
                 raise unknown("leg of this body", leg, names)
@@ -116,9 +115,8 @@ class Lesion:
         Raises:
             TegotaeError: for legs or numbers that the body does not have.
         """
-        body = bare(legged.body)
+        body = unwrapped(legged.body)
         left, numbers = self.left(legged), numbers_of(body)
-        behind = prefix(legged.body)
         changes: dict[str, Any] = {}
         for name, value in self.fields:
             if name not in numbers or isinstance(numbers[name], tuple):
@@ -127,10 +125,12 @@ class Lesion:
                     name,
                     [each for each, usual in numbers.items() if not isinstance(usual, tuple)],
                 )
-            changes[behind + name] = Step(value, from_s=self.at_s, until_s=self.at_s + self.lasts_s)
+            changes[path_of(legged.body, name)] = Step(
+                value, from_s=self.at_s, until_s=self.at_s + self.lasts_s
+            )
         if self.lost:
             there = np.isin(np.arange(legged.body.limbs), left).astype(float)
-            changes[behind + "present"] = Step(there[:, None], from_s=self.at_s)
+            changes[path_of(legged.body, "present")] = Step(there[:, None], from_s=self.at_s)
         return legged.scenario(
             phase_rad,
             changes=changes,

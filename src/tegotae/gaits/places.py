@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import dataclasses
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
-from tegotae.bodies import Around, Body
-from tegotae.errors import TegotaeError, unknown
+from tegotae.bodies import Body
+from tegotae.errors import TegotaeError
+from tegotae.fields import unwrapped
 
 _ROWS = {1: ("",), 2: ("H", "F"), 3: ("H", "M", "F")}
 
@@ -61,72 +60,6 @@ def names_of(forward_m: Any, left_m: Any) -> tuple[str, ...]:
     return tuple(str(leg) for leg in range(1, len(forward) + 1))
 
 
-def bare(body: Body) -> Body:
-    """The body within all that is around it; one with nothing around it is itself.
-
-    Example:
-        >>> from tegotae.bodies import Bar, Sensors
-        >>> type(bare(Sensors(body=Bar(), delay_s=0.01))).__name__
-        'Bar'
-    """
-    while isinstance(body, Around):
-        body = body.body
-    return body
-
-
-def prefix(body: Body) -> str:
-    """What stands before the names of its fields in a scenario's `changes`.
-
-    Example:
-        >>> from tegotae.bodies import Bar, Sensors
-        >>> prefix(Bar()), prefix(Sensors(body=Bar()))
-        ('', 'body.')
-    """
-    return f"body.{prefix(body.body)}" if isinstance(body, Around) else ""
-
-
-def fields_of(body: Body) -> dict[str, str]:
-    """The fields of a body and of those within it, and what stands before each in `changes`.
-
-    Of fields of one name the outermost is meant.
-
-    Example:
-        >>> from tegotae.bodies import Bar, Sensors
-        >>> found = fields_of(Sensors(body=Bar()))
-        >>> found["delay_s"], found["inertia_ratio"]
-        ('', 'body.')
-    """
-    own = {field.name: "" for field in dataclasses.fields(body)}  # type: ignore[arg-type]
-    if not isinstance(body, Around):
-        return own
-    del own["body"]
-    within = {name: f"body.{before}" for name, before in fields_of(body.body).items()}
-    return {**within, **own}
-
-
-def with_fields(body: Body, fields: Mapping[str, Any]) -> Body:
-    """A body with fields that are otherwise, its own or those of the bodies within it.
-
-    Raises:
-        TegotaeError: for a field that none of them has, or a value that it cannot have.
-
-    Example:
-        >>> from tegotae.bodies import Bar, Sensors
-        >>> with_fields(Sensors(body=Bar()), {"inertia_ratio": 0.5}).body.inertia_ratio
-        0.5
-    """
-    known = fields_of(body)
-    for name in fields:
-        if name not in known:
-            raise unknown(f"field of a {type(bare(body)).__name__}", name, known)
-    here = {name: value for name, value in fields.items() if not known[name]}
-    deeper = {name: value for name, value in fields.items() if known[name]}
-    if deeper:
-        assert isinstance(body, Around)
-        here["body"] = with_fields(body.body, deeper)
-    return dataclasses.replace(body, **here)  # type: ignore[type-var]
-
-
 def leg_names(body: Body) -> tuple[str, ...]:
     """Names of a body's legs, from its hips; numbers, if it does not say where they are.
 
@@ -138,7 +71,7 @@ def leg_names(body: Body) -> tuple[str, ...]:
         >>> leg_names(Bar())
         ('H', 'F')
     """
-    body = bare(body)
+    body = unwrapped(body)
     forward = getattr(body, "hips_x_m", getattr(body, "hips_m", None))
     if forward is None:
         return tuple(str(leg) for leg in range(1, body.limbs + 1))

@@ -15,6 +15,7 @@ import jax.numpy as jnp
 from tegotae.bodies import Body
 from tegotae.controller import Controller
 from tegotae.errors import TegotaeError, require_count, require_finite
+from tegotae.fields import unwrapped
 from tegotae.gaits.lags import (
     OfPhases,
     OfTouchdowns,
@@ -27,7 +28,6 @@ from tegotae.gaits.lags import (
     step_frequency_hz,
     time_to_lock,
 )
-from tegotae.gaits.places import bare
 from tegotae.recorder import Trajectory, declared
 from tegotae.rollout import Scenario, Timing
 from tegotae.terms import WholeBody
@@ -230,7 +230,7 @@ def coordination(
     travels = "x_m" in t.channels
     places = [t.channels[name] for name in ("x_m", "y_m") if name in t.channels]
     speed = length([over_window(place) for place in places]) / time if travels else nothing
-    body = bare(body)
+    body = unwrapped(body)
     weight = total_mass_kg(body) * body.gravity_m_per_s2  # type: ignore[attr-defined]
     slip = t.channels.get("slid_m")
 

@@ -12,8 +12,9 @@ from tegotae import controller_file
 from tegotae.bodies import Bar, Body, Plate, Walker
 from tegotae.controller import Controller, Tegotae
 from tegotae.errors import TegotaeError, unknown
+from tegotae.fields import unwrapped
 from tegotae.gaits.legged import Legged
-from tegotae.gaits.places import bare, leg_names
+from tegotae.gaits.places import leg_names
 from tegotae.models import build
 from tegotae.oscillators import PhaseOscillator
 from tegotae.references import is_reference, named
@@ -84,7 +85,7 @@ def as_usual(body: Body, controller: Controller) -> dict[str, Any]:
     A walker begins on its feet; its times are in √(l0 / g). Others are released as the paper's
     hopper is.
     """
-    names, own = leg_names(body), bare(body)
+    names, own = leg_names(body), unwrapped(body)
     entries: dict[str, Any] = {"reference": names.index("LH") if "LH" in names else 0}
     if isinstance(own, Walker):
         unit_s = math.sqrt(own.rest_length_m / own.gravity_m_per_s2)

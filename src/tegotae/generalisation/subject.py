@@ -16,12 +16,11 @@ from tegotae.commands import FORCE
 from tegotae.controller import Controller
 from tegotae.errors import TegotaeError
 from tegotae.experiment import RELEASE_M
-from tegotae.gaits.places import bare, prefix
+from tegotae.fields import path_of, paths_of, unwrapped, value_of, with_fields
 from tegotae.gaits.summary import has_mass
 from tegotae.gaits.systems import as_usual
 from tegotae.rollout import Timing
 from tegotae.terrains import Rough, Slope, Sum
-from tegotae.world.checks import with_fields
 
 HOPPING = Timing(duration_s=32.0, tick_s=0.002)
 """How long a leg of a metre on Earth that hops is looked at: at 4 rad/s a cycle of two hops is seen
@@ -109,7 +108,7 @@ class Subject:
     @property
     def bare(self) -> Body:
         """The body within all that is around it."""
-        return bare(self.body)
+        return unwrapped(self.body)
 
     @property
     def hops(self) -> bool:
@@ -181,7 +180,7 @@ class Subject:
                 body = kind(body=body, **given)
         if (own := getattr(self.bare, "terrain", None)) is not None:
             ground = Sum(first=own, second=Sum(first=Slope(), second=Rough(start_m=0.0)))
-            body = with_fields(body, {f"{prefix(body)}terrain": ground})
+            body = with_fields(body, {"terrain": ground})
         return body
 
     @staticmethod
@@ -204,23 +203,12 @@ class Subject:
             >>> leg.path("delay_s"), leg.path("mass_kg")
             ('delay_s', 'body.body.body.mass_kg')
         """
-        body, prefix = self.prepared, ""
-        while True:
-            if name in {field.name for field in dataclasses.fields(body)}:  # type: ignore[arg-type]
-                return prefix + name
-            if not isinstance(body, Around):
-                return None
-            body, prefix = body.body, f"{prefix}body."
+        return paths_of(self.prepared).get(name)
 
     def paths(self, *names: str) -> list[str]:
         """The same of fields that the prepared body has."""
-        found = [self.path(name) for name in names]
-        assert None not in found, names
-        return [name for name in found if name is not None]
+        return [path_of(self.prepared, name) for name in names]
 
     def usual(self, name: str) -> Any:
         """A field of the prepared body as it is: a number, or a tuple of the legs' numbers."""
-        body = self.prepared
-        for part in name.split("."):
-            body = getattr(body, part)
-        return body
+        return value_of(self.prepared, name)

@@ -12,13 +12,13 @@ import jax.numpy as jnp
 import numpy as np
 
 from tegotae.errors import TegotaeError
+from tegotae.fields import with_fields
 from tegotae.generalisation.disturbance import Disturbance, Met, usual_change
 from tegotae.generalisation.judges import judge_of
 from tegotae.generalisation.subject import Subject
 from tegotae.rollout import Engine, Scenario, check_senses
 from tegotae.world import Staircase, Step
 from tegotae.world.changes import GROUND, OMEGA
-from tegotae.world.checks import with_fields
 
 _COLUMNS = {
     **{"condition": str, "level": float, "run": int, "start": int},

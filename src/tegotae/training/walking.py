@@ -10,7 +10,7 @@ import numpy as np
 
 from tegotae.bodies import Body
 from tegotae.errors import TegotaeError, require_finite
-from tegotae.gaits.places import bare
+from tegotae.fields import unwrapped
 from tegotae.rollout import Scenario, Timing, Trajectory
 from tegotae.training.objective import Objective, with_failures
 
@@ -55,7 +55,7 @@ class WalkJudged:
         self, trajectory: Trajectory, scenario: Scenario, body: Body, timing: Timing
     ) -> Walk:
         """The walk of every lane."""
-        t, walker = trajectory, bare(body)
+        t, walker = trajectory, unwrapped(body)
         first = round(self.settle_s / timing.frame_s)
         time = t.time_s[-1] - t.time_s[first]
         looks = t.yaw_rad[first]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import reprlib
 from collections.abc import Mapping
 from typing import Any
@@ -10,7 +9,8 @@ from typing import Any
 import numpy as np
 
 from tegotae.bodies import Body
-from tegotae.errors import TegotaeError, require_finite, unknown
+from tegotae.errors import TegotaeError, require_finite
+from tegotae.fields import number_of, with_fields
 from tegotae.oscillators import Oscillator
 from tegotae.world.changes import GROUND, OMEGA, Staircase, Step
 from tegotae.world.scenario import Scenario
@@ -63,7 +63,7 @@ def check_changes(body: Body, scenario: Scenario, tick_s: float, duration_s: flo
                 f"the change of {name} is {reprlib.repr(change)}; {_NO_FIELDS[name]}, and a change "
                 "of it is a Step or a Staircase"
             )
-        usual = None if name in _NO_FIELDS else field_of(body, name)
+        usual = None if name in _NO_FIELDS else number_of(body, name)
         for entry, value in _entries(change).items():
             _check_numbers(name, entry, value, tick_s)
             _check_shape(name, entry, value, usual)
@@ -138,7 +138,7 @@ def _check_bodies(body: Body, fields: Mapping[str, Any], tick_s: float, duration
 
 def _met(body: Body, name: str, kind: type, own: Mapping[tuple[str, str], Any], time: float) -> Any:
     """What a field is at a time: a number, or a tuple of the legs' numbers."""
-    usual = np.asarray(field_of(body, name), float)
+    usual = np.asarray(number_of(body, name), float)
     value = own.get((name, "value"), usual)
     if kind is Step and not own[name, "from_s"] <= time < own[name, "until_s"]:
         value = usual
@@ -147,47 +147,6 @@ def _met(body: Body, name: str, kind: type, own: Mapping[tuple[str, str], Any], 
         value = usual + steps * own[name, "step"]
     value = np.broadcast_to(value, np.broadcast_shapes(np.shape(value), usual.shape))
     return tuple(map(float, value)) if value.ndim else float(value)
-
-
-def with_fields(value: Any, fields: Mapping[str, Any]) -> Any:
-    """The same with other fields, validated; "terrain.rise_m" is a field of a field.
-
-    Raises:
-        TegotaeError: for what the value itself refuses.
-    """
-    plain = {name: x for name, x in fields.items() if "." not in name}
-    nested: dict[str, dict[str, Any]] = {}
-    for name, x in fields.items():
-        outer, dot, inner = name.partition(".")
-        if dot:
-            nested.setdefault(outer, {})[inner] = x
-    plain |= {outer: with_fields(getattr(value, outer), inner) for outer, inner in nested.items()}
-    for name, x in plain.items():
-        usual = getattr(value, name)
-        if isinstance(usual, tuple) and not isinstance(x, tuple):
-            plain[name] = (x,) * len(usual)
-    return dataclasses.replace(value, **plain)
-
-
-def field_of(body: Body, name: str) -> Any:
-    """A number of the body, or of one of its fields; a tuple where each limb has one.
-
-    Raises:
-        TegotaeError: for a name that none of them has, or what is no number.
-    """
-    value: Any = body
-    for part in name.split("."):
-        fields = dataclasses.fields(value) if dataclasses.is_dataclass(value) else ()
-        known = [field.name for field in fields]
-        if part not in known:
-            raise unknown(f"field of a {type(value).__name__}", part, known)
-        value = getattr(value, part)
-    if not isinstance(value, (int, float, tuple)):
-        raise TegotaeError(
-            f"{name} of this {type(body).__name__} is {reprlib.repr(value)}, which no change can "
-            "make a number; give the body one to begin with"
-        )
-    return value
 
 
 def _check_numbers(name: str, entry: str, value: Any, tick_s: float) -> None:

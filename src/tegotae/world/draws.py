@@ -10,9 +10,10 @@ import numpy as np
 
 from tegotae.bodies import Body
 from tegotae.errors import TegotaeError, unknown
+from tegotae.fields import INNER, number_of, path_of, paths_of, with_fields
 from tegotae.oscillators import Oscillator
 from tegotae.world.changes import OMEGA, Step
-from tegotae.world.checks import check_changes, check_posture, check_rhythm, field_of, with_fields
+from tegotae.world.checks import check_changes, check_posture, check_rhythm
 from tegotae.world.conditions import Condition
 from tegotae.world.scenario import Scenario
 
@@ -83,10 +84,10 @@ def met(
         elif name in body.postures:
             posture[name] = value
         elif condition.lasts:
-            changes[name] = value
+            changes[path_of(body, name)] = value
         else:
             until_s = np.inf if condition.until_s is None else condition.until_s
-            changes[name] = Step(value, condition.from_s, until_s)
+            changes[path_of(body, name)] = Step(value, condition.from_s, until_s)
     return scenario._replace(**entries, posture=posture or (), changes=changes or ())
 
 
@@ -140,10 +141,10 @@ def _check_name(
         )
     if name not in _ENTRIES and name not in body.postures:
         outer = name.partition(".")[0]
-        own = [*body.__dataclass_fields__, *body.postures, *_ENTRIES]  # type: ignore[attr-defined]
+        own = [*paths_of(body), INNER, *body.postures, *_ENTRIES]
         if outer not in own:
             raise unknown(f"condition of a {type(body).__name__}", name, own)
-        field_of(body, name)
+        number_of(body, name)
     elif name == "drop_m":
         if condition.from_s and "drop_time_s" in names:
             raise TegotaeError(
@@ -172,7 +173,7 @@ def _of_limbs(name: str, body: Body) -> bool:
     """Whether each limb has one of its own."""
     if name in _ENTRIES or name in body.postures:
         return name == "phase_rad" and body.limbs > 1
-    return isinstance(field_of(body, name), tuple)
+    return isinstance(number_of(body, name), tuple)
 
 
 def _combinations(conditions: Sequence[Condition]) -> list[dict[str, Any]]:

@@ -62,8 +62,8 @@ class Subject:
         Raises:
             TegotaeError: for what cannot be, before anything is computed.
         """
+        from tegotae.fields import with_fields
         from tegotae.gaits import system
-        from tegotae.gaits.places import with_fields
 
         require_finite("tolerance", self.tolerance, above=0.0, most=0.5)
         found = system(self.system).with_numbers(self.omega, self.sigma)

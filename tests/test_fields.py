@@ -1,0 +1,79 @@
+"""A body's numbers are found by name in one place, whatever is around the body."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tegotae import Engine, Scenario, Timing, build
+from tegotae.bodies import Actuators, Bar, Hopper, Sensors, Walker
+from tegotae.errors import TegotaeError
+from tegotae.fields import number_of, numbers_of, path_of, unwrapped, value_of, with_fields
+from tegotae.terrains import Slope
+
+WRAPPED = Sensors(body=Actuators(body=Hopper(mass_kg=0.2)), delay_s=0.01)
+
+
+@pytest.mark.parametrize(
+    ("name", "path"),
+    [
+        ("delay_s", "delay_s"),
+        ("strength", "body.strength"),
+        ("mass_kg", "body.body.mass_kg"),
+        ("body.mass_kg", "body.body.mass_kg"),
+        ("body.body.mass_kg", "body.body.mass_kg"),
+    ],
+)
+def test_a_name_or_a_path_finds_the_same_field(name, path):
+    assert path_of(WRAPPED, name) == path
+    assert value_of(WRAPPED, name) == value_of(WRAPPED, path)
+
+
+def test_a_field_of_a_terrain_is_found_through_the_wrappers():
+    body = Sensors(body=Walker(terrain=Slope(along=0.1)))
+    assert path_of(body, "terrain.along") == "body.terrain.along"
+    assert with_fields(body, {"terrain.along": 0.2}).body.terrain.along == 0.2
+
+
+def test_the_body_within_is_what_no_wrapper_is_around():
+    assert unwrapped(WRAPPED) == Hopper(mass_kg=0.2)
+    assert unwrapped(Bar()) == Bar()
+
+
+def test_numbers_are_those_of_the_body_and_of_its_wrappers():
+    numbers = numbers_of(Sensors(body=Bar()))
+    assert numbers["inertia_ratio"] == 1.0
+    assert numbers["delay_s"] == 0.0
+    assert "body" not in numbers
+
+
+def test_one_number_for_a_field_of_the_limbs_holds_for_each():
+    assert with_fields(Walker(), {"present": 1.0}).present == (1.0,) * 4
+
+
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        ("mas_kg", "did you mean mass_kg"),
+        ("body.body.body", "field of a Hopper"),
+        ("terrain.along", "terrain"),
+        ("mass_kg.value", "value"),
+    ],
+)
+def test_a_field_that_is_not_there_is_refused_with_the_body_that_lacks_it(name, message):
+    with pytest.raises(TegotaeError, match=message):
+        path_of(WRAPPED, name)
+
+
+def test_what_is_no_number_is_refused():
+    with pytest.raises(TegotaeError, match="no change can make a number"):
+        number_of(Walker(), "terrain")
+
+
+def test_a_change_names_a_number_of_a_wrapped_body_as_of_the_body_alone():
+    engine = Engine(controller=build("V-reflex-w8"), timing=Timing(duration_s=0.5))
+
+    def run(name):
+        return engine.run([2.0], Scenario(omega=8.0, changes={name: [0.1, 0.15]}), WRAPPED)
+
+    np.testing.assert_array_equal(run("mass_kg").height_m, run("body.body.mass_kg").height_m)
