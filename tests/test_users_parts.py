@@ -25,7 +25,7 @@ from tegotae.references import imported, named
 from tegotae.registry import kinds
 from tegotae.study.folder import Folder
 from tegotae.study.table import tabulate
-from tegotae.terms import Network
+from tegotae.terms import Network, Term
 from tegotae.training.algorithms import PGPE, Algorithm
 from tegotae.training.evolve import start
 from tegotae.training.fitness import Fitness
@@ -387,6 +387,7 @@ FILES = {
     "from nowhere import x": "cannot be imported, line 1: ModuleNotFoundError",
     "\n\n1/0": "cannot be imported, line 3: ZeroDivisionError: division by zero",
     "def f(:": "cannot be imported, line 1: SyntaxError",
+    "import sys\n\nsys.exit(0)": "cannot be imported, line 3: SystemExit: it ends the program",
 }
 
 
@@ -395,6 +396,39 @@ def test_a_file_that_cannot_be_imported_is_told_with_its_line(tmp_path, text, on
     path = tmp_path / f"broken_{len(text)}.py"
     path.write_text(text)
     assert FILES[text] in one_line_error("train", f"{path}:experiment")
+
+
+LEAVING = """
+import sys
+from dataclasses import dataclass
+from tegotae.terms import VanillaAction
+from tegotae.training.objective import Objective
+
+@dataclass(frozen=True)
+class Leaving(VanillaAction):
+    def __post_init__(self):
+        sys.exit(0)
+
+@dataclass(frozen=True, kw_only=True)
+class LeavingLate(Objective):
+    def score(self, trajectory, scenario, body, timing):
+        sys.exit(0)
+
+def environment():
+    sys.exit(0)
+"""
+"""Code that ends the program wherever it is called."""
+
+
+def test_code_of_a_part_does_not_end_a_command_as_if_it_had_done_its_work(tmp_path, one_line_error):
+    path = tmp_path / "leaving.py"
+    path.write_text(LEAVING)
+    with pytest.raises(TegotaeError, match="cannot be made: SystemExit: it ends the program"):
+        named(f"{path}:Leaving", Term, "term")
+    assert "it ends the program" in one_line_error("train-env", f"{path}:environment")
+    words = ["--generations", "1", "--seeds", "1", "--out", str(tmp_path / "out")]
+    said = one_line_error("train", "V-sector-w8", "--fitness", f"{path}:LeavingLate", *words)
+    assert "code of a part ended the command" in said
 
 
 @pytest.mark.parametrize(

@@ -245,6 +245,7 @@ LAZY, BUSY = 0.0, 8.0
     ("fail", "said"),
     [
         ("raise", "it raised RuntimeError: the motor is on fire"),
+        ("leave", "it raised SystemExit: it ends the program"),
         ("nan", "its observation was not finite"),
         ("pay", "its reward was inf"),
         ("shape", r"its observation has shape \(2,\); its space said \(3,\)"),

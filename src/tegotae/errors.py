@@ -70,6 +70,18 @@ def _short(value: int) -> str:
     return str(value) if value.bit_length() < 100 else f"about 2^{value.bit_length()}"
 
 
+def told(error: BaseException) -> str:
+    """What an error of somebody else's code is, in short: its kind and its first line.
+
+    Example:
+        >>> told(ValueError("no leg")), told(SystemExit(0))
+        ('ValueError: no leg', 'SystemExit: it ends the program')
+    """
+    ends = isinstance(error, SystemExit)
+    first = "it ends the program" if ends else (str(error).splitlines() or [""])[0]
+    return f"{type(error).__name__}: {first}"
+
+
 def unknown(kind: str, name: str, known: Iterable[str]) -> TegotaeError:
     """The error for a name that is not known, with the nearest names that are.
 

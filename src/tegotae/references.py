@@ -14,7 +14,7 @@ from types import ModuleType
 from typing import Any
 
 from tegotae import registry
-from tegotae.errors import TegotaeError, unknown
+from tegotae.errors import TegotaeError, told, unknown
 from tegotae.metrics.metric import Metric
 from tegotae.metrics.registry import built_in
 
@@ -56,6 +56,10 @@ def named(reference: str, kind: type | tuple[type, ...], what: str) -> Any:
             found = found()
         except TypeError as error:
             raise TegotaeError(f"{reference} cannot be made without arguments: {error}") from None
+        except TegotaeError as error:
+            raise TegotaeError(f"{reference} cannot be made: {error}") from None
+        except (Exception, SystemExit) as error:  # anything may go wrong in a user's class
+            raise TegotaeError(f"{reference} cannot be made: {told(error)}") from None
     if not isinstance(found, kinds):
         names = " or ".join(each.__name__ for each in kinds)
         own = found if isinstance(found, type) else type(found)
@@ -140,11 +144,10 @@ def _import(name: str, place: str) -> ModuleType:
         return importlib.import_module(name)
     except TegotaeError as error:
         raise TegotaeError(f"{place} cannot be imported: {error}") from None
-    except Exception as error:  # anything may go wrong in a user's file
-        first = (str(error).splitlines() or [""])[0]
+    except (Exception, SystemExit) as error:  # anything may go wrong in a user's file
         own = [f for f in traceback.extract_tb(error.__traceback__) if f.filename == place]
         line = getattr(error, "lineno", None) or (own[-1].lineno if own else None)
         where = "" if line is None else f", line {line}"
         raise TegotaeError(
-            f"{os.path.basename(place)} cannot be imported{where}: {type(error).__name__}: {first}"
+            f"{os.path.basename(place)} cannot be imported{where}: {told(error)}"
         ) from None

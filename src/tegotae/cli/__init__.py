@@ -90,7 +90,12 @@ def _run(words: list[str]) -> None:
         ),
     )
     check_environment()
-    command.run()
+    try:
+        command.run()
+    except SystemExit:  # no command of ours ends so: a part does, perhaps in a worker
+        raise TegotaeError(
+            "code of a part ended the command (SystemExit); a part returns, or raises an error"
+        ) from None
 
 
 def split_parts(words: list[str]) -> tuple[list[str], list[str]]:

@@ -13,7 +13,7 @@ from tegotae.bodies import Hopper
 from tegotae.controller import Controller
 from tegotae.envs.actions import CommandedForce
 from tegotae.envs.settings import Chosen, HopperSettings, TegotaeHopperSettings
-from tegotae.errors import TegotaeError, require_finite, unknown
+from tegotae.errors import TegotaeError, require_finite, told, unknown
 from tegotae.oscillators import PhaseOscillator
 
 _TICK_S = 0.001
@@ -157,11 +157,9 @@ class Policy:
             said = np.asarray(self.answer(observed), float)
         except TegotaeError:
             raise
-        except Exception as error:  # anything may go wrong in a user's policy
-            first = (str(error).splitlines() or [""])[0]
+        except (Exception, SystemExit) as error:  # anything may go wrong in a user's policy
             raise TegotaeError(
-                f"{self.name} failed on observations of shape {observed.shape}: "
-                f"{type(error).__name__}: {first}"
+                f"{self.name} failed on observations of shape {observed.shape}: {told(error)}"
             ) from None
         if said.size != len(observed):
             raise TegotaeError(

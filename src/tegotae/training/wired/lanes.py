@@ -10,6 +10,7 @@ import numpy as np
 
 from tegotae.envs.contact import with_contact
 from tegotae.envs.naming import flat
+from tegotae.errors import told
 from tegotae.extras import require
 from tegotae.mujoco.batch import ModelBatch
 from tegotae.mujoco.episodes import Fate
@@ -132,9 +133,8 @@ class GymLanes(Lanes):
             return seen
         except _Trouble as trouble:
             self.troubles[lane] = str(trouble)
-        except Exception as error:  # anything may go wrong in somebody else's program
-            first = (str(error).splitlines() or [""])[0]
-            self.troubles[lane] = f"it raised {type(error).__name__}: {first}"
+        except (Exception, SystemExit) as error:  # anything may go wrong in somebody else's program
+            self.troubles[lane] = f"it raised {told(error)}"
             # What raised may be in any state; the next episode begins in a new one.
             self._envs[lane] = self._make()
         finally:

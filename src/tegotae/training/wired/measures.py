@@ -15,7 +15,7 @@ import numpy as np
 
 from tegotae.bodies import WiredLimbs
 from tegotae.envs.wiring import Wiring
-from tegotae.errors import TegotaeError
+from tegotae.errors import TegotaeError, told
 from tegotae.metrics.recording import from_samples
 from tegotae.references import named, source_of
 from tegotae.rollout import Timing, Trajectory
@@ -182,11 +182,10 @@ class Own(Measure):
             value = score(episode)
         except TegotaeError as error:
             raise TegotaeError(f"the fitness {self.function} failed: {error}") from None
-        except Exception as error:  # anything may go wrong in a user's function
-            first = (str(error).splitlines() or [""])[0]
+        except (Exception, SystemExit) as error:  # anything may go wrong in a user's function
             raise TegotaeError(
                 f"the fitness {self.function} failed on an episode of {len(episode.time_s)} steps: "
-                f"{type(error).__name__}: {first}"
+                + told(error)
             ) from None
         try:
             return float(value)

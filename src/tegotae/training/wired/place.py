@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from tegotae.errors import TegotaeError, unknown
+from tegotae.errors import TegotaeError, told, unknown
 from tegotae.extras import require
 from tegotae.mujoco.sensing import located
 from tegotae.mujoco.settings import PACKAGED
@@ -101,6 +101,5 @@ def _made(name: str, maker: Callable[..., Any], settings: dict[str, Any]) -> Any
         raise
     except ModuleNotFoundError as error:
         raise TegotaeError(f"{name} cannot be made: {error.name} is not installed") from None
-    except Exception as error:  # anything may go wrong in somebody else's program
-        first = (str(error).splitlines() or [""])[0]
-        raise TegotaeError(f"{name} cannot be made: {type(error).__name__}: {first}") from None
+    except (Exception, SystemExit) as error:  # anything may go wrong in somebody else's program
+        raise TegotaeError(f"{name} cannot be made: {told(error)}") from None
