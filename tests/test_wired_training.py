@@ -70,6 +70,20 @@ def learned(folder: Path) -> list:
     return [weights, (folder / "curves.csv").read_text()]
 
 
+def test_the_frequency_is_the_one_given_or_the_wirings_or_else_the_models():
+    wired = dataclasses.replace(WIRING, omega=9.0)
+    assert experiment(wiring=wired, omega=7.0).omega == 7.0
+    assert experiment(wiring=wired).omega == 9.0
+    assert experiment().omega == 8.0
+
+
+@pytest.mark.parametrize("omega", [math.nan, -4.0, 1e9])
+@pytest.mark.parametrize("given", [None, 8.0])
+def test_a_wiring_whose_frequency_is_none_is_not_trained(omega, given):
+    with pytest.raises(TegotaeError, match="the wiring's omega is "):
+        experiment(wiring=dataclasses.replace(WIRING, omega=omega), omega=given)
+
+
 @pytest.fixture(scope="module")
 def trained(tmp_path_factory):
     folder = tmp_path_factory.mktemp("trained")

@@ -24,7 +24,7 @@ from tegotae.envs import (  # noqa: E402
     model_scales,
     save_wiring,
 )
-from tegotae.envs.scaling import remarks  # noqa: E402
+from tegotae.envs.scaling import contact_entries, remarks  # noqa: E402
 from wired_env import Scales  # noqa: E402
 
 WIRING = Wiring(
@@ -119,6 +119,48 @@ def test_a_hoppers_controller_is_wired_by_a_file_of_limbs(tmp_path):
     assert other.omega == 6.0
 
 
+def test_a_controller_goes_on_seeing_what_it_senses_over_the_scales_it_was_trained_with(tmp_path):
+    saved_hopper(tmp_path / "hopper.json", "AR-rFv-sector-w8")
+    bare = dataclasses.replace(WIRING, scales={"velocity": 9.0})
+    wiring = Wiring.from_controller(tmp_path / "hopper.json", bare)
+    assert wiring.scales["velocity"] == 9.0  # what the wiring gives stands
+    assert wiring.scales["spring_force"] == pytest.approx(0.1 * 9.81)
+    assert wiring.scales["feedback"] == pytest.approx(math.sqrt(9.81))
+    assert remarks(wiring) == []
+
+
+def test_only_what_an_environment_calls_a_contact_force_is_told_as_one():
+    pytest.importorskip("mujoco")
+    from tegotae.mujoco.env import ModelEnv
+
+    env = ModelEnv(model="leg")
+    assert contact_entries(env) == ("foot_force",)
+    assert contact_entries(Scales()) == ()
+    limb = load_wiring("leg").limbs[0]
+    spring = dataclasses.replace(limb, senses={"spring_force": "knee_force"})
+    known = dataclasses.replace(load_wiring("leg"), weights=[1.0], omega=8.0)
+    for felt, told in ((limb, 1), (spring, 0)):
+        wiring = dataclasses.replace(known, limbs=[felt]).reading(build("V-sector-w8"))
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            TegotaeWrapper(env, wiring)
+        assert len([each for each in caught if "contact force" in str(each.message)]) == told
+    env.close()
+
+
+def test_a_frequency_is_kept_with_its_wiring(tmp_path):
+    for name in ("leg.toml", "leg.json"):
+        save_wiring(dataclasses.replace(WIRING, omega=9.0), tmp_path / name)
+        assert load_wiring(tmp_path / name).omega == 9.0
+
+
+@pytest.mark.parametrize("omega", [math.nan, -4.0, 0.0])
+def test_a_frequency_that_is_none_is_told(omega):
+    wiring = dataclasses.replace(WIRING.reading(build("V-sector-w8")), omega=omega)
+    (problem,) = check_wiring(Scales(), wiring, steps=0)
+    assert problem.startswith("omega is ")
+
+
 def test_a_wiring_file_may_name_its_controller(tmp_path):
     saved_hopper(tmp_path / "hopper.json")
     save_wiring(WIRING, tmp_path / "leg.json")
@@ -203,8 +245,10 @@ def test_what_a_wiring_leaves_to_chance_is_told():
         "no scale is given for spring_force: ne"
     ]
     foot = Limb(senses={"spring_force": "foot_force"}, drives="action[0]")
-    (remark,) = remarks(dataclasses.replace(WIRING, limbs=[foot]))
+    on_the_foot = dataclasses.replace(WIRING, limbs=[foot])
+    (remark,) = remarks(on_the_foot, ["foot_force"])
     assert "stands in for F_k" in remark
+    assert remarks(on_the_foot, ["toe_force"]) == []  # a spring's, whatever its name
     assert remarks(WIRING) == []
     wiring = dataclasses.replace(learned, weights=np.zeros(learned.controller.n_weights), omega=8.0)
     with pytest.warns(WiringWarning, match="no scale is given for spring_force"):

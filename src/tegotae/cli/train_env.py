@@ -20,7 +20,7 @@ from tegotae.training.run import Run, train
 
 _ITS_OWN = tyro.conf.arg(help_behavior_hint="(default: the model's own)")
 _OWN = tyro.conf.arg(help_behavior_hint="(default: the environment's)")
-_MODELS_OMEGA = tyro.conf.arg(help_behavior_hint="(default: the model's)")
+_WIRINGS_OMEGA = tyro.conf.arg(help_behavior_hint="(default: the wiring's, or else the model's)")
 _BY_WHAT = tyro.conf.arg(help_behavior_hint="(default: hopping, where it can be measured)")
 
 
@@ -38,7 +38,7 @@ class TrainEnv(EvolutionOptions):
     """What limbs sense and drive: a .toml or .json file."""
     model: str = "ART"
     """The controller: a model's name (see `tegotae models`), or an architecture such as ART."""
-    omega: Annotated[float | None, _MODELS_OMEGA] = None
+    omega: Annotated[float | None, _WIRINGS_OMEGA] = None
     """Frequency of the oscillators [rad/s]."""
     fitness: Annotated[str | None, _BY_WHAT] = None
     """By what an episode is judged: hopping (CoT⁻¹ + ΔΩ), return (the environment's rewards), or

@@ -58,7 +58,10 @@ class MujocoContactForce(gymnasium.ObservationWrapper[np.ndarray, Any, np.ndarra
             if name not in known:
                 raise unknown("body of this model", name, known)
         self._geoms = [frozenset(known[name]) for name in bodies]
-        self.observation_names = (*observation_names(env), *(f"{name}_force" for name in bodies))
+        named = tuple(f"{name}_force" for name in bodies)
+        self.observation_names = (*observation_names(env), *named)
+        own = env.get_wrapper_attr("contact_names") if env.has_wrapper_attr("contact_names") else ()
+        self.contact_names = (*own, *named)
         more = np.zeros(len(bodies), space.dtype)
         self.observation_space = Box(
             np.concatenate([space.low, more]),

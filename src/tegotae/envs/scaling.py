@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from typing import Any
 
 import gymnasium
+import jax.numpy as jnp
 import numpy as np
 
+from tegotae.bodies import Body, WiredLimbs
 from tegotae.envs.wiring import Wiring
 from tegotae.errors import TegotaeError, unknown
 from tegotae.extras import require
@@ -65,24 +67,61 @@ def model_scales(
     }
 
 
-def remarks(wiring: Wiring) -> list[str]:
+def body_scales(body: Body) -> dict[str, float]:
+    """What networks divide a body's signals by, and √(g/l0) as that of `feedback`, in SI units.
+
+    A signal whose scale differs between limbs is left out.
+
+    Example:
+        >>> from tegotae.bodies import Hopper
+        >>> for name, scale in body_scales(Hopper()).items():
+        ...     print(f"{name} {scale:.3f}")
+        spring_force 0.981
+        velocity 3.132
+        height 1.000
+        feedback 3.132
+    """
+    still = ground_m = jnp.zeros(1)
+    if isinstance(body, WiredLimbs):  # whose state is what is handed in
+        state: Any = {}
+    else:
+        state = body.release(still + body.touching_height_m, still)
+    found = {**body.sense(state, ground_m).scales, "feedback": body.rate_scale}
+    values = {name: np.unique(np.asarray(scale)) for name, scale in found.items()}
+    return {name: float(scale[0]) for name, scale in values.items() if scale.size == 1}
+
+
+def contact_entries(env: gymnasium.Env[Any, Any]) -> tuple[str, ...]:
+    """The observation entries that are contact forces, of which an environment may tell.
+
+    MuJoCo models and `MujocoContactForce` do; another one does by an attribute `contact_names`.
+    """
+    if not env.has_wrapper_attr("contact_names"):
+        return ()
+    return tuple(env.get_wrapper_attr("contact_names"))
+
+
+def remarks(wiring: Wiring, contacts: Collection[str] = ()) -> list[str]:
     """What should be known of a wiring that could be used as it is: one plain sentence each.
+
+    Args:
+        wiring: the wiring.
+        contacts: names of the observation entries that are contact forces (`contact_entries`).
 
     Example:
         >>> from tegotae.envs import Limb
         >>> limb = Limb(senses={"spring_force": "foot_force"}, drives="knee")
-        >>> for remark in remarks(Wiring(limbs=[limb])):
+        >>> for remark in remarks(Wiring(limbs=[limb]), ["foot_force"]):
         ...     print(remark)
         'foot_force' stands in for F_k: it is the whole contact force, with damper, actuator and \
 impacts, where the paper's law feels the spring alone
     """
     found = []
-    felt = {limb.senses.get("spring_force", "") for limb in wiring.limbs}
-    contacts = sorted(name for name in felt if name.endswith("_force") and name[0] != "-")
-    if contacts:
-        named = ", ".join(map(repr, contacts[:4]))
+    felt = sorted({limb.senses.get("spring_force", "") for limb in wiring.limbs} & {*contacts})
+    if felt:
+        named = ", ".join(map(repr, felt[:4]))
         found.append(
-            f"{named} stand{'s' if len(contacts) == 1 else ''} in for F_k: it is the whole contact "
+            f"{named} stand{'s' if len(felt) == 1 else ''} in for F_k: it is the whole contact "
             "force, with damper, actuator and impacts, where the paper's law feels the spring alone"
         )
     networks = [t for t in wiring.controller.terms.values() if isinstance(t, Network)]

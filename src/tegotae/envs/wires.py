@@ -229,16 +229,16 @@ def _limb_problems(
 def _number_problems(wiring: Wiring, step_s: float | None) -> list[str]:
     problems: list[str] = []
     numbers = {
-        "omega": (wiring.omega, None),
-        "step_s": (step_s, 0.0),
-        "max_force": (wiring.max_force, 0.0),
-        "max_feedback_rad_per_s": (wiring.max_feedback_rad_per_s, 0.0),
-        "rest_length_m": (wiring.rest_length_m, 0.0),
-        **{f"scales[{name!r}]": (scale, 0.0) for name, scale in wiring.scales.items()},
+        "omega": wiring.omega,
+        "step_s": step_s,
+        "max_force": wiring.max_force,
+        "max_feedback_rad_per_s": wiring.max_feedback_rad_per_s,
+        "rest_length_m": wiring.rest_length_m,
+        **{f"scales[{name!r}]": scale for name, scale in wiring.scales.items()},
     }
-    for name, (value, above) in numbers.items():
+    for name, value in numbers.items():
         if value is not None:
-            _try(problems, name, value, above)
+            _try(problems, name, value, 0.0)
     return problems
 
 

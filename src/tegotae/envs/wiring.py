@@ -74,7 +74,8 @@ class Wiring:
     own sharing and coupling. The vanilla sector by default."""
     scales: Mapping[str, float] = field(default_factory=dict)
     """What a network divides each signal by, such as the weight for `spring_force`, and √(g/l0) for
-    `feedback`; 1 if not named. `with_scales` takes them from a MuJoCo model."""
+    `feedback`; 1 if not named. `with_scales` takes them from a MuJoCo model, `from_controller` from
+    the body that the controller was trained on."""
     max_force: float = 4.0
     """The force α at which the action is `push`, in the units of the actuation's force."""
     sector_rad: Sequence[float] | None = None
@@ -122,7 +123,9 @@ class Wiring:
         """The wiring of a controller file.
 
         A controller that was trained on an environment brings the wiring that it was trained with.
-        Another one, such as the hopper's, needs a wiring, for what its limbs are elsewhere.
+        Another one, such as the hopper's, needs a wiring, for what its limbs are elsewhere. Its
+        networks go on seeing signals over the scales of the body that it was trained on; those that
+        the wiring gives go before, such as another body's of `with_scales`.
 
         Args:
             file: what `tegotae train` or `tegotae train-env` wrote.
@@ -155,13 +158,21 @@ class Wiring:
     def holding(self, saved: SavedController) -> Wiring:
         """The same with a saved controller: its structure, weights, frequency and α.
 
+        Scales that are not given are those of the body that it was trained on.
+
         Raises:
             TegotaeError: for a controller without an oscillator.
         """
+        from tegotae.envs.scaling import body_scales
+        from tegotae.envs.wires import read_by
+
         if saved.controller.oscillator is None:
             raise TegotaeError("the controller has no oscillator; take one that has, such as ART")
+        heard = {*read_by(saved.controller), "feedback"}
+        own = {name: x for name, x in body_scales(saved.body).items() if name in heard}
         return dataclasses.replace(
             self.reading(saved.controller),
+            scales={**own, **self.scales},
             weights=saved.weights,
             omega=saved.omega,
             max_force=float(saved.body.max_force_n),

@@ -55,7 +55,15 @@ class WiringDocument(msgspec.Struct, forbid_unknown_fields=True):
     omega: float | None = None
 
 
-_OWN = ("height", "work", "rest_length_m", "max_force", "max_feedback_rad_per_s", "step_s")
+_OWN = (
+    "height",
+    "work",
+    "rest_length_m",
+    "max_force",
+    "max_feedback_rad_per_s",
+    "step_s",
+    "omega",
+)
 _LISTS = ("observation_names", "action_names", "contact_bodies", "sector_rad")
 
 
@@ -164,7 +172,6 @@ def wiring_of(document: Any, folder: Path | None = None) -> Wiring:
         limbs=limbs,
         scales=found.scales,
         weights=None if found.weights is None else np.asarray(found.weights),
-        omega=found.omega,
         **numbers,
         **lists,
     )

@@ -12,7 +12,7 @@ from gymnasium.spaces import Box, Dict
 from tegotae.envs.contact import with_contact
 from tegotae.envs.naming import flat
 from tegotae.envs.pilot import Pilot
-from tegotae.envs.scaling import WiringWarning, remarks
+from tegotae.envs.scaling import WiringWarning, contact_entries, remarks
 from tegotae.envs.wires import look_up, weights_of
 from tegotae.envs.wiring import Wiring
 from tegotae.errors import TegotaeError
@@ -62,7 +62,7 @@ class TegotaeWrapper(gymnasium.Wrapper[Any, np.ndarray, Any, np.ndarray]):
             problems.append("the wiring has weights but no frequency; give omega= [rad/s]")
         if wires is None or problems:
             raise TegotaeError("; ".join(problems))
-        for remark in remarks(wiring):
+        for remark in remarks(wiring, contact_entries(env)):
             warnings.warn(remark, WiringWarning, stacklevel=2)
         self.wiring = wiring
         self._pilot = Pilot(wires, wiring, weights[:, None])

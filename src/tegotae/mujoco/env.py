@@ -46,6 +46,7 @@ class ModelEnv(gymnasium.Env[np.ndarray, np.ndarray]):
         self.model = self.sensing.model
         self.dt = self.batch.step_s
         self.observation_names = (*self.sensing.names, "work")
+        self.contact_names = self.sensing.contacts
         self.action_names = self.sensing.actuators
         self.fate = Fate(own, self.sensing, self.dt)
         least = [entry.least for entry in self.sensing.entries]

@@ -62,6 +62,12 @@ class Sensing:
         """Names of what is observed."""
         return tuple(entry.name for entry in self.entries)
 
+    @property
+    def contacts(self) -> tuple[str, ...]:
+        """Names of the feet's contact forces; an actuator's force may have the plain one."""
+        named = [(f"{foot}_contact_force", f"{foot}_force") for foot in self.feet]
+        return tuple(longer if longer in self.names else plain for longer, plain in named)
+
     def observed(self, data: np.ndarray) -> np.ndarray:
         """What is observed of sensor data [..., columns], shape [..., entries]."""
         columns = [entry.column for entry in self.entries]

@@ -99,11 +99,18 @@ class WiredExperiment:
     ) -> WiredExperiment:
         """One of the paper's models (`tegotae.models.find`) on an environment.
 
-        The measure is CoT⁻¹ + ΔΩ where the wiring says what height and work are, and otherwise the
-        environment's return.
+        The frequency is the one given, else the wiring's, else the model's ω_t. The measure is
+        CoT⁻¹ + ΔΩ where the wiring says what height and work are, and otherwise the environment's
+        return.
+
+        Raises:
+            TegotaeError: for a frequency, given or the wiring's, that is none.
         """
         controller = model.controller(settings.pop("budget", BUDGET))
-        omega = model.omega_t if omega is None else omega
+        if wiring.omega is not None:
+            require_finite("the wiring's omega", wiring.omega, above=0.0, most=MOST_RAD_PER_S)
+        if omega is None:
+            omega = model.omega_t if wiring.omega is None else wiring.omega
         wiring = dataclasses.replace(wiring.reading(controller), omega=omega, weights=None)
         known = wiring.height is not None and wiring.work is not None
         duration_s = settings.get("duration_s", 24.0)
