@@ -202,6 +202,62 @@ def test_work_that_was_recorded_is_not_computed_from_the_force(settled):
     assert found.reasons["smoothness"] == "the actuator force was not recorded"
 
 
+def counted():
+    """Running totals of work and climbs, ten times what the samples tell."""
+    climb = np.concatenate([[0.0], np.cumsum(np.maximum(np.diff(HEIGHT), 0.0))])
+    flight = np.concatenate([[0.0], np.cumsum(np.maximum(np.diff(np.maximum(HEIGHT, 1.0)), 0.0))])
+    return {"work_j": 10.0 * TIME, "climb_m": 10.0 * climb, "climb_flight_m": 10.0 * flight}
+
+
+def test_running_totals_go_before_what_samples_tell_and_that_is_said(settled):
+    totals = counted()
+    found = measure(**recording({**COLUMNS, **totals}).arguments(), rest_length_m=1.0)
+    assert found.efficiency.climb_flight_m == pytest.approx(10 * settled.efficiency.climb_flight_m)
+    assert found.efficiency.climb_m == pytest.approx(10 * settled.efficiency.climb_m)
+    hops = found.efficiency
+    assert hops.work_j == pytest.approx(10.0 * (hops.end_s - hops.start_s), rel=2e-3)
+    assert "work_j, climb_flight_m and climb_m: the recording's own" in found.notes[0]
+    assert settled.notes == ()
+
+
+def test_the_command_says_which_totals_are_the_recordings_own(tmp_path, capsys):
+    path = written(tmp_path, {**COLUMNS, **counted()}, ".csv")
+    assert main(["measure", str(path), "--rest-length", "1"]) == 0
+    assert "the recording's own running totals" in capsys.readouterr().out
+    assert main(["measure", str(path), "--rest-length", "1", "--json"]) == 0
+    assert "own running totals" in json.loads(capsys.readouterr().out)["notes"][0]
+
+
+@pytest.mark.parametrize("name", ["work_j", "climb_m", "climb_flight_m"])
+def test_a_running_total_that_starts_again_is_refused(name):
+    total = counted()[name]
+    total[1200:] -= total[1200]
+    with pytest.raises(TegotaeError, match=f"{name} falls from .* to 0 at sample 1200"):
+        measure(TIME, HEIGHT, rest_length_m=1.0, **{name: total})
+
+
+def test_net_work_may_fall_since_a_brake_takes_it_back():
+    net = np.concatenate([[0.0], np.cumsum((FORCE[1:] + 0.2) * np.diff(HEIGHT))])
+    assert (np.diff(net) < 0.0).any()
+    assert measure(TIME, HEIGHT, rest_length_m=1.0, work_j=net).efficiency is not None
+
+
+@pytest.mark.parametrize("name", ["height_m", "force_n", "phase_rad", "work_j", "ground_m"])
+def test_one_sample_without_any_sense_is_refused(name):
+    columns = {**COLUMNS, "phase_rad": TIME, "work_j": TIME, "ground_m": 0.0 * TIME}
+    columns[name] = columns[name].copy()
+    columns[name][700] = 1e308
+    with pytest.raises(TegotaeError, match=rf"{name} is 1e\+308 at sample 700"):
+        measure(**recording(columns).arguments(), rest_length_m=1.0)
+
+
+def test_a_height_that_leaps_by_a_leg_and_back_is_refused():
+    height = HEIGHT.copy()
+    height[700] = 7.0
+    with pytest.raises(TegotaeError, match=r"height_m is 7 at sample 700 .* rest length of 1 m"):
+        measure(TIME, height, rest_length_m=1.0)
+
+
 @pytest.mark.parametrize("with_phase", [False, True])
 def test_the_picture_shows_what_was_measured(settled, wandering, with_phase):
     found = settled if with_phase else wandering
@@ -269,6 +325,16 @@ def test_the_command_says_what_it_is_and_why_the_rest_is_undefined(tmp_path, cap
         ({"time_s": [0], "z": [0]}, ["high=z[m]"], "no quantity is called 'high'"),
         ({"time_s": [0], "z": [0]}, ["height=zz[m]"], "no column is called 'zz'; did you mean z"),
         ({"time_s": [0], "z": [0]}, ["height"], "write QUANTITY=COLUMN"),
+        (
+            {"time_s": [0], "z": [0]},
+            ["height=z[m]", "ground=z[m]"],
+            "column 'z' is named for two quantities, height and ground",
+        ),
+        (
+            {"time_s": [0], "z": [0], "y": [0]},
+            ["height=z[m]", "height=y[m]"],
+            "the height is named twice, 'z' and 'y'",
+        ),
         ({"time_s": ["0"], "height_m": ["low"]}, [], "height_m is 'low' in row 0"),
         (
             {"time_s": [0, 1, 2], "height_m": [0, 1]},
@@ -347,6 +413,11 @@ def test_parquet_without_its_package_names_the_extra(tmp_path, monkeypatch):
     [
         ((), "set --rest-length"),
         (("--rest-length", "-1"), "rest_length_m is -1"),
+        (("--rest-length", "1e308"), "rest_length_m is 1e+308; it must be at most"),
+        (("--rest-length", "1", "--omega", "0"), "omega is 0; it must be greater than 0"),
+        (("--rest-length", "1", "--omega", "1e308"), "omega is 1e+308; it must be at most"),
+        (("--rest-length", "1", "--max-force", "1e308"), "max_force_n is 1e+308"),
+        (("--rest-length", "1", "--mass", "1e308"), "mass is 1e+308; it must be at most"),
         (("--rest-length", "1", "--preset", "papers"), "no preset is called 'papers'"),
         (("--rest-length", "1", "--disturbed-at", "90"), "disturbed_at_s lies 90 s"),
         (("--rest-length", "1", "--work", "much"), "work is 'much'"),

@@ -44,12 +44,13 @@ class Measure(WorkOption):
     file: Annotated[Path, tyro.conf.Positional]
     """The recording, .csv, .npz or .parquet; its first sample is the release. A column is known by
     its name with its unit: time_s (or ms, us), height_m (cm, mm), and, where they were recorded,
-    ground_m, phase_rad (deg), actuator_force_n or force_n (kN, mN, MN), and work_j (kJ, mJ, MJ),
-    a running total of the actuators' work. Files of `tegotae simulate --csv` are measured as they
-    are."""
+    ground_m, phase_rad (deg), actuator_force_n or force_n (kN, mN, MN), and running totals, which
+    go before what the samples tell: work_j (kJ, mJ, MJ) of the actuators' work, climb_flight_m of
+    the heights climbed in flight, climb_m of all. Files of `tegotae simulate --csv` are measured as
+    they are."""
     columns: tuple[str, ...] = ()
     """Which column is what, where its name does not say: QUANTITY=COLUMN[UNIT], such as
-    height=com_z[mm]; of time, height, ground, phase, force and work."""
+    height=com_z[mm]; of time, height, ground, phase, force, work, climb_flight and climb."""
     rate: Given = None
     """Samples a second [Hz], where there is no column of times."""
     resample: Given = None
@@ -134,9 +135,9 @@ class Measure(WorkOption):
             if gravity is not None and body is None:
                 raise TegotaeError("--gravity belongs to a mass; set --mass [kg], too")
             return None
-        require_finite("mass", mass, above=0.0)
+        require_finite("mass", mass, above=0.0, most=1e9)
         gravity = Hopper.gravity_m_per_s2 if gravity is None else gravity
-        require_finite("gravity", gravity, above=0.0)
+        require_finite("gravity", gravity, above=0.0, most=1e9)
         return mass * gravity
 
     def _or_body(self, option: str, body: Body | None) -> float | None:
@@ -185,6 +186,8 @@ def _print(found: Measured, weight_n: float | None) -> None:
     print_rows(("metric", "value", "what it is, or why it is undefined"), rows)
     if found.efficiency is not None and math.isfinite(found.efficiency.cot_inverse):
         print(_efficiency(found.efficiency, weight_n))
+    for note in found.notes:
+        print(note)
 
 
 def _efficiency(of: Efficiency, weight_n: float | None) -> str:
@@ -205,6 +208,7 @@ def _document(found: Measured, weight_n: float | None) -> dict[str, Any]:
         "regime": REGIMES[found.regime],
         **values,
         "reasons": {name: why for name, why in found.reasons.items() if name in values},
+        "notes": list(found.notes),
         "efficiency": None
         if of is None
         else {

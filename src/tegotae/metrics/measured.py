@@ -64,7 +64,7 @@ class Measured(Gait):
         {'t1_s': 'there was no disturbance'}
     """
 
-    __slots__ = ("efficiency", "frames", "hops", "omega", "reasons")
+    __slots__ = ("efficiency", "frames", "hops", "notes", "omega", "reasons")
 
     reasons: dict[str, str]
     """Why each metric that is NaN is undefined, by its name."""
@@ -77,6 +77,8 @@ class Measured(Gait):
     """Its hops, [hops] each."""
     omega: float
     """Prescribed frequency ω [rad/s]; NaN if it is not known."""
+    notes: tuple[str, ...]
+    """What else is to be known of the numbers, a sentence each."""
 
     def __init__(
         self,
@@ -86,8 +88,10 @@ class Measured(Gait):
         frames: Any,
         hops: Any,
         omega: Any,
+        notes: tuple[str, ...] = (),
     ) -> None:
         super().__init__(values)
+        self.notes = notes
         self.reasons, self.efficiency = reasons, efficiency
         self.frames, self.hops, self.omega = frames, hops, omega
 
@@ -102,6 +106,8 @@ def measure(
     omega: float | None = None,
     force_n: Any = None,
     work_j: Any = None,
+    climb_flight_m: Any = None,
+    climb_m: Any = None,
     max_force_n: float | None = None,
     disturbed_at_s: float | None = None,
     limit_cycle: LimitCycle | None = None,
@@ -125,6 +131,9 @@ def measure(
         force_n: actuator force F_a [N], [samples].
         work_j: running total of the actuator's work [J], [samples], which is then not computed
             from the force: what a motor took from its battery, say.
+        climb_flight_m: running total of the heights climbed in flight [m], [samples], which are
+            then not taken from the samples of the height.
+        climb_m: running total of all heights climbed [m], [samples], likewise.
         max_force_n: largest actuator force α [N].
         disturbed_at_s: when a disturbance, such as a drop of the ground, took place [s].
         limit_cycle: what counts as settled; its tolerances are for a leg of 1 m.
@@ -136,7 +145,7 @@ def measure(
 
     Raises:
         TegotaeError: for a recording that `from_samples` refuses, samples more than 20 ms apart, a
-            negative frequency, or a disturbance outside of it.
+            frequency that is not positive, or a disturbance outside of it.
 
     Example:
         >>> from tegotae.metrics import REGIMES
@@ -148,9 +157,9 @@ def measure(
         'neither the actuator force nor its work was recorded'
     """
     if omega is not None:
-        require_finite("omega", omega, least=0.0)
+        require_finite("omega", omega, above=0.0, most=1e6)
     if max_force_n is not None:
-        require_finite("max_force_n", max_force_n, above=0.0)
+        require_finite("max_force_n", max_force_n, above=0.0, most=1e9)
     check_work(work)
     limit_cycle = limit_cycle or LimitCycle()
     _check_rate(time_s)
@@ -162,6 +171,8 @@ def measure(
         phase_rad=phase_rad,
         force_n=force_n,
         work_j=work_j,
+        climb_flight_m=climb_flight_m,
+        climb_m=climb_m,
         frame_s=FORCE_PERIOD_S,
     )
     at_s = _since_release(disturbed_at_s, time_s, frames)
@@ -206,8 +217,15 @@ def measure(
         if not isinstance(metric, GaitMetric | DerivedMetric) or np.isnan(values[metric.name])
     }
     efficiency = None if span is None else _efficiency(frames, table, span, work, has_cycle)
+    counted = {"work_j": work_j, "climb_flight_m": climb_flight_m, "climb_m": climb_m}
     return Measured(
-        values, reasons, efficiency, frames, table, np.nan if omega is None else float(omega)
+        values,
+        reasons,
+        efficiency,
+        frames,
+        table,
+        np.nan if omega is None else float(omega),
+        _counted([name for name, total in counted.items() if total is not None]),
     )
 
 
@@ -224,6 +242,14 @@ def _rows(table: Hops) -> Hops:
     count = int(table.count[0])
     columns = {n: np.asarray(x)[:count, 0] for n, x in table._asdict().items() if n != "count"}
     return Hops(**columns, count=count)
+
+
+def _counted(names: list[str]) -> tuple[str, ...]:
+    """A sentence on the running totals that stand in place of what samples tell."""
+    if not names:
+        return ()
+    listed = ", ".join(names[:-1]) + (" and " if names[1:] else "") + names[-1]
+    return (f"{listed}: the recording's own running totals, not computed from its samples",)
 
 
 def _check_rate(time_s: Any) -> None:

@@ -10,6 +10,8 @@ from tegotae.errors import TegotaeError, require_finite
 from tegotae.rollout import Trajectory
 
 _UNIFORM = 0.01  # largest deviation of a time step from the mean one, as a share of it
+_MOST = 1e9  # largest value in SI units that a recording may hold
+_RESTART = 3.0  # a fall of so many times the largest rise, and the steps beside it, is a restart
 
 
 def from_samples(
@@ -21,6 +23,8 @@ def from_samples(
     phase_rad: Any = None,
     force_n: Any = None,
     work_j: Any = None,
+    climb_flight_m: Any = None,
+    climb_m: Any = None,
     frame_s: float = 0.02,
 ) -> Trajectory:
     """A recording of one gait as frames, in the form in which `Engine` records its own.
@@ -28,7 +32,8 @@ def from_samples(
     Touchdowns lie where the height crosses `l0 + h`, between two samples by linear interpolation.
     Every flight has one apex: its highest sample, refined by a parabola through three, which is
     exact in ballistic flight. The actuator's work is what `work_j` tells, or else
-    `E = Σ F̄ Δy`, with the mean force between two samples.
+    `E = Σ F̄ Δy`, with the mean force between two samples. Running totals of climbs likewise go
+    before what the heights tell: they were counted between the samples, too.
 
     Args:
         time_s: sampling times, uniform and increasing [s], shape [samples].
@@ -39,6 +44,8 @@ def from_samples(
         force_n: actuator force F_a [N], [samples]; None if not recorded.
         work_j: running total of the work [J], [samples], by whatever definition it was counted; it
             stands for all. None if not recorded. Without it and the force, work is NaN.
+        climb_flight_m: running total of the heights climbed in flight [m], [samples].
+        climb_m: running total of all heights climbed [m], [samples].
         frame_s: period of the frames [s], not below that of the samples.
 
     Returns:
@@ -46,9 +53,10 @@ def from_samples(
         samples do not tell.
 
     Raises:
-        TegotaeError: for arrays that differ in length, hold NaN or infinite values or too few
-            samples, for times that decrease or are not uniform, or for frames shorter than
-            their period.
+        TegotaeError: for arrays that differ in length, hold values that are not finite or beyond
+            1e9, or too few samples; for times that decrease or are not uniform, frames shorter
+            than their period, a height that leaves both its neighbours by more than the rest
+            length, or a running total that starts again.
 
     Example:
         >>> time_s = np.arange(2000) * 0.005
@@ -56,7 +64,7 @@ def from_samples(
         >>> f"{np.nanmax(frames.apex_height_m):.4f} m"
         '1.1000 m'
     """
-    require_finite("rest_length_m", rest_length_m, above=0.0)
+    require_finite("rest_length_m", rest_length_m, above=0.0, most=_MOST)
     require_finite("frame_s", frame_s, above=0.0)
     time = _checked_time(time_s)
     samples, step = len(time), (time[-1] - time[0]) / (len(time) - 1)
@@ -73,6 +81,7 @@ def from_samples(
             f"({3 * frame_s:g} s)"
         )
     height = _checked("height_m", height_m, samples)
+    _check_spikes(height, rest_length_m)
     ground = _checked("ground_m", np.broadcast_to(ground_m, np.shape(ground_m) or samples), samples)
     has_phase, has_force = phase_rad is not None, force_n is not None
     phase = np.unwrap(_checked("phase_rad", phase_rad, samples)) if has_phase else np.zeros(samples)
@@ -84,11 +93,16 @@ def from_samples(
         work = mean_force * climb
         absolute, positive = np.abs(work), np.maximum(work, 0.0)
     else:
-        work = absolute = positive = np.diff(_checked("work_j", work_j, samples))
+        work = absolute = positive = _steps_of_total("work_j", work_j, samples)
     over_touchdown = np.maximum(height, rest_length_m + ground)
     # A ground that moves during a step is where it is after it.
     before = np.maximum(height[:-1], rest_length_m + ground[1:])
     climb_flight = np.maximum(over_touchdown[1:] - before, 0.0)
+    if climb_flight_m is not None:
+        climb_flight = _steps_of_total("climb_flight_m", climb_flight_m, samples)
+    all_climbs = np.maximum(climb, 0.0)
+    if climb_m is not None:
+        all_climbs = _steps_of_total("climb_m", climb_m, samples)
 
     ends = np.arange(1, frames + 1) * frame_s
 
@@ -123,7 +137,7 @@ def from_samples(
         work_positive_j=running(positive),
         work_net_j=running(work),
         climb_flight_m=running(climb_flight),
-        climb_m=running(np.maximum(climb, 0.0)),
+        climb_m=running(all_climbs),
         apex_time_s=events(apex_time, apex_time),
         apex_height_m=events(apex_time, apex_height),
         apex_phase_rad=events(apex_time, np.interp(apex_time, time, phase)),
@@ -149,7 +163,45 @@ def _checked(name: str, values: Any, samples: int) -> np.ndarray:
             f"{name} is {array[where]} at sample {where}; every sample must be finite "
             "(cut the recording, or fill the gap)"
         )
+    where = int(np.argmax(np.abs(array)))
+    if abs(array[where]) > _MOST:
+        raise TegotaeError(
+            f"{name} is {array[where]:g} at sample {where}; no recording holds more than {_MOST:g}"
+        )
     return array
+
+
+def _check_spikes(height: np.ndarray, rest_length_m: float) -> None:
+    """Raise `TegotaeError` for a sample that lies off both its neighbours by over a rest length."""
+    before, after = height[1:-1] - height[:-2], height[1:-1] - height[2:]
+    off = np.where(before * after > 0.0, np.minimum(np.abs(before), np.abs(after)), 0.0)
+    where = int(np.argmax(off))
+    if off[where] > rest_length_m:
+        raise TegotaeError(
+            f"height_m is {height[where + 1]:g} at sample {where + 1} and {height[where]:g} before "
+            f"it, and goes back: further than the rest length of {rest_length_m:g} m in one "
+            "sample; mend the sample, or check units and rest length"
+        )
+
+
+def _steps_of_total(name: str, values: Any, samples: int) -> np.ndarray:
+    """What a running total gains from sample to sample, [samples - 1].
+
+    Net work may fall, but not in one sample and by more than it ever rises in one: such a fall is
+    a counter that starts again, or overflows.
+    """
+    total = _checked(name, values, samples)
+    steps = np.diff(total)
+    beside = np.abs(np.concatenate([[0.0], steps, [0.0]]))
+    usual = np.maximum(np.maximum(beside[:-2], beside[2:]), steps.max(initial=0.0))
+    restarts = (-steps > _RESTART * usual) & (steps.max(initial=0.0) > 0.0)
+    if restarts.any():
+        where = int(np.argmax(restarts))
+        raise TegotaeError(
+            f"{name} falls from {total[where]:g} to {total[where + 1]:g} at sample {where + 1}: a "
+            "running total does not start again; add up its parts, or cut the recording there"
+        )
+    return steps
 
 
 def _checked_time(time_s: Any) -> np.ndarray:

@@ -25,6 +25,8 @@ class Recording:
     phase_rad: np.ndarray | None = None
     force_n: np.ndarray | None = None
     work_j: np.ndarray | None = None
+    climb_flight_m: np.ndarray | None = None
+    climb_m: np.ndarray | None = None
 
     def arguments(self) -> dict[str, Any]:
         """The arguments of `tegotae.metrics.measure`, by name."""
@@ -70,8 +72,9 @@ def recording(
         rate_hz: samples a second, where there is no column of times.
 
     Raises:
-        TegotaeError: if there is no height, no time, two columns for one quantity, a unit that is
-            not known, a cell that is no number, columns of several lengths, or too few samples.
+        TegotaeError: if there is no height, no time, two columns for one quantity or one for two, a
+            unit that is not known, a cell that is no number, columns of several lengths, or too few
+            samples.
 
     Example:
         >>> table = {"t [ms]": [0, 10, 20], "com": [990.0, 1000.0, 1010.0]}
@@ -192,6 +195,16 @@ def _named(columns: Mapping[str, Any], named: Sequence[str]) -> dict[str, tuple[
                 f"column {column!r} is {said}; say which of {', '.join(units)} it is, such as "
                 f"{quantity}={column}[{next(iter(units))}]"
             )
+        if quantity in chosen:
+            raise TegotaeError(
+                f"the {quantity} is named twice, {chosen[quantity][0]!r} and {column!r}; name one"
+            )
+        for other, (taken, _) in chosen.items():
+            if taken == column:
+                raise TegotaeError(
+                    f"column {column!r} is named for two quantities, {other} and {quantity}; it "
+                    "can be one of them"
+                )
         chosen[quantity] = (column, scale)
     return chosen
 

@@ -46,6 +46,10 @@ QUANTITIES = {
     "work": Quantity(
         ("work",), {"J": 1.0, "kJ": 1e3, "mJ": 1e-3, "MJ": 1e6}, "running total of the work"
     ),
+    "climb_flight": Quantity(
+        ("climb_flight",), _LENGTH, "running total of the heights climbed in flight"
+    ),
+    "climb": Quantity(("climb",), _LENGTH, "running total of all heights climbed"),
 }
 """What can be measured, by the name that it has on the command line."""
 
