@@ -12,6 +12,7 @@ from matplotlib.image import imread
 from tegotae import TegotaeError, Timing, all_models, build
 from tegotae.bodies import Bar, Hopper, Sensors
 from tegotae.cli import main
+from tegotae.cli.gait.sweep import told
 from tegotae.controller_file import SavedController, save
 from tegotae.figures.gaits.animation import write_animation
 from tegotae.figures.gaits.colours import gait_colour
@@ -125,7 +126,7 @@ def test_a_bistable_map_has_the_hysteresis_that_was_made():
     down = np.array([bistable(LEVELS[::-1], "trot")[::-1]] * 3).T
     (found,) = hysteresis(LEVELS, up, down)
     assert (found.slow, found.fast) == ("walk", "trot")
-    assert (found.up, found.down, found.width) == (3.25, 1.75, 1.5)
+    assert (found.up, found.down, found.width) == ((3.0, 3.5), (1.5, 2.0), (1.0, 2.0))
     assert (found.starts_up, found.starts_down) == (3, 3)
 
 
@@ -133,13 +134,27 @@ def test_a_start_that_flickers_counts_once_where_it_changes_for_the_last_time():
     up = np.array([["walk", "trot", "walk", "trot", "trot", "trot", "trot"]]).T
     down = np.where(LEVELS > 1.7, "trot", "walk")[:, None]
     (found,) = hysteresis(LEVELS, up, down)
-    assert (found.up, found.down, found.starts_up) == (2.25, 1.75, 1)
+    assert (found.up, found.down, found.starts_up) == ((2.0, 2.5), (1.5, 2.0), 1)
 
 
 def test_a_map_without_memory_has_a_hysteresis_of_no_width():
     names = np.where(LEVELS > 2.2, "trot", "walk")[:, None]
     (found,) = hysteresis(LEVELS, names, names)
-    assert found.width == 0.0
+    assert found.width == (-0.5, 0.5)
+
+
+def test_a_change_is_told_between_the_levels_at_which_both_gaits_were_seen():
+    """Names are missing in between, and starts change at different levels."""
+    levels = [1.6, 1.9, 2.2, 2.5, 2.8, 3.1]
+    up = np.array([["walk"] * 2 + ["in between"] * 3 + ["trot"], ["walk"] * 3 + ["trot"] * 3]).T
+    down = np.array([["walk"] * 2 + ["trot"] * 4] * 2).T
+    (found,) = hysteresis(levels, up, down)
+    assert found.up == (1.9, 3.1)
+    assert found.down == (1.9, 2.2)
+    assert told(found) == (
+        "walk to trot: up between 1.9 and 3.1 (2 starts), down between 1.9 and 2.2 (2); hysteresis "
+        "between -0.3 and 1.2"
+    )
 
 
 def test_what_does_not_come_back_is_no_hysteresis():

@@ -45,11 +45,6 @@ class Switch:
     high: float
     """The higher one [rad/s]."""
 
-    @property
-    def omega(self) -> float:
-        """Their middle [rad/s]."""
-        return 0.5 * (self.low + self.high)
-
 
 @dataclass(frozen=True)
 class Hysteresis:
@@ -59,12 +54,14 @@ class Hysteresis:
     """The gait at lower frequencies."""
     fast: str
     """The gait at higher ones."""
-    up: float
-    """Where the slow one gives way on the way up, mean over the starts [rad/s]."""
-    down: float
-    """Where the fast one gives way on the way down [rad/s]."""
-    width: float
-    """up - down [rad/s]; no more certain than a level's distance to the next."""
+    up: tuple[float, float]
+    """Between which levels the slow one gives way on the way up: from the lowest at which a start
+    that changes was last seen in it, to the highest at which one was first seen in the other
+    [rad/s]."""
+    down: tuple[float, float]
+    """Between which levels the fast one gives way on the way down [rad/s]."""
+    width: tuple[float, float]
+    """Between what up - down lies [rad/s]."""
     starts_up: int
     """How many starts change on the way up."""
     starts_down: int
@@ -294,7 +291,7 @@ def switches(omega: Sequence[float], gait: Sequence[str]) -> tuple[Switch, ...]:
 
 
 def hysteresis(omega: Any, up: Any, down: Any) -> tuple[Hysteresis, ...]:
-    """Where gaits change on the way up and on the way down, averaged over the starts.
+    """Between which levels gaits change on the way up and on the way down, over all starts.
 
     A pair of gaits is told of if starts change from the one to the other on the way up, and back on
     the way down. Of a start that changes so several times, the last time counts.
@@ -308,32 +305,33 @@ def hysteresis(omega: Any, up: Any, down: Any) -> tuple[Hysteresis, ...]:
         >>> up, down = np.array([["walk", "walk", "trot"], ["walk", "trot", "trot"]])
         >>> (found,) = hysteresis([1.0, 2.0, 3.0], up[:, None], down[:, None])
         >>> found.slow, found.fast, found.up, found.down, found.width
-        ('walk', 'trot', 2.5, 1.5, 1.0)
+        ('walk', 'trot', (2.0, 3.0), (1.0, 2.0), (0.0, 2.0))
     """
     levels = np.asarray(omega, float)
     rising = _last_switches(levels, np.asarray(up))
     back = _last_switches(levels[::-1], np.asarray(down)[::-1])
     falling = {(slow, fast): found for (fast, slow), found in back.items()}
-    return tuple(
-        Hysteresis(
-            slow=slow,
-            fast=fast,
-            up=float(np.mean(rising[slow, fast])),
-            down=float(np.mean(falling[slow, fast])),
-            width=float(np.mean(rising[slow, fast]) - np.mean(falling[slow, fast])),
-            starts_up=len(rising[slow, fast]),
-            starts_down=len(falling[slow, fast]),
-        )
-        for slow, fast in rising
-        if (slow, fast) in falling
-    )
+    found = []
+    for pair in rising:
+        if pair not in falling:
+            continue
+        up_at, down_at = _between(rising[pair]), _between(falling[pair])
+        width = (up_at[0] - down_at[1], up_at[1] - down_at[0])
+        starts = len(rising[pair]), len(falling[pair])
+        found.append(Hysteresis(*pair, up_at, down_at, width, *starts))
+    return tuple(found)
 
 
-def _last_switches(levels: np.ndarray, gait: np.ndarray) -> dict[tuple[str, str], list[float]]:
-    """Where each start changes for the last time between each pair of gaits [rad/s]."""
-    found: dict[tuple[str, str], list[float]] = {}
+def _last_switches(levels: np.ndarray, gait: np.ndarray) -> dict[tuple[str, str], list[Switch]]:
+    """How each start changes for the last time between each pair of gaits."""
+    found: dict[tuple[str, str], list[Switch]] = {}
     for column in gait.T:
-        last = {(s.before, s.after): s.omega for s in switches(levels.tolist(), column.tolist())}
-        for pair, omega in last.items():
-            found.setdefault(pair, []).append(omega)
+        last = {(s.before, s.after): s for s in switches(levels.tolist(), column.tolist())}
+        for pair, switch in last.items():
+            found.setdefault(pair, []).append(switch)
     return found
+
+
+def _between(switches: Sequence[Switch]) -> tuple[float, float]:
+    """The levels between which all of them lie [rad/s]."""
+    return min(each.low for each in switches), max(each.high for each in switches)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 
@@ -12,6 +12,9 @@ from tegotae.cli.options import UNSET
 from tegotae.cli.tables import print_rows
 from tegotae.errors import TegotaeError, require_count, require_finite
 from tegotae.limits import MOST_POINTS, MOST_RAD_PER_S
+
+if TYPE_CHECKING:
+    from tegotae.gaits.sweep import Hysteresis
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -73,10 +76,7 @@ class Sweep(Subject):
             ),
         )
         for each in found.hysteresis:
-            print(
-                f"{each.slow} to {each.fast}: up at {each.up:.3g} ({each.starts_up} starts), down "
-                f"at {each.down:.3g} ({each.starts_down}); hysteresis {each.width:.3g}"
-            )
+            print(told(each))
         if not found.hysteresis:
             print("no named gait gives way on the way up and comes back on the way down")
         where = ", ".join(f"{w:.4g}" for w in found.bistable)
@@ -97,6 +97,20 @@ class Sweep(Subject):
                 f"levels go from {low:g} to {high:g}; the second must be greater than the first"
             )
         return np.linspace(low, high, self.count)
+
+
+def told(change: Hysteresis) -> str:
+    """A change of gait and its hysteresis in one line."""
+    up, down, width = map(_between, (change.up, change.down, change.width))
+    return (
+        f"{change.slow} to {change.fast}: up between {up} ({change.starts_up} starts), down between "
+        f"{down} ({change.starts_down}); hysteresis between {width}"
+    )
+
+
+def _between(ends: tuple[float, float]) -> str:
+    low, high = (round(end, 9) for end in ends)  # levels differ from one another to rounding
+    return f"{low:.3g} and {high:.3g}"
 
 
 def _listed(names: np.ndarray) -> str:
