@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import dataclasses
 import json
+import math
 import xml.etree.ElementTree
 from pathlib import Path
 from typing import Any
@@ -57,7 +58,7 @@ def test_json_is_one_object_with_the_result_and_the_parameters_used(simulate):
     assert found["work_j"] > 0.0
     assert found["cot_inverse_total"] > found["cot_inverse_flight"] > 0.0
     assert found["work"] == "absolute"
-    assert found["window_s"] == [2.0, 4.0]
+    assert found["window_s"] == [found["apex_time_s"][-1 - found["hops"]], found["apex_time_s"][-1]]
     assert (found["failed"], found["failed_time_s"]) == (False, None)
     assert found["parameters"] == {
         "controller": None,
@@ -85,7 +86,9 @@ def test_without_json_people_read_apexes_cot_and_work(capsys, simulate):
     out = capsys.readouterr().out
     heights = ", ".join(f"{height:.4f}" for height in found["apex_height_m"][-4:])
     assert f"{len(found['apex_height_m'])} apexes; the last at {heights} m" in out
-    assert "from 2 to 4 s" in out
+    start, end = found["window_s"]
+    assert f"{found['hops']} whole hop" in out
+    assert f"from {start:.2f} to {end:.2f} s" in out
     assert f"CoT⁻¹ (flight)   {found['cot_inverse_flight']:.4f} m/J" in out
     assert f"work (absolute)  {found['work_j']:.4f} J" in out
 
@@ -165,6 +168,19 @@ def test_the_time_series_has_units_in_its_names_and_a_row_a_frame(simulate, tmp_
         assert float(row["spring_force_n"]) == pytest.approx(spring, abs=1e-4)
 
 
+def test_the_time_series_tells_work_and_climbs_as_the_summary_does(simulate, tmp_path):
+    found = simulate("--csv", str(tmp_path / "hops.csv"), "--energy", "positive")
+    with (tmp_path / "hops.csv").open() as stream:
+        rows = list(csv.DictReader(stream))
+    begin, end = (rows[math.ceil(at / 0.01) - 1] for at in found["window_s"])
+    for column, told in (
+        ("work_j", "work_j"),
+        ("climb_m", "climb_total_m"),
+        ("climb_flight_m", "climb_flight_m"),
+    ):
+        assert float(end[column]) - float(begin[column]) == pytest.approx(found[told], rel=1e-5)
+
+
 def test_a_held_rollout_says_so_and_hops_a_little_otherwise(simulate):
     held, continuous = simulate("--hold"), simulate()
     assert held["parameters"]["held"]
@@ -181,8 +197,7 @@ def test_a_failed_rollout_is_a_result_not_an_error(capsys, simulate):
     assert main(["simulate", *SHORT, "--stiffness", "0.5"]) == 0
     out = capsys.readouterr().out
     assert f"failed at {found['failed_time_s']:.2f} s" in out
-    assert "0 apexes\n" in out
-    assert "–" in out
+    assert "0 apexes\nno CoT⁻¹: the rollout failed\n" in out
 
 
 # Trained controllers.

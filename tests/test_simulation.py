@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import math
 
+import jax
 import numpy as np
 import pytest
 
 from tegotae import Engine, Hopper, Scenario, TegotaeError, Timing, build
+from tegotae.metrics import gait
 from tegotae.presets import preset
-from tegotae.simulation import Simulation
+from tegotae.simulation import EFFICIENCY, Result, Simulation
+from tegotae.training.fitness import Fitness
 
 TIMING = Timing(duration_s=4.0, tick_s=0.002, frame_s=0.01)
 PAPER = preset("paper")
@@ -42,28 +46,72 @@ def test_the_summary_is_json_and_lists_the_apexes_of_the_trajectory():
     assert (summary["failed"], summary["failed_time_s"]) == (False, None)
 
 
-def test_work_and_climbs_are_those_of_the_window():
+@pytest.fixture(scope="module")
+def settled() -> Result:
+    """A gait that has settled long before its end."""
+    return simulation(timing=Timing(duration_s=16.0, tick_s=0.002, frame_s=0.01)).run()
+
+
+def measured(result: Result, from_s: float) -> dict:
+    """The summary of a result whose hops count from some time on."""
+    asked = dataclasses.replace(result.simulation, measure_from_s=from_s)
+    return Result(asked, result.trajectory).summary()
+
+
+def test_a_settled_gait_has_one_cot_wherever_its_window_begins(settled):
+    found = [measured(settled, from_s) for from_s in np.arange(8.0, 9.2, 0.1)]
+    for name in ("cot_inverse_flight", "cot_inverse_total"):
+        values = [each[name] for each in found]
+        assert max(values) / min(values) - 1.0 < 2e-3
+    assert {each["hops"] % 2 for each in found} == {0}
+
+
+def test_cot_is_that_of_training_and_of_evaluation(settled):
+    t = jax.tree.map(lambda x: x[:, None], settled.trajectory)
+    of = settled.simulation
+    found = measured(settled, 8.0)["cot_inverse_flight"]
+    judged = Fitness(settle_s=8.0)(t, of.scenario, of.hopper, of.timing)
+    assert found == pytest.approx(float(judged["cot_inverse"][0]), rel=1e-5)
+    evaluated = gait(
+        t,
+        omega=of.scenario.omega,
+        rest_length_m=of.hopper.rest_length_m,
+        max_force_n=of.hopper.max_force_n,
+        frame_s=of.timing.frame_s,
+    )
+    assert found == pytest.approx(float(evaluated.cot_inverse[0]), rel=5e-3)
+
+
+def test_work_and_climbs_are_those_between_two_apexes():
     result = simulation(measure_from_s=1.0).run()
     summary, t = result.summary(), result.trajectory
-    before = 99  # the frame that ends at 1 s
-    assert t.time_s[before] == pytest.approx(1.0)
-    assert summary["window_s"] == [1.0, 4.0]
-    work = t.work_absolute_j[-1] - t.work_absolute_j[before]
-    flight = t.climb_flight_m[-1] - t.climb_flight_m[before]
-    total = t.climb_m[-1] - t.climb_m[before]
+    at = np.flatnonzero(t.apex_time_s >= 1.0)
+    assert summary["hops"] == len(at) - 1 == 2
+    assert summary["window_s"] == [t.apex_time_s[at[0]], t.apex_time_s[at[-1]]]
+    work = t.work_absolute_j[at[-1]] - t.work_absolute_j[at[0]]
+    flight = t.climb_flight_m[at[-1]] - t.climb_flight_m[at[0]]
+    total = t.climb_m[at[-1]] - t.climb_m[at[0]]
     assert summary["work_j"] == pytest.approx(work)
     assert summary["cot_inverse_flight"] == pytest.approx(flight / work)
     assert summary["cot_inverse_total"] == pytest.approx(total / work)
     assert total > flight > 0.0
 
 
-def test_the_window_is_the_second_half_unless_asked_for():
-    assert simulation().run().summary()["window_s"] == [2.0, 4.0]
+def test_hops_count_from_half_of_the_duration_unless_asked_for():
+    start, end = simulation().run().summary()["window_s"]
+    assert 2.0 < start < end < 4.0
 
 
-def test_a_window_from_the_release_on_holds_everything():
-    result = simulation(measure_from_s=0.0).run()
-    assert result.summary()["work_j"] == pytest.approx(result.trajectory.work_absolute_j[-1])
+def test_without_a_whole_hop_there_is_no_cot_but_a_reason(settled):
+    last_s = settled.apexes[0][-1]
+    for from_s, reason in (
+        (last_s - 0.05, f"one hop from {last_s - 0.05:g} s on; it takes a whole one"),
+        (last_s + 0.05, f"no hop from {last_s + 0.05:g} s on"),
+    ):
+        summary = measured(settled, float(from_s))
+        assert summary["reason"].startswith(reason)
+        assert {summary[name] for name in EFFICIENCY} == {None}
+        assert summary["hops"] == 0
 
 
 def test_the_definition_of_work_is_a_choice_and_is_named():
@@ -75,10 +123,13 @@ def test_the_definition_of_work_is_a_choice_and_is_named():
     assert absolute - positive == pytest.approx(positive - net, abs=1e-5)
 
 
-def test_without_work_there_is_no_cot_to_speak_of():
-    summary = simulation(weights=np.array([0.0]), controller=PAPER.controller("reflex")).run()
-    assert summary.summary()["work_j"] == 0.0
-    assert summary.summary()["cot_inverse_flight"] == 0.0
+def test_a_gait_that_dies_out_has_no_cot_but_a_reason():
+    found = simulation(weights=np.array([0.0]), controller=PAPER.controller("reflex")).run()
+    summary = dataclasses.replace(
+        found, simulation=dataclasses.replace(found.simulation, measure_from_s=0.0)
+    ).summary()
+    assert summary["reason"].startswith("no hop ")
+    assert summary["cot_inverse_flight"] is None
 
 
 def test_a_failed_rollout_says_when_and_has_no_cot():
@@ -88,6 +139,7 @@ def test_a_failed_rollout_says_when_and_has_no_cot():
     assert 0.0 < summary["failed_time_s"] < 1.0
     assert summary["cot_inverse_flight"] is None
     assert summary["cot_inverse_total"] is None
+    assert summary["reason"] == "the rollout failed"
     json.dumps(summary, allow_nan=False)
 
 

@@ -16,6 +16,7 @@ from tegotae.errors import TegotaeError, require_finite
 from tegotae.integrators import Integrator, PredictorCorrector
 from tegotae.limits import MOST_M, MOST_RAD_PER_S, require_within
 from tegotae.metrics.efficiency import check_work, cot_inverse, work_total
+from tegotae.metrics.hopping import dies_out, whole_hops
 from tegotae.rollout import Engine, Scenario, Timing, Trajectory
 
 _MOST = {
@@ -25,6 +26,13 @@ _MOST = {
     "drop_m": MOST_M,
 }
 """How large entries of a scenario may be, either way."""
+
+
+EFFICIENCY = (
+    *("cot_inverse_flight", "cot_inverse_total"),
+    *("climb_flight_m", "climb_total_m", "work_j", "window_s"),
+)
+"""What a summary tells of whole hops: all null where none counts."""
 
 
 @dataclass(frozen=True)
@@ -38,8 +46,8 @@ class Simulation:
         hopper: the body.
         timing: duration, control period, recording period.
         work: definition of work.
-        measure_from_s: where the window begins over which work and climbs are counted [s];
-            half of the duration by default. It ends with the rollout.
+        measure_from_s: time from which on whole hops count for CoT⁻¹, with their work and climbs
+            [s]; half of the duration by default.
         dtype: "float32" or "float64".
 
     Raises:
@@ -130,30 +138,53 @@ class Result:
     def summary(self) -> dict[str, Any]:
         """The result as JSON values; null for what is not finite, or undefined after a failure."""
         t, simulation = self.trajectory, self.simulation
-        timing = simulation.timing
-        first = min(round(simulation.measured_from_s / timing.frame_s), timing.n_frames - 1)
-
-        def over_window(total: np.ndarray) -> float:
-            return float(total[-1] - (total[first - 1] if first else 0.0))
-
-        work_j = over_window(work_total(t, simulation.work))
-        flight, total = over_window(t.climb_flight_m), over_window(t.climb_m)
+        efficiency = self._efficiency()
         times, heights, phases = self.apexes
         failed = bool(t.failed[-1])
         return {
             "apex_time_s": times.astype(float).tolist(),
             "apex_height_m": heights.astype(float).tolist(),
             "apex_phase_rad": phases.astype(float).tolist(),
-            "cot_inverse_flight": None if failed else _finite(cot_inverse(flight, work_j)),
-            "cot_inverse_total": None if failed else _finite(cot_inverse(total, work_j)),
-            "climb_flight_m": _finite(flight),
-            "climb_total_m": _finite(total),
-            "work_j": _finite(work_j),
+            **efficiency,
             "work": simulation.work,
-            "window_s": [first * timing.frame_s, timing.n_frames * timing.frame_s],
             "failed": failed,
             "failed_time_s": float(t.time_s[np.argmax(t.failed)]) if failed else None,
         }
+
+    def _efficiency(self) -> dict[str, Any]:
+        """Climbs and work over the whole hops that count, as in training; null with the reason."""
+        t, simulation = self.trajectory, self.simulation
+        timing = simulation.timing
+        first = min(round(simulation.measured_from_s / timing.frame_s), timing.n_frames - 1)
+        rest_length_m = simulation.hopper.rest_length_m
+        hops = whole_hops(t.apex_height_m[first:], t.ground_m[first:], rest_length_m)
+        begins, ends = (first + int(np.argmax(frames)) for frames in (hops.begins, hops.ends))
+        reason = self._no_efficiency(int(hops.count), float(t.apex_time_s[ends]))
+        if reason is not None:
+            return dict.fromkeys(EFFICIENCY, None) | {"hops": 0, "reason": reason}
+
+        def over_hops(total: np.ndarray) -> float:
+            return float(total[ends] - total[begins])
+
+        work_j = over_hops(work_total(t, simulation.work))
+        flight, total = over_hops(t.climb_flight_m), over_hops(t.climb_m)
+        window = [float(t.apex_time_s[frame]) for frame in (begins, ends)]
+        values = (cot_inverse(flight, work_j), cot_inverse(total, work_j), flight, total, work_j)
+        found = dict(zip(EFFICIENCY, (*map(_finite, values), window), strict=True))
+        return {**found, "hops": int(hops.count), "reason": None}
+
+    def _no_efficiency(self, hops: int, last_hop_s: float) -> str | None:
+        """Why there is no CoT⁻¹, if there is none."""
+        start_s, duration_s = self.simulation.measured_from_s, self.simulation.timing.duration_s
+        if self.trajectory.failed[-1]:
+            return "the rollout failed"
+        if hops < 0:
+            return f"no hop from {start_s:g} s on"
+        if dies_out(last_hop_s, duration_s):
+            return f"no hop after {last_hop_s:.1f} s"
+        if hops == 0:
+            return f"one hop from {start_s:g} s on; it takes a whole one, from apex to apex"
+        return None
 
 
 def _numbers(scenario: Scenario) -> dict[str, Any]:

@@ -17,6 +17,7 @@ from tegotae.cli.options import UNSET, ControllerOptions, FromPreset, WorkOption
 from tegotae.errors import TegotaeError, require_finite
 from tegotae.files import output_file
 from tegotae.integrators import Hold, PredictorCorrector
+from tegotae.metrics.efficiency import work_total
 from tegotae.presets import preset
 from tegotae.rollout import MOST_TICKS, Scenario, Timing
 from tegotae.simulation import Result, Simulation
@@ -30,8 +31,10 @@ SERIES = (
     "feedback_rad_per_s",
     "actuator_force_n",
     "ground_m",
+    "climb_flight_m",
+    "climb_m",
 )
-"""What the time series tells, a column each."""
+"""What the time series tells, a column each, and beside it the running total of the work."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -59,11 +62,12 @@ class Simulate(WorkOption, ControllerOptions):
     float64: bool = False
     """Compute in double precision."""
     measure_from: Annotated[float | None, UNSET] = None
-    """Count work and climbs from here on [s]; from half of the duration by default."""
+    """Take CoT⁻¹ over whole hops from here on [s]; from half of the duration by default."""
     json: bool = False
     """Print one JSON object."""
     csv: Annotated[Path | None, UNSET] = None
-    """Write the time series (.csv): height, velocity, phase, forces and feedback."""
+    """Write the time series (.csv): height, velocity, phase, forces and feedback, and the running
+    totals of work and climbs."""
     plot: Annotated[Path | None, UNSET] = None
     """Write a plot over time (.png, .pdf, .svg)."""
     animate: Annotated[Path | None, UNSET] = None
@@ -97,6 +101,7 @@ class Simulate(WorkOption, ControllerOptions):
         if self.csv is not None:
             trajectory = result.trajectory
             columns = {name: getattr(trajectory, name) for name in SERIES}
+            columns["work_j"] = work_total(trajectory, self.work)
             tables.write_csv(self.csv, columns, digits=7)
         if self.plot is not None:
             from tegotae.figures.rollout import rollout_figure
@@ -179,8 +184,12 @@ def _print(summary: dict) -> None:
     heights = summary["apex_height_m"]
     last = ", ".join(f"{height:.4f}" for height in heights[-4:])
     console.print(f"{len(heights)} apexes" + (f"; the last at {last} m" if heights else ""))
+    if summary["reason"] is not None:
+        console.print(f"no CoT⁻¹: {summary['reason']}")
+        return
     start, end = summary["window_s"]
-    console.print(f"from {start:g} to {end:g} s:")
+    hops = summary["hops"]
+    console.print(f"{hops} whole hop{'s' if hops > 1 else ''}, from {start:.2f} to {end:.2f} s:")
     console.print(f"  CoT⁻¹ (flight)   {_show(summary['cot_inverse_flight'])} m/J")
     console.print(f"  CoT⁻¹ (all)      {_show(summary['cot_inverse_total'])} m/J")
     console.print(f"  work ({summary['work']})  {_show(summary['work_j'])} J")

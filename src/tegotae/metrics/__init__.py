@@ -3,7 +3,7 @@
 from tegotae.metrics.efficiency import WORK, cot_inverse, work_total
 from tegotae.metrics.episode import REGIMES, ClampedEpisodes, Episode
 from tegotae.metrics.gait import Gait, GaitSummary, gait
-from tegotae.metrics.hopping import HOP_CLEARANCE, Hops, hop_height_m, hops
+from tegotae.metrics.hopping import HOP_CLEARANCE, Hops, WholeHops, hop_height_m, hops, whole_hops
 from tegotae.metrics.limit_cycle import LimitCycle, Settled, settled
 from tegotae.metrics.measured import Efficiency, Measured, measure
 from tegotae.metrics.metric import (
@@ -49,6 +49,7 @@ __all__ = [
     "Metric",
     "Settled",
     "Spectrum",
+    "WholeHops",
     "balanced_difference",
     "cot_inverse",
     "delta_omega",
@@ -70,5 +71,6 @@ __all__ = [
     "spectrum",
     "stratified_difference",
     "summarise",
+    "whole_hops",
     "work_total",
 ]

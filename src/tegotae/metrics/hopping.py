@@ -40,6 +40,67 @@ def dies_out(last_hop_s: Any, duration_s: Any) -> Any:
     return last_hop_s < (1.0 - REST_SHARE) * duration_s
 
 
+def left_out(whole: Any) -> Any:
+    """How many whole hops are left out at their beginning: one of an odd number of three or more.
+
+    A gait that alternates between two hops is so paid for both alike.
+
+    Args:
+        whole: number of whole hops, any shape.
+
+    Example:
+        >>> left_out(jnp.arange(6)).tolist()
+        [0, 0, 0, 1, 0, 1]
+    """
+    return jnp.where((whole > 2) & (whole % 2 == 1), 1, 0)
+
+
+class WholeHops(NamedTuple):
+    """Whole hops, from apex to apex: what CoT⁻¹ is taken over.
+
+    At an apex nothing is climbed and no work is done, so that totals at the end of the apex's frame
+    are those at the apex. Any other window counts climbs and work of a piece of a hop.
+    """
+
+    begins: Any
+    """True in the frame of the first apex, shape [frames, lanes]; nowhere without a hop."""
+    ends: Any
+    """True in the frame of the last, [frames, lanes]."""
+    count: Any
+    """How many whole hops lie between the two, [lanes]; -1 without an apex."""
+
+    def over(self, total: Any) -> Any:
+        """By how much a running total [frames, lanes] grows over them, [lanes]; 0 without any."""
+        at_end = jnp.where(self.ends, total, 0.0).sum(axis=0)
+        return at_end - jnp.where(self.begins, total, 0.0).sum(axis=0)
+
+
+def whole_hops(apex_height_m: Any, ground_m: Any, rest_length_m: Any) -> WholeHops:
+    """The last whole hops of some frames: all of one or two, an even number of three or more.
+
+    Args:
+        apex_height_m: heights of apexes [m], NaN in frames without, shape [frames, lanes].
+        ground_m: height of the ground h [m], [frames, lanes].
+        rest_length_m: rest length of the leg l0 [m].
+
+    Example:
+        >>> apexes = jnp.array([jnp.nan, 1.2, 1.3, 0.9, 1.2, jnp.nan, 1.3])[:, None]
+        >>> found = whole_hops(apexes, 0.0, 1.0)
+        >>> found.count.tolist(), found.over(jnp.arange(7.0)[:, None]).tolist()
+        ([2], [4.0])
+    """
+    # NaN in frames without an apex compares as false.
+    is_hop = apex_height_m >= hop_height_m(rest_length_m, ground_m)
+    counted = jnp.cumsum(is_hop, axis=0, dtype=jnp.int32)
+    whole = counted[-1] - 1
+    skipped = left_out(whole)
+    return WholeHops(
+        begins=is_hop & (counted == 1 + skipped[None]),
+        ends=is_hop & (counted == counted[-1:]),
+        count=whole - skipped,
+    )
+
+
 class Hops(NamedTuple):
     """The apexes of the hops of every lane, in the order of time: arrays of shape [rows, lanes].
 

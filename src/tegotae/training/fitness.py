@@ -12,7 +12,7 @@ import numpy as np
 from tegotae.bodies import Body
 from tegotae.errors import TegotaeError, require_finite
 from tegotae.metrics.efficiency import WORK, check_work, cot_inverse, work_total
-from tegotae.metrics.hopping import dies_out, hop_height_m
+from tegotae.metrics.hopping import dies_out, whole_hops
 from tegotae.metrics.spectrum import REST_RANGE_M, delta_omega, peak, rest_delta_omega, spectrum
 from tegotae.rollout import Scenario, Timing, Trajectory
 from tegotae.training.objective import Objective, with_failures
@@ -50,10 +50,7 @@ class Outcome(NamedTuple):
 class Judged:
     """What of an episode counts: an `Engine`'s summary that returns an `Outcome`.
 
-    CoT⁻¹ is taken over whole hops, from apex to apex, the last ones of the settled part. Of three
-    or more an even number is taken, so that a gait that alternates between two hops is paid for
-    both alike. At an apex nothing is climbed and no work is done, so that totals at the end of the
-    apex's frame are those at the apex.
+    CoT⁻¹ is taken over the last whole hops of the settled part (`tegotae.metrics.whole_hops`).
 
     Args:
         settle_s: time left to settle [s].
@@ -72,21 +69,14 @@ class Judged:
     ) -> Outcome:
         """The outcome of every lane."""
         first = round(self.settle_s / timing.frame_s)
-        apex = trajectory.apex_height_m[first:]
-        # NaN in frames without an apex compares as false.
-        is_hop = apex >= hop_height_m(body.rest_length_m, trajectory.ground_m[first:])
-        counted = jnp.cumsum(is_hop, axis=0, dtype=jnp.int32)
-        whole = counted[-1] - 1
-        skipped = jnp.where((whole > 2) & (whole % 2 == 1), 1, 0)
-        begins = is_hop & (counted == 1 + skipped[None])
-        ends = is_hop & (counted == counted[-1:])
+        hops = whole_hops(
+            trajectory.apex_height_m[first:], trajectory.ground_m[first:], body.rest_length_m
+        )
 
         def over_hops(total: Any) -> Any:
-            window = total[first:]
-            at_end = jnp.where(ends, window, 0.0).sum(axis=0)
-            return at_end - jnp.where(begins, window, 0.0).sum(axis=0)
+            return hops.over(total[first:])
 
-        last_hop_s = jnp.max(jnp.where(is_hop, trajectory.time_s[first:], -jnp.inf), axis=0)
+        last_hop_s = jnp.max(jnp.where(hops.ends, trajectory.time_s[first:], -jnp.inf), axis=0)
         goes_on = ~dies_out(last_hop_s, timing.duration_s)
         climb = jnp.where(goes_on, over_hops(trajectory.climb_flight_m), 0.0)
         work = [over_hops(work_total(trajectory, definition)) for definition in WORK]
