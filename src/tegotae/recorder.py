@@ -276,19 +276,21 @@ class Recorder:
     def _of(self, kind: type) -> dict[str, Any]:
         return {name: c for name, c in self.channels.items() if isinstance(c, kind)}
 
-    def totals(self, tick: Callable[[], Tick]) -> dict[str, jax.Array]:
-        """Sums of nothing, of the shapes that a tick adds."""
-        shapes = jax.eval_shape(
-            lambda: {name: each.gain(tick()) for name, each in self._of(Total).items()}
-        )
-        return jax.tree.map(lambda s: jnp.zeros(s.shape, s.dtype), shapes)
+    def nothing(
+        self, tick: Callable[[], Tick]
+    ) -> tuple[dict[str, jax.Array], dict[str, jax.Array]]:
+        """Totals and events of nothing, of the shapes that a tick gives; it is traced once."""
 
-    def events(self, tick: Callable[[], Tick]) -> dict[str, jax.Array]:
-        """No events, of the shapes that a tick tells."""
-        shapes = jax.eval_shape(
-            lambda: {name: each.value(tick()) for name, each in self._of(Latest).items()}
+        def given() -> tuple[dict[str, jax.Array], dict[str, jax.Array]]:
+            brought = tick()
+            totals = {name: each.gain(brought) for name, each in self._of(Total).items()}
+            return totals, {name: each.value(brought) for name, each in self._of(Latest).items()}
+
+        totals, events = jax.eval_shape(given)
+        return (
+            jax.tree.map(lambda s: jnp.zeros(s.shape, s.dtype), totals),
+            jax.tree.map(lambda s: jnp.full(s.shape, jnp.nan, s.dtype), events),
         )
-        return jax.tree.map(lambda s: jnp.full(s.shape, jnp.nan, s.dtype), shapes)
 
     def add(self, totals: dict[str, jax.Array], tick: Tick) -> dict[str, jax.Array]:
         """The totals after a tick; those of a failed lane stand still."""

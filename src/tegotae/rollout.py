@@ -22,8 +22,9 @@ from tegotae.errors import TegotaeError, require_finite
 from tegotae.fields import path_of
 from tegotae.integrators import Integrator, PredictorCorrector
 from tegotae.limits import require_memory
-from tegotae.loop import ClosedLoop, Tick, check_senses
+from tegotae.loop import ClosedLoop, Lane, Tick, check_senses
 from tegotae.recorder import Frame, Recorder, Trajectory
+from tegotae.tracing import traced
 from tegotae.world import Scenario, ground_m, map_change, whole_run
 from tegotae.world.changes import GROUND, OMEGA
 from tegotae.world.checks import check_changes, check_posture, check_rhythm
@@ -209,9 +210,7 @@ class Engine:
 
             def advance(at: jax.Array, done: Any) -> Any:
                 of_block = partial(lanes_of, at=at)
-                part = _advance_block(
-                    self, of_block(weights), jax.tree.map(of_block, scenario), body
-                )
+                part = advance_block(of_block(weights), jax.tree.map(of_block, scenario), body)
                 return jax.tree.map(partial(put, at=at), done, part)
 
             def put(all_lanes: jax.Array, part: jax.Array, at: jax.Array) -> jax.Array:
@@ -233,7 +232,7 @@ class Engine:
             return jax.ShapeDtypeStruct((*x.shape[:-1], block), x.dtype)
 
         given = (weights, scenario)
-        shapes = jax.eval_shape(
+        advance_block, shapes = traced(
             partial(_advance_block, self), *jax.tree.map(of_a_block, given), body
         )
         sharded = jax.shard_map(
@@ -354,6 +353,12 @@ def _outside_of_kernels(index: jax.Array) -> jax.Array:
     return jnp.sort(jnp.stack([index, index]))[0]
 
 
+@partial(jax.jit, static_argnums=0, inline=True)
+def _tick(loop: ClosedLoop, *given: Any) -> tuple[Lane, Tick]:
+    """`ClosedLoop.tick`, traced once for all programs of a loop, and part of each as it is."""
+    return loop.tick(*given)
+
+
 def _advance_block(engine: Engine, weights: jax.Array, scenario: Scenario, body: Body) -> Any:
     """Roll out one block: weights [n_weights, block], scenario of [..., block] arrays."""
     timing, recorder = engine.timing, engine.recorder(body)
@@ -367,7 +372,7 @@ def _advance_block(engine: Engine, weights: jax.Array, scenario: Scenario, body:
 
     def tick(carry: Any, index: jax.Array) -> Any:
         lane, totals, events = carry
-        lane, brought = loop.tick(rows, body, spread, lane, index, tick_s)
+        lane, brought = _tick(loop, rows, body, spread, lane, index, tick_s)
         return (lane, recorder.add(totals, brought), recorder.hear(events, brought)), None
 
     def frame(carry: Any, index: jax.Array) -> Any:
@@ -387,11 +392,8 @@ def _advance_block(engine: Engine, weights: jax.Array, scenario: Scenario, body:
         return (lane, totals), recorder.frame(now, totals, events)
 
     lane = loop.start(rows, body, spread, tick_s)
-
-    def first_tick() -> Tick:
-        return loop.tick(rows, body, spread, lane, jnp.asarray(0), tick_s)[1]
-
-    no_events = recorder.events(first_tick)
-    carry = lane, recorder.totals(first_tick)
-    _, trajectory = jax.lax.scan(frame, carry, jnp.arange(timing.n_frames))
+    no_totals, no_events = recorder.nothing(
+        lambda: _tick(loop, rows, body, spread, lane, jnp.int32(0), tick_s)[1]
+    )
+    _, trajectory = jax.lax.scan(frame, (lane, no_totals), jnp.arange(timing.n_frames))
     return engine.summary(trajectory, scenario, body, timing)

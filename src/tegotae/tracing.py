@@ -9,6 +9,7 @@ from contextvars import ContextVar
 from typing import Any, ParamSpec, TypeVar, cast
 
 import jax
+from jax.extend.core import jaxpr_as_fun
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -49,3 +50,28 @@ def keeping_calls() -> Iterator[None]:
         yield
     finally:
         _kept.reset(token)
+
+
+def traced(function: Callable[..., Any], *like: Any) -> tuple[Callable[..., Any], Any]:
+    """The function as one trace of it has it, which may become part of several programs.
+
+    Args:
+        function: of pytrees of arrays; returns one.
+        like: arguments such as it will be called with, as arrays or their shapes.
+
+    Returns:
+        The function for arguments of these shapes alone, and the shapes of what it returns.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> doubled, shape = traced(lambda x: x + x, jnp.ones(3))
+        >>> shape.shape, doubled(jnp.ones(3)).tolist()
+        ((3,), [2.0, 2.0, 2.0])
+    """
+    trace, shapes = jax.make_jaxpr(function, return_shape=True)(*like)
+    flat, structure = jaxpr_as_fun(trace), jax.tree.structure(shapes)
+
+    def again(*given: Any) -> Any:
+        return jax.tree.unflatten(structure, flat(*jax.tree.leaves(given)))
+
+    return again, shapes

@@ -177,7 +177,7 @@ class Program:
             index = jnp.asarray(0)
             return loop.tick(weights, body, scenario, lane, index, given["tick_s"])[1]
 
-        return Now(lane, self._recorder.totals(tick), self._recorder.events(tick))
+        return Now(lane, *self._recorder.nothing(tick))
 
     def ticked(self, given: dict[str, jax.Array], index: jax.Array, now: Now) -> Now:
         """The same a control tick later."""

@@ -1,0 +1,95 @@
+"""A control tick is traced once, whatever is recorded of it and however often it is compiled."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+from functools import partial
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from tegotae import Engine, Hopper, Scenario, Timing, build
+from tegotae.evaluation import Protocol, evaluate
+from tegotae.loop import ClosedLoop
+from tegotae.oscillators import PhaseOscillator
+from tegotae.rollout import _run
+from tegotae.tracing import traced
+from tegotae.training.fitness import Judged
+
+
+@pytest.fixture
+def controller():
+    """One that no other test has a trace of: its oscillator is of a class of its own."""
+
+    @dataclass(frozen=True)
+    class Own(PhaseOscillator):
+        """The phase oscillator."""
+
+    return dataclasses.replace(build("V-reflex-w8"), oscillator=Own())
+
+
+@pytest.fixture
+def ticks(monkeypatch):
+    """The control ticks that are traced, by their controllers."""
+    found = []
+    tick = ClosedLoop.tick
+
+    def counted(self, *given):
+        found.append(self.controller)
+        return tick(self, *given)
+
+    monkeypatch.setattr(ClosedLoop, "tick", counted)
+    return found
+
+
+def trace(engine: Engine) -> None:
+    """Trace the engine's program; nothing is compiled."""
+    weights = jnp.zeros((engine.controller.n_weights, 2), "float32")
+    release = jax.tree.map(lambda x: jnp.full(2, x, "float32"), Scenario(omega=8.0))
+    jax.eval_shape(partial(_run, engine), weights, release, Hopper())
+
+
+def test_a_program_of_all_channels_traces_the_tick_once(controller, ticks):
+    trace(Engine(controller=controller))
+    assert len(ticks) == 1
+
+
+def test_programs_that_differ_in_time_and_summary_share_one_trace(controller, ticks):
+    trace(Engine(controller=controller, summary=Judged()))
+    trace(Engine(controller=controller, timing=Timing(duration_s=80.0)))
+    trace(Engine(controller=controller, timing=Timing(duration_s=40.0, frame_s=0.001)))
+    assert len(ticks) == 1
+
+
+def test_another_control_period_is_another_number_in_the_same_trace(controller, ticks):
+    trace(Engine(controller=controller, timing=Timing(tick_s=0.001)))
+    trace(Engine(controller=controller, timing=Timing(tick_s=0.002)))
+    assert len(ticks) == 1
+
+
+@pytest.mark.thorough
+def test_an_evaluation_traces_the_tick_once_with_its_oscillator_and_once_with_it_clamped(
+    controller, ticks
+):
+    protocol = Protocol(undisturbed_s=2.0, disturbed_s=2.0, clamped_phases=2, tick_s=0.002)
+    evaluate(controller, np.ones(controller.n_weights), 8.0, protocol=protocol)
+    assert len(ticks) == 2
+    assert ticks.count(controller) == 1
+
+
+def test_a_trace_is_used_for_arguments_of_its_shapes_as_often_as_wanted():
+    calls = []
+
+    def summed(pair):
+        calls.append(pair)
+        return {"sum": pair[0] + pair[1]}
+
+    again, shapes = traced(summed, (jnp.ones(3), jnp.ones(3)))
+    assert shapes["sum"].shape == (3,)
+    for number in (1.0, 2.0):
+        found = again((jnp.full(3, number), jnp.ones(3)))
+        assert found["sum"].tolist() == [number + 1.0] * 3
+    assert len(calls) == 1
