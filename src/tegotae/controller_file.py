@@ -15,7 +15,7 @@ import numpy as np
 from tegotae import documents
 from tegotae.bodies import Body, Hopper
 from tegotae.controller import Controller
-from tegotae.descriptions import describe, entry
+from tegotae.descriptions import EditedPartError, describe, entry
 from tegotae.documents import DamagedDocumentError
 from tegotae.errors import TegotaeError
 from tegotae.files import write_atomically
@@ -109,6 +109,8 @@ def load(path: Path | str) -> SavedController:
             entries.software,
         )
         check_senses(saved.controller, saved.body)
+    except EditedPartError as error:
+        raise TegotaeError(f"{path} {error}") from None
     except KeyError as error:
         raise TegotaeError(f"{path} is damaged: it has no entry {error}") from None
     except (TypeError, ValueError, OverflowError) as error:

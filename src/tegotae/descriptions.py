@@ -1,7 +1,8 @@
 """Descriptions as plain values: frozen dataclasses to plain JSON values, and back.
 
-A part (see `tegotae.registry`) becomes a dictionary of its fields with its `kind`; any other
-dataclass, such as a `Timing`, one of its fields alone, for its place says what it is.
+A part (see `tegotae.registry`) becomes a dictionary of its fields with its `kind`, and a user's one
+with the hash of its code; any other dataclass, such as a `Timing`, one of its fields alone, for its
+place says what it is.
 """
 
 from __future__ import annotations
@@ -19,6 +20,10 @@ from tegotae import registry
 from tegotae.errors import TegotaeError
 
 
+class EditedPartError(TegotaeError):
+    """A document was made with other code of a user's part than is known now."""
+
+
 def describe(value: Any) -> Any:
     """A description as plain JSON values.
 
@@ -32,7 +37,9 @@ def describe(value: Any) -> Any:
     """
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         kind = registry.kind_of(value)
+        code = registry.code_noted(type(value))
         named = {} if kind is None else {"kind": kind}
+        named |= {} if code is None else {registry.CODE: code}
         return named | {f.name: describe(getattr(value, f.name)) for f in dataclasses.fields(value)}
     if isinstance(value, Mapping):
         return {str(name): describe(entry) for name, entry in value.items()}
@@ -57,6 +64,7 @@ def restore(value: Any, hint: Any, name: str) -> Any:
     Raises:
         KeyError: for an entry that is missing.
         TypeError: for one of another type, or of a part that is not registered.
+        EditedPartError: for a user's part whose code was edited since.
         TegotaeError: for a value that the part itself refuses.
 
     Example:
@@ -133,6 +141,12 @@ def _restore_part(value: Any, contract: type, name: str) -> Any:
         what = contract.__name__.lower()
         hint = "" if kind is not None else "; a part of your own must be registered first"
         raise TypeError(f"its {name} is a {called!r}, which is no {what} known here{hint}")
+    noted = values.pop(registry.CODE, None)
+    if noted is not None and noted != registry.code_noted(kind):
+        raise EditedPartError(
+            f"was made with other code of {called} than there is now; put that code back, or make "
+            "it anew with this one"
+        )
     return _restore_fields(values, kind)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -11,12 +11,13 @@ import numpy as np
 
 from tegotae.bodies import Body, Hopper
 from tegotae.controller import Controller
-from tegotae.descriptions import check_kept, describe, restore
+from tegotae.descriptions import EditedPartError, check_kept, describe, restore
 from tegotae.errors import TegotaeError, require_count, require_finite
 from tegotae.evaluation import Protocol
 from tegotae.integrators import Integrator, PredictorCorrector
 from tegotae.limits import MOST_M, MOST_RAD_PER_S
 from tegotae.loop import check_senses
+from tegotae.registry import CODE
 from tegotae.rollout import Engine, Timing
 from tegotae.training.fitness import EPISODE, Fitness
 from tegotae.training.judge import EngineJudge
@@ -218,6 +219,8 @@ class Experiment:
         """
         try:
             return restore(document, cls, "experiment")
+        except EditedPartError as error:
+            raise TegotaeError(f"the experiment {document.get('name')} {error}") from None
         except KeyError as error:
             raise TegotaeError(f"an experiment has no entry {error}") from None
         except (TypeError, ValueError, OverflowError) as error:
@@ -237,17 +240,52 @@ def require_name(name: Any) -> None:
         )
 
 
-def differing(found: Any, wanted: Any, name: str = "") -> list[str]:
-    """Names of what differs between two documents, such as `fitness.work`.
+def differing(found: Any, wanted: Any) -> list[str]:
+    """Names of what differs between two documents, such as `fitness.work` or `code of MyTerm`.
 
     Example:
         >>> differing({"seeds": 1, "body": {"mass_kg": 1}}, {"seeds": 1, "body": {"mass_kg": 2}})
         ['body.mass_kg']
+        >>> differing({"kind": "MyTerm", "sha256": "a0"}, {"kind": "MyTerm", "sha256": "b1"})
+        ['code of MyTerm']
     """
+    names = _differing(_without_code(found), _without_code(wanted))
+    theirs, ours = dict(_codes(found)), dict(_codes(wanted))
+    edited = [each for each in {**theirs, **ours} if theirs.get(each) != ours.get(each)]
+    # The code of a part that one of them lacks is not worth a word beside that.
+    return names + [f"code of {x}" for x in edited if not names or (x in theirs and x in ours)]
+
+
+def _codes(document: Any) -> Iterator[tuple[str, str]]:
+    """The hashes of the code in a document, by what they are of."""
+    if isinstance(document, list):
+        for each in document:
+            yield from _codes(each)
+    if not isinstance(document, Mapping):
+        return
+    code = document.get(CODE)
+    if isinstance(code, Mapping):
+        yield from ((str(what), str(each)) for what, each in code.items())
+    elif code is not None:
+        names = (document.get(key) for key in ("kind", "name", "algorithm"))
+        yield next((str(each) for each in names if each), "a part"), str(code)
+    for each in document.values():
+        yield from _codes(each)
+
+
+def _without_code(document: Any) -> Any:
+    if isinstance(document, list):
+        return [_without_code(each) for each in document]
+    if not isinstance(document, Mapping):
+        return document
+    return {name: _without_code(each) for name, each in document.items() if name != CODE}
+
+
+def _differing(found: Any, wanted: Any, name: str = "") -> list[str]:
     if found == wanted:
         return []
     if isinstance(found, list) and isinstance(wanted, list) and len(found) == len(wanted):
-        inside = (differing(a, b, name) for a, b in zip(found, wanted, strict=True))
+        inside = (_differing(a, b, name) for a, b in zip(found, wanted, strict=True))
         return list(dict.fromkeys(each for names in inside for each in names))
     if not isinstance(found, Mapping) or not isinstance(wanted, Mapping):
         return [name]
@@ -257,7 +295,7 @@ def differing(found: Any, wanted: Any, name: str = "") -> list[str]:
         each
         for key in {**wanted, **found}
         for each in (
-            differing(found[key], wanted[key], f"{name}.{key}" if name else key)
+            _differing(found[key], wanted[key], f"{name}.{key}" if name else key)
             if key in found and key in wanted
             else [f"{name}.{key}" if name else key]
         )

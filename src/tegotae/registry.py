@@ -14,6 +14,7 @@ from typing import Any, TypeVar
 from tegotae.errors import TegotaeError
 from tegotae.metrics import registry as metrics
 from tegotae.metrics.metric import Metric
+from tegotae.part_code import code_of
 
 P = TypeVar("P")
 
@@ -37,6 +38,12 @@ _MORE_PARTS = (
 )
 
 _registered: dict[str, type] = {}
+_codes: dict[type, str | None] = {}
+"""The code of each registered part as it was then, which is that of its file only until this is
+edited."""
+
+CODE = "sha256"
+"""What the code of a user's part is called in documents."""
 
 
 def register(part: P) -> P:
@@ -82,6 +89,12 @@ def register(part: P) -> P:
             f"{kind.__name__} cannot be registered: it is no frozen dataclass; write "
             "@dataclass(frozen=True) above it"
         )
+    fields = dataclasses.fields(kind)  # type: ignore[arg-type]
+    if {"kind", CODE} & {field.name for field in fields}:
+        raise TegotaeError(
+            f"{kind.__name__} cannot be registered: documents call something else kind and {CODE}; "
+            "give its field another name"
+        )
     name = name_of(kind)
     other = kinds().get(name)
     if other is not None and _origin(other) != _origin(kind):
@@ -90,6 +103,8 @@ def register(part: P) -> P:
             f"{name} already; choose another name"
         )
     _registered[name] = kind
+    if kind not in _codes:
+        _codes[kind] = code_of(kind)
     return part
 
 
@@ -125,6 +140,11 @@ def kind_of(part: Any) -> str | None:
             f"call tegotae.register({kind.__name__}) first"
         )
     return name
+
+
+def code_noted(kind: type) -> str | None:
+    """The hash of a user's part's code when it was registered; None of this package's parts."""
+    return _codes.get(kind)
 
 
 def is_part(kind: Any) -> bool:

@@ -18,6 +18,8 @@ from tegotae.files import write_atomically
 from tegotae.generalisation.disturbance import Disturbance
 from tegotae.generalisation.subject import Subject
 from tegotae.generalisation.trial import Outcome
+from tegotae.part_code import code_of
+from tegotae.registry import CODE
 
 FORMAT = 2
 """Changed whenever the same configuration would give other numbers."""
@@ -38,9 +40,15 @@ def configuration(subject: Subject, disturbances: Sequence[Disturbance]) -> dict
         "omega": subject.omega,
         "body": describe(subject.body),
         "timing": describe(subject.timing),
-        "disturbances": [{"kind": type(each).__name__, **describe(each)} for each in met],
+        "disturbances": [_described(each) for each in met],
     }
     return json.loads(json.dumps(document))
+
+
+def _described(disturbance: Disturbance) -> dict[str, Any]:
+    code = code_of(type(disturbance))
+    noted = {} if code is None else {CODE: code}
+    return {"kind": type(disturbance).__name__, **noted, **describe(disturbance)}
 
 
 def place(folder: Path, document: dict[str, Any]) -> Path:

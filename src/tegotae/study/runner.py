@@ -11,6 +11,7 @@ import jax
 
 from tegotae.devices import available_cores, compute_on
 from tegotae.errors import TegotaeError
+from tegotae.experiment import differing
 from tegotae.progress import reporting
 from tegotae.registry import parts_in, register
 from tegotae.study.folder import Folder, Work
@@ -57,6 +58,7 @@ def run(
                 reporter.update(len(units) - len(missing), "done before")
                 with closing(_persistently(missing, results or on_cores, most)) as found:
                     for unit, record in found:
+                        _require_same(unit, record)
                         folder.add(unit, record)
                         missing.remove(unit)
                         reporter.update(len(units) - len(missing), record.model)
@@ -67,6 +69,15 @@ def run(
                 "the same command goes on from there"
             ) from None
         return len(units)
+
+
+def _require_same(unit: Unit, record: Record) -> None:
+    """Raise `TegotaeError` if a worker, which reads a user's files itself, read other code."""
+    if names := differing(record.configuration, unit.configuration):
+        raise TegotaeError(
+            f"{record.model} was worked on with another {', '.join(names)}: a file was edited "
+            "while the study ran"
+        )
 
 
 def _persistently(

@@ -15,6 +15,7 @@ from tegotae.devices import available_cores, require_workers
 from tegotae.errors import TegotaeError, require_count
 from tegotae.extras import require
 from tegotae.progress import reporting
+from tegotae.registry import CODE, code_noted, kinds
 from tegotae.tuning.spaces import Space, space_of
 from tegotae.tuning.storage import opened
 from tegotae.tuning.task import Task
@@ -63,7 +64,9 @@ def tune(
     space = space_of(algorithm)
     for experiment in task.experiments:
         task.episodes(experiment, least=space.least_episodes)
-    configuration = {"algorithm": algorithm, **task.configuration}
+    code = code_noted(kinds()[algorithm]) if algorithm in kinds() else None
+    own = {} if code is None else {CODE: code}
+    configuration = {"algorithm": algorithm, **own, **task.configuration}
     optuna.logging.set_verbosity(optuna.logging.ERROR)
     with opened(storage, configuration) as study:
         _prepare(optuna, study, space)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import hashlib
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -21,6 +20,7 @@ from tegotae.errors import TegotaeError, require_count, require_finite
 from tegotae.experiment import require_name
 from tegotae.limits import MOST_RAD_PER_S
 from tegotae.models import BUDGET, Model
+from tegotae.part_code import code_of_file
 from tegotae.training.wired.judge import WiredJudge
 from tegotae.training.wired.measures import Hopping, Measure, Return
 from tegotae.training.wired.place import Place
@@ -219,13 +219,10 @@ class WiredExperiment:
 
     @cached_property
     def _sha256(self) -> dict[str, str]:
-        """Of the files that it names, by what each is: once changed, it is another training.
-
-        What such a file loads in its turn is not looked at.
-        """
+        """Of the files that it names, by what each is: once changed, it is another training."""
         files = {"environment": self.place.file, "fitness": self.measure.file}
         return {
-            what: hashlib.sha256(file.read_bytes()).hexdigest()
+            what: code_of_file(file)
             for what, file in files.items()
             if file is not None and file.is_file()
         }

@@ -1,0 +1,275 @@
+"""The code of a user's part is part of all that was made with it: an edited one is refused."""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+import sys
+from pathlib import Path
+
+import pytest
+
+from tegotae import TegotaeError, controller_file, find, registry
+from tegotae.cli import main
+from tegotae.experiment import Experiment, differing
+from tegotae.generalisation import Subject, record
+from tegotae.part_code import code_of_file
+from tegotae.references import imported
+from tegotae.study.folder import Folder
+from tegotae.study.plan import plan
+from tegotae.training.agents import AgentRun
+from tegotae.training.folder import claim
+from tegotae.tuning import Task
+from tegotae.tuning.storage import opened
+
+PART = '''"""A hopper and how to learn, by a user."""
+
+from dataclasses import dataclass, replace
+
+from tegotae import Hopper, Timing, find
+from tegotae.parameters import traceable
+from tegotae.training.algorithms import PGPE
+from tegotae.training.fitness import Fitness
+from tegotae.evaluation import Protocol
+
+from {helper} import factor
+
+
+@traceable
+@dataclass(frozen=True, kw_only=True)
+class Edited{number}(Hopper):
+    """A hopper whose sensor has a gain."""
+
+    def sense(self, state, ground_m):
+        felt = super().sense(state, ground_m)
+        felt.values["spring_force"] = factor() * felt.values["spring_force"]
+        return felt
+
+
+@dataclass(frozen=True, kw_only=True)
+class Learns{number}(PGPE):
+    NAME = "learns{number}"
+
+
+experiment = replace(
+    find("AR").experiment(
+        timing=Timing(duration_s=2.0, tick_s=0.004), fitness=Fitness(settle_s=1.0)
+    ),
+    name="edited",
+    body=Edited{number}(),
+)
+'''
+HELPER = "def factor():\n    return {factor}\n"
+
+
+class Users:
+    """A user's file of parts and a module beside it, which are edited and imported anew."""
+
+    _count = 0
+
+    def __init__(self, folder: Path) -> None:
+        Users._count += 1
+        self.number = Users._count
+        self.file = folder / f"edited_part_{self.number}.py"
+        self.helper = folder / f"edited_helper_{self.number}.py"
+        self.file.write_text(PART.format(number=self.number, helper=self.helper.stem))
+        self.edit("1.0")
+
+    @property
+    def body(self) -> str:
+        return f"Edited{self.number}"
+
+    def edit(self, factor: str) -> None:
+        """Give the module beside it another factor, as if a new process met it."""
+        self.helper.write_text(HELPER.format(factor=factor))
+        self.forget()
+
+    def forget(self) -> None:
+        for file in (self.file, self.helper):
+            sys.modules.pop(file.stem, None)
+
+    @property
+    def experiment(self) -> Experiment:
+        return imported(str(self.file)).experiment
+
+    @property
+    def algorithm(self):
+        return getattr(imported(str(self.file)), f"Learns{self.number}")()
+
+
+@pytest.fixture
+def users(tmp_path, monkeypatch):
+    monkeypatch.setattr(sys, "path", list(sys.path))
+    monkeypatch.setattr(sys, "dont_write_bytecode", True)  # two edits may be in one second
+    (tmp_path / "own").mkdir()
+    found = Users(tmp_path / "own")
+    yield found
+    found.forget()
+
+
+# The hash.
+
+
+@pytest.fixture
+def hashed(tmp_path):
+    """A function that writes files, and says what the code of the first of them is."""
+
+    def of(folder: str = "", **texts: str) -> str:
+        own = tmp_path / folder
+        own.mkdir(exist_ok=True)
+        for name, text in texts.items():
+            (own / f"{name}.py").write_text(text)
+        first = next(iter(texts))
+        return code_of_file(own / f"{first}.py", ".".join(filter(None, [folder, first])))
+
+    return of
+
+
+def test_comments_docstrings_and_layout_are_no_code(hashed):
+    plain = hashed(part="def f(x):\n    return {'a': x + 1}\n")
+    same = '"""A part."""\n\n\ndef f( x ):  # adds\n    "One more."\n\n    return {\n"a": (x + 1)}'
+    assert hashed(part=same) == plain
+    assert hashed(part="def f(x):\n    return {'a': x + 2}\n") != plain
+    assert hashed(part="def f(x):\n    return {'a': x - 1}\n") != plain
+
+
+def test_a_module_beside_it_belongs_to_it_and_what_that_imports(hashed):
+    files = {"part": "from aside import f", "aside": "import deep", "deep": "x = 1"}
+    before = hashed(**files, other="x = 1")
+    assert hashed(part=files["part"], other="x = 2") == before  # which nobody imports
+    assert hashed(part=files["part"], deep="x = 2") != before
+    assert hashed(part=files["part"], deep="x = 1", aside="import deep, json") != before
+
+
+@pytest.mark.parametrize("line", ["from . import aside", "from own.aside import x"])
+@pytest.mark.parametrize("marked", [{"__init__": ""}, {}])
+def test_so_do_the_modules_of_its_package(hashed, line, marked):
+    before = hashed("own", part=line, aside="x = 1", **marked)
+    assert hashed("own", part=line, aside="x = 2") != before
+
+
+def test_installed_packages_side_by_side_do_not_belong_together(hashed, tmp_path):
+    folder = tmp_path / "site-packages"
+    folder.mkdir()
+    (folder / "other.py").write_text("x = 1")
+    (folder / "part.py").write_text("import other")
+    before = code_of_file(folder / "part.py")
+    (folder / "other.py").write_text("x = 2")
+    assert code_of_file(folder / "part.py") == before
+
+
+def test_of_another_kind_of_file_it_is_that_of_its_bytes(tmp_path):
+    (tmp_path / "leg.xml").write_text("<mujoco/>")
+    wanted = hashlib.sha256(b"<mujoco/>").hexdigest()
+    assert code_of_file(tmp_path / "leg.xml") == wanted
+
+
+def test_the_packages_own_parts_are_described_without_a_hash():
+    experiment = find("ART").experiment()
+    assert registry.CODE not in repr(experiment.document)
+
+
+def test_a_parts_fields_have_no_name_that_documents_need():
+    from tegotae.terms import VanillaAction
+
+    part = dataclasses.make_dataclass(
+        "Hashed", [("sha256", str, "")], bases=(VanillaAction,), frozen=True
+    )
+    with pytest.raises(TegotaeError, match="give its field another name"):
+        registry.register(part)
+
+
+# What was made with it.
+
+
+def test_a_training_is_not_gone_on_with_once_a_part_of_it_was_edited(
+    users, tmp_path, one_line_error, capsys
+):
+    out = tmp_path / "out"
+    words = ["--generations", "1", "--population", "4", "--seeds", "1", "--out", str(out)]
+    train = ["train", f"{users.file}:experiment", *words]
+    assert main(train) == 0
+    users.helper.write_text(users.helper.read_text() + "# a word more\n")
+    users.forget()
+    assert main(train) == 0  # it is the same code
+    users.edit("2.0")
+    capsys.readouterr()
+    said = one_line_error(*train)
+    assert f"differs in code of {users.body}" in said
+    assert "another folder" in said
+
+    file = out / "edited-seed0.json"
+    with pytest.raises(TegotaeError, match=f"was made with other code of {users.body}"):
+        controller_file.load(file)
+    said = one_line_error("generalise", str(file), "--out", str(tmp_path / "tried"))
+    assert f"was made with other code of {users.body}" in said
+    users.edit("1.0")
+    _ = users.experiment
+    assert controller_file.load(file).body == users.experiment.body  # the code is back
+
+
+def test_a_study_does_not_take_records_of_other_code_for_its_own(users, tmp_path):
+    folder = Folder(tmp_path / "study")
+
+    def mine():
+        return plan("smoke", "V-*", [users.experiment])
+
+    with folder.claimed(mine()):
+        pass
+    before = [unit.key for unit in mine().units]
+    users.edit("2.0")
+    after = [unit.key for unit in mine().units]
+    assert [a == b for a, b in zip(before, after, strict=True)] == [True, False]
+    with (
+        pytest.raises(TegotaeError, match=f"another code of {users.body}"),
+        folder.claimed(mine()),
+    ):
+        pass
+
+
+def test_the_code_of_an_algorithm_counts_as_well(users, tmp_path):
+    def mine():
+        return dataclasses.replace(plan("smoke", "V-*"), algorithm=users.algorithm)
+
+    before = mine().document
+    users.edit("2.0")
+    assert differing(before, mine().document) == [f"code of learns{users.number}"]
+
+
+def test_agents_do_not_go_on_with_other_code(users, tmp_path):
+    def configuration():
+        return AgentRun(experiment=users.experiment).configuration
+
+    claim(tmp_path, configuration(), {})
+    (tmp_path / "edited-seed0.json").write_text("{}")
+    users.edit("2.0")
+    with pytest.raises(TegotaeError, match=f"differs in code of {users.body}"):
+        claim(tmp_path, configuration(), {})
+
+
+def test_a_record_of_generalisation_is_one_of_its_code(users):
+    def document():
+        own = users.experiment
+        subject = Subject("edited", own.controller, [[0.0]], 8.0, own.body, ("0",))
+        return record.configuration(subject, ())
+
+    before = document()
+    users.edit("2.0")
+    assert differing(before, document()) == [f"code of {users.body}"]
+
+
+def test_a_tuning_does_not_go_on_with_other_code(users, tmp_path):
+    pytest.importorskip("optuna")
+    storage = tmp_path / "journal"
+
+    def configuration():
+        return {"algorithm": "pgpe", **Task(experiments=(users.experiment,)).configuration}
+
+    with opened(storage, configuration()):
+        pass
+    users.edit("2.0")
+    with (
+        pytest.raises(TegotaeError, match=f"differs in code of {users.body}"),
+        opened(storage, configuration()),
+    ):
+        pass
