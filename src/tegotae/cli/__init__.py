@@ -51,7 +51,8 @@ COMMANDS = {
 
 _SWITCHES = (
     "With --parts FILE.py, or --parts MODULE, any command knows the parts that you wrote there, "
-    "which files that name them need. --version says which version this is. With --debug, or "
+    "which files that name them need; several files may follow, or another --parts. "
+    "--version says which version this is. With --debug, or "
     "TEGOTAE_DEBUG=1, an error shows where it arose."
 )
 
@@ -99,18 +100,31 @@ def _run(words: list[str]) -> None:
 
 
 def split_parts(words: list[str]) -> tuple[list[str], list[str]]:
-    """The words without --parts, and what it names."""
+    """The words without --parts, and what it names: a file or module, more files behind it.
+
+    Example:
+        >>> split_parts(["--parts", "a.py", "b.py", "study", "--parts", "c", "run"])
+        (['study', 'run'], ['a.py', 'b.py', 'c'])
+    """
     kept, places = [], []
-    rest = iter(words)
-    for word in rest:
+    rest = [each for word in words for each in _after_parts(word)]
+    while rest:
+        word = rest.pop(0)
         if word != "--parts":
             kept.append(word)
             continue
-        place = next(rest, None)
-        if place is None:
+        if not rest or rest[0].startswith("-"):
             raise TegotaeError("--parts names no file; write --parts FILE.py, or a module")
-        places.append(place)
+        places.append(rest.pop(0))
+        while rest and rest[0].endswith(".py"):
+            places.append(rest.pop(0))
     return kept, places
+
+
+def _after_parts(word: str) -> list[str]:
+    """The word; what stands for two, such as --parts=FILE.py, as two."""
+    option, equals, value = word.partition("=")
+    return [option, value] if option == "--parts" and equals else [word]
 
 
 def entry() -> None:

@@ -47,6 +47,10 @@ UNSET = tyro.conf.arg(help_behavior_hint="")
 """For an option whose help says what leaving it out means."""
 
 
+Several = tyro.conf.UseAppendAction[tuple[tuple[str, ...], ...]]
+"""Words of an option that may be given several times, each time with one word or a list."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class HopperParameters:
     """The hopper's parameters, which other bodies may have, too; those not given are left as

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from itertools import chain
 from pathlib import Path
 from typing import Annotated, Any
 
 import tyro
 
+from tegotae.checks import check_metric
 from tegotae.cli.multiverse import StudyMultiverse
-from tegotae.cli.options import UNSET, ExperimentOptions, experiments_at, settings_named
+from tegotae.cli.options import UNSET, ExperimentOptions, Several, experiments_at, settings_named
 from tegotae.devices import require_workers
 from tegotae.errors import TegotaeError
 from tegotae.files import output_file, output_folder, write_atomically
+from tegotae.metrics.registry import names
 from tegotae.study.folder import Folder
 from tegotae.study.plan import Plan, plan
 from tegotae.study.record import Record
@@ -28,9 +31,9 @@ class StudyRun(ExperimentOptions):
     scale: str = "quick"
     """smoke (seconds), quick (all architectures, few runs), paper (218 models, 15 runs, to the
     plateau) or paper-80x16 (the same with the paper's budget)."""
-    models: str = "*"
-    """Only these models, with * and ? as in a shell; an empty text for none."""
-    experiments: Annotated[tuple[str, ...], UNSET] = ()
+    models: Annotated[Several, UNSET] = ()
+    """Only these models, names with * and ? as in a shell; an empty text for none."""
+    experiments: Annotated[Several, UNSET] = ()
     """Experiments of your own beside the models: FILE.py:OBJECT or MODULE:OBJECT, an experiment or
     a list of them, or a file of their documents (.json). What else is given is for the models."""
     algorithm: Annotated[str | None, UNSET] = None
@@ -62,12 +65,14 @@ class StudyRun(ExperimentOptions):
     @property
     def plan(self) -> Plan:
         """What is to be done."""
-        others = [each for name in self.experiments for each in experiments_at(name)]
+        others = [each for name in chain(*self.experiments) for each in experiments_at(name)]
         own = {each.name for each in others}
-        whole = plan(self.scale, self.models, others)
+        whole = plan(self.scale, [*chain(*self.models)] if self.models else "*", others)
         experiments = [e if e.name in own else self.applied(e) for e in whole.experiments]
         for experiment in experiments:
             experiment.check()
+        for metric in whole.metrics:
+            check_metric(metric)
         settings: dict[str, Any] = {} if self.seeds is None else {"seeds": self.seeds}
         if self.algorithm is not None:
             settings["algorithm"] = settings_named(self.algorithm, (Algorithm,))
@@ -241,6 +246,8 @@ def _records(folder: Folder) -> list[Record]:
         print(message)
     if not records:
         raise TegotaeError(f"{folder.path} holds no records yet; first: tegotae study run")
+    if unknown := sorted(set(folder.document.get("metrics", [])).difference(names())):
+        print(f"{', '.join(unknown)}: no metric known here; to draw it, give --parts FILE.py")
     for name in {name: None for record in records for name in record.software}:
         versions = sorted({record.software.get(name, "none") for record in records})
         what = "on different devices" if name == "devices" else f"with different versions of {name}"

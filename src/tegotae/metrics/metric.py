@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import importlib
+import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -96,6 +98,24 @@ class Metric:
     def is_share(self) -> bool:
         """Whether it lies between none and all."""
         return self.range == (0.0, 1.0)
+
+    def __reduce_ex__(self, protocol: Any) -> Any:
+        """Pickle it by its place, as functions are: its own function may be a lambda."""
+        place = _place_of(self)
+        return super().__reduce_ex__(protocol) if place is None else (_at, place)
+
+
+def _place_of(metric: Metric) -> tuple[str, str] | None:
+    """The module and the name in it that hold a metric; None if no module does."""
+    for module, loaded in list(sys.modules.items()):
+        for name, value in list(getattr(loaded, "__dict__", {}).items()):
+            if value is metric:
+                return module, name
+    return None
+
+
+def _at(module: str, name: str) -> Metric:
+    return getattr(importlib.import_module(module), name)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -81,6 +81,11 @@ def names(shown: str | None = None) -> tuple[str, ...]:
     return tuple(metric.name for metric in metrics(shown))
 
 
+def measured_own() -> tuple[Metric, ...]:
+    """A user's metrics that are measured in an episode, and do not follow from others alone."""
+    return tuple(each for each in _registered.values() if not isinstance(each, DerivedMetric))
+
+
 def register(metric: Metric) -> Metric:
     """Make a user's metric known, so that it is evaluated and shown like the package's own.
 

@@ -47,6 +47,7 @@ class StudyDocument(msgspec.Struct):
     algorithm: AlgorithmDocument
     stopping: StoppingDocument
     experiments: dict[str, dict[str, Any]]
+    metrics: list[str] = []
 
 
 class AlgorithmDocument(msgspec.Struct):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import fnmatch
 import json
+import pickle
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -15,9 +16,11 @@ from tegotae.descriptions import describe
 from tegotae.errors import TegotaeError, require_count, unknown
 from tegotae.evaluation import Protocol, require_evaluable
 from tegotae.experiment import Experiment, differing
+from tegotae.metrics.metric import Metric
+from tegotae.metrics.registry import measured_own
 from tegotae.models import Model, all_models, find
 from tegotae.rollout import Timing
-from tegotae.study.unit import FORMAT, Unit
+from tegotae.study.unit import FORMAT, Unit, metrics_document
 from tegotae.training.algorithms import PGPE, Algorithm
 from tegotae.training.algorithms.document import algorithm_document
 from tegotae.training.fitness import Fitness
@@ -53,11 +56,15 @@ class Plan:
     """After how many episodes of training runs are evaluated, too."""
     algorithm: Algorithm = field(default_factory=partial(tuned, "pgpe"))
     """How is learned."""
+    metrics: tuple[Metric, ...] = field(default_factory=measured_own)
+    """A user's metrics, measured beside the package's; all that are registered by default."""
 
     def __post_init__(self) -> None:
         require_count("seeds", self.seeds)
         for experiment in self.experiments:
             require_evaluable(experiment.controller, experiment.body, experiment.protocol)
+        for metric in self.metrics:
+            _require_sendable(metric)
         names = Counter(experiment.name for experiment in self.experiments)
         if not names:
             raise TegotaeError("a study of no experiments; name at least one")
@@ -81,7 +88,7 @@ class Plan:
             stopping=self.stopping,
             algorithm=self.algorithm,
         )
-        return Unit(run, self.budgets)
+        return Unit(run, self.budgets, self.metrics)
 
     @property
     def document(self) -> dict[str, Any]:
@@ -93,9 +100,21 @@ class Plan:
             "stopping": describe(self.stopping),
             "budgets": self.budgets,
             "algorithm": algorithm_document(self.algorithm),
+            **metrics_document(self.metrics),
             "experiments": {each.name: each.document for each in self.experiments},
         }
         return json.loads(json.dumps(document))
+
+
+def _require_sendable(metric: Metric) -> None:
+    """Raise `TegotaeError` for a metric that worker processes could not be given."""
+    try:
+        pickle.dumps(metric)
+    except (pickle.PicklingError, AttributeError, TypeError):
+        raise TegotaeError(
+            f"the metric {metric.name} cannot be given to worker processes; let a module have it "
+            f"under a name, such as {metric.name} = GaitMetric(...) in a file of its own"
+        ) from None
 
 
 def united(found: dict[str, Any], wanted: dict[str, Any]) -> dict[str, Any]:
@@ -106,6 +125,9 @@ def united(found: dict[str, Any], wanted: dict[str, Any]) -> dict[str, Any]:
             two of the same name do; says what.
     """
     names = differing(_without_experiments(found), _without_experiments(wanted))
+    if "metrics" in names:
+        own = ", ".join(found.get("metrics", [])) or "none"
+        names[names.index("metrics")] = f"set of your own metrics ({own}; see --parts)"
     theirs, ours = found.get("experiments", {}), wanted.get("experiments", {})
     for name in theirs.keys() & ours.keys():
         names += [each for each in differing(theirs[name], ours[name]) if each not in names]
@@ -129,11 +151,12 @@ def is_of(document: dict[str, Any], configuration: dict[str, Any]) -> bool:
         "algorithm": document["algorithm"],
         "stopping": document["stopping"],
         "budgets": document["budgets"],
+        **{name: document[name] for name in ("metrics",) if name in document},
     }
 
 
-def plan(scale: str, pattern: str = "*", others: Sequence[Experiment] = ()) -> Plan:
-    """The plan of a scale, restricted to the models that match a pattern, with others beside them.
+def plan(scale: str, models: str | Sequence[str] = "*", others: Sequence[Experiment] = ()) -> Plan:
+    """The plan of a scale, restricted to the models that match patterns, with others beside them.
 
     - `smoke`: three small models for seconds, to see that everything works;
     - `quick`: every architecture, on [F_k] and [F_k, ẏ], with its plain actuation, 5 runs each;
@@ -142,7 +165,7 @@ def plan(scale: str, pattern: str = "*", others: Sequence[Experiment] = ()) -> P
 
     Args:
         scale: its name.
-        pattern: of names of models, with * and ? as in a shell; empty for none of them.
+        models: a pattern of their names, with * and ? as in a shell, or several; empty for none.
         others: experiments that are trained and evaluated beside the models.
 
     Raises:
@@ -152,9 +175,14 @@ def plan(scale: str, pattern: str = "*", others: Sequence[Experiment] = ()) -> P
     if scale not in _SCALES:
         raise unknown("scale", scale, _SCALES)
     whole = _SCALES[scale]()
-    chosen = tuple(e for e in whole.experiments if fnmatch.fnmatchcase(e.name, pattern))
-    if not chosen and (pattern or not others):
-        raise unknown("model of this scale", pattern, [e.name for e in whole.experiments])
+    names = [experiment.name for experiment in whole.experiments]
+    wanted: set[str] = set()
+    for pattern in [models] if isinstance(models, str) else models:
+        matching = {name for name in names if fnmatch.fnmatchcase(name, pattern)}
+        if not matching and (pattern or not others):
+            raise unknown("model of this scale", pattern, names)
+        wanted |= matching
+    chosen = tuple(each for each in whole.experiments if each.name in wanted)
     return dataclasses.replace(whole, experiments=(*chosen, *others))
 
 

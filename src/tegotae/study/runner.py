@@ -119,8 +119,9 @@ def work_all(units: list[Unit]) -> list[Record]:
     """
     compute_on(DEVICES)
     # A worker is a process of its own: it knows the parts that its work is made of.
-    for part in parts_in(tuple((unit.run.experiment, unit.run.algorithm) for unit in units)):
-        register(part)
+    for unit in units:
+        for part in (*parts_in((unit.run.experiment, unit.run.algorithm)), *unit.metrics):
+            register(part)
     try:
         return [work(unit) for unit in units]
     finally:

@@ -6,6 +6,7 @@ import dataclasses
 import hashlib
 import json
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any, NamedTuple
@@ -16,6 +17,8 @@ from tegotae.devices import described_devices
 from tegotae.errors import TegotaeError, require_count
 from tegotae.evaluation import drawn_releases, evaluate
 from tegotae.experiment import Experiment
+from tegotae.metrics.metric import Metric
+from tegotae.metrics.registry import built_in
 from tegotae.study.record import Record
 from tegotae.training.evolve import Curves
 from tegotae.training.run import Run, ends, software
@@ -34,6 +37,8 @@ class Unit:
     Args:
         run: the training; its experiment says how is evaluated, too.
         budgets: after how many episodes of training it is evaluated, too.
+        metrics: a user's metrics by which it is evaluated beside the package's; each is measured,
+            as those that follow from others are computed from a record when they are asked for.
 
     Raises:
         TegotaeError: for budgets that are not in rising order.
@@ -41,6 +46,7 @@ class Unit:
 
     run: Run
     budgets: tuple[int, ...] = ()
+    metrics: tuple[Metric, ...] = ()
 
     def __post_init__(self) -> None:
         for budget in self.budgets:
@@ -56,6 +62,7 @@ class Unit:
             **self.run.configuration,
             "stopping": dataclasses.asdict(self.run.stopping),
             "budgets": list(self.budgets),
+            **metrics_document(self.metrics),
         }
         return json.loads(json.dumps(document))
 
@@ -63,6 +70,12 @@ class Unit:
     def key(self) -> str:
         """The record's name: the experiment's, and a hash of the configuration."""
         return key_of(self.configuration)
+
+
+def metrics_document(metrics: Iterable[Metric]) -> dict[str, Any]:
+    """What descriptions say of a user's metrics: their names; nothing of none."""
+    names = sorted(metric.name for metric in metrics)
+    return {"metrics": names} if names else {}
 
 
 def key_of(configuration: dict[str, Any]) -> str:
@@ -99,7 +112,13 @@ def work(unit: Unit) -> Record:
     releases = drawn_releases(n_runs, protocol.release_m) if experiment.is_searched else None
     sets = np.concatenate([learned.weights, *learned.at_budgets])
     found = evaluate(
-        experiment.controller, sets, experiment.omega, experiment.body, protocol, releases
+        experiment.controller,
+        sets,
+        experiment.omega,
+        experiment.body,
+        protocol,
+        releases,
+        (*built_in(), *unit.metrics),
     )
 
     def at(number: int) -> dict[str, np.ndarray]:
