@@ -4,6 +4,7 @@
     python docs/studies/learned_legs.py train --only 'AR*@quadruped-c'
     python docs/studies/learned_legs.py judge             # from random phases, over frequencies
     python docs/studies/learned_legs.py disturb           # mass, slope, pushes, a lost leg, ...
+    python docs/studies/learned_legs.py vanilla           # vanilla feedback over σ and ω
     python docs/studies/learned_legs.py tell              # tables and figures of the page
 
 Controllers are kept in `runs/learned_legs`, a folder each; tables and figures go to
@@ -22,6 +23,7 @@ from typing import Annotated
 import learned_legs_disturb as disturbances
 import learned_legs_judge as judging
 import learned_legs_tell as telling
+import learned_legs_vanilla as vanilla
 import tyro
 from learned_legs_plan import CELLS, FOLDER, Cell, is_trained
 
@@ -71,6 +73,15 @@ class Disturb:
 
 
 @dataclass(frozen=True)
+class Vanilla:
+    """Vanilla feedback over gain and frequency, and forced trots: what they cost at a speed."""
+
+    def run(self) -> None:
+        """Sweep, and write the tables."""
+        vanilla.sweep()
+
+
+@dataclass(frozen=True)
 class Tell:
     """Tables in Markdown, and figures."""
 
@@ -91,6 +102,7 @@ if __name__ == "__main__":
         Annotated[Train, tyro.conf.subcommand("train")]
         | Annotated[Judge, tyro.conf.subcommand("judge")]
         | Annotated[Disturb, tyro.conf.subcommand("disturb")]
+        | Annotated[Vanilla, tyro.conf.subcommand("vanilla")]
         | Annotated[Tell, tyro.conf.subcommand("tell")]
     )
     sys.exit(exit_status(command.run))

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import dataclasses
 import json
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from learned_legs_plan import TABLES, Cell
+from learned_legs_vanilla import forced
 
 from kept import write_rows
 from tegotae.bodies import Walker
@@ -16,9 +16,8 @@ from tegotae.collection import Runs, read
 from tegotae.controller_file import load
 from tegotae.files import output_folder, write_atomically
 from tegotae.gaits.judge import Judged, judge
-from tegotae.gaits.legged import Legged, lanes_of
-from tegotae.gaits.names import patterns_for
-from tegotae.gaits.systems import driven, system
+from tegotae.gaits.legged import Legged
+from tegotae.gaits.systems import driven
 from tegotae.progress import reporting
 from tegotae.tables import read_csv
 
@@ -66,7 +65,7 @@ def judge_all(cells: list[Cell], folder: Path) -> None:
     for name, rows in found.items():
         write_rows(TABLES / f"{name}.csv", rows, digits=4, by=("cell",))
     write_rows(TABLES / "curves.csv", curves_of(cells, folder), digits=4, by=("cell",))
-    write_rows(TABLES / "forced.csv", forced(), digits=4)
+    write_rows(TABLES / "forced.csv", forced(FORCED), digits=4)
 
 
 def judged_cell(cell: Cell, folder: Path) -> dict[str, list[dict[str, Any]]]:
@@ -98,29 +97,6 @@ def gaits_of(cell: Cell, runs: Runs, found: Judged) -> list[dict[str, Any]]:
             row = {"cell": cell.name, "run": label, "gait": gait, "starts": int(own.sum())}
             rows.append(row | {"speed_m_per_s": speed.mean(), "cost_of_transport": cost.mean()})
     return rows
-
-
-def forced() -> list[dict[str, Any]]:
-    """The quadruped with legs that turn at ω without feedback, started in each pattern of lags."""
-    legged = system("quadruped-c")
-    patterns = {pattern.name: pattern for pattern in patterns_for(legged.names)}
-    lags = np.array([[p.lags[leg] for p in patterns.values()] for leg in legged.names])
-    phase = np.tile(-2.0 * np.pi * lags, len(FORCED))
-    omega = np.repeat(FORCED, len(patterns))
-    still = dataclasses.replace(legged, weights=(0.0,))
-    scenario = still.scenario(phase)._replace(omega=omega)
-    found = lanes_of(still.run(still.summary(), scenario))
-    return [
-        {
-            "omega": w,
-            "gait": name,
-            "speed_m_per_s": found.speed_m_per_s[lane],
-            "cost_of_transport": found.cost_of_transport[lane],
-            "froude": found.froude[lane],
-            "fall_time_s": found.fall_time_s[lane],
-        }
-        for lane, (w, name) in enumerate((w, name) for w in FORCED for name in patterns)
-    ]
 
 
 def curves_of(cells: list[Cell], folder: Path) -> list[dict[str, Any]]:

@@ -56,6 +56,8 @@ class Leg(NamedTuple):
     """ψ, [points]."""
     drift_per_s: np.ndarray
     """The odd part of H(ψ) [rad/s], [points]."""
+    even_per_s: np.ndarray
+    """Its even part without the mean [rad/s], [points]."""
     at_0: float
     """H'(0) [1/s]."""
     at_pi: float
@@ -79,12 +81,46 @@ def listen(law: str) -> Leg:
     time = orbit.period_s * np.arange(POINTS) / POINTS
     later = (time[:, None] + time[None]) % orbit.period_s
     of_lag = (shift[:, None] * np.interp(later, orbit.time_s, force)).mean(axis=0)
-    odd = 0.5 * (of_lag - np.roll(of_lag[::-1], 1))
+    odd, even = (0.5 * (of_lag + sign * np.roll(of_lag[::-1], 1)) for sign in (-1.0, 1.0))
     # Its slopes from its first harmonics: sines, since it is odd.
     n = np.arange(1, 16)
     sines = -2.0 * np.fft.rfft(odd).imag[n] / POINTS
     slopes = (n * sines).sum(), (n * sines * (-1.0) ** n).sum()
-    return Leg(saved, orbit, 2.0 * np.pi * np.arange(POINTS) / POINTS, odd, *slopes)
+    lag = 2.0 * np.pi * np.arange(POINTS) / POINTS
+    return Leg(saved, orbit, lag, odd, even - even.mean(), *slopes)
+
+
+RANDOM_STATES = 100_000
+
+
+def rises(even: float) -> float:
+    """Of random states of four legs, the share in which V rises if H = sin ψ + even · cos ψ.
+
+    Inertias are drawn, too: lightnesses of pitch, roll and twist from -1 to 1, heave has none.
+    """
+    random = np.random.default_rng(0)
+    phase = random.uniform(0.0, 2.0 * np.pi, (RANDOM_STATES, 4))
+    lightness = random.uniform(-1.0, 1.0, (RANDOM_STATES, 4)) * [0.0, 1.0, 1.0, 1.0]
+    patterns = 0.5 * np.array(list(MODES.values()))
+    coupling = np.einsum("nk,ki,kj->nij", lightness, patterns, patterns)
+    lag = phase[:, None] - phase[:, :, None]
+    down = (coupling * np.sin(lag)).sum(axis=2)  # -dV/dθ
+    aside = (coupling * np.cos(lag)).sum(axis=2)
+    return float(((down * (down + even * aside)).sum(axis=1) < -1e-12).mean())
+
+
+def evenness(legs: dict[str, Leg]) -> list[dict]:
+    """How even H is, as amplitudes of its first harmonics, and how often V then rises."""
+    rows = []
+    for law, leg in legs.items():
+        odd = 2.0 * float((leg.drift_per_s * np.sin(leg.lag_rad)).mean())
+        even = 2.0 * float((leg.even_per_s * np.cos(leg.lag_rad)).mean())
+        own = {"H": law, "odd part [1/s]": odd, "even part [1/s]": even}
+        rows.append(own | {"V rises in": f"{100.0 * rises(even / odd):.1f} %"})
+    for even in (0.0, 0.5, 1.0, 2.0):
+        said = {"H": f"sin ψ + {even:g} cos ψ", "odd part [1/s]": 1.0, "even part [1/s]": even}
+        rows.append(said | {"V rises in": f"{100.0 * rises(even):.1f} %"})
+    return rows
 
 
 def predicted(leg: Leg, gait: str, mode: str, lightness: dict[str, float]) -> float:
@@ -398,7 +434,13 @@ def main() -> None:
         ]
     print("bars", flush=True)
     ends = [row for law in LAWS for row in plates(law)]
-    tables = {"slopes": slopes, "bar": bars, "frequency": climbs, "plates": ends}
+    tables = {
+        "slopes": slopes,
+        "even": evenness(legs),
+        "bar": bars,
+        "frequency": climbs,
+        "plates": ends,
+    }
     for name, rows in tables.items():
         (FOLDER / f"lightest_mode_{name}.md").write_text(table(rows), encoding="utf-8")
         print(table(rows))

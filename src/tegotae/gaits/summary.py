@@ -70,13 +70,14 @@ class Coordination(NamedTuple):
     duty_factor: Any
     """Share of the stride in stance, [limbs, lanes]."""
     power_w: Any
-    """Mean of the actuators' |power| [W]."""
+    """Mean of the actuators' |power|, each leg's by itself [W]."""
     distance_m: Any
     """How far the body has come over the ground, from the release on, as the crow flies [m]."""
     speed_m_per_s: Any
     """Speed over ground [m/s]."""
     cost_of_transport: Any
-    """Power / (weight · speed)."""
+    """Power / (weight · speed). Of |power|: of a walker's leg its two axes are netted, the swing is
+    free, and forces have no limit."""
     froude: Any
     """Froude number speed² / (g l0)."""
     slip_m: Any

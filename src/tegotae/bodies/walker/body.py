@@ -46,6 +46,9 @@ class Walker(WalkerNumbers, Body):
     equations. No contact solver, no impacts: an ordinary differential equation, by Heun's method,
     in which a leg that touches down or lifts off within a tick acts for its share of it.
 
+    Its work is ∫ |F·ċ| dt, a leg: the two axes of a command are netted. Legs have no mass, and
+    nothing limits their forces (see "What a walker's cost of transport counts" in docs/legs.md).
+
     Defaults are the dimensionless quadruped C (l0 = m = g = 1: read m as l0, s as √(l0/g)).
 
     Raises:

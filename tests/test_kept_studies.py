@@ -1,0 +1,92 @@
+"""The kept tables of studies on legs and limits: pages show what they say."""
+
+from __future__ import annotations
+
+import importlib
+import re
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tegotae.tables import read_csv
+
+DOCS = Path(__file__).parents[1] / "docs"
+KEPT = DOCS / "_static"
+
+
+@pytest.fixture
+def study(monkeypatch):
+    """A script of `docs/studies` as a module, whose neighbours it may import."""
+    monkeypatch.syspath_prepend(str(DOCS / "studies"))
+    before = set(sys.modules)
+    yield importlib.import_module
+    for name in set(sys.modules) - before:
+        if str(DOCS / "studies") in str(getattr(sys.modules[name], "__file__", "")):
+            del sys.modules[name]
+
+
+def page(name: str) -> str:
+    """A page's text, each line break and indent one space."""
+    return re.sub(r"\s+", " ", (DOCS / name).read_text(encoding="utf-8"))
+
+
+def column(table: dict, name: str) -> np.ndarray:
+    return np.array([float(cell) if cell else np.nan for cell in table[name]])
+
+
+# Learned legs beside vanilla feedback of the same speed
+
+
+def test_the_table_of_vanilla_feedback_follows_from_the_kept_sweeps(study):
+    vanilla = study("learned_legs_vanilla")
+    assert (KEPT / "learned_legs" / "vanilla.md").read_text() == vanilla.by_speed()
+    kept = column(read_csv(KEPT / "learned_legs" / "vanilla_shares.csv"), "share")
+    assert kept == pytest.approx([row["share"] for row in vanilla.shares()], rel=1e-3)
+
+
+def test_the_page_counts_the_runs_that_cost_less_than_half_of_vanilla_at_their_speed():
+    shares = column(read_csv(KEPT / "learned_legs" / "vanilla_shares.csv"), "share")
+    said = f"{(shares < 0.5).sum()} of the {len(shares)} walk for less than half of that"
+    assert said in page("studies/learned_legs.md")
+
+
+def test_vanilla_feedback_costs_at_ars_speed_what_the_pages_say():
+    table = read_csv(KEPT / "learned_legs" / "vanilla_shares.csv")
+    cost, vanilla = column(table, "cost_of_transport"), column(table, "vanilla")
+    cheap = vanilla[cost < 0.3]
+    assert len(cheap) == 12
+    said = f"{cheap.min():.2f} to {cheap.max():.2f}"
+    assert f"with a small gain costs {said}" in page("studies/learned_legs.md")
+    assert f"vanilla feedback needs {said} at their speed" in page("../README.md")
+
+
+# The walker's cost
+
+
+def test_the_table_of_the_walkers_cost_is_the_kept_one(study):
+    assert (KEPT / "gaits" / "walker_cost.md").read_text() == study("walker_cost").shown()
+
+
+def test_two_axes_that_are_netted_cost_less_than_each_by_itself():
+    table = read_csv(KEPT / "gaits" / "walker_cost.csv")
+    told, apart, least = (
+        column(table, name) for name in ("cost_of_transport", "each_axis", "positive_only")
+    )
+    assert np.all((least < told) & (told < apart))
+
+
+@pytest.mark.parametrize("name", ["judge", "map", "simulate", "sweep", "findings"])
+def test_every_page_of_walkers_costs_says_what_is_counted(name):
+    assert "legs.md#walker-cost" in page(f"gaits/{name}.md")
+
+
+# The lightest mode
+
+
+def test_v_never_rises_without_an_even_part_and_sometimes_with_one(study, monkeypatch):
+    lightest = study("lightest_mode")
+    monkeypatch.setattr(lightest, "RANDOM_STATES", 4000)
+    assert lightest.rises(0.0) == 0.0
+    assert 0.0 < lightest.rises(0.5) < lightest.rises(2.0) < 0.2
