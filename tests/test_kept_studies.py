@@ -90,3 +90,28 @@ def test_v_never_rises_without_an_even_part_and_sometimes_with_one(study, monkey
     monkeypatch.setattr(lightest, "RANDOM_STATES", 4000)
     assert lightest.rises(0.0) == 0.0
     assert 0.0 < lightest.rises(0.5) < lightest.rises(2.0) < 0.2
+
+
+# Trainings that stand on an old window
+
+
+LIMIT = 1.296
+"""No gait of the default hopper has more [m/J]."""
+
+
+@pytest.mark.parametrize(
+    ("name", "file", "most"),
+    [
+        ("studies/algorithms.md", "figure3.csv", "cot_inverse"),
+        ("studies/algorithms.md", "second_look.csv", "cot_inverse"),
+        ("studies/parameter_limit.md", "parameter_limit.csv", "cot_inverse_m_per_j"),
+    ],
+)
+def test_numbers_above_the_physical_limit_are_not_shown_without_a_word(name, file, most):
+    largest = np.nanmax(column(read_csv(KEPT / "experiments" / file), most))
+    if largest > LIMIT:
+        assert f"{largest:.2f} m/J" in page(name)
+        assert "old window, cut in seconds" in page(name)
+        assert "run again" in page(name)
+        assert "old window" in page("claims.md")
+        assert "above the proved 1.296, until they are run again" in page("../README.md")
