@@ -25,6 +25,7 @@ from tegotae.envs import (  # noqa: E402
 )
 from tegotae.envs.actions import force_controller  # noqa: E402
 from tegotae.integrators import Hold  # noqa: E402
+from tegotae.metrics import whole_hops  # noqa: E402
 
 NAMES = list(ENVIRONMENTS)
 NONE, FULL = np.zeros(1, np.float32), np.ones(1, np.float32)
@@ -215,6 +216,50 @@ class TestAgreesWithTheEngine:
         env.reset()
         info = env.step(np.array([action], np.float32))[-1]
         assert info["actuator_force_n"] == pytest.approx(force)
+
+
+@pytest.fixture(scope="module")
+def hopping():
+    """Infos of the vanilla controller with σ = 2, fed back by hand, and the same on the engine."""
+    env = TegotaeHopperEnv(
+        omega=8.0,
+        actuation="reflex",
+        observation=("phase", "spring_force"),
+        dimensionless=False,
+        max_feedback_rad_per_s=40.0,
+        decimation=1,
+        tick_s=0.002,
+        duration_s=12.0,
+    )
+
+    def feedback(observed):
+        return np.float32([-2.0 * observed[1] * observed[2] / 40.0])
+
+    infos = rollout(env, feedback, env.settings.n_steps)[2]
+    return infos, trajectory(build("V-reflex-w8"), 2.0, 12.0, 0.002, omega=8.0)
+
+
+class TestEfficiency:
+    def test_is_over_the_whole_hops_of_the_second_half_as_in_training(self, hopping):
+        infos, engine = hopping
+        late = slice(len(infos) // 2, None)
+        hops = whole_hops(engine.apex_height_m[late], engine.ground_m[late], 1.0)
+        climb, work = map(hops.over, (engine.climb_flight_m[late], engine.work_absolute_j[late]))
+        assert infos[-1]["cot_inverse"] == pytest.approx(float(climb[0] / work[0]), rel=1e-3)
+
+    def test_changes_at_apexes_alone(self, hopping):
+        infos, _ = hopping
+        told = np.array([info["cot_inverse"] for info in infos])
+        assert (told[: len(told) // 2] == 0.0).all()
+        at = np.flatnonzero(np.diff(told)) + 1
+        assert len(at) > 3
+        velocity = np.array([info["velocity_m_per_s"] for info in infos])
+        assert (velocity[at - 1] > 0.0).all()
+        assert (velocity[at] <= 0.0).all()
+
+    def test_of_a_body_that_hops_no_more_is_none(self):
+        env = HopperEnv(decimation=5, duration_s=12.0, height_m=2.0)
+        assert rollout(env, lambda _: NONE, 2400)[2][-1]["cot_inverse"] == 0.0
 
 
 class TestReward:

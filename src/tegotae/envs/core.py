@@ -18,13 +18,13 @@ import numpy as np
 
 from tegotae.bodies import Body
 from tegotae.controller import Controller
+from tegotae.envs.apexes import Apexes
 from tegotae.envs.rewards import HopReward
 from tegotae.envs.settings import HopperSettings
 from tegotae.errors import TegotaeError
 from tegotae.integrators import Hold
 from tegotae.integrators.base import phase_of, signals
 from tegotae.loop import ClosedLoop, Lane, keep
-from tegotae.metrics.efficiency import cot_inverse
 from tegotae.metrics.hopping import hop_height_m
 from tegotae.world import Scenario, ground_m
 
@@ -44,8 +44,9 @@ TELEMETRY = (
     "cot_inverse",
     "hops",
 )
-"""What `info` tells, in this order: where the hopper is, what the last tick did, and the totals of
-the episode (`cot_inverse` is their ratio, `hops` the number of hops that were paid)."""
+"""What `info` tells, in this order: where the hopper is, what the last tick did, the totals of the
+episode, and `cot_inverse`, over the whole hops of the episode's second half up to now: 0 before
+there is one, and for a gait that has died out. `hops` is the number of hops that were paid."""
 
 
 class _Ledger(NamedTuple):
@@ -58,6 +59,7 @@ class _Ledger(NamedTuple):
     total_work: jax.Array
     total_reward: jax.Array
     hops: jax.Array
+    apexes: Apexes
 
 
 class Episodes(NamedTuple):
@@ -222,7 +224,7 @@ def _start(program: _Program, numbers: _Numbers, scenario: Scenario) -> tuple[Ep
         lane._replace(failed=body.failed(lane.moment.body, ground)),
         scenario,
         jnp.zeros(zero.shape, jnp.int32),
-        _Ledger(zero, zero, energy, zero, zero, zero, zero),
+        _Ledger(zero, zero, energy, zero, zero, zero, zero, Apexes.none(zero)),
     )
     return episodes, _report(program, numbers, episodes, zero)
 
@@ -280,18 +282,24 @@ def _tick(
         climb_m=climb_hop, work_j=work_hop, lost_j=ledger.energy - energy
     )
     gain = jnp.where(hop, value, 0.0)
+    total_climb = ledger.total_climb + contact.climb_flight_m
+    total_work = ledger.total_work + work
+    tick = episodes.tick + 1
+    late = 2 * tick > numbers.n_ticks
+    now_s = tick.astype(total_work.dtype) * numbers.tick_s
     earned = _Ledger(
         jnp.where(hop, 0.0, climb_hop),
         jnp.where(hop, 0.0, work_hop),
         jnp.where(hop, energy, ledger.energy),
-        ledger.total_climb + contact.climb_flight_m,
-        ledger.total_work + work,
+        total_climb,
+        total_work,
         ledger.total_reward + gain,
         ledger.hops + jnp.where(hop & counts, 1.0, 0.0),
+        ledger.apexes.after(hop & late, now_s, total_climb, total_work),
     )
     # As in the engine, a lane that fails stands still from its last sound tick on.
     ledger = jax.tree.map(partial(keep, sound), earned, ledger)
-    tick = keep(sound, episodes.tick + 1, episodes.tick)
+    tick = keep(sound, tick, episodes.tick)
     return Episodes(lane, episodes.scenario, tick, ledger), paid + gain
 
 
@@ -310,9 +318,10 @@ def _report(
         if not program.dimensionless:
             value, scale = sensed[name], sensed.scales.get(name, 1.0)
         observation.append(jnp.clip(value, -SENSE_BOUND * scale, SENSE_BOUND * scale))
+    time_s = episodes.tick.astype(like.dtype) * numbers.tick_s
     truncated = ~episodes.lane.failed & (episodes.tick >= numbers.n_ticks)
     telemetry = {
-        "time_s": episodes.tick.astype(like.dtype) * numbers.tick_s,
+        "time_s": time_s,
         "height_m": body.height(moment.body),
         "velocity_m_per_s": body.velocity(moment.body),
         "ground_m": ground,
@@ -321,7 +330,7 @@ def _report(
         "actuator_force_n": episodes.lane.force_n,
         "work_j": ledger.total_work,
         "climb_flight_m": ledger.total_climb,
-        "cot_inverse": cot_inverse(ledger.total_climb, ledger.total_work),
+        "cot_inverse": ledger.apexes.cot_inverse(time_s),
         "hops": ledger.hops,
     }
     rows = [
