@@ -9,7 +9,7 @@ from typing import Any
 
 import tyro
 
-from tegotae.cli import COMMANDS
+from tegotae.cli.commands import COMMANDS, Command, Group
 
 _AS_THE_COMMAND = (
     tyro.conf.FlagCreatePairsOff,
@@ -20,9 +20,7 @@ _AS_THE_COMMAND = (
 
 def command_reference() -> str:
     """All commands with their arguments and options, as Markdown."""
-    return "\n".join(
-        part for name, command in COMMANDS.items() for part in _command(name, _parser(command))
-    )
+    return "\n".join(part for name, command in COMMANDS.items() for part in _command(name, command))
 
 
 def _parser(command: type) -> Any:
@@ -31,24 +29,20 @@ def _parser(command: type) -> Any:
         return tyro.extras.get_parser(command, config=_AS_THE_COMMAND)
 
 
-def _command(name: str, parser: Any, level: int = 2) -> Iterator[str]:
+def _command(name: str, command: Command | Group, level: int = 2) -> Iterator[str]:
     yield f"{'#' * level} `tegotae {name}`\n"
+    if isinstance(command, Group):
+        yield f"{_text(command.summary)}\n"
+        for sub, its in command.commands.items():
+            yield from _command(f"{name} {sub}", its, level + 1)
+        return
+    parser = _parser(command.load())
     yield f"{_text(parser.description or '')}\n"
-    rows = [_row(action) for action in parser._actions if _kind(action) not in (_HELP, _INNER)]
+    # The class tells of what kind an action is, in tyro's own copy of argparse.
+    rows = [_row(each) for each in parser._actions if type(each).__name__ != "_HelpAction"]
     if rows:
         yield "| option | what it is |\n|---|---|"
         yield "\n".join(rows) + "\n"
-    for action in parser._actions:
-        if _kind(action) == _INNER:
-            for sub, its in action.choices.items():
-                yield from _command(f"{name} {sub}", its, level + 1)
-
-
-_HELP, _INNER = "_HelpAction", "_SubParsersAction"
-
-
-def _kind(action: Any) -> str:
-    return type(action).__name__  # of tyro's own copy of argparse
 
 
 def _row(action: Any) -> str:

@@ -21,6 +21,7 @@ from matplotlib.figure import Figure
 from tegotae import Engine, Scenario, Timing
 from tegotae.cli.status import exit_status
 from tegotae.controller import Controller, Tegotae
+from tegotae.devices import set_up
 from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, save_figure, styled
 from tegotae.files import output_folder
 from tegotae.metrics import GaitSummary
@@ -63,6 +64,7 @@ class Pictures:
 
     def run(self) -> None:
         """Do it all."""
+        set_up()
         output_folder(self.out)
         save_figure(draw_free(), self.out / "free.png")
         rows: list[dict[str, Any]] = []

@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-import tegotae  # noqa: F401 - first, for it asks JAX for one device per core
-
-# isort: split
 import functools
+import importlib
 import os
 import signal
 from pathlib import Path
 
-import evosax.algorithms.base
 import jax
 import pytest
 from hypothesis import settings
 
+from tegotae.devices import set_up
+
+set_up()  # before anything computes, as evosax does when it is imported
 jax.config.update("jax_numpy_dtype_promotion", "strict")
 jax.config.update("jax_numpy_rank_promotion", "raise")
 
@@ -33,7 +33,7 @@ def _broadcasting(method):
 
 
 # The rules are for this package's code; evosax counts on broadcasting.
-_strategy = evosax.algorithms.base.EvolutionaryAlgorithm
+_strategy = importlib.import_module("evosax.algorithms.base").EvolutionaryAlgorithm
 for _name in ("init", "ask", "tell"):
     setattr(_strategy, _name, _broadcasting(getattr(_strategy, _name)))
 

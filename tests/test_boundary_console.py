@@ -10,7 +10,6 @@ import sys
 
 import pytest
 
-from tegotae._start import is_program
 from tegotae.cli import main
 from tegotae.cli.console import PLAIN, make_safe, one_line, shown
 from tegotae.cli.status import exit_status
@@ -98,22 +97,6 @@ def test_help_that_nobody_reads_ends_in_silence(capsys, monkeypatch):
     assert capsys.readouterr().err == ""
 
 
-@pytest.mark.parametrize(
-    ("arguments", "whole", "ours"),
-    [
-        (["-m"], ["python", "-m", "tegotae", "models"], True),
-        (["-m"], ["python", "-X", "dev", "-m", "tegotae.optimum"], True),
-        (["/usr/bin/tegotae", "models"], ["python", "/usr/bin/tegotae", "models"], True),
-        (["-m"], ["python", "-m", "tegotaex"], False),
-        (["-c"], ["python", "-c", "import tegotae"], False),
-        (["/home/me/tegotae/train.py"], ["python", "/home/me/tegotae/train.py"], False),
-        ([], [], False),
-    ],
-)
-def test_only_the_program_itself_changes_what_ctrl_c_does(arguments, whole, ours):
-    assert is_program(arguments, whole) is ours
-
-
 LOADING = """
 import os, signal, sys
 signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -122,12 +105,15 @@ class Impatient:
         if name == "jax":
             os.kill(os.getpid(), signal.SIGINT)
 sys.meta_path.insert(0, Impatient())
-sys.argv = ["{program}"]
-import tegotae
+sys.argv = ["tegotae", "models", "T"]
+{program}
 """
 
 
-@pytest.mark.parametrize(("program", "status", "said"), [("tegotae", 130, ""), ("own.py", 1, "K")])
+@pytest.mark.parametrize(
+    ("program", "status", "said"),
+    [("from tegotae.cli import entry; entry()", 130, ""), ("import tegotae.rollout", 1, "K")],
+)
 def test_ctrl_c_while_the_program_is_loaded_ends_it_in_silence(program, status, said):
     """A program that imports the package sees its `KeyboardInterrupt` as always."""
     words = [sys.executable, "-c", LOADING.format(program=program)]

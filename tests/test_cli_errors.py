@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import inspect
 import os
 import re
 import subprocess
@@ -12,7 +13,8 @@ import pytest
 from jax.errors import JaxRuntimeError
 
 from tegotae import Engine, TegotaeError
-from tegotae.cli import COMMANDS, main
+from tegotae.cli import main
+from tegotae.cli.commands import COMMANDS, Command, Group
 from tegotae.cli.status import exit_status
 
 
@@ -72,6 +74,47 @@ def test_every_command_explains_itself_and_its_options(capsys, command):
 def test_the_program_explains_itself(capsys):
     out = explanation(capsys)
     assert all(f"• {name} " in out for name in COMMANDS)
+
+
+def every_command(commands=COMMANDS) -> list[Command]:
+    found = []
+    for entry in commands.values():
+        found += every_command(entry.commands) if isinstance(entry, Group) else [entry]
+    return found
+
+
+@pytest.mark.parametrize("command", every_command(), ids=lambda each: each.name)
+def test_the_line_about_a_command_is_the_first_of_its_docstring(command):
+    whole = inspect.cleandoc(command.load().__doc__)
+    assert command.summary == " ".join(whole.split("\n\n")[0].split())
+    assert command.summary.endswith(".")
+
+
+LISTING = """
+import sys
+from tegotae.cli import main
+try:
+    main({words})
+except SystemExit as end:
+    assert end.code == 0
+heavy = ("jax", "numpy", "matplotlib", "scipy", "pandas", "gymnasium", "torch", "evosax")
+print([name for name in heavy if name in sys.modules])
+"""
+
+
+@pytest.mark.parametrize("words", [["--help"], ["figure", "--help"], ["--version"]])
+def test_the_list_of_commands_is_there_at_once(words):
+    program = LISTING.format(words=words)
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout.splitlines()[-1] == "[]", "help needs none of these"
+
+
+def test_of_all_commands_the_one_that_is_named_is_imported():
+    program = LISTING.format(words=["models", "--help"])
+    program += "print([name for name in sys.modules if name.startswith('tegotae.cli.train')])"
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
+    assert done.stdout.splitlines()[-1] == "[]"
 
 
 def test_it_can_be_run_as_a_module():

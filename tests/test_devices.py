@@ -33,6 +33,7 @@ OPTIONS = """
 import json{then}
 import tegotae.devices as devices
 import jax.numpy as jnp
+devices.set_up()
 assert float(jnp.sum(jnp.ones(3))) == 3.0
 print(json.dumps([list(devices.xla_options()), devices.loops_are_kernels()]))
 """
@@ -74,7 +75,9 @@ def test_plain_xla_is_jax_as_it_comes():
 
 CACHE = """
 import json
-import tegotae, jax, jax.numpy as jnp
+import jax, jax.numpy as jnp
+from tegotae.devices import set_up
+set_up()
 jax.jit(lambda x: jnp.sin(x) + 41.5)(jnp.ones(7))
 print(json.dumps([jax.config.jax_compilation_cache_dir]))
 """

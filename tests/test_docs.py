@@ -8,9 +8,8 @@ import sys
 from pathlib import Path
 
 import pytest
-import tyro
 
-from tegotae.cli import COMMANDS, split_parts
+from tegotae.cli import parsed, split_parts
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"
 FOLDERS = (".", "extending", "gaits", "deploy", "guides")
@@ -76,12 +75,12 @@ def test_the_constant_push_does_what_the_fidelity_page_says(capsys):
 def test_the_commands_of_a_page_are_understood(page):
     for line in commands(page):
         arguments, _ = split_parts(shlex.split(line, comments=True)[1:])
-        tyro.extras.subcommand_cli_from_dict(COMMANDS, args=arguments)
+        parsed(arguments)
 
 
 def test_a_command_with_an_option_that_does_not_exist_is_not_understood(capsys):
     with pytest.raises(SystemExit):
-        tyro.extras.subcommand_cli_from_dict(COMMANDS, args=["train", "ART", "--no-such-option"])
+        parsed(["train", "ART", "--no-such-option"])
     assert "no-such-option" in capsys.readouterr().err
 
 

@@ -76,9 +76,9 @@ class TestInterface:
             check_env(gymnasium.make(name).unwrapped)
 
     @pytest.mark.parametrize("name", NAMES)
-    def test_is_registered_by_importing_tegotae(self, name):
+    def test_is_registered_by_importing_its_package(self, name):
         assert name in gymnasium.registry
-        assert gymnasium.make(f"tegotae:{name}").spec.id == name
+        assert gymnasium.make(f"tegotae.envs:{name}").spec.id == name
 
     @pytest.mark.parametrize("name", NAMES)
     def test_observations_and_actions_are_float32_with_finite_bounds(self, name):

@@ -10,7 +10,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import tyro
 from matplotlib.collections import QuadMesh
 from matplotlib.figure import Figure
 
@@ -27,7 +26,7 @@ from tegotae.analysis import (
     find_ridge,
     one_to_one_ridge,
 )
-from tegotae.cli import COMMANDS, main
+from tegotae.cli import main, parsed
 from tegotae.controller_file import SavedController
 from tegotae.figures.basin import basin_figure, basin_tables
 from tegotae.figures.data import joined, long_table, write_tables
@@ -473,7 +472,6 @@ def test_the_commands_and_pictures_of_a_page_exist(page):
     for block in re.findall(r"^```console\n(.*?)^```$", text, re.MULTILINE | re.DOTALL):
         for line in block.replace("\\\n", " ").splitlines():
             if line.startswith("tegotae "):
-                arguments = shlex.split(line, comments=True)[1:]
-                tyro.extras.subcommand_cli_from_dict(COMMANDS, args=arguments)
+                parsed(shlex.split(line, comments=True)[1:])
     for picture in re.findall(r"\.\./_static/figures/[\w.-]+", text):
         assert (page.parent / picture).exists(), picture

@@ -154,9 +154,10 @@ class Plateau:
 
 def _from(run: Run, weights: np.ndarray) -> Progress:
     """The start of a search around these weights, [seeds, n_weights]."""
+    start = run.start()
     keys = jax.vmap(jax.random.key)(jnp.asarray(run.seeds))
     search = jax.vmap(run.algorithm.start)(keys, jnp.asarray(weights))
-    return run.start()._replace(search=search, best_weights=weights)
+    return start._replace(search=search, best_weights=weights)
 
 
 def _best_of_two(episodes: np.ndarray, best: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -1,39 +1,38 @@
-"""Tegotae: learned feedback in central pattern generators, a thousand rollouts at a time."""
+"""Tegotae: learned feedback in central pattern generators, a thousand rollouts at a time.
 
-from tegotae import _start
+Importing it changes nothing of the program that does, and loads nothing: every name is fetched when
+it is first used.
+"""
 
-_start.prepare()
+from __future__ import annotations
 
-from tegotae import compilation_cache as _compilation_cache  # noqa: E402
-from tegotae import devices as _devices  # noqa: E402
+from importlib import import_module
+from importlib.util import find_spec
+from typing import TYPE_CHECKING, Any
 
-_devices.use_all_cores()
-_compilation_cache.use_cache()
+if TYPE_CHECKING:
+    from tegotae.bodies import Body, Hopper
+    from tegotae.checks import check_body, check_controller, check_oscillator, check_term
+    from tegotae.controller import Controller, Tegotae
+    from tegotae.errors import TegotaeError
+    from tegotae.experiment import Experiment
+    from tegotae.models import Model, all_models, build, find
+    from tegotae.registry import register
+    from tegotae.rollout import Engine, Scenario, Timing, Trajectory
 
-from importlib.metadata import PackageNotFoundError, version  # noqa: E402
-from importlib.util import find_spec  # noqa: E402
+    __version__: str
 
-from tegotae.bodies import Body, Hopper  # noqa: E402
-from tegotae.checks import (  # noqa: E402
-    check_body,
-    check_controller,
-    check_oscillator,
-    check_term,
-)
-from tegotae.controller import Controller, Tegotae  # noqa: E402
-from tegotae.errors import TegotaeError  # noqa: E402
-from tegotae.experiment import Experiment  # noqa: E402
-from tegotae.models import Model, all_models, build, find  # noqa: E402
-from tegotae.registry import register  # noqa: E402
-from tegotae.rollout import Engine, Scenario, Timing, Trajectory  # noqa: E402
-
-if find_spec("gymnasium") is not None:
-    from tegotae import envs as _envs  # noqa: F401 - registers the environments
-
-try:
-    __version__ = version("tegotae")
-except PackageNotFoundError:  # a source tree that is not installed
-    __version__ = "0+unknown"
+_HOMES = {
+    "bodies": ("Body", "Hopper"),
+    "checks": ("check_body", "check_controller", "check_oscillator", "check_term"),
+    "controller": ("Controller", "Tegotae"),
+    "errors": ("TegotaeError",),
+    "experiment": ("Experiment",),
+    "models": ("Model", "all_models", "build", "find"),
+    "registry": ("register",),
+    "rollout": ("Engine", "Scenario", "Timing", "Trajectory"),
+}
+_HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
 
 __all__ = [
     "Body",
@@ -56,3 +55,30 @@ __all__ = [
     "find",
     "register",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    """A public name, a module or the version, when it is first used (PEP 562)."""
+    if name in _HOME_OF:
+        found = getattr(import_module(f"{__name__}.{_HOME_OF[name]}"), name)
+    elif name == "__version__":
+        found = _version()
+    elif not name.startswith("_") and find_spec(f"{__name__}.{name}") is not None:
+        return import_module(f"{__name__}.{name}")
+    else:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    globals()[name] = found
+    return found
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__, "__version__"})
+
+
+def _version() -> str:
+    from importlib.metadata import PackageNotFoundError, version
+
+    try:
+        return version(__name__)
+    except PackageNotFoundError:  # a source tree that is not installed
+        return "0+unknown"

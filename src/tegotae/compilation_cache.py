@@ -19,7 +19,7 @@ LARGEST_BYTES = 2**30
 def use_cache() -> Path | None:
     """Let JAX keep what it compiles, and return the folder; None if nothing is kept by this.
 
-    Called when `tegotae` is imported. `TEGOTAE_CACHE=off` keeps nothing, any other value is the
+    Called by `tegotae.devices.set_up`. `TEGOTAE_CACHE=off` keeps nothing, any other value is the
     folder to use. Where the user has told JAX itself (`JAX_COMPILATION_CACHE_DIR`), that stands. A
     folder that cannot be written to is no error: programs are then compiled anew.
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import socket
+import warnings
 from importlib.metadata import version
 from typing import Any
 
@@ -11,6 +12,7 @@ import jax
 import numpy as np
 from jax.sharding import Mesh, NamedSharding, PartitionSpec
 
+from tegotae.compilation_cache import use_cache
 from tegotae.errors import TegotaeError, require_count
 
 _XLA_FLAGS = {
@@ -111,32 +113,78 @@ def jaxlib_version() -> str:
     return version("jaxlib")
 
 
-def use_all_cores() -> None:
-    """Ask XLA for one CPU device per core, for shared fusions and for loops as whole kernels.
+def set_up() -> None:
+    """Set what the engine wants of JAX: a CPU device per core, options of XLA, kept programs.
 
-    Called when `tegotae` is imported, and without effect once JAX has started its devices. The
-    lanes of a rollout are shared out over devices: a device per core keeps every block of lanes in
-    one core's cache. Flags that the user has set in `XLA_FLAGS` stand; `TEGOTAE_PLAIN_XLA=1` leaves
-    everything as JAX has it.
+    Called by the command line, by worker processes, and by whatever computes (rollouts, trainings,
+    environments, checks), when it first does. Importing tegotae does not. It is of effect once, and
+    only before JAX has started; a program that computes with JAX itself before it uses the engine
+    calls it first. Where JAX has started otherwise, it stays as it is, and the first rollout warns
+    (`JaxStartedWarning`): it may take several times as long, and differs in its last bits.
 
-    There are at least two devices, on one core too: XLA compiles a program for a single device in
-    another way, and its results differ in their last bits.
+    The lanes of a rollout are shared out over devices: a device per core keeps every block of lanes
+    in one core's cache. There are at least two, on one core too: XLA compiles a program for a
+    single device in another way, and its results differ in their last bits. Flags that the user has
+    set in `XLA_FLAGS` stand; `TEGOTAE_PLAIN_XLA=1` leaves XLA as JAX has it. Where compiled
+    programs are kept, and how to have them elsewhere, is in `tegotae.compilation_cache`.
     """
+    global _is_set_up
+    if _is_set_up:
+        return
+    _is_set_up = True
+    if _has_started():
+        _warn_of_other_devices()
+        return
+    use_cache()
     if os.environ.get("TEGOTAE_PLAIN_XLA"):
         return
     flags = os.environ.get("XLA_FLAGS", "")
+    missing = [f"--{name}={value}" for name, value in _wanted().items() if name not in flags]
+    os.environ["XLA_FLAGS"] = " ".join([*filter(None, [flags]), *missing])
+    if "xla_force_host_platform_device_count" not in flags:
+        jax.config.update("jax_num_cpu_devices", max(2, available_cores()))
+
+
+_is_set_up = False
+
+
+class JaxStartedWarning(UserWarning):
+    """JAX had started before the engine could set what it wants of it."""
+
+
+def _has_started() -> bool:
+    """Whether JAX has made its devices; from then on their number cannot be set."""
+    before = jax.config.values["jax_num_cpu_devices"]
+    try:
+        jax.config.update("jax_num_cpu_devices", 2 if before != 2 else 3)
+    except RuntimeError:
+        return True
+    jax.config.update("jax_num_cpu_devices", before)
+    return False
+
+
+def _warn_of_other_devices() -> None:
+    if os.environ.get("TEGOTAE_PLAIN_XLA") or jax.local_devices()[0].platform != "cpu":
+        return
+    flags = os.environ.get("XLA_FLAGS", "")
+    if len(jax.local_devices()) > 1 and all(name in flags for name in _wanted()):
+        return
+    warnings.warn(
+        f"JAX was started before tegotae could set it up, on {len(jax.local_devices())} CPU "
+        "device(s): rollouts may be slow, and differ in their last bits; call "
+        "tegotae.devices.set_up() before the first use of JAX",
+        JaxStartedWarning,
+        stacklevel=3,
+    )
+
+
+def _wanted() -> dict[str, str]:
+    """The flags of XLA that are of use, by name."""
     wanted = dict(_XLA_FLAGS)
     if jaxlib_version() in _TESTED_JAXLIB:
         wanted["xla_backend_extra_options"] += "," + ",".join(_WHOLE_LOOPS)
         wanted |= _VECTORS | _PATIENCE
-    missing = [f"--{name}={value}" for name, value in wanted.items() if name not in flags]
-    os.environ["XLA_FLAGS"] = " ".join([*filter(None, [flags]), *missing])
-    if "xla_force_host_platform_device_count" in flags:
-        return
-    try:
-        jax.config.update("jax_num_cpu_devices", max(2, available_cores()))
-    except RuntimeError:
-        return  # JAX is running already: the devices it has are the ones we use
+    return wanted
 
 
 def xla_options() -> tuple[str, ...]:
@@ -175,6 +223,7 @@ def lane_devices() -> list[Any]:
     Raises:
         TegotaeError: if the environment asks for what cannot be had.
     """
+    set_up()
     check_environment()
     return jax.local_devices()
 
@@ -197,20 +246,21 @@ def on_every_device(tree: Any) -> Any:
 def compute_on(count: int) -> None:
     """Have this process compute on so many CPU devices, whatever its environment asks for.
 
-    The environment is read when `tegotae` is imported, which may be before a worker's is set. On
-    one device, or without the options of `use_all_cores`, results differ in their last bits, which
+    On one device, or without the options of `set_up`, results differ in their last bits, which
     training magnifies.
 
     Raises:
         TegotaeError: if JAX is running already, with other devices or not as `tegotae` starts it.
     """
+    set_up()
     try:
-        if getattr(jax.config, "jax_num_cpu_devices", None) != count:
+        if jax.config.values["jax_num_cpu_devices"] != count:
             jax.config.update("jax_num_cpu_devices", count)
     except RuntimeError:
         raise TegotaeError(
             f"the worker {socket.gethostname()} (process {os.getpid()}) has started JAX already, "
-            f"with {described_devices()}; this work needs {count}: start the worker anew"
+            f"with {described_devices()}; this work needs {count}: start the worker anew, and call "
+            "tegotae.devices.set_up() before anything else there computes with JAX"
         ) from None
 
 

@@ -14,6 +14,7 @@ import numpy as np
 
 from tegotae.bodies import Body, Hopper, require_one_limb
 from tegotae.controller import Controller
+from tegotae.devices import set_up
 from tegotae.errors import TegotaeError, require_count, require_finite
 from tegotae.limits import MOST_M, MOST_POINTS, MOST_RAD_PER_S
 from tegotae.metrics.efficiency import check_work
@@ -225,6 +226,7 @@ def evaluate(
         >>> f"{found.summary()['cot_inverse'].mean:.2f} m/J"
         '0.44 m/J'
     """
+    set_up()
     body = Hopper() if body is None else body
     protocol = protocol or Protocol()
     asked = chosen(metrics)

@@ -17,7 +17,7 @@ from jax.sharding import Mesh, PartitionSpec
 
 from tegotae.bodies import Body, Hopper
 from tegotae.controller import Controller, Weights
-from tegotae.devices import lane_devices, loops_are_kernels, on_cpu
+from tegotae.devices import lane_devices, loops_are_kernels, on_cpu, set_up
 from tegotae.errors import TegotaeError, require_finite
 from tegotae.fields import path_of
 from tegotae.integrators import Integrator, PredictorCorrector
@@ -29,11 +29,6 @@ from tegotae.world import Scenario, ground_m, map_change, whole_run
 from tegotae.world.changes import GROUND, OMEGA
 from tegotae.world.checks import check_changes, check_posture, check_rhythm
 
-LANES_PER_BLOCK = 64 if loops_are_kernels() else 512
-"""Lanes advanced together on a CPU device: few enough to stay in a core's cache, and enough to be
-worth the runtime's calls, of which a loop that is one kernel needs few. Always so many, the last
-ones filled up, so that a lane's arithmetic depends neither on its neighbours nor on how many
-devices share the work."""
 MOST_TICKS = 2**24
 """Control ticks of the longest rollout: up to here float32 counts them exactly."""
 
@@ -151,6 +146,7 @@ class Engine:
                 none or does not go with the controller, a tick too long for it, a summary that
                 needs an unknown channel, or more memory than there is.
         """
+        set_up()
         body = Hopper() if body is None else body
         if dtype not in ("float32", "float64"):
             raise TegotaeError(f"dtype is {dtype!r}; it must be 'float32' or 'float64'")
@@ -189,7 +185,7 @@ class Engine:
         n_lanes = weights.shape[-1]
         devices = lane_devices()
         per_device = -(-n_lanes // len(devices))
-        block = LANES_PER_BLOCK if on_cpu() else per_device
+        block = _lanes_per_block() if on_cpu() else per_device
         blocks = -(-per_device // block)
         total = block * blocks * len(devices)
 
@@ -252,6 +248,16 @@ def _run(engine: Engine, weights: jax.Array, scenario: Scenario, body: Body) -> 
     return engine.trace(weights, scenario, body)
 
 
+def _lanes_per_block() -> int:
+    """Lanes advanced together on a CPU device.
+
+    Few enough to stay in a core's cache, and enough to be worth the runtime's calls, of which a
+    loop that is one kernel needs few. Always so many, the last ones filled up, so that a lane's
+    arithmetic depends neither on its neighbours nor on how many devices share the work.
+    """
+    return 64 if loops_are_kernels() else 512
+
+
 def _require_room(engine: Engine, body: Body, lanes: int, itemsize: int) -> None:
     """Raise `TegotaeError` if a rollout needs more memory than there is.
 
@@ -261,7 +267,7 @@ def _require_room(engine: Engine, body: Body, lanes: int, itemsize: int) -> None
     limbs = math.prod(engine.controller.limb_shape)
     frame = float(itemsize) * len(engine.recorder(body).channels) * limbs
     devices = len(lane_devices())
-    block = LANES_PER_BLOCK if on_cpu() else -(-lanes // devices)
+    block = _lanes_per_block() if on_cpu() else -(-lanes // devices)
     at_work = block * min(devices, -(-lanes // block))
     whole = block * -(-lanes // (block * devices)) * devices  # with those that fill blocks up
     kept = 2 * whole if engine.summary is whole_trajectory else 0

@@ -13,6 +13,7 @@ from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from typing import Any
 
+from tegotae.devices import set_up
 from tegotae.errors import require_count
 
 CORES = "TEGOTAE_CORES"
@@ -46,7 +47,7 @@ class Workers:
         self._pool = ProcessPoolExecutor(
             size,
             mp_context=multiprocessing.get_context("spawn"),
-            initializer=end_with_parent,
+            initializer=_begin,
             initargs=(os.getpid(),),
         )
         self._cores = cores
@@ -94,6 +95,12 @@ def ctrl_c_held_back() -> Iterator[None]:
         yield
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def _begin(parent: int) -> None:
+    """What a worker does before it is given work, which may compute as soon as it is unpickled."""
+    end_with_parent(parent)
+    set_up()
 
 
 def end_with_parent(parent: int) -> None:

@@ -14,6 +14,7 @@ from tegotae.analysis.sweep import lanes
 from tegotae.bodies import Body, Hopper
 from tegotae.controller import Controller
 from tegotae.controller_file import SavedController
+from tegotae.devices import set_up
 from tegotae.errors import TegotaeError, require_finite
 from tegotae.integrators.base import drive, push, signals
 from tegotae.maths import TWO_PI
@@ -109,6 +110,7 @@ def surface_of(
         velocity_m_per_s: the velocity of the slice [m/s].
         velocity_range_m_per_s: range of velocities where they make the columns [m/s].
     """
+    set_up()
     if not isinstance(body, Hopper):
         raise TegotaeError(f"an actuation surface needs a hopper, not a {type(body).__name__}")
     require_finite("velocity", velocity_m_per_s)

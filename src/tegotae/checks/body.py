@@ -13,6 +13,7 @@ import numpy as np
 from tegotae.bodies import Body, Contact, Push, Sensation
 from tegotae.checks import probing
 from tegotae.commands import FORCE
+from tegotae.devices import set_up
 from tegotae.errors import TegotaeError
 from tegotae.loop import over_limbs
 
@@ -39,6 +40,7 @@ def check_body(body: Body) -> None:
         >>> from tegotae.bodies import Hopper
         >>> check_body(Hopper(mass_kg=0.3))
     """
+    set_up()
     name = probing.require_part(body, Body)
     _check_pytree(name, body)
     _check_properties(name, body)

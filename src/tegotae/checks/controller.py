@@ -10,6 +10,7 @@ from tegotae.checks.body import check_body
 from tegotae.checks.oscillator import check_oscillator
 from tegotae.checks.term import check_term
 from tegotae.controller import Controller
+from tegotae.devices import set_up
 from tegotae.errors import TegotaeError
 from tegotae.rollout import Engine, Scenario, Timing, check_senses
 from tegotae.terms.actuation import Actuation
@@ -29,6 +30,7 @@ def check_controller(controller: Controller, body: Body) -> None:
         >>> import tegotae
         >>> check_controller(tegotae.build("V-reflex-w4"), tegotae.Hopper())
     """
+    set_up()
     if not isinstance(controller, Controller):
         raise TegotaeError(
             f"{type(controller).__name__} is no Controller; make one of terms: "

@@ -11,6 +11,7 @@ import numpy as np
 
 from tegotae.bodies import Hopper
 from tegotae.checks import probing
+from tegotae.devices import set_up
 from tegotae.errors import TegotaeError
 from tegotae.metrics.episode import TOLD_FROM, ClampedEpisodes, Episode
 from tegotae.metrics.hopping import Hops, hops
@@ -48,6 +49,7 @@ def check_metric(metric: Metric) -> None:
         >>> from tegotae.metrics.registry import find
         >>> check_metric(find("cpgu"))
     """
+    set_up()
     name = probing.require_part(metric, Metric)
     if not isinstance(metric, (GaitMetric, ClampedMetric, DerivedMetric)):
         raise TegotaeError(

@@ -10,6 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from tegotae.checks import probing
+from tegotae.devices import set_up
 from tegotae.errors import TegotaeError
 from tegotae.integrators.base import held
 from tegotae.maths import TWO_PI
@@ -35,6 +36,7 @@ def check_oscillator(oscillator: Oscillator) -> None:
         >>> from tegotae.oscillators import PhaseOscillator
         >>> check_oscillator(PhaseOscillator())
     """
+    set_up()
     name = probing.require_part(oscillator, Oscillator)
     probing.require_hashable(name, oscillator)
     probing.require_names(f"{name}.SIGNALS", oscillator.SIGNALS)

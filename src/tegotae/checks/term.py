@@ -9,6 +9,7 @@ import jax
 import jax.numpy as jnp
 
 from tegotae.checks import probing
+from tegotae.devices import set_up
 from tegotae.errors import TegotaeError
 from tegotae.maths import TWO_PI
 from tegotae.terms.actuation import Actuation
@@ -29,6 +30,7 @@ def check_term(term: Term) -> None:
         >>> from tegotae.terms import Network
         >>> check_term(Network(("phase",), hidden=4))
     """
+    set_up()
     name = probing.require_part(term, Term)
     probing.require_hashable(name, term)
     probing.require_names(f"{name}.reads", term.reads)

@@ -4,50 +4,14 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import Any
 
-import tyro
-
-from tegotae._start import ready
-from tegotae.cli.bench import Bench
-from tegotae.cli.compare import Compare
+from tegotae._start import end_on_ctrl_c, open_streams, ready
+from tegotae.cli.commands import COMMANDS, Command, Group, in_name_only
 from tegotae.cli.console import make_safe
-from tegotae.cli.evaluate import Evaluate
-from tegotae.cli.export import Export
-from tegotae.cli.figure import Figure
-from tegotae.cli.gait import Gait
-from tegotae.cli.generalise import Generalise
-from tegotae.cli.measure import Measure
-from tegotae.cli.models import Models
-from tegotae.cli.playground import Playground
-from tegotae.cli.simulate import Simulate
 from tegotae.cli.status import DEBUG, exit_status, leave
-from tegotae.cli.study import Study
-from tegotae.cli.train import Train
-from tegotae.cli.train_env import TrainEnv
-from tegotae.cli.tune import Tune
-from tegotae.devices import check_environment
 from tegotae.errors import TegotaeError
-from tegotae.references import imported
-
-COMMANDS = {
-    "models": Models,
-    "train": Train,
-    "train-env": TrainEnv,
-    "tune": Tune,
-    "simulate": Simulate,
-    "evaluate": Evaluate,
-    "compare": Compare,
-    "measure": Measure,
-    "figure": Figure,
-    "gait": Gait,
-    "generalise": Generalise,
-    "study": Study,
-    "export": Export,
-    "playground": Playground,
-    "bench": Bench,
-}
-
 
 _SWITCHES = (
     "With --parts FILE.py, or --parts MODULE, any command knows the parts that you wrote there, "
@@ -77,26 +41,71 @@ def _run(words: list[str]) -> None:
         print(f"tegotae {__version__}")
         return
     words, places = split_parts(words)
-    for place in places:
-        imported(place)
-    command = tyro.extras.subcommand_cli_from_dict(
-        COMMANDS,
-        prog="tegotae",
-        description=f"{__doc__} {_SWITCHES}",
-        args=words,
-        config=(
-            tyro.conf.FlagCreatePairsOff,
-            tyro.conf.DisallowNone,
-            tyro.conf.PositionalMetavarFromFieldName,
-        ),
-    )
-    check_environment()
+    if places:
+        _start_engine()
+        from tegotae.references import imported
+
+        for place in places:
+            imported(place)
+    command = parsed(words)
+    _start_engine()
+    ready()
     try:
         command.run()
     except SystemExit:  # no command of ours ends so: a part does, perhaps in a worker
         raise TegotaeError(
             "code of a part ended the command (SystemExit); a part returns, or raises an error"
         ) from None
+
+
+def parsed(
+    words: Sequence[str],
+    commands: Mapping[str, Command | Group] = COMMANDS,
+    prog: str = "tegotae",
+    description: str = f"{__doc__} {_SWITCHES}",
+) -> Any:
+    """The command that words make, with its options; of all commands this one alone is imported.
+
+    Args:
+        words: such as `["figure", "surface", "--out", "surface.png"]`.
+        commands: those to choose from.
+        prog: the words before.
+        description: what the help says above the list of commands.
+
+    Raises:
+        SystemExit: of status 2 for words that do not make a command; of 0 after `--help`.
+
+    Example:
+        >>> parsed(["models", "ART", "--json"]).json
+        True
+    """
+    name = words[0] if words else ""
+    chosen = commands.get(name)
+    if isinstance(chosen, Group):
+        return parsed(words[1:], chosen.commands, f"{prog} {name}", chosen.summary)
+    import tyro
+
+    known: dict[str, Any] = {each: in_name_only(entry) for each, entry in commands.items()}
+    if chosen is not None:
+        known[name] = chosen.load()
+    return tyro.extras.subcommand_cli_from_dict(
+        known,
+        prog=prog,
+        description=description,
+        args=list(words),
+        config=(
+            tyro.conf.FlagCreatePairsOff,
+            tyro.conf.DisallowNone,
+            tyro.conf.PositionalMetavarFromFieldName,
+        ),
+    )
+
+
+def _start_engine() -> None:
+    from tegotae.devices import check_environment, set_up
+
+    set_up()
+    check_environment()
 
 
 def split_parts(words: list[str]) -> tuple[list[str], list[str]]:
@@ -129,6 +138,7 @@ def _after_parts(word: str) -> list[str]:
 
 def entry() -> None:
     """The console script."""
+    open_streams()
+    end_on_ctrl_c()
     make_safe()
-    ready()
     leave(main())

@@ -156,20 +156,3 @@ def _judged(path: Path, count: int | None = None) -> tuple[list[Reading], Judged
     if len(whole) < plan.readings:
         print(f"{len(whole)} of {plan.readings} readings are whole; the others are left out")
     return [reading for reading, _ in plan.by_reading], judge(whole)
-
-
-@dataclass(frozen=True)
-class StudyMultiverse:
-    """Judge the claims over what the paper leaves open: body, work, release, budgets."""
-
-    which: Annotated[
-        Annotated[MultiverseRun, tyro.conf.subcommand("run")]
-        | Annotated[MultiverseStatus, tyro.conf.subcommand("status")]
-        | Annotated[MultiverseExport, tyro.conf.subcommand("export")]
-        | Annotated[MultiverseFigures, tyro.conf.subcommand("figures")],
-        tyro.conf.arg(name=""),
-    ]
-
-    def run(self) -> None:
-        """Do it."""
-        self.which.run()

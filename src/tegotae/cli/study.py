@@ -10,7 +10,6 @@ from typing import Annotated, Any
 import tyro
 
 from tegotae.checks import check_metric
-from tegotae.cli.multiverse import StudyMultiverse
 from tegotae.cli.options import UNSET, ExperimentOptions, Several, experiments_at, settings_named
 from tegotae.devices import require_workers
 from tegotae.errors import TegotaeError
@@ -254,23 +253,3 @@ def _records(folder: Folder) -> list[Record]:
         if len(versions) > 1:
             print(f"the records were made {what}: {', '.join(versions)}")
     return records
-
-
-@dataclass(frozen=True)
-class Study:
-    """Run the whole study of the paper, and report on it."""
-
-    which: Annotated[
-        Annotated[StudyRun, tyro.conf.subcommand("run")]
-        | Annotated[StudyStatus, tyro.conf.subcommand("status")]
-        | Annotated[StudyReport, tyro.conf.subcommand("report")]
-        | Annotated[StudyExport, tyro.conf.subcommand("export")]
-        | Annotated[StudyFigures, tyro.conf.subcommand("figures")]
-        | Annotated[StudyMerge, tyro.conf.subcommand("merge")]
-        | Annotated[StudyMultiverse, tyro.conf.subcommand("multiverse")],
-        tyro.conf.arg(name=""),
-    ]
-
-    def run(self) -> None:
-        """Do it."""
-        self.which.run()

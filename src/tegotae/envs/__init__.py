@@ -1,6 +1,6 @@
 """Hopper environments for Gymnasium and Stable-Baselines3, and Tegotae control for any environment.
 
-Importing this package (or `tegotae`, where Gymnasium is installed) registers the environments:
+Importing this package registers the environments:
 
     gymnasium.make("tegotae/Hopper-v0", ...)              one hopper, the action is its force
     gymnasium.make("tegotae/TegotaeHopper-v0", ...)       the action is the Tegotae feedback

@@ -18,6 +18,7 @@ import numpy as np
 
 from tegotae.bodies import Body
 from tegotae.controller import Controller
+from tegotae.devices import set_up
 from tegotae.envs.apexes import Apexes
 from tegotae.envs.rewards import HopReward
 from tegotae.envs.settings import HopperSettings
@@ -127,6 +128,7 @@ class Hoppers:
     """
 
     def __init__(self, settings: HopperSettings, lanes: int) -> None:
+        set_up()
         self.settings, self.lanes = settings, lanes
         self._program = _Program(
             settings.controller, settings.observed, settings.dimensionless, settings.reward
@@ -184,6 +186,7 @@ class Hoppers:
 
 def observation_bounds(settings: HopperSettings) -> np.ndarray:
     """Largest magnitude of each observed entry, shape [entries], float32."""
+    set_up()
     body = settings.body
     at_rest = body.release(jnp.ones(()), jnp.zeros(()))
     scales = body.sense(at_rest, jnp.zeros(())).scales

@@ -10,6 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from tegotae.controller import Controller
+from tegotae.devices import set_up
 from tegotae.envs.wires import Wires
 from tegotae.envs.wiring import Wiring
 from tegotae.errors import TegotaeError
@@ -30,6 +31,7 @@ class Pilot:
     """
 
     def __init__(self, wires: Wires, wiring: Wiring, weights: np.ndarray) -> None:
+        set_up()
         controller = wires.controller
         if wiring.omega is None:
             raise TegotaeError("the wiring has no frequency; give omega= [rad/s]")

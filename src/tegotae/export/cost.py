@@ -14,6 +14,7 @@ import jax
 import numpy as np
 
 from tegotae.controller_file import SavedController
+from tegotae.devices import set_up
 from tegotae.errors import TegotaeError
 from tegotae.export.golden import golden
 from tegotae.export.header import header
@@ -93,6 +94,7 @@ def systems(models: Sequence[str], seed: int = 0) -> list[Export]:
     Raises:
         TegotaeError: for an unknown model.
     """
+    set_up()
     exports = []
     for name in models:
         model = find(name)

@@ -12,6 +12,7 @@ import numpy as np
 
 from tegotae.bodies import Body
 from tegotae.controller import Controller
+from tegotae.devices import set_up
 from tegotae.errors import TegotaeError
 from tegotae.export.plan import Export, member
 from tegotae.integrators import Hold
@@ -54,6 +55,7 @@ def golden(export: Export) -> Golden:
     Raises:
         TegotaeError: if no tick of it has finite numbers.
     """
+    set_up()
     ticks = max(1, round(DURATION_S / export.tick_s))
     rows = np.asarray(_run(export, ticks))
     numbers = np.arange(ticks)

@@ -12,6 +12,7 @@ import numpy as np
 
 from tegotae.bodies import Hopper
 from tegotae.controller_file import SavedController
+from tegotae.devices import set_up
 from tegotae.errors import TegotaeError, require_finite
 from tegotae.export.names import UNITS, is_c_name
 from tegotae.export.trace import Piece, Tracer
@@ -82,6 +83,7 @@ class Export:
     @functools.cached_property
     def scales(self) -> dict[str, float]:
         """What signals are divided by before a network sees them, in their own units."""
+        set_up()
         body = self.saved.body
 
         @jax.jit  # of which only the scales are computed

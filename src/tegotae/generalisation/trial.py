@@ -11,6 +11,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from tegotae.devices import set_up
 from tegotae.errors import TegotaeError
 from tegotae.fields import with_fields
 from tegotae.generalisation.disturbance import Disturbance, Met, usual_change
@@ -54,6 +55,7 @@ def tried(subject: Subject, disturbances: Sequence[Disturbance]) -> Outcome:
     Raises:
         TegotaeError: if a level makes no body, or too quick an oscillator.
     """
+    set_up()
     check_senses(subject.controller, subject.body)
     left_out = {each.name: why for each in disturbances if (why := each.lacks(subject))}
     meets = [each for each in disturbances if each.name not in left_out]

@@ -11,6 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from tegotae.bodies import Body
+from tegotae.devices import set_up
 from tegotae.errors import TegotaeError, require_finite
 from tegotae.metrics.efficiency import check_work, cot_inverse, work_total
 from tegotae.metrics.gait import Gait, gait
@@ -156,6 +157,7 @@ def measure(
         >>> found.reasons["cot_inverse"]
         'neither the actuator force nor its work was recorded'
     """
+    set_up()
     if omega is not None:
         require_finite("omega", omega, above=0.0, most=1e6)
     if max_force_n is not None:

@@ -16,6 +16,7 @@ from tegotae import __version__
 from tegotae.bodies import Body, Hopper
 from tegotae.controller import Controller
 from tegotae.controller_file import SavedController
+from tegotae.devices import set_up
 from tegotae.errors import TegotaeError
 from tegotae.metrics.hopping import HOP_CLEARANCE, REST_SHARE
 from tegotae.metrics.spectrum import MAIN_LOBE_BINS, REST_RANGE_M
@@ -95,6 +96,7 @@ class Page:
 
     def document(self) -> dict[str, Any]:
         """All that the scripts know, as plain JSON values."""
+        set_up()
         controllers = [self._controller(choice) for choice in self.choices]
         return {
             "version": __version__,

@@ -16,6 +16,7 @@ import numpy as np
 
 from tegotae.controller import Controller
 from tegotae.descriptions import check_kept
+from tegotae.devices import set_up
 from tegotae.errors import TegotaeError
 from tegotae.training.algorithms import Algorithm
 from tegotae.training.judge import Judge, Round, Verdict
@@ -71,6 +72,7 @@ def start(algorithm: Algorithm, controller: Controller, seeds: Sequence[int]) ->
     Raises:
         TegotaeError: without seeds.
     """
+    set_up()
     if not seeds:
         raise TegotaeError("no seeds to train; give at least one")
     try:

@@ -17,6 +17,7 @@ import numpy as np
 
 from tegotae.arrays import read_arrays
 from tegotae.descriptions import check_kept
+from tegotae.devices import set_up
 from tegotae.documents import fitted, parse
 from tegotae.errors import TegotaeError, require_count
 from tegotae.experiment import differing
@@ -126,6 +127,7 @@ def train(
     Raises:
         TegotaeError: if the folder cannot be written, is in use or holds another training.
     """
+    set_up()
     run.experiment.check()
     check_kept(run.algorithm)
     _require_room(run)

@@ -8,6 +8,7 @@ import jax
 import numpy as np
 
 from tegotae.controller import Controller
+from tegotae.devices import set_up
 from tegotae.errors import TegotaeError
 from tegotae.experiment import Experiment
 from tegotae.registry import name_of
@@ -55,5 +56,6 @@ def initial_weights(controller: Controller, seed: int) -> np.ndarray:
 
     They are those of `tegotae.training.evolve.start`, to rounding.
     """
+    set_up()
     key_weights, _ = jax.random.split(jax.random.key(seed))
     return np.asarray(controller.initial(key_weights), np.float32)

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 from tegotae.bodies import require_one_limb
 from tegotae.controller import Controller
 from tegotae.descriptions import check_kept
+from tegotae.devices import set_up
 from tegotae.errors import TegotaeError, require_count
 from tegotae.experiment import Experiment
 from tegotae.files import output_folder
@@ -120,6 +121,7 @@ def train_agents(
             seed diverges.
         MissingExtraError: without Stable-Baselines3.
     """
+    set_up()
     run.experiment.check()
     check_kept(run.settings)
     training, configuration = run.training, run.configuration
