@@ -115,3 +115,34 @@ def test_numbers_above_the_physical_limit_are_not_shown_without_a_word(name, fil
         assert "run again" in page(name)
         assert "old window" in page("claims.md")
         assert "above the proved 1.296, until they are run again" in page("../README.md")
+
+
+# What bodies could do under the disturbances of controllers
+
+
+def test_the_table_of_what_is_possible_is_the_kept_one(study):
+    possible = study("physical_limit")
+    assert (KEPT / "generalisation" / "possible.md").read_text() == possible.text()
+    table = read_csv(KEPT / "generalisation" / "possible.csv")
+    kept = zip(table["condition"], *(column(table, n) for n in ("level", "omega")), strict=True)
+    assert list(kept) == list(possible.cases())
+
+
+def test_the_page_says_of_a_heavier_body_what_the_table_says():
+    table = read_csv(KEPT / "generalisation" / "possible.csv")
+    level, found = column(table, "level"), column(table, "cot_inverse")
+    heavier = (np.array(table["condition"]) == "mass") & np.isin(level, (1.35, 1.75))
+    four, eight = (found[heavier & (column(table, "omega") == omega)] for omega in (4.0, 8.0))
+    said = (
+        f"gaits of {four[0]:.2f} and {four[1]:.2f} m/J exist at 4 rad/s, of {eight[0]:.2f} and "
+        f"{eight[1]:.2f} m/J at 8 rad/s"
+    )
+    assert said in page("studies/generalisation.md")
+
+
+def test_a_gait_exists_under_every_condition_and_none_is_above_its_bound():
+    table = read_csv(KEPT / "generalisation" / "possible.csv")
+    found, bound = column(table, "cot_inverse"), column(table, "upper_bound")
+    assert np.isfinite(found).all()
+    assert np.all(np.isnan(bound) | (found <= 1.0001 * bound))
+    assert np.all(column(table, "caught_l0") > 1.0)
