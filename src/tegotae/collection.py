@@ -18,6 +18,7 @@ from tegotae.documents import DamagedDocumentError
 from tegotae.errors import TegotaeError
 from tegotae.models import find
 from tegotae.training.search import best_gain
+from tegotae.workplace import is_earlier
 
 
 @dataclass(frozen=True)
@@ -84,7 +85,8 @@ def group(files: Sequence[tuple[Path, SavedController]]) -> list[Runs]:
 
 
 def _json_files(folder: Path) -> list[Path]:
-    """All files in a folder and its subfolders that are named as JSON."""
+    """All files in a folder and its subfolders that are named as JSON; none of what was set aside
+    for a new beginning."""
 
     def refuse(error: OSError) -> None:
         raise TegotaeError(f"cannot read {error.filename}: {error.strerror}") from None
@@ -92,6 +94,7 @@ def _json_files(folder: Path) -> list[Path]:
     return sorted(
         Path(place, name)
         for place, _, names in os.walk(folder, onerror=refuse)
+        if not any(map(is_earlier, Path(place).relative_to(folder).parts))
         for name in names
         if name.endswith(".json")
     )

@@ -35,6 +35,8 @@ class Generalise:
     """Those whose names match, with * and ? as in a shell."""
     starts: int = 4
     """From how many releases controllers of several legs are tried."""
+    anew: bool = False
+    """Begin anew: what the folder holds is set aside, in one beside it."""
     list: bool = False
     """Print the conditions and their levels, and end."""
 
@@ -54,8 +56,10 @@ class Generalise:
         from tegotae.figures.style import save_figure
         from tegotae.generalisation.run import generalise
         from tegotae.generalisation.table import write_tables
+        from tegotae.workplace import GENERALISATION, require_free_for
 
-        done = generalise(self._subjects(), chosen, self.out)
+        require_free_for(self.out, GENERALISATION)
+        done = generalise(self._subjects(), chosen, self.out, anew=self.anew)
         paths = write_tables(done, chosen, self.out)
         paths.append(save_figure(curves_figure(done, chosen), self.out / "curves.png"))
         _print_margins(done, chosen)

@@ -32,6 +32,8 @@ class MultiverseRun:
     """Worker processes of one core each; one per core by default."""
     cluster: Annotated[str | None, UNSET] = None
     """Address of a Dask scheduler to work on, or local."""
+    anew: bool = False
+    """Begin anew: a multiverse that the folder holds is set aside, in one beside it."""
 
     def run(self) -> None:
         """Do what is missing."""
@@ -49,7 +51,8 @@ class MultiverseRun:
             from tegotae.study.cluster import on_cluster
 
             results = on_cluster(self.cluster)
-        total = runner.run(plan, MultiverseFolder(self.dir), results, UNITS_PER_BUNDLE)
+        folder = MultiverseFolder(self.dir)
+        total = runner.run(plan, folder, results, UNITS_PER_BUNDLE, anew=self.anew)
         print(
             f"{total} records in {self.dir}; next: tegotae study multiverse figures {self.dir} "
             "--out FOLDER"

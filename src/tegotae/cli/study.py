@@ -43,6 +43,8 @@ class StudyRun(ExperimentOptions):
     """Worker processes of one core each; one per core by default."""
     cluster: Annotated[str | None, UNSET] = None
     """Address of a Dask scheduler to work on, or local."""
+    anew: bool = False
+    """Begin anew: a study that the folder holds is set aside, in one beside it."""
 
     def run(self) -> None:
         """Do what is missing."""
@@ -58,7 +60,7 @@ class StudyRun(ExperimentOptions):
             from tegotae.study.cluster import on_cluster
 
             results = on_cluster(self.cluster)
-        total = runner.run(chosen, self.dir, results)
+        total = runner.run(chosen, self.dir, results, anew=self.anew)
         print(f"{total} records in {self.dir}; next: tegotae study report --dir {self.dir}")
 
     @property

@@ -67,6 +67,8 @@ class EvolutionOptions:
     engine alone); or an algorithm of your own, FILE.py:OBJECT or MODULE:OBJECT."""
     budget: Annotated[int | None, tyro.conf.arg(help_behavior_hint=_BUDGET_HINT)] = None
     """Largest number of trained parameters of a model."""
+    anew: bool = False
+    """Begin anew: a training that the folder holds is set aside, in one beside it."""
     tensorboard: bool = False
     """Write TensorBoard logs beside the controllers (extra "tensorboard")."""
 
@@ -129,7 +131,8 @@ class Train(EvolutionOptions, ExperimentOptions):
             stopping=self.stopping,
             algorithm=replace(settings, **chosen),
         )
-        return train(run, out, on_generation=logger(out) if self.tensorboard else None)
+        log = logger(out) if self.tensorboard else None
+        return train(run, out, anew=self.anew, on_generation=log)
 
     def _agents(self, experiment: Experiment, settings: Any, out: Path) -> list[Path]:
         self._refuse("population", evolutions())
@@ -147,7 +150,7 @@ class Train(EvolutionOptions, ExperimentOptions):
             if log is not None:
                 log(round(point.episode), {f"cot_inverse/seed{seed}": point.cot_inverse})
 
-        return train_agents(run, out, on_point=on_point)
+        return train_agents(run, out, anew=self.anew, on_point=on_point)
 
     def _refuse(self, option: str, owners: Iterable[str]) -> None:
         if getattr(self, option) not in (None, False):

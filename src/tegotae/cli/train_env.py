@@ -80,7 +80,8 @@ class TrainEnv(EvolutionOptions):
         folder = f"{own}-{experiment.name}" + ("" if algorithm == "pgpe" else f"-{algorithm}")
         out = Path("runs") / folder if self.out is None else self.out
         try:
-            paths = train(run, out, on_generation=logger(out) if self.tensorboard else None)
+            log = logger(out) if self.tensorboard else None
+            paths = train(run, out, anew=self.anew, on_generation=log)
         except KeyboardInterrupt:
             raise KeyboardInterrupt(
                 f"interrupted; {out} keeps what was learned, the same command goes on from there"

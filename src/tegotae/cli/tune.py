@@ -51,6 +51,8 @@ class Tune(ExperimentOptions):
     """Simulated time that one training may spend [s], the same for every algorithm."""
     confirm: int = 4
     """Fresh seeds on which the best settings are compared with those tried first; 0 for none."""
+    anew: bool = False
+    """Begin anew: a tuning that the file holds is set aside, in one beside it."""
     keep: Annotated[Path | None, UNSET] = None
     """Write the best settings, with how they were found, to this file (.json)."""
     budget: Annotated[int | None, tyro.conf.arg(help_behavior_hint=f"(default: {BUDGET})")] = None
@@ -68,7 +70,14 @@ class Tune(ExperimentOptions):
             output_file(self.keep)
         task = self.task
         try:
-            trials = tune(algorithm, task, self.storage, trials=self.trials, workers=self.workers)
+            trials = tune(
+                algorithm,
+                task,
+                self.storage,
+                trials=self.trials,
+                workers=self.workers,
+                anew=self.anew,
+            )
         except KeyboardInterrupt:
             raise KeyboardInterrupt(
                 f"interrupted; {self.storage} keeps what was tried, the same command goes on"

@@ -16,21 +16,31 @@ from tegotae.generalisation.disturbance import Disturbance
 from tegotae.generalisation.record import configuration, place, read, write
 from tegotae.generalisation.subject import Subject
 from tegotae.generalisation.trial import Outcome, check_levels, tried
-from tegotae.locks import locked
 from tegotae.progress import reporting
 from tegotae.registry import parts_in, register
 from tegotae.workers import Workers, WorkersDied
+from tegotae.workplace import GENERALISATION, alone
 
 Done = tuple[Subject, Outcome]
 
 
 def generalise(
-    subjects: Sequence[Subject], disturbances: Sequence[Disturbance], out: Path
+    subjects: Sequence[Subject],
+    disturbances: Sequence[Disturbance],
+    out: Path,
+    *,
+    anew: bool = False,
 ) -> list[Done]:
     """Try every subject under every disturbance, or go on with it, in the folder `out`.
 
     A record a subject is written; stopped and called again it goes on from there, and ends in the
     same numbers. Subjects of the same structure share a compiled program.
+
+    Args:
+        subjects: who is tried.
+        disturbances: under what.
+        out: the folder.
+        anew: whether what is there before is set aside, in a folder beside it.
 
     Raises:
         TegotaeError: for no subject, two of the same name, none that can meet any of the
@@ -38,7 +48,7 @@ def generalise(
         KeyboardInterrupt: after Ctrl-C; it says what is kept.
     """
     _check(subjects, disturbances)
-    with locked(output_folder(out)):
+    with alone(out, GENERALISATION, anew=anew):
         folder = output_folder(out / "records")
         documents = [configuration(each, disturbances) for each in subjects]
         places = [place(folder, document) for document in documents]

@@ -19,6 +19,7 @@ from tegotae.locks import locked
 from tegotae.study.plan import is_of, united
 from tegotae.study.record import SUFFIX, DamagedRecordError, Record, read, write
 from tegotae.study.unit import FORMAT, Unit, key_of
+from tegotae.workplace import STUDY, alone
 
 
 class Work(Protocol):
@@ -84,14 +85,18 @@ class Folder:
         return self.path / "records"
 
     @contextmanager
-    def claimed(self, plan: Work) -> Iterator[None]:
+    def claimed(self, plan: Work, *, anew: bool = False) -> Iterator[None]:
         """Keep others out, and make the folder this plan's or see that it is.
+
+        Args:
+            plan: what the folder is for.
+            anew: whether a study that is there before is set aside, in a folder beside it.
 
         Raises:
             TegotaeError: if it cannot be written, is in use, or holds another study.
         """
-        output_folder(self.path)
-        with self.locked():
+        with alone(self.path, STUDY, anew=anew):
+            self._clear()
             self._claim(plan)
             yield
 
@@ -101,7 +106,8 @@ class Folder:
                 united(self.document, plan.document)
             except TegotaeError as error:
                 raise TegotaeError(
-                    f"{self.path} holds a study with {error}; choose another folder"
+                    f"{self.path} holds a study with {error}; choose another folder, or begin anew "
+                    "with --anew"
                 ) from None
         output_folder(self.records)
         self.describe(plan.document)
@@ -208,10 +214,13 @@ class Folder:
             TegotaeError: if another run is at work in this folder.
         """
         with locked(self.path):
-            # Nobody else is here: half-written files are what a killed run left.
-            for leftover in self.records.glob(f".*{SUFFIX}.*"):
-                leftover.unlink(missing_ok=True)
+            self._clear()
             yield
+
+    def _clear(self) -> None:
+        # Nobody else is here: half-written files are what a killed run left.
+        for leftover in self.records.glob(f".*{SUFFIX}.*"):
+            leftover.unlink(missing_ok=True)
 
 
 def _named(path: Path) -> Record:

@@ -30,7 +30,12 @@ class WorkersDiedError(Exception):
 
 
 def run(
-    plan: Work, place: Path | Folder, results: Results | None = None, most: int | None = None
+    plan: Work,
+    place: Path | Folder,
+    results: Results | None = None,
+    most: int | None = None,
+    *,
+    anew: bool = False,
 ) -> int:
     """Do what is missing of a plan in a folder; return how many records there are then.
 
@@ -43,6 +48,7 @@ def run(
         place: its folder.
         results: where to work; worker processes on all cores of this machine by default.
         most: units that are done together at most.
+        anew: whether a study that is there before is set aside, in a folder beside it.
 
     Raises:
         TegotaeError: if the folder holds another study or is in use, if a unit cannot be done or
@@ -50,7 +56,7 @@ def run(
         KeyboardInterrupt: after Ctrl-C. This and the former say what is kept.
     """
     folder = place if isinstance(place, Folder) else Folder(place)
-    with folder.claimed(plan):
+    with folder.claimed(plan, anew=anew):
         units = plan.units
         missing = [unit for unit in units if not folder.has(unit)]
         try:

@@ -17,6 +17,7 @@ from tegotae.errors import TegotaeError
 from tegotae.tables import numbers, parse_csv
 from tegotae.training.algorithms.document import algorithm_name
 from tegotae.training.folder import RunDocument
+from tegotae.workplace import is_earlier
 
 COLUMNS = ("algorithm", "model", "seed", "episode", "simulated_s", "cot_inverse")
 """Columns of a table of learning curves, one row a point."""
@@ -225,7 +226,10 @@ def _identity(curve: LearningCurve) -> tuple[str, str, int]:
 def _folders(place: Path) -> list[Path]:
     if not place.is_dir():
         raise TegotaeError(f"there is no folder {place}")
-    return [p.parent for p in sorted(place.rglob("curves.csv")) if (p.parent / "run.json").exists()]
+    found = [
+        p.parent for p in sorted(place.rglob("curves.csv")) if (p.parent / "run.json").exists()
+    ]
+    return [p for p in found if not any(map(is_earlier, p.relative_to(place).parts))]
 
 
 def _rows(path: Path) -> list[dict[str, str]]:

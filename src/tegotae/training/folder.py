@@ -50,7 +50,8 @@ def claim(out: Path, configuration: Mapping[str, Any], versions: Mapping[str, st
                 )
             raise TegotaeError(
                 f"{out} holds a training of {dict(found['experiment']).get('name')} that differs "
-                f"in {', '.join(names)}; choose another folder with --out"
+                f"in {', '.join(names)}; choose another folder with --out, or begin anew with "
+                "--anew"
             )
     document = {"configuration": wanted, "software": dict(versions)}
     write_atomically(path, json.dumps(document, indent=1) + "\n")

@@ -21,9 +21,8 @@ from tegotae.devices import set_up
 from tegotae.documents import fitted, parse
 from tegotae.errors import TegotaeError, require_count
 from tegotae.experiment import differing
-from tegotae.files import output_folder, write_atomically
+from tegotae.files import write_atomically
 from tegotae.limits import require_memory
-from tegotae.locks import locked
 from tegotae.metrics.statistics import mean_defined
 from tegotae.progress import reporting
 from tegotae.tables import write_csv
@@ -34,6 +33,7 @@ from tegotae.training.folder import claim, save_controller, versions_of
 from tegotae.training.search import best_gain
 from tegotae.training.stopping import SEARCH, Stopping
 from tegotae.training.trainable import Trainable
+from tegotae.workplace import TRAINING, alone
 
 _SECONDS_BETWEEN_CHECKPOINTS = 5.0
 _MOST_BYTES = 2**30
@@ -114,6 +114,7 @@ def train(
     run: Run,
     out: Path,
     *,
+    anew: bool = False,
     on_generation: Callable[[int, Curves], None] | None = None,
 ) -> list[Path]:
     """Train, or train on, in the folder `out`; return the controller files, one per seed.
@@ -124,6 +125,12 @@ def train(
     ends in the same numbers. A pure V model has no network: its σ is found by search, which is one
     run whatever the seeds.
 
+    Args:
+        run: what, from which seeds, how, and until when.
+        out: the folder.
+        anew: whether a training that is there before is set aside, in a folder beside it.
+        on_generation: called with the number and the curves of each new generation.
+
     Raises:
         TegotaeError: if the folder cannot be written, is in use or holds another training.
     """
@@ -131,7 +138,7 @@ def train(
     run.experiment.check()
     check_kept(run.algorithm)
     _require_room(run)
-    with locked(output_folder(out)):
+    with alone(out, TRAINING, anew=anew):
         claim(out, run.configuration, software())
         return _train(run, out, on_generation)
 

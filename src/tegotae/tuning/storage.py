@@ -19,6 +19,7 @@ from tegotae.experiment import differing
 from tegotae.extras import require
 from tegotae.files import output_file
 from tegotae.locks import hold
+from tegotae.workplace import earlier, move
 
 if TYPE_CHECKING:
     from optuna.study import Study
@@ -31,7 +32,7 @@ _CONFIGURATION = "configuration"
 
 
 @contextmanager
-def opened(path: Path, configuration: Mapping[str, Any]) -> Iterator[Study]:
+def opened(path: Path, configuration: Mapping[str, Any], *, anew: bool = False) -> Iterator[Study]:
     """The study in a storage file, begun or gone on with; nobody else may open it meanwhile.
 
     What a killed tuner left is put in order: half a line at the file's end is cut off, and trials
@@ -40,6 +41,7 @@ def opened(path: Path, configuration: Mapping[str, Any]) -> Iterator[Study]:
     Args:
         path: the file.
         configuration: what the study is about, as JSON values.
+        anew: whether a study that is there before is set aside, in a file beside it.
 
     Raises:
         TegotaeError: if the file cannot be written, is used by another tuner, or holds something
@@ -48,6 +50,8 @@ def opened(path: Path, configuration: Mapping[str, Any]) -> Iterator[Study]:
     """
     optuna = require("optuna", "tune")
     path = output_file(path)
+    if anew and path.exists():
+        _set_aside(path)
     try:
         stream = path.open("a+b")
     except OSError as error:
@@ -66,6 +70,20 @@ def opened(path: Path, configuration: Mapping[str, Any]) -> Iterator[Study]:
             if not begun and not (study and _has_values(study)):
                 path.unlink(missing_ok=True)
             raise
+
+
+def _set_aside(path: Path) -> None:
+    """Give a study's file another name.
+
+    Raises:
+        TegotaeError: if it is in use, no study's, or cannot be moved.
+    """
+    with path.open("a+b") as stream:
+        _lock(stream, path)
+        _mend(stream, path)
+        place = earlier(path)
+        move(path, place)
+    print(f"what {path} held is now in {place}")
 
 
 def _has_values(study: Study) -> bool:
@@ -134,6 +152,7 @@ def _study(optuna: Any, path: Path, configuration: dict[str, Any]) -> Study:
             path,
             f"a tuning of {theirs.algorithm} for {names} that differs in "
             f"{', '.join(differing(found, configuration))}",
+            ", or begin anew with --anew",
         )
     return study
 
@@ -175,5 +194,5 @@ def requeue(study: Study, trial: FrozenTrial) -> None:
     study.enqueue_trial(trial.params, user_attrs={"retry_of": trial.number})
 
 
-def _foreign(path: Path, what: str) -> TegotaeError:
-    return TegotaeError(f"{path} holds {what}; choose another file with --storage")
+def _foreign(path: Path, what: str, more: str = "") -> TegotaeError:
+    return TegotaeError(f"{path} holds {what}; choose another file with --storage{more}")

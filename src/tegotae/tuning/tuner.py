@@ -30,7 +30,13 @@ P_PRUNED = 0.1
 
 
 def tune(
-    algorithm: str, task: Task, storage: Path, *, trials: int, workers: int = 1
+    algorithm: str,
+    task: Task,
+    storage: Path,
+    *,
+    trials: int,
+    workers: int = 1,
+    anew: bool = False,
 ) -> list[FrozenTrial]:
     """Try settings until `trials` of them are judged, those of earlier calls included.
 
@@ -49,6 +55,7 @@ def tune(
         storage: an Optuna journal, made if it does not exist.
         trials: judged settings in all, completed or pruned.
         workers: processes, each with its share of the cores.
+        anew: whether a tuning that is in the file is set aside, in one beside it.
 
     Returns:
         all trials of the study.
@@ -68,7 +75,7 @@ def tune(
     own = {} if code is None else {CODE: code}
     configuration = {"algorithm": algorithm, **own, **task.configuration}
     optuna.logging.set_verbosity(optuna.logging.ERROR)
-    with opened(storage, configuration) as study:
+    with opened(storage, configuration, anew=anew) as study:
         _prepare(optuna, study, space)
         if _judged(study) < trials:
             with _crew(workers) as crew, reporting(f"tune {algorithm}", trials) as reporter:

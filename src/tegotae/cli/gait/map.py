@@ -11,6 +11,7 @@ from tegotae.cli.gait.subject import Subject
 from tegotae.cli.tables import print_rows
 from tegotae.errors import TegotaeError, require_finite
 from tegotae.progress import reporting
+from tegotae.workplace import GAIT_MAP, require_free_for
 
 if TYPE_CHECKING:
     from tegotae.gaits import Legged
@@ -39,6 +40,7 @@ class Map(Subject):
         from tegotae.gaits.document import write
         from tegotae.gaits.map import gait_map
 
+        require_free_for(self.out, GAIT_MAP)
         x = Axis.between(*self.x, self.cells[0])
         y = Axis.between(*self.y, self.cells[1])
         legged = self._legged(x, y)

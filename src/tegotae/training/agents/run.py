@@ -15,15 +15,14 @@ from tegotae.descriptions import check_kept
 from tegotae.devices import set_up
 from tegotae.errors import TegotaeError, require_count
 from tegotae.experiment import Experiment
-from tegotae.files import output_folder
 from tegotae.integrators import PredictorCorrector
-from tegotae.locks import locked
 from tegotae.progress import reporting
 from tegotae.tables import numbers, parse_csv, write_csv
 from tegotae.training.agents.policy import agent_controller
 from tegotae.training.agents.settings import AgentSettings, SACSettings
 from tegotae.training.algorithms.document import algorithm_document
 from tegotae.training.folder import claim, save_controller, versions_of
+from tegotae.workplace import TRAINING, alone
 
 if TYPE_CHECKING:
     from tegotae.training.agents.learner import AgentTraining, Point
@@ -104,7 +103,11 @@ class AgentRun:
 
 
 def train_agents(
-    run: AgentRun, out: Path, *, on_point: Callable[[int, Point], None] | None = None
+    run: AgentRun,
+    out: Path,
+    *,
+    anew: bool = False,
+    on_point: Callable[[int, Point], None] | None = None,
 ) -> list[Path]:
     """Train, or go on, in the folder `out`; return the controller files, one per seed.
 
@@ -114,6 +117,9 @@ def train_agents(
     are done and begins the one that was interrupted anew, to the same numbers.
 
     Args:
+        run: what, from which seeds, how, and how long.
+        out: the folder.
+        anew: whether a training that is there before is set aside, in a folder beside it.
         on_point: called with the seed and each new point.
 
     Raises:
@@ -125,7 +131,7 @@ def train_agents(
     run.experiment.check()
     check_kept(run.settings)
     training, configuration = run.training, run.configuration
-    with locked(output_folder(out)):
+    with alone(out, TRAINING, anew=anew):
         claim(out, configuration, _software())
         return _train(run, training, out, on_point)
 

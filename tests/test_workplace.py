@@ -1,0 +1,145 @@
+"""A folder is for one kind of work, and work that is begun anew loses nothing."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+import tiny
+from tegotae import TegotaeError, find
+from tegotae.cli import main
+from tegotae.collection import read
+from tegotae.generalisation.run import generalise
+from tegotae.study.folder import Folder
+from tegotae.study.plan import plan
+from tegotae.training.agents import AgentRun, train_agents
+from tegotae.tuning import Task
+from tegotae.tuning.storage import opened
+from tegotae.workplace import GENERALISATION, STUDY, TRAINING, alone, earlier
+
+HELD = {
+    "a training": "run.json",
+    "a study": "study.json",
+    "what controllers generalise to": "records/a.trial.npz",
+    "a map of gaits": "map.json",
+}
+WORDS = {
+    "a training": ["train", "AR", "--out"],
+    "a study": ["study", "run", "--scale", "smoke", "--dir"],
+    "what controllers generalise to": ["generalise", "V-sector-w8", "--out"],
+    "a map of gaits": [
+        *("gait", "map", "bar-light", "--x", "sigma", "1", "2", "--y", "omega", "6", "8", "--out")
+    ],
+}
+
+
+def held(folder, kind: str):
+    """The folder, with what such work leaves there."""
+    path = folder / HELD[kind]
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text("{}")
+    return folder
+
+
+@pytest.mark.parametrize(
+    ("there", "work"), [(there, work) for there in HELD for work in WORDS if there != work]
+)
+def test_work_does_not_take_the_folder_of_another_kind(there, work, tmp_path, one_line_error):
+    folder = held(tmp_path / "out", there)
+    before = tiny.contents(folder)
+    said = one_line_error(*WORDS[work], str(folder))
+    assert f"holds {there}, and is not for {work}; choose another folder" in said
+    assert tiny.contents(folder) == before
+
+
+def test_neither_do_a_multiverse_agents_or_training_on_an_environment(tmp_path, one_line_error):
+    training = str(held(tmp_path / "training", "a training"))
+    study = held(tmp_path / "study", "a study")
+    said = "and is not for a study"
+    assert said in one_line_error(
+        "study", "multiverse", "run", "--scale", "smoke", "--dir", training
+    )
+    pytest.importorskip("stable_baselines3")
+    with pytest.raises(TegotaeError, match="holds a study, and is not for a training"):
+        train_agents(AgentRun(experiment=find("AR").experiment()), study)
+    pytest.importorskip("mujoco")
+    words = ["train-env", "hopper", "--model", "AR", "--omega", "8", "--workers", "0"]
+    assert "and is not for a training" in one_line_error(*words, "--out", str(study))
+
+
+def test_a_file_of_a_tuning_and_a_folder_of_work_are_no_place_for_each_other(
+    tmp_path, one_line_error
+):
+    pytest.importorskip("optuna")
+    folder = held(tmp_path / "out", "a training")
+    assert "no tuning" in one_line_error("tune", "AR", "--storage", str(folder / "run.json"))
+    (tmp_path / "journal").write_text("")
+    assert "it is a file" in one_line_error("train", "AR", "--out", str(tmp_path / "journal"))
+
+
+def test_a_training_that_is_begun_anew_sets_the_earlier_one_aside(tmp_path, capsys, one_line_error):
+    out = tmp_path / "art"
+    assert tiny.train(out, generations=1) == 0
+    before = tiny.contents(out)
+    other = ["train", *tiny.OPTIONS, "--generations", "1", "--out", str(out), "--mass", "0.12"]
+    capsys.readouterr()
+    assert "or begin anew with --anew" in one_line_error(*other)
+    assert main([*other, "--anew"]) == 0
+    aside = tmp_path / "art.earlier1"
+    assert f"is now in {aside}" in capsys.readouterr().out
+    assert tiny.contents(aside) == before
+    saved = json.loads((out / "run.json").read_text())["configuration"]["experiment"]
+    assert saved["body"]["mass_kg"] == 0.12
+    assert [len(runs.labels) for runs in read(tmp_path)] == [2]  # of the new one alone
+    assert [len(runs.labels) for runs in read(aside)] == [2]
+
+
+def test_so_do_a_study_and_what_controllers_generalise_to(tmp_path):
+    folder = Folder(tmp_path / "study")
+    with folder.claimed(plan("smoke", "V-*")):
+        pass
+    with folder.claimed(plan("smoke", "ART-*"), anew=True):
+        assert list(folder.document["experiments"]) == ["ART-rF-tphif-w8"]
+    assert "V-sector-w8" in Folder(tmp_path / "study.earlier1").document["experiments"]
+    tried = held(tmp_path / "tried", "what controllers generalise to")
+    with alone(tried, GENERALISATION, anew=True):
+        assert not (tried / "records").exists()
+    assert (tmp_path / "tried.earlier1" / "records" / "a.trial.npz").exists()
+    with pytest.raises(TegotaeError, match="no controllers"):
+        generalise([], [], tried, anew=True)
+
+
+def test_so_does_a_tuning_unless_another_is_at_it(tmp_path):
+    pytest.importorskip("optuna")
+    storage = tmp_path / "journal"
+
+    def configuration(name):
+        return {"algorithm": "pgpe", **Task(experiments=(find(name).experiment(),)).configuration}
+
+    with (
+        opened(storage, configuration("AR")),
+        pytest.raises(TegotaeError, match="in use"),
+        opened(storage, {}, anew=True),
+    ):
+        pass
+    with (
+        pytest.raises(TegotaeError, match="or begin anew with --anew"),
+        opened(storage, configuration("ART")),
+    ):
+        pass
+    before = storage.read_bytes()
+    with opened(storage, configuration("ART"), anew=True):
+        pass
+    assert earlier(storage).name == "journal.earlier2"
+    assert (tmp_path / "journal.earlier1").read_bytes() == before
+
+
+def test_what_others_left_in_a_folder_is_not_set_aside(tmp_path):
+    folder = held(tmp_path / "out", "a training")
+    (folder / "notes.txt").write_text("mine")
+    with alone(folder, TRAINING, anew=True):
+        assert [path.name for path in folder.iterdir() if path.name != ".lock"] == ["notes.txt"]
+    with alone(folder, STUDY, anew=True):
+        pass
+    assert not earlier(folder).name.endswith("earlier1")
