@@ -6,6 +6,7 @@ import dataclasses
 import hashlib
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -15,6 +16,7 @@ from tegotae.experiment import Experiment, differing
 from tegotae.generalisation import Subject, record
 from tegotae.part_code import code_of_file
 from tegotae.references import imported
+from tegotae.study import runner
 from tegotae.study.folder import Folder
 from tegotae.study.plan import plan
 from tegotae.training.agents import AgentRun
@@ -225,6 +227,18 @@ def test_a_study_does_not_take_records_of_other_code_for_its_own(users, tmp_path
         folder.claimed(mine()),
     ):
         pass
+
+
+def test_a_file_that_is_edited_while_a_study_runs_ends_it(users, tmp_path):
+    whole = plan("smoke", "", [users.experiment])
+
+    def results(bundles):
+        users.edit("2.0")  # a worker that starts now reads this
+        (unit,) = plan("smoke", "", [users.experiment]).units
+        yield bundles[0][0], SimpleNamespace(configuration=unit.configuration, model="edited")
+
+    with pytest.raises(TegotaeError, match=f"another code of {users.body}: a file was edited"):
+        runner.run(whole, tmp_path / "study", results)
 
 
 def test_the_code_of_an_algorithm_counts_as_well(users, tmp_path):

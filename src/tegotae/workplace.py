@@ -17,7 +17,7 @@ _EARLIER = ".earlier"
 
 
 @dataclass(frozen=True)
-class Work:
+class WorkKind:
     """A kind of work.
 
     Args:
@@ -31,27 +31,27 @@ class Work:
     leaves: tuple[str, ...]
 
 
-TRAINING = Work(
+TRAINING = WorkKind(
     "a training",
     ("run.json", "checkpoint*.npz"),
     ("run.json", "checkpoint*", "curves.csv", "*-seed*.json"),
 )
-STUDY = Work(
+STUDY = WorkKind(
     "a study",
     ("study.json", "records/*.record.npz"),
     ("study.json", "records", "damaged", "report.html"),
 )
-GENERALISATION = Work(
+GENERALISATION = WorkKind(
     "what controllers generalise to",
     ("records/*.trial.npz",),
     ("records", "margins.csv", "left_out.csv", "curves.*"),
 )
-GAIT_MAP = Work("a map of gaits", ("map.partial.npz", "map.json"), ("map.*",))
+GAIT_MAP = WorkKind("a map of gaits", ("map.partial.npz", "map.json"), ("map.*",))
 KINDS = (TRAINING, STUDY, GENERALISATION, GAIT_MAP)
 
 
 @contextmanager
-def alone(folder: Path, work: Work, *, anew: bool = False) -> Iterator[None]:
+def alone(folder: Path, work: WorkKind, *, anew: bool = False) -> Iterator[None]:
     """Be the only one at work in a folder, which is made if it is missing.
 
     Args:
@@ -79,7 +79,7 @@ def alone(folder: Path, work: Work, *, anew: bool = False) -> Iterator[None]:
         yield
 
 
-def require_free_for(folder: Path, work: Work) -> None:
+def require_free_for(folder: Path, work: WorkKind) -> None:
     """Raise `TegotaeError` if a folder holds another kind of work."""
     for other in KINDS:
         if other != work and any(any(folder.glob(mark)) for mark in other.marks):
@@ -88,7 +88,7 @@ def require_free_for(folder: Path, work: Work) -> None:
             )
 
 
-def _set_aside(folder: Path, work: Work) -> None:
+def _set_aside(folder: Path, work: WorkKind) -> None:
     found = [path for pattern in work.leaves for path in folder.glob(pattern)]
     if found:
         place = output_folder(earlier(folder.resolve()))
