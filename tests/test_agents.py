@@ -55,7 +55,7 @@ def _one_thread():
 
 
 def experiment(model="AR-rF-sector-w8"):
-    return find(model).experiment(timing=TIMING, fitness=Fitness(settle_s=SETTLE_S))
+    return find(model).experiment(timing=TIMING, objective=Fitness(settle_s=SETTLE_S))
 
 
 def training(settings, model="AR-rF-sector-w8", **changes):

@@ -277,7 +277,7 @@ def test_no_limit_cycle_at_all():
 
 def test_a_gait_that_two_kinds_of_release_lead_away_from_each_other():
     """Reflex, σ 3, ω 5: high releases end in one turn per high hop, others in two per low hop."""
-    saved = SavedController(build("V-reflex-w4"), np.array([3.0]), 5.0)
+    saved = SavedController.of(build("V-reflex-w4"), np.array([3.0]), 5.0)
     timing = Timing(duration_s=30.0, tick_s=0.002)
     found = map_basin(saved, np.array([1.05, 2.2]), np.array([0.0, 0.5]), timing=timing)
     assert found.attractor.shape == (2, 2)
@@ -291,7 +291,7 @@ def test_a_gait_that_two_kinds_of_release_lead_away_from_each_other():
 @pytest.mark.thorough
 def test_without_an_oscillator_velocities_take_the_place_of_phases():
     controller = build("T")
-    saved = SavedController(controller, np.zeros(controller.n_weights), None)
+    saved = SavedController.of(controller, np.zeros(controller.n_weights), None)
     found = map_basin(saved, np.array([1.1, 1.2]), np.array([-1.0, 0.0, 1.0]), timing=TIMING)
     assert found.phase_rad is None
     assert found.velocity_m_per_s.tolist() == [-1.0, 0.0, 1.0]

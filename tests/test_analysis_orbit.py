@@ -24,8 +24,8 @@ from tegotae.analysis.outcome import turn
 from tegotae.analysis.poincare import fixed_point, linearised, observed_factor
 from tegotae.controller_file import SavedController
 
-REFLEX = SavedController(build("V-reflex-w8"), np.array([2.0]), 8.0)
-SECTOR = SavedController(build("V-sector-w4"), np.array([4.0]), 6.0)
+REFLEX = SavedController.of(build("V-reflex-w8"), np.array([2.0]), 8.0)
+SECTOR = SavedController.of(build("V-sector-w4"), np.array([4.0]), 6.0)
 CASES = {"reflex": REFLEX, "sector": SECTOR}
 
 
@@ -80,7 +80,7 @@ def test_the_samples_of_an_orbit_go_once_round(name):
 
 
 def test_a_cycle_of_two_hops_has_two_apexes():
-    found = find_orbit(SavedController(build("V-reflex-w8"), np.array([8.0]), 6.0))
+    found = find_orbit(SavedController.of(build("V-reflex-w8"), np.array([8.0]), 6.0))
     assert found.hops == 2
     assert found.apex_height_m.shape == found.apex_phase_rad.shape == (2,)
     assert abs(np.diff(found.apex_height_m)[0]) > 0.1
@@ -90,7 +90,7 @@ def test_a_cycle_of_two_hops_has_two_apexes():
     ("weights", "what"), [([0.0], "at rest"), ([np.inf], "failed")], ids=("no gain", "infinite")
 )
 def test_a_gait_without_limit_cycle_is_an_error_that_says_what_it_does(weights, what):
-    saved = SavedController(build("V-reflex-w8"), np.array(weights), 8.0)
+    saved = SavedController.of(build("V-reflex-w8"), np.array(weights), 8.0)
     with pytest.raises(NoLimitCycleError, match=f"has no limit cycle after 60 s: {what}") as error:
         find_orbit(saved)
     assert "\n" not in str(error.value)
@@ -109,7 +109,7 @@ FORCES = np.linspace(0.0, 2.0, 9)
 
 def test_the_surface_of_a_reflex_in_closed_form():
     """f = -σ cos φ F_k and F_a = -min(0, f), at most α."""
-    saved = SavedController(REFLEX.controller, np.array([3.0]), 8.0)
+    saved = SavedController.of(REFLEX.controller, np.array([3.0]), 8.0)
     found = actuation_surface(saved, FORCES, columns=17)
     feedback = -3.0 * np.cos(found.phase_rad)[None] * FORCES[:, None]
     np.testing.assert_allclose(found.feedback_rad_per_s, feedback, atol=1e-12)
@@ -140,7 +140,7 @@ def test_only_controllers_that_sense_the_velocity_depend_on_the_slice():
     generator = np.random.default_rng(0)
     for name, sees in (("AR-rFv-reflex-w8", True), ("AR-rF-reflex-w8", False)):
         controller = build(name)
-        saved = SavedController(controller, generator.normal(size=controller.n_weights), 8.0)
+        saved = SavedController.of(controller, generator.normal(size=controller.n_weights), 8.0)
         assert sees_velocity(saved) is sees
         slices = [
             actuation_surface(saved, FORCES, columns=9, velocity_m_per_s=v).feedback_rad_per_s
@@ -152,7 +152,7 @@ def test_only_controllers_that_sense_the_velocity_depend_on_the_slice():
 def test_the_single_network_has_a_surface_over_velocity_instead_of_phase():
     controller = build("T-Fv")
     weights = np.random.default_rng(1).normal(size=controller.n_weights)
-    saved = SavedController(controller, weights, None)
+    saved = SavedController.of(controller, weights, None)
     found = actuation_surface(saved, FORCES, columns=5, velocity_range_m_per_s=(-2.0, 2.0))
     assert found.phase_rad is None
     assert found.velocity_m_per_s.tolist() == [-2.0, -1.0, 0.0, 1.0, 2.0]

@@ -58,7 +58,7 @@ def two_folders(tmp_path, monkeypatch):
     for folder, seeds in (("first", 3), ("second", 4)):
         (tmp_path / folder).mkdir()
         for seed in range(seeds):
-            saved = SavedController(
+            saved = SavedController.of(
                 REFLEX, np.array([2.0]), 8.0, model="V-reflex-w8", training={"seed": seed}
             )
             controller_file.save(saved, tmp_path / folder / f"{seed}.json")

@@ -23,7 +23,9 @@ def folder(tmp_path) -> Path:
     (tmp_path / "more").mkdir()
     for gain, name in enumerate(("a", "b", "more/c"), 1):
         weights = np.array([float(gain)])
-        controller_file.save(SavedController(controller, weights, 8.0), tmp_path / f"{name}.json")
+        controller_file.save(
+            SavedController.of(controller, weights, 8.0), tmp_path / f"{name}.json"
+        )
     return tmp_path
 
 

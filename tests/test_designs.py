@@ -135,7 +135,7 @@ def short():
     found = design("Wphi-F@quadruped-c")
     timing = Timing(duration_s=4.0, tick_s=0.008, frame_s=0.08)
     fitness = dataclasses.replace(found.fitness, settle_s=2.0)
-    return found.experiment(budget=30, timing=timing, fitness=fitness)
+    return found.experiment(budget=30, timing=timing, objective=fitness)
 
 
 def run_of(experiment: Experiment, generations: int) -> Run:
@@ -188,7 +188,7 @@ def test_controllers_of_a_folder_are_judged_together(judged, tmp_path, capsys):
     folder.mkdir()
     for seed, sigma in enumerate((1.25, 0.0)):
         controller_file.save(
-            controller_file.SavedController(
+            controller_file.SavedController.of(
                 legged.controller,
                 np.array([sigma]),
                 2.0,

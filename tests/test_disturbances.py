@@ -7,8 +7,19 @@ import dataclasses
 import numpy as np
 import pytest
 
-from tegotae import Engine, Experiment, Hopper, Scenario, TegotaeError, Timing, build, check_body
+from tegotae import (
+    Engine,
+    Experiment,
+    Hopper,
+    Scenario,
+    System,
+    TegotaeError,
+    Timing,
+    build,
+    check_body,
+)
 from tegotae.bodies import Actuators, Bar, Blows, Sensors, Walker
+from tegotae.training.fitness import EPISODE
 from tegotae.world import Staircase, Step
 
 REFLEX = build("V-reflex-w8")
@@ -127,7 +138,9 @@ def test_several_legs_have_actuators_each_and_are_struck_as_one():
 
 def test_they_are_written_down_and_read_again():
     body = Actuators(body=Blows(body=Hopper(), impulse_ns=0.1, at_s=3.0), strength=0.9, lag_s=0.02)
-    experiment = Experiment(name="weak", controller=REFLEX, omega=8.0, body=body)
+    experiment = Experiment(
+        name="weak", system=System(controller=REFLEX, omega=8.0, body=body, timing=EPISODE)
+    )
     assert Experiment.of(experiment.document) == experiment
 
 

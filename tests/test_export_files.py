@@ -33,14 +33,14 @@ def saved(name: str = "ART-rF-tphif-w8", **entries) -> SavedController:
     model = find(name)
     controller = model.controller(30)
     weights = np.asarray(controller.initial(jax.random.key(1)))
-    return SavedController(controller, weights, model.omega_t, model=name, **entries)
+    return SavedController.of(controller, weights, model.omega_t, name=name, **entries)
 
 
 def with_action(term: Term) -> SavedController:
     """The vanilla controller with another action."""
     controller = build("V-reflex-w8")
     law = dataclasses.replace(controller.tegotae, action=term)
-    return SavedController(
+    return SavedController.of(
         dataclasses.replace(controller, tegotae=law), np.array([2.0]), 8.0, Hopper()
     )
 
@@ -180,7 +180,7 @@ def test_a_network_over_all_limbs_is_refused_by_name():
     own = design("W-F@quadruped-c").experiment()
     weights = np.zeros(own.controller.n_weights)
     with pytest.raises(TegotaeError, match=r"^a WholeBodyFoot cannot be exported: it is one netw"):
-        Export(SavedController(own.controller, weights, own.omega, own.body))
+        Export(SavedController.of(own.controller, weights, own.omega, own.body))
 
 
 @dataclass(frozen=True)
@@ -238,7 +238,7 @@ def test_a_compiler_that_is_missing_is_said_with_what_to_install(monkeypatch):
     reason="the Arm compiler or QEMU is not installed",
 )
 def test_the_cost_of_a_controller_is_counted_on_every_core():
-    export = Export(SavedController(build("V-reflex-w8"), np.array([2.0]), 8.0))
+    export = Export(SavedController.of(build("V-reflex-w8"), np.array([2.0]), 8.0))
     small, middle, large = costs(export)
     # Without a unit for floats every operation is a call.
     assert small.instructions > 5 * middle.instructions > 5 * 50

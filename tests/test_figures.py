@@ -422,7 +422,7 @@ def test_every_figure_command_writes_its_figure_and_its_data(name, tmp_path, cap
 
 
 def test_a_controller_file_is_drawn_like_options(tmp_path, capsys):
-    saved = SavedController(build("V-reflex-w8"), np.array([2.0]), 8.0)
+    saved = SavedController.of(build("V-reflex-w8"), np.array([2.0]), 8.0)
     controller_file.save(saved, tmp_path / "c.json")
     for out, what in (("a.svg", [str(tmp_path / "c.json")]), ("b.svg", list(QUICK["surface"][:6]))):
         arguments = ["figure", "surface", *what, "--resolution", "5", "--out", str(tmp_path / out)]

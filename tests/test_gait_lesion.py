@@ -17,7 +17,7 @@ from tegotae.gaits.lesion import Lesion, aftermath
 from tegotae.rollout import whole_trajectory
 from tegotae.tables import read_csv
 
-BAR = dataclasses.replace(system("bar-light"), timing=Timing(duration_s=60.0))
+BAR = system("bar-light").with_system(timing=Timing(duration_s=60.0))
 FOUR = dataclasses.replace(
     system("quadruped-c").with_numbers(omega=2.2),
     timing=Timing(duration_s=60.0, tick_s=0.008, frame_s=0.08),
@@ -71,7 +71,7 @@ def test_a_quadruped_that_loses_a_leg_falls(lost):
 
 @pytest.mark.thorough
 def test_legs_that_never_felt_each_other_are_not_locked_after_a_lesion_either():
-    deaf = dataclasses.replace(BAR.with_numbers(sigma=0.0), timing=Timing(duration_s=20.0))
+    deaf = BAR.with_numbers(sigma=0.0).with_system(timing=Timing(duration_s=20.0))
     found = aftermath(deaf, Lesion(at_s=10.0, fields=(("mass_kg", 0.12),)), 2)
     assert set(found.gait_before) == set(found.gait_after) == {"as released"}
 
@@ -118,7 +118,7 @@ def test_a_lesion_in_which_nothing_happens_is_none():
 
 
 def test_a_leg_is_lost_once():
-    three = dataclasses.replace(FOUR, body=Walker(present=(1.0, 1.0, 0.0, 1.0)))
+    three = FOUR.with_system(body=Walker(present=(1.0, 1.0, 0.0, 1.0)))
     with pytest.raises(TegotaeError, match="leg LH is lost already"):
         Lesion(at_s=1.0, lost=("LH",)).left(three)
 

@@ -19,7 +19,7 @@ from tegotae.gaits.lags import apart
 from tegotae.gaits.map import NO_BODY, gait_map, majority
 from tegotae.tables import numbers, read_csv
 
-BAR = dataclasses.replace(system("bar-light"), timing=Timing(duration_s=40.0))
+BAR = system("bar-light").with_system(timing=Timing(duration_s=40.0))
 WALKER = system("quadruped-c")
 
 
@@ -54,7 +54,7 @@ def test_a_body_that_cannot_be_is_marked_and_stops_nothing(bars):
 
 def test_a_cell_is_what_a_basin_finds_there(bars):
     body = dataclasses.replace(BAR.body, inertia_ratio=1.6)
-    basin = find_basin(dataclasses.replace(BAR, body=body), 3)
+    basin = find_basin(BAR.with_system(body=body), 3)
     np.testing.assert_array_equal(bars.phase_rad, basin.phase_rad)
     assert np.abs(apart(bars.found.lag[1, 2], basin.found.lag)).max() < 1e-4  # but for rounding
     np.testing.assert_allclose(bars.found.power_w[1, 2], basin.found.power_w, rtol=1e-4)

@@ -19,7 +19,7 @@ from tegotae.gaits.section import lags_at_sections
 from tegotae.gaits.stability import crossings, fit_return_map, stability
 from tegotae.tables import read_csv
 
-BAR = dataclasses.replace(system("bar-light"), timing=Timing(duration_s=30.0))
+BAR = system("bar-light").with_system(timing=Timing(duration_s=30.0))
 RATIOS = (-1.0, 0.9, 0.95, 1.05, 1.1)
 
 

@@ -28,7 +28,7 @@ from tegotae.gaits.sweep import check_levels, differs, hysteresis, staircase_tim
 from tegotae.tables import numbers, read_csv
 
 LIGHT = system("bar-light")
-SHORT = dataclasses.replace(LIGHT, timing=Timing(duration_s=40.0))
+SHORT = LIGHT.with_system(timing=Timing(duration_s=40.0))
 
 
 @pytest.fixture(scope="module")
@@ -79,7 +79,7 @@ def test_lanes_do_not_know_of_each_other(light):
 
 @pytest.mark.thorough
 def test_a_body_whose_leg_collapses_has_fallen_and_no_lag():
-    weak = dataclasses.replace(SHORT, body=Bar(inertia_ratio=0.6), height_m=12.0)
+    weak = SHORT.with_system(body=Bar(inertia_ratio=0.6), height_m=12.0)
     found = find_basin(weak, 3)
     assert set(found.gait) == {"fallen"}
     assert np.isfinite(found.found.fall_time_s).all()
@@ -250,7 +250,7 @@ def test_another_body_is_released_as_high_over_where_its_legs_touch_the_ground()
 def test_a_walkers_controller_file_is_released_and_timed_as_the_named_walkers(tmp_path):
     own = system("quadruped-a")
     weights = np.array(own.weights)
-    saved = SavedController(own.controller, weights, own.omega, Sensors(body=own.body))
+    saved = SavedController.of(own.controller, weights, own.omega, Sensors(body=own.body))
     save(saved, tmp_path / "walker.json")
     found = system(str(tmp_path / "walker.json"))
     for name in ("height_m", "timing", "reference", "dimensionless", "names"):
@@ -259,7 +259,7 @@ def test_a_walkers_controller_file_is_released_and_timed_as_the_named_walkers(tm
 
 @pytest.mark.thorough
 def test_a_body_behind_sensors_has_the_gait_of_the_bare_one(light):
-    behind = dataclasses.replace(SHORT, body=Sensors(body=SHORT.body, delay_s=0.002))
+    behind = SHORT.with_system(body=Sensors(body=SHORT.body, delay_s=0.002))
     run = simulate(behind, (0.0, 2.0))
     assert run.gait == "antiphase"
     assert behind.names == ("H", "F")

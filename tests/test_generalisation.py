@@ -32,7 +32,8 @@ TIMING = Timing(duration_s=24.0, tick_s=0.002)
 def hopper(weights=((2.0,), (0.0,)), **more) -> Subject:
     labels = tuple(map(str, range(len(weights))))
     given = {"looked_at": TIMING, **more}
-    return Subject("V", REFLEX, np.array(weights), 8.0, Hopper(), labels, **given)
+    system = System(controller=REFLEX, omega=8.0)
+    return Subject("V", system, np.array(weights), labels, **given)
 
 
 @pytest.fixture(scope="module")
@@ -149,7 +150,7 @@ def quadruped(starts=4, **more) -> Subject:
     one = np.array([found.weights])
     given = {"looked_at": dataclasses.replace(found.timing, duration_s=60.0), **more}
     labels = ("0",)
-    return Subject("C", found.controller, one, found.omega, found.body, labels, starts, **given)
+    return Subject("C", found.system, one, labels, starts, **given)
 
 
 def test_what_a_release_meets_is_the_same_for_every_run_and_level():
@@ -177,7 +178,7 @@ def test_a_small_leg_is_looked_at_for_a_shorter_time():
     small = hopper(looked_at=None)
     assert small.timing.duration_s == 32.0
     body = Hopper(rest_length_m=0.25)
-    assert dataclasses.replace(small, body=body).timing.duration_s == pytest.approx(16.0)
+    assert small.replaced(body=body).timing.duration_s == pytest.approx(16.0)
 
 
 # Tables.
@@ -265,7 +266,7 @@ def test_what_is_done_is_kept_and_not_done_again(outcome, tmp_path, monkeypatch)
 def test_the_command_writes_margins_curves_and_a_picture(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr("tegotae.generalisation.subject.HOPPING", TIMING)
     file = tmp_path / "mine.json"
-    controller_file.save(SavedController(REFLEX, np.array([2.0]), 8.0, Hopper(), "mine"), file)
+    controller_file.save(SavedController.of(REFLEX, np.array([2.0]), 8.0, Hopper(), "mine"), file)
     names = "mass=0.9/3.5,release=0.1,delay=0.004,lost-leg,omega=1.01"
     words = ["generalise", str(file), "--conditions", names, "--out", str(tmp_path / "out")]
     assert main(words) == 0
@@ -321,7 +322,7 @@ def test_a_subject_that_can_meet_nothing_is_refused_before_work(tmp_path):
 def test_one_that_can_meet_nothing_is_left_out_beside_others(tmp_path):
     reason = {"omega": "it has no oscillator"}
     two = disturbances_named(["omega=1.01"])
-    other = dataclasses.replace(hopper(), name="N", omega=None)
+    other = dataclasses.replace(hopper(), name="N").replaced(omega=None)
     assert tried(other, two).left_out == reason
     (tmp_path / "left_out.csv").write_text("of another run")
     empty = tried(other, two)
@@ -334,14 +335,14 @@ def test_one_that_can_meet_nothing_is_left_out_beside_others(tmp_path):
 
 def test_a_body_of_another_simulator_is_refused_in_one_line():
     with pytest.raises(TegotaeError, match="V cannot be tried: "):
-        dataclasses.replace(hopper(), body=WiredLimbs())
+        hopper().replaced(body=WiredLimbs())
     with pytest.raises(TegotaeError, match="C cannot be tried: a WiredLimbs has no mass_kg"):
-        dataclasses.replace(quadruped(), body=WiredLimbs(count=4))
+        quadruped().replaced(body=WiredLimbs(count=4))
 
 
 def test_the_command_tries_those_whose_names_match(tmp_path):
     file = tmp_path / "mine.json"
-    controller_file.save(SavedController(REFLEX, np.array([2.0]), 8.0, Hopper(), "mine"), file)
+    controller_file.save(SavedController.of(REFLEX, np.array([2.0]), 8.0, Hopper(), "mine"), file)
     with pytest.raises(TegotaeError, match=r"has no model that matches T-\*"):
         Generalise(places=(str(file),), only="T-*")._subjects()
 

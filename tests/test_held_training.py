@@ -13,7 +13,7 @@ from tegotae.rollout import Timing
 from tegotae.training.agents import AgentRun
 
 CONTINUOUS = find("AR-rF-sector-w8").experiment()
-HELD = dataclasses.replace(CONTINUOUS, integrator=Hold())
+HELD = CONTINUOUS.replaced(integrator=Hold())
 
 
 def test_a_held_training_rolls_out_its_episodes_held():
@@ -42,13 +42,11 @@ def test_the_gain_of_a_vanilla_controller_is_searched_held():
     from tegotae.training.search import best_gain
 
     usual = find("V-reflex-w8").experiment()
-    short = dataclasses.replace(
-        usual,
+    short = usual.replaced(
         timing=Timing(duration_s=6.0, tick_s=0.01),
-        fitness=dataclasses.replace(usual.fitness, settle_s=2.0),
+        objective=dataclasses.replace(usual.objective, settle_s=2.0),
     )
     continuous, held = (
-        best_gain(dataclasses.replace(short, integrator=each))
-        for each in (PredictorCorrector(), Hold())
+        best_gain(short.replaced(integrator=each)) for each in (PredictorCorrector(), Hold())
     )
     assert continuous[1] != held[1]

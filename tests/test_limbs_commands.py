@@ -47,7 +47,7 @@ def experiment() -> Experiment:
 @pytest.fixture(scope="module")
 def saved(experiment) -> SavedController:
     weights = np.random.default_rng(0).normal(size=experiment.controller.n_weights)
-    return SavedController(experiment.controller, weights, experiment.omega, experiment.body)
+    return SavedController.of(experiment.controller, weights, experiment.omega, experiment.body)
 
 
 @pytest.fixture
@@ -94,15 +94,15 @@ def test_an_episode_of_training_starts_the_limbs_apart(experiment):
 @pytest.mark.parametrize(
     ("changed", "said"),
     [
-        ({"phase_rad": (0.0, 1.0, 2.0)}, "starts 3 limbs, each at a phase of its own; its body"),
+        ({"phase_rad": (0.0, 1.0, 2.0)}, "the release has 3 phases, one a limb; the body has 2"),
         ({"phase_rad": (0.0, math.nan)}, "phase_rad is nan"),
-        ({"posture": (("roll_rad", 0.1),)}, "Bar knows no posture 'roll_rad'; it takes pitch_rad"),
-        ({"posture": (("pitch_rad", math.inf),)}, "pitch_rad is inf"),
+        ({"initial_pose": (("roll_rad", 0.1),)}, "Bar knows no posture 'roll_rad'; it takes pitch_rad"),
+        ({"initial_pose": (("pitch_rad", math.inf),)}, "pitch_rad is inf"),
     ],
 )
 def test_a_start_that_the_body_cannot_take_is_refused(experiment, changed, said):
     with pytest.raises(TegotaeError, match=said):
-        dataclasses.replace(experiment, **changed)
+        experiment.replaced(**changed)
 
 
 @pytest.mark.thorough

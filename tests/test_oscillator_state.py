@@ -83,13 +83,13 @@ def test_what_needs_a_phase_is_refused_without_one():
 
 def test_analyses_that_enter_an_orbit_refuse_an_oscillator_with_state_that_nothing_tells():
     assert PhaseOscillator().is_open
-    orbit = find_orbit(SavedController(VANILLA, np.array([2.0]), 8.0))
-    swelling = SavedController(SWELLING, np.array([2.0, 0.5]), 8.0)
+    orbit = find_orbit(SavedController.of(VANILLA, np.array([2.0]), 8.0))
+    swelling = SavedController.of(SWELLING, np.array([2.0, 0.5]), 8.0)
     with pytest.raises(TegotaeError, match="LearnedAmplitude has more state than it names"):
         poincare_section(swelling, orbit)
     with pytest.raises(TegotaeError, match="LearnedAmplitude has more state than it names"):
         measure_phase_response(swelling, orbit, np.array([0.01]))
-    phaseless = SavedController(PHASELESS, np.zeros(PHASELESS.n_weights), 8.0)
+    phaseless = SavedController.of(PHASELESS, np.zeros(PHASELESS.n_weights), 8.0)
     with pytest.raises(TegotaeError, match="Relaxation has no phase"):
         poincare_section(phaseless, orbit)
 

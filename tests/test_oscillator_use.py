@@ -79,7 +79,7 @@ def test_commands_take_an_oscillator_by_name():
 
 def test_an_oscillator_is_trained_saved_and_resumed(tmp_path):
     experiment = find("V+learned-van-der-pol").experiment(
-        timing=Timing(duration_s=3.0, tick_s=0.002), fitness=Fitness(settle_s=1.0)
+        timing=Timing(duration_s=3.0, tick_s=0.002), objective=Fitness(settle_s=1.0)
     )
     assert Experiment.of(experiment.document) == experiment
 
@@ -101,7 +101,7 @@ def test_an_oscillator_is_trained_saved_and_resumed(tmp_path):
 
 def test_a_controller_file_keeps_the_oscillators_own_numbers(tmp_path):
     controller = driven(AdaptiveHopf(mu=2.0, learning_per_s=0.1))
-    save(SavedController(controller, np.array([2.0]), 8.0), tmp_path / "adaptive.json")
+    save(SavedController.of(controller, np.array([2.0]), 8.0), tmp_path / "adaptive.json")
     assert load(tmp_path / "adaptive.json").controller == controller
 
 
@@ -153,7 +153,7 @@ def test_an_amplitude_adds_its_own_multiplier_to_those_of_the_phase_oscillator()
     gamma = 1.0
     found = []
     for controller in (build("V-reflex-w8"), driven(Hopf(recovery_per_s=gamma), "V-reflex-w8")):
-        saved = SavedController(controller, np.array([2.0]), 8.0)
+        saved = SavedController.of(controller, np.array([2.0]), 8.0)
         orbit = find_orbit(saved, settle_s=40.0)
         found.append(poincare_section(saved, orbit, turns=3))
     plain, hopf = (np.sort(np.abs(each.multipliers)) for each in found)
@@ -164,7 +164,7 @@ def test_an_amplitude_adds_its_own_multiplier_to_those_of_the_phase_oscillator()
 
 @pytest.mark.thorough
 def test_a_phase_response_starts_with_all_of_the_oscillators_state():
-    saved = SavedController(driven(VanDerPol(mu=0.5), "V-reflex-w8"), np.array([2.0]), 8.0)
+    saved = SavedController.of(driven(VanDerPol(mu=0.5), "V-reflex-w8"), np.array([2.0]), 8.0)
     orbit = find_orbit(saved)
     assert np.ptp(orbit.rhythm["radius"]) > 0.05
     found = measure_phase_response(saved, orbit, np.array([0.0, 0.02]), points=5, cycles=20)

@@ -14,6 +14,7 @@ from scipy.stats import rankdata
 
 from tegotae import TegotaeError, Timing, build
 from tegotae.experiment import Experiment
+from tegotae.system import System
 from tegotae.training.algorithms import PGPE
 from tegotae.training.evolve import start
 from tegotae.training.fitness import Fitness
@@ -178,10 +179,10 @@ def test_a_setting_out_of_range_is_refused(name, value):
 
 EXPERIMENT = Experiment(
     name="ar",
-    controller=build("AR-rF-reflex-w8", budget=32),
-    omega=8.0,
-    fitness=Fitness(settle_s=1.0),
-    timing=Timing(duration_s=3.0),
+    system=System(
+        controller=build("AR-rF-reflex-w8", budget=32), omega=8.0, timing=Timing(duration_s=3.0)
+    ),
+    objective=Fitness(settle_s=1.0),
 )
 RUN = Run(
     experiment=EXPERIMENT,
@@ -252,7 +253,7 @@ def test_the_curves_tell_the_state_of_every_seed():
 
 def test_an_episode_too_short_to_be_judged_is_refused():
     with pytest.raises(TegotaeError, match=r"^an episode of 4 s leaves less than 1 s") as raised:
-        replace(EXPERIMENT, fitness=Fitness(), timing=Timing(duration_s=4.0))
+        EXPERIMENT.replaced(objective=Fitness(), timing=Timing(duration_s=4.0))
     assert "\n" not in str(raised.value)
 
 

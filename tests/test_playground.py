@@ -256,7 +256,7 @@ def test_no_two_modules_of_a_script_give_a_name_away_twice():
 def saved_at(path, controller=None, body=None, omega=8.0):
     controller = build("V-sector-w8") if controller is None else controller
     weights = np.full(controller.n_weights, 1.0)
-    save(SavedController(controller, weights, omega, body or Hopper()), path)
+    save(SavedController.of(controller, weights, omega, body or Hopper()), path)
     return path
 
 
@@ -280,7 +280,7 @@ def data_of(html: str) -> dict:
 def test_a_controller_for_several_legs_is_offered_on_its_own_body_alone():
     body = Plate(pitch_inertia_ratio=1.6)
     legs = dataclasses.replace(VANILLA.controller, limbs=4)
-    four = SavedController(legs, VANILLA.weights, 8.0, body)
+    four = SavedController.of(legs, VANILLA.weights, 8.0, body)
     data = data_of(Page([Choice("four", four), Choice("V", VANILLA)]).html())
     first, vanilla = data["controllers"]
     assert list(first["engines"]) == ["quadruped"]
@@ -348,7 +348,7 @@ def test_a_body_that_a_page_cannot_draw_is_refused_by_its_name():
     from tegotae.terms.foot import EllipticFoot
 
     feet = Controller(EllipticFoot(), PhaseOscillator(), VANILLA.controller.tegotae, limbs=4)
-    walking = SavedController(feet, np.ones(1), 2.0, Walker())
+    walking = SavedController.of(feet, np.ones(1), 2.0, Walker())
     with pytest.raises(TegotaeError, match="cannot draw a Walker"):
         Page([Choice("walk", walking)])
 

@@ -314,6 +314,7 @@ import jax
 from tegotae import Engine, Scenario, Timing, build
 from tegotae.training.algorithms import PGPE
 from tegotae.experiment import Experiment
+from tegotae.system import System
 from tegotae.training.run import Run
 from tegotae.training.fitness import Fitness
 from tegotae.training.stopping import Stopping
@@ -322,10 +323,10 @@ weights = np.random.default_rng(0).normal(size=(150, art.n_weights))
 out = Engine(controller=art, timing=Timing(duration_s=3.0)).run(weights, Scenario(omega=6.0))
 experiment = Experiment(
     name="art",
-    controller=art,
-    omega=6.0,
-    fitness=Fitness(settle_s=1.0),
-    timing=Timing(duration_s=4.0, tick_s=0.002),
+    system=System(
+        controller=art, omega=6.0, timing=Timing(duration_s=4.0, tick_s=0.002)
+    ),
+    objective=Fitness(settle_s=1.0),
 )
 run = Run(
     experiment=experiment,

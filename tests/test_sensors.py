@@ -7,8 +7,19 @@ import dataclasses
 import numpy as np
 import pytest
 
-from tegotae import Engine, Experiment, Hopper, Scenario, TegotaeError, Timing, build, check_body
+from tegotae import (
+    Engine,
+    Experiment,
+    Hopper,
+    Scenario,
+    System,
+    TegotaeError,
+    Timing,
+    build,
+    check_body,
+)
 from tegotae.bodies import Bar, Sensors
+from tegotae.training.fitness import EPISODE
 
 REFLEX = build("V-reflex-w8")
 ENGINE = Engine(controller=REFLEX, timing=Timing(duration_s=6.0))
@@ -90,7 +101,9 @@ def test_a_posture_is_the_one_of_the_body_behind():
 
 def test_they_are_written_down_and_read_again():
     body = Sensors(body=Hopper(mass_kg=0.12), delay_s=0.005, noise=0.01, most_ticks=8)
-    experiment = Experiment(name="late", controller=REFLEX, omega=8.0, body=body)
+    experiment = Experiment(
+        name="late", system=System(controller=REFLEX, omega=8.0, body=body, timing=EPISODE)
+    )
     assert Experiment.of(experiment.document) == experiment
 
 

@@ -428,14 +428,14 @@ def test_a_study_of_an_earlier_version_is_refused(half, one_line_error, lacks, t
 @pytest.mark.parametrize(
     ("name", "changed"),
     [
-        ("fitness.work", {"fitness": Fitness(settle_s=2.0, work="positive")}),
-        ("fitness.follow_omega", {"fitness": Fitness(settle_s=2.0, follow_omega=False)}),
+        ("objective.work", {"objective": Fitness(settle_s=2.0, work="positive")}),
+        ("objective.follow_omega", {"objective": Fitness(settle_s=2.0, follow_omega=False)}),
         ("body.mass_kg", {"body": Hopper(mass_kg=0.2)}),
     ],
 )
 def test_a_study_of_another_measure_or_body_is_another_study(half, name, changed):
     whole = plan("smoke")
-    experiments = tuple(dataclasses.replace(each, **changed) for each in whole.experiments)
+    experiments = tuple(each.replaced(**changed) for each in whole.experiments)
     other = dataclasses.replace(whole, experiments=experiments)
     before = contents(half)
     with pytest.raises(TegotaeError, match=f"holds a study with another {name}; "):

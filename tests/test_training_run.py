@@ -171,12 +171,12 @@ OTHERS = {
         tiny.RUN, algorithm=dataclasses.replace(tiny.RUN.algorithm, population=10)
     ),
     "timing.duration_s": tiny.changed(timing=Timing(duration_s=4.0, tick_s=0.002)),
-    "fitness.settle_s": tiny.changed(fitness=Fitness(settle_s=0.5)),
-    "fitness.work": tiny.changed(fitness=Fitness(settle_s=1.0, work="positive")),
+    "objective.settle_s": tiny.changed(objective=Fitness(settle_s=0.5)),
+    "objective.work": tiny.changed(objective=Fitness(settle_s=1.0, work="positive")),
     "controller": tiny.changed(controller=find("ART").controller(30)),
     "omega": tiny.changed(omega=7.0),
     "body.mass_kg": tiny.changed(body=Hopper(mass_kg=0.2)),
-    "release_m": tiny.changed(release_m=1.1),
+    "release.height_m": tiny.changed(height_m=1.1),
     "protocol.drop_m": tiny.changed(protocol=Protocol(drop_m=0.1)),
 }
 

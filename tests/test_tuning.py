@@ -37,7 +37,7 @@ TINY = Task(
         find("AR").experiment(
             budget=8,
             timing=Timing(duration_s=3.0, tick_s=0.004),
-            fitness=Fitness(settle_s=1.0),
+            objective=Fitness(settle_s=1.0),
         ),
     ),
     seeds=2,

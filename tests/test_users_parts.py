@@ -143,7 +143,7 @@ def test_options_change_what_they_name_and_nothing_else(parts, tmp_path):
     wanted = dataclasses.replace(
         parts.experiment,
         body=parts.LoadedHopper(mass_kg=0.12),
-        release_m=1.3,
+        height_m=1.3,
         protocol=dataclasses.replace(parts.experiment.protocol, release_m=1.3),
     )
     assert Experiment.of(document) == wanted
@@ -222,7 +222,7 @@ def test_an_agent_learns_a_term_that_torch_does_not_know(parts):
 
     settings = PPOSettings(n_steps=60, batch_size=120, n_envs=2)  # long enough to land
     training = AgentTraining.of(
-        dataclasses.replace(parts.experiment, fitness=Fitness(settle_s=0.5)),
+        dataclasses.replace(parts.experiment, objective=Fitness(settle_s=0.5)),
         settings,
     )
     agent, feedback = make_agent(training, seed=0)
@@ -280,9 +280,7 @@ class Unregistered(Network):
 def test_a_part_that_is_not_registered_is_refused_before_the_training(tmp_path):
     whole = find("AR").experiment()
     own = dataclasses.replace(whole.controller.tegotae, reaction=Unregistered(("spring_force",), 2))
-    experiment = dataclasses.replace(
-        whole, controller=dataclasses.replace(whole.controller, tegotae=own)
-    )
+    experiment = whole.replaced(controller=dataclasses.replace(whole.controller, tegotae=own))
     said = r"^a Unregistered cannot be saved: it is not registered; call tegotae\.register"
     with pytest.raises(TegotaeError, match=said):
         train(Run(experiment=experiment), tmp_path / "new")
@@ -316,9 +314,7 @@ def test_a_part_that_no_file_can_hold_is_refused_before_the_training(tmp_path, p
     try:
         whole = find("AR").experiment()
         own = dataclasses.replace(whole.controller.tegotae, reaction=part(("spring_force",), 2))
-        experiment = dataclasses.replace(
-            whole, controller=dataclasses.replace(whole.controller, tegotae=own)
-        )
+        experiment = whole.replaced(controller=dataclasses.replace(whole.controller, tegotae=own))
         with pytest.raises(TegotaeError, match=says) as refusal:
             train(Run(experiment=experiment), tmp_path / "new")
         assert "\n" not in str(refusal.value)
@@ -466,9 +462,9 @@ def test_an_experiments_name_is_one_of_a_file():
 
 def test_a_frequency_and_an_oscillator_go_together():
     with pytest.raises(TegotaeError, match="no oscillator; its omega must be None"):
-        dataclasses.replace(find("T").experiment(), omega=8.0)
+        find("T").experiment().replaced(omega=8.0)
     with pytest.raises(TegotaeError, match="has an oscillator; give it an omega"):
-        dataclasses.replace(find("AR").experiment(), omega=None)
+        find("AR").experiment().replaced(omega=None)
 
 
 def test_a_class_stands_for_an_instance_with_its_defaults(parts):

@@ -10,7 +10,17 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from tegotae import Controller, Engine, Experiment, Scenario, TegotaeError, Timing, check_body
+from tegotae import (
+    Controller,
+    Engine,
+    Experiment,
+    Release,
+    Scenario,
+    System,
+    TegotaeError,
+    Timing,
+    check_body,
+)
 from tegotae.bodies import Walker
 from tegotae.bodies.attitude import angles, from_angles, rotation
 from tegotae.controller import Tegotae
@@ -322,9 +332,9 @@ def test_it_walks_with_any_number_of_legs_and_a_learned_foot():
 
 def test_an_experiment_with_it_is_written_down_and_read_again():
     rough = dataclasses.replace(C, terrain=Rough(rms_m=0.02), com_x_m=0.1)
-    experiment = Experiment(
-        name="walk", controller=controller(), omega=WALK, body=rough, release_m=0.65, timing=TICK
-    )
+    release = Release(height_m=0.65)
+    system = System(controller=controller(), omega=WALK, body=rough, release=release, timing=TICK)
+    experiment = Experiment(name="walk", system=system)
     assert Experiment.of(experiment.document) == experiment
 
 

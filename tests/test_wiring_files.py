@@ -102,7 +102,9 @@ def test_a_file_that_is_not_there_or_of_another_kind_is_refused(tmp_path):
 def saved_hopper(path, model: str = "AR-rF-sector-w8"):
     controller = build(model)
     weights = np.random.default_rng(0).normal(size=controller.n_weights)
-    controller_file.save(SavedController(controller, weights, 8.0, Hopper(max_force_n=3.5)), path)
+    controller_file.save(
+        SavedController.of(controller, weights, 8.0, Hopper(max_force_n=3.5)), path
+    )
     return controller, weights
 
 

@@ -27,7 +27,7 @@ OPTIONS = (
 
 SETTINGS: dict[str, Any] = {
     "timing": Timing(duration_s=3.0, tick_s=0.002),
-    "fitness": Fitness(settle_s=1.0),
+    "objective": Fitness(settle_s=1.0),
 }
 """What an experiment's episode is."""
 RUN = Run(
@@ -41,7 +41,7 @@ RUN = Run(
 
 def changed(run: Run = RUN, **settings: Any) -> Run:
     """The training with other settings of its experiment."""
-    return dataclasses.replace(run, experiment=dataclasses.replace(run.experiment, **settings))
+    return dataclasses.replace(run, experiment=run.experiment.replaced(**settings))
 
 
 def run_of(generations: int) -> Run:

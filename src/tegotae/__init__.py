@@ -18,7 +18,9 @@ if TYPE_CHECKING:
     from tegotae.experiment import Experiment
     from tegotae.models import Model, all_models, build, find
     from tegotae.registry import register
+    from tegotae.release import Release
     from tegotae.rollout import Engine, Scenario, Timing, Trajectory
+    from tegotae.system import System
 
     __version__: str
 
@@ -30,7 +32,9 @@ _HOMES = {
     "experiment": ("Experiment",),
     "models": ("Model", "all_models", "build", "find"),
     "registry": ("register",),
+    "release": ("Release",),
     "rollout": ("Engine", "Scenario", "Timing", "Trajectory"),
+    "system": ("System",),
 }
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
 
@@ -41,7 +45,9 @@ __all__ = [
     "Experiment",
     "Hopper",
     "Model",
+    "Release",
     "Scenario",
+    "System",
     "Tegotae",
     "TegotaeError",
     "Timing",

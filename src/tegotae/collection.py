@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import dataclasses
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -17,6 +19,7 @@ from tegotae.designs import design, is_design
 from tegotae.documents import DamagedDocumentError
 from tegotae.errors import TegotaeError
 from tegotae.models import find
+from tegotae.system import System
 from tegotae.training.search import best_gain
 from tegotae.workplace import is_earlier
 
@@ -27,19 +30,34 @@ class Runs:
 
     Args:
         name: the model's name, or the file's.
-        controller: the structure they share.
+        system: the closed loop that they share.
         weights: shape [runs, n_weights].
-        omega_t: the frequency they were trained at [rad/s]; None without an oscillator.
-        body: the body they were trained on.
         labels: one per run: its seed, or its file's name.
     """
 
     name: str
-    controller: Controller
+    system: System
     weights: np.ndarray
-    omega_t: float | None
-    body: Body
     labels: tuple[str, ...]
+
+    @property
+    def controller(self) -> Controller:
+        """The structure that they share."""
+        return self.system.controller
+
+    @property
+    def omega_t(self) -> float | None:
+        """The frequency they were trained at [rad/s]; None without an oscillator."""
+        return self.system.omega
+
+    @property
+    def body(self) -> Body:
+        """The body they were trained on."""
+        return self.system.body
+
+    def replaced(self, **changes: Any) -> Runs:
+        """The same weights in another system: other fields of the system or its release."""
+        return dataclasses.replace(self, system=self.system.replaced(changes))
 
 
 def read(place: str | Path) -> list[Runs]:
@@ -68,19 +86,15 @@ def group(files: Sequence[tuple[Path, SavedController]]) -> list[Runs]:
     """Sets of runs, in the order in which their first members come."""
     sets: dict[tuple, list[tuple[Path, SavedController]]] = {}
     for path, saved in files:
-        sets.setdefault((saved.model, saved.controller, saved.omega, saved.body), []).append(
-            (path, saved)
-        )
+        sets.setdefault((saved.name, saved.system), []).append((path, saved))
     return [
         Runs(
             model or members[0][0].stem,
-            controller,
+            system,
             np.stack([saved.weights for _, saved in members]),
-            omega,
-            body,
             tuple(str(saved.training.get("seed", path.stem)) for path, saved in members),
         )
-        for (model, controller, omega, body), members in sets.items()
+        for (model, system), members in sets.items()
     ]
 
 
@@ -128,9 +142,7 @@ def _searched(name: str) -> Runs:
     weights = np.array([[gain]])
     return Runs(
         model.name,
-        experiment.controller,
+        experiment.system,
         weights,
-        experiment.omega,
-        experiment.body,
         ("search",),
     )

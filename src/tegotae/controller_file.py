@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
-import math
 import reprlib
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -15,38 +15,93 @@ import numpy as np
 from tegotae import documents
 from tegotae.bodies import Body, Hopper
 from tegotae.controller import Controller
-from tegotae.descriptions import EditedPartError, describe, entry
+from tegotae.descriptions import EditedPartError, describe, entry, restore
 from tegotae.documents import DamagedDocumentError
+from tegotae.earlier_files import of_earlier_version, usual_system
 from tegotae.errors import TegotaeError
+from tegotae.experiment import Experiment
 from tegotae.files import write_atomically
-from tegotae.rollout import check_senses
+from tegotae.system import System
 from tegotae.weight_names import flat, nested, spelled
 
 FORMAT = "tegotae controller"
-VERSION = 3
+VERSION = 4
 
 
 @dataclass(frozen=True)
 class SavedController:
-    """A controller with its weights, and what it was trained for.
+    """A system with its weights, and how they were found.
 
     Args:
-        controller: the structure.
+        system: controller, body, frequency, release, timing and integrator.
         weights: shape [n_weights].
-        omega: the frequency it was trained at, ω_t [rad/s]; None without an oscillator.
-        body: the body it was trained on.
-        model: the model's name, if it is one of the registry's.
+        name: the experiment's or model's name; None if it has none.
+        experiment: what was trained, and how it is evaluated; None where the file does not say.
         training: how it was trained and how well that went; numbers, strings and lists only.
         software: versions of the programs that made it.
+
+    Raises:
+        TegotaeError: for an experiment on another system.
     """
 
-    controller: Controller
+    system: System
     weights: np.ndarray
-    omega: float | None
-    body: Body = field(default_factory=Hopper)
-    model: str | None = None
+    name: str | None = None
+    experiment: Experiment | None = None
     training: dict[str, Any] = field(default_factory=dict)
     software: dict[str, str] = field(default_factory=dict)
+
+    @classmethod
+    def of(
+        cls,
+        controller: Controller,
+        weights: Any,
+        omega: float | None = None,
+        body: Body | None = None,
+        **more: Any,
+    ) -> SavedController:
+        """A controller on a body, released and timed as is usual for the body.
+
+        Args:
+            controller: the structure.
+            weights: shape [n_weights].
+            omega: ω [rad/s]; None without an oscillator.
+            body: the body; the paper's hopper by default.
+            more: further fields of the saved controller.
+
+        Raises:
+            TegotaeError: for what does not fit together.
+
+        Example:
+            >>> from tegotae.models import build
+            >>> SavedController.of(build("V-reflex-w8"), np.array([2.0]), 8.0).omega
+            8.0
+        """
+        body = Hopper() if body is None else body
+        return cls(usual_system(controller, body, omega), np.asarray(weights), **more)
+
+    def replaced(self, **changes: Any) -> SavedController:
+        """The same weights in another system: other fields of the system or its release.
+
+        Raises:
+            TegotaeError: for what does not fit together.
+        """
+        return dataclasses.replace(self, system=self.system.replaced(changes))
+
+    @property
+    def controller(self) -> Controller:
+        """The structure."""
+        return self.system.controller
+
+    @property
+    def body(self) -> Body:
+        """The body."""
+        return self.system.body
+
+    @property
+    def omega(self) -> float | None:
+        """The frequency [rad/s]; None without an oscillator."""
+        return self.system.omega
 
 
 def save(saved: SavedController, path: Path | str) -> None:
@@ -57,26 +112,39 @@ def save(saved: SavedController, path: Path | str) -> None:
     """
     weights = np.asarray(saved.weights, "float64")
     _check_weights(saved.controller, weights, str(path))
-    _check_frequency(saved, f"{path} cannot be written")
     document = {
         "format": FORMAT,
         "version": VERSION,
-        "model": saved.model,
-        "omega_rad_per_s": None if saved.omega is None else float(saved.omega),
-        "controller": describe(saved.controller),
+        "name": saved.name,
+        "system": describe(saved.system),
         "weights": nested(saved.controller.weight_names, weights.tolist()),
-        "body": describe(saved.body),
+        "experiment": _beside_system(saved),
         "training": saved.training,
         "software": saved.software,
     }
     write_atomically(Path(path), json.dumps(document, indent=1) + "\n")
 
 
+def _beside_system(saved: SavedController) -> dict[str, Any] | None:
+    """The experiment without its system, which the file has itself.
+
+    An agent's policy limits its feedback, which the controller of its experiment does not: the
+    controller is then kept, too.
+    """
+    if saved.experiment is None:
+        return None
+    document = describe(saved.experiment)
+    system = document.pop("system")
+    if saved.experiment.system != saved.system:
+        document["system"] = system
+    return document
+
+
 def load(path: Path | str) -> SavedController:
-    """Read a controller file.
+    """Read a controller file, of this version or an earlier one.
 
     Raises:
-        TegotaeError: if there is none, or it is truncated, of another version, or not ours.
+        TegotaeError: if there is none, or it is truncated, of a later version, or not ours.
     """
     path = Path(path)
     try:
@@ -94,39 +162,25 @@ def load(path: Path | str) -> SavedController:
             f"this program reads versions 1 to {VERSION}"
         )
     try:
+        if document["version"] < VERSION:
+            document = of_earlier_version(document)
         entries = documents.fitted(document, _Document)
-        if document["version"] == 1:
-            document = _of_version_1(document)
-        omega = entry(document, "omega_rad_per_s", float | None)
-        controller = entry(document, "controller", Controller)
-        saved = SavedController(
-            controller,
-            np.asarray(_in_order(controller, entries.weights), "float64"),
-            None if omega is None else float(omega),
-            entry(document, "body", Body),
-            entries.model,
-            entries.training,
-            entries.software,
-        )
-        check_senses(saved.controller, saved.body)
+        system = entry(document, "system", System)
+        experiment = None
+        if entries.experiment is not None:
+            whole = {"system": document["system"], **entries.experiment}
+            experiment = restore(whole, Experiment, "experiment")
+        weights = np.asarray(_in_order(system.controller, entries.weights), "float64")
     except EditedPartError as error:
         raise TegotaeError(f"{path} {error}") from None
     except KeyError as error:
         raise TegotaeError(f"{path} is damaged: it has no entry {error}") from None
     except (TypeError, ValueError, OverflowError) as error:
         raise TegotaeError(f"{path} is damaged: {error}") from None
-    _check_weights(saved.controller, saved.weights, str(path))
-    if saved.omega is not None and not math.isfinite(saved.omega):
-        raise TegotaeError(f"{path} is damaged: its frequency is {saved.omega}")
-    _check_frequency(saved, f"{path} is damaged")
-    return saved
-
-
-def _check_frequency(saved: SavedController, where: str) -> None:
-    if saved.omega is None and saved.controller.oscillator is not None:
-        raise TegotaeError(f"{where}: it has an oscillator but no frequency")
-    if saved.omega is not None and saved.controller.oscillator is None:
-        raise TegotaeError(f"{where}: it has a frequency but no oscillator")
+    _check_weights(system.controller, weights, str(path))
+    return SavedController(
+        system, weights, entries.name, experiment, entries.training, entries.software
+    )
 
 
 def is_controller(document: Any) -> bool:
@@ -137,12 +191,11 @@ def is_controller(document: Any) -> bool:
 class _Document(msgspec.Struct):
     """A controller file, but for its parts, whose kinds say what they hold."""
 
-    controller: dict[str, Any]
+    system: dict[str, Any]
     weights: dict[str, Any] | list[float]
     """By their names; up to version 2 one list in the controller's order."""
-    omega_rad_per_s: float | None
-    body: dict[str, Any]
-    model: str | None
+    name: str | None
+    experiment: dict[str, Any] | None
     training: dict[str, Any]
     software: dict[str, str]
 
@@ -177,22 +230,3 @@ def _check_weights(controller: Controller, weights: np.ndarray, path: str) -> No
         )
     if not np.isfinite(weights).all():
         raise TegotaeError(f"{path}: {int((~np.isfinite(weights)).sum())} weights are not finite")
-
-
-def _of_version_1(document: dict[str, Any]) -> dict[str, Any]:
-    """A document of version 1 as one of this version.
-
-    There the terms of the feedback lay beside the actuation, and a controller without an oscillator
-    had the frequency 0.
-    """
-    parts = dict(entry(document, "controller", dict))
-    if "action" in parts:
-        own = [name for name in ("limit_rad_per_s",) if name in parts]
-        names = ["action", "reaction", "gain", *own]
-        parts["tegotae"] = {name: parts.pop(name) for name in names}
-    omega = float(entry(document, "omega_rad_per_s", float))
-    return {
-        **document,
-        "controller": parts,
-        "omega_rad_per_s": omega if "oscillator" in parts else None,
-    }

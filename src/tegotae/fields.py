@@ -91,7 +91,7 @@ def value_of(body: Body, name: str) -> Any:
     return _at(body, path_of(body, name))
 
 
-def number_of(body: Body, name: str) -> float | tuple[float, ...]:
+def number_of(body: Body, name: str) -> Any:
     """A number of a body, by name or path; a tuple where each limb has one.
 
     Raises:
@@ -111,7 +111,7 @@ def number_of(body: Body, name: str) -> float | tuple[float, ...]:
     return value
 
 
-def numbers_of(body: Body) -> dict[str, float | tuple[float, ...]]:
+def numbers_of(body: Body) -> dict[str, Any]:
     """All numbers of a body and of the bodies within it, by name; tuples are a number a limb.
 
     Example:

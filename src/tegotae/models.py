@@ -26,6 +26,7 @@ from tegotae.errors import TegotaeError, require_count, unknown
 from tegotae.experiment import Experiment
 from tegotae.limits import MOST_WEIGHTS
 from tegotae.oscillators.named import PHASE, oscillator_named
+from tegotae.system import System
 from tegotae.terms import (
     Actuation,
     ConstantGain,
@@ -38,6 +39,7 @@ from tegotae.terms import (
     VanillaAction,
     VanillaReaction,
 )
+from tegotae.training.fitness import EPISODE
 
 BUDGET = 96
 """Trained numbers per controller in the paper."""
@@ -181,18 +183,18 @@ class Model:
 
         Args:
             budget: largest number of trained parameters.
-            settings: of the `Experiment`: body, release_m, timing, fitness, protocol.
+            settings: fields of the `Experiment`, its `System` or its `Release` in place of the
+                paper's: body, height_m, timing, objective, protocol.
 
         Raises:
             TegotaeError: for a budget too small, or settings that do not fit together.
 
         Example:
-            >>> find("T").experiment(release_m=1.1).omega is None
+            >>> find("T").experiment(height_m=1.1).omega is None
             True
         """
-        return Experiment(
-            name=self.name, controller=self.controller(budget), omega=self.omega_t, **settings
-        )
+        system = System(controller=self.controller(budget), omega=self.omega_t, timing=EPISODE)
+        return Experiment(name=self.name, system=system).replaced(**settings)
 
     def _network_inputs(self) -> dict[str, tuple[str, ...]]:
         if self.is_single_network:

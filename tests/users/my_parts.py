@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 
-from tegotae import Experiment, Hopper, Timing
+from tegotae import Experiment, Hopper, System, Timing
 from tegotae.controller import Controller, Tegotae
 from tegotae.evaluation import Protocol
 from tegotae.maths import sin_cos, wrap_phase
@@ -146,17 +146,17 @@ class Climber:
 def make_experiment(name: str = "mine", **changes: Any) -> Experiment:
     """An experiment of a few seconds, of parts that the package does not have."""
     terms = Tegotae(HarmonicAction(), VanillaReaction(), ConstantGain())
-    settings: dict[str, Any] = {
-        "controller": Controller(Reflex(), DriftingPhase(), terms),
-        "omega": 8.0,
-        "body": LoadedHopper(),
-        "timing": Timing(duration_s=2.0, tick_s=0.004),
-        "fitness": Height(),
-        "protocol": Protocol(
-            undisturbed_s=2.0, disturbed_s=2.0, offsets=(0.0,), tick_s=0.004, clamped_phases=2
-        ),
-    }
-    return Experiment(name=name, **{**settings, **changes})
+    system = System(
+        controller=Controller(Reflex(), DriftingPhase(), terms),
+        omega=8.0,
+        body=LoadedHopper(),
+        timing=Timing(duration_s=2.0, tick_s=0.004),
+    )
+    protocol = Protocol(
+        undisturbed_s=2.0, disturbed_s=2.0, offsets=(0.0,), tick_s=0.004, clamped_phases=2
+    )
+    usual = Experiment(name=name, system=system, objective=Height(), protocol=protocol)
+    return usual.replaced(**changes)
 
 
 experiment = make_experiment()

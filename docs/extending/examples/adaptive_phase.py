@@ -6,12 +6,13 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 
-from tegotae import Experiment
+from tegotae import Experiment, System
 from tegotae.controller import Controller, Tegotae
 from tegotae.errors import require_finite
 from tegotae.maths import sin_cos, wrap_phase
 from tegotae.oscillators import Oscillator
 from tegotae.terms import ConstantGain, Network, Reflex, VanillaAction
+from tegotae.training.fitness import EPISODE
 
 
 class AdaptiveState(NamedTuple):
@@ -58,11 +59,14 @@ class AdaptivePhase(Oscillator):
 
 experiment = Experiment(
     name="adaptive",
-    controller=Controller(
-        Reflex(),
-        AdaptivePhase(),
-        Tegotae(VanillaAction(), Network(("spring_force",), hidden=4), ConstantGain()),
+    system=System(
+        controller=Controller(
+            Reflex(),
+            AdaptivePhase(),
+            Tegotae(VanillaAction(), Network(("spring_force",), hidden=4), ConstantGain()),
+        ),
+        omega=8.0,
+        timing=EPISODE,
     ),
-    omega=8.0,
 )
 """What `tegotae train adaptive_phase.py:experiment` trains."""

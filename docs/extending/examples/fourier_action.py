@@ -6,10 +6,11 @@ from dataclasses import dataclass
 import jax
 import jax.numpy as jnp
 
-from tegotae import Experiment
+from tegotae import Experiment, System
 from tegotae.controller import Controller, Tegotae
 from tegotae.oscillators import PhaseOscillator
 from tegotae.terms import ConstantGain, Reflex, Signals, Term, VanillaReaction
+from tegotae.training.fitness import EPISODE
 
 
 @dataclass(frozen=True)
@@ -48,9 +49,12 @@ class FourierAction(Term):
 
 experiment = Experiment(
     name="fourier",
-    controller=Controller(
-        Reflex(), PhaseOscillator(), Tegotae(FourierAction(), VanillaReaction(), ConstantGain())
+    system=System(
+        controller=Controller(
+            Reflex(), PhaseOscillator(), Tegotae(FourierAction(), VanillaReaction(), ConstantGain())
+        ),
+        omega=8.0,
+        timing=EPISODE,
     ),
-    omega=8.0,
 )
 """What `tegotae train fourier_action.py:experiment` trains."""

@@ -1,6 +1,5 @@
 """A fitness: how high the body gets at the end of an episode."""
 
-import dataclasses
 from dataclasses import dataclass
 
 import jax
@@ -36,5 +35,5 @@ class Jump(Objective):
         return trajectory.height_m[-frames:].max(axis=0)
 
 
-experiment = dataclasses.replace(find("AR").experiment(budget=40, fitness=Jump()), name="AR-jumps")
+experiment = find("AR").experiment(budget=40, objective=Jump(), name="AR-jumps")
 """What `tegotae train jump.py:experiment` trains."""

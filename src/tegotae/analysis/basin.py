@@ -73,7 +73,7 @@ def map_basin(
 
     Example:
         >>> from tegotae import build
-        >>> saved = SavedController(build("V-reflex-w8"), np.array([2.0]), 8.0)
+        >>> saved = SavedController.of(build("V-reflex-w8"), np.array([2.0]), 8.0)
         >>> found = map_basin(saved, np.array([1.1, 1.2]), np.array([0.0, 3.0]))
         >>> [(a.hops, a.turns, a.share) for a in found.attractors]
         [(1, 1, 1.0)]

@@ -97,7 +97,7 @@ def find_orbit(
 
     Example:
         >>> from tegotae import build
-        >>> saved = SavedController(build("V-reflex-w8"), np.array([2.0]), 8.0)
+        >>> saved = SavedController.of(build("V-reflex-w8"), np.array([2.0]), 8.0)
         >>> found = find_orbit(saved)
         >>> found.hops, round(found.period_s, 3)
         (1, 0.846)

@@ -66,7 +66,7 @@ def paths_of(
 
     Example:
         >>> from tegotae import build
-        >>> saved = SavedController(build("V-reflex-w8"), np.array([2.0]), 8.0)
+        >>> saved = SavedController.of(build("V-reflex-w8"), np.array([2.0]), 8.0)
         >>> paths_of(saved, np.array([1.1, 1.3]), duration_s=1.0).height_m.shape
         (100, 2)
     """

@@ -70,7 +70,7 @@ def actuation_surface(
 
     Example:
         >>> from tegotae import build
-        >>> saved = SavedController(build("V-reflex-w8"), np.array([2.0]), 8.0)
+        >>> saved = SavedController.of(build("V-reflex-w8"), np.array([2.0]), 8.0)
         >>> found = actuation_surface(saved, np.array([0.0, 1.0]), columns=3)  # φ = 0, π, 2π
         >>> found.actuator_force_n[1].round(6)  # -min(0, -σ cos φ F_k)
         array([2., 0., 2.])

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import json
 import math
 from dataclasses import dataclass
@@ -76,7 +75,7 @@ class Evaluate(WorkOption, BodyOptions):
         print_table(found, shown(asked))
 
     def _on_body(self, runs: Runs) -> Runs:
-        return dataclasses.replace(runs, body=self.in_place_of(runs.body))
+        return runs.replaced(body=self.in_place_of(runs.body))
 
 
 def shown(asked: tuple[Metric, ...] | None) -> tuple[Metric, ...]:
@@ -98,7 +97,7 @@ def evaluate_all(
         for done, runs in enumerate(sets, 1):
             # A frequency asked for does not give one to a controller without an oscillator.
             omega_t = runs.omega_t if omega is None or runs.omega_t is None else omega
-            there = dataclasses.replace(runs, omega_t=omega_t)
+            there = runs.replaced(omega=omega_t)
             result = evaluate(
                 runs.controller, runs.weights, omega_t, runs.body, protocol, metrics=asked
             )

@@ -197,22 +197,20 @@ class ExperimentOptions(BodyOptions):
         """
         times = {"duration_s": self.duration, "tick_s": self.tick}
         heights = {"release_m": self.release, "drop_m": self.drop, "work": self.work}
-        release_m = experiment.release_m if self.release is None else self.release
         if self.oscillator is not None:
             experiment = with_oscillator(experiment, self.oscillator, budget)
-        return dataclasses.replace(
-            experiment,
+        changes = {"height_m": self.release, "episodes": self.episodes_per_candidate}
+        return experiment.replaced(
             body=self.in_place_of(experiment.body),
-            release_m=release_m,
             conditions=conditions_named(self.vary) or experiment.conditions,
-            **_given({"episodes": self.episodes_per_candidate}),
             timing=dataclasses.replace(experiment.timing, **_given(times)),
-            integrator=Hold() if self.hold else experiment.integrator,
-            fitness=self._fitness(experiment.fitness),
+            integrator=Hold() if self.hold else experiment.system.integrator,
+            objective=self._objective(experiment.objective),
             protocol=dataclasses.replace(experiment.protocol, **_given(heights)),
+            **_given(changes),
         )
 
-    def _fitness(self, own: Objective) -> Objective:
+    def _objective(self, own: Objective) -> Objective:
         if self.fitness is not None:
             own = named(self.fitness, Objective, "fitness")
         values = _given({"settle_s": self.settle, "work": self.work})
@@ -270,7 +268,7 @@ def with_oscillator(experiment: Experiment, name: str, budget: int | None = None
         # Its networks leave room for the weights of the oscillator.
         model = find(called)
         called, controller = model.name, model.controller(BUDGET if budget is None else budget)
-    return dataclasses.replace(experiment, name=called, controller=controller)
+    return experiment.replaced(name=called, controller=controller)
 
 
 def _oscillator(name: str) -> Oscillator:
@@ -362,7 +360,7 @@ class ControllerOptions(OscillatorOption, HopperOptions):
             controller = source.controller(
                 source.actuation if self.actuation is None else self.actuation, oscillator
             )
-            return SavedController(
+            return SavedController.of(
                 controller,
                 # A trained oscillator's weights are zero where it is the one that it starts from.
                 np.array([sigma, *[0.0] * oscillator.n_weights]),
@@ -377,8 +375,7 @@ class ControllerOptions(OscillatorOption, HopperOptions):
             raise TegotaeError(
                 f"{file} is for a {type(saved.body).__name__}, and this command is for hoppers"
             )
-        return dataclasses.replace(
-            saved,
+        return saved.replaced(
             omega=saved.omega if self.omega is None or saved.omega is None else self.omega,
             body=self.hopper(saved.body),
         )

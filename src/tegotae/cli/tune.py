@@ -111,8 +111,7 @@ class Tune(ExperimentOptions):
         ]
         if self._algorithm() in agents():  # whose reward has no ΔΩ, and so they are judged without
             experiments = [
-                dataclasses.replace(each, fitness=each.fitness.without_frequency())
-                for each in experiments
+                each.replaced(objective=each.objective.without_frequency()) for each in experiments
             ]
         return Task(experiments=tuple(experiments), seeds=self.seeds, budget_s=self.budget_s)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
 from typing import Any
 
@@ -115,25 +116,31 @@ class Design:
 
         Args:
             budget: largest number of trained parameters.
-            settings: of the `Experiment` that are to be otherwise, such as timing or fitness.
+            settings: of the `Experiment` or its system that are to be otherwise, such as timing or
+                objective.
 
         Raises:
             TegotaeError: for a budget too small, or settings that do not fit together.
         """
         legged = self.system
-        body: Body = settings.get("body", legged.body)
-        usual: dict[str, Any] = {
-            "omega": self.frequency if self.family.has_rhythm else None,
-            "body": body,
-            "release_m": legged.height_on(body),
-            "posture": legged.posture,
-            "timing": self.timing,
-        }
-        if "fitness" not in settings:
-            usual["fitness"] = self.fitness
-        if self.family.has_rhythm:
-            start = random_phases(body.limbs, 1, START_SEED)[:, 0]
-            usual["phase_rad"] = tuple(start.round(3).tolist())
-        return Experiment(
-            name=self.name, controller=self.controller(budget), **{**usual, **settings}
+        body: Body = settings.pop("body", legged.body)
+        system = dataclasses.replace(
+            legged.system,
+            controller=self.controller(budget),
+            body=body,
+            omega=self.frequency if self.family.has_rhythm else None,
+            release=dataclasses.replace(
+                legged.system.release,
+                height_m=legged.system.height_on(body),
+                phase_rad=_start(body.limbs) if self.family.has_rhythm else 0.0,
+            ),
+            timing=self.timing,
         )
+        objective = settings.pop("objective") if "objective" in settings else self.fitness
+        experiment = Experiment(name=self.name, system=system, objective=objective)
+        return experiment.replaced(**settings) if settings else experiment
+
+
+def _start(limbs: int) -> tuple[float, ...]:
+    """The phases that every episode of training begins with [rad], a leg each."""
+    return tuple(random_phases(limbs, 1, START_SEED)[:, 0].round(3).tolist())

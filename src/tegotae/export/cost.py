@@ -100,7 +100,7 @@ def systems(models: Sequence[str], seed: int = 0) -> list[Export]:
         model = find(name)
         controller = model.controller()
         weights = np.asarray(controller.initial(jax.random.key(seed)))
-        saved = SavedController(controller, weights, model.omega_t, model=model.name)
+        saved = SavedController.of(controller, weights, model.omega_t, name=model.name)
         exports.append(Export(saved))
     return exports
 
@@ -132,7 +132,7 @@ def _cost(export: Export, core: Core, folder: Path) -> Cost:
     except ValueError:
         raise TegotaeError(f"{EMULATOR} gave {ran[:200]!r} instead of five numbers") from None
     return Cost(
-        export.saved.model or "controller",
+        export.saved.name or "controller",
         export.saved.controller.n_weights,
         core.name,
         sizes[0] - sizes[1],

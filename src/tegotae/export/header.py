@@ -15,7 +15,7 @@ def header(export: Export) -> str:
     """The text of PREFIX.h."""
     prefix, saved = export.prefix, export.saved
     guard = f"{prefix.upper()}_H"
-    title = saved.model or "a Tegotae controller"
+    title = saved.name or "a Tegotae controller"
     blocks = [
         comment_of(
             plain(

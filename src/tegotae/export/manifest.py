@@ -26,7 +26,7 @@ def manifest(export: Export, golden: Golden) -> str:
         "version": 1,
         "software": __version__,
         "prefix": prefix,
-        "model": saved.model,
+        "model": saved.name,
         "files": files(export),
         "tick_s": export.tick_s,
         "trained_tick_s": export.trained_tick_s,

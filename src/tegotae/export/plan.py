@@ -16,6 +16,7 @@ from tegotae.devices import set_up
 from tegotae.errors import TegotaeError, require_finite
 from tegotae.export.names import UNITS, is_c_name
 from tegotae.export.trace import Piece, Tracer
+from tegotae.integrators import Hold
 from tegotae.terms import WholeBody
 
 MOST_LIMBS = 32
@@ -39,7 +40,7 @@ class Export:
 
     Example:
         >>> from tegotae.models import build
-        >>> saved = SavedController(build("V-reflex-w8"), np.array([2.0]), 8.0)
+        >>> saved = SavedController.of(build("V-reflex-w8"), np.array([2.0]), 8.0)
         >>> Export(saved, prefix="leg").senses
         ('spring_force',)
     """
@@ -119,17 +120,14 @@ class Export:
     @property
     def trained_tick_s(self) -> float | None:
         """The control period of the training [s], if the file tells it."""
-        timing = self.saved.training.get("experiment", {})
-        timing = timing.get("timing", {}) if isinstance(timing, dict) else {}
-        tick = timing.get("tick_s") if isinstance(timing, dict) else None
-        return float(tick) if isinstance(tick, (int, float)) else None
+        trained = self.saved.experiment
+        return None if trained is None else trained.timing.tick_s
 
     @property
     def trained_held(self) -> bool:
         """Whether the training held the controller over its ticks, as the robot does."""
-        about = self.saved.training.get("experiment", {})
-        integrator = about.get("integrator") if isinstance(about, dict) else None
-        return isinstance(integrator, dict) and integrator.get("kind") == "Hold"
+        trained = self.saved.experiment
+        return trained is not None and isinstance(trained.system.integrator, Hold)
 
     def warnings(self) -> list[str]:
         """What an author should know before the robot runs, a line each."""

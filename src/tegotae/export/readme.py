@@ -29,7 +29,7 @@ def readme(export: Export) -> str:
     command = f"{at} and out.".join(map(member, export.commands))
     of_all = "" if one else ", for every leg"
     sections = [
-        f"# {saved.model or 'A Tegotae controller'} as C\n",
+        f"# {saved.name or 'A Tegotae controller'} as C\n",
         f"Call `{prefix}_step` every {export.tick_s:g} s. No other period will do: it is compiled "
         "in.\n",
         "```c\n"

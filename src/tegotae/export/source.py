@@ -54,7 +54,7 @@ def source(export: Export) -> str:
     read = frozenset().union(*(each.given for each in functions.values()))
     head = comment_of(
         plain(
-            f"{export.prefix}.c: {export.saved.model or 'a Tegotae controller'}. Written by "
+            f"{export.prefix}.c: {export.saved.name or 'a Tegotae controller'}. Written by "
             "tegotae from the code that its simulator runs. All numbers are float; nothing is "
             "allocated; there is no state but the caller's."
         )

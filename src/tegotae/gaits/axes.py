@@ -151,7 +151,7 @@ def lanes_at(
     of_body = {paths[name]: np.array([each[name] for each in fields]).T for name in fields[0]}
     scenario = legged.scenario(
         phase_rad,
-        height_m=np.array([legged.height_on(_body(each)) for each in where]),
+        height_m=np.array([legged.system.height_on(_body(each)) for each in where]),
         changes={**of_body, **(changes or {})},
     )
     if OMEGA in where[0].at:

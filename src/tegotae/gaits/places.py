@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -58,6 +59,16 @@ def names_of(forward_m: Any, left_m: Any) -> tuple[str, ...]:
     if len(set(names)) == len(forward) and all(names):
         return tuple(names)
     return tuple(str(leg) for leg in range(1, len(forward) + 1))
+
+
+def reference_leg(names: Sequence[str]) -> int:
+    """The leg that lags are measured from: the left hind leg, or the first one without one.
+
+    Example:
+        >>> reference_leg(("LF", "RF", "LH", "RH")), reference_leg(("H", "F"))
+        (2, 0)
+    """
+    return list(names).index("LH") if "LH" in names else 0
 
 
 def leg_names(body: Body) -> tuple[str, ...]:

@@ -11,17 +11,20 @@ from typing import Any
 from tegotae import controller_file
 from tegotae.bodies import Bar, Body, Plate, Walker
 from tegotae.controller import Controller, Tegotae
+from tegotae.earlier_files import WALKING, usual_system
 from tegotae.errors import TegotaeError, unknown
 from tegotae.fields import unwrapped
 from tegotae.gaits.legged import Legged
-from tegotae.gaits.places import leg_names
 from tegotae.models import build
 from tegotae.oscillators import PhaseOscillator
 from tegotae.references import is_reference, named
 from tegotae.rollout import Timing
+from tegotae.system import System
 from tegotae.terms import ConstantGain, VanillaAction, VanillaReaction
 from tegotae.terms.foot import EllipticFoot
 
+HOPPING_S = 60.0
+"""Time in which legs that hop under a bar or a plate settle [s]."""
 LIGHT, HEAVY = 0.6, 1.6
 """Inertia ratios on either side of 1, where the legs do not feel each other."""
 
@@ -32,14 +35,10 @@ def hopping(about: str, body: Body) -> Legged:
     Lags are measured from the (left) hind leg.
     """
     controller = dataclasses.replace(build("V-sector-w8"), limbs=body.limbs)
-    return Legged(
-        about=about,
-        body=body,
-        controller=controller,
-        weights=(1.0,),
-        omega=8.0,
-        **as_usual(body, controller),
+    system = System(
+        controller=controller, body=body, omega=8.0, timing=Timing(duration_s=HOPPING_S)
     )
+    return Legged(about=about, system=system, weights=(1.0,))
 
 
 def bar(inertia_ratio: float) -> Legged:
@@ -69,34 +68,8 @@ def walking(about: str, body: Walker, foot: EllipticFoot, sigma: float, omega: f
         Tegotae(VanillaAction(), VanillaReaction(), ConstantGain()),
         limbs=body.limbs,
     )
-    return Legged(
-        about=about,
-        body=body,
-        controller=controller,
-        weights=(sigma,),
-        omega=omega,
-        **as_usual(body, controller),
-    )
-
-
-def as_usual(body: Body, controller: Controller) -> dict[str, Any]:
-    """How a body is released and timed, and which leg its lags are measured from.
-
-    A walker begins on its feet; its times are in √(l0 / g). Others are released as the paper's
-    hopper is.
-    """
-    names, own = leg_names(body), unwrapped(body)
-    entries: dict[str, Any] = {"reference": names.index("LH") if "LH" in names else 0}
-    if isinstance(own, Walker):
-        unit_s = math.sqrt(own.rest_length_m / own.gravity_m_per_s2)
-        entries |= {
-            "height_m": own.standing_height_m + getattr(controller.actuation, "press_m", 0.0),
-            "timing": Timing(
-                duration_s=200.0 * unit_s, tick_s=0.008 * unit_s, frame_s=0.08 * unit_s
-            ),
-            "dimensionless": own.rest_length_m == own.gravity_m_per_s2 == own.mass_kg == 1.0,
-        }
-    return entries
+    system = usual_system(controller, body, omega)
+    return Legged(about=about, system=system, weights=(sigma,))
 
 
 def quadruped_a() -> Legged:
@@ -178,25 +151,31 @@ def system(name: str) -> Legged:
         return named(name, Legged, "legged system")
     if name.endswith(".json"):
         saved = controller_file.load(Path(name))
-        about = saved.model or Path(name).stem
-        return driven(saved.body, saved.controller, saved.weights, saved.omega, about)
+        about = saved.name or Path(name).stem
+        return settling(saved.system, saved.weights, about)
     error = unknown("legged system", name, SYSTEMS)
     raise TegotaeError(f"{error} FILE.py:OBJECT names one of your own")
 
 
-def driven(
-    body: Body, controller: Controller, weights: Any, omega: float | None, about: str = ""
-) -> Legged:
-    """A body driven by a controller, released and timed as usual.
+def settling(system: System, weights: Any, about: str = "") -> Legged:
+    """A system with its weights, timed so that it settles whatever its release.
+
+    Gaits lock in some 20 to 60 √(l0 / g), which is more than an episode of training.
 
     Raises:
-        TegotaeError: for a body of one leg, or what does not go together.
+        TegotaeError: for a body of one leg, or weights of the wrong number.
     """
+    timing = dataclasses.replace(system.timing, duration_s=settling_s(system.body))
     return Legged(
-        about=about or type(body).__name__,
-        body=body,
-        controller=controller,
+        about=about or type(system.body).__name__,
+        system=dataclasses.replace(system, timing=timing),
         weights=tuple(map(float, weights)),
-        omega=omega,
-        **(as_usual(body, controller) if body.limbs > 1 else {}),
     )
+
+
+def settling_s(body: Body) -> float:
+    """Time in which the legs of a body settle into a gait, whatever the release [s]."""
+    own = unwrapped(body)
+    if not isinstance(own, Walker):
+        return HOPPING_S
+    return WALKING * math.sqrt(own.rest_length_m / own.gravity_m_per_s2)

@@ -23,14 +23,5 @@ def of_study(place: Path) -> list[Runs]:
         experiment = record.experiment
         labels = tuple(str(seed) for seed in record.configuration["seeds"])
         weights = record.weights.astype(float)
-        found.append(
-            Runs(
-                experiment.name,
-                experiment.controller,
-                weights,
-                experiment.omega,
-                experiment.body,
-                labels,
-            )
-        )
+        found.append(Runs(experiment.name, experiment.system, weights, labels))
     return found

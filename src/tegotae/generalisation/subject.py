@@ -15,11 +15,12 @@ from tegotae.collection import Runs
 from tegotae.commands import FORCE
 from tegotae.controller import Controller
 from tegotae.errors import TegotaeError
-from tegotae.experiment import RELEASE_M
 from tegotae.fields import path_of, paths_of, unwrapped, value_of, with_fields
+from tegotae.gaits.places import leg_names, reference_leg
 from tegotae.gaits.summary import has_mass
-from tegotae.gaits.systems import as_usual
+from tegotae.gaits.systems import settling_s
 from tegotae.rollout import Timing
+from tegotae.system import System
 from tegotae.terrains import Rough, Slope, Sum
 
 HOPPING = Timing(duration_s=32.0, tick_s=0.002)
@@ -39,10 +40,8 @@ class Subject:
 
     Args:
         name: of the controller.
-        controller: the structure that the runs share.
+        system: the closed loop that the runs share, as they were trained.
         weights: shape [runs, n_weights].
-        omega: the frequency they were trained at [rad/s]; None without an oscillator.
-        body: the body they were trained on.
         labels: of the runs.
         starts: from how many releases each is tried; those of several legs differ in the phases of
             their oscillators.
@@ -55,10 +54,8 @@ class Subject:
     """
 
     name: str
-    controller: Controller
+    system: System
     weights: np.ndarray
-    omega: float | None
-    body: Body
     labels: tuple[str, ...]
     starts: int = 1
     looked_at: Timing | None = None
@@ -97,7 +94,26 @@ class Subject:
         labels = tuple(runs.labels[i] for i in kept)
         starts = starts if runs.body.limbs > 1 else 1
         weights = runs.weights[kept]
-        return cls(runs.name, runs.controller, weights, runs.omega_t, runs.body, labels, starts)
+        return cls(runs.name, runs.system, weights, labels, starts)
+
+    @property
+    def controller(self) -> Controller:
+        """The structure that the runs share."""
+        return self.system.controller
+
+    @property
+    def omega(self) -> float | None:
+        """The frequency they were trained at [rad/s]; None without an oscillator."""
+        return self.system.omega
+
+    @property
+    def body(self) -> Body:
+        """The body they were trained on."""
+        return self.system.body
+
+    def replaced(self, **changes: Any) -> Subject:
+        """The same runs in another system: other fields of the system or its release."""
+        return dataclasses.replace(self, system=self.system.replaced(changes))
 
     def meeting(self, longest_delay_s: float) -> Subject:
         """The same, whose senses can be late by so much."""
@@ -125,26 +141,21 @@ class Subject:
         """How long it is looked at, and how closely."""
         if self.looked_at is not None:
             return self.looked_at
+        own = self.system.timing
         if not self.hops:
-            return self._usual.get("timing", Timing(duration_s=60.0))
+            return dataclasses.replace(own, duration_s=settling_s(self.body))
         frames = round(HOPPING.n_frames * self.time_scale)
         return dataclasses.replace(HOPPING, duration_s=frames * HOPPING.frame_s)
 
-    @cached_property
+    @property
     def height_m(self) -> float:
         """From which height it is released [m]."""
-        extra = RELEASE_M - 1.0
-        usual = float(self.body.touching_height_m) + extra * float(self.body.rest_length_m)
-        return usual if self.hops else float(self._usual.get("height_m", usual))
-
-    @cached_property
-    def _usual(self) -> dict[str, Any]:
-        return as_usual(self.body, self.controller)
+        return self.system.release.height_m
 
     @property
     def reference(self) -> int:
         """The leg that lags are measured from."""
-        return self._usual["reference"]
+        return reference_leg(leg_names(self.body))
 
     @cached_property
     def phase_rad(self) -> np.ndarray:
@@ -197,9 +208,8 @@ class Subject:
 
         Example:
             >>> from tegotae.models import build
-            >>> from tegotae.bodies import Hopper
             >>> one = np.ones((1, 1))
-            >>> leg = Subject("V", build("V-reflex-w8"), one, 8.0, Hopper(), ("0",))
+            >>> leg = Subject("V", System(controller=build("V-reflex-w8"), omega=8.0), one, ("0",))
             >>> leg.path("delay_s"), leg.path("mass_kg")
             ('delay_s', 'body.body.body.mass_kg')
         """

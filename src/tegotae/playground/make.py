@@ -23,7 +23,7 @@ def main() -> None:
         for body_name, body in STANDARD.items():
             controller = dataclasses.replace(choice.saved.controller, limbs=body.limbs)
             key = shelf.name_of(controller, body)
-            about = f"{choice.saved.model} on a {body_name}"
+            about = f"{choice.saved.name} on a {body_name}"
             wasm = re.sub(r"\W+", "-", about) + ".wasm.gz"
             engine = shelf.made(controller, body)
             write_atomically(FOLDER / wasm, engine.wasm)

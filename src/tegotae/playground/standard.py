@@ -20,7 +20,7 @@ def standard() -> list[Choice]:
     """The paper's vanilla controller and three learned ones, trained as docs/playground.md says.
 
     Example:
-        >>> [choice.saved.model for choice in standard()][0]
+        >>> [choice.saved.name for choice in standard()][0]
         'V-sector-w8'
     """
     folder = resources.files("tegotae.playground") / "controllers"

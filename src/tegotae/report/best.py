@@ -42,7 +42,7 @@ def best_controllers(
         saved = None if row is None else _controller(records, table, row)
         if row is not None and saved is not None and isinstance(saved.body, Hopper):
             found[architecture] = {
-                "model": saved.model,
+                "model": saved.name,
                 "run": int(table["run"][row]),
                 "metrics": [number(float(table[name][row])) for name in metrics],
                 "surface": _surface(saved),
@@ -78,11 +78,10 @@ def _controller(records: list[Record], table: Table, row: int) -> SavedControlle
     record = next(record for record in records if record.model == name)
     experiment = record.experiment
     return SavedController(
-        experiment.controller,
+        experiment.system,
         np.asarray(record.weights[run], float),
-        experiment.omega,
-        experiment.body,
         experiment.name,
+        experiment,
         {"seed": run, "best_fitness": float(table["best_fitness"][row])},
         record.software,
     )

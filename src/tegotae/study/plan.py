@@ -192,7 +192,7 @@ def _smoke() -> Plan:
         experiments=tuple(
             find(name).experiment(
                 timing=Timing(duration_s=4.0, tick_s=0.002),
-                fitness=Fitness(settle_s=2.0),
+                objective=Fitness(settle_s=2.0),
                 protocol=Protocol(undisturbed_s=8.0, disturbed_s=8.0, offsets=(-1.0, 1.0)),
             )
             for name in ("V-sector-w8", "ART-rF-tphif-w8", "T-Fv")

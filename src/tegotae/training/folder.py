@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 from collections.abc import Mapping
 from importlib.metadata import version
@@ -16,7 +17,7 @@ from tegotae.controller import Controller
 from tegotae.controller_file import SavedController
 from tegotae.documents import DamagedDocumentError
 from tegotae.errors import TegotaeError
-from tegotae.experiment import differing
+from tegotae.experiment import Experiment, differing
 from tegotae.files import write_atomically
 from tegotae.training.trainable import Trainable
 
@@ -90,17 +91,17 @@ def save_controller(
         outcome: how that went; its `seed` is part of the file's name.
     """
     path = out / f"{experiment.name}-seed{outcome['seed']}.json"
-    # The file says itself what was trained, and on what.
-    own = ("name", "controller", "omega", "body")
-    about = {n: x for n, x in configuration["experiment"].items() if n not in own}
-    saved = SavedController(
-        controller,
-        weights,
-        experiment.omega,
-        experiment.body,
-        experiment.name,
-        {**configuration, "experiment": about, **outcome},
-        dict(versions),
-    )
+    training = {name: each for name, each in configuration.items() if name != "experiment"}
+    if isinstance(experiment, Experiment):
+        system = dataclasses.replace(experiment.system, controller=controller)
+        saved = SavedController(system, weights, experiment.name, experiment)
+    else:  # the environment that it was trained on, which has no file entry of its own yet
+        saved = SavedController.of(
+            controller, weights, experiment.omega, experiment.body, name=experiment.name
+        )
+        own = ("name", "controller", "omega", "body")
+        about = {n: x for n, x in configuration["experiment"].items() if n not in own}
+        training["experiment"] = about
+    saved = dataclasses.replace(saved, training={**training, **outcome}, software=dict(versions))
     controller_file.save(saved, path)
     return path

@@ -39,7 +39,7 @@ class Subject(Output, ControllerOptions):
         if self.path is None:
             actuation = _VANILLA[type(saved.controller.actuation)]
             return f"{actuation}, σ = {saved.weights[0]:g}{at}"
-        return f"{literal(saved.model or self.path.stem)}{at}"
+        return f"{literal(saved.name or self.path.stem)}{at}"
 
 
 @dataclass(frozen=True, kw_only=True)

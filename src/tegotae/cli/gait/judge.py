@@ -69,7 +69,7 @@ def subjects(place: str) -> list[tuple[str, tuple[str, ...], Legged, np.ndarray]
     from tegotae.collection import read
     from tegotae.designs import is_design
     from tegotae.gaits import SYSTEMS, system
-    from tegotae.gaits.systems import driven
+    from tegotae.gaits.systems import settling
     from tegotae.references import is_reference
 
     if place in SYSTEMS or is_reference(place):
@@ -81,7 +81,7 @@ def subjects(place: str) -> list[tuple[str, tuple[str, ...], Legged, np.ndarray]
         (
             each.name,
             each.labels,
-            driven(each.body, each.controller, each.weights[0], each.omega_t),
+            settling(each.system, each.weights[0]),
             each.weights,
         )
         for each in read(place)

@@ -79,7 +79,7 @@ class Subject:
             found = found.with_body(with_fields(found.body, {"terrain": terrain(self.terrain)}))
         if self.duration is not None:
             timing = dataclasses.replace(found.timing, duration_s=self.duration)
-            found = dataclasses.replace(found, timing=timing)
+            found = found.with_system(timing=timing)
         if self.delay or self.noise:
             found = found.with_body(felt(found, self.delay, self.noise))
         output_folder(self.out)

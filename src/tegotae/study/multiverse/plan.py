@@ -109,9 +109,9 @@ class Multiverse:
         experiment = model.experiment(
             budget=reading.parameters,
             body=hopper,
-            release_m=reading.release * hopper.rest_length_m,
+            height_m=reading.release * hopper.rest_length_m,
             timing=self.timing,
-            fitness=Fitness(
+            objective=Fitness(
                 settle_s=self.settle_s, work=reading.work, follow_omega=reading.follow_omega
             ),
             protocol=protocol,

@@ -15,9 +15,10 @@ from tegotae.controller import Controller
 from tegotae.envs.rewards import HopReward
 from tegotae.envs.settings import TegotaeHopperSettings
 from tegotae.errors import TegotaeError, require_count
-from tegotae.experiment import RELEASE_M, Experiment
+from tegotae.experiment import Experiment
 from tegotae.extras import require
 from tegotae.metrics.efficiency import WORK
+from tegotae.release import RELEASE_M
 from tegotae.rollout import Engine, Scenario, Timing
 from tegotae.training.agents.actor import Feedback, Observed
 from tegotae.training.agents.policy import agent_controller, initial_weights
@@ -73,8 +74,8 @@ class AgentTraining:
             omega=experiment.omega,
             hopper=experiment.body,
             timing=experiment.timing,
-            fitness=experiment.fitness.without_frequency(),
-            release_m=experiment.release_m,
+            fitness=experiment.objective.without_frequency(),
+            release_m=experiment.system.release.height_m,
         )
 
     @property

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -17,6 +16,7 @@ from tegotae.errors import TegotaeError, require_count
 from tegotae.experiment import Experiment
 from tegotae.integrators import PredictorCorrector
 from tegotae.progress import reporting
+from tegotae.release import Release
 from tegotae.tables import numbers, parse_csv, write_csv
 from tegotae.training.agents.policy import agent_controller
 from tegotae.training.agents.settings import AgentSettings, SACSettings
@@ -61,14 +61,17 @@ class AgentRun:
         require_count("episodes", self.episodes)
         require_count("evaluate_every", self.evaluate_every)
         require_one_limb(self.experiment.body, "learning by agents")
-        if self.experiment.phase_rad or self.experiment.posture:
-            raise TegotaeError("agents learn from releases at phase 0; leave phase_rad and posture")
+        release = self.experiment.system.release
+        if release != Release(height_m=release.height_m):
+            raise TegotaeError(
+                "agents learn from releases at rest and phase 0; give height_m alone"
+            )
         if self.experiment.conditions:
             raise TegotaeError(
                 "agents learn in the same episode again and again; leave the experiment's "
                 "conditions, which a population can have (pgpe)"
             )
-        if self.experiment.integrator != PredictorCorrector():
+        if self.experiment.system.integrator != PredictorCorrector():
             raise TegotaeError(
                 "agents learn in continuous time; leave the experiment's integrator, which a "
                 "population can have (pgpe)"
@@ -94,9 +97,9 @@ class AgentRun:
     @property
     def configuration(self) -> dict[str, Any]:
         """What decides a seed's result, but for the number of episodes, as JSON values."""
-        fitness = self.experiment.fitness.without_frequency()
+        objective = self.experiment.objective.without_frequency()
         return {
-            "experiment": dataclasses.replace(self.experiment, fitness=fitness).document,
+            "experiment": self.experiment.replaced(objective=objective).document,
             "algorithm": algorithm_document(self.settings),
             "evaluate_every": self.evaluate_every,
         }
