@@ -10,6 +10,7 @@ import pickle
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cache
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -17,12 +18,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tegotae import Hopper, TegotaeError, all_models, build, controller_file, find
-from tegotae.bodies import Bar
+from tegotae import Hopper, Release, TegotaeError, Timing, all_models, build, controller_file, find
+from tegotae.bodies import Bar, Walker
 from tegotae.controller_file import SavedController, load, save
 from tegotae.couplings import LearnedCoupling
+from tegotae.integrators import Hold
 from tegotae.oscillators import PhaseOscillator
 from tegotae.terms import VanillaReaction
+from tegotae.training.fitness import Fitness
+from tegotae.training.walking import Walking
+from tegotae.world import Uniform
 
 
 def example(name: str = "ART-rFv-tphif-w8", budget: int = 30) -> SavedController:
@@ -64,7 +69,7 @@ def test_what_no_model_of_the_study_has_is_read_back_too(tmp_path):
     limited = dataclasses.replace(saved.controller.tegotae, limit_rad_per_s=4.0)
     floored = PhaseOscillator(slowest_rad_per_s=0.5)
     controller = dataclasses.replace(saved.controller, oscillator=floored, tegotae=limited)
-    saved = dataclasses.replace(saved, controller=controller, model=None)
+    saved = dataclasses.replace(saved.replaced(controller=controller), name=None)
     save(saved, tmp_path / "controller.json")
     assert_same(saved, load(tmp_path / "controller.json"))
 
@@ -81,9 +86,10 @@ def test_the_file_is_plain_json_that_says_what_it_is(tmp_path):
     save(example(), tmp_path / "controller.json")
     document = json.loads((tmp_path / "controller.json").read_text())
     assert (document["format"], document["version"]) == ("tegotae controller", 4)
-    assert document["model"] == "ART-rFv-tphif-w8"
-    assert document["omega_rad_per_s"] == 8.0
-    assert document["body"]["mass_kg"] == 0.2
+    assert document["name"] == "ART-rFv-tphif-w8"
+    assert document["system"]["omega"] == 8.0
+    assert document["system"]["body"]["mass_kg"] == 0.2
+    assert document["system"]["release"]["height_m"] == 1.2
     assert document["training"]["best_fitness"] == 1.25
     assert document["software"] == {"tegotae": "0.1.0"}
     neurons = document["weights"]["reaction"]["neuron"]
@@ -167,7 +173,7 @@ def test_a_part_that_is_not_of_this_package_cannot_be_saved(tmp_path):
         TegotaeError,
         match=r"^a MyReaction cannot be saved: it is not registered; call tegotae\.register",
     ):
-        save(dataclasses.replace(saved, controller=controller), tmp_path / "controller.json")
+        save(saved.replaced(controller=controller), tmp_path / "controller.json")
     assert not list(tmp_path.iterdir())
 
 
@@ -180,6 +186,57 @@ def test_weights_that_could_not_be_read_back_are_not_written(tmp_path, weights, 
     with pytest.raises(TegotaeError, match=said):
         save(saved, tmp_path / "controller.json")
     assert not list(tmp_path.iterdir())
+
+
+# Of earlier versions.
+
+KEPT = Path(__file__).parent / "kept" / "controllers"
+"""Files that version 3 wrote: of trainings of the engine, a search, an agent, an environment."""
+
+
+def test_a_training_of_version_3_is_read_as_the_experiment_that_it_was():
+    saved = load(KEPT / "hopper-v3.json")
+    trained = saved.experiment
+    assert trained is not None
+    assert (saved.name, trained.name) == ("ART-rF-tphif-w8", "ART-rF-tphif-w8")
+    assert trained.system == saved.system
+    assert saved.system.release == Release(height_m=1.3)
+    assert saved.system.timing == Timing(duration_s=3.0, tick_s=0.004)
+    assert saved.system.integrator == Hold()
+    assert trained.objective == Fitness(settle_s=1.0)
+    assert trained.protocol.release_m == 1.3
+    assert saved.training["algorithm"]["name"] == "pgpe"
+
+
+def test_a_walker_of_version_3_keeps_its_release_conditions_and_timing():
+    saved = load(KEPT / "quadruped-v3.json")
+    assert isinstance(saved.body, Walker)
+    assert len(saved.system.release.phase_rad) == 4
+    assert saved.system.timing.duration_s == 31.0
+    assert saved.experiment is not None
+    assert saved.experiment.conditions == (Uniform("mass_kg", low=0.9, high=1.1),)
+    assert isinstance(saved.experiment.objective, Walking)
+
+
+def test_a_search_and_an_agent_of_version_3_are_read():
+    assert load(KEPT / "searched-v3.json").training["ended"] == "search"
+    agent = load(KEPT / "agent-v3.json")
+    assert agent.controller.tegotae is not None
+    assert agent.controller.tegotae.limit_rad_per_s == 40.0
+    assert agent.experiment is not None
+
+
+def test_a_training_on_an_environment_of_version_3_keeps_its_wiring():
+    saved = load(KEPT / "environment-v3.json")
+    assert saved.experiment is None
+    assert saved.training["experiment"]["place"]["env"] == "leg"
+
+
+@pytest.mark.parametrize("name", ["hopper", "quadruped", "searched", "agent", "environment"])
+def test_what_was_read_is_written_as_of_this_version_and_read_again(tmp_path, name):
+    saved = load(KEPT / f"{name}-v3.json")
+    save(saved, tmp_path / "controller.json")
+    assert_same(saved, load(tmp_path / "controller.json"))
 
 
 # Not to be read.
@@ -303,14 +360,17 @@ CHANGES: dict[str, tuple[Callable[[dict], Any], str]] = {
     ),
     "no frequency": (lambda d: d.update(omega_rad_per_s=None), "its omega_rad_per_s is None"),
     "a frequency that is text": (lambda d: d.update(omega_rad_per_s="8"), "omega_rad_per_s is '8'"),
-    "an infinite frequency": (lambda d: d.update(omega_rad_per_s=math.inf), "frequency is inf"),
+    "an infinite frequency": (
+        lambda d: d.update(omega_rad_per_s=math.inf),
+        "omega is inf; it must be finite",
+    ),
     "no body": (lambda d: d.update(body=None), "its body is None"),
     "a mass that is text": (lambda d: d["body"].update(mass_kg="0.1"), "its mass_kg is '0.1'"),
     "a mass that is true": (lambda d: d["body"].update(mass_kg=True), "its mass_kg is True"),
     "a mass that is null": (lambda d: d["body"].update(mass_kg=None), "its mass_kg is None"),
     "a mass that is negative": (lambda d: d["body"].update(mass_kg=-0.1), "mass_kg is -0.1"),
     "a mass beyond all floats": (lambda d: d["body"].update(mass_kg=10**400), "too large"),
-    "a model that is a number": (lambda d: d.update(model=3), "its model is 3"),
+    "a model that is a number": (lambda d: d.update(model=3), "its name is 3"),
     "a training that is null": (lambda d: d.update(training=None), "its training is None"),
     "no software": (lambda d: d.pop("software"), "no entry 'software'"),
 }

@@ -110,8 +110,8 @@ def test_networks_without_oscillators_are_as_large_as_the_others_and_have_no_fre
 def test_the_frequency_says_which_speed_is_wanted_with_an_oscillator_or_without():
     for family in ("AR", "T-F"):
         slow, fast = (design(f"{family}-w{w}@quadruped-c").experiment() for w in (1, 3))
-        assert slow.fitness.speed_m_per_s == pytest.approx(2 * 0.2 / np.pi)
-        assert fast.fitness.speed_m_per_s == pytest.approx(3 * slow.fitness.speed_m_per_s)
+        assert slow.objective.speed_m_per_s == pytest.approx(2 * 0.2 / np.pi)
+        assert fast.objective.speed_m_per_s == pytest.approx(3 * slow.objective.speed_m_per_s)
     assert design("AR@quadruped-c").experiment().omega == system("quadruped-c").omega
 
 
@@ -121,7 +121,10 @@ def test_legs_that_push_are_trained_to_hop_and_follow_their_frequency():
 
 
 def test_every_design_of_a_system_begins_with_the_same_irregular_phases():
-    starts = {design(f"{f}@quadruped-c").experiment().phase_rad for f in ("V", "ARGT", "Wphi-F")}
+    starts = {
+        design(f"{f}@quadruped-c").experiment().system.release.phase_rad
+        for f in ("V", "ARGT", "Wphi-F")
+    }
     (phases,) = starts
     assert len(set(phases)) == 4
 
@@ -193,8 +196,8 @@ def test_controllers_of_a_folder_are_judged_together(judged, tmp_path, capsys):
                 np.array([sigma]),
                 2.0,
                 legged.body,
-                "V@quadruped-c",
-                {"seed": seed},
+                name="V@quadruped-c",
+                training={"seed": seed},
             ),
             folder / f"V-seed{seed}.json",
         )
@@ -211,12 +214,11 @@ def test_controllers_of_a_folder_are_judged_together(judged, tmp_path, capsys):
 
 
 def test_a_judgement_of_what_has_no_frequency_takes_none():
-    legged = dataclasses.replace(
-        system("quadruped-c"),
-        controller=design("T-F@quadruped-c").controller(),
-        weights=(0.0,) * 96,
-        omega=None,
+    found = system("quadruped-c")
+    single = found.system.replaced(
+        {"controller": design("T-F@quadruped-c").controller(), "omega": None}
     )
+    legged = dataclasses.replace(found, system=single, weights=(0.0,) * 96)
     with pytest.raises(TegotaeError, match="no oscillator, and so no omega"):
         judge(legged, np.zeros((1, 96)), (2.0,))
     with pytest.raises(TegotaeError, match="this controller has 96"):

@@ -8,7 +8,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from tegotae import Hopper, TegotaeError, Timing, build, controller_file
+from tegotae import Hopper, System, TegotaeError, Timing, build, controller_file
 from tegotae.bodies.wired import WiredLimbs
 from tegotae.cli import main
 from tegotae.cli.generalise import Generalise
@@ -92,9 +92,7 @@ def test_walkers_are_pushed_lose_legs_and_meet_slopes_and_keep_a_share_of_their_
     found = system("quadruped-c")
     timing = dataclasses.replace(found.timing, duration_s=60.0)
     weights = np.array([found.weights])
-    subject = Subject(
-        "C", found.controller, weights, found.omega, found.body, ("0",), 2, looked_at=timing
-    )
+    subject = Subject("C", found.system, weights, ("0",), 2, looked_at=timing)
     chosen = disturbances_named(
         ["push-aside=0.001/9", "lost-leg=1", "slope=-9", "rough=0.001", "strength"]
     )

@@ -105,11 +105,11 @@ def test_a_reading_is_in_every_unit_that_it_is_about():
         for unit in units.values():
             experiment, protocol = unit.run.experiment, unit.run.experiment.protocol
             assert experiment.body == reading.hopper
-            assert experiment.fitness.work == reading.work
-            assert experiment.fitness.follow_omega == reading.follow_omega
+            assert experiment.objective.work == reading.work
+            assert experiment.objective.follow_omega == reading.follow_omega
             model = find(experiment.name)
             assert experiment.controller == model.controller(reading.parameters)
-            assert experiment.release_m == reading.release
+            assert experiment.system.release.height_m == reading.release
             assert (protocol.work, protocol.drop_m) == (reading.work, reading.drop)
             assert protocol.release_m == reading.release
             assert protocol.limit_cycle.height_tolerance_m == 0.005 * reading.tolerance

@@ -34,7 +34,7 @@ from tegotae.world import Step
 needs_compiler = pytest.mark.skipif(
     not compiler.has_compiler(), reason="needs ziglang: pip install 'tegotae[playground]'"
 )
-CHOICES = {choice.saved.model: choice.saved for choice in standard()}
+CHOICES = {choice.saved.name: choice.saved for choice in standard()}
 ART, VANILLA = CHOICES["ART-rF-tphif-w8"], CHOICES["V-sector-w8"]
 
 

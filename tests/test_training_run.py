@@ -32,7 +32,7 @@ def test_a_controller_per_seed_is_returned_with_how_it_was_trained(tiny_training
     assert [path.name for path in paths] == [p.name for p in tiny.controllers(tiny_training)]
     for seed, path in zip(tiny.SEEDS, paths, strict=True):
         saved = controller_file.load(path)
-        assert saved.model == "ART-rF-tphif-w8"
+        assert saved.name == "ART-rF-tphif-w8"
         assert saved.controller == find("ART").controller(20)
         assert (saved.omega, saved.body) == (8.0, Hopper())
         assert saved.training["seed"] == seed
@@ -324,8 +324,8 @@ def test_a_run_of_unusable_numbers_is_refused(changed, said):
             {"body": Hopper(mass_kg=0.5)},
             r"this hopper cannot hop: .* 4 N at most, .* 4\.905 N",
         ),
-        ({"release_m": 0.9}, r"released from 0\.9 m this hopper does not fall onto its leg"),
-        ({"release_m": 30.0}, "released from 30 m this hopper breaks its leg"),
+        ({"height_m": 0.9}, r"released from 0\.9 m this hopper does not fall onto its leg"),
+        ({"height_m": 30.0}, "released from 30 m this hopper breaks its leg"),
     ],
 )
 def test_a_body_that_cannot_hop_is_refused_before_the_training(tmp_path, settings, said):
