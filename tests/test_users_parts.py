@@ -460,7 +460,7 @@ def test_an_experiments_name_is_one_of_a_file():
 
 
 def test_a_frequency_and_an_oscillator_go_together():
-    with pytest.raises(TegotaeError, match="no oscillator, but omega is 8.0 rad/s"):
+    with pytest.raises(TegotaeError, match=r"no oscillator, but omega is 8\.0 rad/s"):
         find("T").experiment().replaced(omega=8.0)
     with pytest.raises(TegotaeError, match="has an oscillator; give omega"):
         find("AR").experiment().replaced(omega=None)
