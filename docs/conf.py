@@ -7,7 +7,7 @@ from pathlib import Path
 from sphinx.ext import napoleon
 
 import tegotae
-from tegotae import playground
+from tegotae.export import playground
 
 sys.path.insert(0, str(Path(__file__).parent))
 from command_reference import command_reference

@@ -19,16 +19,28 @@ import tyro
 from matplotlib.figure import Figure
 
 from tegotae import Engine, Scenario, Timing
+from tegotae._support.devices import set_up
+from tegotae._support.files import output_folder
+from tegotae._support.tables import write_csv
 from tegotae.cli.status import exit_status
-from tegotae.controller import Controller, Tegotae
-from tegotae.devices import set_up
 from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, save_figure, styled
-from tegotae.files import output_folder
-from tegotae.metrics import GaitSummary
-from tegotae.metrics.gait import FAILED, LIMIT_CYCLE
-from tegotae.oscillators import AdaptiveHopf, Hopf, Learned, Matsuoka, VanDerPol
-from tegotae.tables import write_csv
-from tegotae.terms import ConstantGain, Sector, UnitAction, VanillaAction, VanillaReaction
+from tegotae.measures.hopping import GaitSummary
+from tegotae.measures.hopping.gait import FAILED, LIMIT_CYCLE
+from tegotae.parts.controller import Controller, Tegotae
+from tegotae.parts.oscillators import (
+    AdaptiveHopf,
+    Hopf,
+    Learned,
+    Matsuoka,
+    VanDerPol,
+)
+from tegotae.parts.terms import (
+    ConstantGain,
+    Sector,
+    UnitAction,
+    VanillaAction,
+    VanillaReaction,
+)
 
 DOCS = Path(__file__).resolve().parent
 

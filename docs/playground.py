@@ -13,9 +13,9 @@ import tempfile
 from importlib import resources
 from pathlib import Path
 
-from tegotae import optimum
-from tegotae.bodies import Hopper
-from tegotae.playground import Page, standard
+from tegotae.export.playground import Page, standard
+from tegotae.measures import optimum
+from tegotae.parts.bodies import Hopper
 
 NEAR = 0.98
 OUT = Path(__file__).parent / "_static" / "playground_learning.csv"
@@ -69,7 +69,7 @@ def main() -> None:
 
 def learned(task: dict) -> list:
     """Whether, when, how well and how soon."""
-    worker = Path(str(resources.files("tegotae.playground"))) / "web" / "learn" / "worker.js"
+    worker = Path(str(resources.files("tegotae.export.playground"))) / "web" / "learn" / "worker.js"
     with tempfile.TemporaryDirectory() as folder:
         script = Path(folder) / "learn.mjs"
         script.write_text(SCRIPT)

@@ -19,14 +19,14 @@ from typing import Any
 
 import tyro
 
+from tegotae._support.errors import require_finite, unknown
+from tegotae._support.files import output_folder
 from tegotae.cli.figure.learning_curves import LearningCurves
 from tegotae.cli.status import exit_status
-from tegotae.errors import require_finite, unknown
-from tegotae.files import output_folder
-from tegotae.models import find
-from tegotae.rollout import Timing
+from tegotae.measures.objectives.fitness import Fitness
+from tegotae.simulation.rollout import Timing
+from tegotae.systems.models import find
 from tegotae.training.agents import AgentRun, train_agents
-from tegotae.training.fitness import Fitness
 from tegotae.training.run import Run, train
 from tegotae.training.settings import configuration
 from tegotae.training.stopping import Stopping

@@ -30,12 +30,13 @@ from typing import Any
 import tyro
 from figure3 import EPISODE, MODELS, SETTLE_S
 
+from tegotae._support.files import output_folder
 from tegotae.cli.figure.learning_curves import print_comparison
 from tegotae.cli.figure.output import Output
 from tegotae.cli.status import exit_status
 from tegotae.figures.learning_curves import algorithms_figure, algorithms_tables
-from tegotae.files import output_folder
-from tegotae.models import find
+from tegotae.measures.objectives.fitness import Fitness
+from tegotae.systems.models import find
 from tegotae.training.agents import (
     AgentRun,
     AgentSettings,
@@ -44,7 +45,6 @@ from tegotae.training.agents import (
     train_agents,
 )
 from tegotae.training.curves import read_curves
-from tegotae.training.fitness import Fitness
 from tegotae.training.run import Run, train
 from tegotae.training.settings import configuration, tuned
 from tegotae.training.stopping import Stopping

@@ -10,10 +10,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tegotae.export import Export
-from tegotae.export.golden import outputs_of
-from tegotae.export.header import header
-from tegotae.export.source import source
+from tegotae.export.c import Export
+from tegotae.export.c.golden import outputs_of
+from tegotae.export.c.header import header
+from tegotae.export.c.source import source
 
 FLAGS = ("-std=c99", "-Wall", "-Wextra", "-Wconversion", "-Wdouble-promotion", "-Werror")
 SANITIZERS = (

@@ -12,7 +12,7 @@ import jax
 import pytest
 from hypothesis import settings
 
-from tegotae.devices import set_up
+from tegotae._support.devices import set_up
 
 set_up()  # before anything computes, as evosax does when it is imported
 jax.config.update("jax_numpy_dtype_promotion", "strict")
@@ -41,7 +41,7 @@ for _name in ("init", "ask", "tell"):
 @pytest.fixture(autouse=True, scope="module")
 def metrics_as_before():
     """What a file's tests register is forgotten after them: several files share a process."""
-    from tegotae.metrics import registry
+    from tegotae.measures.hopping import registry
 
     before = dict(registry._registered)
     yield

@@ -18,10 +18,10 @@ import tegotae  # noqa: F401 - first, for it sets JAX up
 import numpy as np
 
 from tegotae import Engine, Scenario, Timing
-from tegotae.evaluation import Protocol, evaluate
-from tegotae.models import build, find
-from tegotae.study.plan import plan
-from tegotae.study.unit import work
+from tegotae.measures.evaluation import Protocol, evaluate
+from tegotae.studies.paper.plan import plan
+from tegotae.studies.paper.unit import work
+from tegotae.systems.models import build, find
 
 KEPT = Path(__file__).parent / "kept" / "hopper.npz"
 

@@ -4,7 +4,13 @@ from __future__ import annotations
 
 import jax.numpy as jnp
 
-from tegotae.metrics import Conditions, Derivation, DerivedMetric, Episode, GaitMetric
+from tegotae.measures.hopping import (
+    Conditions,
+    Derivation,
+    DerivedMetric,
+    Episode,
+    GaitMetric,
+)
 
 
 def _peak_force(episode: Episode) -> jnp.ndarray:

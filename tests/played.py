@@ -15,15 +15,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-import tegotae.playground
+import tegotae.export.playground
 from tegotae import Engine, Scenario, Timing
-from tegotae.bodies import Body
-from tegotae.controller import Controller
-from tegotae.playground import shelf
-from tegotae.playground.program import Program
-from tegotae.recorder import needing
+from tegotae.export.playground import engine_cache as shelf
+from tegotae.export.playground.program import Program
+from tegotae.parts.bodies import Body
+from tegotae.parts.controller import Controller
+from tegotae.simulation.recorder import needing
 
-WEB = Path(str(resources.files(tegotae.playground) / "web"))
+WEB = Path(str(resources.files(tegotae.export.playground) / "web"))
 NODE = shutil.which("node")
 needs_node = pytest.mark.skipif(NODE is None, reason="needs Node: apt-get install nodejs")
 

@@ -9,11 +9,11 @@ import jax.numpy as jnp
 import numpy as np
 
 from compiled import Compiled
-from tegotae.bodies import Body
-from tegotae.bodies.base import Push
-from tegotae.controller_file import SavedController
-from tegotae.integrators import Hold
-from tegotae.rollout import Engine, Scenario, Timing
+from tegotae.parts.bodies import Body
+from tegotae.parts.bodies.base import Push
+from tegotae.simulation.integrators import Hold
+from tegotae.simulation.rollout import Engine, Scenario, Timing
+from tegotae.systems.controller_file import SavedController
 
 TICK_S, DURATION_S = 0.001, 20.0
 HELD = Timing(duration_s=DURATION_S, tick_s=TICK_S, frame_s=0.02)

@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 import psutil
 
-from tegotae.study.folder import Folder
-from tegotae.study.record import SUFFIX
+from tegotae.studies.paper.folder import Folder
+from tegotae.studies.paper.record import SUFFIX
 
 MODELS = ("V-sector-w8", "ART-rF-tphif-w8", "T-Fv")
 """The models of the smoke scale."""

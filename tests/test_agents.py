@@ -16,12 +16,20 @@ import pytest
 torch = pytest.importorskip("torch")
 pytest.importorskip("stable_baselines3")
 
-from tegotae import Engine, Hopper, Scenario, TegotaeError, Timing, controller_file  # noqa: E402
+from tegotae import (  # noqa: E402
+    Engine,
+    Hopper,
+    Scenario,
+    TegotaeError,
+    Timing,
+)
 from tegotae.cli import main  # noqa: E402
 from tegotae.envs import make_sb3  # noqa: E402
-from tegotae.integrators import Hold  # noqa: E402
-from tegotae.models import find  # noqa: E402
-from tegotae.terms import Signals  # noqa: E402
+from tegotae.measures.objectives.fitness import Fitness  # noqa: E402
+from tegotae.parts.terms import Signals  # noqa: E402
+from tegotae.simulation.integrators import Hold  # noqa: E402
+from tegotae.systems import controller_file  # noqa: E402
+from tegotae.systems.models import find  # noqa: E402
 from tegotae.training.agents import (  # noqa: E402
     AgentRun,
     PPOSettings,
@@ -34,9 +42,8 @@ from tegotae.training.agents.learner import AgentTraining, learn, make_agent  # 
 from tegotae.training.algorithms import PGPE  # noqa: E402
 from tegotae.training.curves import read_curves  # noqa: E402
 from tegotae.training.evolve import start  # noqa: E402
-from tegotae.training.fitness import Fitness  # noqa: E402
-from tegotae.training.learners import learner  # noqa: E402
-from tegotae.tuning import SPACES, Task  # noqa: E402
+from tegotae.training.registry import learner  # noqa: E402
+from tegotae.training.tuning import SPACES, Task  # noqa: E402
 
 TIMING = Timing(duration_s=6.0, tick_s=0.002)
 SETTLE_S = 2.0

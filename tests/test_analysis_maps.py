@@ -13,7 +13,14 @@ from hypothesis import strategies as st
 
 from synthetic import Hopping, seconds
 from tegotae import Hopper, Scenario, TegotaeError, Timing, build
-from tegotae.analysis import (
+from tegotae.measures.hopping.gait import (
+    AT_REST,
+    FAILED,
+    LIMIT_CYCLE,
+    UNSETTLED,
+)
+from tegotae.measures.hopping.recording import from_samples
+from tegotae.studies.analysis import (
     Outcome,
     OutcomeSummary,
     axis,
@@ -23,11 +30,9 @@ from tegotae.analysis import (
     one_to_one_ridge,
     sweep_gain,
 )
-from tegotae.analysis.basin import distinct
-from tegotae.analysis.gain_sweep import GainSweep
-from tegotae.controller_file import SavedController
-from tegotae.metrics.gait import AT_REST, FAILED, LIMIT_CYCLE, UNSETTLED
-from tegotae.metrics.recording import from_samples
+from tegotae.studies.analysis.basin import distinct
+from tegotae.studies.analysis.gain_sweep import GainSweep
+from tegotae.systems.controller_file import SavedController
 
 TIMING = Timing(duration_s=16.0, tick_s=0.002)
 OMEGA = np.array([4.5, 6.0, 9.0])

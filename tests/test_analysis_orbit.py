@@ -9,7 +9,7 @@ import pytest
 
 from oracle import fly, vanilla
 from tegotae import Hopper, TegotaeError, build
-from tegotae.analysis import (
+from tegotae.studies.analysis import (
     NoLimitCycleError,
     Orbit,
     Poincare,
@@ -20,9 +20,9 @@ from tegotae.analysis import (
     sees_velocity,
     transient,
 )
-from tegotae.analysis.outcome import turn
-from tegotae.analysis.poincare import fixed_point, linearised, observed_factor
-from tegotae.controller_file import SavedController
+from tegotae.studies.analysis.outcome import turn
+from tegotae.studies.analysis.poincare import fixed_point, linearised, observed_factor
+from tegotae.systems.controller_file import SavedController
 
 REFLEX = SavedController.of(build("V-reflex-w8"), np.array([2.0]), 8.0)
 SECTOR = SavedController.of(build("V-sector-w4"), np.array([4.0]), 6.0)

@@ -112,7 +112,10 @@ sys.argv = ["tegotae", "models", "T"]
 
 @pytest.mark.parametrize(
     ("program", "status", "said"),
-    [("from tegotae.cli import entry; entry()", 130, ""), ("import tegotae.rollout", 1, "K")],
+    [
+        ("from tegotae.cli import entry; entry()", 130, ""),
+        ("import tegotae.simulation.rollout", 1, "K"),
+    ],
 )
 def test_ctrl_c_while_the_program_is_loaded_ends_it_in_silence(program, status, said):
     """A program that imports the package sees its `KeyboardInterrupt` as always."""

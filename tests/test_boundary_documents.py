@@ -15,15 +15,22 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tegotae import TegotaeError, controller_file, documents
-from tegotae.arrays import read_arrays
-from tegotae.documents import DamagedDocumentError, checked, fitted, parse
-from tegotae.report.page import as_script
-from tegotae.study.folder import Folder
-from tegotae.study.multiverse.folder import MultiverseFolder
-from tegotae.study.multiverse.plan import multiverse
-from tegotae.study.plan import plan
-from tegotae.study.record import DamagedRecordError, read, write
+from tegotae import TegotaeError
+from tegotae._support import documents
+from tegotae._support.arrays import read_arrays
+from tegotae._support.documents import (
+    DamagedDocumentError,
+    checked,
+    fitted,
+    parse,
+)
+from tegotae.figures.report.page import as_script
+from tegotae.studies.paper.folder import Folder
+from tegotae.studies.paper.multiverse.folder import MultiverseFolder
+from tegotae.studies.paper.multiverse.plan import multiverse
+from tegotae.studies.paper.plan import plan
+from tegotae.studies.paper.record import DamagedRecordError, read, write
+from tegotae.systems import controller_file
 from tegotae.training.curves import read_curves
 from tegotae.training.folder import claim
 from tegotae.training.settings import load
@@ -277,7 +284,7 @@ def test_a_record_with_a_right_checksum_is_held_against_its_schema(tmp_path, cha
 def test_a_record_that_would_unpack_to_gigabytes_is_not_unpacked(tmp_path, monkeypatch):
     path = written(tmp_path, weights=np.zeros((2, 4_000_000)))
     assert path.stat().st_size < 200_000
-    monkeypatch.setattr("tegotae.study.record.MOST_BYTES", 2**24)
+    monkeypatch.setattr("tegotae.studies.paper.record.MOST_BYTES", 2**24)
     monkeypatch.setattr(np, "load", lambda *_, **__: pytest.fail("it was unpacked"))
     with pytest.raises(DamagedRecordError, match="it unpacks to 61 MiB, more than 16 MiB"):
         read(path)

@@ -10,15 +10,22 @@ import numpy as np
 import pytest
 from matplotlib.animation import FFMpegWriter
 
-from tegotae import Engine, Scenario, TegotaeError, Timing, build, limits
-from tegotae.analysis import axis
-from tegotae.analysis.sweep import lanes
-from tegotae.errors import require_count, require_finite, unknown
+from tegotae import (
+    Engine,
+    Scenario,
+    TegotaeError,
+    Timing,
+    build,
+)
+from tegotae._support import limits
+from tegotae._support.errors import require_count, require_finite, unknown
+from tegotae._support.files import write_atomically
+from tegotae._support.limits import available_memory, require_memory
 from tegotae.figures.animation import animation_file, write_animation
 from tegotae.figures.style import figure_file, literal, new_figure, save_figure, styled
-from tegotae.files import write_atomically
-from tegotae.limits import available_memory, require_memory
-from tegotae.rollout import whole_trajectory
+from tegotae.simulation.rollout import whole_trajectory
+from tegotae.studies.analysis import axis
+from tegotae.studies.analysis.sweep import lanes
 from tegotae.training.run import Run
 from tegotae.training.run import train as train_run
 
@@ -31,7 +38,7 @@ def no_rollout(monkeypatch):
         raise AssertionError("a rollout was started before the input was checked")
 
     monkeypatch.setattr(Engine, "run", run)
-    monkeypatch.setattr("tegotae.rollout._run", run)
+    monkeypatch.setattr("tegotae.simulation.rollout._run", run)
     monkeypatch.setattr("tegotae.training.run._train", run)
 
 
@@ -235,7 +242,7 @@ def test_half_an_animation_is_not_kept(tmp_path, monkeypatch, error):
 
 def test_a_tuning_that_fails_leaves_its_storage_free_for_another(tmp_path):
     pytest.importorskip("optuna")
-    from tegotae.tuning.storage import opened
+    from tegotae.training.tuning.storage import opened
 
     path = tmp_path / "s"
     with pytest.raises(TegotaeError, match="a failure"), opened(path, {"algorithm": "pgpe"}):
@@ -272,7 +279,7 @@ def test_a_tuning_that_fails_leaves_its_storage_free_for_another(tmp_path):
 )
 def test_a_journal_with_entries_of_a_wrong_type_is_refused_in_one_line(tmp_path, line):
     pytest.importorskip("optuna")
-    from tegotae.tuning.storage import opened
+    from tegotae.training.tuning.storage import opened
 
     path = tmp_path / "s"
     path.write_text(line + "\n")

@@ -10,11 +10,16 @@ import pytest
 
 import tegotae
 from tegotae import TegotaeError, check_body, check_controller, check_oscillator, check_term
-from tegotae.bodies import Hopper
-from tegotae.controller import Controller, Tegotae
-from tegotae.oscillators import Clamped, Oscillator, PhaseOscillator, PhaseState
-from tegotae.parameters import traceable
-from tegotae.terms import (
+from tegotae.parts.bodies import Hopper
+from tegotae.parts.controller import Controller, Tegotae
+from tegotae.parts.oscillators import (
+    Clamped,
+    Oscillator,
+    PhaseOscillator,
+    PhaseState,
+)
+from tegotae.parts.parameters import traceable
+from tegotae.parts.terms import (
     ConstantGain,
     LearnedActuation,
     Network,

@@ -7,14 +7,15 @@ import json
 import numpy as np
 import pytest
 
-from tegotae import Hopper, build, controller_file
+from tegotae import Hopper, build
 from tegotae.cli import main
 from tegotae.cli.compare import methods, told_apart
-from tegotae.collection import Runs
-from tegotae.controller_file import SavedController
-from tegotae.evaluation import Evaluation, Protocol
-from tegotae.metrics import interval
-from tegotae.metrics import names as metric_names
+from tegotae.measures.evaluation import Evaluation, Protocol
+from tegotae.measures.hopping import interval
+from tegotae.measures.hopping import names as metric_names
+from tegotae.systems import controller_file
+from tegotae.systems.controller_file import SavedController
+from tegotae.training.collection import Runs
 
 REFLEX = build("V-reflex-w8")
 

@@ -186,7 +186,7 @@ def test_ctrl_c_anywhere_ends_in_one_line(capsys, monkeypatch, command):
 
     monkeypatch.setattr(Engine, "run", interrupt)
     monkeypatch.setattr("tegotae.cli.compare.read", interrupt)
-    monkeypatch.setattr("tegotae.benchmarks.engine.speed", interrupt)
+    monkeypatch.setattr("tegotae.studies.benchmarks.engine.speed", interrupt)
     assert main(command.split()) == 130
     assert capsys.readouterr() == ("", "tegotae: interrupted\n")
 

@@ -15,10 +15,16 @@ import pytest
 from PIL import Image
 
 import tiny
-from tegotae import Engine, Hopper, Scenario, Timing, controller_file
+from tegotae import (
+    Engine,
+    Hopper,
+    Scenario,
+    Timing,
+)
 from tegotae.cli import main
-from tegotae.presets import preset
-from tegotae.simulation import Simulation
+from tegotae.systems import controller_file
+from tegotae.systems.presets import preset
+from tegotae.systems.simulation import Simulation
 
 SHORT = ("--duration", "4")
 """One duration for all: another one compiles another program."""
@@ -274,7 +280,7 @@ def test_an_animation_moves(tmp_path):
 
 def test_a_controller_without_oscillator_has_pictures_too(simulate, tmp_path):
     from tegotae import build
-    from tegotae.controller_file import SavedController, save
+    from tegotae.systems.controller_file import SavedController, save
 
     single = build("T-Fv", 8)
     save(SavedController.of(single, np.full(single.n_weights, 0.5), None), tmp_path / "t.json")

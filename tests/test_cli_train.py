@@ -14,9 +14,9 @@ import numpy as np
 import pytest
 
 import tiny
-from tegotae import controller_file
 from tegotae.cli import main
 from tegotae.cli.train import summarise
+from tegotae.systems import controller_file
 from tegotae.training import run as training_run
 from tegotae.training.run import train
 from tegotae.training.search import GAINS

@@ -11,9 +11,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tegotae import TegotaeError, build, controller_file
-from tegotae.collection import read
-from tegotae.controller_file import SavedController
+from tegotae import TegotaeError, build
+from tegotae.systems import controller_file
+from tegotae.systems.controller_file import SavedController
+from tegotae.training.collection import read
 
 
 @pytest.fixture

@@ -9,16 +9,22 @@ import numpy as np
 import pytest
 
 import tiny
-from tegotae import Hopper, TegotaeError, controller_file
-from tegotae.bodies import Bar
+from tegotae import Hopper, TegotaeError
 from tegotae.cli.conditions import conditions_named
 from tegotae.cli.options import ExperimentOptions
-from tegotae.experiment import Experiment
+from tegotae.parts.bodies import Bar
+from tegotae.simulation.world import (
+    OneOf,
+    Scenario,
+    Step,
+    Uniform,
+)
+from tegotae.simulation.world.draws import draw, met
+from tegotae.simulation.world.randomization import Variety
+from tegotae.systems import controller_file
+from tegotae.systems.experiment import Experiment
 from tegotae.training.judge import Round
 from tegotae.training.run import train
-from tegotae.training.variety import Variety
-from tegotae.world import OneOf, Scenario, Step, Uniform
-from tegotae.world.draws import draw, met
 
 MASS = Uniform("mass_kg", low=0.08, high=0.12)
 RELEASE = Uniform("height_m", low=1.1, high=1.3)

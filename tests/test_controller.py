@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from tegotae import Controller, Engine, Hopper, Scenario, Tegotae, TegotaeError, Timing
-from tegotae.oscillators import PhaseOscillator
-from tegotae.terms import (
+from tegotae.parts.oscillators import PhaseOscillator
+from tegotae.parts.terms import (
     ConstantGain,
     LearnedActuation,
     Network,

@@ -18,16 +18,25 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tegotae import Hopper, Release, TegotaeError, Timing, all_models, build, controller_file, find
-from tegotae.bodies import Bar, Walker
-from tegotae.controller_file import SavedController, load, save
-from tegotae.couplings import LearnedCoupling
-from tegotae.integrators import Hold
-from tegotae.oscillators import PhaseOscillator
-from tegotae.terms import VanillaReaction
-from tegotae.training.fitness import Fitness
-from tegotae.training.walking import Walking
-from tegotae.world import Uniform
+from tegotae import (
+    Hopper,
+    Release,
+    TegotaeError,
+    Timing,
+    all_models,
+    build,
+    find,
+)
+from tegotae.measures.objectives.fitness import Fitness
+from tegotae.measures.objectives.walking import Walking
+from tegotae.parts.bodies import Bar, Walker
+from tegotae.parts.couplings import LearnedCoupling
+from tegotae.parts.oscillators import PhaseOscillator
+from tegotae.parts.terms import VanillaReaction
+from tegotae.simulation.integrators import Hold
+from tegotae.simulation.world import Uniform
+from tegotae.systems import controller_file
+from tegotae.systems.controller_file import SavedController, load, save
 
 
 def example(name: str = "ART-rFv-tphif-w8", budget: int = 30) -> SavedController:

@@ -8,15 +8,22 @@ import json
 import numpy as np
 import pytest
 
-from tegotae import Experiment, TegotaeError, Timing, controller_file
+from tegotae import Experiment, TegotaeError, Timing
+from tegotae._support.tables import read_csv
 from tegotae.cli import main
-from tegotae.designs import all_designs, design, is_design
-from tegotae.gaits import system
-from tegotae.gaits.judge import MEASURES, judge
-from tegotae.models import BUDGET
-from tegotae.tables import read_csv
-from tegotae.terms import EllipticFoot, LearnedFoot, Sector, VanillaAction, WholeBodyFoot
-from tegotae.training.hopping_legs import HoppingLegs
+from tegotae.measures.objectives.hopping_legs import HoppingLegs
+from tegotae.parts.terms import (
+    EllipticFoot,
+    LearnedFoot,
+    Sector,
+    VanillaAction,
+    WholeBodyFoot,
+)
+from tegotae.studies.gaits import system
+from tegotae.studies.gaits.judge import MEASURES, judge
+from tegotae.systems import controller_file
+from tegotae.systems.designs import all_designs, design, is_design
+from tegotae.systems.models import BUDGET
 from tegotae.training.run import Run, train
 from tegotae.training.settings import tuned
 from tegotae.training.stopping import Stopping
@@ -41,7 +48,7 @@ def test_a_bare_architecture_is_its_plainest_member():
 
 def test_a_users_own_system_has_designs_too(tmp_path):
     (tmp_path / "mine.py").write_text(
-        "from tegotae.gaits import system\nrobot = system('bar-light')\n"
+        "from tegotae.studies.gaits import system\nrobot = system('bar-light')\n"
     )
     found = design(f"AR@{tmp_path / 'mine.py'}:robot")
     assert found.name == "AR-rF@robot"

@@ -31,7 +31,7 @@ def shell(program: str, **environment: str) -> list:
 
 OPTIONS = """
 import json{then}
-import tegotae.devices as devices
+import tegotae._support.devices as devices
 import jax.numpy as jnp
 devices.set_up()
 assert float(jnp.sum(jnp.ones(3))) == 3.0
@@ -76,7 +76,7 @@ def test_plain_xla_is_jax_as_it_comes():
 CACHE = """
 import json
 import jax, jax.numpy as jnp
-from tegotae.devices import set_up
+from tegotae._support.devices import set_up
 set_up()
 jax.jit(lambda x: jnp.sin(x) + 41.5)(jnp.ones(7))
 print(json.dumps([jax.config.jax_compilation_cache_dir]))

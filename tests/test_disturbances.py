@@ -18,9 +18,15 @@ from tegotae import (
     build,
     check_body,
 )
-from tegotae.bodies import Actuators, Bar, Blows, Sensors, Walker
-from tegotae.training.fitness import EPISODE
-from tegotae.world import Staircase, Step
+from tegotae.measures.objectives.fitness import EPISODE
+from tegotae.parts.bodies import (
+    Actuators,
+    Bar,
+    Blows,
+    Sensors,
+    Walker,
+)
+from tegotae.simulation.world import Staircase, Step
 
 REFLEX = build("V-reflex-w8")
 EVERYTHING = Sensors(body=Actuators(body=Blows(body=Hopper())), most_ticks=2)

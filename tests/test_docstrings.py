@@ -10,7 +10,7 @@ import pytest
 
 import tegotae
 
-_OPTIONAL = {"tegotae.__main__", "tegotae.optimum.__main__"}
+_OPTIONAL = {"tegotae.__main__", "tegotae.cli.optimum_table"}
 """Modules that are programs."""
 
 
@@ -31,7 +31,12 @@ def examples() -> dict[str, list[doctest.DocTest]]:
 
 
 FOUND = examples()
-DEAR = ("tegotae.analysis.", "tegotae.checks.", "tegotae.designs.", "tegotae.gaits.")
+DEAR = (
+    "tegotae.studies.analysis.",
+    "tegotae.simulation.checks.",
+    "tegotae.systems.designs.",
+    "tegotae.studies.gaits.",
+)
 """Where examples roll out and so compile much; other tests do the same."""
 
 

@@ -24,8 +24,8 @@ from tegotae.envs import (  # noqa: E402
     TegotaeHopperSettings,
 )
 from tegotae.envs.actions import force_controller  # noqa: E402
-from tegotae.integrators import Hold  # noqa: E402
-from tegotae.metrics import whole_hops  # noqa: E402
+from tegotae.measures.hopping import whole_hops  # noqa: E402
+from tegotae.simulation.integrators import Hold  # noqa: E402
 
 NAMES = list(ENVIRONMENTS)
 NONE, FULL = np.zeros(1, np.float32), np.ones(1, np.float32)

@@ -11,8 +11,15 @@ import pytest
 
 from oracle import fly, vanilla
 from tegotae import Engine, Scenario, TegotaeError, Timing, build, find
-from tegotae.evaluation import Evaluation, Protocol, evaluate
-from tegotae.metrics import GaitSummary, Hops, LimitCycle, measure, names, settled
+from tegotae.measures.evaluation import Evaluation, Protocol, evaluate
+from tegotae.measures.hopping import (
+    GaitSummary,
+    Hops,
+    LimitCycle,
+    measure,
+    names,
+    settled,
+)
 
 SHORT = Protocol(undisturbed_s=15.0, disturbed_s=10.0)
 SIGMAS = np.array([[1.0], [2.0], [3.0]])

@@ -19,15 +19,21 @@ from robots import (
     own_run,
 )
 from tegotae import Hopper, build
-from tegotae.bodies import Bar
-from tegotae.controller import Controller, Tegotae
-from tegotae.controller_file import SavedController
-from tegotae.designs import design
-from tegotae.export import Export
-from tegotae.oscillators import PhaseOscillator
-from tegotae.oscillators.named import OSCILLATORS
-from tegotae.rollout import Timing
-from tegotae.terms import ConstantGain, Reflex, Sector, VanillaAction, VanillaReaction
+from tegotae.export.c import Export
+from tegotae.parts.bodies import Bar
+from tegotae.parts.controller import Controller, Tegotae
+from tegotae.parts.oscillators import PhaseOscillator
+from tegotae.parts.oscillators.named import OSCILLATORS
+from tegotae.parts.terms import (
+    ConstantGain,
+    Reflex,
+    Sector,
+    VanillaAction,
+    VanillaReaction,
+)
+from tegotae.simulation.rollout import Timing
+from tegotae.systems.controller_file import SavedController
+from tegotae.systems.designs import design
 
 ALLOWED_M = 1e-3
 

@@ -15,13 +15,25 @@ import numpy as np
 import pytest
 
 from compiled import FLAGS, SANITIZERS, needs_gcc
-from tegotae import Hopper, TegotaeError, build, cli, controller_file, find
-from tegotae.controller_file import SavedController
-from tegotae.designs import design
-from tegotae.export import Export, write
-from tegotae.export.cost import COMPILER, EMULATOR, costs, require_tools
-from tegotae.export.source import source
-from tegotae.terms import Signals, Term
+from tegotae import (
+    Hopper,
+    TegotaeError,
+    build,
+    cli,
+    find,
+)
+from tegotae.export.c import Export, write
+from tegotae.export.c.cost import (
+    COMPILER,
+    EMULATOR,
+    costs,
+    require_tools,
+)
+from tegotae.export.c.source import source
+from tegotae.parts.terms import Signals, Term
+from tegotae.systems import controller_file
+from tegotae.systems.controller_file import SavedController
+from tegotae.systems.designs import design
 
 FILES = {
     "leg.h", "leg.c", "test_leg.c", "leg.json", "golden.csv", "CMakeLists.txt", "README.md",

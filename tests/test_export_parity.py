@@ -16,23 +16,11 @@ from hypothesis import strategies as st
 import compiled
 from compiled import Compiled, needs_gcc
 from tegotae import Hopper
-from tegotae.bodies import Bar, Walker
-from tegotae.controller import Controller, Tegotae
-from tegotae.controller_file import SavedController
-from tegotae.couplings import LearnedCoupling, Neighbours
-from tegotae.export import Export
-from tegotae.integrators.base import (
-    decide,
-    held,
-    phase_of,
-    push,
-    settled,
-    to_limbs,
-    to_units,
-    with_rhythm,
-)
-from tegotae.models import find
-from tegotae.oscillators import (
+from tegotae.export.c import Export
+from tegotae.parts.bodies import Bar, Walker
+from tegotae.parts.controller import Controller, Tegotae
+from tegotae.parts.couplings import LearnedCoupling, Neighbours
+from tegotae.parts.oscillators import (
     AdaptiveHopf,
     Clamped,
     Hopf,
@@ -42,7 +30,7 @@ from tegotae.oscillators import (
     PhaseState,
     VanDerPol,
 )
-from tegotae.terms import (
+from tegotae.parts.terms import (
     ConstantGain,
     EllipticFoot,
     LearnedActuation,
@@ -55,6 +43,18 @@ from tegotae.terms import (
     VanillaAction,
     VanillaReaction,
 )
+from tegotae.simulation.integrators.base import (
+    decide,
+    held,
+    phase_of,
+    push,
+    settled,
+    to_limbs,
+    to_units,
+    with_rhythm,
+)
+from tegotae.systems.controller_file import SavedController
+from tegotae.systems.models import find
 
 ALPHA = 4.0
 LANES = 64

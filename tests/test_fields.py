@@ -6,10 +6,23 @@ import numpy as np
 import pytest
 
 from tegotae import Engine, Scenario, Timing, build
-from tegotae.bodies import Actuators, Bar, Hopper, Sensors, Walker
-from tegotae.errors import TegotaeError
-from tegotae.fields import number_of, numbers_of, path_of, unwrapped, value_of, with_fields
-from tegotae.terrains import Slope
+from tegotae._support.errors import TegotaeError
+from tegotae.parts.bodies import (
+    Actuators,
+    Bar,
+    Hopper,
+    Sensors,
+    Walker,
+)
+from tegotae.parts.fields import (
+    number_of,
+    numbers_of,
+    path_of,
+    unwrapped,
+    value_of,
+    with_fields,
+)
+from tegotae.parts.terrains import Slope
 
 WRAPPED = Sensors(body=Actuators(body=Hopper(mass_kg=0.2)), delay_s=0.01)
 

@@ -13,8 +13,23 @@ import pytest
 from matplotlib.collections import QuadMesh
 from matplotlib.figure import Figure
 
-from tegotae import TegotaeError, build, controller_file
-from tegotae.analysis import (
+from tegotae import TegotaeError, build
+from tegotae.cli import main, parsed
+from tegotae.figures.basin import basin_figure, basin_tables
+from tegotae.figures.data import joined, long_table, write_tables
+from tegotae.figures.gain_map import gain_map_figure, gain_map_tables
+from tegotae.figures.phase_locking import phase_locking_figure, phase_locking_table
+from tegotae.figures.phase_response import phase_response_figure, phase_response_table
+from tegotae.figures.poincare import poincare_figure, poincare_tables, predicted
+from tegotae.figures.style import COLUMN_IN, PAGE_IN, figure_file, save_figure
+from tegotae.figures.surface import surface_figure, surface_tables
+from tegotae.measures.hopping.gait import (
+    AT_REST,
+    FAILED,
+    LIMIT_CYCLE,
+    UNSETTLED,
+)
+from tegotae.studies.analysis import (
     Attractor,
     Basin,
     GainSweep,
@@ -26,17 +41,8 @@ from tegotae.analysis import (
     find_ridge,
     one_to_one_ridge,
 )
-from tegotae.cli import main, parsed
-from tegotae.controller_file import SavedController
-from tegotae.figures.basin import basin_figure, basin_tables
-from tegotae.figures.data import joined, long_table, write_tables
-from tegotae.figures.gain_map import gain_map_figure, gain_map_tables
-from tegotae.figures.phase_locking import phase_locking_figure, phase_locking_table
-from tegotae.figures.phase_response import phase_response_figure, phase_response_table
-from tegotae.figures.poincare import poincare_figure, poincare_tables, predicted
-from tegotae.figures.style import COLUMN_IN, PAGE_IN, figure_file, save_figure
-from tegotae.figures.surface import surface_figure, surface_tables
-from tegotae.metrics.gait import AT_REST, FAILED, LIMIT_CYCLE, UNSETTLED
+from tegotae.systems import controller_file
+from tegotae.systems.controller_file import SavedController
 
 PAGES = sorted((Path(__file__).parents[1] / "docs" / "figures").glob("*.md"))
 
@@ -457,7 +463,9 @@ def test_bad_input_is_one_line(arguments, message, tmp_path, capsys):
 
 
 def test_a_file_that_cannot_be_written_is_known_before_the_work(tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr("tegotae.rollout.Engine.run", lambda *_, **__: pytest.fail("worked first"))
+    monkeypatch.setattr(
+        "tegotae.simulation.rollout.Engine.run", lambda *_, **__: pytest.fail("worked first")
+    )
     for name in QUICK:
         assert main(["figure", name, "--out", str(tmp_path / "f.xyz")]) == 2
         assert "use an ending such as .png" in capsys.readouterr().err

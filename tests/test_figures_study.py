@@ -12,10 +12,10 @@ from tegotae.figures.study import (
     architectures_figure,
     frequencies,
 )
-from tegotae.metrics.registry import names
-from tegotae.models import all_models
-from tegotae.study.claims import verdicts, verdicts_by_omega
-from tegotae.study.table import Table, design, of_runs
+from tegotae.measures.hopping.registry import names
+from tegotae.studies.paper.claims import verdicts, verdicts_by_omega
+from tegotae.studies.paper.table import Table, design, of_runs
+from tegotae.systems.models import all_models
 
 MODELS = {
     "V-sector-w4": 0.6,

@@ -9,8 +9,14 @@ from tegotae import TegotaeError
 from tegotae.figures.budgets import budgets_figure, parts_by_budget
 from tegotae.figures.convergence import Trainings, convergence_figure, convergence_table
 from tegotae.figures.style import PAGE_IN, save_figure
-from tegotae.metrics.statistics import Interval
-from tegotae.study.claims import FAILS, HOLDS, UNDECIDED, Part, Verdict
+from tegotae.measures.hopping.statistics import Interval
+from tegotae.studies.paper.claims import (
+    FAILS,
+    HOLDS,
+    UNDECIDED,
+    Part,
+    Verdict,
+)
 
 EPISODES = np.array([64.0, 128.0, 256.0, 512.0])
 

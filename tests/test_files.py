@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from tegotae import TegotaeError
-from tegotae.files import output_file, output_folder, write_atomically
+from tegotae._support.files import output_file, output_folder, write_atomically
 
 
 @pytest.mark.parametrize(

@@ -10,13 +10,18 @@ import numpy as np
 import pytest
 
 from tegotae import Engine, Hopper, Scenario, TegotaeError, Timing, Trajectory, build
-from tegotae.metrics.efficiency import cot_inverse, work_total
-from tegotae.metrics.gait import GaitSummary
-from tegotae.metrics.hopping import hop_height_m
-from tegotae.metrics.spectrum import delta_omega, peak, rest_delta_omega, spectrum
-from tegotae.recorder import COMMON
-from tegotae.training.fitness import EPISODE, SETTLE_S, Fitness
-from tegotae.training.objective import FAILED_FITNESS
+from tegotae.measures.hopping.efficiency import cot_inverse, work_total
+from tegotae.measures.hopping.gait import GaitSummary
+from tegotae.measures.hopping.hopping import hop_height_m
+from tegotae.measures.hopping.spectrum import (
+    delta_omega,
+    peak,
+    rest_delta_omega,
+    spectrum,
+)
+from tegotae.measures.objectives.fitness import EPISODE, SETTLE_S, Fitness
+from tegotae.measures.objectives.objective import FAILED_FITNESS
+from tegotae.simulation.recorder import COMMON
 
 TIMING = Timing(duration_s=20.0)
 FITNESS = Fitness(settle_s=4.0)

@@ -10,12 +10,12 @@ import pytest
 from matplotlib.image import imread
 
 from tegotae import TegotaeError, Timing
-from tegotae.bodies import Walker
+from tegotae._support.tables import read_csv
 from tegotae.cli import main
-from tegotae.gaits import random_phases, system
-from tegotae.gaits.lesion import Lesion, aftermath
-from tegotae.rollout import whole_trajectory
-from tegotae.tables import read_csv
+from tegotae.parts.bodies import Walker
+from tegotae.simulation.rollout import whole_trajectory
+from tegotae.studies.gaits import random_phases, system
+from tegotae.studies.gaits.lesion import Lesion, aftermath
 
 BAR = system("bar-light").with_system(timing=Timing(duration_s=60.0))
 FOUR = dataclasses.replace(

@@ -10,14 +10,20 @@ import pytest
 from matplotlib.image import imread
 
 from tegotae import TegotaeError, Timing
+from tegotae._support.tables import numbers, read_csv
 from tegotae.cli import main
-from tegotae.gaits import Coordination, system
-from tegotae.gaits.axes import Axis, check_axis, fields_at, lanes_at, settings
-from tegotae.gaits.basin import find_basin
-from tegotae.gaits.kept import in_parts
-from tegotae.gaits.lags import apart
-from tegotae.gaits.map import NO_BODY, gait_map, majority
-from tegotae.tables import numbers, read_csv
+from tegotae.measures.gaits.lags import apart
+from tegotae.studies.gaits import Coordination, system
+from tegotae.studies.gaits.basin import find_basin
+from tegotae.studies.gaits.checkpoint import in_parts
+from tegotae.studies.gaits.map import NO_BODY, gait_map, majority
+from tegotae.studies.gaits.parameter_axes import (
+    Axis,
+    check_axis,
+    fields_at,
+    lanes_at,
+    settings,
+)
 
 BAR = system("bar-light").with_system(timing=Timing(duration_s=40.0))
 WALKER = system("quadruped-c")

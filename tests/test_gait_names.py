@@ -7,10 +7,8 @@ import numpy as np
 import pytest
 
 from tegotae import TegotaeError
-from tegotae.bodies import Bar, Hopper
-from tegotae.gaits import gait_of, leg_names, named
-from tegotae.gaits.footfall import stances
-from tegotae.gaits.lags import (
+from tegotae.measures.gaits.footfall import stances
+from tegotae.measures.gaits.lags import (
     OfPhases,
     OfTouchdowns,
     apart,
@@ -22,10 +20,17 @@ from tegotae.gaits.lags import (
     step_frequency_hz,
     time_to_lock,
 )
-from tegotae.gaits.names import NO_GAIT, PATTERNS, distance, patterns_for
-from tegotae.gaits.places import names_of
-from tegotae.gaits.summary import Coordination
-from tegotae.recorder import Trajectory
+from tegotae.measures.gaits.names import (
+    NO_GAIT,
+    PATTERNS,
+    distance,
+    patterns_for,
+)
+from tegotae.measures.gaits.places import names_of
+from tegotae.measures.gaits.summary import Coordination
+from tegotae.parts.bodies import Bar, Hopper
+from tegotae.simulation.recorder import Trajectory
+from tegotae.studies.gaits import gait_of, leg_names, named
 
 FOUR = ("LH", "LF", "RH", "RF")
 SIX = ("LH", "LM", "LF", "RH", "RM", "RF")

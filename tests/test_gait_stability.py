@@ -10,13 +10,13 @@ import pytest
 from matplotlib.image import imread
 
 from tegotae import TegotaeError, Timing
+from tegotae._support.tables import read_csv
 from tegotae.cli import main
-from tegotae.gaits import system
-from tegotae.gaits.axes import Axis
-from tegotae.gaits.lags import TURN, apart
-from tegotae.gaits.section import lags_at_sections
-from tegotae.gaits.stability import crossings, fit_return_map, stability
-from tegotae.tables import read_csv
+from tegotae.measures.gaits.lags import TURN, apart
+from tegotae.measures.gaits.section import lags_at_sections
+from tegotae.studies.gaits import system
+from tegotae.studies.gaits.parameter_axes import Axis
+from tegotae.studies.gaits.stability import crossings, fit_return_map, stability
 
 BAR = system("bar-light").with_system(timing=Timing(duration_s=30.0))
 RATIOS = (-1.0, 0.9, 0.95, 1.05, 1.1)

@@ -9,15 +9,20 @@ import numpy as np
 import pytest
 
 from tegotae import TegotaeError, find
-from tegotae.bodies import Sensors
 from tegotae.cli.gait.simulate import Simulate
-from tegotae.controller import Controller
-from tegotae.gaits import system
-from tegotae.gaits.axes import Axis, check_axis, lanes_at, settings
-from tegotae.gaits.basin import find_basin
-from tegotae.gaits.document import system_document
-from tegotae.gaits.lesion import Lesion
-from tegotae.terrains import Rough, Slope
+from tegotae.parts.bodies import Sensors
+from tegotae.parts.controller import Controller
+from tegotae.parts.terrains import Rough, Slope
+from tegotae.studies.gaits import system
+from tegotae.studies.gaits.basin import find_basin
+from tegotae.studies.gaits.document import system_document
+from tegotae.studies.gaits.lesion import Lesion
+from tegotae.studies.gaits.parameter_axes import (
+    Axis,
+    check_axis,
+    lanes_at,
+    settings,
+)
 
 
 def asked(tmp_path, name="quadruped-c", **given):

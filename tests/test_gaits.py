@@ -10,22 +10,35 @@ import pytest
 from matplotlib.image import imread
 
 from tegotae import System, TegotaeError, Timing, all_models, build
-from tegotae.bodies import Bar, Hopper, Sensors
+from tegotae._support.tables import numbers, read_csv
 from tegotae.cli import main
 from tegotae.cli.gait.sweep import told
-from tegotae.controller_file import SavedController, save
 from tegotae.figures.gaits.animation import write_animation
 from tegotae.figures.gaits.colours import gait_colour
 from tegotae.figures.gaits.poses import pose
-from tegotae.gaits import SYSTEMS, CoordinationSummary, gait_of, random_phases, system
-from tegotae.gaits.basin import find_basin, outcomes
-from tegotae.gaits.lags import OfPhases, OfTouchdowns, apart
-from tegotae.gaits.lesion import Lesion
-from tegotae.gaits.names import NO_GAIT, PATTERNS
-from tegotae.gaits.shares import wilson
-from tegotae.gaits.simulate import simulate
-from tegotae.gaits.sweep import check_levels, differs, hysteresis, staircase_timing, sweep, switches
-from tegotae.tables import numbers, read_csv
+from tegotae.measures.gaits.lags import OfPhases, OfTouchdowns, apart
+from tegotae.measures.gaits.names import NO_GAIT, PATTERNS
+from tegotae.measures.gaits.wilson import wilson
+from tegotae.parts.bodies import Bar, Hopper, Sensors
+from tegotae.studies.gaits import (
+    SYSTEMS,
+    CoordinationSummary,
+    gait_of,
+    random_phases,
+    system,
+)
+from tegotae.studies.gaits.basin import find_basin, outcomes
+from tegotae.studies.gaits.lesion import Lesion
+from tegotae.studies.gaits.simulate import simulate
+from tegotae.studies.gaits.sweep import (
+    check_levels,
+    differs,
+    hysteresis,
+    staircase_timing,
+    sweep,
+    switches,
+)
+from tegotae.systems.controller_file import SavedController, save
 
 LIGHT = system("bar-light")
 SHORT = LIGHT.with_system(timing=Timing(duration_s=40.0))
@@ -274,7 +287,7 @@ def test_a_system_of_a_users_own_file_is_one(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "own_legs.py").write_text(
         "import dataclasses\n"
-        "from tegotae.gaits import system\n"
+        "from tegotae.studies.gaits import system\n"
         "mine = system('bar-light').with_numbers(omega=7.0)\n"
     )
     assert system("own_legs.py:mine").omega == 7.0
@@ -387,7 +400,7 @@ def test_a_gait_command_on_a_one_legged_body_says_so_in_one_line(tmp_path, monke
     monkeypatch.chdir(tmp_path)
     (tmp_path / "one_leg.py").write_text(
         "from tegotae import System, build\n"
-        "from tegotae.gaits import Legged\n"
+        "from tegotae.studies.gaits import Legged\n"
         "hopper = System(controller=build('V-sector-w8'), omega=8.0)\n"
         "one = Legged(about='', system=hopper, weights=(1,))\n"
     )

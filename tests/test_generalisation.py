@@ -8,19 +8,33 @@ import dataclasses
 import numpy as np
 import pytest
 
-from tegotae import Hopper, System, TegotaeError, Timing, build, controller_file
-from tegotae.bodies.wired import WiredLimbs
+from tegotae import (
+    Hopper,
+    System,
+    TegotaeError,
+    Timing,
+    build,
+)
 from tegotae.cli import main
 from tegotae.cli.generalise import Generalise
-from tegotae.collection import Runs
-from tegotae.controller_file import SavedController
-from tegotae.gaits import system
-from tegotae.gaits.summary import CoordinationSummary
-from tegotae.generalisation import CATALOGUE, Outcome, Subject, disturbances_named, margins, tried
-from tegotae.generalisation.judges import OfLags, Walked
-from tegotae.generalisation.run import generalise
-from tegotae.generalisation.table import curve, median_interval, write_tables
-from tegotae.generalisation.trial import check_levels
+from tegotae.measures.gaits.summary import CoordinationSummary
+from tegotae.parts.bodies.external import WiredLimbs
+from tegotae.studies.gaits import system
+from tegotae.studies.generalisation import (
+    CATALOGUE,
+    Outcome,
+    Subject,
+    disturbances_named,
+    margins,
+    tried,
+)
+from tegotae.studies.generalisation.judges import OfLags, Walked
+from tegotae.studies.generalisation.run import generalise
+from tegotae.studies.generalisation.table import curve, median_interval, write_tables
+from tegotae.studies.generalisation.trial import check_levels
+from tegotae.systems import controller_file
+from tegotae.systems.controller_file import SavedController
+from tegotae.training.collection import Runs
 
 REFLEX = build("V-reflex-w8")
 CHOSEN = disturbances_named(
@@ -251,7 +265,7 @@ def test_what_is_done_is_kept_and_not_done_again(outcome, tmp_path, monkeypatch)
     def again(*_):
         raise AssertionError("it was done again")
 
-    monkeypatch.setattr("tegotae.generalisation.run.tried", again)
+    monkeypatch.setattr("tegotae.studies.generalisation.run.tried", again)
     ((_, second),) = generalise([hopper()], CHOSEN, tmp_path)
     kept = second.columns["efficiency"]
     np.testing.assert_array_equal(first.columns["efficiency"].astype("float32"), kept)
@@ -262,7 +276,7 @@ def test_what_is_done_is_kept_and_not_done_again(outcome, tmp_path, monkeypatch)
 
 
 def test_the_command_writes_margins_curves_and_a_picture(tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr("tegotae.generalisation.subject.HOPPING", TIMING)
+    monkeypatch.setattr("tegotae.studies.generalisation.subject.HOPPING", TIMING)
     file = tmp_path / "mine.json"
     controller_file.save(SavedController.of(REFLEX, np.array([2.0]), 8.0, Hopper(), "mine"), file)
     names = "mass=0.9/3.5,release=0.1,delay=0.004,lost-leg,omega=1.01"

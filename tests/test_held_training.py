@@ -8,8 +8,8 @@ import pytest
 
 from tegotae import Experiment, TegotaeError, find
 from tegotae.cli.options import ExperimentOptions
-from tegotae.integrators import Hold, PredictorCorrector
-from tegotae.rollout import Timing
+from tegotae.simulation.integrators import Hold, PredictorCorrector
+from tegotae.simulation.rollout import Timing
 from tegotae.training.agents import AgentRun
 
 CONTINUOUS = find("AR-rF-sector-w8").experiment()

@@ -15,9 +15,9 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from tegotae import Controller, Engine, Hopper, Scenario, TegotaeError, Timing, build
-from tegotae.bodies import Contact, Push
-from tegotae.integrators.base import push
-from tegotae.terms import Sector
+from tegotae.parts.bodies import Contact, Push
+from tegotae.parts.terms import Sector
+from tegotae.simulation.integrators.base import push
 
 TICK_S = 0.001
 

@@ -78,14 +78,14 @@ def test_the_first_rollout_sets_what_it_needs_and_keeps_its_programs(tmp_path):
     several, told, height = fresh(RUN.format(first=""), tmp_path)
     assert (several, told) == (True, [])
     assert list((tmp_path / "cache").rglob("*-cache"))
-    known = f"import tegotae.devices; tegotae.devices.set_up(); {JAX_FIRST}"
+    known = f"import tegotae._support.devices; tegotae._support.devices.set_up(); {JAX_FIRST}"
     assert fresh(RUN.format(first=known), tmp_path) == [True, [], height]
 
 
 def test_where_jax_has_started_already_a_rollout_says_so_once_and_works(tmp_path):
     several, told, height = fresh(RUN.format(first=JAX_FIRST), tmp_path)
     assert not several
-    assert "call tegotae.devices.set_up() before the first use of JAX" in "".join(told)
+    assert "call tegotae._support.devices.set_up() before the first use of JAX" in "".join(told)
     assert len(told) == 1
     assert 1.1 < height[0] < 1.2
     assert list(tmp_path.iterdir()) == [], "that program's JAX keeps its ways"
@@ -93,7 +93,7 @@ def test_where_jax_has_started_already_a_rollout_says_so_once_and_works(tmp_path
 
 FIRST_USES = {
     "a check": "tegotae.check_term(tegotae.build('ART').tegotae.action)",
-    "a recording": "import numpy as np; from tegotae.metrics.measured import measure; "
+    "a recording": "import numpy as np; from tegotae.measures.hopping.measured import measure; "
     "t = np.arange(300) / 100; measure(t, 1 + 0.1 * np.cos(9 * t), rest_length_m=1.0)",
     "a start": "from tegotae.training.evolve import start; "
     "from tegotae.training.algorithms import PGPE; start(PGPE(), tegotae.build('ART'), [0])",
@@ -126,7 +126,7 @@ def test_every_public_name_is_where_type_checkers_see_it():
 
 
 def test_modules_are_there_without_an_import_of_their_own():
-    assert tegotae.presets.preset("paper").hopper == tegotae.Hopper()
+    assert tegotae.systems.presets.preset("paper").hopper == tegotae.Hopper()
 
 
 @pytest.mark.parametrize("name", ["Enginee", "__wrapped__", "no_such_module"])

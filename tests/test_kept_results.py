@@ -7,11 +7,11 @@ from pathlib import Path
 
 import pytest
 
+from tegotae.figures.report.judged import judged
 from tegotae.figures.study import ARCHITECTURES, architectures
-from tegotae.models import all_models
-from tegotae.report.judged import judged
-from tegotae.study.claims import NOT_MEASURED, all_verdicts
-from tegotae.study.export import read_csv
+from tegotae.studies.paper.claims import NOT_MEASURED, all_verdicts
+from tegotae.studies.paper.export import read_csv
+from tegotae.systems.models import all_models
 
 ROOT = Path(__file__).parents[1]
 KEPT = ROOT / "docs" / "_static"
@@ -70,8 +70,8 @@ def test_verdicts_in_prose_are_those_of_the_tables(page, verdicts):
 
 
 def test_the_multiverses_shares_follow_from_its_kept_tables():
-    from tegotae.report.multiverse import shares_table
-    from tegotae.study.multiverse.tables import read_tables
+    from tegotae.figures.report.multiverse import shares_table
+    from tegotae.studies.paper.multiverse.tables import read_tables
 
     kept = ROOT / "docs" / "_static" / "multiverse"
     readings, judged = read_tables(kept)

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tegotae.tables import read_csv
+from tegotae._support.tables import read_csv
 
 DOCS = Path(__file__).parents[1] / "docs"
 KEPT = DOCS / "_static"

@@ -10,9 +10,13 @@ import numpy as np
 import pytest
 
 from tegotae import Engine, Hopper, Scenario, TegotaeError, Timing, Trajectory, build, check_term
-from tegotae.bodies import Bar, Walker
-from tegotae.controller import Controller
-from tegotae.terms import (
+from tegotae.measures.objectives.fitness import Fitness
+from tegotae.measures.objectives.hopping_legs import HoppingLegs, climb_in_flight
+from tegotae.measures.objectives.objective import FAILED_FITNESS
+from tegotae.measures.objectives.walking import TRACKING, Walking
+from tegotae.parts.bodies import Bar, Walker
+from tegotae.parts.controller import Controller
+from tegotae.parts.terms import (
     CorrectedFoot,
     EllipticFoot,
     LearnedFoot,
@@ -23,10 +27,6 @@ from tegotae.terms import (
     WholeBody,
     WholeBodyFoot,
 )
-from tegotae.training.fitness import Fitness
-from tegotae.training.hopping_legs import HoppingLegs, climb_in_flight
-from tegotae.training.objective import FAILED_FITNESS
-from tegotae.training.walking import TRACKING, Walking
 
 TIMING = Timing(duration_s=20.0, tick_s=0.01, frame_s=0.1)
 TIME = 0.1 * np.arange(1, 201)[:, None]

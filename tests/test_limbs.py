@@ -14,9 +14,9 @@ from separate_hoppers import SeparateHoppers
 
 import upright_oracle
 from tegotae import Controller, Engine, Hopper, Scenario, TegotaeError, Timing, build, check_body
-from tegotae.bodies import Bar
-from tegotae.couplings import LearnedCoupling, Neighbours
-from tegotae.terms import Signals
+from tegotae.parts.bodies import Bar
+from tegotae.parts.couplings import LearnedCoupling, Neighbours
+from tegotae.parts.terms import Signals
 
 ONE = build("V-sector-w8")
 ART = build("ART", 20)

@@ -20,18 +20,18 @@ from tegotae import (
     TegotaeError,
     Timing,
     build,
-    controller_file,
 )
-from tegotae.analysis import find_orbit, map_basin
-from tegotae.bodies import Bar
 from tegotae.cli import main
-from tegotae.controller_file import SavedController
 from tegotae.envs import Limb, Wiring, check_wiring
 from tegotae.envs.settings import HopperSettings
-from tegotae.metrics.gait import GaitSummary
-from tegotae.optimum import best
-from tegotae.references import imported
-from tegotae.simulation import Simulation
+from tegotae.measures.hopping.gait import GaitSummary
+from tegotae.measures.optimum import best
+from tegotae.parts.bodies import Bar
+from tegotae.studies.analysis import find_orbit, map_basin
+from tegotae.systems import controller_file
+from tegotae.systems.controller_file import SavedController
+from tegotae.systems.simulation import Simulation
+from tegotae.systems.user_objects import imported
 
 FILE = Path(__file__).parent / "users" / "two_legs.py"
 EXPERIMENT = f"{FILE}:experiment"

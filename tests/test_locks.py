@@ -9,14 +9,14 @@ import sys
 
 import pytest
 
-from tegotae.errors import TegotaeError
-from tegotae.locks import locked
+from tegotae._support.errors import TegotaeError
+from tegotae._support.locks import locked
 from tegotae.training.agents import AgentRun, train_agents
 
 HOLDER = """
 import sys
 from pathlib import Path
-from tegotae.locks import locked
+from tegotae._support.locks import locked
 
 with locked(Path(sys.argv[1])):
     print("locked", flush=True)

@@ -6,7 +6,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from tegotae.maths import sum_of_ratios, tanh_ratio
+from tegotae.parts.maths import sum_of_ratios, tanh_ratio
 
 
 def test_the_ratio_is_tanh_within_its_stated_error():

@@ -11,7 +11,13 @@ import pytest
 
 from synthetic import Hopping, seconds
 from tegotae import TegotaeError
-from tegotae.metrics import REGIMES, from_samples, gait, measure, smoothness
+from tegotae.measures.hopping import (
+    REGIMES,
+    from_samples,
+    gait,
+    measure,
+    smoothness,
+)
 
 UNDEFINED_WITHOUT_CYCLE = (
     "limit_cycle_period",

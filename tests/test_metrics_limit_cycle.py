@@ -8,8 +8,13 @@ import numpy as np
 import pytest
 
 from tegotae import TegotaeError
-from tegotae.metrics import Hops, LimitCycle, hops, settled
-from tegotae.recorder import COMMON, Trajectory
+from tegotae.measures.hopping import (
+    Hops,
+    LimitCycle,
+    hops,
+    settled,
+)
+from tegotae.simulation.recorder import COMMON, Trajectory
 
 ROWS = 60
 HOP_S = 0.5

@@ -9,15 +9,23 @@ import numpy as np
 import pytest
 
 import peak_force
-from tegotae import TegotaeError, build, evaluation, find
-from tegotae.bodies import Hopper
-from tegotae.checks import check_metric
+from tegotae import TegotaeError, build, find
 from tegotae.cli import main
-from tegotae.evaluation import Protocol, evaluate
 from tegotae.figures.study import architectures_figure
-from tegotae.metrics import Conditions, Derivation, DerivedMetric, GaitMetric, metrics, register
-from tegotae.metrics import registry as there
-from tegotae.study.export import csv_of, read_csv
+from tegotae.measures import evaluation
+from tegotae.measures.evaluation import Protocol, evaluate
+from tegotae.measures.hopping import (
+    Conditions,
+    Derivation,
+    DerivedMetric,
+    GaitMetric,
+    metrics,
+    register,
+)
+from tegotae.measures.hopping import registry as there
+from tegotae.parts.bodies import Hopper
+from tegotae.measures.hopping.check import check_metric
+from tegotae.studies.paper.export import csv_of, read_csv
 from test_figures_study import table
 
 SHORT = Protocol(undisturbed_s=15.0, disturbed_s=10.0, offsets=(0.0,))
@@ -97,7 +105,7 @@ def test_the_command_line_takes_a_users_metric_from_its_file(monkeypatch, capsys
         return evaluation.Evaluation(protocol, np.array([8.0]), episodes)
 
     monkeypatch.setattr("tegotae.cli.evaluate.evaluate", made_up)
-    monkeypatch.setattr("tegotae.collection.best_gain", lambda *_: (2.0, 0.4))
+    monkeypatch.setattr("tegotae.training.collection.best_gain", lambda *_: (2.0, 0.4))
     try:
         arguments = ["evaluate", "V-reflex-w8", "--metric", "cot_inverse", "peak_force:peak_force"]
         assert main(arguments) == 0

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tegotae import TegotaeError
-from tegotae.metrics import (
+from tegotae.measures.hopping import (
     balanced_difference,
     difference,
     interval,
@@ -17,7 +17,7 @@ from tegotae.metrics import (
     stratified_difference,
     summarise,
 )
-from tegotae.metrics.registry import range_of
+from tegotae.measures.hopping.registry import range_of
 
 
 def test_the_interval_covers_the_true_mean_about_as_often_as_it_says():

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from tegotae import Controller, Engine, Scenario, TegotaeError, Timing, all_models, build, find
-from tegotae.models import BUDGET, hidden_sizes
-from tegotae.terms import Network, Signals
+from tegotae.parts.terms import Network, Signals
+from tegotae.systems.models import BUDGET, hidden_sizes
 
 MODELS = all_models()
 BUDGETS = (32, 96, 128, 1024, 4096)

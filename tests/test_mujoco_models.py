@@ -16,17 +16,17 @@ from gymnasium.utils.env_checker import check_env
 
 from tegotae import Engine, Scenario, TegotaeError, Timing, build, find
 from tegotae.envs import load_wiring
+from tegotae.envs.mujoco.batch import ModelBatch
+from tegotae.envs.mujoco.env import ModelEnv
+from tegotae.envs.mujoco.sensing import sensing
 from tegotae.envs.pilot import Pilot
-from tegotae.gaits.systems import quadruped_a
-from tegotae.integrators import Hold
-from tegotae.mujoco.batch import ModelBatch
-from tegotae.mujoco.env import ModelEnv
-from tegotae.mujoco.sensing import sensing
+from tegotae.simulation.integrators import Hold
+from tegotae.systems.legged_systems import quadruped_a
 from tegotae.training.judge import Round
+from tegotae.training.wired.env_spec import Place
 from tegotae.training.wired.experiment import WiredExperiment
 from tegotae.training.wired.measures import Hopping, Own, Return
-from tegotae.training.wired.place import Place
-from tegotae.training.wired.stage import lanes_of, play
+from tegotae.training.wired.rollouts import lanes_of, play
 
 SIGMA, OMEGA, SECONDS = 2.753, 5.0, 10.0
 
@@ -246,7 +246,7 @@ def test_without_mujoco_the_extra_is_named(monkeypatch):
 
 def test_training_is_timed_beside_a_plain_loop(monkeypatch):
     pytest.importorskip("stable_baselines3")
-    from tegotae.benchmarks import mujoco_training
+    from tegotae.studies.benchmarks import mujoco_training
 
     monkeypatch.setattr(mujoco_training, "LANES", (2,))
     rows = mujoco_training.measured(steps=2)

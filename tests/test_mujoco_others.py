@@ -16,14 +16,14 @@ import mujoco
 
 from tegotae import TegotaeError, find
 from tegotae.envs import Limb, Wiring, load_wiring, save_wiring
+from tegotae.envs.mujoco.env import ModelEnv
+from tegotae.envs.mujoco.sensing import located, sensing
 from tegotae.envs.pilot import Pilot
-from tegotae.mujoco.env import ModelEnv
-from tegotae.mujoco.sensing import located, sensing
-from tegotae.terms import Sector
+from tegotae.parts.terms import Sector
+from tegotae.training.wired.env_spec import Place
 from tegotae.training.wired.experiment import WiredExperiment
 from tegotae.training.wired.measures import Own
-from tegotae.training.wired.place import Place
-from tegotae.training.wired.stage import lanes_of, play
+from tegotae.training.wired.rollouts import lanes_of, play
 
 WIRINGS = Path(__file__).parent.parent / "examples" / "wirings"
 ROBOT = """

@@ -9,8 +9,8 @@ import pytest
 
 import walkers
 from tegotae import Timing
-from tegotae.benchmarks import mujoco_walker
-from tegotae.gaits.lags import apart, circular_mean
+from tegotae.measures.gaits.lags import apart, circular_mean
+from tegotae.studies.benchmarks import mujoco_walker
 from walker_oracle import SET_A, SET_C
 
 pytest.importorskip("mujoco")

@@ -13,21 +13,39 @@ import numpy as np
 import pytest
 
 import studies
-from tegotae.bodies import Hopper
+from tegotae._support.errors import TegotaeError
 from tegotae.cli import main
-from tegotae.errors import TegotaeError
 from tegotae.figures.multiverse import curve_figure, overview_figure
-from tegotae.metrics.statistics import Interval
-from tegotae.models import find
-from tegotae.report.multiverse import shares_table
-from tegotae.study import runner
-from tegotae.study.claims import FAILS, HOLDS, UNDECIDED, Part, Verdict
-from tegotae.study.multiverse.folder import MultiverseFolder
-from tegotae.study.multiverse.influence import decisive, influences
-from tegotae.study.multiverse.plan import multiverse
-from tegotae.study.multiverse.readings import CHOICES, PLATEAU, Reading, sample
-from tegotae.study.multiverse.tables import read_tables, write_tables
-from tegotae.study.multiverse.verdicts import Judged, judge, margin, of_claim, share, shares
+from tegotae.figures.report.multiverse import shares_table
+from tegotae.measures.hopping.statistics import Interval
+from tegotae.parts.bodies import Hopper
+from tegotae.studies.paper import runner
+from tegotae.studies.paper.claims import (
+    FAILS,
+    HOLDS,
+    UNDECIDED,
+    Part,
+    Verdict,
+)
+from tegotae.studies.paper.multiverse.folder import MultiverseFolder
+from tegotae.studies.paper.multiverse.influence import decisive, influences
+from tegotae.studies.paper.multiverse.plan import multiverse
+from tegotae.studies.paper.multiverse.readings import (
+    CHOICES,
+    PLATEAU,
+    Reading,
+    sample,
+)
+from tegotae.studies.paper.multiverse.tables import read_tables, write_tables
+from tegotae.studies.paper.multiverse.verdicts import (
+    Judged,
+    judge,
+    margin,
+    of_claim,
+    share,
+    shares,
+)
+from tegotae.systems.models import find
 from tegotae.training.stopping import CAP
 from test_study_claims import results
 

@@ -9,12 +9,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tegotae import Engine, Hopper, Scenario, TegotaeError, Timing, build, controller_file
+from tegotae import (
+    Engine,
+    Hopper,
+    Scenario,
+    TegotaeError,
+    Timing,
+    build,
+)
 from tegotae.cli import main
-from tegotae.evaluation import Protocol, evaluate
-from tegotae.metrics import GaitSummary
-from tegotae.metrics.gait import LIMIT_CYCLE
-from tegotae.optimum import (
+from tegotae.measures.evaluation import Protocol, evaluate
+from tegotae.measures.hopping import GaitSummary
+from tegotae.measures.hopping.gait import LIMIT_CYCLE
+from tegotae.measures.optimum import (
     Stance,
     best,
     certify,
@@ -27,8 +34,9 @@ from tegotae.optimum import (
     stances,
     upper_bound,
 )
-from tegotae.optimum.grid import least_work
-from tegotae.optimum.problem import flow, least_lift_off, most_lift_off
+from tegotae.measures.optimum.grid import least_work
+from tegotae.measures.optimum.problem import flow, least_lift_off, most_lift_off
+from tegotae.systems import controller_file
 
 HOPPER = Hopper()
 ONE_SWING = [(Stance(),)]
@@ -283,7 +291,7 @@ def test_a_frequency_without_hops_gives_no_number():
 
 def test_a_program_that_does_not_converge_gives_no_bound(monkeypatch):
     pytest.importorskip("casadi")
-    from tegotae.optimum import certificate
+    from tegotae.measures.optimum import certificate
 
     monkeypatch.setattr(certificate, "_least", lambda matrix, limit: None)
     with pytest.raises(TegotaeError, match="no upper bound was found at 4 rad/s"):

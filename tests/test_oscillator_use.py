@@ -8,16 +8,23 @@ import numpy as np
 import pytest
 
 from tegotae import Engine, Experiment, Scenario, TegotaeError, Timing, build, find
-from tegotae.analysis import find_orbit, measure_phase_response, poincare_section
-from tegotae.bodies import Bar, Walker
 from tegotae.cli.options import ControllerOptions
 from tegotae.cli.train import Train
-from tegotae.controller import Controller
-from tegotae.controller_file import SavedController, load, save
-from tegotae.oscillators import AdaptiveHopf, Clamped, Hopf, Learned, Matsuoka, VanDerPol
-from tegotae.terms import EllipticFoot
+from tegotae.measures.objectives.fitness import Fitness
+from tegotae.parts.bodies import Bar, Walker
+from tegotae.parts.controller import Controller
+from tegotae.parts.oscillators import (
+    AdaptiveHopf,
+    Clamped,
+    Hopf,
+    Learned,
+    Matsuoka,
+    VanDerPol,
+)
+from tegotae.parts.terms import EllipticFoot
+from tegotae.studies.analysis import find_orbit, measure_phase_response, poincare_section
+from tegotae.systems.controller_file import SavedController, load, save
 from tegotae.training.algorithms import PGPE
-from tegotae.training.fitness import Fitness
 from tegotae.training.run import Run, train
 from tegotae.training.stopping import Stopping
 

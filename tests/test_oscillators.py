@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tegotae.maths import TWO_PI, sin_cos, wrap_phase
-from tegotae.oscillators import Clamped, PhaseOscillator, PhaseState
+from tegotae.parts.maths import TWO_PI, sin_cos, wrap_phase
+from tegotae.parts.oscillators import Clamped, PhaseOscillator, PhaseState
 
 PHASES = np.linspace(-1e4, 1e4, 400_001)
 

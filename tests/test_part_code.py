@@ -10,29 +10,30 @@ from types import SimpleNamespace
 
 import pytest
 
-from tegotae import TegotaeError, controller_file, find, registry
+from tegotae import TegotaeError, find
+from tegotae._support.part_code import code_of_file
 from tegotae.cli import main
-from tegotae.experiment import Experiment, differing
-from tegotae.generalisation import Subject, record
-from tegotae.part_code import code_of_file
-from tegotae.references import imported
-from tegotae.study import runner
-from tegotae.study.folder import Folder
-from tegotae.study.plan import plan
+from tegotae.studies.generalisation import Subject, record
+from tegotae.studies.paper import runner
+from tegotae.studies.paper.folder import Folder
+from tegotae.studies.paper.plan import plan
+from tegotae.systems import controller_file, registry
+from tegotae.systems.experiment import Experiment, differing
+from tegotae.systems.user_objects import imported
 from tegotae.training.agents import AgentRun
 from tegotae.training.folder import claim
-from tegotae.tuning import Task
-from tegotae.tuning.storage import opened
+from tegotae.training.tuning import Task
+from tegotae.training.tuning.storage import opened
 
 PART = '''"""A hopper and how to learn, by a user."""
 
 from dataclasses import dataclass, replace
 
 from tegotae import Hopper, Timing, find
-from tegotae.parameters import traceable
+from tegotae.parts.parameters import traceable
 from tegotae.training.algorithms import PGPE
-from tegotae.training.fitness import Fitness
-from tegotae.evaluation import Protocol
+from tegotae.measures.objectives.fitness import Fitness
+from tegotae.measures.evaluation import Protocol
 
 from {helper} import factor
 
@@ -172,7 +173,7 @@ def test_the_packages_own_parts_are_described_without_a_hash():
 
 
 def test_a_parts_fields_have_no_name_that_documents_need():
-    from tegotae.terms import VanillaAction
+    from tegotae.parts.terms import VanillaAction
 
     part = dataclasses.make_dataclass(
         "Hashed", [("sha256", str, "")], bases=(VanillaAction,), frozen=True

@@ -13,11 +13,11 @@ import pytest
 from scipy.stats import rankdata
 
 from tegotae import TegotaeError, Timing, build
-from tegotae.experiment import Experiment
-from tegotae.system import System
+from tegotae.measures.objectives.fitness import Fitness
+from tegotae.systems.experiment import Experiment
+from tegotae.systems.system import System
 from tegotae.training.algorithms import PGPE
 from tegotae.training.evolve import start
-from tegotae.training.fitness import Fitness
 from tegotae.training.run import Run
 from tegotae.training.stopping import Stopping
 

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from tegotae import Engine, Hopper, Scenario, TegotaeError, Timing, build, check_oscillator
-from tegotae.oscillators import (
+from tegotae.parts.oscillators import (
     OSCILLATORS,
     AdaptiveHopf,
     Hopf,
@@ -24,7 +24,7 @@ from tegotae.oscillators import (
     VanDerPolState,
     oscillator_named,
 )
-from tegotae.oscillators.van_der_pol import period_ratio
+from tegotae.parts.oscillators.van_der_pol import period_ratio
 
 STEP_S = 0.005
 OMEGA = 6.0

@@ -11,9 +11,15 @@ import pytest
 
 import upright_oracle
 from tegotae import Controller, Engine, Scenario, TegotaeError, Timing, build, check_body
-from tegotae.bodies import Bar, Body, Hopper, Plate, Push
-from tegotae.recorder import needing
-from tegotae.terms import Signals
+from tegotae.parts.bodies import (
+    Bar,
+    Body,
+    Hopper,
+    Plate,
+    Push,
+)
+from tegotae.parts.terms import Signals
+from tegotae.simulation.recorder import needing
 
 ONE = build("V-sector-w8")
 SHORT = Timing(duration_s=4.0)

@@ -16,20 +16,28 @@ import pytest
 import tegotae
 from played import Case, assert_same, in_node, needs_node, played_in_node, wasm_of
 from tegotae import Engine, Scenario, build
-from tegotae.bodies import Hopper, Plate, Walker
+from tegotae._support.errors import TegotaeError
 from tegotae.cli import main
-from tegotae.controller import Controller, Tegotae
-from tegotae.controller_file import SavedController, save
-from tegotae.errors import TegotaeError
-from tegotae.oscillators import Clamped, PhaseOscillator
-from tegotae.playground import Choice, Page, compiler, shelf, standard
-from tegotae.playground.bodies import STANDARD
-from tegotae.playground.page import DEFINITIONS
-from tegotae.playground.scripts import joined, modules, read
-from tegotae.terms import ConstantGain, Reflex, VanillaReaction
+from tegotae.export.playground import (
+    Choice,
+    Page,
+    compiler,
+    standard,
+)
+from tegotae.export.playground import (
+    engine_cache as shelf,
+)
+from tegotae.export.playground.bodies import STANDARD
+from tegotae.export.playground.page import DEFINITIONS
+from tegotae.export.playground.scripts import joined, modules, read
+from tegotae.measures.objectives.fitness import EPISODE, SETTLE_S, Fitness
+from tegotae.parts.bodies import Hopper, Plate, Walker
+from tegotae.parts.controller import Controller, Tegotae
+from tegotae.parts.oscillators import Clamped, PhaseOscillator
+from tegotae.parts.terms import ConstantGain, Reflex, VanillaReaction
+from tegotae.simulation.world import Step
+from tegotae.systems.controller_file import SavedController, save
 from tegotae.training.algorithms import PGPE
-from tegotae.training.fitness import EPISODE, SETTLE_S, Fitness
-from tegotae.world import Step
 
 needs_compiler = pytest.mark.skipif(
     not compiler.has_compiler(), reason="needs ziglang: pip install 'tegotae[playground]'"
@@ -124,7 +132,7 @@ def test_engines_that_come_with_the_package_are_those_of_its_present_code(name):
     made = shelf.made(CHOICES[name].controller, Hopper())
     assert kept.layout == made.layout
     same = gzip.decompress(kept.wasm) == gzip.decompress(made.wasm)
-    assert same, "run python -m tegotae.playground.make"
+    assert same, "run python -m tegotae.export.playground.make"
 
 
 def test_every_standard_controller_has_an_engine_for_every_standard_body():
@@ -345,7 +353,7 @@ def test_without_a_compiler_one_line_says_what_to_install(tmp_path, capsys, monk
 
 
 def test_a_body_that_a_page_cannot_draw_is_refused_by_its_name():
-    from tegotae.terms.foot import EllipticFoot
+    from tegotae.parts.terms.foot import EllipticFoot
 
     feet = Controller(EllipticFoot(), PhaseOscillator(), VANILLA.controller.tegotae, limbs=4)
     walking = SavedController.of(feet, np.ones(1), 2.0, Walker())

@@ -7,7 +7,7 @@ import pytest
 
 from browser import CHROMIUM, DRIVER, MISSING, chromium, prefer, requested, resize
 from played import PLAYED, arrays, assert_same
-from tegotae.playground import Page, standard
+from tegotae.export.playground import Page, standard
 from test_playground import all_that_can_happen
 
 pytestmark = pytest.mark.skipif(CHROMIUM is None or DRIVER is None, reason=MISSING)

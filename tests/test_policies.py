@@ -11,11 +11,22 @@ import pytest
 pytest.importorskip("gymnasium")
 
 from tegotae import TegotaeError, build
-from tegotae.analysis import NoLimitCycleError, actuation_surface, paths_of
-from tegotae.analysis.policy import measured_policy, policy_orbit, policy_paths, policy_surface
-from tegotae.controller_file import SavedController
+from tegotae.envs.policies import (
+    ClippedFeedbackWarning,
+    Meaning,
+    Policy,
+    from_function,
+    load_policy,
+)
 from tegotae.figures.portrait import portrait_figure, portrait_table
-from tegotae.policies import ClippedFeedbackWarning, Meaning, Policy, from_function, load_policy
+from tegotae.studies.analysis import NoLimitCycleError, actuation_surface, paths_of
+from tegotae.studies.analysis.policy import (
+    measured_policy,
+    policy_orbit,
+    policy_paths,
+    policy_surface,
+)
+from tegotae.systems.controller_file import SavedController
 
 FORCES = np.array([0.0, 0.5, 1.0])
 

@@ -9,8 +9,8 @@ import pytest
 from scipy.integrate import odeint
 
 from tegotae import Hopper, Scenario, TegotaeError, Timing
-from tegotae.presets import PRESETS, preset
-from tegotae.simulation import Simulation
+from tegotae.systems.presets import PRESETS, preset
+from tegotae.systems.simulation import Simulation
 
 DURATION_S = 15.0
 

@@ -13,12 +13,12 @@ import pytest
 import peak_force
 from synthetic import Hopping, seconds
 from tegotae import Engine, Scenario, TegotaeError, Timing
-from tegotae.bodies import Hopper
 from tegotae.cli import main
 from tegotae.figures.recording import recording_figure, recording_tables
-from tegotae.metrics import GaitSummary, measure, register
-from tegotae.presets import preset
-from tegotae.recordings import read_columns, recording
+from tegotae.measures.hopping import GaitSummary, measure, register
+from tegotae.measures.recordings import read_columns, recording
+from tegotae.parts.bodies import Hopper
+from tegotae.systems.presets import preset
 
 TIME = seconds(20.0, 0.01)
 HEIGHT = 1.0 + 0.1 * np.sin(6.0 * TIME)

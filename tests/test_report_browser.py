@@ -9,14 +9,14 @@ import numpy as np
 import pytest
 
 from browser import CHROMIUM, DRIVER, MISSING, chromium, prefer, requested, resize
-from tegotae.errors import TegotaeError
+from tegotae._support.errors import TegotaeError
+from tegotae.figures.report.page import report
 from tegotae.figures.style import new_figure, save_figure
-from tegotae.report.page import report
-from tegotae.study import runner
-from tegotae.study.claims import EXPERIMENTS
-from tegotae.study.plan import plan
-from tegotae.study.record import Record
-from tegotae.study.table import tabulate
+from tegotae.studies.paper import runner
+from tegotae.studies.paper.claims import EXPERIMENTS
+from tegotae.studies.paper.plan import plan
+from tegotae.studies.paper.record import Record
+from tegotae.studies.paper.table import tabulate
 from test_study_records import instant, made_up
 
 in_browser = pytest.mark.skipif(CHROMIUM is None or DRIVER is None, reason=MISSING)

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from tegotae import Engine, Hopper, Scenario, TegotaeError, Timing, Trajectory, build
-from tegotae.integrators import Hold
+from tegotae.simulation.integrators import Hold
 
 SHORT = Timing(duration_s=3.0)
 VANILLA = Engine(controller=build("V-both-w4"), timing=SHORT)
@@ -313,10 +313,10 @@ import numpy as np
 import jax
 from tegotae import Engine, Scenario, Timing, build
 from tegotae.training.algorithms import PGPE
-from tegotae.experiment import Experiment
-from tegotae.system import System
+from tegotae.systems.experiment import Experiment
+from tegotae.systems.system import System
 from tegotae.training.run import Run
-from tegotae.training.fitness import Fitness
+from tegotae.measures.objectives.fitness import Fitness
 from tegotae.training.stopping import Stopping
 art = build("ART")
 weights = np.random.default_rng(0).normal(size=(150, art.n_weights))

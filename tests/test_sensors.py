@@ -18,8 +18,8 @@ from tegotae import (
     build,
     check_body,
 )
-from tegotae.bodies import Bar, Sensors
-from tegotae.training.fitness import EPISODE
+from tegotae.measures.objectives.fitness import EPISODE
+from tegotae.parts.bodies import Bar, Sensors
 
 REFLEX = build("V-reflex-w8")
 ENGINE = Engine(controller=REFLEX, timing=Timing(duration_s=6.0))

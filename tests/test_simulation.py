@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 from tegotae import Engine, Hopper, Scenario, TegotaeError, Timing, build
-from tegotae.metrics import gait
-from tegotae.presets import preset
-from tegotae.simulation import EFFICIENCY, Result, Simulation
-from tegotae.training.fitness import Fitness
+from tegotae.measures.hopping import gait
+from tegotae.measures.objectives.fitness import Fitness
+from tegotae.systems.presets import preset
+from tegotae.systems.simulation import EFFICIENCY, Result, Simulation
 
 TIMING = Timing(duration_s=4.0, tick_s=0.002, frame_s=0.01)
 PAPER = preset("paper")

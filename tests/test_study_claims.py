@@ -7,12 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tegotae.errors import TegotaeError
+from tegotae._support.errors import TegotaeError
 from tegotae.figures.data import write_tables
 from tegotae.figures.learning_curves import algorithms_tables
-from tegotae.metrics.registry import names
-from tegotae.models import all_models
-from tegotae.study.claims import (
+from tegotae.measures.hopping.registry import names
+from tegotae.studies.paper.claims import (
     EXPERIMENTS,
     FAILS,
     HOLDS,
@@ -25,7 +24,8 @@ from tegotae.study.claims import (
     experiment_verdicts,
     verdicts,
 )
-from tegotae.study.table import Table, design
+from tegotae.studies.paper.table import Table, design
+from tegotae.systems.models import all_models
 from tegotae.training.curves import LearningCurve
 
 

@@ -16,15 +16,15 @@ import pytest
 
 import studies
 from tegotae import Hopper, find
+from tegotae._support.errors import TegotaeError
 from tegotae.cli import main
-from tegotae.errors import TegotaeError
-from tegotae.study import runner
-from tegotae.study.folder import Folder
-from tegotae.study.plan import plan
-from tegotae.study.record import SUFFIX, read, write
-from tegotae.study.table import tabulate
-from tegotae.study.unit import key_of
-from tegotae.training.fitness import Fitness
+from tegotae.measures.objectives.fitness import Fitness
+from tegotae.studies.paper import runner
+from tegotae.studies.paper.folder import Folder
+from tegotae.studies.paper.plan import plan
+from tegotae.studies.paper.record import SUFFIX, read, write
+from tegotae.studies.paper.table import tabulate
+from tegotae.studies.paper.unit import key_of
 
 
 @pytest.fixture
@@ -212,7 +212,7 @@ def test_a_report_leaves_a_damaged_record_out_and_says_so(damaged, monkeypatch, 
     def page(records, *_) -> str:
         return " ".join(sorted(record.model for record in records))
 
-    monkeypatch.setattr("tegotae.report.page.report", page)
+    monkeypatch.setattr("tegotae.figures.report.page.report", page)
     assert main(["study", "report", "--dir", str(damaged)]) == 0
     first, last = capsys.readouterr().out.splitlines()
     assert "is damaged" in first
@@ -320,7 +320,7 @@ def test_a_folder_without_permission_is_refused(half, no_work, one_line_error, m
     def denied(*_, **__):
         raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
 
-    monkeypatch.setattr("tegotae.files.tempfile.TemporaryFile", denied)
+    monkeypatch.setattr("tegotae._support.files.tempfile.TemporaryFile", denied)
     assert f"cannot write to the folder {half}: Permission denied" in one_line_error(
         "study", "run", "--dir", str(half), "--scale", "smoke"
     )
@@ -358,7 +358,7 @@ def test_a_full_disk_keeps_what_is_done(smoke_study, tmp_path, monkeypatch):
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
     with monkeypatch.context() as disk:
-        disk.setattr("tegotae.files.os.fsync", fsync)
+        disk.setattr("tegotae._support.files.os.fsync", fsync)
         with pytest.raises(TegotaeError) as raised:
             runner.run(plan("smoke"), tmp_path / "study", results)
         assert ended == [True]

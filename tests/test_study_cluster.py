@@ -14,11 +14,11 @@ from contextlib import ExitStack, closing, contextmanager, suppress
 import pytest
 
 import studies
-from tegotae.errors import TegotaeError
-from tegotae.study import runner
-from tegotae.study.cluster import on_cluster
-from tegotae.study.folder import Folder
-from tegotae.study.plan import plan
+from tegotae._support.errors import TegotaeError
+from tegotae.studies.paper import runner
+from tegotae.studies.paper.cluster import on_cluster
+from tegotae.studies.paper.folder import Folder
+from tegotae.studies.paper.plan import plan
 
 distributed = pytest.importorskip("distributed")
 
@@ -262,7 +262,7 @@ def test_a_scheduler_without_workers_is_told_of(capfd):
 
 
 def test_workers_that_never_come_are_waited_for_as_long_as_was_said(tmp_path, monkeypatch, capfd):
-    monkeypatch.setattr("tegotae.study.cluster._LOOK_S", 0.05)
+    monkeypatch.setattr("tegotae.studies.paper.cluster._LOOK_S", 0.05)
     with cluster(workers=0) as empty:
         address = empty.scheduler_address
         results = on_cluster(address, patience_s=0.2)

@@ -12,12 +12,12 @@ import numpy as np
 import pytest
 
 import studies
+from tegotae._support.errors import TegotaeError
 from tegotae.cli import main, split_parts
-from tegotae.errors import TegotaeError
-from tegotae.metrics import registry as metrics
-from tegotae.references import imported
-from tegotae.study.folder import Folder
-from tegotae.study.plan import plan
+from tegotae.measures.hopping import registry as metrics
+from tegotae.studies.paper.folder import Folder
+from tegotae.studies.paper.plan import plan
+from tegotae.systems.user_objects import imported
 
 FILE = str(Path(__file__).parent / "users" / "grf.py")
 OWN = ("peak_grf_n", "peak_grf_in_weights")
@@ -81,8 +81,8 @@ def test_a_users_metric_is_in_the_report_and_in_the_figure(study, monkeypatch):
         raise TegotaeError("enough")
 
     page = study / "report.html"
-    monkeypatch.setattr("tegotae.report.best._surface", lambda saved: {})  # which take long
-    monkeypatch.setattr("tegotae.report.best._hop", lambda saved: {})
+    monkeypatch.setattr("tegotae.figures.report.best._surface", lambda saved: {})  # which take long
+    monkeypatch.setattr("tegotae.figures.report.best._hop", lambda saved: {})
     assert main(["study", "report", "--dir", str(study), "--parts", FILE]) == 0
     assert '"label": "peak GRF", ' in page.read_text(encoding="utf-8")
     monkeypatch.setattr("tegotae.figures.study.architectures_figure", figure)
@@ -154,7 +154,7 @@ def test_several_files_of_parts_are_given_one_by_one_or_as_a_list(words):
 def test_several_models_are_given_one_by_one_or_as_a_list(words, chosen, monkeypatch, tmp_path):
     planned = []
     monkeypatch.setattr(
-        "tegotae.study.runner.run", lambda of, *_: planned.append(of) or len(of.units)
+        "tegotae.studies.paper.runner.run", lambda of, *_: planned.append(of) or len(of.units)
     )
     assert main(["study", "run", "--dir", str(tmp_path), "--scale", "smoke", *words]) == 0
     assert len(planned[0].units) == chosen

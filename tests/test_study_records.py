@@ -8,16 +8,21 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tegotae.errors import TegotaeError
-from tegotae.metrics.registry import names, range_of
-from tegotae.models import find
-from tegotae.study import runner
-from tegotae.study.export import merge, write_csv
-from tegotae.study.folder import Folder
-from tegotae.study.plan import plan
-from tegotae.study.record import DamagedRecordError, Record, read, write
-from tegotae.study.table import tabulate
-from tegotae.study.unit import Unit
+from tegotae._support.errors import TegotaeError
+from tegotae.measures.hopping.registry import names, range_of
+from tegotae.studies.paper import runner
+from tegotae.studies.paper.export import merge, write_csv
+from tegotae.studies.paper.folder import Folder
+from tegotae.studies.paper.plan import plan
+from tegotae.studies.paper.record import (
+    DamagedRecordError,
+    Record,
+    read,
+    write,
+)
+from tegotae.studies.paper.table import tabulate
+from tegotae.studies.paper.unit import Unit
+from tegotae.systems.models import find
 from tegotae.training.stopping import Stopping
 
 

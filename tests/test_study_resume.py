@@ -12,12 +12,12 @@ import numpy as np
 import pytest
 
 import studies
-from tegotae.errors import TegotaeError
-from tegotae.study import runner
-from tegotae.study.folder import Folder
-from tegotae.study.plan import plan
-from tegotae.study.record import DamagedRecordError, read
-from tegotae.study.runner import WorkersDiedError
+from tegotae._support.errors import TegotaeError
+from tegotae.studies.paper import runner
+from tegotae.studies.paper.folder import Folder
+from tegotae.studies.paper.plan import plan
+from tegotae.studies.paper.record import DamagedRecordError, read
+from tegotae.studies.paper.runner import WorkersDiedError
 
 
 @pytest.mark.thorough

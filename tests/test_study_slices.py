@@ -7,11 +7,17 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tegotae.errors import TegotaeError
-from tegotae.report.markdown import claims_table, endings_table, verdicts_table
-from tegotae.study.claims import FAILS, HOLDS, verdicts, verdicts_by_budget, verdicts_by_omega
-from tegotae.study.endings import endings, endings_by_architecture
-from tegotae.study.table import Table
+from tegotae._support.errors import TegotaeError
+from tegotae.figures.report.markdown import claims_table, endings_table, verdicts_table
+from tegotae.studies.paper.claims import (
+    FAILS,
+    HOLDS,
+    verdicts,
+    verdicts_by_budget,
+    verdicts_by_omega,
+)
+from tegotae.studies.paper.endings import endings, endings_by_architecture
+from tegotae.studies.paper.table import Table
 from test_study_claims import results
 
 ART_BETTER = {"ART": {"cot_inverse": 0.5}}

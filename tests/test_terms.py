@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tegotae import TegotaeError
-from tegotae.terms import (
+from tegotae.parts.terms import (
     ConstantGain,
     LearnedActuation,
     Network,

@@ -12,12 +12,12 @@ import numpy as np
 import pytest
 
 from tegotae import Engine, Hopper, Scenario, Timing, build
-from tegotae.evaluation import Protocol, evaluate
-from tegotae.loop import ClosedLoop
-from tegotae.oscillators import PhaseOscillator
-from tegotae.rollout import _run
-from tegotae.tracing import traced
-from tegotae.training.fitness import Judged
+from tegotae.measures.evaluation import Protocol, evaluate
+from tegotae.measures.objectives.fitness import Judged
+from tegotae.parts.oscillators import PhaseOscillator
+from tegotae.parts.tracing import traced
+from tegotae.simulation.loop import ClosedLoop
+from tegotae.simulation.rollout import _run
 
 
 @pytest.fixture

@@ -15,11 +15,19 @@ import numpy as np
 import pytest
 
 import tiny
-from tegotae import Engine, Hopper, Scenario, TegotaeError, Timing, controller_file, find
-from tegotae.evaluation import Protocol
+from tegotae import (
+    Engine,
+    Hopper,
+    Scenario,
+    TegotaeError,
+    Timing,
+    find,
+)
+from tegotae.measures.evaluation import Protocol
+from tegotae.measures.objectives.fitness import Fitness
+from tegotae.systems import controller_file
 from tegotae.training import run as training_run
 from tegotae.training.algorithms import PGPE
-from tegotae.training.fitness import Fitness
 from tegotae.training.run import Run, train
 from tegotae.training.search import GAINS
 from tegotae.training.stopping import Stopping

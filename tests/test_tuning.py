@@ -17,17 +17,23 @@ import toy_tuning
 from tegotae import TegotaeError, Timing, find
 from tegotae.cli import main
 from tegotae.cli.tune import Tune
+from tegotae.measures.objectives.fitness import Fitness
 from tegotae.training import settings as configurations
 from tegotae.training.algorithms import PGPE
-from tegotae.training.fitness import Fitness
 from tegotae.training.judge import _judged
-from tegotae.training.learners import agents, evolutions, learner
+from tegotae.training.registry import agents, evolutions, learner
 from tegotae.training.run import Run, train
 from tegotae.training.settings import configuration, load, tuned
 from tegotae.training.stopping import Stopping
-from tegotae.tuning import SPACES, Task, describe, judge, tune
-from tegotae.tuning.record import confirmation, ranking, tried_first
-from tegotae.tuning.spaces.population import evolved
+from tegotae.training.tuning import (
+    SPACES,
+    Task,
+    describe,
+    judge,
+    tune,
+)
+from tegotae.training.tuning.record import confirmation, ranking, tried_first
+from tegotae.training.tuning.spaces.population import evolved
 from toy_tuning import TASK
 
 optuna = pytest.importorskip("optuna")

@@ -15,20 +15,21 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tegotae import TegotaeError, controller_file, find, register, registry
+from tegotae import TegotaeError, find, register
 from tegotae.cli import main
-from tegotae.collection import read
-from tegotae.evaluation import evaluate
-from tegotae.experiment import Experiment
-from tegotae.metrics import registry as metrics
-from tegotae.references import imported, named
-from tegotae.registry import kinds
-from tegotae.study.folder import Folder
-from tegotae.study.table import tabulate
-from tegotae.terms import Network, Term
+from tegotae.measures.evaluation import evaluate
+from tegotae.measures.hopping import registry as metrics
+from tegotae.measures.objectives.fitness import Fitness
+from tegotae.parts.terms import Network, Term
+from tegotae.studies.paper.folder import Folder
+from tegotae.studies.paper.table import tabulate
+from tegotae.systems import controller_file, registry
+from tegotae.systems.experiment import Experiment
+from tegotae.systems.registry import kinds
+from tegotae.systems.user_objects import imported, named
 from tegotae.training.algorithms import PGPE, Algorithm
+from tegotae.training.collection import read
 from tegotae.training.evolve import start
-from tegotae.training.fitness import Fitness
 from tegotae.training.run import Run, train
 from tegotae.training.stopping import Stopping
 
@@ -67,7 +68,7 @@ def trained(parts, tmp_path_factory) -> Path:
 def test_naming_a_file_registers_the_parts_in_it_and_no_others(parts):
     assert kinds().keys() >= NAMES
     assert "ConstantGain" in kinds()
-    assert kinds()["ConstantGain"].__module__ == "tegotae.terms.gain"
+    assert kinds()["ConstantGain"].__module__ == "tegotae.parts.terms.gain"
 
 
 def test_an_experiment_of_own_parts_is_read_back_from_its_document(parts):
@@ -106,7 +107,7 @@ KILLED = """
 import os, signal, sys
 from pathlib import Path
 import conftest  # the tests' promotion rules: with others XLA may round otherwise
-from tegotae.references import imported
+from tegotae.systems.user_objects import imported
 parts = imported(sys.argv[1])
 from test_users_parts import run_of
 from tegotae.training.run import train
@@ -204,8 +205,8 @@ def test_it_stands_beside_the_papers_models_in_a_study(parts, tmp_path, monkeypa
     out = tmp_path / "table.csv"
     assert main(["study", "export", "--dir", str(tmp_path), "--out", str(out)]) == 0
     assert "\nmine,mine," in out.read_text()
-    monkeypatch.setattr("tegotae.report.best._surface", lambda saved: {})  # which take long
-    monkeypatch.setattr("tegotae.report.best._hop", lambda saved: {})
+    monkeypatch.setattr("tegotae.figures.report.best._surface", lambda saved: {})  # which take long
+    monkeypatch.setattr("tegotae.figures.report.best._hop", lambda saved: {})
     assert main(["study", "report", "--dir", str(tmp_path)]) == 0
     page = (tmp_path / "report.html").read_text(encoding="utf-8")
     assert '["mine", "mine", "F_k", "its own", 8.0,' in page
@@ -396,8 +397,8 @@ def test_a_file_that_cannot_be_imported_is_told_with_its_line(tmp_path, text, on
 LEAVING = """
 import sys
 from dataclasses import dataclass
-from tegotae.terms import VanillaAction
-from tegotae.training.objective import Objective
+from tegotae.parts.terms import VanillaAction
+from tegotae.measures.objectives.objective import Objective
 
 @dataclass(frozen=True)
 class Leaving(VanillaAction):
@@ -474,7 +475,7 @@ def test_a_metric_of_a_users_file_is_known_by_its_name(tmp_path):
     path = tmp_path / "my_own_metric.py"
     path.write_text(
         "import jax.numpy as jnp\n"
-        "from tegotae.metrics.metric import GaitMetric\n"
+        "from tegotae.measures.hopping.metric import GaitMetric\n"
         "mine = GaitMetric(name='my_apex', label='my apex', unit='m', about='an apex',\n"
         "    more_is_better=True, compute=lambda e: jnp.nanmean(e.hops.height_m, axis=0))\n"
     )

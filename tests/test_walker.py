@@ -21,13 +21,19 @@ from tegotae import (
     Timing,
     check_body,
 )
-from tegotae.bodies import Walker
-from tegotae.bodies.attitude import angles, from_angles, rotation
-from tegotae.controller import Tegotae
-from tegotae.oscillators import PhaseOscillator
-from tegotae.terms import ConstantGain, EllipticFoot, LearnedFoot, VanillaAction, VanillaReaction
-from tegotae.terrains import Rough, Slope, Steps
-from tegotae.world import Step
+from tegotae.parts.bodies import Walker
+from tegotae.parts.bodies.attitude import angles, from_angles, rotation
+from tegotae.parts.controller import Tegotae
+from tegotae.parts.oscillators import PhaseOscillator
+from tegotae.parts.terms import (
+    ConstantGain,
+    EllipticFoot,
+    LearnedFoot,
+    VanillaAction,
+    VanillaReaction,
+)
+from tegotae.parts.terrains import Rough, Slope, Steps
+from tegotae.simulation.world import Step
 
 C = Walker()
 FOOT = EllipticFoot(stride_m=0.2, lift_m=0.12, press_m=0.03, shift_rad=0.4)
@@ -115,7 +121,7 @@ def test_in_flight_angular_momentum_is_kept():
 
 
 def _push(place):
-    from tegotae.bodies import Push
+    from tegotae.parts.bodies import Push
 
     return Push(place)
 
@@ -370,7 +376,7 @@ def test_a_tick_too_long_for_its_springs_is_refused():
 
 def test_a_leg_that_is_pushed_and_one_that_is_placed_do_not_go_together():
     from tegotae import Hopper, build
-    from tegotae.loop import check_senses
+    from tegotae.simulation.loop import check_senses
 
     with pytest.raises(TegotaeError, match="Sector commands force, and a Walker takes foot_x and"):
         check_senses(dataclasses.replace(build("V-sector-w8"), limbs=4), C)

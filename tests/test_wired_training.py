@@ -13,20 +13,21 @@ import pytest
 
 pytest.importorskip("gymnasium")
 
-from tegotae import TegotaeError, controller_file, find
+from tegotae import TegotaeError, find
 from tegotae.cli import main
 from tegotae.envs import Limb, TegotaeWrapper, Wiring, save_wiring
+from tegotae.measures.objectives.objective import FAILED_FITNESS
+from tegotae.systems import controller_file
 from tegotae.training.algorithms import PGPE, OpenES
 from tegotae.training.judge import Round
-from tegotae.training.objective import FAILED_FITNESS
 from tegotae.training.run import Run, train
 from tegotae.training.stopping import Stopping
-from tegotae.training.wired.crew import Crew
+from tegotae.training.wired.env_spec import Place
 from tegotae.training.wired.experiment import WiredExperiment
 from tegotae.training.wired.judge import SampleWarning
 from tegotae.training.wired.measures import Hopping, Own
-from tegotae.training.wired.place import Place
-from tegotae.training.wired.stage import Stage
+from tegotae.training.wired.rollouts import Stage
+from tegotae.training.wired.worker_pool import Crew
 
 HERE = Path(__file__).parent
 ENV = f"{HERE / 'wired_env.py'}:Scales"

@@ -12,8 +12,7 @@ import pytest
 
 gymnasium = pytest.importorskip("gymnasium")
 
-from tegotae import Hopper, TegotaeError, build, controller_file  # noqa: E402
-from tegotae.controller_file import SavedController  # noqa: E402
+from tegotae import Hopper, TegotaeError, build  # noqa: E402
 from tegotae.envs import (  # noqa: E402
     Limb,
     TegotaeWrapper,
@@ -25,6 +24,8 @@ from tegotae.envs import (  # noqa: E402
     save_wiring,
 )
 from tegotae.envs.scaling import contact_entries, remarks  # noqa: E402
+from tegotae.systems import controller_file  # noqa: E402
+from tegotae.systems.controller_file import SavedController  # noqa: E402
 from wired_env import Scales  # noqa: E402
 
 WIRING = Wiring(
@@ -49,13 +50,13 @@ def test_a_wiring_that_is_written_is_read_back(tmp_path, name):
 @pytest.mark.parametrize("name", ["hopper", "leg", "quadruped"])
 def test_wirings_of_the_packages_models_can_be_read_written_and_fit(tmp_path, name):
     pytest.importorskip("mujoco")
-    from tegotae.mujoco.env import ModelEnv
+    from tegotae.envs.mujoco.env import ModelEnv
 
     wiring = load_wiring(name)
     save_wiring(wiring, tmp_path / "again.toml")
     assert load_wiring(tmp_path / "again.toml") == wiring
     if name == "quadruped":
-        from tegotae.gaits.systems import quadruped_a
+        from tegotae.systems.legged_systems import quadruped_a
 
         wiring = wiring.reading(quadruped_a().controller)
     else:
@@ -133,7 +134,7 @@ def test_a_controller_goes_on_seeing_what_it_senses_over_the_scales_it_was_train
 
 def test_only_what_an_environment_calls_a_contact_force_is_told_as_one():
     pytest.importorskip("mujoco")
-    from tegotae.mujoco.env import ModelEnv
+    from tegotae.envs.mujoco.env import ModelEnv
 
     env = ModelEnv(model="leg")
     assert contact_entries(env) == ("foot_force",)
@@ -188,7 +189,7 @@ def test_a_wiring_without_weights_lacks_nothing_but_cannot_drive():
 
 def test_scales_are_those_of_the_model():
     pytest.importorskip("mujoco")
-    from tegotae.mujoco.env import ModelEnv
+    from tegotae.envs.mujoco.env import ModelEnv
 
     scales = model_scales(ModelEnv(model="hopper"), feet=["foot"])
     assert scales["spring_force"] == pytest.approx(0.1 * 9.81)
@@ -208,7 +209,7 @@ def test_scales_are_those_of_the_model():
 
 def test_a_scale_whose_name_has_a_slip_is_told_and_not_passed_over():
     pytest.importorskip("mujoco")
-    from tegotae.mujoco.env import ModelEnv
+    from tegotae.envs.mujoco.env import ModelEnv
 
     scales = {"spring_force": 2.5, "velocty": 0.1, "pressure": 1.0}
     slip = dataclasses.replace(WIRING.reading(build("AR-rFv-sector-w8")), scales=scales)

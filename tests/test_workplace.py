@@ -8,15 +8,21 @@ import pytest
 
 import tiny
 from tegotae import TegotaeError, find
+from tegotae._support.workplace import (
+    GENERALISATION,
+    STUDY,
+    TRAINING,
+    alone,
+    earlier,
+)
 from tegotae.cli import main
-from tegotae.collection import read
-from tegotae.generalisation.run import generalise
-from tegotae.study.folder import Folder
-from tegotae.study.plan import plan
+from tegotae.studies.generalisation.run import generalise
+from tegotae.studies.paper.folder import Folder
+from tegotae.studies.paper.plan import plan
 from tegotae.training.agents import AgentRun, train_agents
-from tegotae.tuning import Task
-from tegotae.tuning.storage import opened
-from tegotae.workplace import GENERALISATION, STUDY, TRAINING, alone, earlier
+from tegotae.training.collection import read
+from tegotae.training.tuning import Task
+from tegotae.training.tuning.storage import opened
 
 HELD = {
     "a training": "run.json",

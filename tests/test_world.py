@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from tegotae import Engine, Hopper, Scenario, TegotaeError, Timing, build
-from tegotae.bodies import Plate, Walker
-from tegotae.world import Staircase, Step
-from tegotae.world.checks import check_changes
+from tegotae.parts.bodies import Plate, Walker
+from tegotae.simulation.world import Staircase, Step
+from tegotae.simulation.world.checks import check_changes
 
 ENGINE = Engine(controller=build("V-reflex-w8"), timing=Timing(duration_s=4.0))
 MASSES = [0.08, 0.1, 0.12]

@@ -10,9 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from tegotae import Timing, controller_file, find
+from tegotae import Timing, find
 from tegotae.cli import main
-from tegotae.training.fitness import Fitness
+from tegotae.measures.objectives.fitness import Fitness
+from tegotae.systems import controller_file
 from tegotae.training.run import Run
 from tegotae.training.settings import tuned
 from tegotae.training.stopping import Stopping

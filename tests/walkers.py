@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from tegotae import Controller, Engine, Scenario, Timing, build
-from tegotae.bodies import Walker
-from tegotae.terms import EllipticFoot
+from tegotae.parts.bodies import Walker
+from tegotae.parts.terms import EllipticFoot
 from walker_oracle import Parts
 
 

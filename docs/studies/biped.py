@@ -18,11 +18,11 @@ import jax.numpy as jnp
 import numpy as np
 
 from tegotae import Engine, Scenario, Timing
-from tegotae.bodies import Walker
-from tegotae.files import write_atomically
-from tegotae.gaits.systems import walking
-from tegotae.recorder import needing
-from tegotae.terms import EllipticFoot
+from tegotae._support.files import write_atomically
+from tegotae.parts.bodies import Walker
+from tegotae.parts.terms import EllipticFoot
+from tegotae.simulation.recorder import needing
+from tegotae.systems.legged_systems import walking
 
 OUT = Path(__file__).resolve().parents[1] / "_static" / "gaits" / "biped.csv"
 BODIES = 4000

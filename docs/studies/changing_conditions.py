@@ -16,21 +16,21 @@ from pathlib import Path
 import numpy as np
 
 from kept import write_rows, write_text
-from tegotae.collection import read
-from tegotae.evaluation import Protocol, evaluate
-from tegotae.experiment import Experiment
 from tegotae.figures.generalisation import groups_figure
 from tegotae.figures.style import save_figure
-from tegotae.generalisation import CATALOGUE, Outcome, Subject
-from tegotae.generalisation.run import Done, generalise
-from tegotae.generalisation.sources import of_study
-from tegotae.generalisation.table import MEASURES, median_interval, run_margins
-from tegotae.metrics.statistics import interval
-from tegotae.models import find
+from tegotae.measures.evaluation import Protocol, evaluate
+from tegotae.measures.hopping.statistics import interval
+from tegotae.simulation.world import Uniform
+from tegotae.studies.generalisation import CATALOGUE, Outcome, Subject
+from tegotae.studies.generalisation.run import Done, generalise
+from tegotae.studies.generalisation.sources import of_study
+from tegotae.studies.generalisation.table import MEASURES, median_interval, run_margins
+from tegotae.systems.experiment import Experiment
+from tegotae.systems.models import find
+from tegotae.training.collection import read
 from tegotae.training.run import Run, train
 from tegotae.training.settings import tuned
 from tegotae.training.stopping import Stopping
-from tegotae.world import Uniform
 
 KEPT = Path(__file__).parents[1] / "_static" / "generalisation"
 MODELS = ("V-sector-w8", "VG-gF-sector-w8", "ART-rF-tphif-w8", "T-Fv", "ARGT-rF-gF-tphif-w8")

@@ -25,12 +25,29 @@ from pathlib import Path
 import numpy as np
 
 import tegotae
-from tegotae.controller import Controller, Tegotae
-from tegotae.integrators import Hold, Integrator, Moment, PredictorCorrector
-from tegotae.integrators.base import drive, held, moved, phase_of, push
-from tegotae.metrics.hopping import hop_height_m
-from tegotae.oscillators import PhaseOscillator
-from tegotae.terms import ConstantGain, Reflex, Sector, VanillaAction, VanillaReaction
+from tegotae.measures.hopping.hopping import hop_height_m
+from tegotae.parts.controller import Controller, Tegotae
+from tegotae.parts.oscillators import PhaseOscillator
+from tegotae.parts.terms import (
+    ConstantGain,
+    Reflex,
+    Sector,
+    VanillaAction,
+    VanillaReaction,
+)
+from tegotae.simulation.integrators import (
+    Hold,
+    Integrator,
+    Moment,
+    PredictorCorrector,
+)
+from tegotae.simulation.integrators.base import (
+    drive,
+    held,
+    moved,
+    phase_of,
+    push,
+)
 
 DOCS = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(DOCS.parent / "tests"))

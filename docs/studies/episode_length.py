@@ -19,12 +19,12 @@ import tyro
 
 from tegotae.cli.status import exit_status
 from tegotae.cli.tables import print_rows
-from tegotae.evaluation import evaluate
-from tegotae.metrics.statistics import mean_defined
-from tegotae.models import find
-from tegotae.rollout import Timing
+from tegotae.measures.evaluation import evaluate
+from tegotae.measures.hopping.statistics import mean_defined
+from tegotae.measures.objectives.fitness import Fitness
+from tegotae.simulation.rollout import Timing
+from tegotae.systems.models import find
 from tegotae.training.algorithms import PGPE
-from tegotae.training.fitness import Fitness
 from tegotae.training.run import Run
 from tegotae.training.stopping import Stopping
 

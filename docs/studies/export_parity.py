@@ -32,14 +32,14 @@ from robots import (  # noqa: E402
     is_regular,
     own_run,
 )
-from tegotae.bodies import Hopper  # noqa: E402
+from tegotae._support.progress import reporting  # noqa: E402
 from tegotae.cli.status import exit_status  # noqa: E402
-from tegotae.controller_file import SavedController  # noqa: E402
-from tegotae.export import Export  # noqa: E402
-from tegotae.gaits import system  # noqa: E402
-from tegotae.progress import reporting  # noqa: E402
-from tegotae.rollout import Timing  # noqa: E402
-from tegotae.study.folder import Folder  # noqa: E402
+from tegotae.export.c import Export  # noqa: E402
+from tegotae.parts.bodies import Hopper  # noqa: E402
+from tegotae.simulation.rollout import Timing  # noqa: E402
+from tegotae.studies.gaits import system  # noqa: E402
+from tegotae.studies.paper.folder import Folder  # noqa: E402
+from tegotae.systems.controller_file import SavedController  # noqa: E402
 
 _SETTLED_S = 12.0
 _WALKERS = ("quadruped-a", "quadruped-c", "hexapod")

@@ -16,16 +16,32 @@ from pathlib import Path
 import numpy as np
 
 from kept import write_rows, write_text
-from tegotae.bodies import Body
 from tegotae.figures.generalisation import groups_figure
 from tegotae.figures.style import save_figure
-from tegotae.generalisation import CATALOGUE, Disturbance, Outcome, Subject, margins
-from tegotae.generalisation.run import Done, generalise
-from tegotae.generalisation.sources import of_study
-from tegotae.generalisation.table import MEASURES, curve, median_interval, run_margins
-from tegotae.models import all_models
-from tegotae.rollout import Engine, Scenario, Timing, Trajectory
-from tegotae.study.plan import plan
+from tegotae.parts.bodies import Body
+from tegotae.simulation.rollout import (
+    Engine,
+    Scenario,
+    Timing,
+    Trajectory,
+)
+from tegotae.studies.generalisation import (
+    CATALOGUE,
+    Disturbance,
+    Outcome,
+    Subject,
+    margins,
+)
+from tegotae.studies.generalisation.run import Done, generalise
+from tegotae.studies.generalisation.sources import of_study
+from tegotae.studies.generalisation.table import (
+    MEASURES,
+    curve,
+    median_interval,
+    run_margins,
+)
+from tegotae.studies.paper.plan import plan
+from tegotae.systems.models import all_models
 
 KEPT = Path(__file__).parents[1] / "_static" / "generalisation"
 GROUPS = ("V", "VG", "AR", "ART", "ARG", "ARGT", "T")

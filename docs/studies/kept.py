@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from tegotae.files import output_folder, write_atomically
-from tegotae.tables import csv_text
+from tegotae._support.files import output_folder, write_atomically
+from tegotae._support.tables import csv_text
 
 
 def write_text(file: Path, text: str) -> None:

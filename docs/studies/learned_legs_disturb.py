@@ -11,13 +11,13 @@ from learned_legs_judge import runs_of
 from learned_legs_plan import ADDED, TABLES, Cell
 
 from kept import write_rows
-from tegotae.bodies import Walker
-from tegotae.generalisation.catalogue import disturbances_named
-from tegotae.generalisation.disturbance import Disturbance, Met
-from tegotae.generalisation.kinds import Scaled
-from tegotae.generalisation.run import generalise
-from tegotae.generalisation.subject import Subject
-from tegotae.generalisation.table import curve, margins
+from tegotae.parts.bodies import Walker
+from tegotae.studies.generalisation.catalogue import disturbances_named
+from tegotae.studies.generalisation.disturbance import Disturbance, Met
+from tegotae.studies.generalisation.kinds import Scaled
+from tegotae.studies.generalisation.run import generalise
+from tegotae.studies.generalisation.subject import Subject
+from tegotae.studies.generalisation.table import curve, margins
 
 TRIED = tuple(f"{family}@quadruped-c" for family in ("V", "VG", "AR", "ARG", ADDED))
 """Designs that go through it, however they were trained."""

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from tegotae.figures.gaits.colours import gait_colour, gait_marker
 from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, save_figure, styled
-from tegotae.metrics.statistics import interval
+from tegotae.measures.hopping.statistics import interval
 
 Rows = dict[str, np.ndarray]
 

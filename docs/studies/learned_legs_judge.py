@@ -11,15 +11,15 @@ from learned_legs_plan import TABLES, Cell
 from learned_legs_vanilla import forced
 
 from kept import write_rows
-from tegotae.bodies import Walker
-from tegotae.collection import Runs, read
-from tegotae.controller_file import load
-from tegotae.files import output_folder, write_atomically
-from tegotae.gaits.judge import Judged, judge
-from tegotae.gaits.legged import Legged
-from tegotae.gaits.systems import driven
-from tegotae.progress import reporting
-from tegotae.tables import read_csv
+from tegotae._support.files import output_folder, write_atomically
+from tegotae._support.progress import reporting
+from tegotae._support.tables import read_csv
+from tegotae.parts.bodies import Walker
+from tegotae.studies.gaits.judge import Judged, judge
+from tegotae.systems.controller_file import load
+from tegotae.systems.legged import Legged
+from tegotae.systems.legged_systems import driven
+from tegotae.training.collection import Runs, read
 
 OMEGAS = (0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0)
 """Frequencies that a walker is judged at [rad/s]."""

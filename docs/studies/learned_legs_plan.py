@@ -7,12 +7,12 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
-from tegotae.designs import Design, design
-from tegotae.experiment import Experiment
+from tegotae.simulation.world import OneOf
+from tegotae.systems.designs import Design, design
+from tegotae.systems.experiment import Experiment
 from tegotae.training.run import Run
 from tegotae.training.settings import tuned
 from tegotae.training.stopping import Stopping
-from tegotae.world import OneOf
 
 FOLDER = Path("runs/learned_legs")
 """Where controllers are kept."""
@@ -111,7 +111,7 @@ CELLS = (*QUADRUPED, *SPEEDS, *LOST, *PLATE, *HEXAPOD, *LONG, *WIDE)
 
 def is_trained(cell: Cell, folder: Path) -> bool:
     """Whether a cell has all its controllers, trained to the end."""
-    from tegotae.controller_file import load
+    from tegotae.systems.controller_file import load
 
     searched = cell.experiment.is_searched
     files = sorted((folder / cell.name).glob("*-seed*.json"))

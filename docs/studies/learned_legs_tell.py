@@ -10,9 +10,9 @@ import numpy as np
 from learned_legs_figures import draw_all
 from learned_legs_plan import CELLS, TABLES, Cell
 
-from tegotae.files import write_atomically
-from tegotae.metrics.statistics import UNBOUNDED, Range, interval
-from tegotae.tables import read_csv
+from tegotae._support.files import write_atomically
+from tegotae._support.tables import read_csv
+from tegotae.measures.hopping.statistics import UNBOUNDED, Range, interval
 
 Rows = dict[str, np.ndarray]
 OTHERWISE = ("-w", "+lost", "+long", "+wide")

@@ -13,11 +13,11 @@ import numpy as np
 from learned_legs_plan import TABLES
 
 from kept import write_rows, write_text
-from tegotae.gaits.judge import judge
-from tegotae.gaits.legged import Legged, lanes_of
-from tegotae.gaits.names import patterns_for
-from tegotae.gaits.systems import system
-from tegotae.tables import read_csv
+from tegotae._support.tables import read_csv
+from tegotae.measures.gaits.names import patterns_for
+from tegotae.studies.gaits.judge import judge
+from tegotae.systems.legged import Legged, lanes_of
+from tegotae.systems.legged_systems import system
 
 SIGMAS = (0.1, 0.25, 0.5, 0.75, 1.0, 1.25, 1.5, 2.0, 3.0)
 """Gains that are tried [rad/(s N)]."""

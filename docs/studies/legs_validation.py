@@ -19,10 +19,10 @@ from typing import Any
 import numpy as np
 
 from tegotae import Timing
-from tegotae.benchmarks import mujoco_walker
-from tegotae.bodies import Walker
 from tegotae.figures.style import PAGE_IN, new_figure, save_figure, styled
-from tegotae.parameters import traceable
+from tegotae.parts.bodies import Walker
+from tegotae.parts.parameters import traceable
+from tegotae.studies.benchmarks import mujoco_walker
 
 DOCS = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(DOCS.parent / "tests"))

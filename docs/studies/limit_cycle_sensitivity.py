@@ -24,10 +24,10 @@ import jax.numpy as jnp
 import numpy as np
 
 from tegotae import Hopper, Scenario, build
-from tegotae.evaluation import Protocol, disturbed_rollout
 from tegotae.figures.style import PAGE_IN, new_figure, save_figure, styled
-from tegotae.metrics import Gait, LimitCycle, gait
-from tegotae.metrics.gait import LIMIT_CYCLE
+from tegotae.measures.evaluation import Protocol, disturbed_rollout
+from tegotae.measures.hopping import Gait, LimitCycle, gait
+from tegotae.measures.hopping.gait import LIMIT_CYCLE
 
 DOCS = Path(__file__).resolve().parents[1]
 

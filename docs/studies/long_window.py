@@ -17,10 +17,10 @@ from typing import Annotated
 import numpy as np
 import tyro
 
+from tegotae._support.errors import TegotaeError
 from tegotae.cli.status import exit_status
-from tegotae.errors import TegotaeError
-from tegotae.study.folder import Folder
-from tegotae.study.record import Record
+from tegotae.studies.paper.folder import Folder
+from tegotae.studies.paper.record import Record
 
 _LEAST = 0.05
 """CoT⁻¹ below which a relative difference says nothing [m/J]."""

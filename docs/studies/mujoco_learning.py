@@ -26,23 +26,23 @@ from stable_baselines3.common.vec_env import VecEnv
 
 from kept import write_rows, write_text
 from tegotae import build, find
-from tegotae.controller import Controller
 from tegotae.envs import load_wiring
+from tegotae.envs.mujoco.sensing import sensing
 from tegotae.envs.pilot import Pilot
 from tegotae.figures.style import COLOURS, COLUMN_IN, new_figure, save_figure, styled
-from tegotae.metrics.statistics import interval
-from tegotae.mujoco.sensing import sensing
+from tegotae.measures.hopping.statistics import interval
+from tegotae.parts.controller import Controller
 from tegotae.training.agents.actor import Feedback, Observed
 from tegotae.training.agents.policy import agent_controller, initial_weights
 from tegotae.training.judge import Round
 from tegotae.training.run import Run
 from tegotae.training.settings import tuned
 from tegotae.training.stopping import Stopping
+from tegotae.training.wired.env_spec import Place
 from tegotae.training.wired.experiment import WiredExperiment
 from tegotae.training.wired.lanes import ModelLanes
 from tegotae.training.wired.measures import Hopping
-from tegotae.training.wired.place import Place
-from tegotae.training.wired.stage import play
+from tegotae.training.wired.rollouts import play
 
 OUT = Path(__file__).resolve().parents[1] / "_static" / "mujoco"
 ALGORITHMS = ("pgpe", "ppo", "sac")

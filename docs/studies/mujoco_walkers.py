@@ -23,19 +23,19 @@ import numpy as np
 
 from kept import write_rows, write_text
 from tegotae import find
-from tegotae.controller_file import load
+from tegotae._support.tables import read_csv
 from tegotae.envs.pilot import Pilot
 from tegotae.envs.wiring_file import load_wiring
 from tegotae.figures.style import COLOURS, new_figure, save_figure, styled
-from tegotae.tables import read_csv
+from tegotae.systems.controller_file import load
 from tegotae.training.run import Run, train
 from tegotae.training.settings import tuned
 from tegotae.training.stopping import Stopping
+from tegotae.training.wired.env_spec import Place
 from tegotae.training.wired.episode import Record
 from tegotae.training.wired.experiment import WiredExperiment
 from tegotae.training.wired.measures import Own, Return
-from tegotae.training.wired.place import Place
-from tegotae.training.wired.stage import Stage, lanes_of, play
+from tegotae.training.wired.rollouts import Stage, lanes_of, play
 
 ROOT = Path(__file__).resolve().parents[2]
 OUT = ROOT / "docs" / "_static" / "mujoco"

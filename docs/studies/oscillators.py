@@ -28,19 +28,19 @@ import tyro
 from matplotlib.figure import Figure
 
 from kept import write_rows, write_text
+from tegotae._support.errors import TegotaeError
+from tegotae._support.files import output_folder
+from tegotae._support.tables import read_csv
 from tegotae.cli.status import exit_status
-from tegotae.errors import TegotaeError
 from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, save_figure, styled
-from tegotae.files import output_folder
-from tegotae.metrics.registry import metrics
-from tegotae.metrics.statistics import interval, stratified_difference
-from tegotae.models import find
-from tegotae.oscillators.named import OSCILLATORS, PHASE
-from tegotae.study import runner
-from tegotae.study.folder import Folder
-from tegotae.study.plan import Plan
-from tegotae.study.table import tabulate
-from tegotae.tables import read_csv
+from tegotae.measures.hopping.registry import metrics
+from tegotae.measures.hopping.statistics import interval, stratified_difference
+from tegotae.parts.oscillators.named import OSCILLATORS, PHASE
+from tegotae.studies.paper import runner
+from tegotae.studies.paper.folder import Folder
+from tegotae.studies.paper.plan import Plan
+from tegotae.studies.paper.table import tabulate
+from tegotae.systems.models import find
 
 DOCS = Path(__file__).resolve().parents[1]
 

@@ -30,13 +30,13 @@ from pathlib import Path
 import numpy as np
 import tyro
 
+from tegotae._support.files import output_folder
 from tegotae.cli.status import exit_status
 from tegotae.figures.style import PAGE_IN, new_figure, save_figure, styled
-from tegotae.files import output_folder
-from tegotae.metrics.statistics import Interval, difference, interval
-from tegotae.models import BUDGET, find
+from tegotae.measures.hopping.statistics import Interval, difference, interval
+from tegotae.measures.objectives.objective import FAILED_FITNESS
+from tegotae.systems.models import BUDGET, find
 from tegotae.training.algorithms import PGPE
-from tegotae.training.objective import FAILED_FITNESS
 from tegotae.training.run import Run, train
 from tegotae.training.settings import configuration
 from tegotae.training.stopping import Stopping

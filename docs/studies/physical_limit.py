@@ -18,12 +18,12 @@ from typing import Any
 import numpy as np
 
 from kept import write_rows, write_text
-from tegotae.bodies import Hopper
-from tegotae.errors import TegotaeError
-from tegotae.generalisation import CATALOGUE
-from tegotae.optimum import optimise, upper_bound
-from tegotae.optimum.problem import most_lift_off
-from tegotae.tables import read_csv
+from tegotae._support.errors import TegotaeError
+from tegotae._support.tables import read_csv
+from tegotae.measures.optimum import optimise, upper_bound
+from tegotae.measures.optimum.problem import most_lift_off
+from tegotae.parts.bodies import Hopper
+from tegotae.studies.generalisation import CATALOGUE
 
 KEPT = Path(__file__).parents[1] / "_static" / "generalisation"
 FIELDS = {

@@ -25,12 +25,12 @@ import numpy as np
 import tyro
 from matplotlib.figure import Figure
 
+from tegotae._support.errors import unknown
+from tegotae._support.files import output_folder, write_atomically
+from tegotae._support.tables import numbers, read_csv
 from tegotae.cli.status import exit_status
-from tegotae.errors import unknown
 from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, save_figure, styled
-from tegotae.files import output_folder, write_atomically
-from tegotae.models import find
-from tegotae.tables import numbers, read_csv
+from tegotae.systems.models import find
 from tegotae.training.algorithms import CMAES, Algorithm, OpenES
 from tegotae.training.evolve import Progress
 from tegotae.training.run import Run

@@ -19,14 +19,14 @@ import jax.numpy as jnp
 import numpy as np
 
 from kept import write_rows, write_text
-from tegotae.bodies import Walker
-from tegotae.channels import Channel, Latest, Total
-from tegotae.gaits.legged import lanes_of, random_phases
-from tegotae.gaits.names import gait_of
-from tegotae.gaits.systems import system
-from tegotae.parameters import traceable
-from tegotae.recorder import needing
-from tegotae.tables import read_csv
+from tegotae._support.tables import read_csv
+from tegotae.measures.gaits.names import gait_of
+from tegotae.parts.bodies import Walker
+from tegotae.parts.channels import Channel, Latest, Total
+from tegotae.parts.parameters import traceable
+from tegotae.simulation.recorder import needing
+from tegotae.systems.legged import lanes_of, random_phases
+from tegotae.systems.legged_systems import system
 
 OUT = Path(__file__).resolve().parents[1] / "_static" / "gaits"
 CASES = (

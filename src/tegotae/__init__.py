@@ -11,30 +11,46 @@ from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from tegotae.bodies import Body, Hopper
-    from tegotae.checks import check_body, check_controller, check_oscillator, check_term
-    from tegotae.controller import Controller, Tegotae
-    from tegotae.errors import TegotaeError
-    from tegotae.experiment import Experiment
-    from tegotae.models import Model, all_models, build, find
-    from tegotae.registry import register
-    from tegotae.release import Release
-    from tegotae.rollout import Engine, Scenario, Timing, Trajectory
-    from tegotae.system import System
+    from tegotae._support.errors import TegotaeError
+    from tegotae.parts.bodies import Body, Hopper
+    from tegotae.parts.controller import Controller, Tegotae
+    from tegotae.simulation.checks import (
+        check_body,
+        check_controller,
+        check_oscillator,
+        check_term,
+    )
+    from tegotae.simulation.rollout import (
+        Engine,
+        Scenario,
+        Timing,
+        Trajectory,
+    )
+    from tegotae.systems.experiment import Experiment
+    from tegotae.systems.models import (
+        Model,
+        all_models,
+        build,
+        find,
+    )
+    from tegotae.systems.registry import register
+    from tegotae.systems.release import Release
+    from tegotae.systems.system import System
 
     __version__: str
 
 _HOMES = {
-    "bodies": ("Body", "Hopper"),
-    "checks": ("check_body", "check_controller", "check_oscillator", "check_term"),
-    "controller": ("Controller", "Tegotae"),
-    "errors": ("TegotaeError",),
-    "experiment": ("Experiment",),
-    "models": ("Model", "all_models", "build", "find"),
-    "registry": ("register",),
-    "release": ("Release",),
-    "rollout": ("Engine", "Scenario", "Timing", "Trajectory"),
-    "system": ("System",),
+    "_support.errors": ("TegotaeError",),
+    "parts.bodies": ("Body", "Hopper"),
+    "parts.controller": ("Controller", "Tegotae"),
+    "simulation.checks": ("check_body", "check_controller", "check_oscillator", "check_term"),
+    "simulation.rollout": ("Engine", "Timing", "Trajectory"),
+    "simulation.world": ("Scenario",),
+    "systems.experiment": ("Experiment",),
+    "systems.models": ("Model", "all_models", "build", "find"),
+    "systems.registry": ("register",),
+    "systems.release": ("Release",),
+    "systems.system": ("System",),
 }
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import jax.numpy as jnp
 
-from tegotae.metrics import Derivation, DerivedMetric, GaitMetric
+from tegotae.measures.hopping import Derivation, DerivedMetric, GaitMetric
 
 peak_grf = GaitMetric(
     name="peak_grf_n",

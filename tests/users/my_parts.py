@@ -10,14 +10,20 @@ import jax
 import jax.numpy as jnp
 
 from tegotae import Experiment, Hopper, System, Timing
-from tegotae.controller import Controller, Tegotae
-from tegotae.evaluation import Protocol
-from tegotae.maths import sin_cos, wrap_phase
-from tegotae.oscillators import Oscillator
-from tegotae.parameters import traceable
-from tegotae.terms import ConstantGain, Reflex, Signals, Term, VanillaReaction
+from tegotae.measures.evaluation import Protocol
+from tegotae.measures.objectives.objective import Objective
+from tegotae.parts.controller import Controller, Tegotae
+from tegotae.parts.maths import sin_cos, wrap_phase
+from tegotae.parts.oscillators import Oscillator
+from tegotae.parts.parameters import traceable
+from tegotae.parts.terms import (
+    ConstantGain,
+    Reflex,
+    Signals,
+    Term,
+    VanillaReaction,
+)
 from tegotae.training.algorithms import Algorithm
-from tegotae.training.objective import Objective
 
 
 @dataclass(frozen=True)

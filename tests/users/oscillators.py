@@ -8,9 +8,9 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 
-from tegotae.channels import State
-from tegotae.maths import sin_cos, wrap_phase
-from tegotae.oscillators import Oscillator
+from tegotae.parts.channels import State
+from tegotae.parts.maths import sin_cos, wrap_phase
+from tegotae.parts.oscillators import Oscillator
 
 
 class AmplitudeState(NamedTuple):

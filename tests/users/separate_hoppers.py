@@ -7,9 +7,16 @@ from dataclasses import dataclass, field
 import jax
 import jax.numpy as jnp
 
-from tegotae.bodies import Body, Contact, Hopper, HopperState, Push, Sensation
-from tegotae.channels import State
-from tegotae.parameters import traceable
+from tegotae.parts.bodies import (
+    Body,
+    Contact,
+    Hopper,
+    HopperState,
+    Push,
+    Sensation,
+)
+from tegotae.parts.channels import State
+from tegotae.parts.parameters import traceable
 
 
 @traceable

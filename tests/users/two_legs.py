@@ -5,9 +5,9 @@ from __future__ import annotations
 import dataclasses
 
 from tegotae import Experiment, Release, System, Timing, build
-from tegotae.bodies import Bar
-from tegotae.couplings import LearnedCoupling
-from tegotae.training.fitness import Fitness
+from tegotae.measures.objectives.fitness import Fitness
+from tegotae.parts.bodies import Bar
+from tegotae.parts.couplings import LearnedCoupling
 
 experiment = Experiment(
     name="two-legs",

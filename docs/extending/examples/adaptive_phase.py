@@ -7,12 +7,17 @@ import jax
 import jax.numpy as jnp
 
 from tegotae import Experiment, System
-from tegotae.controller import Controller, Tegotae
-from tegotae.errors import require_finite
-from tegotae.maths import sin_cos, wrap_phase
-from tegotae.oscillators import Oscillator
-from tegotae.terms import ConstantGain, Network, Reflex, VanillaAction
-from tegotae.training.fitness import EPISODE
+from tegotae._support.errors import require_finite
+from tegotae.measures.objectives.fitness import EPISODE
+from tegotae.parts.controller import Controller, Tegotae
+from tegotae.parts.maths import sin_cos, wrap_phase
+from tegotae.parts.oscillators import Oscillator
+from tegotae.parts.terms import (
+    ConstantGain,
+    Network,
+    Reflex,
+    VanillaAction,
+)
 
 
 class AdaptiveState(NamedTuple):

@@ -7,10 +7,16 @@ import jax
 import jax.numpy as jnp
 
 from tegotae import Experiment, System
-from tegotae.controller import Controller, Tegotae
-from tegotae.oscillators import PhaseOscillator
-from tegotae.terms import ConstantGain, Reflex, Signals, Term, VanillaReaction
-from tegotae.training.fitness import EPISODE
+from tegotae.measures.objectives.fitness import EPISODE
+from tegotae.parts.controller import Controller, Tegotae
+from tegotae.parts.oscillators import PhaseOscillator
+from tegotae.parts.terms import (
+    ConstantGain,
+    Reflex,
+    Signals,
+    Term,
+    VanillaReaction,
+)
 
 
 @dataclass(frozen=True)

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import jax
 
 from tegotae import find
-from tegotae.errors import TegotaeError, require_finite
-from tegotae.training.objective import Objective
+from tegotae._support.errors import TegotaeError, require_finite
+from tegotae.measures.objectives.objective import Objective
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -8,9 +8,14 @@ import jax
 import jax.numpy as jnp
 
 from tegotae import find
-from tegotae.bodies import Body, Contact, Push, Sensation
-from tegotae.errors import require_finite
-from tegotae.parameters import traceable
+from tegotae._support.errors import require_finite
+from tegotae.parts.bodies import (
+    Body,
+    Contact,
+    Push,
+    Sensation,
+)
+from tegotae.parts.parameters import traceable
 
 _STEPS = 4
 

@@ -8,10 +8,10 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from tegotae._start import end_on_ctrl_c, open_streams, ready
+from tegotae._support.errors import TegotaeError
 from tegotae.cli.commands import COMMANDS, Command, Group, in_name_only
 from tegotae.cli.console import make_safe
 from tegotae.cli.status import DEBUG, exit_status, leave
-from tegotae.errors import TegotaeError
 
 _SWITCHES = (
     "With --parts FILE.py, or --parts MODULE, any command knows the parts that you wrote there, "
@@ -43,7 +43,7 @@ def _run(words: list[str]) -> None:
     words, places = split_parts(words)
     if places:
         _start_engine()
-        from tegotae.references import imported
+        from tegotae.systems.user_objects import imported
 
         for place in places:
             imported(place)
@@ -102,7 +102,7 @@ def parsed(
 
 
 def _start_engine() -> None:
-    from tegotae.devices import check_environment, set_up
+    from tegotae._support.devices import check_environment, set_up
 
     set_up()
     check_environment()

@@ -11,10 +11,10 @@ from typing import Any
 from rich.console import Console
 from rich.table import Table
 
-from tegotae.errors import TegotaeError, require_count
-from tegotae.limits import require_memory
-from tegotae.models import BUDGET
-from tegotae.rollout import Timing
+from tegotae._support.errors import TegotaeError, require_count
+from tegotae._support.limits import require_memory
+from tegotae.simulation.rollout import Timing
+from tegotae.systems.models import BUDGET
 
 
 @dataclass(frozen=True)
@@ -34,8 +34,13 @@ class Bench:
 
     def run(self) -> None:
         """Measure, and print."""
-        from tegotae.benchmarks import engine, loop
-        from tegotae.devices import environment, jaxlib_version, lane_devices, xla_options
+        from tegotae._support.devices import (
+            environment,
+            jaxlib_version,
+            lane_devices,
+            xla_options,
+        )
+        from tegotae.studies.benchmarks import engine, loop
 
         require_count("lanes", self.lanes)
         require_memory(4.0 * 8 * self.lanes * BUDGET, f"{self.lanes} lanes")
@@ -43,10 +48,10 @@ class Bench:
         ours = engine.speed(self.lanes)
         rate, compile_s = ours.ticks_per_s, ours.compile_s
         lanes = str(self.lanes)
-        printed = _program("tegotae.benchmarks.engine", lanes, env=environment())
+        printed = _program("tegotae.studies.benchmarks.engine", lanes, env=environment())
         small_kernels = engine.Speed(*json.loads(printed))
         plain = environment(plain=True)
-        textbook = float(_program("tegotae.benchmarks.textbook", lanes, env=plain))
+        textbook = float(_program("tegotae.studies.benchmarks.textbook", lanes, env=plain))
         single = loop.ticks_per_second()
         figures = {
             "devices": [str(device) for device in lane_devices()],
@@ -67,15 +72,17 @@ class Bench:
             "times_textbook": rate / textbook,
             "times_loop": rate / single,
             "memory_100k_lanes_gib": (
-                float(_program("tegotae.benchmarks.engine")) if not self.skip_memory else None
+                float(_program("tegotae.studies.benchmarks.engine"))
+                if not self.skip_memory
+                else None
             ),
         }
         if self.legs:
-            from tegotae.benchmarks import legs
+            from tegotae.studies.benchmarks import legs
 
             figures["legs"] = [row._asdict() for row in legs.measured(self.lanes)]
         if self.mujoco:
-            from tegotae.benchmarks import mujoco_training
+            from tegotae.studies.benchmarks import mujoco_training
 
             figures["mujoco"] = [row._asdict() for row in mujoco_training.measured()]
         if self.json:

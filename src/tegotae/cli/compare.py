@@ -12,16 +12,16 @@ from typing import Annotated
 
 import tyro
 
+from tegotae._support.errors import TegotaeError
 from tegotae.cli.evaluate import evaluate_all, print_table, show, shown
 from tegotae.cli.metrics import named
 from tegotae.cli.options import WorkOption
 from tegotae.cli.tables import print_rows
-from tegotae.collection import Runs, read
-from tegotae.errors import TegotaeError
-from tegotae.evaluation import Evaluation, Protocol
-from tegotae.metrics.metric import Metric
-from tegotae.metrics.registry import range_of
-from tegotae.metrics.statistics import Interval, difference, paired_difference
+from tegotae.measures.evaluation import Evaluation, Protocol
+from tegotae.measures.hopping.metric import Metric
+from tegotae.measures.hopping.registry import range_of
+from tegotae.measures.hopping.statistics import Interval, difference, paired_difference
+from tegotae.training.collection import Runs, read
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from tegotae.errors import TegotaeError
-from tegotae.world import Condition, OneOf, Uniform
+from tegotae._support.errors import TegotaeError
+from tegotae.simulation.world import Condition, OneOf, Uniform
 
 _TIMES = ("from_s", "until_s")
 _HOW = (

@@ -11,19 +11,24 @@ from typing import Annotated
 import numpy as np
 import tyro
 
-from tegotae import tables
+from tegotae._support import tables
+from tegotae._support.errors import require_finite
+from tegotae._support.files import output_file
+from tegotae._support.limits import MOST_RAD_PER_S
+from tegotae._support.progress import reporting
 from tegotae.cli.metrics import named
 from tegotae.cli.options import UNSET, BodyOptions, WorkOption
 from tegotae.cli.tables import print_rows
-from tegotae.collection import Runs, read
-from tegotae.errors import require_finite
-from tegotae.evaluation import Evaluation, Protocol, evaluate, require_evaluable
-from tegotae.files import output_file
-from tegotae.limits import MOST_RAD_PER_S
-from tegotae.metrics.metric import TABLE, Metric
-from tegotae.metrics.registry import metrics
-from tegotae.metrics.statistics import Interval
-from tegotae.progress import reporting
+from tegotae.measures.evaluation import (
+    Evaluation,
+    Protocol,
+    evaluate,
+    require_evaluable,
+)
+from tegotae.measures.hopping.metric import TABLE, Metric
+from tegotae.measures.hopping.registry import metrics
+from tegotae.measures.hopping.statistics import Interval
+from tegotae.training.collection import Runs, read
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
+from tegotae._support.errors import TegotaeError, require_count
 from tegotae.cli.tables import print_rows
-from tegotae.errors import TegotaeError, require_count
 
 if TYPE_CHECKING:
-    from tegotae.generalisation import Disturbance, Subject
-    from tegotae.generalisation.run import Done
+    from tegotae.studies.generalisation import Disturbance, Subject
+    from tegotae.studies.generalisation.run import Done
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -42,7 +42,7 @@ class Generalise:
 
     def run(self) -> None:
         """Try, write, and print."""
-        from tegotae.generalisation import disturbances_named
+        from tegotae.studies.generalisation import disturbances_named
 
         names = [name for words in self.conditions for name in words.split(",")]
         chosen = disturbances_named(filter(None, names))
@@ -52,11 +52,11 @@ class Generalise:
         require_count("starts", self.starts, most=64)
         if not self.places:
             raise TegotaeError("name a controller file, a folder, or a study's folder")
+        from tegotae._support.workplace import GENERALISATION, require_free_for
         from tegotae.figures.generalisation import curves_figure
         from tegotae.figures.style import save_figure
-        from tegotae.generalisation.run import generalise
-        from tegotae.generalisation.table import write_tables
-        from tegotae.workplace import GENERALISATION, require_free_for
+        from tegotae.studies.generalisation.run import generalise
+        from tegotae.studies.generalisation.table import write_tables
 
         require_free_for(self.out, GENERALISATION)
         done = generalise(self._subjects(), chosen, self.out, anew=self.anew)
@@ -66,9 +66,9 @@ class Generalise:
         print("wrote " + ", ".join(map(str, paths)))
 
     def _subjects(self) -> list[Subject]:
-        from tegotae.collection import read
-        from tegotae.generalisation import Subject
-        from tegotae.generalisation.sources import of_study
+        from tegotae.studies.generalisation import Subject
+        from tegotae.studies.generalisation.sources import of_study
+        from tegotae.training.collection import read
 
         found = []
         for place in self.places:
@@ -99,7 +99,7 @@ def _print_conditions(chosen: tuple[Disturbance, ...]) -> None:
 
 
 def _print_margins(done: list[Done], chosen: tuple[Disturbance, ...]) -> None:
-    from tegotae.generalisation import margins
+    from tegotae.studies.generalisation import margins
 
     rows = []
     for subject, outcome in done:

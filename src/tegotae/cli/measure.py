@@ -12,19 +12,30 @@ from typing import TYPE_CHECKING, Annotated, Any
 import numpy as np
 import tyro
 
-from tegotae.bodies import Body, Hopper
+from tegotae._support.errors import TegotaeError, require_finite
 from tegotae.cli.console import one_line
 from tegotae.cli.options import UNSET, WorkOption
 from tegotae.cli.tables import print_rows
-from tegotae.errors import TegotaeError, require_finite
-from tegotae.metrics import REGIMES, Efficiency, LimitCycle, Measured, measure
-from tegotae.metrics.registry import metrics
-from tegotae.presets import preset
-from tegotae.recordings import Recording, left_alone, read_columns, recording
-from tegotae.references import named
+from tegotae.measures.hopping import (
+    REGIMES,
+    Efficiency,
+    LimitCycle,
+    Measured,
+    measure,
+)
+from tegotae.measures.hopping.registry import metrics
+from tegotae.measures.recordings import (
+    Recording,
+    left_alone,
+    read_columns,
+    recording,
+)
+from tegotae.parts.bodies import Body, Hopper
+from tegotae.systems.presets import preset
+from tegotae.systems.user_objects import named
 
 if TYPE_CHECKING:
-    from tegotae.metrics.metric import Metric
+    from tegotae.measures.hopping.metric import Metric
 
 Given = Annotated[float | None, UNSET]
 _FIELDS = {

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from tegotae import references
-from tegotae.metrics.metric import Metric
-from tegotae.metrics.registry import chosen, register
+from tegotae.measures.hopping.metric import Metric
+from tegotae.measures.hopping.registry import chosen, register
+from tegotae.systems import user_objects as references
 
 
 def named(given: Sequence[str]) -> tuple[Metric, ...] | None:

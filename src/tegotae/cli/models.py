@@ -9,10 +9,10 @@ from typing import Annotated
 
 import tyro
 
+from tegotae._support.errors import unknown
 from tegotae.cli.tables import print_rows
-from tegotae.designs import Design, all_designs
-from tegotae.errors import unknown
-from tegotae.models import BUDGET, Model, all_models
+from tegotae.systems.designs import Design, all_designs
+from tegotae.systems.models import BUDGET, Model, all_models
 
 
 @dataclass(frozen=True)

@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
+from tegotae._support.devices import require_workers
+from tegotae._support.errors import TegotaeError
+from tegotae._support.files import output_folder, write_atomically
 from tegotae.cli.options import UNSET
-from tegotae.devices import require_workers
-from tegotae.errors import TegotaeError
-from tegotae.files import output_folder, write_atomically
 
 if TYPE_CHECKING:
-    from tegotae.study.multiverse.readings import Reading
-    from tegotae.study.multiverse.verdicts import Judged
+    from tegotae.studies.paper.multiverse.readings import Reading
+    from tegotae.studies.paper.multiverse.verdicts import Judged
 
 
 @dataclass(frozen=True)
@@ -39,16 +39,16 @@ class MultiverseRun:
         """Do what is missing."""
         from functools import partial
 
-        from tegotae.study import runner
-        from tegotae.study.multiverse.folder import MultiverseFolder
-        from tegotae.study.multiverse.plan import UNITS_PER_BUNDLE, multiverse
+        from tegotae.studies.paper import runner
+        from tegotae.studies.paper.multiverse.folder import MultiverseFolder
+        from tegotae.studies.paper.multiverse.plan import UNITS_PER_BUNDLE, multiverse
 
         plan = multiverse(self.scale, self.readings)
         if self.workers is not None:
             require_workers(self.workers)
         results = partial(runner.on_cores, workers=self.workers)
         if self.cluster is not None:
-            from tegotae.study.cluster import on_cluster
+            from tegotae.studies.paper.cluster import on_cluster
 
             results = on_cluster(self.cluster)
         folder = MultiverseFolder(self.dir)
@@ -70,8 +70,8 @@ class MultiverseStatus:
 
     def run(self) -> None:
         """Print it."""
-        from tegotae.study.multiverse.folder import MultiverseFolder, tables
-        from tegotae.study.unit import key_of
+        from tegotae.studies.paper.multiverse.folder import MultiverseFolder, tables
+        from tegotae.studies.paper.unit import key_of
 
         folder = MultiverseFolder(self.dir)
         plan = folder.plan(self.readings)
@@ -99,7 +99,7 @@ class MultiverseExport:
 
     def run(self) -> None:
         """Write them."""
-        from tegotae.study.multiverse.tables import READINGS, VERDICTS, write_tables
+        from tegotae.studies.paper.multiverse.tables import READINGS, VERDICTS, write_tables
 
         readings, judged = _judged(self.dir, self.readings)
         write_tables(readings, judged, self.out)
@@ -120,10 +120,10 @@ class MultiverseFigures:
     def run(self) -> None:
         """Draw."""
         from tegotae.figures.multiverse import curve_figure, overview_figure
+        from tegotae.figures.report.multiverse import shares_table
         from tegotae.figures.style import save_figure
-        from tegotae.report.multiverse import shares_table
-        from tegotae.study.multiverse.tables import READINGS, read_tables
-        from tegotae.study.multiverse.verdicts import CLAIMS, of_claim
+        from tegotae.studies.paper.multiverse.tables import READINGS, read_tables
+        from tegotae.studies.paper.multiverse.verdicts import CLAIMS, of_claim
 
         exported = (self.source / READINGS).exists()
         readings, judged = read_tables(self.source) if exported else _judged(self.source)
@@ -143,8 +143,8 @@ class MultiverseFigures:
 
 
 def _judged(path: Path, count: int | None = None) -> tuple[list[Reading], Judged]:
-    from tegotae.study.multiverse.folder import MultiverseFolder, tables
-    from tegotae.study.multiverse.verdicts import judge
+    from tegotae.studies.paper.multiverse.folder import MultiverseFolder, tables
+    from tegotae.studies.paper.multiverse.verdicts import judge
 
     folder = MultiverseFolder(path)
     plan = folder.plan(count)

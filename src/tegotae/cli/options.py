@@ -11,22 +11,22 @@ from typing import Annotated, Any
 import numpy as np
 import tyro
 
-from tegotae import controller_file
-from tegotae.bodies import Body, Hopper
+from tegotae._support.errors import TegotaeError
+from tegotae._support.limits import MOST_GAIN, MOST_RAD_PER_S, require_within
 from tegotae.cli.conditions import conditions_named
-from tegotae.controller_file import SavedController
-from tegotae.designs import design, is_design
-from tegotae.errors import TegotaeError
-from tegotae.experiment import Experiment
-from tegotae.integrators import Hold
-from tegotae.limits import MOST_GAIN, MOST_RAD_PER_S, require_within
-from tegotae.models import BUDGET, all_models, find
-from tegotae.oscillators import Oscillator, oscillator_named
-from tegotae.oscillators.named import PHASE
-from tegotae.presets import preset
-from tegotae.references import is_reference, named
-from tegotae.training.fitness import Fitness
-from tegotae.training.objective import Objective
+from tegotae.measures.objectives.fitness import Fitness
+from tegotae.measures.objectives.objective import Objective
+from tegotae.parts.bodies import Body, Hopper
+from tegotae.parts.oscillators import Oscillator, oscillator_named
+from tegotae.parts.oscillators.named import PHASE
+from tegotae.simulation.integrators import Hold
+from tegotae.systems import controller_file
+from tegotae.systems.controller_file import SavedController
+from tegotae.systems.designs import design, is_design
+from tegotae.systems.experiment import Experiment
+from tegotae.systems.models import BUDGET, all_models, find
+from tegotae.systems.presets import preset
+from tegotae.systems.user_objects import is_reference, named
 from tegotae.training.settings import tuned
 
 FromPreset = Annotated[float | None, tyro.conf.arg(help_behavior_hint="(default: the preset's)")]

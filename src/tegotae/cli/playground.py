@@ -9,10 +9,10 @@ from typing import Annotated
 
 import tyro
 
-from tegotae import controller_file
-from tegotae.errors import TegotaeError
-from tegotae.files import output_file, write_atomically
-from tegotae.playground import Choice, Page, standard
+from tegotae._support.errors import TegotaeError
+from tegotae._support.files import output_file, write_atomically
+from tegotae.export.playground import Choice, Page, standard
+from tegotae.systems import controller_file
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -11,16 +11,16 @@ from typing import Annotated
 
 from rich.console import Console
 
-from tegotae import tables
-from tegotae.bodies import Hopper
+from tegotae._support import tables
+from tegotae._support.errors import TegotaeError, require_finite
+from tegotae._support.files import output_file
 from tegotae.cli.options import UNSET, ControllerOptions, FromPreset, WorkOption
-from tegotae.errors import TegotaeError, require_finite
-from tegotae.files import output_file
-from tegotae.integrators import Hold, PredictorCorrector
-from tegotae.metrics.efficiency import work_total
-from tegotae.presets import preset
-from tegotae.rollout import MOST_TICKS, Scenario, Timing
-from tegotae.simulation import Result, Simulation
+from tegotae.measures.hopping.efficiency import work_total
+from tegotae.parts.bodies import Hopper
+from tegotae.simulation.integrators import Hold, PredictorCorrector
+from tegotae.simulation.rollout import MOST_TICKS, Scenario, Timing
+from tegotae.systems.presets import preset
+from tegotae.systems.simulation import Result, Simulation
 
 SERIES = (
     "time_s",

@@ -9,8 +9,8 @@ import traceback
 from collections.abc import Callable
 
 from tegotae._start import INTERRUPTED, end_on_ctrl_c
+from tegotae._support.errors import TegotaeError
 from tegotae.cli.console import one_line
-from tegotae.errors import TegotaeError
 
 NOT_WRITTEN = 1
 """The system failed a command: a full disk, a file that is gone."""

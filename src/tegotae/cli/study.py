@@ -9,15 +9,15 @@ from typing import Annotated, Any
 
 import tyro
 
-from tegotae.checks import check_metric
+from tegotae._support.devices import require_workers
+from tegotae._support.errors import TegotaeError
+from tegotae._support.files import output_file, output_folder, write_atomically
 from tegotae.cli.options import UNSET, ExperimentOptions, Several, experiments_at, settings_named
-from tegotae.devices import require_workers
-from tegotae.errors import TegotaeError
-from tegotae.files import output_file, output_folder, write_atomically
-from tegotae.metrics.registry import names
-from tegotae.study.folder import Folder
-from tegotae.study.plan import Plan, plan
-from tegotae.study.record import Record
+from tegotae.measures.hopping.registry import names
+from tegotae.measures.hopping.check import check_metric
+from tegotae.studies.paper.folder import Folder
+from tegotae.studies.paper.plan import Plan, plan
+from tegotae.studies.paper.record import Record
 from tegotae.training.algorithms import Algorithm
 
 
@@ -50,14 +50,14 @@ class StudyRun(ExperimentOptions):
         """Do what is missing."""
         from functools import partial
 
-        from tegotae.study import runner
+        from tegotae.studies.paper import runner
 
         chosen = self.plan
         if self.workers is not None:
             require_workers(self.workers)
         results = partial(runner.on_cores, workers=self.workers)
         if self.cluster is not None:
-            from tegotae.study.cluster import on_cluster
+            from tegotae.studies.paper.cluster import on_cluster
 
             results = on_cluster(self.cluster)
         total = runner.run(chosen, self.dir, results, anew=self.anew)
@@ -118,8 +118,8 @@ class StudyReport:
 
     def run(self) -> None:
         """Write it, and say where it is."""
-        from tegotae.report.page import report
-        from tegotae.study.table import tabulate_budgets
+        from tegotae.figures.report.page import report
+        from tegotae.studies.paper.table import tabulate_budgets
 
         folder = Folder(self.dir)
         records, document = _records(folder), folder.document
@@ -146,8 +146,8 @@ class StudyExport:
 
     def run(self) -> None:
         """Write it."""
-        from tegotae.study.export import write_csv, write_parquet
-        from tegotae.study.table import tabulate, tabulate_budgets
+        from tegotae.studies.paper.export import write_csv, write_parquet
+        from tegotae.studies.paper.table import tabulate, tabulate_budgets
 
         writers = {".csv": write_csv, ".parquet": write_parquet}
         for path in filter(None, (self.out, self.budgets)):
@@ -184,17 +184,17 @@ class StudyFigures:
     def run(self) -> None:
         """Draw and judge."""
         from tegotae.figures.budgets import budgets_figure
+        from tegotae.figures.report import convergence
+        from tegotae.figures.report.judged import judged
         from tegotae.figures.study import (
             architectures_figure,
             correlation_figure,
             pictograms_figure,
         )
         from tegotae.figures.style import save_figure
-        from tegotae.report import convergence
-        from tegotae.report.judged import judged
-        from tegotae.study.claims import verdicts_by_budget
-        from tegotae.study.export import csv_of, read_csv
-        from tegotae.study.table import Table, tabulate, tabulate_budgets
+        from tegotae.studies.paper.claims import verdicts_by_budget
+        from tegotae.studies.paper.export import csv_of, read_csv
+        from tegotae.studies.paper.table import Table, tabulate, tabulate_budgets
 
         if self.source.is_dir():
             records = _records(Folder(self.source))
@@ -235,7 +235,7 @@ class StudyMerge:
 
     def run(self) -> None:
         """Copy, and say how many."""
-        from tegotae.study.export import merge
+        from tegotae.studies.paper.export import merge
 
         copied = merge(Folder(self.source), Folder(self.dir))
         print(f"{copied} records copied to {self.dir}")

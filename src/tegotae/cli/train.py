@@ -11,20 +11,20 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
+from tegotae._support.errors import TegotaeError, require_count
+from tegotae._support.limits import MOST_SEEDS
+from tegotae._support.optional_dependencies import require
 from tegotae.cli.options import ExperimentOptions, experiment_named, settings_named
 from tegotae.cli.tables import print_rows
-from tegotae.errors import TegotaeError, require_count
-from tegotae.experiment import Experiment
-from tegotae.extras import require
-from tegotae.limits import MOST_SEEDS
-from tegotae.metrics.statistics import mean_defined
-from tegotae.models import BUDGET
-from tegotae.registry import name_of
+from tegotae.measures.hopping.statistics import mean_defined
+from tegotae.measures.objectives.objective import FAILED_FITNESS
+from tegotae.systems.experiment import Experiment
+from tegotae.systems.models import BUDGET
+from tegotae.systems.registry import name_of
 from tegotae.training.agents import AgentRun, AgentSettings, train_agents
 from tegotae.training.algorithms import Algorithm
 from tegotae.training.evolve import Curves
-from tegotae.training.learners import agents, evolutions
-from tegotae.training.objective import FAILED_FITNESS
+from tegotae.training.registry import agents, evolutions
 from tegotae.training.run import Run, train
 from tegotae.training.stopping import CAP, PLATEAU, RUNNING, SEARCH, Stopping
 
@@ -206,7 +206,7 @@ _ENDED = {
 
 def summarise(paths: list[Path], unit: str) -> None:
     """How each seed's training went, counted in generations or episodes."""
-    from tegotae.controller_file import load
+    from tegotae.systems.controller_file import load
 
     found = [(path, load(path).training) for path in paths]
     evolved = all("ended" in training for _, training in found)

@@ -8,13 +8,13 @@ from typing import Annotated, Any
 
 import tyro
 
+from tegotae._support.errors import TegotaeError
+from tegotae._support.optional_dependencies import require
 from tegotae.cli.options import settings_named
 from tegotae.cli.train import EvolutionOptions, logger, summarise
-from tegotae.errors import TegotaeError
-from tegotae.extras import require
-from tegotae.models import find
-from tegotae.references import is_reference
-from tegotae.registry import name_of
+from tegotae.systems.models import find
+from tegotae.systems.registry import name_of
+from tegotae.systems.user_objects import is_reference
 from tegotae.training.algorithms import Algorithm
 from tegotae.training.run import Run, train
 
@@ -96,9 +96,9 @@ class TrainEnv(EvolutionOptions):
         """
         require("gymnasium", "gym")
         from tegotae.envs.wiring_file import load_wiring, packaged
+        from tegotae.training.wired.env_spec import Place
         from tegotae.training.wired.experiment import WiredExperiment
         from tegotae.training.wired.measures import Hopping, measure_named
-        from tegotae.training.wired.place import Place
 
         if is_reference(self.model):
             raise TegotaeError(
@@ -140,7 +140,7 @@ class TrainEnv(EvolutionOptions):
         """
         import json
 
-        from tegotae.training.wired.place import Place
+        from tegotae.training.wired.env_spec import Place
 
         is_model = Place(env=self.env).is_model
         found: dict[str, Any] = {}

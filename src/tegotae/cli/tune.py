@@ -10,18 +10,18 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
+from tegotae._support.errors import require_count
+from tegotae._support.files import output_file, write_atomically
 from tegotae.cli.options import UNSET, ExperimentOptions, experiment_named, settings_named
 from tegotae.cli.tables import print_rows
-from tegotae.errors import require_count
-from tegotae.files import output_file, write_atomically
-from tegotae.models import BUDGET
-from tegotae.references import is_reference
-from tegotae.registry import name_of
+from tegotae.systems.models import BUDGET
+from tegotae.systems.registry import name_of
+from tegotae.systems.user_objects import is_reference
 from tegotae.training.agents import AgentSettings
 from tegotae.training.algorithms import Algorithm
-from tegotae.training.learners import agents
-from tegotae.tuning.spaces import space_of
-from tegotae.tuning.task import BUDGET_S, FIRST_SEED, Task
+from tegotae.training.registry import agents
+from tegotae.training.tuning.spaces import space_of
+from tegotae.training.tuning.task import BUDGET_S, FIRST_SEED, Task
 
 if TYPE_CHECKING:
     from optuna.trial import FrozenTrial
@@ -60,8 +60,8 @@ class Tune(ExperimentOptions):
 
     def run(self) -> None:
         """Search, and print what was found."""
-        from tegotae.tuning import describe, judge, tune
-        from tegotae.tuning.record import confirmation, ranking, tried_first
+        from tegotae.training.tuning import describe, judge, tune
+        from tegotae.training.tuning.record import confirmation, ranking, tried_first
 
         algorithm = self._algorithm()
         space = space_of(algorithm)

@@ -12,8 +12,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from tegotae.errors import unknown
-from tegotae.extras import require
+from tegotae._support.errors import unknown
+from tegotae._support.optional_dependencies import require
 
 require("gymnasium", "gym")
 

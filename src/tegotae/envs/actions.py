@@ -8,9 +8,14 @@ from dataclasses import dataclass
 import jax
 import jax.numpy as jnp
 
-from tegotae.controller import Controller, Tegotae
-from tegotae.oscillators import Oscillator, PhaseOscillator
-from tegotae.terms import Actuation, ConstantGain, Signals, Term
+from tegotae.parts.controller import Controller, Tegotae
+from tegotae.parts.oscillators import Oscillator, PhaseOscillator
+from tegotae.parts.terms import (
+    Actuation,
+    ConstantGain,
+    Signals,
+    Term,
+)
 
 
 @dataclass(frozen=True)

@@ -7,14 +7,15 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 
-from tegotae.metrics.efficiency import cot_inverse
-from tegotae.metrics.hopping import dies_out, left_out
+from tegotae.measures.hopping.efficiency import cot_inverse
+from tegotae.measures.hopping.hopping import dies_out, left_out
 
 
 class Apexes(NamedTuple):
     """Totals at the apexes of hops so far: all that CoT⁻¹ over whole hops takes.
 
-    The same hops count as in a recording of the same frames (`tegotae.metrics.whole_hops`).
+    The same hops count as in a recording of the same frames
+    (`tegotae.measures.hopping.whole_hops`).
 
     Example:
         >>> apexes = Apexes.none(jnp.zeros(1))

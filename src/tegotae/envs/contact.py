@@ -9,9 +9,9 @@ import gymnasium
 import numpy as np
 from gymnasium.spaces import Box
 
+from tegotae._support.errors import TegotaeError, unknown
+from tegotae._support.optional_dependencies import require
 from tegotae.envs.naming import observation_names
-from tegotae.errors import TegotaeError, unknown
-from tegotae.extras import require
 
 
 class MujocoContactForce(gymnasium.ObservationWrapper[np.ndarray, Any, np.ndarray]):

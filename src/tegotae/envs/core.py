@@ -16,18 +16,18 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from tegotae.bodies import Body
-from tegotae.controller import Controller
-from tegotae.devices import set_up
+from tegotae._support.devices import set_up
+from tegotae._support.errors import TegotaeError
 from tegotae.envs.apexes import Apexes
 from tegotae.envs.rewards import HopReward
 from tegotae.envs.settings import HopperSettings
-from tegotae.errors import TegotaeError
-from tegotae.integrators import Hold
-from tegotae.integrators.base import phase_of, signals
-from tegotae.loop import ClosedLoop, Lane, keep
-from tegotae.metrics.hopping import hop_height_m
-from tegotae.world import Scenario, ground_m
+from tegotae.measures.hopping.hopping import hop_height_m
+from tegotae.parts.bodies import Body
+from tegotae.parts.controller import Controller
+from tegotae.simulation.integrators import Hold
+from tegotae.simulation.integrators.base import phase_of, signals
+from tegotae.simulation.loop import ClosedLoop, Lane, keep
+from tegotae.simulation.world import Scenario, ground_m
 
 SENSE_BOUND = 1e3
 """Observations are clipped to this many times their scale, far beyond what a leg survives."""

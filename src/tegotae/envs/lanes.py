@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 from gymnasium.utils import seeding
 
+from tegotae._support.errors import TegotaeError
 from tegotae.envs.settings import HopperSettings
-from tegotae.errors import TegotaeError
-from tegotae.rollout import Scenario
+from tegotae.simulation.rollout import Scenario
 
 
 class LaneScenarios:

@@ -9,7 +9,7 @@ import gymnasium
 import numpy as np
 from gymnasium.spaces import Box, Dict, Space
 
-from tegotae.errors import TegotaeError
+from tegotae._support.errors import TegotaeError
 
 
 def observation_names(env: gymnasium.Env[Any, Any]) -> tuple[str, ...]:

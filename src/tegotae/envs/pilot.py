@@ -9,13 +9,20 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from tegotae.controller import Controller
-from tegotae.devices import set_up
+from tegotae._support.devices import set_up
+from tegotae._support.errors import TegotaeError
 from tegotae.envs.wires import Wires
 from tegotae.envs.wiring import Wiring
-from tegotae.errors import TegotaeError
-from tegotae.integrators.base import decide, held, phase_of, push, settled, with_rhythm
-from tegotae.terms import Signals
+from tegotae.parts.controller import Controller
+from tegotae.parts.terms import Signals
+from tegotae.simulation.integrators.base import (
+    decide,
+    held,
+    phase_of,
+    push,
+    settled,
+    with_rhythm,
+)
 
 
 class Pilot:

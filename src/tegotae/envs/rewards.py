@@ -7,8 +7,8 @@ from typing import Any
 
 import jax.numpy as jnp
 
-from tegotae.errors import require_finite
-from tegotae.metrics.efficiency import check_work, cot_inverse
+from tegotae._support.errors import require_finite
+from tegotae.measures.hopping.efficiency import check_work, cot_inverse
 
 
 @dataclass(frozen=True, kw_only=True)

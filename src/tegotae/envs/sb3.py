@@ -9,13 +9,13 @@ from typing import Any
 import gymnasium
 import numpy as np
 
+from tegotae._support.errors import TegotaeError, require_count
+from tegotae._support.optional_dependencies import require
 from tegotae.envs.core import TELEMETRY, Hoppers, Step
 from tegotae.envs.lanes import LaneScenarios
 from tegotae.envs.rendering import draw
 from tegotae.envs.settings import HopperSettings
 from tegotae.envs.spaces import action_space, observation_space, pose
-from tegotae.errors import TegotaeError, require_count
-from tegotae.extras import require
 
 require("stable_baselines3", "sb3")
 

@@ -10,11 +10,11 @@ import gymnasium
 import jax.numpy as jnp
 import numpy as np
 
-from tegotae.bodies import Body, WiredLimbs
+from tegotae._support.errors import TegotaeError, unknown
+from tegotae._support.optional_dependencies import require
 from tegotae.envs.wiring import Wiring
-from tegotae.errors import TegotaeError, unknown
-from tegotae.extras import require
-from tegotae.terms import Network
+from tegotae.parts.bodies import Body, WiredLimbs
+from tegotae.parts.terms import Network
 
 
 class WiringWarning(UserWarning):
@@ -73,7 +73,7 @@ def body_scales(body: Body) -> dict[str, float]:
     A signal whose scale differs between limbs is left out.
 
     Example:
-        >>> from tegotae.bodies import Hopper
+        >>> from tegotae.parts.bodies import Hopper
         >>> for name, scale in body_scales(Hopper()).items():
         ...     print(f"{name} {scale:.3f}")
         spring_force 0.981

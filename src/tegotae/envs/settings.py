@@ -9,14 +9,24 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from tegotae.bodies import Body, Hopper, require_one_limb
-from tegotae.controller import Controller
+from tegotae._support.errors import (
+    TegotaeError,
+    require_count,
+    require_finite,
+    unknown,
+)
 from tegotae.envs.actions import feedback_controller, force_controller
 from tegotae.envs.rewards import HopReward
-from tegotae.errors import TegotaeError, require_count, require_finite, unknown
-from tegotae.oscillators import Oscillator, PhaseOscillator
-from tegotae.rollout import Scenario
-from tegotae.terms import Actuation, Reflex, Sector, SectorAndReflex
+from tegotae.parts.bodies import Body, Hopper, require_one_limb
+from tegotae.parts.controller import Controller
+from tegotae.parts.oscillators import Oscillator, PhaseOscillator
+from tegotae.parts.terms import (
+    Actuation,
+    Reflex,
+    Sector,
+    SectorAndReflex,
+)
+from tegotae.simulation.rollout import Scenario
 
 Chosen: TypeAlias = float | tuple[float, float]
 """A number, or the two ends of the range from which every episode draws its own."""

@@ -7,11 +7,11 @@ from typing import Any, ClassVar
 import gymnasium
 import numpy as np
 
+from tegotae._support.errors import TegotaeError
 from tegotae.envs.core import TELEMETRY, Hoppers, Step
 from tegotae.envs.rendering import Window, draw
 from tegotae.envs.settings import HopperSettings, TegotaeHopperSettings, settings_of
 from tegotae.envs.spaces import action_space, observation_space, pose
-from tegotae.errors import TegotaeError
 
 RENDER_MODES = ["rgb_array", "human"]
 _FRAMES_PER_SECOND = 50

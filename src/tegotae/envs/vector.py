@@ -8,12 +8,12 @@ import numpy as np
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
+from tegotae._support.errors import TegotaeError, require_count
 from tegotae.envs.core import TELEMETRY, Hoppers, Step
 from tegotae.envs.lanes import LaneScenarios
 from tegotae.envs.rendering import draw
 from tegotae.envs.settings import HopperSettings, TegotaeHopperSettings, settings_of
 from tegotae.envs.spaces import action_space, observation_space, pose
-from tegotae.errors import TegotaeError, require_count
 
 
 class HopperVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):

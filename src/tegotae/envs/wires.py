@@ -11,10 +11,10 @@ import gymnasium
 import numpy as np
 from gymnasium.spaces import Box
 
-from tegotae.controller import Controller
+from tegotae._support.errors import TegotaeError, require_finite, unknown
 from tegotae.envs.naming import action_names, observation_names
 from tegotae.envs.wiring import Limb, Wiring, misnamed_scales
-from tegotae.errors import TegotaeError, require_finite, unknown
+from tegotae.parts.controller import Controller
 
 _OWN = {"sin_phase", "cos_phase", "feedback"}
 """Signals that an environment need not provide."""
@@ -24,7 +24,7 @@ def read_by(controller: Controller) -> list[str]:
     """Signals that a controller's terms read, and that an environment must provide.
 
     Example:
-        >>> from tegotae.models import build
+        >>> from tegotae.systems.models import build
         >>> read_by(build("AR-rFv-reflex-w8"))
         ['spring_force', 'velocity']
     """

@@ -12,11 +12,11 @@ from typing import Any
 
 import gymnasium
 
-from tegotae.controller import Controller
-from tegotae.controller_file import SavedController
-from tegotae.errors import TegotaeError, require_finite
-from tegotae.models import build
-from tegotae.terms import Sector
+from tegotae._support.errors import TegotaeError, require_finite
+from tegotae.parts.controller import Controller
+from tegotae.parts.terms import Sector
+from tegotae.systems.controller_file import SavedController
+from tegotae.systems.models import build
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -139,8 +139,8 @@ class Wiring:
         Example:
             >>> Wiring.from_controller("leg.json", "leg.toml", omega=9.0)  # doctest: +SKIP
         """
-        from tegotae.controller_file import load
         from tegotae.envs.wiring_file import load_wiring, wiring_of
+        from tegotae.systems.controller_file import load
 
         saved = load(file)
         if isinstance(wiring, (str, Path)):

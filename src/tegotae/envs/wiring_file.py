@@ -12,11 +12,12 @@ from typing import Any
 import msgspec
 import numpy as np
 
-from tegotae import controller_file, documents
-from tegotae.documents import DamagedDocumentError
+from tegotae._support import documents
+from tegotae._support.documents import DamagedDocumentError
+from tegotae._support.errors import TegotaeError, unknown
+from tegotae._support.files import write_atomically
 from tegotae.envs.wiring import Limb, Wiring
-from tegotae.errors import TegotaeError, unknown
-from tegotae.files import write_atomically
+from tegotae.systems import controller_file
 
 FORMAT = "tegotae wiring"
 _MOST_BYTES = 2**20
@@ -82,7 +83,9 @@ def load_wiring(path: Path | str) -> Wiring:
         'leg'
     """
     if str(path) in packaged():
-        text = (resources.files("tegotae.mujoco") / "wirings" / f"{path}.toml").read_text("utf-8")
+        text = (resources.files("tegotae.envs.mujoco") / "wirings" / f"{path}.toml").read_text(
+            "utf-8"
+        )
         return _parsed(text, ".toml", Path(f"{path}.toml"))
     path = Path(path)
     if path.suffix not in (".toml", ".json"):
@@ -184,7 +187,7 @@ def wiring_of(document: Any, folder: Path | None = None) -> Wiring:
 
 def packaged() -> list[str]:
     """Names of the wirings that come with the package, for its MuJoCo models."""
-    files = (resources.files("tegotae.mujoco") / "wirings").iterdir()
+    files = (resources.files("tegotae.envs.mujoco") / "wirings").iterdir()
     return sorted(file.name[:-5] for file in files if file.name.endswith(".toml"))
 
 

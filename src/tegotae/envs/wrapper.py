@@ -9,13 +9,13 @@ import gymnasium
 import numpy as np
 from gymnasium.spaces import Box, Dict
 
+from tegotae._support.errors import TegotaeError
 from tegotae.envs.contact import with_contact
 from tegotae.envs.naming import flat
 from tegotae.envs.pilot import Pilot
 from tegotae.envs.scaling import WiringWarning, contact_entries, remarks
 from tegotae.envs.wires import look_up, weights_of
 from tegotae.envs.wiring import Wiring
-from tegotae.errors import TegotaeError
 
 PHASE_KEY = "phase"
 """Where a dictionary observation holds sin φ and cos φ of the limbs."""

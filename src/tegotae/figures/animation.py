@@ -10,10 +10,10 @@ import numpy as np
 from matplotlib.animation import FFMpegWriter, FuncAnimation, PillowWriter
 from matplotlib.patches import Circle, Rectangle
 
-from tegotae.errors import TegotaeError
+from tegotae._support.errors import TegotaeError
+from tegotae._support.files import output_file, write_atomically
 from tegotae.figures.style import COLOURS, new_figure, styled
-from tegotae.files import output_file, write_atomically
-from tegotae.simulation import Result
+from tegotae.systems.simulation import Result
 
 FRAMES_PER_S = 25
 """Pictures per simulated second, shown in real time."""

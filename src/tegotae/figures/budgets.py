@@ -13,9 +13,16 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import NullLocator
 
-from tegotae.errors import TegotaeError
+from tegotae._support.errors import TegotaeError
 from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, styled
-from tegotae.study.claims.verdict import FAILS, HOLDS, INFORMATION, UNDECIDED, Part, Verdict
+from tegotae.studies.paper.claims.verdict import (
+    FAILS,
+    HOLDS,
+    INFORMATION,
+    UNDECIDED,
+    Part,
+    Verdict,
+)
 
 Budget = float | str
 """Episodes per run; or a word, such as "plateau", where runs had as many as they needed."""

@@ -12,10 +12,10 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from tegotae.errors import TegotaeError
+from tegotae._support.errors import TegotaeError
 from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, styled
-from tegotae.metrics.statistics import interval
-from tegotae.training.objective import FAILED_FITNESS
+from tegotae.measures.hopping.statistics import interval
+from tegotae.measures.objectives.objective import FAILED_FITNESS
 from tegotae.training.stopping import CAP, PLATEAU
 
 _ACROSS = 3

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from tegotae.tables import write_csv
+from tegotae._support.tables import write_csv
 
 _DIGITS = 9
 

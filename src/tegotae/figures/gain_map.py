@@ -11,13 +11,13 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
-from tegotae.analysis.gain_sweep import GainSweep
-from tegotae.analysis.ridge import Ridge
 from tegotae.figures.data import joined, long_table
 from tegotae.figures.maps import draw_quantity, regime_legend
 from tegotae.figures.style import COLOURS, COLUMN_IN, new_figure, styled
-from tegotae.metrics.gait import REGIMES
-from tegotae.optimum.table import curve
+from tegotae.measures.hopping.gait import REGIMES
+from tegotae.measures.optimum.table import curve
+from tegotae.studies.analysis.gain_sweep import GainSweep
+from tegotae.studies.analysis.ridge import Ridge
 
 # Hollow, and drawn whole though they lie on the panel's edge.
 _CENSORED: dict[str, Any] = {
@@ -40,7 +40,8 @@ def gain_map_figure(
     """CoT⁻¹ A and B over frequency and gain, one row of panels per actuation.
 
     Below, the best of each frequency beside the largest CoT⁻¹ A that any force can have
-    (`tegotae.optimum.curve`), where that is known for the body. It is that at any frequency: strong
+    (`tegotae.measures.optimum.curve`), where that is known for the body. It is that at any
+    frequency: strong
     feedback slows the oscillator, so that a gait of one turn a hop hops more slowly than ω.
 
     Args:

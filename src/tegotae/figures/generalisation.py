@@ -11,9 +11,9 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from tegotae.figures.style import COLOURS, PAGE_IN, literal, new_figure, styled
-from tegotae.generalisation.disturbance import Disturbance
-from tegotae.generalisation.run import Done
-from tegotae.generalisation.table import MEASURES, share_interval
+from tegotae.studies.generalisation.disturbance import Disturbance
+from tegotae.studies.generalisation.run import Done
+from tegotae.studies.generalisation.table import MEASURES, share_interval
 
 MOST_LINES = len(COLOURS)
 """Lines that a panel can tell apart."""

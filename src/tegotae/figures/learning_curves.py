@@ -12,8 +12,8 @@ from matplotlib.patches import Patch
 
 from tegotae.figures.data import Table
 from tegotae.figures.style import COLOURS, PAGE_IN, literal, new_figure, styled
-from tegotae.metrics.registry import range_of
-from tegotae.metrics.statistics import interval
+from tegotae.measures.hopping.registry import range_of
+from tegotae.measures.hopping.statistics import interval
 from tegotae.training.curves import LearningCurve, groups, shared, table
 
 _OTHERS = "0.72"

@@ -12,7 +12,12 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from tegotae.figures.style import SEQUENTIAL
-from tegotae.metrics.gait import AT_REST, FAILED, REGIMES, UNSETTLED
+from tegotae.measures.hopping.gait import (
+    AT_REST,
+    FAILED,
+    REGIMES,
+    UNSETTLED,
+)
 
 _FILL = {AT_REST: "0.9", UNSETTLED: "white", FAILED: "black"}
 _HATCH = {AT_REST: "/////", UNSETTLED: None, FAILED: None}

@@ -11,10 +11,23 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from tegotae.figures.style import COLOURS, DIVERGING, PAGE_IN, SEQUENTIAL, new_figure, styled
-from tegotae.study.claims import FAILS, HOLDS, UNDECIDED, Part, Verdict
-from tegotae.study.multiverse.influence import SIGNIFICANT, Influence, influences
-from tegotae.study.multiverse.readings import CHOICES, Choice, Reading
-from tegotae.study.multiverse.verdicts import CLAIMS, Judged, claimed, of_claim, shares, words
+from tegotae.studies.paper.claims import (
+    FAILS,
+    HOLDS,
+    UNDECIDED,
+    Part,
+    Verdict,
+)
+from tegotae.studies.paper.multiverse.influence import SIGNIFICANT, Influence, influences
+from tegotae.studies.paper.multiverse.readings import CHOICES, Choice, Reading
+from tegotae.studies.paper.multiverse.verdicts import (
+    CLAIMS,
+    Judged,
+    claimed,
+    of_claim,
+    shares,
+    words,
+)
 
 VERDICT_COLOURS = {HOLDS: COLOURS[5], UNDECIDED: "0.75", FAILS: COLOURS[4]}
 """Green holds, grey is undecided, orange fails; they differ in lightness, too."""

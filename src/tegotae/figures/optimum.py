@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from tegotae.bodies import Hopper
 from tegotae.figures.style import COLOURS, PAGE_IN, literal, new_figure, styled
-from tegotae.optimum.problem import small_hop_limit
-from tegotae.optimum.table import Curve
+from tegotae.measures.optimum.problem import small_hop_limit
+from tegotae.measures.optimum.table import Curve
+from tegotae.parts.bodies import Hopper
 
 Points = Mapping[str, tuple[np.ndarray, np.ndarray]]
 """Hop frequencies [rad/s] and CoT⁻¹ [m/J] of some gaits, by what they are called."""

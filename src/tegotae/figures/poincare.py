@@ -10,8 +10,8 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 from matplotlib.ticker import MaxNLocator
 
-from tegotae.analysis.poincare import NUMERICAL, Poincare
 from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, styled
+from tegotae.studies.analysis.poincare import NUMERICAL, Poincare
 
 _SEEN = ("apex_height_m", "apex_phase_rad")
 """What is shown of a point of the section; an oscillator may have more state than its phase."""

@@ -10,9 +10,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, styled
-from tegotae.metrics.measured import Measured
-from tegotae.metrics.smoothness import FORCE_PERIOD_S
-from tegotae.metrics.spectrum import Spectrum, spectrum
+from tegotae.measures.hopping.measured import Measured
+from tegotae.measures.hopping.smoothness import FORCE_PERIOD_S
+from tegotae.measures.hopping.spectrum import Spectrum, spectrum
 
 _SHOWN = 0.01
 """The spectrum is drawn as far as it has this share of its highest peak."""
@@ -25,7 +25,7 @@ def recording_figure(measured: Measured, *, rest_length_m: float, note: str = ""
     shown as a return map, each over the one before.
 
     Args:
-        measured: what was measured (`tegotae.metrics.measure`).
+        measured: what was measured (`tegotae.measures.hopping.measure`).
         rest_length_m: rest length of the leg l0 [m].
         note: a title.
     """

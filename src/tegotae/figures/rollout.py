@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, styled
-from tegotae.simulation import Result
+from tegotae.systems.simulation import Result
 
 
 def rollout_figure(result: Result) -> Figure:

@@ -15,12 +15,12 @@ from matplotlib.patheffects import withStroke
 from matplotlib.ticker import FixedLocator, Locator, MaxNLocator
 
 from tegotae.figures.style import COLOURS, COLUMN_IN, DIVERGING, PAGE_IN, new_figure, styled
-from tegotae.metrics.metric import FIGURE, Metric
-from tegotae.metrics.registry import range_of
-from tegotae.metrics.statistics import Interval, balanced_difference
-from tegotae.optimum.table import curve
-from tegotae.study.claims import correlation, designs
-from tegotae.study.table import ARCHITECTURES, Table
+from tegotae.measures.hopping.metric import FIGURE, Metric
+from tegotae.measures.hopping.registry import range_of
+from tegotae.measures.hopping.statistics import Interval, balanced_difference
+from tegotae.measures.optimum.table import curve
+from tegotae.studies.paper.claims import correlation, designs
+from tegotae.studies.paper.table import ARCHITECTURES, Table
 
 OBSERVATIONS = {"F": "$s = [F_k]$", "Fv": r"$s = [F_k, \dot y]$"}
 

@@ -13,8 +13,8 @@ from cycler import cycler
 from matplotlib.backend_bases import FigureCanvasBase
 from matplotlib.figure import Figure
 
-from tegotae.errors import TegotaeError
-from tegotae.files import output_file, write_atomically
+from tegotae._support.errors import TegotaeError
+from tegotae._support.files import output_file, write_atomically
 
 COLUMN_IN = 3.5
 """Width of one column [in]."""

@@ -11,13 +11,13 @@ from typing import Annotated, Any
 import msgspec
 import numpy as np
 
-from tegotae import documents
-from tegotae.documents import DamagedDocumentError
-from tegotae.errors import TegotaeError
-from tegotae.tables import numbers, parse_csv
+from tegotae._support import documents
+from tegotae._support.documents import DamagedDocumentError
+from tegotae._support.errors import TegotaeError
+from tegotae._support.tables import numbers, parse_csv
+from tegotae._support.workplace import is_earlier
 from tegotae.training.algorithms.document import algorithm_name
 from tegotae.training.folder import RunDocument
-from tegotae.workplace import is_earlier
 
 COLUMNS = ("algorithm", "model", "seed", "episode", "simulated_s", "cot_inverse")
 """Columns of a table of learning curves, one row a point."""

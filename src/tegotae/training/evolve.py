@@ -14,10 +14,10 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from tegotae.controller import Controller
-from tegotae.descriptions import check_kept
-from tegotae.devices import set_up
-from tegotae.errors import TegotaeError
+from tegotae._support.devices import set_up
+from tegotae._support.errors import TegotaeError
+from tegotae.parts.controller import Controller
+from tegotae.systems.descriptions import check_kept
 from tegotae.training.algorithms import Algorithm
 from tegotae.training.judge import Judge, Round, Verdict
 from tegotae.training.stopping import RUNNING, Stopping

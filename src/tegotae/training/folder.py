@@ -12,13 +12,14 @@ from typing import Any
 import msgspec
 import numpy as np
 
-from tegotae import controller_file, documents
-from tegotae.controller import Controller
-from tegotae.controller_file import SavedController
-from tegotae.documents import DamagedDocumentError
-from tegotae.errors import TegotaeError
-from tegotae.experiment import Experiment, differing
-from tegotae.files import write_atomically
+from tegotae._support import documents
+from tegotae._support.documents import DamagedDocumentError
+from tegotae._support.errors import TegotaeError
+from tegotae._support.files import write_atomically
+from tegotae.parts.controller import Controller
+from tegotae.systems import controller_file
+from tegotae.systems.controller_file import SavedController
+from tegotae.systems.experiment import Experiment, differing
 from tegotae.training.trainable import Trainable
 
 

@@ -12,13 +12,13 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from tegotae.bodies import Body
-from tegotae.devices import on_every_device
-from tegotae.loop import check_senses
-from tegotae.rollout import Engine
-from tegotae.training.objective import Objective
-from tegotae.training.variety import Variety
-from tegotae.world import Scenario
+from tegotae._support.devices import on_every_device
+from tegotae.measures.objectives.objective import Objective
+from tegotae.parts.bodies import Body
+from tegotae.simulation.loop import check_senses
+from tegotae.simulation.rollout import Engine
+from tegotae.simulation.world import Scenario
+from tegotae.simulation.world.randomization import Variety
 
 
 class Verdict(NamedTuple):

@@ -15,17 +15,18 @@ from typing import Any
 import jax
 import numpy as np
 
-from tegotae.arrays import read_arrays
-from tegotae.descriptions import check_kept
-from tegotae.devices import set_up
-from tegotae.documents import fitted, parse
-from tegotae.errors import TegotaeError, require_count
-from tegotae.experiment import differing
-from tegotae.files import write_atomically
-from tegotae.limits import require_memory
-from tegotae.metrics.statistics import mean_defined
-from tegotae.progress import reporting
-from tegotae.tables import write_csv
+from tegotae._support.arrays import read_arrays
+from tegotae._support.devices import set_up
+from tegotae._support.documents import fitted, parse
+from tegotae._support.errors import TegotaeError, require_count
+from tegotae._support.files import write_atomically
+from tegotae._support.limits import require_memory
+from tegotae._support.progress import reporting
+from tegotae._support.tables import write_csv
+from tegotae._support.workplace import TRAINING, alone
+from tegotae.measures.hopping.statistics import mean_defined
+from tegotae.systems.descriptions import check_kept
+from tegotae.systems.experiment import differing
 from tegotae.training.algorithms import PGPE, Algorithm
 from tegotae.training.algorithms.document import algorithm_document
 from tegotae.training.evolve import Curves, Progress, evolve, start
@@ -33,7 +34,6 @@ from tegotae.training.folder import claim, save_controller, versions_of
 from tegotae.training.search import best_gain
 from tegotae.training.stopping import SEARCH, Stopping
 from tegotae.training.trainable import Trainable
-from tegotae.workplace import TRAINING, alone
 
 _SECONDS_BETWEEN_CHECKPOINTS = 5.0
 _MOST_BYTES = 2**30

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tegotae.experiment import GAINS
+from tegotae.systems.experiment import GAINS
 from tegotae.training.judge import Round
 from tegotae.training.trainable import Trainable
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tegotae.errors import TegotaeError, require_count, require_finite
+from tegotae._support.errors import TegotaeError, require_count, require_finite
 
 _NEVER = 2**31
 

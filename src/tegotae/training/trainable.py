@@ -6,13 +6,13 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from tegotae.bodies import Body
-from tegotae.controller import Controller
+from tegotae.parts.bodies import Body
+from tegotae.parts.controller import Controller
 from tegotae.training.judge import Judge
 
 
 class Trainable(Protocol):
-    """An experiment on the engine (`tegotae.experiment`), or on an environment."""
+    """An experiment on the engine (`tegotae.systems.experiment`), or on an environment."""
 
     @property
     def name(self) -> str:

@@ -9,8 +9,8 @@ from typing import Annotated
 
 import tyro
 
-from tegotae import controller_file
-from tegotae.export import Export, write
+from tegotae.export.c import Export, write
+from tegotae.systems import controller_file
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -7,12 +7,19 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Annotated
 
-from tegotae import tables
+from tegotae._support import tables
+from tegotae._support.files import output_file
+from tegotae._support.progress import reporting
 from tegotae.cli.options import UNSET
 from tegotae.cli.tables import print_rows
-from tegotae.export.cost import CLOCK_HZ, CORES, Cost, costs, require_tools, systems
-from tegotae.files import output_file
-from tegotae.progress import reporting
+from tegotae.export.c.cost import (
+    CLOCK_HZ,
+    CORES,
+    Cost,
+    costs,
+    require_tools,
+    systems,
+)
 
 
 @dataclass(frozen=True, kw_only=True)

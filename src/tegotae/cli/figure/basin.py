@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from tegotae._support.limits import MOST_M
 from tegotae.cli.figure.subject import Subject
-from tegotae.limits import MOST_M
-from tegotae.rollout import Timing
+from tegotae.simulation.rollout import Timing
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -25,8 +25,8 @@ class Basin(Subject):
 
     def run(self) -> None:
         """Compute, write, and list the limit cycles."""
-        from tegotae.analysis import axis, map_basin
         from tegotae.figures.basin import basin_figure, basin_tables, describe
+        from tegotae.studies.analysis import axis, map_basin
 
         self.check_out()
         saved = self.saved()

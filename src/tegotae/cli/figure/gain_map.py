@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tegotae._support.limits import MOST_RAD_PER_S
 from tegotae.cli.figure.output import Output
 from tegotae.cli.options import HopperOptions, OscillatorOption, WorkOption
-from tegotae.limits import MOST_RAD_PER_S
-from tegotae.presets import preset
-from tegotae.rollout import Timing
+from tegotae.simulation.rollout import Timing
+from tegotae.systems.presets import preset
 
 if TYPE_CHECKING:
-    from tegotae.analysis import Ridge
+    from tegotae.studies.analysis import Ridge
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -32,9 +32,14 @@ class GainMap(Output, WorkOption, OscillatorOption, HopperOptions):
 
     def run(self) -> None:
         """Compute, write, and print the fits."""
-        from tegotae.analysis import axis, find_ridge, one_to_one_ridge, sweep_gain
         from tegotae.figures.gain_map import gain_map_figure, gain_map_tables
-        from tegotae.optimum.table import has_table
+        from tegotae.measures.optimum.table import has_table
+        from tegotae.studies.analysis import (
+            axis,
+            find_ridge,
+            one_to_one_ridge,
+            sweep_gain,
+        )
 
         self.check_out()
         sigma = axis("sigma", *self.sigma, self.resolution)

@@ -13,7 +13,7 @@ from tegotae.cli.figure.output import Output
 from tegotae.cli.tables import print_rows
 
 if TYPE_CHECKING:
-    from tegotae.metrics.statistics import Interval
+    from tegotae.measures.hopping.statistics import Interval
     from tegotae.training.curves import LearningCurve
 
 
@@ -26,7 +26,7 @@ class LearningCurves(Output):
 
     def run(self) -> None:
         """Read, write, and print how the algorithms compare."""
-        from tegotae.errors import TegotaeError
+        from tegotae._support.errors import TegotaeError
         from tegotae.figures.learning_curves import algorithms_figure, algorithms_tables
         from tegotae.training.curves import read_curves
 
@@ -40,8 +40,8 @@ class LearningCurves(Output):
 
 def print_comparison(curves: list[LearningCurve]) -> None:
     """Late in training: each algorithm, and how far PGPE is above it on the same model."""
-    from tegotae.metrics.registry import range_of
-    from tegotae.metrics.statistics import difference, interval
+    from tegotae.measures.hopping.registry import range_of
+    from tegotae.measures.hopping.statistics import difference, interval
     from tegotae.training.curves import groups
 
     found = groups(curves)

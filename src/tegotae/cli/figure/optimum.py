@@ -9,15 +9,15 @@ from typing import TYPE_CHECKING, Annotated
 import numpy as np
 import tyro
 
+from tegotae._support.errors import TegotaeError, require_finite
 from tegotae.cli.figure.output import Output
-from tegotae.errors import TegotaeError, require_finite
-from tegotae.metrics.gait import Gait, GaitSummary
-from tegotae.rollout import Engine, Scenario, Timing
+from tegotae.measures.hopping.gait import Gait, GaitSummary
+from tegotae.simulation.rollout import Engine, Scenario, Timing
 
 if TYPE_CHECKING:
-    from tegotae.analysis import Orbit
-    from tegotae.controller_file import SavedController
-    from tegotae.study.table import Table
+    from tegotae.studies.analysis import Orbit
+    from tegotae.studies.paper.table import Table
+    from tegotae.systems.controller_file import SavedController
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -33,12 +33,12 @@ class Optimum(Output):
 
     def run(self) -> None:
         """Read, simulate, write, and say how near the controllers come."""
-        from tegotae import controller_file
-        from tegotae.analysis import find_orbit
-        from tegotae.bodies import Hopper
         from tegotae.figures.optimum import optimum_figure, optimum_tables
-        from tegotae.optimum import curve, has_table, share
-        from tegotae.study.export import read_csv
+        from tegotae.measures.optimum import curve, has_table, share
+        from tegotae.parts.bodies import Hopper
+        from tegotae.studies.analysis import find_orbit
+        from tegotae.studies.paper.export import read_csv
+        from tegotae.systems import controller_file
 
         self.check_out()
         require_finite("omega", self.omega, above=0.0)
@@ -82,8 +82,8 @@ def _of_table(table: Table) -> dict[str, tuple[np.ndarray, np.ndarray]]:
 
 
 def _optimal_stance(omega: float) -> dict[str, np.ndarray]:
-    from tegotae.bodies import Hopper
-    from tegotae.optimum import optimise, stances
+    from tegotae.measures.optimum import optimise, stances
+    from tegotae.parts.bodies import Hopper
 
     kept = stances()
     if omega in kept:

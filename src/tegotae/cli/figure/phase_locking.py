@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from tegotae._support.limits import MOST_GAIN, MOST_RAD_PER_S, require_within
 from tegotae.cli.figure.output import Output
 from tegotae.cli.options import HopperOptions, OscillatorOption, Vanilla
-from tegotae.limits import MOST_GAIN, MOST_RAD_PER_S, require_within
-from tegotae.presets import preset
-from tegotae.rollout import Timing
+from tegotae.simulation.rollout import Timing
+from tegotae.systems.presets import preset
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -30,8 +30,8 @@ class PhaseLocking(Output, OscillatorOption, HopperOptions):
 
     def run(self) -> None:
         """Compute and write."""
-        from tegotae.analysis import axis, sweep_gain
         from tegotae.figures.phase_locking import phase_locking_figure, phase_locking_table
+        from tegotae.studies.analysis import axis, sweep_gain
 
         self.check_out()
         require_within("cut", self.cut, MOST_GAIN)

@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
+from tegotae._support.errors import TegotaeError
 from tegotae.cli.figure.subject import SettledSubject
 from tegotae.cli.options import UNSET
-from tegotae.errors import TegotaeError
-from tegotae.presets import preset
+from tegotae.systems.presets import preset
 
 if TYPE_CHECKING:
-    from tegotae.policies import Policy
+    from tegotae.envs.policies import Policy
 
 _ENVIRONMENTS = "(default: as in the package's environments)"
 
@@ -50,7 +50,7 @@ class PolicySubject(SettledSubject):
         for name in ("path", "sigma", "oscillator"):
             if getattr(self, name) is not None:
                 raise TegotaeError(f"{name} belongs to a controller; a policy has none")
-        from tegotae.policies import Meaning, load_policy
+        from tegotae.envs.policies import Meaning, load_policy
 
         source = preset(self.preset)
         meaning = Meaning(

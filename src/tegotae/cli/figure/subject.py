@@ -10,12 +10,12 @@ import tyro
 
 from tegotae.cli.figure.output import Output
 from tegotae.cli.options import UNSET, ControllerOptions, FromPreset
-from tegotae.presets import preset
-from tegotae.terms import Reflex, Sector, SectorAndReflex
+from tegotae.parts.terms import Reflex, Sector, SectorAndReflex
+from tegotae.systems.presets import preset
 
 if TYPE_CHECKING:
-    from tegotae.analysis import Orbit
-    from tegotae.controller_file import SavedController
+    from tegotae.studies.analysis import Orbit
+    from tegotae.systems.controller_file import SavedController
 
 _VANILLA = {Sector: "sector", Reflex: "reflex", SectorAndReflex: "sector and reflex"}
 
@@ -60,7 +60,7 @@ class SettledSubject(Subject):
 
     def orbit(self, saved: SavedController) -> Orbit:
         """The limit cycle; raises `NoLimitCycleError` if there is none."""
-        from tegotae.analysis import find_orbit
+        from tegotae.studies.analysis import find_orbit
 
         return find_orbit(
             saved, height_m=self.release_m, phase_rad=self.phase, settle_s=self.settle

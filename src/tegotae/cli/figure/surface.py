@@ -9,15 +9,15 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 
-from tegotae.bodies import Hopper
+from tegotae._support.errors import require_count, require_finite
+from tegotae._support.limits import MOST_M, MOST_POINTS, require_within
 from tegotae.cli.figure.policy import PolicySubject
 from tegotae.cli.options import UNSET
-from tegotae.errors import require_count, require_finite
-from tegotae.limits import MOST_M, MOST_POINTS, require_within
+from tegotae.parts.bodies import Hopper
 
 if TYPE_CHECKING:
-    from tegotae.analysis import Orbit
-    from tegotae.policies import Policy
+    from tegotae.envs.policies import Policy
+    from tegotae.studies.analysis import Orbit
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,8 +44,8 @@ class Surface(PolicySubject):
 
     def run(self) -> None:
         """Compute and write; what has no limit cycle has its surface alone."""
-        from tegotae.analysis import NoLimitCycleError
         from tegotae.figures.surface import surface_figure, surface_tables
+        from tegotae.studies.analysis import NoLimitCycleError
 
         self.check_out()
         require_count("resolution", self.resolution, least=2, most=MOST_POINTS)
@@ -76,7 +76,7 @@ class Surface(PolicySubject):
         self.write(figure, surface_tables(found, orbit))
 
     def _of_controller(self) -> _Drawn:
-        from tegotae.analysis import actuation_surface, sees_velocity
+        from tegotae.studies.analysis import actuation_surface, sees_velocity
 
         saved = self.saved()
         assert isinstance(saved.body, Hopper)  # `chosen` refuses others
@@ -89,7 +89,7 @@ class Surface(PolicySubject):
         )
 
     def _of_policy(self, policy: Policy) -> _Drawn:
-        from tegotae.analysis.policy import (
+        from tegotae.studies.analysis.policy import (
             measured_policy,
             policy_orbit,
             policy_paths,

@@ -20,8 +20,8 @@ class Basin(Subject):
     def run(self) -> None:
         """Compute, write, and print."""
         from tegotae.figures.gaits.basin import basin_figure
-        from tegotae.gaits.basin import find_basin
-        from tegotae.gaits.document import coordination_columns, write
+        from tegotae.studies.gaits.basin import find_basin
+        from tegotae.studies.gaits.document import coordination_columns, write
 
         legged = self.legged()
         found = find_basin(legged, self.starts, seed=self.seed, tolerance=self.tolerance)

@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING, Annotated, Any
 import numpy as np
 import tyro
 
+from tegotae._support.errors import unknown
+from tegotae._support.files import output_file
 from tegotae.cli.options import UNSET
 from tegotae.cli.tables import print_rows
-from tegotae.errors import unknown
-from tegotae.files import output_file
 
 if TYPE_CHECKING:
-    from tegotae.gaits.judge import Judged
-    from tegotae.gaits.legged import Legged
+    from tegotae.studies.gaits.judge import Judged
+    from tegotae.systems.legged import Legged
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -42,8 +42,8 @@ class Judge:
 
     def run(self) -> None:
         """Compute, write, and print."""
-        from tegotae.gaits.judge import judge
-        from tegotae.tables import write_csv
+        from tegotae._support.tables import write_csv
+        from tegotae.studies.gaits.judge import judge
 
         if self.csv is not None:
             output_file(self.csv)
@@ -66,11 +66,11 @@ def subjects(place: str) -> list[tuple[str, tuple[str, ...], Legged, np.ndarray]
     Raises:
         TegotaeError: if there is none, or its body has one leg.
     """
-    from tegotae.collection import read
-    from tegotae.designs import is_design
-    from tegotae.gaits import SYSTEMS, system
-    from tegotae.gaits.systems import settling
-    from tegotae.references import is_reference
+    from tegotae.studies.gaits import SYSTEMS, system
+    from tegotae.systems.designs import is_design
+    from tegotae.systems.legged_systems import settling
+    from tegotae.systems.user_objects import is_reference
+    from tegotae.training.collection import read
 
     if place in SYSTEMS or is_reference(place):
         legged = system(place)
@@ -104,7 +104,7 @@ def columns(found: list[tuple[str, tuple[str, ...], Judged]]) -> dict[str, list[
 
 
 def _rows(name: str, labels: tuple[str, ...], judged: Judged) -> list[tuple[str, ...]]:
-    from tegotae.metrics.statistics import interval
+    from tegotae.measures.hopping.statistics import interval
 
     measures = judged.measures
     shown = ("upright", "locked", "lock_time_s", "speed_m_per_s", "cost_of_transport", "slip")

@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 
+from tegotae._support.errors import TegotaeError
 from tegotae.cli.gait.subject import Subject, assignments
 from tegotae.cli.options import UNSET
 from tegotae.cli.tables import print_rows
-from tegotae.errors import TegotaeError
 
 if TYPE_CHECKING:
-    from tegotae.gaits.lesion import Aftermath
+    from tegotae.studies.gaits.lesion import Aftermath
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,9 +37,9 @@ class Lesion(Subject):
     def run(self) -> None:
         """Compute, write, and print."""
         from tegotae.figures.gaits.lesion import lesion_figure
-        from tegotae.gaits.document import coordination_columns, write
-        from tegotae.gaits.lesion import Lesion as What
-        from tegotae.gaits.lesion import aftermath
+        from tegotae.studies.gaits.document import coordination_columns, write
+        from tegotae.studies.gaits.lesion import Lesion as What
+        from tegotae.studies.gaits.lesion import aftermath
 
         fields = tuple(_number(*each) for each in assignments("--then", self.then).items())
         legged = self.legged()

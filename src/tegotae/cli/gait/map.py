@@ -7,16 +7,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tegotae._support.errors import TegotaeError, require_finite
+from tegotae._support.progress import reporting
+from tegotae._support.workplace import GAIT_MAP, require_free_for
 from tegotae.cli.gait.subject import Subject
 from tegotae.cli.tables import print_rows
-from tegotae.errors import TegotaeError, require_finite
-from tegotae.progress import reporting
-from tegotae.workplace import GAIT_MAP, require_free_for
 
 if TYPE_CHECKING:
-    from tegotae.gaits import Legged
-    from tegotae.gaits.axes import Axis
-    from tegotae.gaits.map import GaitMap
+    from tegotae.studies.gaits import Legged
+    from tegotae.studies.gaits.map import GaitMap
+    from tegotae.studies.gaits.parameter_axes import Axis
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -36,9 +36,9 @@ class Map(Subject):
     def run(self) -> None:
         """Compute, write, and print."""
         from tegotae.figures.gaits.map import map_figure
-        from tegotae.gaits.axes import Axis
-        from tegotae.gaits.document import write
-        from tegotae.gaits.map import gait_map
+        from tegotae.studies.gaits.document import write
+        from tegotae.studies.gaits.map import gait_map
+        from tegotae.studies.gaits.parameter_axes import Axis
 
         require_free_for(self.out, GAIT_MAP)
         x = Axis.between(*self.x, self.cells[0])

@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 
+from tegotae._support.errors import TegotaeError
 from tegotae.cli.gait.subject import Subject
 from tegotae.cli.options import UNSET
 from tegotae.cli.tables import print_rows
-from tegotae.errors import TegotaeError
 
 if TYPE_CHECKING:
-    from tegotae.gaits.simulate import GaitRun
+    from tegotae.studies.gaits.simulate import GaitRun
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -30,8 +30,8 @@ class Simulate(Subject):
         """Simulate, write, and print."""
         from tegotae.figures.gaits.footfall import footfall_figure
         from tegotae.figures.gaits.lags import lags_figure
-        from tegotae.gaits.document import coordination_columns, write
-        from tegotae.gaits.simulate import columns, simulate
+        from tegotae.studies.gaits.document import coordination_columns, write
+        from tegotae.studies.gaits.simulate import columns, simulate
 
         if self.phases and self.seed:
             raise TegotaeError("--seed is of random phases, and --phases says what they are")

@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tegotae._support.errors import TegotaeError
 from tegotae.cli.gait.subject import Subject
 from tegotae.cli.tables import print_rows
-from tegotae.errors import TegotaeError
 
 if TYPE_CHECKING:
-    from tegotae.gaits.stability import Branch
-    from tegotae.gaits.stability import Stability as Found
+    from tegotae.studies.gaits.stability import Branch
+    from tegotae.studies.gaits.stability import Stability as Found
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,9 +38,9 @@ class Stability(Subject):
     def run(self) -> None:
         """Compute, write, and print."""
         from tegotae.figures.gaits.stability import stability_figure
-        from tegotae.gaits.axes import Axis
-        from tegotae.gaits.document import write
-        from tegotae.gaits.stability import stability
+        from tegotae.studies.gaits.document import write
+        from tegotae.studies.gaits.parameter_axes import Axis
+        from tegotae.studies.gaits.stability import stability
 
         over = Axis.between(*self.over, self.count)
         for name, value in (("omega", self.omega), ("sigma", self.sigma)):

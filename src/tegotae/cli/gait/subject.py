@@ -12,16 +12,16 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
+from tegotae._support.errors import TegotaeError, require_finite, unknown
+from tegotae._support.files import output_folder
 from tegotae.cli.options import UNSET, AsItIs
-from tegotae.errors import TegotaeError, require_finite, unknown
-from tegotae.files import output_folder
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from tegotae.bodies import Body
-    from tegotae.gaits import Legged
-    from tegotae.terrains import Terrain
+    from tegotae.parts.bodies import Body
+    from tegotae.parts.terrains import Terrain
+    from tegotae.studies.gaits import Legged
 
 _MOST_LATE = 1000
 """The longest delay of the senses [control ticks]: all of it is kept."""
@@ -62,8 +62,8 @@ class Subject:
         Raises:
             TegotaeError: for what cannot be, before anything is computed.
         """
-        from tegotae.fields import with_fields
-        from tegotae.gaits import system
+        from tegotae.parts.fields import with_fields
+        from tegotae.studies.gaits import system
 
         require_finite("tolerance", self.tolerance, above=0.0, most=0.5)
         found = system(self.system).with_numbers(self.omega, self.sigma)
@@ -98,7 +98,7 @@ class Subject:
     def document(self, legged: Legged, command: str, **more: Any) -> dict[str, Any]:
         """What stands in a document before what was found."""
         from tegotae import __version__
-        from tegotae.gaits.document import system_document
+        from tegotae.studies.gaits.document import system_document
 
         settings = {
             field.name: getattr(self, field.name)
@@ -134,9 +134,9 @@ def terrain(words: Sequence[str]) -> Terrain:
         >>> terrain(["slope", "along=0.1"])
         Slope(along=0.1, across=0.0)
     """
-    from tegotae.references import is_reference, named
-    from tegotae.registry import kinds_of
-    from tegotae.terrains import Terrain
+    from tegotae.parts.terrains import Terrain
+    from tegotae.systems.registry import kinds_of
+    from tegotae.systems.user_objects import is_reference, named
 
     kind, numbers = words[0], assignments("--terrain", words[1:])
     if is_reference(kind):
@@ -159,7 +159,7 @@ def felt(legged: Legged, delay_s: float, noise: float) -> Body:
     Raises:
         TegotaeError: for a delay or noise below zero, or a delay of too many ticks.
     """
-    from tegotae.bodies import Sensors
+    from tegotae.parts.bodies import Sensors
 
     require_finite("delay", delay_s, least=0.0)
     require_finite("noise", noise, least=0.0)

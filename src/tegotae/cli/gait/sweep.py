@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 
+from tegotae._support.errors import TegotaeError, require_count, require_finite
+from tegotae._support.limits import MOST_POINTS, MOST_RAD_PER_S
 from tegotae.cli.gait.subject import Subject
 from tegotae.cli.options import UNSET
 from tegotae.cli.tables import print_rows
-from tegotae.errors import TegotaeError, require_count, require_finite
-from tegotae.limits import MOST_POINTS, MOST_RAD_PER_S
 
 if TYPE_CHECKING:
-    from tegotae.gaits.sweep import Hysteresis
+    from tegotae.studies.gaits.sweep import Hysteresis
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -33,8 +33,8 @@ class Sweep(Subject):
     def run(self) -> None:
         """Compute, write, and print."""
         from tegotae.figures.gaits.sweep import sweep_figure
-        from tegotae.gaits.document import coordination_columns, write
-        from tegotae.gaits.sweep import sweep
+        from tegotae.studies.gaits.document import coordination_columns, write
+        from tegotae.studies.gaits.sweep import sweep
 
         omega = self._omega()
         legged = self.legged()

@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from tegotae.figures.animation import FRAMES_PER_S, animation_file, save_animation
 from tegotae.figures.gaits.poses import Pose, pose
 from tegotae.figures.style import COLOURS, new_figure, styled
-from tegotae.gaits.simulate import GaitRun
+from tegotae.studies.gaits.simulate import GaitRun
 
 STRIDES = 4.0
 """How many of the last strides are shown, a stride a second."""

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 from tegotae.figures.gaits.colours import by_side, gait_colour, gait_marker
 from tegotae.figures.style import PAGE_IN, new_figure, styled
-from tegotae.gaits.basin import Basin, Outcome
+from tegotae.studies.gaits.basin import Basin, Outcome
 
 
 def basin_figure(basin: Basin, note: str = "") -> Figure:

@@ -5,7 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from tegotae.figures.style import COLOURS
-from tegotae.gaits.names import AS_RELEASED, FALLEN, IN_BETWEEN, NOT_LOCKED, PATTERNS, STANDING
+from tegotae.measures.gaits.names import (
+    AS_RELEASED,
+    FALLEN,
+    IN_BETWEEN,
+    NOT_LOCKED,
+    PATTERNS,
+    STANDING,
+)
 
 _NAMED = tuple(dict.fromkeys(pattern.name for pattern in PATTERNS))
 _GREYS = {

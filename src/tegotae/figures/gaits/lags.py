@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 
 from tegotae.figures.gaits.colours import by_side
 from tegotae.figures.style import COLOURS, COLUMN_IN, new_figure, styled
-from tegotae.gaits.simulate import GaitRun
+from tegotae.studies.gaits.simulate import GaitRun
 
 
 def lags_figure(run: GaitRun, note: str = "") -> Figure:

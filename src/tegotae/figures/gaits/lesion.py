@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 from tegotae.figures.gaits.colours import MARKERS, by_side
 from tegotae.figures.style import COLOURS, PAGE_IN, literal, new_figure, styled
-from tegotae.gaits.lesion import Aftermath
+from tegotae.studies.gaits.lesion import Aftermath
 
 
 def lesion_figure(found: Aftermath, note: str = "") -> Figure:

@@ -11,10 +11,15 @@ from matplotlib.patches import Patch
 from tegotae.figures.gaits.colours import by_side, gait_colour
 from tegotae.figures.maps import quantities
 from tegotae.figures.style import PAGE_IN, literal, new_figure, styled
-from tegotae.gaits.axes import OMEGA, SIGMA, Axis
-from tegotae.gaits.legged import Legged
-from tegotae.gaits.map import NO_BODY, Cells, GaitMap
-from tegotae.gaits.names import AS_RELEASED, NO_GAIT, NOT_LOCKED, STANDING
+from tegotae.measures.gaits.names import (
+    AS_RELEASED,
+    NO_GAIT,
+    NOT_LOCKED,
+    STANDING,
+)
+from tegotae.studies.gaits.map import NO_BODY, Cells, GaitMap
+from tegotae.studies.gaits.parameter_axes import OMEGA, SIGMA, Axis
+from tegotae.systems.legged import Legged
 
 _PALE = 0.55
 """How far towards white the colour of a cell is whose starts disagree."""

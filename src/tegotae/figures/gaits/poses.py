@@ -10,11 +10,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tegotae.bodies import Around, Body, Walker
-from tegotae.bodies.attitude import from_angles, rotation
-from tegotae.bodies.upright import Upright
-from tegotae.errors import TegotaeError
-from tegotae.recorder import Trajectory
+from tegotae._support.errors import TegotaeError
+from tegotae.parts.bodies import Around, Body, Walker
+from tegotae.parts.bodies.attitude import from_angles, rotation
+from tegotae.parts.bodies.upright import Upright
+from tegotae.simulation.recorder import Trajectory
 
 
 class Pose(NamedTuple):

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from tegotae.figures.gaits.colours import gait_colour, gait_marker
 from tegotae.figures.gaits.map import label
 from tegotae.figures.style import COLUMN_IN, new_figure, styled
-from tegotae.gaits.stability import Branch, Stability
+from tegotae.studies.gaits.stability import Branch, Stability
 
 
 def stability_figure(found: Stability, note: str = "") -> Figure:

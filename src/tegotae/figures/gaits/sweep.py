@@ -9,8 +9,8 @@ from matplotlib.lines import Line2D
 
 from tegotae.figures.gaits.colours import MARKERS, by_side, gait_colour
 from tegotae.figures.style import COLOURS, COLUMN_IN, new_figure, styled
-from tegotae.gaits.names import FALLEN
-from tegotae.gaits.sweep import DOWN, UP, Sweep
+from tegotae.measures.gaits.names import FALLEN
+from tegotae.studies.gaits.sweep import DOWN, UP, Sweep
 
 _WAYS = ((UP, "full"), (DOWN, "none"))
 

@@ -10,9 +10,16 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from tegotae.controller import Controller
-from tegotae.extras import require
-from tegotae.terms import ConstantGain, Network, Signals, Term, VanillaAction, VanillaReaction
+from tegotae._support.optional_dependencies import require
+from tegotae.parts.controller import Controller
+from tegotae.parts.terms import (
+    ConstantGain,
+    Network,
+    Signals,
+    Term,
+    VanillaAction,
+    VanillaReaction,
+)
 
 require("stable_baselines3", "sb3")
 
@@ -38,7 +45,7 @@ class Observed:
 
 
 class TermModule(nn.Module):
-    """One term: its weights as one parameter, in the layout of `tegotae.terms`."""
+    """One term: its weights as one parameter, in the layout of `tegotae.parts.terms`."""
 
     weights: nn.Parameter
 

@@ -10,21 +10,21 @@ from typing import NamedTuple
 import jax.numpy as jnp
 import numpy as np
 
-from tegotae.bodies import Body, Hopper
-from tegotae.controller import Controller
+from tegotae._support.errors import TegotaeError, require_count
+from tegotae._support.optional_dependencies import require
 from tegotae.envs.rewards import HopReward
 from tegotae.envs.settings import TegotaeHopperSettings
-from tegotae.errors import TegotaeError, require_count
-from tegotae.experiment import Experiment
-from tegotae.extras import require
-from tegotae.metrics.efficiency import WORK
-from tegotae.release import RELEASE_M
-from tegotae.rollout import Engine, Scenario, Timing
+from tegotae.measures.hopping.efficiency import WORK
+from tegotae.measures.objectives.fitness import EPISODE, Fitness
+from tegotae.measures.objectives.objective import Objective
+from tegotae.parts.bodies import Body, Hopper
+from tegotae.parts.controller import Controller
+from tegotae.simulation.rollout import Engine, Scenario, Timing
+from tegotae.systems.experiment import Experiment
+from tegotae.systems.release import RELEASE_M
 from tegotae.training.agents.actor import Feedback, Observed
 from tegotae.training.agents.policy import agent_controller, initial_weights
 from tegotae.training.agents.settings import AgentSettings
-from tegotae.training.fitness import EPISODE, Fitness
-from tegotae.training.objective import Objective
 
 require("stable_baselines3", "sb3")
 

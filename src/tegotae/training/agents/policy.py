@@ -7,11 +7,11 @@ import dataclasses
 import jax
 import numpy as np
 
-from tegotae.controller import Controller
-from tegotae.devices import set_up
-from tegotae.errors import TegotaeError
-from tegotae.experiment import Experiment
-from tegotae.registry import name_of
+from tegotae._support.devices import set_up
+from tegotae._support.errors import TegotaeError
+from tegotae.parts.controller import Controller
+from tegotae.systems.experiment import Experiment
+from tegotae.systems.registry import name_of
 from tegotae.training.agents.settings import AgentSettings
 
 
@@ -25,7 +25,7 @@ def agent_controller(experiment: Experiment, settings: AgentSettings) -> Control
         TegotaeError: for a controller without a meaning for an agent whose action is the feedback.
 
     Example:
-        >>> from tegotae.models import find
+        >>> from tegotae.systems.models import find
         >>> from tegotae.training.agents import SACSettings
         >>> controller = agent_controller(find("AR").experiment(), SACSettings())
         >>> controller.n_weights, controller.tegotae.limit_rad_per_s

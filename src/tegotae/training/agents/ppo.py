@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from tegotae.extras import require
+from tegotae._support.optional_dependencies import require
 from tegotae.training.agents.actor import Feedback
 from tegotae.training.agents.settings import PPOSettings
 

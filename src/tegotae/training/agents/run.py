@@ -8,21 +8,21 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from tegotae.bodies import require_one_limb
-from tegotae.controller import Controller
-from tegotae.descriptions import check_kept
-from tegotae.devices import set_up
-from tegotae.errors import TegotaeError, require_count
-from tegotae.experiment import Experiment
-from tegotae.integrators import PredictorCorrector
-from tegotae.progress import reporting
-from tegotae.release import Release
-from tegotae.tables import numbers, parse_csv, write_csv
+from tegotae._support.devices import set_up
+from tegotae._support.errors import TegotaeError, require_count
+from tegotae._support.progress import reporting
+from tegotae._support.tables import numbers, parse_csv, write_csv
+from tegotae._support.workplace import TRAINING, alone
+from tegotae.parts.bodies import require_one_limb
+from tegotae.parts.controller import Controller
+from tegotae.simulation.integrators import PredictorCorrector
+from tegotae.systems.descriptions import check_kept
+from tegotae.systems.experiment import Experiment
+from tegotae.systems.release import Release
 from tegotae.training.agents.policy import agent_controller
 from tegotae.training.agents.settings import AgentSettings, SACSettings
 from tegotae.training.algorithms.document import algorithm_document
 from tegotae.training.folder import claim, save_controller, versions_of
-from tegotae.workplace import TRAINING, alone
 
 if TYPE_CHECKING:
     from tegotae.training.agents.learner import AgentTraining, Point

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from tegotae.errors import TegotaeError, require_count, require_finite
+from tegotae._support.errors import TegotaeError, require_count, require_finite
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -19,7 +19,7 @@ class Algorithm(ABC):
     `default_params`, pure functions of arrays whose state has a `mean`, shape [n_weights], and a
     `std`, one number or [n_weights]. Strategies minimise; the trainer hands them the negative
     fitness. evosax starts JAX when it is imported, so that is left to `make`: a worker decides
-    before on which devices to compute (`tegotae.devices.compute_on`).
+    before on which devices to compute (`tegotae._support.devices.compute_on`).
     """
 
     NAME: ClassVar[str]

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import jax
 import jax.numpy as jnp
 
-from tegotae.errors import require_count, require_finite
+from tegotae._support.errors import require_count, require_finite
 from tegotae.training.algorithms.base import Algorithm
 
 if TYPE_CHECKING:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from tegotae.descriptions import describe
+from tegotae.systems.descriptions import describe
 
 _EARLIER_NAMES = {"cmaes": "cma-es", "CMAES": "cma-es", "openes": "openai-es", "PGPE": "pgpe"}
 """What earlier versions wrote for some algorithms."""

@@ -9,7 +9,7 @@ import jax
 import jax.numpy as jnp
 import optax
 
-from tegotae.errors import TegotaeError, require_count, require_finite
+from tegotae._support.errors import TegotaeError, require_count, require_finite
 from tegotae.training.algorithms.base import Algorithm, with_hyperparameters
 
 if TYPE_CHECKING:

@@ -14,13 +14,13 @@ from typing import Any
 
 import msgspec
 
-from tegotae import documents
-from tegotae.descriptions import restore
-from tegotae.documents import DamagedDocumentError
-from tegotae.errors import TegotaeError, unknown
+from tegotae._support import documents
+from tegotae._support.documents import DamagedDocumentError
+from tegotae._support.errors import TegotaeError, unknown
+from tegotae.systems.descriptions import restore
 from tegotae.training.agents.settings import AgentSettings
 from tegotae.training.algorithms import Algorithm
-from tegotae.training.learners import learner
+from tegotae.training.registry import learner
 
 
 class _Document(msgspec.Struct):
@@ -38,7 +38,7 @@ class Configuration:
     settings: Algorithm | AgentSettings
     """Its settings."""
     found: dict[str, Any]
-    """On what, by how many trials, how good; see `tegotae.tuning.describe`."""
+    """On what, by how many trials, how good; see `tegotae.training.tuning.describe`."""
 
 
 def names() -> list[str]:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tegotae.errors import unknown
+from tegotae._support.errors import unknown
 
 
 @dataclass(frozen=True)

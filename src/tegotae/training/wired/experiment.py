@@ -9,21 +9,21 @@ from typing import Any
 
 import numpy as np
 
-from tegotae.bodies import Body, WiredLimbs
-from tegotae.controller import Controller
-from tegotae.descriptions import describe
+from tegotae._support.errors import TegotaeError, require_count, require_finite
+from tegotae._support.limits import MOST_RAD_PER_S
+from tegotae._support.part_code import code_of_file
 from tegotae.envs.contact import with_contact
 from tegotae.envs.wires import Wires, controller_of, look_up, read_by
 from tegotae.envs.wiring import Wiring
 from tegotae.envs.wiring_file import wiring_document
-from tegotae.errors import TegotaeError, require_count, require_finite
-from tegotae.experiment import require_name
-from tegotae.limits import MOST_RAD_PER_S
-from tegotae.models import BUDGET, Model
-from tegotae.part_code import code_of_file
+from tegotae.parts.bodies import Body, WiredLimbs
+from tegotae.parts.controller import Controller
+from tegotae.systems.descriptions import describe
+from tegotae.systems.experiment import require_name
+from tegotae.systems.models import BUDGET, Model
+from tegotae.training.wired.env_spec import Place
 from tegotae.training.wired.judge import WiredJudge
 from tegotae.training.wired.measures import Hopping, Measure, Return
-from tegotae.training.wired.place import Place
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -46,7 +46,7 @@ class WiredExperiment:
 
     Example:
         >>> from tegotae.envs import load_wiring
-        >>> from tegotae.models import build
+        >>> from tegotae.systems.models import build
         >>> wiring = dataclasses.replace(
         ...     load_wiring("hopper").reading(build("ART")), omega=8.0
         ... )
@@ -97,7 +97,7 @@ class WiredExperiment:
         omega: float | None = None,
         **settings: Any,
     ) -> WiredExperiment:
-        """One of the paper's models (`tegotae.models.find`) on an environment.
+        """One of the paper's models (`tegotae.systems.models.find`) on an environment.
 
         The frequency is the one given, else the wiring's, else the model's ω_t. The measure is
         CoT⁻¹ + ΔΩ where the wiring says what height and work are, and otherwise the environment's

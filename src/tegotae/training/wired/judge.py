@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from tegotae.devices import available_cores, require_workers
-from tegotae.errors import TegotaeError, require_count
+from tegotae._support.devices import available_cores, require_workers
+from tegotae._support.errors import TegotaeError, require_count
 from tegotae.training.judge import Judge, Round, Verdict
-from tegotae.training.wired.crew import Crew
-from tegotae.training.wired.stage import Stage, Trials
+from tegotae.training.wired.rollouts import Stage, Trials
+from tegotae.training.wired.worker_pool import Crew
 
 if TYPE_CHECKING:
     from tegotae.training.wired.experiment import WiredExperiment

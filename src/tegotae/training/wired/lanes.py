@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 
+from tegotae._support.errors import told
+from tegotae._support.optional_dependencies import require
 from tegotae.envs.contact import with_contact
+from tegotae.envs.mujoco.batch import ModelBatch
+from tegotae.envs.mujoco.episodes import Fate
+from tegotae.envs.mujoco.settings import ModelSettings
 from tegotae.envs.naming import flat
-from tegotae.errors import told
-from tegotae.extras import require
-from tegotae.mujoco.batch import ModelBatch
-from tegotae.mujoco.episodes import Fate
-from tegotae.mujoco.settings import ModelSettings
 
 Beat = Callable[[int], None]
 """Told before each step which lane takes it, and -1 after: by this a hang is seen."""

@@ -13,16 +13,16 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from tegotae.bodies import WiredLimbs
+from tegotae._support.errors import TegotaeError, told
 from tegotae.envs.wiring import Wiring
-from tegotae.errors import TegotaeError, told
-from tegotae.metrics.recording import from_samples
-from tegotae.references import named, source_of
-from tegotae.rollout import Timing, Trajectory
-from tegotae.training.fitness import Fitness
-from tegotae.training.objective import FAILED_FITNESS
+from tegotae.measures.hopping.recording import from_samples
+from tegotae.measures.objectives.fitness import Fitness
+from tegotae.measures.objectives.objective import FAILED_FITNESS
+from tegotae.parts.bodies import WiredLimbs
+from tegotae.simulation.rollout import Timing, Trajectory
+from tegotae.simulation.world import Scenario
+from tegotae.systems.user_objects import named, source_of
 from tegotae.training.wired.episode import Episode, Record
-from tegotae.world import Scenario
 
 _FRAME_S = 0.02
 
@@ -73,8 +73,8 @@ class Return(Measure):
 class Hopping(Measure):
     """CoT⁻¹ + ΔΩ of a body whose height and work are observed: the hopper's own fitness.
 
-    The episode becomes a recording (`tegotae.metrics.recording.from_samples`), and is judged by
-    `tegotae.training.fitness.Fitness` as an episode of the engine is.
+    The episode becomes a recording (`tegotae.measures.hopping.recording.from_samples`), and is
+    judged by `tegotae.measures.objectives.fitness.Fitness` as an episode of the engine is.
 
     Args:
         settle_s: time left to settle [s].

@@ -1,0 +1,1 @@
+"""Files, documents, locks, devices and errors: what every room stands on."""

@@ -1,0 +1,163 @@
+"""Documents from disk: read in one way, and held against a schema before they are used."""
+
+from __future__ import annotations
+
+import json
+import re
+import reprlib
+from importlib.resources.abc import Traversable
+from pathlib import Path
+from typing import Any, TypeVar
+
+import msgspec
+
+from tegotae._support.errors import TegotaeError
+
+T = TypeVar("T")
+
+MOST_BYTES = 2**28
+"""Size of the largest document [bytes]."""
+DEEPEST = 64
+"""Levels of lists and objects in each other that a document may have."""
+
+_WORDS = {"object": "an object", "array": "a list", "null": "null", "bool": "true or false"}
+_TYPES = {"str": "a text", "int": "a whole number", "float": "a number", **_WORDS}
+
+
+class DamagedDocumentError(TegotaeError):
+    """What a file holds is not what it should be; `str` says where and why, without the file."""
+
+    __module__ = "tegotae"
+
+
+def read(path: Path | Traversable) -> Any:
+    """The JSON value in a file.
+
+    Raises:
+        FileNotFoundError: if there is none, which callers know more about.
+        DamagedDocumentError: if it is no JSON, or none that is safe (`checked`).
+        TegotaeError: if it cannot be read, such as for want of permission.
+    """
+    try:
+        with path.open("rb") as stream:
+            content = stream.read(MOST_BYTES + 1)
+    except FileNotFoundError:
+        raise
+    except OSError as error:
+        raise TegotaeError(f"cannot read {path}: {error.strerror}") from None
+    if len(content) > MOST_BYTES:
+        raise DamagedDocumentError(f"it is larger than {MOST_BYTES >> 20} MiB")
+    return parse(content)
+
+
+def parse(content: bytes | str) -> Any:
+    """The JSON value of a text, `checked`.
+
+    Raises:
+        DamagedDocumentError: if there is none.
+
+    Example:
+        >>> parse('{"seeds": 3}')
+        {'seeds': 3}
+        >>> parse('{"seeds": ')
+        Traceback (most recent call last):
+        ...
+        tegotae._support.documents.DamagedDocumentError: it is cut short, or no JSON
+    """
+    try:
+        value = json.loads(content.decode("utf-8") if isinstance(content, bytes) else content)
+    except RecursionError:
+        raise DamagedDocumentError(_TOO_DEEP) from None
+    except ValueError:  # that of the encoding, too
+        raise DamagedDocumentError("it is cut short, or no JSON") from None
+    return checked(value)
+
+
+_TOO_DEEP = f"it is nested deeper than {DEEPEST} levels"
+
+
+def checked(value: Any) -> Any:
+    """The JSON value itself, if nothing in it can harm a reader, a console or a figure.
+
+    Raises:
+        DamagedDocumentError: if it is nested too deep, or has a text with control characters (such
+            as the commands of a terminal) or halves of characters (lone surrogates).
+    """
+    level = [value]
+    for _ in range(DEEPEST):
+        inner = []
+        for each in level:
+            if isinstance(each, str):
+                _require_text(each)
+            elif isinstance(each, dict):
+                inner += [*each.keys(), *each.values()]
+            elif isinstance(each, list):
+                inner += each
+        if not inner:
+            return value
+        level = inner
+    raise DamagedDocumentError(_TOO_DEEP)
+
+
+def fitted(value: Any, schema: type[T]) -> T:
+    """The value as one of a schema: a `msgspec.Struct`, a dataclass, or any type of those.
+
+    Raises:
+        DamagedDocumentError: if it is not; it says which entry, what is there and what should be.
+
+    Example:
+        >>> fitted({"population": 16}, dict[str, int])
+        {'population': 16}
+        >>> fitted({"population": 16}, dict[str, str])
+        Traceback (most recent call last):
+        ...
+        tegotae.DamagedDocumentError: an entry is a whole number; it must be a text
+    """
+    try:
+        return msgspec.convert(value, schema)
+    except msgspec.ValidationError as error:
+        raise DamagedDocumentError(_told(value, str(error))) from None
+
+
+def _told(document: Any, error: str) -> str:
+    """The validator's words in ours: `Expected `int`, got `str` - at `$.a.b[0]``."""
+    what, _, place = error.rpartition(" - at `$") if " - at `$" in error else (error, "", "")
+    where = place.rstrip("`").lstrip(".")
+    if missing := re.fullmatch(r"Object missing required field `(.*)`", what):
+        return f"it has no entry {'.'.join(filter(None, [where, missing[1]]))!r}"
+    name = f"its {where}" if where and "..." not in where else "an entry" if where else "it"
+    expected = re.match(r"Expected `(.*?)`(?:, got `(.*)`| (.*))?", what)
+    if what == "Number out of range":
+        return f"{name} is {_value(document, where)}, which is too large"
+    if expected is None:  # a part's own refusal, such as of a negative mass
+        return f"{where}: {what}" if where else what
+    wanted = " or ".join(_TYPES.get(kind, kind) for kind in expected[1].split(" | "))
+    found = _value(document, where)
+    if found is None or not where:
+        found = _TYPES.get(expected[2] or "", expected[2] or "another")
+    return f"{name} is {found}; it must be {wanted} {expected[3] or ''}".rstrip()
+
+
+def _value(document: Any, where: str) -> str | None:
+    """The entry at a place such as `a.b[0]`, in short; None if the place has no name."""
+    if "..." in where:
+        return None
+    for step in re.findall(r"[^.\[\]]+", where):
+        document = document[int(step)] if isinstance(document, list) else document[step]
+    return reprlib.repr(document)
+
+
+def _require_text(text: str) -> None:
+    for character in text:
+        if not (character.isprintable() or character in "\t\n") and _harms(character):
+            raise DamagedDocumentError(
+                f"its text {reprlib.repr(text)} has the character {character!r}, which no text of "
+                "such a file has"
+            )
+
+
+def _harms(character: str) -> bool:
+    """Whether it is a control character, a half of one, or turns the direction of writing."""
+    code = ord(character)
+    turns = 0x202A <= code <= 0x202E or 0x2066 <= code <= 0x2069
+    return code < 0x20 or 0x7F <= code < 0xA0 or 0xD800 <= code < 0xE000 or turns

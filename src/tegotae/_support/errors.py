@@ -1,0 +1,106 @@
+"""The one exception that this package raises for input it cannot use."""
+
+from __future__ import annotations
+
+import difflib
+import math
+import operator
+import reprlib
+from collections.abc import Iterable
+
+
+class TegotaeError(ValueError):
+    """Input that cannot be used: what is wrong, which value, what would be right, in one line."""
+
+    __module__ = "tegotae"  # where users find it
+
+
+def require_finite(
+    name: str,
+    value: float,
+    *,
+    above: float | None = None,
+    least: float | None = None,
+    most: float | None = None,
+) -> None:
+    """Raise `TegotaeError` unless `value` is a finite number, `> above`, `>= least`, `<= most`."""
+    try:
+        number = float(value)
+    except OverflowError:  # of a whole number beyond all floats
+        raise TegotaeError(f"{name} is {_short(int(value))}, which is too large") from None
+    except (TypeError, ValueError):
+        raise TegotaeError(f"{name} is {reprlib.repr(value)}; it must be a number") from None
+    if not math.isfinite(number):
+        raise TegotaeError(f"{name} is {number}; it must be finite")
+    if above is not None and not number > above:
+        raise TegotaeError(f"{name} is {number:g}; it must be greater than {above:g}")
+    if least is not None and not number >= least:
+        raise TegotaeError(f"{name} is {number:g}; it must be at least {least:g}")
+    if most is not None and not number <= most:
+        raise TegotaeError(f"{name} is {number:g}; it must be at most {most:g}")
+
+
+def require_count(name: str, value: int, *, least: int = 1, most: int | None = None) -> None:
+    """Raise `TegotaeError` unless `value` is a whole number from `least` to `most`."""
+    if isinstance(value, bool) or not isinstance(value, int) or value < least:
+        raise TegotaeError(f"{name} is {value!r}; it must be a whole number of at least {least}")
+    if most is not None and value > most:
+        raise TegotaeError(f"{name} is {_short(value)}; it must be at most {most}")
+
+
+def whole_numbers(name: str, values: Iterable[int]) -> tuple[int, ...]:
+    """The values as a tuple: of a list, say, which could not be hashed.
+
+    Raises:
+        TegotaeError: unless they are whole numbers.
+
+    Example:
+        >>> whole_numbers("wiring", [1, 0])
+        (1, 0)
+    """
+    try:
+        numbers = tuple(operator.index(value) for value in values)
+    except TypeError:
+        raise TegotaeError(
+            f"{name} is {reprlib.repr(values)}; it must be whole numbers, such as (0, 1)"
+        ) from None
+    return numbers
+
+
+def _short(value: int) -> str:
+    """A whole number, however long: Python refuses to write one of thousands of digits."""
+    return str(value) if value.bit_length() < 100 else f"about 2^{value.bit_length()}"
+
+
+def told(error: BaseException) -> str:
+    """What an error of somebody else's code is, in short: its kind and its first line.
+
+    Example:
+        >>> told(ValueError("no leg")), told(SystemExit(0))
+        ('ValueError: no leg', 'SystemExit: it ends the program')
+    """
+    ends = isinstance(error, SystemExit)
+    first = "it ends the program" if ends else (str(error).splitlines() or [""])[0]
+    return f"{type(error).__name__}: {first}"
+
+
+def unknown(kind: str, name: str, known: Iterable[str]) -> TegotaeError:
+    """The error for a name that is not known, with the nearest names that are.
+
+    A name that differs from a known one in capitals alone is the nearest.
+
+    Example:
+        >>> print(unknown("model", "art", ["AR", "ART", "V"]))
+        no model is called 'art'; did you mean ART, AR?
+    """
+    known = list(known)
+    by_letters: dict[str, list[str]] = {}
+    for each in known:
+        by_letters.setdefault(each.lower(), []).append(each)
+    near = difflib.get_close_matches(name.lower()[:100], by_letters, n=3, cutoff=0.3)
+    # Of two that differ in capitals alone, the one written more like it comes first.
+    alike = (difflib.get_close_matches(name[:100], by_letters[x], n=3, cutoff=0.0) for x in near)
+    close = [each for group in alike for each in group][:3]
+    listed = f"{'some that are' if len(known) > 12 else 'known'}: {', '.join(known[:12])}"
+    hint = f"did you mean {', '.join(close)}?" if close else listed
+    return TegotaeError(f"no {kind} is called {reprlib.repr(name)}; {hint}")

@@ -1,0 +1,145 @@
+"""Tables as files and text: CSV through pandas, and Parquet.
+
+Columns of equal length by name. A number is written so that it is read again to the last bit, or
+with fewer digits where they are asked for; what is undefined (NaN) is an empty cell.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import warnings
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tegotae._support.errors import TegotaeError
+from tegotae._support.files import output_file, write_atomically
+from tegotae._support.optional_dependencies import require
+
+
+def csv_text(columns: Mapping[str, Any], *, digits: int | None = None) -> str:
+    r"""A table as the text of a CSV file.
+
+    Args:
+        columns: arrays or lists of one length, by name.
+        digits: significant digits of the numbers that are not whole; all by default.
+
+    Example:
+        >>> csv_text({"run": [0, 1], "t0_s": [0.1, float("nan")]})
+        'run,t0_s\n0,0.1\n1,\n'
+    """
+    from pandas import DataFrame  # slow to import
+
+    as_written = None if digits is None else f"%.{digits}g"
+    frame = DataFrame(_plain(columns))
+    return frame.to_csv(index=False, lineterminator="\n", float_format=as_written)
+
+
+def write_csv(path: Path, columns: Mapping[str, Any], *, digits: int | None = None) -> None:
+    """Write a table as CSV, whole or not at all.
+
+    Raises:
+        TegotaeError: if it cannot be written.
+    """
+    write_atomically(path, csv_text(columns, digits=digits))
+
+
+def write_parquet(path: Path, columns: Mapping[str, Any]) -> None:
+    """Write a table as Parquet (extra "study").
+
+    Raises:
+        TegotaeError: if pyarrow is not installed or the file cannot be written.
+    """
+    arrow = require("pyarrow", "study")
+    parquet = require("pyarrow.parquet", "study")
+    stream = io.BytesIO()
+    # Without pandas, which would make nothing (null) of what is undefined (NaN).
+    parquet.write_table(arrow.table(_plain(columns)), stream)
+    write_atomically(output_file(path), stream.getvalue())
+
+
+def read_csv(path: Path, needed: Iterable[str] = (), *, kind: str = "table") -> dict[str, Any]:
+    """The cells of a CSV file as texts: arrays of one length by the columns' names.
+
+    Args:
+        path: the file.
+        needed: columns that it must have.
+        kind: what it should be, for the message.
+
+    Raises:
+        TegotaeError: if it cannot be read, has no rows, rows of unequal length, two columns of one
+            name, or no such column.
+    """
+    try:
+        text = path.read_text(encoding="utf-8")
+    except OSError as error:
+        raise TegotaeError(f"cannot read {path}: {error.strerror}") from None
+    except ValueError:
+        raise TegotaeError(f"{path} is no {kind}: it is not text in UTF-8") from None
+    try:
+        columns = parse_csv(text)
+    except ValueError as error:
+        raise TegotaeError(f"{path} is no {kind}: {error}") from None
+    lacking = [name for name in needed if name not in columns]
+    if lacking:
+        raise TegotaeError(f"{path} is no {kind}: it has no column {', '.join(lacking)}")
+    return columns
+
+
+def parse_csv(text: str) -> dict[str, np.ndarray]:
+    r"""The cells of a CSV text, as texts by the columns' names.
+
+    Raises:
+        ValueError: if it has no rows, rows of unequal length, or two columns of one name.
+
+    Example:
+        >>> parse_csv("run,t0_s\n0,0.1\n")["t0_s"].tolist()
+        ['0.1']
+    """
+    import pandas
+
+    try:
+        named: list[str] = next(filter(None, csv.reader(io.StringIO(text))), [])
+    except csv.Error as error:
+        raise ValueError(str(error)) from None
+    if twice := [name for name in named if name and named.count(name) > 1]:
+        raise ValueError(f"{named.count(twice[0])} columns are called {twice[0]!r}")
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")  # of cells that would be dropped
+            frame = pandas.read_csv(
+                io.StringIO(text),
+                dtype=str,
+                keep_default_na=False,
+                index_col=False,
+                engine="python",  # the other one fills up rows that are cut short
+            )
+    except (ValueError, pandas.errors.ParserWarning) as error:
+        raise ValueError((str(error).strip().splitlines() or ["unreadable"])[0]) from None
+    if frame.empty:
+        raise ValueError("it has no rows")
+    if frame.isna().to_numpy().any():
+        raise ValueError("a row is cut short")
+    return {str(name): np.array(frame[name].tolist()) for name in frame.columns}
+
+
+def numbers(cells: Iterable[str]) -> np.ndarray:
+    """Cells as float64, to the last bit that was written; NaN where empty.
+
+    Raises:
+        ValueError: for a cell that is no number.
+
+    Example:
+        >>> numbers(["0.1", ""]).tolist()
+        [0.1, nan]
+    """
+    return np.array([float(cell) if cell else np.nan for cell in cells], float)
+
+
+def _plain(columns: Mapping[str, Any]) -> dict[str, np.ndarray]:
+    """The columns as arrays; numbers in double precision, of which any digits are the value's."""
+    arrays = {name: np.asarray(column) for name, column in columns.items()}
+    return {name: a.astype(float) if a.dtype.kind == "f" else a for name, a in arrays.items()}

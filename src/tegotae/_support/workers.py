@@ -1,0 +1,114 @@
+"""Worker processes for pure functions: of the study, and of tuning."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+import threading
+import time
+from collections.abc import Callable, Iterator
+from concurrent.futures import Future, ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
+from typing import Any
+
+from tegotae._support.devices import set_up
+from tegotae._support.errors import require_count
+
+CORES = "TEGOTAE_CORES"
+
+WorkersDied = BrokenProcessPool
+"""What a result raises if a worker has ended before its work did; all others are then ended too."""
+
+
+class Workers:
+    """Worker processes that compile while others compute; a context manager.
+
+    They end when this process does, or leaves early: none outlives a killed parent by more than
+    moments. Ctrl-C reaches this process alone, which decides what becomes of them.
+
+    Args:
+        size: how many processes.
+        cores: on how many cores each computes; as this process, by default.
+
+    Raises:
+        TegotaeError: for a size below one.
+
+    Example:
+        >>> with Workers(1) as workers:  # doctest: +SKIP
+        ...     workers.give(max, 1, 2).result()
+        2
+    """
+
+    def __init__(self, size: int, cores: int | None = None) -> None:
+        require_count("workers", size)
+        self.size = size
+        self._pool = ProcessPoolExecutor(
+            size,
+            mp_context=multiprocessing.get_context("spawn"),
+            initializer=_begin,
+            initargs=(os.getpid(),),
+        )
+        self._cores = cores
+
+    def give(self, function: Callable[..., Any], *arguments: Any) -> Future[Any]:
+        """Let a worker do this, as soon as one is free."""
+        # Processes are started with the first work, and inherit both for good.
+        with ctrl_c_held_back(), told_cores(self._cores):
+            return self._pool.submit(function, *arguments)
+
+    def __enter__(self) -> Workers:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        if kind is not None:
+            # A shutdown alone would wait for the work in flight, and forgets the processes.
+            for process in list((self._pool._processes or {}).values()):
+                process.terminate()
+        self._pool.shutdown(cancel_futures=True)
+
+
+@contextmanager
+def told_cores(cores: int | None) -> Iterator[None]:
+    """The environment of processes that are started in here says on how many cores to compute."""
+    before = os.environ.get(CORES)
+    if cores is not None:
+        os.environ[CORES] = str(cores)
+    try:
+        yield
+    finally:
+        if before is None:
+            os.environ.pop(CORES, None)
+        else:
+            os.environ[CORES] = before
+
+
+@contextmanager
+def ctrl_c_held_back() -> Iterator[None]:
+    """Ctrl-C reaches all processes of a terminal; processes started in here never see it."""
+    if not hasattr(signal, "pthread_sigmask"):  # Windows
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def _begin(parent: int) -> None:
+    """What a worker does before it is given work, which may compute as soon as it is unpickled."""
+    end_with_parent(parent)
+    set_up()
+
+
+def end_with_parent(parent: int) -> None:
+    """A worker whose parent was killed would wait for work for ever."""
+
+    def watch() -> None:
+        while os.getppid() == parent:
+            time.sleep(1.0)
+        os._exit(1)
+
+    threading.Thread(target=watch, daemon=True).start()

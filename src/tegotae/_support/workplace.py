@@ -1,0 +1,131 @@
+"""A folder is for one kind of work: it is known by what such work leaves there."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from itertools import count
+from pathlib import Path
+
+from tegotae._support.errors import TegotaeError
+from tegotae._support.files import output_folder
+from tegotae._support.locks import locked
+
+_EARLIER = ".earlier"
+
+
+@dataclass(frozen=True)
+class WorkKind:
+    """A kind of work.
+
+    Args:
+        name: what a folder of it holds.
+        marks: patterns of files by one of which such a folder is known.
+        leaves: patterns of all that it writes.
+    """
+
+    name: str
+    marks: tuple[str, ...]
+    leaves: tuple[str, ...]
+
+
+TRAINING = WorkKind(
+    "a training",
+    ("run.json", "checkpoint*.npz"),
+    ("run.json", "checkpoint*", "curves.csv", "*-seed*.json"),
+)
+STUDY = WorkKind(
+    "a study",
+    ("study.json", "records/*.record.npz"),
+    ("study.json", "records", "damaged", "report.html"),
+)
+GENERALISATION = WorkKind(
+    "what controllers generalise to",
+    ("records/*.trial.npz",),
+    ("records", "margins.csv", "left_out.csv", "curves.*"),
+)
+GAIT_MAP = WorkKind("a map of gaits", ("map.partial.npz", "map.json"), ("map.*",))
+KINDS = (TRAINING, STUDY, GENERALISATION, GAIT_MAP)
+
+
+@contextmanager
+def alone(folder: Path, work: WorkKind, *, anew: bool = False) -> Iterator[None]:
+    """Be the only one at work in a folder, which is made if it is missing.
+
+    Args:
+        folder: where.
+        work: of what kind.
+        anew: whether what such work left there before is set aside, in a folder beside it.
+
+    Raises:
+        TegotaeError: if the folder cannot be written, is in use, or is for another kind of work.
+
+    Example:
+        >>> import tempfile
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     (Path(folder) / "run.json").touch()
+        ...     with alone(Path(folder), STUDY):
+        ...         pass
+        Traceback (most recent call last):
+        ...
+        tegotae.TegotaeError: ... holds a training, and is not for a study; ...
+    """
+    require_free_for(folder, work)
+    with locked(output_folder(folder)):
+        if anew:
+            _set_aside(folder, work)
+        yield
+
+
+def require_free_for(folder: Path, work: WorkKind) -> None:
+    """Raise `TegotaeError` if a folder holds another kind of work."""
+    for other in KINDS:
+        if other != work and any(any(folder.glob(mark)) for mark in other.marks):
+            raise TegotaeError(
+                f"{folder} holds {other.name}, and is not for {work.name}; choose another folder"
+            )
+
+
+def _set_aside(folder: Path, work: WorkKind) -> None:
+    found = [path for pattern in work.leaves for path in folder.glob(pattern)]
+    if found:
+        place = output_folder(earlier(folder.resolve()))
+        for path in dict.fromkeys(found):
+            move(path, place / path.name)
+        print(f"what {folder} held is now in {place}")
+
+
+def move(path: Path, place: Path) -> None:
+    """Give a file or a folder another name.
+
+    Raises:
+        TegotaeError: if it cannot be moved.
+    """
+    try:
+        os.replace(path, place)
+    except OSError as error:
+        raise TegotaeError(f"cannot move {path} to {place}: {error.strerror}") from None
+
+
+def earlier(path: Path) -> Path:
+    """A free name beside a file or a folder, for what it held before.
+
+    Example:
+        >>> earlier(Path("nowhere/art")).as_posix()
+        'nowhere/art.earlier1'
+    """
+    names = (path.with_name(f"{path.name}{_EARLIER}{number}") for number in count(1))
+    return next(name for name in names if not name.exists())
+
+
+def is_earlier(name: str) -> bool:
+    """Whether a folder of this name holds what was set aside, and is no part of what is there now.
+
+    Example:
+        >>> is_earlier("art.earlier1"), is_earlier("art")
+        (True, False)
+    """
+    stem, marked, number = name.rpartition(_EARLIER)
+    return bool(stem and marked) and number.isdigit()

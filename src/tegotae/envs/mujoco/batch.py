@@ -1,0 +1,167 @@
+"""Many lanes of a MuJoCo model side by side: the physics in threads, without Python in between."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from tegotae._support.devices import available_cores
+from tegotae._support.errors import TegotaeError, require_count, require_finite
+from tegotae._support.optional_dependencies import require
+from tegotae.envs.mujoco.sensing import Sensing
+
+
+class ModelBatch:
+    """Lanes of a model, each with its own state: one call steps all of them (`mujoco.rollout`).
+
+    Args:
+        sensing: the model.
+        lanes: how many.
+        control_s: time for which an action is held [s]; a whole number of the model's time steps.
+        models: other models of the same shape, one a lane, such as of other masses.
+        threads: how many threads step them; one a core by default.
+
+    Raises:
+        TegotaeError: for a count below one, or a control period that is no multiple of the step.
+
+    Example:
+        >>> batch = ModelBatch(sensing("hopper", ["foot"]), 8, 0.01)  # doctest: +SKIP
+        >>> batch.reset().shape  # doctest: +SKIP
+        (8, 13)
+    """
+
+    def __init__(
+        self,
+        sensing: Sensing,
+        lanes: int,
+        control_s: float,
+        *,
+        models: Sequence[Any] | None = None,
+        threads: int | None = None,
+    ) -> None:
+        require_count("lanes", lanes)
+        mujoco, rollout = require("mujoco", "mujoco"), require("mujoco.rollout", "mujoco")
+        self._mujoco, self.sensing, self.lanes = mujoco, sensing, lanes
+        model = sensing.model
+        self.ticks = ticks_in(control_s, model.opt.timestep)
+        self.step_s = self.ticks * float(model.opt.timestep)
+        self._models = [model] * lanes if models is None else list(models)
+        threads = min(available_cores(), lanes) if threads is None else threads
+        self._data = [mujoco.MjData(model) for _ in range(max(1, threads))]
+        # Without threads of its own it computes in this one.
+        self._rollout = rollout.Rollout(nthread=threads if threads > 1 else 0)
+        self._kind = mujoco.mjtState.mjSTATE_FULLPHYSICS
+        self._control = mujoco.mjtState.mjSTATE_CTRL | mujoco.mjtState.mjSTATE_XFRC_APPLIED
+        width = mujoco.mj_stateSize(model, self._kind)
+        self._states = np.zeros((lanes, self.ticks, width))
+        self._sensed = np.zeros((lanes, self.ticks, model.nsensordata))
+        self._given = np.zeros((lanes, self.ticks, model.nu + 6 * model.nbody))
+        self.work_j = np.zeros(lanes)
+        """Absolute work of the actuators since the reset [J], [lanes]."""
+
+    @property
+    def states(self) -> np.ndarray:
+        """The lanes' physics states (MuJoCo's `mjSTATE_FULLPHYSICS`), [lanes, numbers].
+
+        Of use to draw a lane: `mj_setState(model, data, states[0], mjSTATE_FULLPHYSICS)`.
+        """
+        return self._states[:, -1].copy()
+
+    def reset(self, height_m: Any = 0.0, noise: Any = None) -> np.ndarray:
+        """All lanes at the model's start; what is observed there, [lanes, entries].
+
+        Args:
+            height_m: by how much the first body begins higher than in the model [m], [lanes].
+            noise: what is added to the joints' positions, [lanes, nv]; nothing by default.
+        """
+        mujoco, model = self._mujoco, self.sensing.model
+        rise = np.broadcast_to(height_m, (self.lanes,))
+        state = np.zeros((self.lanes, self._states.shape[-1]))
+        data = self._data[0]
+        for lane in range(self.lanes):
+            mujoco.mj_resetData(model, data)
+            if model.nkey:
+                mujoco.mj_resetDataKeyframe(model, data, 0)
+            if noise is not None:
+                mujoco.mj_integratePos(model, data.qpos, np.asarray(noise[lane], float), 1.0)
+            data.qpos[_height_of(mujoco, model)] += rise[lane]
+            mujoco.mj_getState(model, data, state[lane], self._kind)
+        self.work_j = np.zeros(self.lanes)
+        # The sensors of the start are those of a step that is not kept.
+        self._given[:] = 0.0
+        self._given[:, :, : model.nu] = self.sensing.held
+        self._advance(state)
+        self._states[:, -1] = state
+        return self.sensing.observed(self._sensed[:, 0])
+
+    def step(self, action: np.ndarray, push_n: np.ndarray | None = None) -> np.ndarray:
+        """All lanes one control period on; what is observed then, [lanes, entries].
+
+        Args:
+            action: what the actuators are told, [lanes, actuators]; held.
+            push_n: an external force on the first body [N], [lanes, 3]; none by default.
+        """
+        n = self.sensing.model.nu
+        self._given[:, :, self.sensing.driven] = action[:, None]
+        if push_n is not None:
+            self._given[:, :, n + 6 : n + 9] = push_n[:, None]  # after the world's six numbers
+        self._advance(self._states[:, -1].copy())
+        if push_n is not None:
+            self._given[:, :, n + 6 : n + 9] = 0.0
+        tick_s = float(self.sensing.model.opt.timestep)
+        power = np.abs(self.sensing.power(self._sensed)).sum(axis=(1, 2))
+        self.work_j = self.work_j + tick_s * power
+        return self.sensing.observed(self._sensed[:, -1])
+
+    def _advance(self, state: np.ndarray) -> None:
+        self._rollout.rollout(
+            self._models,
+            self._data,
+            state,
+            self._given,
+            control_spec=int(self._control),
+            nstep=self.ticks,
+            skip_checks=True,
+            state=self._states,
+            sensordata=self._sensed,
+        )
+
+    def close(self) -> None:
+        """End the threads."""
+        self._rollout.close()
+
+
+def ticks_in(control_s: float, tick_s: float) -> int:
+    """How many time steps a control period has.
+
+    Raises:
+        TegotaeError: if not a whole number of them, to a hundredth.
+
+    Example:
+        >>> ticks_in(0.01, 0.002)
+        5
+    """
+    require_finite("control_s", control_s, above=0.0)
+    ratio = control_s / tick_s
+    if round(ratio) < 1 or abs(ratio - round(ratio)) > 0.01:
+        raise TegotaeError(
+            f"control_s is {control_s:g} s; it must be a whole multiple of the model's time step "
+            f"({tick_s:g} s)"
+        )
+    return round(ratio)
+
+
+def _height_of(mujoco: Any, model: Any) -> int:
+    """Where in the positions the height of the first body is."""
+    for i in range(model.njnt):
+        if model.jnt_bodyid[i] != 1:
+            break
+        if model.jnt_type[i] == mujoco.mjtJoint.mjJNT_FREE:
+            return int(model.jnt_qposadr[i]) + 2
+        if model.jnt_type[i] == mujoco.mjtJoint.mjJNT_SLIDE and model.jnt_axis[i][2] > 0.99:
+            return int(model.jnt_qposadr[i])
+    raise TegotaeError(
+        "the model's first body can neither rise nor fall; give it a free joint or a vertical slide"
+    )

@@ -1,0 +1,51 @@
+"""How an episode of a MuJoCo model is rewarded, and when it ends; lane by lane."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from tegotae.envs.mujoco.sensing import Sensing
+from tegotae.envs.mujoco.settings import ModelSettings
+
+
+class Fate:
+    """Rewards and ends of lanes that are stepped together.
+
+    Args:
+        settings: of the model.
+        sensing: the model.
+        step_s: control period [s].
+    """
+
+    def __init__(self, settings: ModelSettings, sensing: Sensing, step_s: float) -> None:
+        model = sensing.model
+        self.steps = max(1, round(settings.duration_s / step_s))
+        self._settings = settings
+        self._at = {n: sensing.names.index(f"root_{n}") for n in ("forward", "height", "upright")}
+        gravity = float(np.linalg.norm(model.opt.gravity)) or 1.0
+        self._weight_n = float(model.body_mass.sum()) * gravity
+        self._length_m = 1.0
+        self._done = 0
+        self._seen: tuple[Any, Any] = (0.0, 0.0)
+
+    def begin(self, seen: np.ndarray) -> None:
+        """A new episode of every lane, from what is observed at its start [lanes, entries]."""
+        height = seen[:, self._at["height"]] - self._settings.release_m
+        self._length_m = np.maximum(height, 1e-6)
+        self._done = 0
+        self._seen = seen[:, self._at["forward"]], np.zeros(len(seen))
+
+    def after(
+        self, seen: np.ndarray, work_j: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Reward and whether it has fallen, [lanes], and whether the time is up."""
+        self._done += 1
+        forward, before = seen[:, self._at["forward"]], self._seen
+        went = (forward - before[0]) / self._length_m
+        spent = (work_j - before[1]) / (self._weight_n * self._length_m)
+        self._seen = forward, work_j
+        low = seen[:, self._at["height"]] < self._settings.fallen_share * self._length_m
+        fallen = low | (seen[:, self._at["upright"]] < 0.0) | ~np.isfinite(seen).all(axis=1)
+        return went - self._settings.effort * spent, fallen, np.array(self._done >= self.steps)

@@ -1,0 +1,286 @@
+"""A MuJoCo model with sensors for all that a leg can feel, whatever sensors it came with."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from importlib import resources
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tegotae._support.errors import TegotaeError, unknown
+from tegotae._support.optional_dependencies import require
+from tegotae.envs.mujoco.fitting import fit
+
+_OWN = "tegotae/"
+"""What the names of sensors begin with that are added here."""
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One number that is observed: `gain * (sensor - offset)`, at least `least`."""
+
+    name: str
+    column: int
+    gain: float = 1.0
+    offset: float = 0.0
+    least: float = -np.inf
+
+
+@dataclass(frozen=True)
+class Sensing:
+    """A model, and where in its sensor data is what.
+
+    Raises:
+        TegotaeError: for a file that is no model, or a foot that is no body of it.
+    """
+
+    model: Any
+    """The `MjModel`."""
+    entries: tuple[Entry, ...]
+    """What is observed, in order."""
+    actuators: tuple[str, ...]
+    """What is driven. Adhesion is not: it is on all the time (`held`)."""
+    driven: np.ndarray
+    """Where in the model's controls these are."""
+    held: np.ndarray
+    """The model's controls where nothing is driven: adhesion at its most, all else 0."""
+    forces: np.ndarray
+    """Columns of the actuators' forces."""
+    speeds: np.ndarray
+    """Columns of the actuators' velocities."""
+    root: str
+    """Name of the first body, whose height is observed."""
+    feet: tuple[str, ...]
+    """Bodies whose contact forces are observed."""
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of what is observed."""
+        return tuple(entry.name for entry in self.entries)
+
+    @property
+    def contacts(self) -> tuple[str, ...]:
+        """Names of the feet's contact forces; an actuator's force may have the plain one."""
+        named = [(f"{foot}_contact_force", f"{foot}_force") for foot in self.feet]
+        return tuple(longer if longer in self.names else plain for longer, plain in named)
+
+    def observed(self, data: np.ndarray) -> np.ndarray:
+        """What is observed of sensor data [..., columns], shape [..., entries]."""
+        columns = [entry.column for entry in self.entries]
+        gain = np.array([entry.gain for entry in self.entries])
+        offset = np.array([entry.offset for entry in self.entries])
+        least = np.array([entry.least for entry in self.entries])
+        return np.maximum(gain * (data[..., columns] - offset), least)
+
+    def power(self, data: np.ndarray) -> np.ndarray:
+        """The actuators' powers of sensor data [..., columns], [W], shape [..., actuators]."""
+        return data[..., self.forces] * data[..., self.speeds]
+
+
+def read(source: str | Path) -> Any:
+    """The `MjSpec` of an MJCF file, of its text, or of a model of this package by its name.
+
+    A file of another package that is installed is `PACKAGE:FILE` (`located`).
+
+    Raises:
+        TegotaeError: if there is no such file or model, or MuJoCo cannot read it.
+    """
+    mujoco = require("mujoco", "mujoco")
+    text = str(source)
+    try:
+        if text.lstrip().startswith("<"):
+            return mujoco.MjSpec.from_string(text)
+        if text in models():
+            return mujoco.MjSpec.from_string(models()[text])
+        if not text.endswith((".xml", ".mjcf")):
+            raise unknown("MuJoCo model of this package", text, models())
+        return mujoco.MjSpec.from_file(str(located(text)))
+    except TegotaeError:
+        raise
+    except ValueError as error:
+        first = " ".join(str(error).split())
+        raise TegotaeError(f"MuJoCo cannot read {text[:80]!r}: {first}") from None
+
+
+def located(text: str) -> Path:
+    """The file of a model: a path, or `PACKAGE:FILE`, a file in the folder of an installed package.
+
+    The package is not imported.
+
+    Raises:
+        TegotaeError: if there is no such file, or no such package.
+
+    Example:
+        >>> located("tegotae:mujoco/models/leg.xml").name
+        'leg.xml'
+    """
+    path = Path(text)
+    package, colon, inside = text.partition(":")
+    # A single letter is a drive.
+    if colon and len(package) > 1 and package.isidentifier() and not path.exists():
+        found = find_spec(package)
+        if found is None or not found.submodule_search_locations:
+            raise TegotaeError(
+                f"{inside} is to be read from {package}, and no such package is installed"
+            )
+        path = Path(found.submodule_search_locations[0]) / inside
+    if not path.is_file():
+        raise TegotaeError(f"there is no file {path}")
+    return path
+
+
+def models() -> dict[str, str]:
+    """The MJCF of the models that come with the package, by name."""
+    from tegotae.envs.mujoco.quadruped import mjcf
+
+    folder = resources.files("tegotae.envs.mujoco") / "models"
+    files = sorted(file.name for file in folder.iterdir() if file.name.endswith(".xml"))
+    written = {name[:-4]: (folder / name).read_text(encoding="utf-8") for name in files}
+    return {**written, "quadruped": mjcf()}
+
+
+def sensing(
+    source: str | Path,
+    feet: Sequence[str],
+    *,
+    ground: bool = False,
+    without: Sequence[str] = (),
+    servo_nm_per_rad: float = 0.0,
+) -> Sensing:
+    """A model with sensors for all that a leg can feel.
+
+    Observed are, by these names:
+
+    - `JOINT` and `JOINT_velocity` of every hinge and slide joint [rad or m, and per s];
+    - `JOINT_spring`, of those with a spring, the spring's force or torque [N or N m];
+    - `ACTUATOR_force` of every actuator but adhesion [N or N m];
+    - `FOOT_force`, the upward contact force on every foot [N], never negative;
+    - `root_height`, `root_forward` [m], `root_velocity`, `root_climb` [m/s] and `root_upright`
+      (the cosine of its tilt) of the model's first body;
+    - the model's own sensors by their names, `NAME` or `NAME[i]`.
+
+    Sensors are those of the last time step's beginning, as MuJoCo has it.
+
+    Args:
+        source: an MJCF file, `FILE` or `PACKAGE:FILE`, its text, or the name of a model of this
+            package.
+        feet: names of bodies.
+        ground: whether to add a level floor at height 0, for a model that has none.
+        without: names of bodies and geoms to leave out.
+        servo_nm_per_rad: makes of every motor of a joint a position servo of this stiffness
+            [N m/rad, or N/m]; 0 leaves them as they are.
+
+    Raises:
+        TegotaeError: for a file that is no model, or a foot that is no body of it; for something to
+            leave out that it does not have, or servos where no joint has a motor.
+
+    Example:
+        >>> sensing("hopper", ["foot"]).names[:3]  # doctest: +SKIP
+        ('height', 'height_velocity', 'leg')
+    """
+    mujoco = require("mujoco", "mujoco")
+    spec = read(source)
+    kinds, objects = mujoco.mjtSensor, mujoco.mjtObj
+    fit(spec, ground=ground, without=without, servo_nm_per_rad=servo_nm_per_rad)
+    bodies = [body.name for body in spec.bodies if body.name != "world"]
+    if not bodies:
+        raise TegotaeError("the model has no body; give one that can move")
+    for foot in feet:
+        if foot not in bodies:
+            raise unknown("body of this model", foot, bodies)
+    root = bodies[0]
+    _name(spec.joints, "joint")
+    _name(spec.actuators, "actuator")
+    scalar = (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE)
+    joints = [joint for joint in spec.joints if joint.type in scalar]
+    plans: list[tuple[str, Any, Any, str, dict[str, Any]]] = []
+    for joint in joints:
+        plans.append((joint.name, kinds.mjSENS_JOINTPOS, objects.mjOBJ_JOINT, joint.name, {}))
+        velocity = f"{joint.name}_velocity"
+        plans.append((velocity, kinds.mjSENS_JOINTVEL, objects.mjOBJ_JOINT, joint.name, {}))
+    for actuator in spec.actuators:
+        name, kind = actuator.name, objects.mjOBJ_ACTUATOR
+        plans.append((f"{name}_force", kinds.mjSENS_ACTUATORFRC, kind, name, {}))
+        plans.append((f"speed/{name}", kinds.mjSENS_ACTUATORVEL, kind, name, {}))
+    for foot in feet:
+        # Net force on the foot, in the world's axes.
+        options = {"intprm": [1 << int(mujoco.mjtConDataField.mjCONDATA_FORCE), 3, 1]}
+        plans.append((f"{foot}_force", kinds.mjSENS_CONTACT, objects.mjOBJ_BODY, foot, options))
+    frame = objects.mjOBJ_XBODY
+    plans.append(("root_place", kinds.mjSENS_FRAMEPOS, frame, root, {}))
+    plans.append(("root_motion", kinds.mjSENS_FRAMELINVEL, frame, root, {}))
+    plans.append(("root_axis", kinds.mjSENS_FRAMEZAXIS, frame, root, {}))
+    own = [sensor.name for sensor in spec.sensors]
+    for name, kind, what, where, options in plans:
+        spec.add_sensor(name=_OWN + name, type=kind, objtype=what, objname=where, **options)
+    try:
+        model = spec.compile()
+    except ValueError as error:
+        said = " ".join(str(error).split())
+        raise TegotaeError(f"MuJoCo cannot compile the model: {said}") from None
+    # A state that explodes stays so, and is seen: MuJoCo would put the model back to its start.
+    model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)
+    at = {model.sensor(i).name: int(model.sensor_adr[i]) for i in range(model.nsensor)}
+    sticks = model.actuator_trntype == int(mujoco.mjtTrn.mjTRN_BODY)
+    actuators = [model.actuator(int(i)).name for i in np.flatnonzero(~sticks)]
+    entries = _entries(model, joints, actuators, feet, at)
+    entries += _own_entries(model, own)
+    names = [entry.name for entry in entries]
+    if twice := sorted({name for name in names if names.count(name) > 1}):
+        raise TegotaeError(f"several of the model's entries are called {twice[0]!r}; rename one")
+    return Sensing(
+        model=model,
+        entries=tuple(entries),
+        actuators=tuple(actuators),
+        driven=np.array([model.actuator(name).id for name in actuators], int),
+        held=np.where(sticks, model.actuator_ctrlrange[:, 1], 0.0),
+        forces=np.array([at[f"{_OWN}{name}_force"] for name in actuators], int),
+        speeds=np.array([at[f"{_OWN}speed/{name}"] for name in actuators], int),
+        root=root,
+        feet=tuple(feet),
+    )
+
+
+def _name(elements: Any, kind: str) -> None:
+    """Give every element that has none a name."""
+    for i, element in enumerate(elements):
+        if not element.name:
+            element.name = f"{kind}{i}"
+
+
+def _entries(
+    model: Any, joints: Sequence[Any], actuators: Sequence[str], feet: Sequence[str], at: Any
+) -> list[Entry]:
+    entries = []
+    for joint in joints:
+        entries.append(Entry(joint.name, at[_OWN + joint.name]))
+        entries.append(Entry(f"{joint.name}_velocity", at[f"{_OWN}{joint.name}_velocity"]))
+    for joint in joints:
+        own = model.joint(joint.name)
+        if stiffness := float(np.ravel(own.stiffness)[0]):
+            rest = float(model.qpos_spring[int(own.qposadr[0])])
+            entries.append(Entry(f"{joint.name}_spring", at[_OWN + joint.name], -stiffness, rest))
+    entries += [Entry(f"{name}_force", at[f"{_OWN}{name}_force"]) for name in actuators]
+    taken = {entry.name for entry in entries}
+    for foot in feet:
+        name = f"{foot}_force" if f"{foot}_force" not in taken else f"{foot}_contact_force"
+        # The sensor tells what the foot does to the ground.
+        entries.append(Entry(name, at[f"{_OWN}{foot}_force"] + 2, gain=-1.0, least=0.0))
+    place, motion = at[f"{_OWN}root_place"], at[f"{_OWN}root_motion"]
+    entries += [Entry("root_height", place + 2), Entry("root_forward", place)]
+    entries += [Entry("root_velocity", motion), Entry("root_climb", motion + 2)]
+    return [*entries, Entry("root_upright", at[f"{_OWN}root_axis"] + 2)]
+
+
+def _own_entries(model: Any, names: Sequence[str]) -> list[Entry]:
+    entries = []
+    for name in names:
+        own = model.sensor(name)
+        first, size = int(own.adr[0]), int(own.dim[0])
+        numbered = [name] if size == 1 else [f"{name}[{i}]" for i in range(size)]
+        entries += [Entry(each, first + i) for i, each in enumerate(numbered)]
+    return entries

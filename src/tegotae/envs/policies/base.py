@@ -1,0 +1,203 @@
+"""What a policy is to a hopper: which numbers it observes, and what its answer does."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from tegotae._support.errors import (
+    TegotaeError,
+    require_finite,
+    told,
+    unknown,
+)
+from tegotae.envs.actions import CommandedForce
+from tegotae.envs.settings import Chosen, HopperSettings, TegotaeHopperSettings
+from tegotae.parts.bodies import Hopper
+from tegotae.parts.controller import Controller
+from tegotae.parts.oscillators import PhaseOscillator
+
+_TICK_S = 0.001
+ACTS = ("force", "feedback")
+"""What an answer may be: the actuator force, or the feedback of an oscillator."""
+
+
+class ClippedFeedbackWarning(UserWarning):
+    """A policy's feedback is larger than what is passed on."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ClockedHopperSettings(HopperSettings):
+    """A hopper whose action is the actuator force, beside a clock `φ̇ = ω` that may be observed."""
+
+    observation: tuple[str, ...] = ("phase", "spring_force")
+    omega: Chosen = 8.0
+    """Frequency ω of the clock [rad/s]."""
+    phase_rad: Chosen = 0.0
+    """Its phase at release [rad]."""
+
+    CHOSEN = (*HopperSettings.CHOSEN, "omega", "phase_rad")
+
+    @property
+    def controller(self) -> Controller:
+        """A clock, and the force as the one weight."""
+        return Controller(CommandedForce(), PhaseOscillator())
+
+
+@dataclass(frozen=True, kw_only=True)
+class Meaning:
+    """What a policy's numbers mean.
+
+    Args:
+        acts: "force", its answer is the actuator force, or "feedback", it is the feedback f of
+            `φ̇ = ω + f`, of which `actuation` makes the force.
+        observes: what it observes, in its order: `spring_force`, `velocity`, `height`, and `phase`
+            as (sin φ, cos φ). By default what the environment of this kind of action shows:
+            `spring_force` and `velocity`, or `phase` and `spring_force`.
+        dimensionless: whether forces, velocities and heights are over m g, √(g l0) and l0, as in
+            the package's environments, or in N, m/s and m.
+        scale: what an answer of 1 is, in N or rad/s; α or 40 rad/s by default.
+        omega: frequency ω of the oscillator [rad/s], where there is one.
+        actuation: of a feedback: "sector", "reflex" or "both".
+        body: the hopper.
+        step_s: for how long an answer is held [s], in whole ticks of 1 ms.
+
+    Raises:
+        TegotaeError: for an unknown kind, observation or actuation, or a number that cannot be.
+
+    Example:
+        >>> Meaning(acts="feedback").settings.observed
+        ('sin_phase', 'cos_phase', 'spring_force')
+    """
+
+    acts: str = "force"
+    observes: tuple[str, ...] = ()
+    dimensionless: bool = True
+    scale: float | None = None
+    omega: float = 8.0
+    actuation: str = "sector"
+    body: Hopper = field(default_factory=Hopper)
+    step_s: float = 0.01
+
+    def __post_init__(self) -> None:
+        if self.acts not in ACTS:
+            raise unknown("kind of action", self.acts, ACTS)
+        require_finite("step_s", self.step_s, least=_TICK_S, most=0.02)
+        ticks = self.step_s / _TICK_S
+        if abs(ticks - round(ticks)) > 1e-6:
+            raise TegotaeError(
+                f"step_s is {self.step_s:g}; it must be a whole number of ticks of {_TICK_S:g} s"
+            )
+        if self.scale is not None:
+            require_finite("scale", self.scale, above=0.0)
+        self.settings  # noqa: B018 - whose own checks are made now
+
+    @property
+    def settings(self) -> HopperSettings:
+        """The environment in which the policy acts."""
+        kind: type[HopperSettings] = HopperSettings
+        own: dict[str, Any] = {}
+        if self.acts == "feedback":
+            kind, own = TegotaeHopperSettings, {"omega": self.omega, "actuation": self.actuation}
+        elif "phase" in self.observes:
+            kind, own = ClockedHopperSettings, {"omega": self.omega}
+        if self.observes:
+            own["observation"] = self.observes
+        return kind(
+            body=self.body,
+            dimensionless=self.dimensionless,
+            tick_s=_TICK_S,
+            decimation=round(self.step_s / _TICK_S),
+            **own,
+        )
+
+    @property
+    def answer_scale(self) -> float:
+        """What an answer of 1 is, over what an action of 1 is in the environment."""
+        own = self.settings.action_scale
+        return 1.0 if self.scale is None else self.scale / own
+
+    @property
+    def with_phase(self) -> bool:
+        """Whether there is an oscillator."""
+        return self.settings.controller.oscillator is not None
+
+
+@dataclass(frozen=True)
+class Policy:
+    """A policy on a hopper.
+
+    Args:
+        answer: from observations [n, entries] to answers [n].
+        meaning: what both are.
+        name: for people.
+
+    Example:
+        >>> push_up = Policy(lambda seen: 0.5 * (seen[:, 1] > 0.0), Meaning(), "push up")
+        >>> push_up.actions(np.array([[1.0, -2.0], [1.0, 2.0]]))
+        array([0. , 0.5])
+    """
+
+    answer: Callable[[np.ndarray], Any]
+    meaning: Meaning
+    name: str = "policy"
+
+    def actions(self, observed: np.ndarray) -> np.ndarray:
+        """What the policy does, as actions in [-1, 1] of its environment, shape [n].
+
+        What is beyond is cut off: a force at what the actuator can do, and a feedback, which warns
+        of it (`ClippedFeedbackWarning`), at 40 rad/s.
+
+        Args:
+            observed: shape [n, entries].
+
+        Raises:
+            TegotaeError: for answers of another number, or that are not finite.
+        """
+        try:
+            said = np.asarray(self.answer(observed), float)
+        except TegotaeError:
+            raise
+        except (Exception, SystemExit) as error:  # anything may go wrong in a user's policy
+            raise TegotaeError(
+                f"{self.name} failed on observations of shape {observed.shape}: {told(error)}"
+            ) from None
+        if said.size != len(observed):
+            raise TegotaeError(
+                f"{self.name} answers {len(observed)} observations by an array of shape "
+                f"{said.shape}; it must give one number for each"
+            )
+        said = said.reshape(len(observed))
+        if not np.isfinite(said).all():
+            where = observed[int(np.argmin(np.isfinite(said)))]
+            raise TegotaeError(f"{self.name} answers no finite number to {where.tolist()}")
+        actions = self.meaning.answer_scale * said
+        if self.meaning.acts == "feedback" and (np.abs(actions) > 1.0 + 1e-6).any():
+            most = self.meaning.settings.action_scale
+            warnings.warn(
+                f"{self.name} answers a feedback of more than {most:g} rad/s; what is beyond is "
+                "cut off",
+                ClippedFeedbackWarning,
+                stacklevel=2,
+            )
+        return np.clip(actions, -1.0, 1.0)
+
+
+def check_entries(name: str, entries: int | None, meaning: Meaning) -> None:
+    """Raise `TegotaeError` unless a policy observes as many numbers as its meaning has.
+
+    Args:
+        name: of the policy.
+        entries: how many it observes; None if it does not tell.
+        meaning: what they are said to be.
+    """
+    named = meaning.settings.observed
+    if entries is not None and entries != len(named):
+        raise TegotaeError(
+            f"{name} observes {entries} numbers, and it is said to observe {len(named)} "
+            f"({', '.join(named)}); name what it observes"
+        )

@@ -1,0 +1,158 @@
+"""Golden vectors: ticks of a closed-loop run of the package, against which the C is checked."""
+
+from __future__ import annotations
+
+import io
+from dataclasses import dataclass
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from tegotae._support.devices import set_up
+from tegotae._support.errors import TegotaeError
+from tegotae.export.c.plan import Export, member
+from tegotae.parts.bodies import Body
+from tegotae.parts.controller import Controller
+from tegotae.simulation.integrators import Hold
+from tegotae.simulation.integrators.base import (
+    drive,
+    held,
+    phase_of,
+    push,
+    settled,
+    to_limbs,
+)
+from tegotae.simulation.loop import ClosedLoop, Lane
+from tegotae.simulation.world import Scenario, ground_m
+
+DURATION_S = 4.0
+"""Simulated time of the run."""
+VECTORS = 1000
+"""How many of its ticks are kept."""
+
+
+@dataclass(frozen=True)
+class Golden:
+    """Ticks of a run: from the state and the inputs at their start to outputs and next state.
+
+    Args:
+        columns: what each number of a tick is.
+        rows: [ticks, columns], float32.
+        times_s: when each tick began [s].
+    """
+
+    columns: tuple[str, ...]
+    rows: np.ndarray
+    times_s: np.ndarray
+
+    def csv(self) -> str:
+        """The ticks as a table."""
+        stream = io.StringIO()
+        stream.write(",".join(("t_s", *self.columns)) + "\n")
+        for time, row in zip(self.times_s, self.rows, strict=True):
+            stream.write(",".join([f"{time:g}", *(str(x) for x in row)]) + "\n")
+        return stream.getvalue()
+
+
+def golden(export: Export) -> Golden:
+    """The package's own run of a controller on its body, held over the tick of the export.
+
+    Raises:
+        TegotaeError: if no tick of it has finite numbers.
+    """
+    set_up()
+    ticks = max(1, round(DURATION_S / export.tick_s))
+    rows = np.asarray(_run(export, ticks))
+    numbers = np.arange(ticks)
+    finite = np.isfinite(rows).all(axis=1)
+    if not finite.any():
+        raise TegotaeError("the controller's own simulation gives no finite numbers at this tick")
+    kept = numbers[finite]
+    kept = kept[:: max(1, len(kept) // VECTORS)][:VECTORS]
+    return Golden(columns(export), rows[kept].astype(np.float32), kept * export.tick_s)
+
+
+def columns(export: Export) -> tuple[str, ...]:
+    """What the numbers of a tick are: state, inputs, outputs, next state."""
+
+    def each(name: str) -> list[str]:
+        return [name] if export.limbs == 1 else [f"{name}[{i}]" for i in range(export.limbs)]
+
+    state = [x for name in export.tracer.state_names for x in each(f"state.{name}")]
+    inputs = [x for name in export.senses for x in each(f"in.{member(name)}")]
+    outputs = [f"out.{name}" for name in outputs_of(export)]
+    said = [x for name in outputs for x in each(name)]
+    after = [name.replace("state.", "next.") for name in state]
+    return (*state, *inputs, *said, *after)
+
+
+def outputs_of(export: Export) -> list[str]:
+    """The numbers among the outputs."""
+    phase = ["phase_rad"] if export.has_phase else []
+    return [*map(member, export.commands), "feedback_rad_per_s", *phase]
+
+
+def release(export: Export, dtype: Any = jnp.float32) -> Scenario:
+    """The release of the run: from somewhat above the ground, every oscillator elsewhere."""
+    body, limbs = export.saved.body, export.limbs
+    touching = float(np.asarray(body.touching_height_m))
+    above = 0.2 * float(np.asarray(body.rest_length_m)) if export.commands == ("force",) else 0.0
+    phases = jnp.asarray([0.1 + 2.3 * i % 6.0 for i in range(limbs)], dtype)
+    numbers = Scenario.of(export.saved.omega, height_m=touching + above)
+    lanes = jax.tree.map(lambda x: jnp.full((1,), x, dtype), numbers)
+    return lanes._replace(phase_rad=phases[:, None] if limbs > 1 else phases)
+
+
+def _run(export: Export, ticks: int) -> jax.Array:
+    controller, body = export.saved.controller, export.saved.body
+    loop = ClosedLoop(controller, Hold())
+    tick_s = jnp.asarray(export.tick_s, jnp.float32)
+    weights, scenario = loop.spread(list(jnp.asarray(export.weights)[:, None]), release(export))
+
+    @jax.jit
+    def run(body: Body) -> jax.Array:
+        def tick(lane: Lane, index: jax.Array) -> tuple[Lane, jax.Array]:
+            ground = ground_m(scenario, index, tick_s)
+            row = _row(export, controller, body, weights, scenario.omega, lane, ground, tick_s)
+            return loop.tick(weights, body, scenario, lane, index, tick_s)[0], row
+
+        start = loop.start(weights, body, scenario, tick_s)
+        return jax.lax.scan(tick, start, jnp.arange(ticks))[1]
+
+    return run(body)
+
+
+def _row(
+    export: Export,
+    controller: Controller,
+    body: Body,
+    weights: Any,
+    omega: jax.Array,
+    lane: Lane,
+    ground: jax.Array,
+    tick_s: jax.Array,
+) -> jax.Array:
+    """One tick, as numbers in the order of `columns`."""
+    at, state = lane.moment.body, lane.moment.oscillator
+    now = drive(controller, body, weights, omega, at, state, ground)
+    after = settled(controller, held(state, now.rate, tick_s))
+    phase = phase_of(controller, state, now.feedback)
+    pushed = push(controller, body.max_force_n, now.command, phase, phase, omega)
+    sensed = body.sense(at, ground).values
+    said = to_limbs(controller, pushed).mean_n
+    commands = [said] if len(export.commands) == 1 else list(said)
+    order = range(export.limbs)
+    if controller.wiring is not None:
+        order = [controller.wiring.index(limb) for limb in order]
+
+    def of_limbs(x: jax.Array) -> jax.Array:
+        return x if export.limbs == 1 else x[jnp.asarray(list(order))]
+
+    outputs = [*commands, of_limbs(now.feedback)]
+    if export.has_phase:
+        outputs.append(of_limbs(phase))
+    parts = [*jax.tree.leaves(state), *(sensed[n] for n in export.senses), *outputs]
+    parts += jax.tree.leaves(after)
+    return jnp.concatenate([jnp.broadcast_to(x, lane.force_n.shape).reshape(-1) for x in parts])

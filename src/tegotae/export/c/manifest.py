@@ -1,0 +1,94 @@
+"""The manifest: everything about an export that a program, or a colleague, may ask."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import numpy as np
+
+from tegotae import __version__
+from tegotae.export.c.check_program import TOLERANCE
+from tegotae.export.c.golden import Golden, outputs_of
+from tegotae.export.c.header import constants
+from tegotae.export.c.names import WHAT, plain
+from tegotae.export.c.plan import Export, member, unit_of
+from tegotae.parts.weight_names import nested
+from tegotae.systems.descriptions import describe
+
+
+def manifest(export: Export, golden: Golden) -> str:
+    """The text of PREFIX.json."""
+    saved, prefix = export.saved, export.prefix
+    force = export.commands == ("force",)
+    document: dict[str, Any] = {
+        "format": "tegotae export",
+        "version": 1,
+        "software": __version__,
+        "prefix": prefix,
+        "model": saved.name,
+        "files": files(export),
+        "tick_s": export.tick_s,
+        "trained_tick_s": export.trained_tick_s,
+        "held": "the controller is evaluated at the start of a tick, and holds for that tick",
+        "limbs": export.limbs,
+        "omega_rad_per_s": saved.omega,
+        "inputs": [
+            {
+                "name": member(name),
+                "unit": unit_of(name)[1],
+                "what": WHAT.get(name, plain(name)),
+                "scale": export.scales.get(name),
+            }
+            for name in export.senses
+        ],
+        "outputs": [
+            {"name": name, "range": [0.0, float(np.asarray(saved.body.max_force_n))]}
+            if name == "force_n"
+            else {"name": name}
+            for name in outputs_of(export)
+        ],
+        "state": list(export.tracer.state_names),
+        "constants": {
+            name.lower(): float(np.asarray(value)) for name, (value, _) in constants(export).items()
+        },
+        "clipping": (
+            "force_n is clipped to [0, alpha], whatever the inputs are"
+            if force
+            else "commands are not clipped; one that is no finite number becomes 0"
+        ),
+        "flight": (
+            "in the simulator an actuator acts on nothing while its foot is in the air; force_n is "
+            "given all the same, and the robot should send 0 then"
+            if force
+            else "feet are commanded in swing and stance alike"
+        ),
+        "no_numbers": (
+            "an input that is no finite number counts as 0; an oscillator whose next state would "
+            "be none stays as it is; either sets out.fault and counts in state.faults"
+        ),
+        "golden": {
+            "file": "golden.csv",
+            "vectors": len(golden.rows),
+            "columns": ["t_s", *golden.columns],
+            "tolerance": TOLERANCE,
+        },
+        "controller": describe(saved.controller),
+        "body": describe(saved.body),
+        "weights": nested(saved.controller.weight_names, np.asarray(saved.weights, float).tolist()),
+    }
+    return json.dumps(document, indent=1) + "\n"
+
+
+def files(export: Export) -> list[str]:
+    """Names of all files that an export is made of."""
+    prefix = export.prefix
+    return [
+        f"{prefix}.h",
+        f"{prefix}.c",
+        f"test_{prefix}.c",
+        f"{prefix}.json",
+        "golden.csv",
+        "CMakeLists.txt",
+        "README.md",
+    ]

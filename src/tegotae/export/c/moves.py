@@ -1,0 +1,79 @@
+"""Operations of a trace that only put entries elsewhere: done at once, and nothing of them in C."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import jax
+import numpy as np
+
+from tegotae._support.errors import TegotaeError
+from tegotae.export.c.nodes import constant
+
+
+def _known(array: np.ndarray) -> int:
+    node = array.item()
+    if node.operation != "literal":
+        raise TegotaeError(
+            "the controller picks an entry by a number that it computes, which is "
+            "not exported; pick it by jnp.where"
+        )
+    return int(node.detail)
+
+
+def _in_dimensions(arrays: Any, parameters: Any) -> list[np.ndarray]:
+    array, shape = arrays[0], parameters["shape"]
+    whole = [1] * len(shape)
+    for axis, at in enumerate(parameters["broadcast_dimensions"]):
+        whole[at] = array.shape[axis]
+    return [np.broadcast_to(array.reshape(whole), shape)]
+
+
+def _slice(arrays: Any, parameters: Any) -> list[np.ndarray]:
+    strides = parameters["strides"] or (1,) * arrays[0].ndim
+    bounds = zip(parameters["start_indices"], parameters["limit_indices"], strides, strict=True)
+    return [arrays[0][tuple(slice(*each) for each in bounds)]]
+
+
+def _dynamic_slice(arrays: Any, parameters: Any) -> list[np.ndarray]:
+    array, *starts = arrays
+    sizes = parameters["slice_sizes"]
+    firsts = [
+        min(max(_known(at), 0), length - size)
+        for at, length, size in zip(starts, array.shape, sizes, strict=True)
+    ]
+    return [array[tuple(slice(at, at + n) for at, n in zip(firsts, sizes, strict=True))]]
+
+
+def _split(arrays: Any, parameters: Any) -> list[np.ndarray]:
+    ends = np.cumsum(parameters["sizes"])[:-1]
+    return list(np.split(arrays[0], ends, axis=parameters["axis"]))
+
+
+def _iota(arrays: Any, parameters: Any) -> list[np.ndarray]:
+    shape, at = parameters["shape"], parameters["dimension"]
+    numbers = np.arange(shape[at]).reshape([-1 if i == at else 1 for i in range(len(shape))])
+    dtype = jax.dtypes.canonicalize_dtype(parameters["dtype"])
+    return [constant(np.broadcast_to(numbers, shape).astype(dtype))]
+
+
+MOVES: dict[str, Callable[[Any, Any], list[np.ndarray]]] = {
+    "broadcast_in_dim": _in_dimensions,
+    "reshape": lambda a, p: [a[0].reshape(p["new_sizes"])],
+    "squeeze": lambda a, p: [np.squeeze(a[0], tuple(p["dimensions"]))],
+    "expand_dims": lambda a, p: [np.expand_dims(a[0], tuple(p["dimensions"]))],
+    "transpose": lambda a, p: [np.transpose(a[0], p["permutation"])],
+    "rev": lambda a, p: [np.flip(a[0], tuple(p["dimensions"]))],
+    "concatenate": lambda a, p: [np.concatenate(a, axis=p["dimension"])],
+    "stack": lambda a, p: [np.stack(a, axis=p["axis"])],
+    "unstack": lambda a, p: list(np.moveaxis(a[0], p["axis"], 0)),
+    "slice": _slice,
+    "dynamic_slice": _dynamic_slice,
+    "split": _split,
+    "iota": _iota,
+    "copy": lambda a, p: [a[0]],
+    "copy_p": lambda a, p: [a[0]],
+    "stop_gradient": lambda a, p: [a[0]],
+}
+"""By their names in a trace: from arrays and parameters to arrays."""

@@ -1,0 +1,189 @@
+"""Names in C: those that the Python source gives, units of signals, plain letters."""
+
+from __future__ import annotations
+
+import ast
+import functools
+import keyword
+import re
+import unicodedata
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import jax
+
+from tegotae.parts import tracing
+
+UNITS = {
+    "spring_force": ("n", "N"),
+    "spring_force_rate": ("n_per_s", "N/s"),
+    "velocity": ("m_per_s", "m/s"),
+    "speed": ("m_per_s", "m/s"),
+    "height": ("m", "m"),
+    "pitch": ("rad", "rad"),
+    "roll": ("rad", "rad"),
+    "yaw": ("rad", "rad"),
+    "twist": ("rad", "rad"),
+    "pitch_rate": ("rad_per_s", "rad/s"),
+    "roll_rate": ("rad_per_s", "rad/s"),
+    "yaw_rate": ("rad_per_s", "rad/s"),
+    "twist_rate": ("rad_per_s", "rad/s"),
+    "feedback": ("rad_per_s", "rad/s"),
+    "force": ("n", "N"),
+    "foot_x": ("m", "m"),
+    "foot_z": ("m", "m"),
+    "phase": ("rad", "rad"),
+}
+"""Units of what is sensed and commanded: as part of a name, and as people write them."""
+
+WHAT = {
+    "spring_force": "force of the leg's spring F_k, 0 in flight; not the force of contact",
+    "spring_force_rate": "its rate of change",
+    "velocity": "velocity of the hip, upwards",
+    "speed": "forward speed of the body",
+    "height": "height of the hip over the ground",
+    "pitch": "pitch of the body",
+    "roll": "roll of the body",
+    "pitch_rate": "rate of pitch",
+    "roll_rate": "rate of roll",
+}
+"""What the senses of the package's bodies are."""
+
+_LETTERS = {
+    **{"φ": "phi", "ω": "omega", "σ": "sigma", "α": "alpha", "κ": "kappa", "ψ": "psi", "π": "pi"},
+    **{"δ": "delta", "τ": "tau", "η": "eta", "θ": "theta", "ρ": "rho", "Ω": "Omega", "μ": "mu"},
+    **{"′": "'", "·": "*", "≤": "<=", "≥": ">=", "∈": "in", "Σ": "sum", "√": "sqrt", "²": "^2"},
+    **{"½": "1/2", "−": "-", "–": "-", "…": "...", "∞": "inf", "`": "", "Δ": "Delta", "β": "beta"},
+    **{"φ̇": "phi_dot", "ẏ": "y_dot", "ȧ": "a_dot", "×": "x", "∘": "*", "≠": "!="},
+}
+_WORDS = """
+auto break case char const continue default do double else enum extern float for goto if inline int
+long register restrict return short signed sizeof static struct switch typedef union unsigned void
+volatile while bool true false int32_t uint32_t main w s o y0 y1 j0 j1 jn gamma exp log sin cos tan
+pow round floor ceil index time signal remainder drem scale
+"""
+_RESERVED = frozenset(_WORDS.split())
+"""Words that no variable may be called: of C, of its library, of the code around."""
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where in a program something is computed."""
+
+    file: Path
+    line: int
+    function: str
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """What the line's assignment calls its value or its values; else the function's name."""
+        name = self.function.split(".")[-1].strip("_")
+        return _assigned(self.file).get(self.line) or (name if name.isidentifier() else "value",)
+
+
+def is_of_jax(path: str) -> bool:
+    """Whether a path, or what begins with one, is that of a file of JAX itself."""
+    return _JAX in path
+
+
+_JAX = str(Path(jax.__file__).parent)
+
+
+def place_of(equation: Any) -> Place | None:
+    """The line of the program that made an operation of a trace, if that is known."""
+    try:
+        frames = equation.source_info.traceback.frames
+    except AttributeError:
+        return None
+    for frame in frames:
+        path = frame.file_name
+        if path != tracing.__file__ and not is_of_jax(path) and not path.startswith("<"):
+            return Place(Path(path), frame.line_num, frame.function_name)
+    return None
+
+
+@functools.cache
+def _assigned(file: Path) -> dict[int, tuple[str, ...]]:
+    """The names that each line of a file assigns to."""
+    try:
+        tree = ast.parse(file.read_text(encoding="utf-8"))
+    except (OSError, ValueError, SyntaxError):
+        return {}
+    found: dict[int, tuple[str, ...]] = {}
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Assign):
+            target = node.targets[0]
+        elif isinstance(node, ast.AugAssign | ast.AnnAssign):
+            target = node.target
+        else:
+            continue
+        each = target.elts if isinstance(target, ast.Tuple) else [target]
+        names = tuple(name.id for name in each if isinstance(name, ast.Name))
+        if len(names) == len(each):
+            for line in range(node.lineno, (node.end_lineno or node.lineno) + 1):
+                found[line] = names
+    return found
+
+
+def docstring(source: str) -> str:
+    """The first line of a function's docstring, from what a trace says of it: NAME at FILE:LINE."""
+    name, _, place = source.partition(" at ")
+    file = Path(place.rpartition(":")[0])
+    try:
+        tree = ast.parse(file.read_text(encoding="utf-8"))
+    except (OSError, ValueError, SyntaxError):
+        return ""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.FunctionDef) and node.name == name:
+            first = (ast.get_docstring(node) or "").split("\n\n")[0]
+            return plain(re.sub(r"\s+", " ", first)).replace("*/", "* /")
+    return ""
+
+
+def is_c_name(text: str) -> bool:
+    """Whether it may begin names in C: a letter, and then letters, digits and underscores.
+
+    Example:
+        >>> is_c_name("left_leg"), is_c_name("2nd"), is_c_name("float")
+        (True, False, False)
+    """
+    return re.fullmatch(r"[A-Za-z][A-Za-z0-9_]{0,30}", text) is not None and text not in _RESERVED
+
+
+def c_name(text: str, taken: set[str]) -> str:
+    """A name in C near to a text, that is not taken yet; it is from then on.
+
+    Example:
+        >>> c_name("swap", {"swap"}), c_name("float", set())
+        ('swap_2', 'float_value')
+    """
+    name = re.sub(r"\W+", "_", plain(text)).strip("_") or "value"
+    if name[0].isdigit() or name in _RESERVED or keyword.iskeyword(name):
+        name = f"{name}_value" if not name[0].isdigit() else f"x{name}"
+    unique, n = name, 2
+    while unique in taken:
+        unique, n = f"{name}_{n}", n + 1
+    taken.add(unique)
+    return unique
+
+
+def plain(text: str) -> str:
+    """A text in ASCII, for comments.
+
+    Example:
+        >>> plain("f = σ cos φ ≤ 2")
+        'f = sigma cos phi <= 2'
+    """
+    text = unicodedata.normalize("NFC", text)
+    for letter, word in sorted(_LETTERS.items(), key=lambda pair: -len(pair[0])):
+        text = text.replace(unicodedata.normalize("NFC", letter), word)
+    return unicodedata.normalize("NFKD", text).encode("ascii", "ignore").decode()
+
+
+def first_line(part: Any) -> str:
+    """What a part's docstring says it is, in ASCII."""
+    doc = (type(part).__doc__ or type(part).__name__).strip()
+    first, *rest = doc.split("\n\n")
+    whole = f"{first} {rest[0]}" if first.endswith(":") and rest else first
+    return plain(re.sub(r"\s+", " ", whole)).replace("*/", "* /").replace("/*", "/ *")

@@ -1,0 +1,190 @@
+"""What is exported: a controller, the tick of its robot, and all that the C is written from."""
+
+from __future__ import annotations
+
+import functools
+from dataclasses import dataclass
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from tegotae._support.devices import set_up
+from tegotae._support.errors import TegotaeError, require_finite
+from tegotae.export.c.names import UNITS, is_c_name
+from tegotae.export.c.trace import Piece, Tracer
+from tegotae.parts.bodies import Hopper
+from tegotae.parts.terms import WholeBody
+from tegotae.simulation.integrators import Hold
+from tegotae.systems.controller_file import SavedController
+
+MOST_LIMBS = 32
+
+
+@dataclass(frozen=True)
+class Export:
+    """A saved controller as a program for a robot whose loop has this period.
+
+    The robot evaluates the controller at the start of each tick and holds what it says for that
+    tick: the package's `Hold` integrator at the same period.
+
+    Args:
+        saved: the controller, its weights, its frequency, and the body that it is for.
+        tick_s: period of the robot's control loop [s].
+        prefix: what all names in C begin with.
+
+    Raises:
+        TegotaeError: for a period that is not positive or too long for the body, a prefix that
+            is no name in C, or a controller that is not made of a unit a limb.
+
+    Example:
+        >>> from tegotae.systems.models import build
+        >>> saved = SavedController.of(build("V-reflex-w8"), np.array([2.0]), 8.0)
+        >>> Export(saved, prefix="leg").senses
+        ('spring_force',)
+    """
+
+    saved: SavedController
+    tick_s: float = 0.001
+    prefix: str = "tegotae"
+
+    def __post_init__(self) -> None:
+        require_finite("tick", self.tick_s, above=0.0)
+        if not is_c_name(self.prefix):
+            raise TegotaeError(
+                f"prefix is {self.prefix!r}, which is no name in C; begin with a letter, and go on "
+                "with letters, digits and underscores, such as left_leg (31 at most)"
+            )
+        self.saved.body.check_tick(self.tick_s)
+        if self.limbs > MOST_LIMBS:
+            raise TegotaeError(
+                f"the controller has {self.limbs} limbs; at most {MOST_LIMBS} can be exported"
+            )
+        if isinstance(actuation := self.saved.controller.actuation, WholeBody):
+            raise TegotaeError(
+                f"a {type(actuation).__name__} cannot be exported: it is one network over all "
+                "limbs, and what is exported is a unit a limb"
+            )
+
+    @property
+    def limbs(self) -> int:
+        """How many limbs there are."""
+        return self.saved.controller.limbs
+
+    @property
+    def senses(self) -> tuple[str, ...]:
+        """What the robot must tell the controller: signals of the body that its terms read."""
+        controller, body = self.saved.controller, self.saved.body
+        reads = [name for term in controller.terms.values() for name in term.reads]
+        if controller.coupling is not None:
+            reads += controller.coupling.READS
+        return tuple(name for name in body.SENSES if name in reads)
+
+    @functools.cached_property
+    def scales(self) -> dict[str, float]:
+        """What signals are divided by before a network sees them, in their own units."""
+        set_up()
+        body = self.saved.body
+
+        @jax.jit  # of which only the scales are computed
+        def scales(lane: jax.Array) -> dict[str, Any]:
+            sensed = body.sense(body.release(lane, lane), lane).scales
+            own = {name: sensed[name] for name in self.senses if name in sensed}
+            return {**own, "feedback": body.rate_scale}
+
+        found = scales(jnp.ones((1,), jnp.float32))
+        for name, scale in found.items():
+            if np.size(scale) != 1:
+                raise TegotaeError(
+                    f"the scale of {name} differs from limb to limb, which cannot be exported"
+                )
+        return {name: float(np.asarray(scale).reshape(())) for name, scale in found.items()}
+
+    @property
+    def commands(self) -> tuple[str, ...]:
+        """What the controller commands, limb by limb."""
+        return self.saved.controller.actuation.COMMANDS
+
+    @property
+    def has_phase(self) -> bool:
+        """Whether there is an oscillator with a phase."""
+        oscillator = self.saved.controller.oscillator
+        return oscillator is not None and oscillator.has_phase
+
+    @property
+    def weights(self) -> np.ndarray:
+        """The weights as the simulator's float32 has them."""
+        return np.asarray(self.saved.weights, np.float32)
+
+    @property
+    def trained_tick_s(self) -> float | None:
+        """The control period of the training [s], if the file tells it."""
+        trained = self.saved.experiment
+        return None if trained is None else trained.timing.tick_s
+
+    @property
+    def trained_held(self) -> bool:
+        """Whether the training held the controller over its ticks, as the robot does."""
+        trained = self.saved.experiment
+        return trained is not None and isinstance(trained.system.integrator, Hold)
+
+    def warnings(self) -> list[str]:
+        """What an author should know before the robot runs, a line each."""
+        trained = self.trained_tick_s
+        if trained is not None and abs(trained - self.tick_s) > 1e-9:
+            hops = isinstance(self.saved.body, Hopper)
+            command = f"tegotae simulate --controller FILE --hold --tick {self.tick_s:g}"
+            return [
+                f"the controller was trained at a tick of {trained:g} s and is exported for "
+                f"{self.tick_s:g} s" + (f"; see how it does there: {command}" if hops else "")
+            ]
+        return []
+
+    @functools.cached_property
+    def tracer(self) -> Tracer:
+        """What traces its parts."""
+        return Tracer(self.saved.controller, self.senses, tuple(self.scales))
+
+    @functools.cached_property
+    def pieces(self) -> dict[str, Piece]:
+        """The functions that a tick is made of.
+
+        Raises:
+            TegotaeError: for an operation that has no C, by its name.
+        """
+        controller, tracer = self.saved.controller, self.tracer
+        unit = controller.unit_weight_names
+        pieces = {}
+        if controller.oscillator is not None:
+            pieces["started"] = tracer.start()
+            pieces["rhythm"] = tracer.rhythm()
+            if self.has_phase:
+                pieces["phase_of"] = tracer.phase()
+        if controller.coupling is not None:
+            pieces["coupling"] = tracer.coupling(
+                controller.coupling.weight_names(controller.limbs), controller.coupling.READS
+            )
+        for role, term in controller.terms.items():
+            pieces[f"{role}_term"] = tracer.term(role, term, unit[role])
+        pieces["feedback_law"] = tracer.feedback()
+        pieces["command_law"] = tracer.command()
+        if controller.oscillator is not None:
+            pieces["advanced"] = tracer.advance(unit.get("oscillator", ()))
+        return pieces
+
+
+def unit_of(name: str) -> tuple[str, str]:
+    """The unit of a signal: as part of a name in C, and as people write it."""
+    return UNITS.get(name, ("", "the unit of the body's sense"))
+
+
+def member(name: str) -> str:
+    """A signal's name with its unit, as a member of a struct.
+
+    Example:
+        >>> member("spring_force"), member("whiskers")
+        ('spring_force_n', 'whiskers')
+    """
+    suffix = unit_of(name)[0]
+    return f"{name}_{suffix}" if suffix else name

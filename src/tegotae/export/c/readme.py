@@ -1,0 +1,101 @@
+"""What a robot's author reads first, and how the files are compiled."""
+
+from __future__ import annotations
+
+from tegotae.export.c.header import has_spring
+from tegotae.export.c.names import WHAT, plain
+from tegotae.export.c.plan import Export, member, unit_of
+
+
+def readme(export: Export) -> str:
+    """The text of README.md."""
+    prefix, saved = export.prefix, export.saved
+    force = export.commands == ("force",)
+    one = export.limbs == 1
+    phases = "phase_rad" if one else "phases_rad"
+    start = f", {phases}" if export.tracer.state_names else ""
+    rows = [
+        f"| in | `{member(name)}` | {unit_of(name)[1]} | {WHAT.get(name, plain(name))} |"
+        for name in export.senses
+    ]
+    what = "force of the actuator, in [0, α]" if force else "place of the foot from that at rest"
+    rows += [
+        f"| out | `{member(name)}` | {unit_of(name)[1]} | {what} |" for name in export.commands
+    ]
+    measured = "".join(
+        f"    in.{member(name)}{'' if one else '[leg]'} = ...;\n" for name in export.senses
+    )
+    at = "" if one else "[leg]"
+    command = f"{at} and out.".join(map(member, export.commands))
+    of_all = "" if one else ", for every leg"
+    sections = [
+        f"# {saved.name or 'A Tegotae controller'} as C\n",
+        f"Call `{prefix}_step` every {export.tick_s:g} s. No other period will do: it is compiled "
+        "in.\n",
+        "```c\n"
+        f'#include "{prefix}.h"\n\n'
+        f"static {prefix}_state state;\n\n"
+        f"{prefix}_init(&state{start});\n"
+        f"for (;;) {{                         /* every {export.tick_s:g} s */\n"
+        f"    {prefix}_inputs in;\n    {prefix}_outputs out;\n"
+        f"    /* Measure now{of_all}. */\n{measured}"
+        f"    {prefix}_step(&state, &in, &out);\n"
+        f"    /* Send out.{command}{at}{of_all}, and hold it until the next tick. */\n"
+        "}\n```\n",
+        "| | name | unit | what |\n|---|---|---|---|\n" + "\n".join(rows) + "\n",
+    ]
+    if force:
+        sections.append(
+            "**In the air** the simulated actuator acts on nothing, and the controller commands "
+            f"on. Send 0 instead of `{command}` while the foot is off the ground.\n"
+        )
+    if has_spring(export):
+        sections.append(
+            f"**The spring's force** is not the force under the foot. From a load cell: "
+            f"`{prefix}_spring_force(contact, velocity, actuator)`, `F_k = F_contact + c v - F_a`, "
+            f"F_a being what acts now (the last output, 0 in the air). From the leg's length: "
+            f"`{prefix}_spring_force_of_length(length)`, `k (l0 - l)`. Use the numbers of your own "
+            "leg if they are others than those in the header.\n"
+        )
+    if export.tracer.state_names:
+        sections.append(
+            "**Phase at start** may be any: the oscillator locks to the body within a few hops or "
+            "steps, if it does at all. `state.omega_rad_per_s` may be changed between two steps.\n"
+        )
+    sections += [
+        "**Inputs that are no finite numbers** count as 0, and an oscillator that would leave the "
+        "finite numbers stays as it is. Either sets `out.fault` and counts in `state.faults`; "
+        f"{'the force is in [0, α]' if force else 'commands are finite'} all the same.\n",
+        "**Check it**, on the desk and on the target:\n\n```sh\n"
+        f"cc -std=c99 -O2 {prefix}.c test_{prefix}.c -lm -o test_{prefix} && ./test_{prefix}\n"
+        "cmake -B build && cmake --build build && ctest --test-dir build   # or so\n```\n",
+        f"It runs the {'ticks' if one else 'ticks of all legs'} in `golden.csv`, which the "
+        "simulator made in closed loop with the controller held at this period. Compile without "
+        "`-ffast-math`: it makes no check for what is no number.\n",
+    ]
+    return "\n".join(sections)
+
+
+def cmake(export: Export) -> str:
+    """The text of CMakeLists.txt."""
+    prefix = export.prefix
+    return f"""\
+cmake_minimum_required(VERSION 3.13)
+project({prefix} C)
+
+set(CMAKE_C_STANDARD 99)
+set(CMAKE_C_STANDARD_REQUIRED ON)
+set(CMAKE_C_EXTENSIONS OFF)
+if(NOT CMAKE_BUILD_TYPE)
+  set(CMAKE_BUILD_TYPE Release)
+endif()
+
+add_library({prefix} STATIC {prefix}.c)
+target_include_directories({prefix} PUBLIC ${{CMAKE_CURRENT_SOURCE_DIR}})
+target_link_libraries({prefix} PUBLIC m)
+
+enable_testing()
+add_executable(test_{prefix} test_{prefix}.c)
+target_link_libraries(test_{prefix} PRIVATE {prefix})
+add_test(NAME golden COMMAND test_{prefix})
+"""

@@ -1,0 +1,276 @@
+"""The controller's own tick in pieces, each traced from the code that the simulator runs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from tegotae._support.errors import TegotaeError
+from tegotae.export.c.graph import Reader
+from tegotae.export.c.nodes import Node, given
+from tegotae.parts.controller import Controller, Tegotae
+from tegotae.parts.couplings.base import Coupling
+from tegotae.parts.terms.actuation import Actuation
+from tegotae.parts.terms.base import Signals, Term
+from tegotae.parts.tracing import keeping_calls
+from tegotae.parts.weight_names import spelled
+from tegotae.simulation.integrators.base import held, push, settled
+
+ROLES = {"action": "A'", "reaction": "R", "gain": "G", "actuation": "T"}
+"""Terms by the letters of the law."""
+
+
+@dataclass(frozen=True)
+class Piece:
+    """One function of the tick: a graph of scalars."""
+
+    name: str
+    results: tuple[Node, ...]
+    names: tuple[str, ...]
+    """What its results are called."""
+
+
+@dataclass(frozen=True)
+class _Known(Term):
+    """A term whose value is known already: a signal of that name."""
+
+    name: str
+
+    def __call__(self, weights: Any, signals: Signals) -> jax.Array:
+        return signals[self.name]
+
+
+@dataclass(frozen=True)
+class _Commanded(Actuation):
+    """An actuation whose smooth part is known already."""
+
+    own: Actuation
+
+    @property
+    def COMMANDS(self) -> tuple[str, ...]:  # type: ignore[override]  # noqa: N802
+        return self.own.COMMANDS
+
+    def full_force(self, phase_start: Any, phase_end: Any, omega: Any) -> Any:
+        return self.own.full_force(phase_start, phase_end, omega)
+
+    def __call__(self, weights: Any, signals: Signals) -> jax.Array:
+        return signals["command"]
+
+
+@dataclass(frozen=True)
+class _Heard(Coupling):
+    """A coupling whose input to the oscillator is known already."""
+
+    def __call__(self, weights: Any, signals: Signals) -> jax.Array:
+        return signals["coupling"]
+
+
+class Tracer:
+    """Traces a controller for one unit, in float32, as scalars.
+
+    Args:
+        controller: the controller.
+        senses: names of what the body senses.
+        scales: which of the signals have a scale.
+    """
+
+    def __init__(
+        self, controller: Controller, senses: Sequence[str], scales: Sequence[str]
+    ) -> None:
+        self._controller = controller
+        self._reader = Reader()
+        oscillator = controller.oscillator
+        rhythm = () if oscillator is None else tuple(oscillator.SIGNALS)
+        self._signals = (*senses, *rhythm)
+        self._scales = tuple(scales)
+        self.state_names, self._structure = _state(controller)
+        self._state = [f"o->{name}" for name in self.state_names]
+
+    def _trace(self, name: str, function: Any, results: Sequence[str], **inputs: Any) -> Piece:
+        """A piece: `inputs` are lists of C texts, one argument of the function each."""
+        flat, structure = jax.tree.flatten(inputs)
+        shapes = [jax.ShapeDtypeStruct((1,), jnp.float32) for _ in flat]
+
+        def of_flat(*arrays: jax.Array) -> Any:
+            return function(**jax.tree.unflatten(structure, arrays))
+
+        try:
+            with keeping_calls():
+                trace = jax.make_jaxpr(of_flat)(*shapes)
+        except TegotaeError:
+            raise
+        except Exception as error:  # whatever a user's part does with what it is given
+            first = (str(error) or type(error).__name__).splitlines()[0]
+            raise TegotaeError(f"the {name} cannot be traced for export: {first}") from error
+        nodes = [np.array([given(text)], object) for text in flat]
+        arrays = self._reader.read(trace, nodes)
+        found = tuple(node for array in arrays for node in array.reshape(-1))
+        if len(found) != len(results):
+            raise TegotaeError(
+                f"the {name} gives {len(found)} numbers for one limb; it must give {len(results)}"
+            )
+        return Piece(name, found, tuple(results))
+
+    def _heard(self, values: dict, scales: dict) -> Signals:
+        return Signals(values, {name: scale.reshape(()) for name, scale in scales.items()})
+
+    @property
+    def _said(self) -> dict[str, Any]:
+        return {
+            "values": {name: f"s->{name}" for name in self._signals},
+            "scales": {name: scale_name(name) for name in self._scales},
+        }
+
+    def term(self, role: str, term: Term, paths: Sequence[Any]) -> Piece:
+        """A′, R, G or the smooth part of T."""
+        said = self._said
+        results: Sequence[str] = (role,)
+        if role == "actuation":
+            said["values"]["feedback"] = "feedback"
+            results = self._controller.actuation.COMMANDS
+
+        def evaluate(weights: Any, values: Any, scales: Any) -> Any:
+            return term(weights, self._heard(values, scales))
+
+        return self._trace(role, evaluate, results, weights=_weights(paths), **said)
+
+    def feedback(self) -> Piece:
+        """The law that makes the terms one feedback: `Controller.feedback`."""
+        law = self._controller.tegotae
+        names = [] if law is None else ["action", "reaction", "gain"]
+        limit = None if law is None else law.limit_rad_per_s
+        action, reaction, gain = (_Known(name) for name in ("action", "reaction", "gain"))
+        known = Tegotae(action, reaction, gain, limit) if names else None
+        controller = Controller(_Commanded(self._controller.actuation), tegotae=known)
+
+        def evaluate(values: Any) -> Any:
+            return controller.feedback((), Signals(values))
+
+        values = {name: name for name in (names or ["nothing"])}
+        return self._trace("feedback", evaluate, ("feedback",), values=values)
+
+    def command(self) -> Piece:
+        """What is commanded over a tick, the phase held: `Controller.command` and the sector."""
+        actuation = self._controller.actuation
+        names = actuation.COMMANDS
+        controller = Controller(_Commanded(actuation), self._controller.oscillator)
+
+        def evaluate(smooth: Any, phase: Any, omega: Any, most: Any) -> Any:
+            whole = smooth[names[0]] if len(names) == 1 else jnp.stack([smooth[n] for n in names])
+            command = controller.command((), Signals({"command": whole}), most)
+            return push(controller, most, command, phase, phase, omega).mean_n
+
+        smooth = {name: f"smooth_{name}" if len(names) > 1 else "smooth" for name in names}
+        given_too = {"phase": "phase", "omega": "omega", "most": "MAX_FORCE_N"}
+        return self._trace("command", evaluate, names, smooth=smooth, **given_too)
+
+    def rhythm(self) -> Piece:
+        """What terms may read of the oscillator."""
+        oscillator = self._controller.oscillator
+        assert oscillator is not None
+
+        def evaluate(state: Any) -> Any:
+            values = oscillator.signals(self._of_leaves(state))
+            return [values[name] for name in oscillator.SIGNALS]
+
+        return self._trace("rhythm", evaluate, oscillator.SIGNALS, state=self._state)
+
+    def phase(self) -> Piece:
+        """The oscillator's phase."""
+        oscillator = self._controller.oscillator
+        assert oscillator is not None
+        return self._trace(
+            "phase_of",
+            lambda state: oscillator.phase(self._of_leaves(state)),
+            ("phase",),
+            state=self._state,
+        )
+
+    def start(self) -> Piece:
+        """The oscillator's state at a phase."""
+        oscillator = self._controller.oscillator
+        assert oscillator is not None
+
+        def evaluate(phase: Any) -> Any:
+            return jax.tree.leaves(oscillator.start(phase))
+
+        return self._trace("started", evaluate, self.state_names, phase="phase")
+
+    def advance(self, paths: Sequence[Any]) -> Piece:
+        """The oscillator's state a tick later, its rate held."""
+        own = self._controller
+        heard = None if own.coupling is None else _Heard()
+        controller = Controller(
+            _Commanded(own.actuation),
+            own.oscillator,
+            limbs=1 if heard is None else 2,
+            coupling=heard,
+        )
+        pull = {} if heard is None else {"coupling": "pull"}
+
+        def evaluate(
+            weights: Any, state: Any, omega: Any, feedback: Any, pull: Any, tick: Any
+        ) -> Any:
+            at = self._of_leaves(state)
+            rate = controller.rate(weights, at, omega, feedback, Signals(pull))
+            return jax.tree.leaves(settled(controller, held(at, rate, tick)))
+
+        return self._trace(
+            "advanced",
+            evaluate,
+            self.state_names,
+            weights=_weights(paths),
+            state=self._state,
+            omega="omega",
+            feedback="feedback",
+            pull=pull,
+            tick="TICK_S",
+        )
+
+    def coupling(self, paths: Sequence[Any], reads: Sequence[str]) -> Piece:
+        """What each oscillator gets from the others: the only piece that sees all units."""
+        coupling, limbs = self._controller.coupling, self._controller.limbs
+        assert coupling is not None
+
+        def evaluate(weights: Any, values: Any, scales: Any) -> Any:
+            rows = {name: jnp.stack(each) for name, each in values.items()}
+            return coupling(weights, self._heard(rows, scales))
+
+        values = {name: [f"heard[{i}].{name}" for i in range(limbs)] for name in self._signals}
+        scales = {name: scale_name(name) for name in self._scales}
+        results = [f"unit_{i}" for i in range(limbs)]
+        return self._trace(
+            "coupling", evaluate, results, weights=_weights(paths), values=values, scales=scales
+        )
+
+    def _of_leaves(self, leaves: Sequence[jax.Array]) -> Any:
+        return jax.tree.unflatten(self._structure, leaves)
+
+
+def scale_name(signal: str) -> str:
+    """The constant that a signal is divided by before a network sees it."""
+    return f"SCALE_{signal.upper()}"
+
+
+def _weights(paths: Sequence[Any]) -> list[str]:
+    return [f"w->{spelled(path)}" for path in paths]
+
+
+def _state(controller: Controller) -> tuple[tuple[str, ...], Any]:
+    """Names of the numbers that the oscillator's state has, and its structure."""
+    if controller.oscillator is None:
+        return (), jax.tree.structure(())
+    state = jax.eval_shape(controller.oscillator.start, jax.ShapeDtypeStruct((1,), jnp.float32))
+    paths, structure = jax.tree_util.tree_flatten_with_path(state)
+    names: list[str] = []
+    for number, (path, _) in enumerate(paths):
+        name = "_".join(
+            str(getattr(k, "name", getattr(k, "key", getattr(k, "idx", "")))) for k in path
+        )
+        names.append(name if name.isidentifier() and name not in names else f"state_{number}")
+    return tuple(names), structure

@@ -1,0 +1,51 @@
+"""C to WebAssembly, by a compiler that comes as a Python package."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import tempfile
+from importlib.util import find_spec
+from pathlib import Path
+
+from tegotae._support.errors import TegotaeError
+from tegotae._support.optional_dependencies import MissingExtraError
+
+FLAGS = (
+    *("-target", "wasm32-freestanding", "-std=c99", "-O2", "-fno-builtin"),
+    *("-ffp-contract=off", "-nostdlib", "-fno-sanitize=all", "-fno-stack-protector"),
+    *("-Wl,--no-entry", "-Wl,--export-memory", "-Wl,--export=__heap_base", "-Wl,--strip-all"),
+    *("-Wl,-z,stack-size=65536", "-w"),
+)
+"""Of the compiler: no library, no contracted products, which would round otherwise."""
+_PATIENCE_S = 300.0
+
+
+def has_compiler() -> bool:
+    """Whether the compiler is installed."""
+    return find_spec("ziglang") is not None
+
+
+def compiled(text: str) -> bytes:
+    """The WebAssembly of a program in C.
+
+    Raises:
+        MissingExtraError: if the compiler is not installed.
+        TegotaeError: if it refuses the program.
+    """
+    if not has_compiler():
+        raise MissingExtraError(
+            "no engine comes with the package for this controller, and the compiler that would "
+            "make one is not installed; pip install 'tegotae[playground]'"
+        )
+    with tempfile.TemporaryDirectory() as temporary:
+        folder = Path(temporary)
+        (folder / "lane.c").write_text(text, encoding="utf-8")
+        command = [sys.executable, "-m", "ziglang", "cc", *FLAGS, "-o", "lane.wasm", "lane.c"]
+        done = subprocess.run(
+            command, cwd=folder, capture_output=True, text=True, timeout=_PATIENCE_S, check=False
+        )
+        if done.returncode:
+            said = [line for line in done.stderr.splitlines() if "error" in line] or ["no reason"]
+            raise TegotaeError(f"ziglang could not compile the engine: {said[0]}")
+        return (folder / "lane.wasm").read_bytes()

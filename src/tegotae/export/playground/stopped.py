@@ -1,0 +1,42 @@
+"""An oscillator that can be stopped on the way."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+
+from tegotae.parts.oscillators.wrapper import Around
+
+
+@dataclass(frozen=True, eq=False)
+class Stoppable(Around):
+    """The oscillator within while `moving`, and `tegotae.parts.oscillators.Clamped` while not.
+
+    Args:
+        inner: the oscillator within.
+        moving: whether it moves: an array of bools, [lanes].
+
+    Example:
+        >>> from tegotae.parts.oscillators import PhaseOscillator
+        >>> one = jnp.ones(1)
+        >>> stopped = Stoppable(PhaseOscillator(), jnp.array([False]))
+        >>> float(stopped.rate(stopped.start(one), 5.0 * one, 2.0 * one).phase[0])
+        0.0
+    """
+
+    moving: jax.Array
+
+    def rate(
+        self,
+        state: Any,
+        omega: jax.Array,
+        feedback: jax.Array,
+        weights: Sequence[jax.Array] = (),
+    ) -> Any:
+        """That of the oscillator within, or zero."""
+        rate = super().rate(state, omega, feedback, weights)
+        return jax.tree.map(lambda x: jnp.where(self.moving, x, jnp.zeros_like(x)), rate)

@@ -1,0 +1,248 @@
+"""The report: figures, claims, models and the best controllers on one page without a server."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from tegotae.figures.optimum import optimum_figure
+from tegotae.figures.report import convergence
+from tegotae.figures.report.best import best_controllers, gaits_of_best_run
+from tegotae.figures.report.judged import labelled
+from tegotae.figures.report.values import embedded_figure, embedded_file, number
+from tegotae.figures.study import architectures_figure, correlation_figure, pictograms_figure
+from tegotae.measures.hopping.metric import REPORT
+from tegotae.measures.optimum.table import curve, stances
+from tegotae.parts.bodies import Hopper
+from tegotae.studies.paper.claims import (
+    ALL,
+    EXPERIMENTS,
+    Part,
+    Verdict,
+    all_verdicts,
+    verdicts_by_budget,
+    verdicts_by_omega,
+)
+from tegotae.studies.paper.endings import endings_by_architecture
+from tegotae.studies.paper.record import Record
+from tegotae.studies.paper.table import Table, place, tabulate
+
+_DESIGN = {
+    "model": ("Model", "its name in this software"),
+    "architecture": ("Arch.", "which terms are learned"),
+    "observation": ("Senses", "what is sensed: F_k, the spring force, and ẏ, the velocity"),
+    "actuation": ("Actuation", "what the actuator force follows"),
+    "omega_t": ("ω_t", "frequency in training [rad/s]"),
+}
+_FITNESS = {"best_fitness": ("Fitness", "of the best distribution in training")}
+_COUNTS = {
+    "runs": ("Runs", "trainings from random weights"),
+    "without": ("No cycle", "runs without a limit cycle in any episode"),
+}
+_OBSERVATIONS = {"F": "F_k", "Fv": "F_k, ẏ"}
+_OWN = "its own"
+"""What stands in a column of the design for an experiment that has no place in it."""
+
+
+def report(
+    records: list[Record],
+    about: str,
+    experiments: Path | None = None,
+    budgets: Table | None = None,
+) -> str:
+    """The page, as HTML with everything in it.
+
+    Args:
+        records: the study's records.
+        about: one line on what study this is.
+        experiments: folder with tables and figures of the experiments that decide claims 1, 10
+            and 11 (`tegotae.studies.paper.claims.EXPERIMENTS`); what is not there is said to be
+            missing.
+        budgets: the same runs after several budgets of training.
+
+    Raises:
+        TegotaeError: if there is no such folder, or it holds a table or figure that is none.
+    """
+    table = tabulate(records)
+    data = {
+        "about": about,
+        "software": records[0].software,
+        "runs": len(table),
+        "without_cycle": int((table["limit_cycle_share"] == 0.0).sum()),
+        "figures": [*_figures(table), *_optimum(records), *_convergence(records)],
+        "claims": _claims(table, experiments),
+        "by_budget": _by_budget(budgets, table),
+        "endings": [
+            [name, *dataclasses.astuple(found)]
+            for name, found in endings_by_architecture(table).items()
+        ],
+        "experiments": [
+            {"caption": f"{e.caption}.", **embedded_file(experiments / e.figure)}
+            for e in EXPERIMENTS
+            if experiments is not None and (experiments / e.figure).exists()
+        ],
+        "models": _models(table),
+        "best": {
+            "metrics": [[key, *words] for key, words in _measures(table).items()],
+            "controllers": best_controllers(records, table, tuple(_measures(table))),
+        },
+    }
+    page = files("tegotae.figures.report").joinpath("page.html").read_text(encoding="utf-8")
+    return page.replace("__DATA__", as_script(data))
+
+
+def as_script(data: Any) -> str:
+    """JSON for a script element of HTML, whose content no text in it can end, or hide the end of.
+
+    Example:
+        >>> as_script(["</script>"])
+        '["\\\\u003c/script\\\\u003e"]'
+    """
+    text = json.dumps(data, ensure_ascii=False)
+    for character in "<>&\u2028\u2029":
+        text = text.replace(character, f"\\u{ord(character):04x}")
+    return text
+
+
+def _figures(table: Table) -> list[dict[str, Any]]:
+    def one(caption: str, figure: Figure) -> dict[str, Any]:
+        return {"caption": caption, **embedded_figure(figure)}
+
+    return [
+        one(
+            "I. The architectures. Filled terms are learned networks, outlined ones are vanilla.",
+            pictograms_figure(),
+        ),
+        one(
+            "II. Each metric per architecture and training frequency ω_t, with 95 % intervals over "
+            "runs. Inputs of the actuation count alike. Above a bar, the share of runs that do not "
+            "define the metric, because they do not settle or recover.",
+            architectures_figure(table),
+        ),
+        one("III. Correlation of the metrics over all models.", correlation_figure(table)),
+    ]
+
+
+def _measures(table: Table) -> dict[str, tuple[str, str]]:
+    """Label and meaning of the metrics that the page shows, and of the fitness, by column."""
+    found = {}
+    for metric in table.shown(REPORT):
+        unit = f" [{metric.unit}]" if metric.unit else ""
+        better = {None: "", True: "; more is better", False: "; less is better"}
+        found[metric.name] = (metric.label, f"{metric.about}{unit}{better[metric.more_is_better]}")
+    return found | _FITNESS
+
+
+def _optimum(records: list[Record]) -> list[dict[str, Any]]:
+    """CoT⁻¹ over hop frequency, beside the best that is possible; nothing for another body."""
+    gaits = {}
+    for vanilla, name in ((False, "learned"), (True, "V")):
+        of = [r for r in records if (place(r)["architecture"] == "V") == vanilla]
+        found = [gaits_of_best_run(record) for record in of]
+        if any(len(omega) for omega, _ in found):
+            gaits[name] = tuple(np.concatenate(each) for each in zip(*found, strict=True))
+    if not gaits:
+        return []
+    kept = stances()
+    best = {f"optimum, {omega:g} rad/s": kept[omega] for omega in (4.0, 8.0)}
+    figure = optimum_figure(curve(), gaits, best, max_force_n=Hopper().max_force_n)
+    caption = (
+        "CoT⁻¹ over hop frequency of each model's best run, a point an episode that repeats itself "
+        "with every hop, under the best that any force can do. The share of it is in the table "
+        'below as "of optimum".'
+    )
+    return [{"caption": caption, **embedded_figure(figure)}]
+
+
+def _convergence(records: list[Record]) -> list[dict[str, Any]]:
+    caption = (
+        "Training at ω_t = {} rad/s: best fitness so far over episodes, runs, mean and 95 % "
+        "interval; below, where runs stopped and why."
+    )
+    return [
+        {"caption": caption.format(omega), **embedded_figure(figure)}
+        for omega, figure in convergence.figures(records).items()
+    ]
+
+
+def _claims(table: Table, experiments: Path | None) -> list[dict[str, Any]]:
+    by_omega = verdicts_by_omega(table)
+    del by_omega[ALL]
+    at: dict[int, dict[str, str]] = {}
+    for omega, found in by_omega.items():
+        for verdict in found:
+            at.setdefault(verdict.number, {})[omega] = verdict.verdict
+    return [
+        _claim(verdict) | {"by_omega": at.get(verdict.number, {})}
+        for verdict in all_verdicts(table, experiments)
+    ]
+
+
+def _by_budget(budgets: Table | None, final: Table) -> dict[str, Any]:
+    """Headings, and a row per claim: its number, the claim, and its verdict after each budget."""
+    if budgets is None:
+        return {"headings": [], "rows": []}
+    by = labelled(verdicts_by_budget(budgets, final))
+    rows = [
+        [each[0].number, each[0].claim, *(verdict.verdict for verdict in each)]
+        for each in zip(*by.values(), strict=True)
+    ]
+    return {"headings": list(by), "rows": rows}
+
+
+def _claim(verdict: Verdict) -> dict[str, Any]:
+    return {
+        "number": verdict.number,
+        "claim": verdict.claim,
+        "verdict": verdict.verdict,
+        "note": verdict.note,
+        "parts": [_part(part) for part in verdict.parts],
+    }
+
+
+def _part(part: Part) -> dict[str, Any]:
+    effect = part.effect
+    return {
+        "what": part.what,
+        "verdict": part.verdict,
+        "bounds": [number(part.low), number(part.high)],
+        "mean": number(effect.mean),
+        "low": number(effect.low),
+        "high": number(effect.high),
+        "n": part.n,
+        "unit": part.unit,
+        "without_cycle": part.without_cycle,
+        "undefined": effect.undefined,
+    }
+
+
+def _models(table: Table) -> dict[str, Any]:
+    models = table.per_model()
+    names = models["model"]
+    runs = {name: table["model"] == name for name in names}
+    settled = table["limit_cycle_share"] > 0.0
+    measures = _measures(table)
+    columns = {name: models[name] for name in (*_DESIGN, *measures)}
+    columns["observation"] = np.array([_OBSERVATIONS.get(o, _OWN) for o in models["observation"]])
+    columns["actuation"] = np.array([name or _OWN for name in models["actuation"]])
+    columns["runs"] = np.array([float(runs[name].sum()) for name in names])
+    columns["without"] = np.array([float((runs[name] & ~settled).sum()) for name in names])
+    labels = _DESIGN | measures | _COUNTS
+    barred = {metric.name for metric in table.shown(REPORT) if metric.range[0] == 0.0}
+    return {
+        "columns": [
+            {"key": key, "label": label, "about": about, "bar": key in barred}
+            for key, (label, about) in ((key, labels[key]) for key in columns)
+        ],
+        "rows": [list(map(_cell, row)) for row in zip(*columns.values(), strict=True)],
+    }
+
+
+def _cell(value: Any) -> str | float | None:
+    return str(value) if isinstance(value, str) else number(float(value))

@@ -1,0 +1,1 @@
+"""Numbers of a trajectory: metrics, objectives, evaluation, gaits, recordings, the optimum."""

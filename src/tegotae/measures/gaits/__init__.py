@@ -1,0 +1,1 @@
+"""How the legs of a body go together, and the names of gaits."""

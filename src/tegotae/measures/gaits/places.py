@@ -1,0 +1,90 @@
+"""Where a body's legs are: what tells the hind from the fore ones, and left from right."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from tegotae._support.errors import TegotaeError
+from tegotae.parts.bodies import Body
+from tegotae.parts.fields import unwrapped
+
+_ROWS = {1: ("",), 2: ("H", "F"), 3: ("H", "M", "F")}
+
+
+def names_of(forward_m: Any, left_m: Any) -> tuple[str, ...]:
+    """Names of legs from the places of their hips: LH, LF, RH, RF, as Hildebrand has them.
+
+    L and R are left and right, H, M and F hind, middle and fore. Without a left and a right, as on
+    a bar, or without hind and fore, as on a biped, that letter is left out. Legs that such letters
+    do not tell apart are numbered from 1 on, in their order.
+
+    Args:
+        forward_m: how far forward of the middle each hip is, [limbs].
+        left_m: how far to the left, [limbs].
+
+    Raises:
+        TegotaeError: for places that are not as many.
+
+    Source:
+        Hildebrand, Symmetrical gaits of horses, Science 150 (1965).
+
+    Example:
+        >>> names_of((-1, -1, 1, 1), (1, -1, 1, -1))
+        ('LH', 'RH', 'LF', 'RF')
+        >>> names_of((-0.5, 0.5), (0, 0)), names_of((0, 0), (0.1, -0.1))
+        (('H', 'F'), ('L', 'R'))
+        >>> names_of((-1, -0.3, 0.3, 1), (0, 0, 0, 0))
+        ('1', '2', '3', '4')
+    """
+    forward, left = np.asarray(forward_m, float), np.asarray(left_m, float)
+    if forward.ndim != 1 or forward.shape != left.shape:
+        raise TegotaeError(
+            f"hips have {forward.size} places along the body and {left.size} across it; each needs "
+            "one of both"
+        )
+    rows = np.unique(forward.round(6))
+    sides = np.sign(left.round(6)).astype(int)
+    row_names = _ROWS.get(len(rows))
+    names = (
+        []
+        if row_names is None
+        else [
+            ("", "L", "R")[side] + row_names[int(np.searchsorted(rows, at))]
+            for side, at in zip(sides, forward.round(6), strict=True)
+        ]
+    )
+    if len(set(names)) == len(forward) and all(names):
+        return tuple(names)
+    return tuple(str(leg) for leg in range(1, len(forward) + 1))
+
+
+def reference_leg(names: Sequence[str]) -> int:
+    """The leg that lags are measured from: the left hind leg, or the first one without one.
+
+    Example:
+        >>> reference_leg(("LF", "RF", "LH", "RH")), reference_leg(("H", "F"))
+        (2, 0)
+    """
+    return list(names).index("LH") if "LH" in names else 0
+
+
+def leg_names(body: Body) -> tuple[str, ...]:
+    """Names of a body's legs, from its hips; numbers, if it does not say where they are.
+
+    Hips are `hips_x_m`, forward, and `hips_y_m`, to the left (or `hips_z_m`, on a plate); or
+    `hips_m` along a bar.
+
+    Example:
+        >>> from tegotae.parts.bodies import Bar
+        >>> leg_names(Bar())
+        ('H', 'F')
+    """
+    body = unwrapped(body)
+    forward = getattr(body, "hips_x_m", getattr(body, "hips_m", None))
+    if forward is None:
+        return tuple(str(leg) for leg in range(1, body.limbs + 1))
+    left = getattr(body, "hips_y_m", getattr(body, "hips_z_m", np.zeros(len(forward))))
+    return names_of(forward, left)

@@ -1,0 +1,293 @@
+"""The coordination of the legs of every lane in a few numbers, made where the lanes are advanced.
+
+Thousands of lanes need little memory so: a block's frames are gone when the next one begins.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+
+from tegotae._support.errors import TegotaeError, require_count, require_finite
+from tegotae.measures.gaits.lags import (
+    OfPhases,
+    OfTouchdowns,
+    Rhythm,
+    circular_mean,
+    circular_spread,
+    moved,
+    order_parameter,
+    over_strides,
+    step_frequency_hz,
+    time_to_lock,
+)
+from tegotae.parts.bodies import Body
+from tegotae.parts.controller import Controller
+from tegotae.parts.fields import unwrapped
+from tegotae.parts.terms import WholeBody
+from tegotae.simulation.recorder import Trajectory, declared
+from tegotae.simulation.rollout import Scenario, Timing
+
+TOLERANCE = 0.05
+"""How far the lags of a locked gait may stray from their mean [cycles]."""
+
+LEAST_FRAMES = 8
+"""Frames of the shortest recording from which a gait is told."""
+
+_OF_ALL = ("time_s", "failed", "stance_time_s", "touchdown_time_s", "work_absolute_j")
+_OF_SOME = ("x_m", "y_m", "slid_m")
+
+
+class Coordination(NamedTuple):
+    """How the legs of every lane go together: arrays [limbs, lanes] of legs, else [lanes].
+
+    All is measured over the last whole strides of the window, lags and their lock over the whole
+    recording before it as well. What is undefined or not recorded is NaN; of a lane that fell that
+    is everything but `fall_time_s`, `slip_m` and `distance_m`.
+    """
+
+    lag: Any
+    """Mean lag behind the reference leg, in [0, 1) [cycles], [limbs, lanes]."""
+    lag_spread: Any
+    """Circular standard deviation of the lag averaged over strides [cycles], [limbs, lanes]."""
+    touchdown_lag: Any
+    """Mean lag of the footfalls [cycles], [limbs, lanes]; as `lag`, if that is theirs."""
+    lock_time_s: Any
+    """From when on the lags stay near their mean [s]; NaN if not before the window begins."""
+    moved: Any
+    """How far the lags have ever been from those of the release [cycles]."""
+    order_parameter: Any
+    """|Σ exp(2πi lag)| / n: 1 if all legs are in phase."""
+    cycle_frequency_hz: Any
+    """Cycles of the reference leg per second: turns of its oscillator, if it has one; 0 if it makes
+    less than one in the window."""
+    step_frequency_hz: Any
+    """Touchdowns per second, [limbs, lanes]."""
+    duty_factor: Any
+    """Share of the stride in stance, [limbs, lanes]."""
+    power_w: Any
+    """Mean of the actuators' |power|, each leg's by itself [W]."""
+    distance_m: Any
+    """How far the body has come over the ground, from the release on, as the crow flies [m]."""
+    speed_m_per_s: Any
+    """Speed over ground [m/s]."""
+    cost_of_transport: Any
+    """Power / (weight · speed). Of |power|: of a walker's leg its two axes are netted, the swing is
+    free, and forces have no limit."""
+    froude: Any
+    """Froude number speed² / (g l0)."""
+    slip_m: Any
+    """Total way that the feet slipped [m]."""
+    fall_time_s: Any
+    """When the lane fell [s]; NaN if it did not."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class CoordinationSummary:
+    """An `Engine`'s summary: the `Coordination` of every lane.
+
+    Args:
+        window_s: the length of the recording's end that is measured [s]; its last quarter if None.
+        reference: the leg that lags are measured from.
+        tolerance: how far the lags of a locked gait may stray from their mean [cycles].
+        rhythm: where lags are read from: `OfPhases` or `OfTouchdowns`.
+        channels: what it reads of those that not every body records (`on`).
+
+    Raises:
+        TegotaeError: for a window or a tolerance that is not positive, or no leg.
+
+    Example:
+        >>> import dataclasses, numpy as np
+        >>> from tegotae import Engine, Scenario, build
+        >>> from tegotae.parts.bodies import Bar
+        >>> bar, legs = Bar(inertia_ratio=0.6), dataclasses.replace(build("V-sector-w8"), limbs=2)
+        >>> engine = Engine(controller=legs, summary=CoordinationSummary.on(legs, bar))
+        >>> found = engine.run([1.0], Scenario(omega=8.0, phase_rad=np.array([[0.0], [2.0]])), bar)
+        >>> found.lag.round(2).tolist()
+        [[0.0], [0.5]]
+    """
+
+    window_s: float | None = None
+    reference: int = 0
+    tolerance: float = TOLERANCE
+    rhythm: Rhythm = field(default_factory=OfPhases)
+    channels: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        if self.window_s is not None:
+            require_finite("window_s", self.window_s, above=0.0)
+        require_finite("tolerance", self.tolerance, above=0.0, most=0.5)
+        require_count("reference", self.reference, least=0)
+
+    @classmethod
+    def on(cls, controller: Controller, body: Body, **more: Any) -> CoordinationSummary:
+        """The summary of a controller on a body: of its oscillators, or else of its footfalls.
+
+        Args:
+            controller: what drives the body.
+            body: the body.
+            more: arguments of the summary.
+
+        Raises:
+            TegotaeError: for a body of one leg, or a reference that it does not have.
+        """
+        if body.limbs < 2:
+            raise TegotaeError(
+                f"a {type(body).__name__} has one leg; a gait is how several legs go together"
+            )
+        require_count("reference", more.get("reference", 0), least=0, most=body.limbs - 1)
+        has_phase = controller.oscillator is not None and controller.oscillator.has_phase
+        # Legs of one network for the whole body do not follow oscillators of their own.
+        has_phase &= not isinstance(controller.actuation, WholeBody)
+        known = declared(controller, body)
+        return cls(
+            **{
+                "rhythm": OfPhases() if has_phase else OfTouchdowns(),
+                "channels": tuple(name for name in _OF_SOME if name in known),
+                **more,
+            }
+        )
+
+    @property
+    def needs(self) -> tuple[str, ...]:
+        """The channels that are recorded for it."""
+        return tuple(dict.fromkeys((*_OF_ALL, *self.rhythm.needs, *self.channels)))
+
+    def __call__(
+        self, trajectory: Trajectory, scenario: Scenario, body: Body, timing: Timing
+    ) -> Coordination:
+        """The coordination of every lane.
+
+        Raises:
+            TegotaeError: for a recording of fewer than eight frames.
+        """
+        frames = len(trajectory.time_s)
+        require_frames(frames, timing)
+        window = frames // 4 if self.window_s is None else round(self.window_s / timing.frame_s)
+        return coordination(
+            trajectory,
+            body,
+            frame_s=timing.frame_s,
+            begins=frames - min(max(window, 2), frames),
+            reference=self.reference,
+            tolerance=self.tolerance,
+            rhythm=self.rhythm,
+        )
+
+
+def coordination(
+    trajectory: Trajectory,
+    body: Body,
+    *,
+    frame_s: float,
+    begins: int,
+    reference: int = 0,
+    tolerance: float = TOLERANCE,
+    rhythm: Rhythm = OfPhases(),  # noqa: B008 - immutable
+) -> Coordination:
+    """The coordination of the legs in the end of a recording.
+
+    Args:
+        trajectory: of several limbs; frames of shape [frames, limbs, lanes] or [frames, lanes].
+        body: the body, for its weight and size.
+        frame_s: recording period [s].
+        begins: the frame with which the window begins that is measured.
+        reference: the leg that lags are measured from.
+        tolerance: how far the lags of a locked gait may stray from their mean [cycles].
+        rhythm: where lags are read from.
+    """
+    t = trajectory
+    hz = rhythm.frequency_hz(t, reference, begins)
+    raw = rhythm.lag(t, reference)
+    frames, limbs, _ = raw.shape
+    window = frames - 1 - begins
+    steps = hz > 1.0 / (frame_s * max(window, 1))  # one stride in the window at least
+    stride = jnp.where(steps, 1.0 / (jnp.where(steps, hz, 1.0) * frame_s), window)
+    lag = over_strides(raw, jnp.round(stride).astype("int32"))
+
+    strides = jnp.maximum(jnp.floor(window / stride), 1.0)
+    first = jnp.clip(frames - 1 - jnp.round(strides * stride), 0, frames - 2).astype("int32")
+    frame = jnp.arange(frames)[:, None, None]
+    measured = frame > first[None, None]
+    mean = circular_mean(jnp.where(measured, raw, jnp.nan))
+    lock = time_to_lock(lag, mean, t.time_s, tolerance)
+    begun = t.time_s[begins]
+    footfalls = OfTouchdowns().lag(t, reference)
+
+    def over_window(total: Any) -> jax.Array:
+        """How much a total, or a place, has changed over the window."""
+        total = jnp.asarray(total)
+        at = jnp.broadcast_to(first.reshape(1, *[1] * (total.ndim - 2), -1), (1, *total.shape[1:]))
+        return total[-1] - jnp.take_along_axis(total, at, axis=0)[0]
+
+    time = over_window(t.time_s)
+    fell = t.failed[-1]
+    power = over_window(t.work_absolute_j) / time
+    nothing = jnp.full_like(time, jnp.nan)
+    travels = "x_m" in t.channels
+    places = [t.channels[name] for name in ("x_m", "y_m") if name in t.channels]
+    speed = length([over_window(place) for place in places]) / time if travels else nothing
+    body = unwrapped(body)
+    weight = total_mass_kg(body) * body.gravity_m_per_s2  # type: ignore[attr-defined]
+    slip = t.channels.get("slid_m")
+
+    def of_standing(x: jax.Array) -> jax.Array:
+        return jnp.where(jnp.broadcast_to(fell, x.shape), jnp.nan, x)
+
+    return Coordination(
+        lag=of_standing(mean),
+        lag_spread=of_standing(circular_spread(jnp.where(measured, lag, jnp.nan))),
+        touchdown_lag=of_standing(circular_mean(jnp.where(measured, footfalls, jnp.nan))),
+        lock_time_s=of_standing(jnp.where(lock <= begun, lock, jnp.nan)),
+        moved=of_standing(moved(raw)),
+        order_parameter=of_standing(order_parameter(mean)),
+        cycle_frequency_hz=of_standing(jnp.where(steps, hz, 0.0)),
+        step_frequency_hz=of_standing(step_frequency_hz(t.touchdown_time_s, begins)),
+        duty_factor=of_standing(over_window(t.stance_time_s) / time[None]),
+        power_w=of_standing(power),
+        distance_m=length([place[-1] - place[0] for place in places]) if travels else nothing,
+        speed_m_per_s=of_standing(speed),
+        cost_of_transport=of_standing(power / (weight * speed)),
+        froude=of_standing(speed**2 / (body.gravity_m_per_s2 * body.rest_length_m)),  # type: ignore[attr-defined]
+        slip_m=nothing if slip is None else over_limbs(slip[-1] - slip[0], limbs),
+        fall_time_s=jnp.where(
+            fell,
+            jnp.take_along_axis(t.time_s, jnp.argmax(t.failed, axis=0)[None], axis=0)[0],
+            jnp.nan,
+        ),
+    )
+
+
+def require_frames(frames: int, timing: Timing) -> None:
+    """Raise `TegotaeError` if a recording has too few frames for a gait to be told from it."""
+    if frames < LEAST_FRAMES:
+        raise TegotaeError(
+            f"the duration is {timing.duration_s:g}; a gait takes {LEAST_FRAMES} frames at least "
+            f"({LEAST_FRAMES * timing.frame_s:g} s)"
+        )
+
+
+def total_mass_kg(body: Body) -> Any:
+    """What a body weighs over g [kg]: `total_mass_kg`, if its `mass_kg` is that of a leg."""
+    named = "total_mass_kg" if hasattr(body, "total_mass_kg") else "mass_kg"
+    return getattr(body, named)
+
+
+def has_mass(body: Body) -> bool:
+    """Whether a body says what it weighs."""
+    return hasattr(body, "total_mass_kg") or hasattr(body, "mass_kg")
+
+
+def length(parts: Sequence[jax.Array]) -> jax.Array:
+    """√(x² + y²)."""
+    return jnp.sqrt(sum(part**2 for part in parts))
+
+
+def over_limbs(x: Any, limbs: int) -> jax.Array:
+    """The sum over the limbs of what is told a limb, [lanes]."""
+    x = jnp.asarray(x)
+    return x.sum(axis=0) if x.ndim == 2 and x.shape[0] == limbs else x

@@ -1,0 +1,22 @@
+"""CPGu, how much a gait needs its oscillator."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from tegotae.measures.hopping.episode import ClampedEpisodes
+from tegotae.measures.hopping.metric import ClampedMetric
+
+
+def _compute(clamped: ClampedEpisodes) -> Any:
+    return 1.0 - clamped.on_cycle.mean(axis=-1)
+
+
+METRIC = ClampedMetric(
+    name="cpgu",
+    label="CPGu",
+    about="share of clamped phases without a limit cycle: 1 depends fully on the oscillator",
+    more_is_better=None,
+    range=(0.0, 1.0),
+    compute=_compute,
+)

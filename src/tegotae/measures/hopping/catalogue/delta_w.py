@@ -1,0 +1,26 @@
+"""Δw, how far the spectrum's peaks are from the prescribed frequency."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from tegotae.measures.hopping.episode import Episode
+from tegotae.measures.hopping.metric import GaitMetric
+from tegotae.measures.hopping.spectrum import delta_w
+
+
+def _compute(episode: Episode) -> Any:
+    return episode.where_settled(delta_w(episode.spectrum, episode.omega))
+
+
+METRIC = GaitMetric(
+    name="delta_w",
+    label="Δw",
+    unit="rad/s",
+    about="distance of the spectrum's peaks from ω (equation 14)",
+    more_is_better=False,
+    range=(0.0, float("inf")),
+    channels=("height_m",),
+    told=("omega",),
+    compute=_compute,
+)

@@ -1,0 +1,24 @@
+"""The period of the limit cycle."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from tegotae.measures.hopping.episode import Episode
+from tegotae.measures.hopping.metric import GaitMetric
+
+
+def _compute(episode: Episode) -> Any:
+    return episode.where_settled(episode.cycle.period)
+
+
+METRIC = GaitMetric(
+    name="limit_cycle_period",
+    label="period",
+    unit="hops",
+    about="hops after which the limit cycle repeats itself",
+    more_is_better=None,
+    range=(1.0, float("inf")),
+    shown=(),
+    compute=_compute,
+)

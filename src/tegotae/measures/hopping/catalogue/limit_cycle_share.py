@@ -1,0 +1,28 @@
+"""Which episodes settle."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from tegotae.measures.hopping.episode import LIMIT_CYCLE
+from tegotae.measures.hopping.metric import (
+    REGIME,
+    Conditions,
+    Derivation,
+    DerivedMetric,
+)
+
+
+def _compute(values: Mapping[str, Any], conditions: Conditions) -> Any:
+    return (values[REGIME] == LIMIT_CYCLE).astype(float)
+
+
+METRIC = DerivedMetric(
+    name="limit_cycle_share",
+    label="limit cycles",
+    about="share of the episodes with a limit cycle",
+    more_is_better=True,
+    range=(0.0, 1.0),
+    derivation=Derivation((REGIME,), _compute),
+)

@@ -1,0 +1,23 @@
+"""T0, how long a gait takes to settle."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from tegotae.measures.hopping.episode import Episode
+from tegotae.measures.hopping.metric import GaitMetric
+
+
+def _compute(episode: Episode) -> Any:
+    return episode.where_settled(episode.cycle.time_s)
+
+
+METRIC = GaitMetric(
+    name="t0_s",
+    label="T0",
+    unit="s",
+    about="time from release until settled",
+    more_is_better=False,
+    range=(0.0, float("inf")),
+    compute=_compute,
+)

@@ -1,0 +1,316 @@
+"""The metrics of one recorded gait, and of each that is undefined the reason."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from tegotae._support.devices import set_up
+from tegotae._support.errors import TegotaeError, require_finite
+from tegotae.measures.hopping.efficiency import check_work, cot_inverse, work_total
+from tegotae.measures.hopping.gait import Gait, gait
+from tegotae.measures.hopping.hopping import Hops, hops
+from tegotae.measures.hopping.limit_cycle import LimitCycle, Settled, settled
+from tegotae.measures.hopping.metric import (
+    REGIME,
+    Conditions,
+    DerivedMetric,
+    GaitMetric,
+    UnknownBody,
+)
+from tegotae.measures.hopping.reasons import Known, why_undefined
+from tegotae.measures.hopping.recording import from_samples
+from tegotae.measures.hopping.registry import derived, metrics
+from tegotae.measures.hopping.smoothness import FORCE_PERIOD_S
+from tegotae.parts.bodies import Body
+from tegotae.simulation.rollout import Trajectory
+
+
+@dataclass(frozen=True, kw_only=True)
+class Efficiency:
+    """What was climbed for how much work, from one apex to another."""
+
+    start_s: float
+    """Time of the first apex since the first sample [s]."""
+    end_s: float
+    """Time of the last apex [s]."""
+    climb_flight_m: float
+    """Heights climbed in flight [m]."""
+    climb_m: float
+    """Heights climbed in flight and in stance [m]."""
+    work_j: float
+    """The actuator's work [J]; NaN if neither it nor the force was recorded."""
+    settled: bool
+    """Whether these are whole turns of a limit cycle. If not, the value may depend on which hops
+    were recorded: it is no metric of a gait."""
+
+    @property
+    def cot_inverse(self) -> float:
+        """CoT⁻¹ of the heights climbed in flight [m/J]; NaN for unknown or negative work."""
+        return self._of(self.climb_flight_m)
+
+    @property
+    def cot_inverse_total(self) -> float:
+        """CoT⁻¹ of all heights climbed [m/J]."""
+        return self._of(self.climb_m)
+
+    def _of(self, climb_m: float) -> float:
+        return float(cot_inverse(climb_m, self.work_j)) if self.work_j > -1e-6 else np.nan
+
+
+class Measured(Gait):
+    """The metrics of one recording, floats by name, NaN where undefined: `measured.t0_s`.
+
+    Example:
+        >>> Measured({"t1_s": np.nan}, {"t1_s": "there was no disturbance"}, *[None] * 4).reasons
+        {'t1_s': 'there was no disturbance'}
+    """
+
+    __slots__ = ("efficiency", "frames", "hops", "notes", "omega", "reasons")
+
+    reasons: dict[str, str]
+    """Why each metric that is NaN is undefined, by its name."""
+    efficiency: Efficiency | None
+    """Over the cycles of CoT⁻¹, or, of a gait that does not settle, over the hops of the second
+    half of the recording. None with fewer than two."""
+    frames: Trajectory
+    """The recording in frames of 20 ms, [frames, 1]."""
+    hops: Hops
+    """Its hops, [hops] each."""
+    omega: float
+    """Prescribed frequency ω [rad/s]; NaN if it is not known."""
+    notes: tuple[str, ...]
+    """What else is to be known of the numbers, a sentence each."""
+
+    def __init__(
+        self,
+        values: dict[str, Any],
+        reasons: dict[str, str],
+        efficiency: Efficiency | None,
+        frames: Any,
+        hops: Any,
+        omega: Any,
+        notes: tuple[str, ...] = (),
+    ) -> None:
+        super().__init__(values)
+        self.notes = notes
+        self.reasons, self.efficiency = reasons, efficiency
+        self.frames, self.hops, self.omega = frames, hops, omega
+
+
+def measure(
+    time_s: Any,
+    height_m: Any,
+    *,
+    rest_length_m: float,
+    ground_m: Any = 0.0,
+    phase_rad: Any = None,
+    omega: float | None = None,
+    force_n: Any = None,
+    work_j: Any = None,
+    climb_flight_m: Any = None,
+    climb_m: Any = None,
+    max_force_n: float | None = None,
+    disturbed_at_s: float | None = None,
+    limit_cycle: LimitCycle | None = None,
+    work: str = "absolute",
+    body: Body | None = None,
+) -> Measured:
+    """The metrics of one recorded gait, from a robot or another simulator.
+
+    The first sample is the release. What is missing leaves undefined (NaN) what needs it, and
+    `reasons` says so: the force CoT⁻¹ and smoothness, the largest force smoothness, the prescribed
+    frequency ΔΩ and Δw, the disturbance T1. A recording without any hop is no error: `regime` says
+    so, CoT⁻¹ is zero and all else undefined. Work that is negative in sum leaves CoT⁻¹ undefined.
+
+    Args:
+        time_s: sampling times, uniform, at most 20 ms apart [s], shape [samples].
+        height_m: height of the centre of mass y [m], [samples].
+        rest_length_m: height over ground at which the foot leaves it, l0 [m].
+        ground_m: height of the ground h [m], a number or [samples].
+        phase_rad: oscillator phase φ [rad], [samples]; None without an oscillator.
+        omega: prescribed frequency ω [rad/s].
+        force_n: actuator force F_a [N], [samples].
+        work_j: running total of the actuator's work [J], [samples], which is then not computed
+            from the force: what a motor took from its battery, say.
+        climb_flight_m: running total of the heights climbed in flight [m], [samples], which are
+            then not taken from the samples of the height.
+        climb_m: running total of all heights climbed [m], [samples], likewise.
+        max_force_n: largest actuator force α [N].
+        disturbed_at_s: when a disturbance, such as a drop of the ground, took place [s].
+        limit_cycle: what counts as settled; its tolerances are for a leg of 1 m.
+        work: definition of work, one of "absolute", "positive", "net".
+        body: the body, for metrics that take it, such as the share of its optimum.
+
+    Returns:
+        The metrics as floats, with the reason of each that is undefined.
+
+    Raises:
+        TegotaeError: for a recording that `from_samples` refuses, samples more than 20 ms apart, a
+            frequency that is not positive, or a disturbance outside of it.
+
+    Example:
+        >>> from tegotae.measures.hopping import REGIMES
+        >>> time_s = np.arange(4000) * 0.005
+        >>> found = measure(time_s, 1 + 0.1 * np.sin(6 * time_s), rest_length_m=1.0, omega=6.0)
+        >>> REGIMES[found.regime], f"{found.w_peak:.2f} rad/s"
+        ('limit cycle', '6.00 rad/s')
+        >>> found.reasons["cot_inverse"]
+        'neither the actuator force nor its work was recorded'
+    """
+    set_up()
+    if omega is not None:
+        require_finite("omega", omega, above=0.0, most=1e6)
+    if max_force_n is not None:
+        require_finite("max_force_n", max_force_n, above=0.0, most=1e9)
+    check_work(work)
+    limit_cycle = limit_cycle or LimitCycle()
+    _check_rate(time_s)
+    frames = from_samples(
+        time_s,
+        height_m,
+        rest_length_m=rest_length_m,
+        ground_m=ground_m,
+        phase_rad=phase_rad,
+        force_n=force_n,
+        work_j=work_j,
+        climb_flight_m=climb_flight_m,
+        climb_m=climb_m,
+        frame_s=FORCE_PERIOD_S,
+    )
+    at_s = _since_release(disturbed_at_s, time_s, frames)
+    with jax.enable_x64(True):
+        found = gait(
+            frames,
+            omega=np.nan if omega is None else float(omega),
+            rest_length_m=float(rest_length_m),
+            max_force_n=np.nan if max_force_n is None else float(max_force_n),
+            frame_s=FORCE_PERIOD_S,
+            undisturbed_s=at_s,
+            disturbed_at_s=at_s,
+            limit_cycle=limit_cycle,
+            work=work,
+            metrics=tuple(m for m in metrics() if isinstance(m, GaitMetric)),
+        ).lane()
+        end_s = float(frames.time_s[-1, 0]) if at_s is None else at_s
+        table, cycle = _cycle(frames, float(rest_length_m), limit_cycle, end_s)
+    table = _rows(table)
+    # How far the ground dropped, if that was the disturbance, no recording says.
+    drop_m = 0.0 if at_s is None else np.inf
+    conditions = Conditions(UnknownBody() if body is None else body, work, drop_m)
+    values = {name: np.asarray(value) for name, value in found.values.items()}
+    extra = derived(values, conditions)
+    values = {**found.values, **{name: float(value) for name, value in extra.items()}}
+    has_cycle = bool(np.isfinite(cycle.period[0]))
+    span = (int(cycle.from_hop[0]), int(cycle.to_hop[0])) if has_cycle else _late(table, end_s)
+    known = Known(
+        regime=int(values[REGIME]),
+        hops=table,
+        end_s=end_s,
+        limit_cycle=limit_cycle,
+        has_force=force_n is not None,
+        has_work=force_n is not None or work_j is not None,
+        told={"omega": omega is not None, "max_force_n": max_force_n is not None},
+        disturbed=at_s is not None,
+        has_body=body is not None,
+    )
+    reasons = {
+        metric.name: why_undefined(metric, values, known)
+        for metric in metrics()
+        if not isinstance(metric, GaitMetric | DerivedMetric) or np.isnan(values[metric.name])
+    }
+    efficiency = None if span is None else _efficiency(frames, table, span, work, has_cycle)
+    counted = {"work_j": work_j, "climb_flight_m": climb_flight_m, "climb_m": climb_m}
+    return Measured(
+        values,
+        reasons,
+        efficiency,
+        frames,
+        table,
+        np.nan if omega is None else float(omega),
+        _counted([name for name, total in counted.items() if total is not None]),
+    )
+
+
+@partial(jax.jit, static_argnames="limit_cycle")
+def _cycle(
+    frames: Trajectory, rest_length_m: float, limit_cycle: LimitCycle, end_s: float
+) -> tuple[Hops, Settled]:
+    table = hops(frames, rest_length_m)
+    return table, settled(table, limit_cycle, -jnp.inf, end_s)
+
+
+def _rows(table: Hops) -> Hops:
+    """The hops of the one lane, without the rows after its last."""
+    count = int(table.count[0])
+    columns = {n: np.asarray(x)[:count, 0] for n, x in table._asdict().items() if n != "count"}
+    return Hops(**columns, count=count)
+
+
+def _counted(names: list[str]) -> tuple[str, ...]:
+    """A sentence on the running totals that stand in place of what samples tell."""
+    if not names:
+        return ()
+    listed = ", ".join(names[:-1]) + (" and " if names[1:] else "") + names[-1]
+    return (f"{listed}: the recording's own running totals, not computed from its samples",)
+
+
+def _check_rate(time_s: Any) -> None:
+    """Raise `TegotaeError` for samples too far apart; other faults are `from_samples`' to name."""
+    try:
+        time = np.asarray(time_s, float)
+    except (TypeError, ValueError):
+        return
+    if time.ndim != 1 or len(time) < 3 or not np.isfinite(time).all():
+        return
+    step = (time[-1] - time[0]) / (len(time) - 1)
+    if step > 1.01 * FORCE_PERIOD_S:
+        raise TegotaeError(
+            f"the samples are {step:g} s apart; the metrics need at least "
+            f"{1 / FORCE_PERIOD_S:g} samples a second"
+        )
+
+
+def _since_release(at_s: float | None, time_s: Any, frames: Trajectory) -> float | None:
+    """When the disturbance came, counted from the first sample [s]."""
+    if at_s is None:
+        return None
+    require_finite("disturbed_at_s", at_s)
+    at_s -= float(np.asarray(time_s)[0])
+    duration_s = float(frames.time_s[-1, 0])
+    if not 4 * FORCE_PERIOD_S <= at_s <= duration_s:
+        raise TegotaeError(
+            f"disturbed_at_s lies {at_s:g} s after the first sample; it must lie "
+            f"inside the recording of {duration_s:g} s, and at least four frames "
+            f"({4 * FORCE_PERIOD_S:g} s) after its start"
+        )
+    return at_s
+
+
+def _late(table: Hops, end_s: float) -> tuple[int, int] | None:
+    """Rows of the first and last hop of the second half up to an end [s]; None without two."""
+    rows = np.flatnonzero((table.time_s >= 0.5 * end_s) & (table.time_s <= end_s))
+    return (int(rows[0]), int(rows[-1])) if len(rows) > 1 else None
+
+
+def _efficiency(
+    frames: Trajectory, table: Hops, span: tuple[int, int], work: str, is_cycle: bool
+) -> Efficiency:
+    first, last = (int(table.frame[row]) for row in span)
+
+    def grown(total: Any) -> float:
+        return float(total[last, 0] - total[first, 0])
+
+    return Efficiency(
+        start_s=float(table.time_s[span[0]]),
+        end_s=float(table.time_s[span[1]]),
+        climb_flight_m=grown(frames.climb_flight_m),
+        climb_m=grown(frames.climb_m),
+        work_j=grown(work_total(frames, work)),
+        settled=is_cycle,
+    )

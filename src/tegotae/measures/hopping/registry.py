@@ -1,0 +1,257 @@
+"""The metrics there are: those of the package, and those that a user registers.
+
+A module of `tegotae.measures.hopping.catalogue` is one metric, its `METRIC`. That file is all there
+is to write for it to be evaluated, compared, exported, drawn and reported.
+"""
+
+from __future__ import annotations
+
+import importlib
+import pkgutil
+from collections.abc import Iterable, Mapping
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from tegotae._support.errors import TegotaeError, unknown
+from tegotae.measures.hopping.episode import TOLD_FROM
+from tegotae.measures.hopping.metric import (
+    REGIME,
+    Conditions,
+    DerivedMetric,
+    GaitMetric,
+    Metric,
+    UnknownBodyError,
+    derivation_of,
+)
+from tegotae.measures.hopping.statistics import (
+    UNBOUNDED,
+    Interval,
+    Range,
+    interval,
+)
+
+ALL = "all"
+"""Stands for every metric there is."""
+
+_IN_ORDER = (
+    *("cot_inverse", "optimum_share", "cot_inverse_total", "t0_s", "t1_s", "delta_omega"),
+    *("delta_w", "cpgu", "limit_cycle_period", "limit_cycle_share", "recovery_share"),
+    *("failed_share", "smoothness", "w_peak", "a_peak", "hop_rate"),
+)
+"""In which order they are shown; what is not here comes after, by name."""
+
+_registered: dict[str, Metric] = {}
+
+
+@cache
+def built_in() -> tuple[Metric, ...]:
+    """The package's own metrics, in the order of a table's columns."""
+    catalogue = importlib.import_module("tegotae.measures.hopping.catalogue")
+    found = [
+        importlib.import_module(f"{catalogue.__name__}.{module.name}").METRIC
+        for module in pkgutil.iter_modules(catalogue.__path__)
+    ]
+    place = {name: i for i, name in enumerate(_IN_ORDER)}
+    found.sort(key=lambda metric: (place.get(metric.name, len(place)), metric.name))
+    return tuple(found)
+
+
+@cache
+def built_in_gait() -> tuple[GaitMetric, ...]:
+    """Those of a gait's recording. They are compiled together."""
+    return tuple(metric for metric in built_in() if isinstance(metric, GaitMetric))
+
+
+def channels_of(asked: Iterable[Metric]) -> tuple[str, ...]:
+    """The channels of a recording that some metrics are computed from."""
+    more = (channel for m in asked if isinstance(m, GaitMetric) for channel in m.channels)
+    return tuple(dict.fromkeys((*TOLD_FROM, *more)))
+
+
+def metrics(shown: str | None = None) -> tuple[Metric, ...]:
+    """All metrics, the package's own first; only those shown at a place, if one is named.
+
+    Example:
+        >>> [metric.label for metric in metrics("figure")][:3]
+        ['CoT⁻¹', 'of optimum', 'T0']
+    """
+    there = (*built_in(), *_registered.values())
+    return tuple(metric for metric in there if shown is None or shown in metric.shown)
+
+
+def names(shown: str | None = None) -> tuple[str, ...]:
+    """The names of the same."""
+    return tuple(metric.name for metric in metrics(shown))
+
+
+def measured_own() -> tuple[Metric, ...]:
+    """A user's metrics that are measured in an episode, and do not follow from others alone."""
+    return tuple(each for each in _registered.values() if not isinstance(each, DerivedMetric))
+
+
+def register(metric: Metric) -> Metric:
+    """Make a user's metric known, so that it is evaluated and shown like the package's own.
+
+    Registered again, as when its file is run anew, it takes the place of the one before.
+
+    Args:
+        metric: a `GaitMetric`, `ClampedMetric` or `DerivedMetric`;
+        `tegotae.measures.hopping.check.check_metric`
+            tries it thoroughly.
+
+    Returns:
+        The metric.
+
+    Raises:
+        TegotaeError: for anything else, a name that the package has, or that a metric of another
+            file has, or one derived from metrics that are not there.
+    """
+    if not isinstance(metric, Metric):
+        raise TegotaeError(
+            f"{metric!r} is no metric; make a GaitMetric, ClampedMetric or DerivedMetric of "
+            "tegotae.measures.hopping"
+        )
+    if metric.name in {own.name for own in built_in()} | {REGIME, ALL}:
+        raise TegotaeError(f"the name {metric.name!r} is taken by the package; choose another")
+    before = _registered.get(metric.name)
+    if before is not None and _origin(before) != _origin(metric):
+        raise TegotaeError(
+            f"there are two metrics named {metric.name!r}, of {_origin(before)} and "
+            f"{_origin(metric)}; rename one"
+        )
+    derivation = derivation_of(metric)
+    for name in () if derivation is None else derivation.of:
+        if name != REGIME:
+            find(name)
+    _registered[metric.name] = metric
+    return metric
+
+
+def forget(name: str) -> None:
+    """Take a user's metric out again; one that is not registered is no error."""
+    _registered.pop(name, None)
+
+
+def find(name: str) -> Metric:
+    """The metric of a name.
+
+    Raises:
+        TegotaeError: if there is none, with those that are spelt alike.
+
+    Example:
+        >>> find("t0_s").unit
+        's'
+    """
+    there = {metric.name: metric for metric in metrics()}
+    if name in there:
+        return there[name]
+    raise unknown("metric", name, there)
+
+
+def chosen(asked: Iterable[str | Metric] | None = None) -> tuple[Metric, ...]:
+    """The metrics that are asked for, in the order of all; every one by default.
+
+    Args:
+        asked: names, or metrics that are registered.
+
+    Raises:
+        TegotaeError: for one that is not there, or none at all.
+    """
+    if asked is None:
+        return metrics()
+    if isinstance(asked, (str, Metric)):
+        asked = (asked,)
+    wanted: set[str] = set()
+    for each in asked:
+        if each == ALL:
+            wanted |= set(names())
+            continue
+        found = find(each if isinstance(each, str) else each.name)
+        if isinstance(each, Metric) and each != found:
+            raise TegotaeError(f"{each.name} is not registered; tegotae.register it first")
+        wanted.add(found.name)
+    if not wanted:
+        raise TegotaeError(f"no metric is asked for; name at least one, or {ALL}")
+    return tuple(metric for metric in metrics() if metric.name in wanted)
+
+
+def with_needed(asked: Iterable[Metric]) -> tuple[Metric, ...]:
+    """The same with the metrics that they are derived from, those first."""
+    found: dict[str, Metric] = {}
+
+    def add(metric: Metric) -> None:
+        if isinstance(metric, DerivedMetric):
+            for name in metric.derivation.of:
+                if name != REGIME:
+                    add(find(name))
+        found.setdefault(metric.name, metric)
+
+    for metric in asked:
+        add(metric)
+    return tuple(found.values())
+
+
+def derived(values: Mapping[str, Any], conditions: Conditions) -> dict[str, Any]:
+    """Metrics of some episodes that are not among their values but follow from them.
+
+    So what was measured before there was a metric has it too, where it can be told.
+
+    Args:
+        values: of metrics, by name, arrays of one shape: a value an episode, not means of several.
+        conditions: under which they were measured.
+
+    Example:
+        >>> from tegotae import Hopper
+        >>> gait = {"cot_inverse": 0.6, "w_peak": 4.0, "a_peak": 1.0, "limit_cycle_period": 1}
+        >>> gait = {name: np.array([value]) for name, value in gait.items()}
+        >>> found = derived(gait, Conditions(Hopper()))
+        >>> sorted(found), f"{found['optimum_share'][0]:.2f}"
+        (['hop_rate', 'optimum_share'], '0.50')
+    """
+    known, found = dict(values), {}
+    lacking = [metric for metric in metrics() if metric.name not in known]
+    while lacking:
+        ready = [m for m in lacking if (d := derivation_of(m)) and set(d.of) <= set(known)]
+        if not ready:
+            break
+        for metric in ready:
+            derivation = derivation_of(metric)
+            assert derivation is not None
+            inputs = {name: known[name] for name in derivation.of}
+            try:
+                value = derivation.compute(inputs, conditions)
+            except UnknownBodyError:
+                value = np.full(np.shape(next(iter(inputs.values()))), np.nan)
+            found[metric.name] = np.asarray(value, float)
+        known |= found
+        lacking = [metric for metric in lacking if metric.name not in known]
+    return found
+
+
+def range_of(name: str) -> Range:
+    """Least and largest possible value of a metric; of one that is not registered here, any."""
+    return next((metric.range for metric in metrics() if metric.name == name), UNBOUNDED)
+
+
+def summarise(values: Mapping[str, Any], *, seed: int = 0) -> dict[str, Interval]:
+    """Mean over runs of each metric, with its spread and 95 % interval within its range.
+
+    Args:
+        values: of metrics, by name; of runs, shape [runs] each.
+        seed: as for `interval`.
+
+    Example:
+        >>> found = summarise({"limit_cycle_share": [1.0, 1.0, 0.4]})["limit_cycle_share"]
+        >>> found.low, found.high
+        (0.0, 1.0)
+    """
+    return {name: interval(row, within=range_of(name), seed=seed) for name, row in values.items()}
+
+
+def _origin(metric: Metric) -> str:
+    """Where a metric's function was written."""
+    derivation = derivation_of(metric)
+    function = getattr(metric, "compute", None) or (derivation and derivation.compute)
+    return f"{getattr(function, '__module__', '?')}.{getattr(function, '__qualname__', '?')}"

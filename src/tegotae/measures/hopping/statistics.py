@@ -1,0 +1,303 @@
+"""Means over seeds, and how sure they are: the bootstrap, and Student's t for small samples."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from functools import partial
+from typing import Any
+
+import numpy as np
+import scipy.special
+
+from tegotae._support.errors import TegotaeError, require_count
+
+LEVEL = 0.95
+"""Coverage of an interval."""
+
+RESAMPLES = 10_000
+"""How often a sample is drawn anew."""
+
+FEW = 8
+"""Below so many values the bootstrap's interval is too narrow, and Student's t is taken instead: of
+three values the bootstrap never leaves their range, and covers the mean in about 75 %."""
+
+Range = tuple[float, float]
+"""Least and largest possible value."""
+
+UNBOUNDED: Range = (-math.inf, math.inf)
+"""Of what can be anything."""
+
+_ROUNDING = 1e-4
+"""How far a single-precision value of a range's end may lie beyond it."""
+
+BOOTSTRAP, STUDENT, WELCH = "bootstrap", "Student's t", "Welch's t"
+"""How an interval was found."""
+
+
+@dataclass(frozen=True)
+class Interval:
+    """A mean with its spread and its 95 % interval, in the unit of the values.
+
+    Undefined values (NaN) do not enter, and are counted. Everything is NaN where nothing is left;
+    spread and interval are NaN for a single value, which says nothing about them.
+    """
+
+    mean: float
+    """Mean of the defined values."""
+    std: float
+    """Their standard deviation (n - 1)."""
+    low: float
+    """Lower end of the 95 % interval of the mean."""
+    high: float
+    """Upper end."""
+    count: int
+    """How many values are defined."""
+    undefined: int
+    """How many are not."""
+    method: str = field(default="", repr=False, compare=False)
+    """How the interval was found; empty if there is none."""
+
+
+def interval(values: Any, *, within: Range = UNBOUNDED, seed: int = 0) -> Interval:
+    """Mean of independent values, such as one per seed, and its 95 % interval.
+
+    That is the percentile bootstrap's, or Student's t for fewer than `FEW` values.
+
+    Student's t knows nothing of the values' range, and of few values it reaches beyond it. The true
+    mean is not there, so what reaches beyond is cut off: the rest covers the mean just as often.
+    Values that are all alike have an interval of no width; that is no proof that others are too.
+
+    Args:
+        values: shape [n]; NaN where undefined.
+        within: least and largest possible value, such as 0 and 1 of a share
+            (`tegotae.measures.hopping.Metric`).
+        seed: of the resampling, so that the same values give the same interval.
+
+    Raises:
+        TegotaeError: for anything but a row of numbers, or a value out of its range.
+
+    Example:
+        >>> found = interval([1.0, 2.0, 3.0, float("nan")])
+        >>> found.mean, found.count, found.undefined
+        (2.0, 3, 1)
+        >>> found = interval([1.0, 1.0, 0.6], within=(0.0, 1.0))
+        >>> f"{found.low:.2f} {found.high:.2f}"
+        '0.29 1.00'
+    """
+    values = _row("values", values, within)
+    defined = values[~np.isnan(values)]
+    undefined = len(values) - len(defined)
+    if len(defined) == 0:
+        return Interval(np.nan, np.nan, np.nan, np.nan, 0, undefined)
+    mean = float(defined.mean())
+    if len(defined) == 1:
+        return Interval(mean, np.nan, np.nan, np.nan, 1, undefined)
+    std = float(defined.std(ddof=1))
+    if len(defined) < FEW:
+        half = _t(len(defined) - 1) * std / math.sqrt(len(defined))
+        low, high = _cut(mean - half, mean + half, within)
+        return Interval(mean, std, low, high, len(defined), undefined, STUDENT)
+    low, high = np.quantile(_resampled_means(defined, seed), [(1 - LEVEL) / 2, (1 + LEVEL) / 2])
+    return Interval(mean, std, float(low), float(high), len(defined), undefined, BOOTSTRAP)
+
+
+def paired_difference(
+    values: Any, baseline: Any, *, within: Range = UNBOUNDED, seed: int = 0
+) -> Interval:
+    """Mean of `values - baseline`, pair by pair (such as the same seed), and its interval.
+
+    A pair with an undefined member is undefined.
+
+    Args:
+        values: shape [n].
+        baseline: of the same runs, shape [n].
+        within: least and largest possible value of either; a difference of two shares lies in
+            [-1, 1].
+        seed: as for `interval`.
+
+    Raises:
+        TegotaeError: for rows of different lengths.
+
+    Example:
+        >>> paired_difference([2.0, 3.0, 5.0], [1.0, 2.0, 4.0])
+        Interval(mean=1.0, std=0.0, low=1.0, high=1.0, count=3, undefined=0)
+    """
+    values, baseline = _row("values", values, within), _row("baseline", baseline, within)
+    if len(values) != len(baseline):
+        raise TegotaeError(
+            f"{len(values)} values cannot be paired with {len(baseline)}; both rows must be of the "
+            "same runs"
+        )
+    return interval(values - baseline, within=_of_difference(within, 1.0), seed=seed)
+
+
+def difference(values: Any, baseline: Any, *, within: Range = UNBOUNDED) -> Interval:
+    """Difference of the means of two independent rows, and its interval (Welch's t).
+
+    `std` is its standard error; `count` and `undefined` are over both rows. A row with a single
+    defined value leaves the interval undefined, and one with none the difference, too.
+    `within` is as for `paired_difference`.
+
+    Example:
+        >>> found = difference([2.0, 2.2, 1.8], [1.0, 1.1, 0.9, 1.0])
+        >>> f"{found.mean:.2f}", found.low > 0.0
+        ('1.00', True)
+    """
+    rows = [_row("values", values, within), _row("baseline", baseline, within)]
+    found = balanced_difference(rows[:1], rows[1:], within=within)
+    if found.count + found.undefined == sum(map(len, rows)):
+        return found
+    defined = [row[~np.isnan(row)] for row in rows]
+    count = sum(map(len, defined))
+    mean = float(defined[0].mean() - defined[1].mean()) if all(map(len, defined)) else np.nan
+    return Interval(mean, np.nan, np.nan, np.nan, count, sum(map(len, rows)) - count)
+
+
+def stratified_difference(
+    strata: Iterable[tuple[Any, Any]],
+    *,
+    factor: float = 1.0,
+    single_is_exact: bool = False,
+    within: Range = UNBOUNDED,
+) -> Interval:
+    """Mean over strata of `mean(values) - factor · mean(baseline)`, and its interval.
+
+    Like is compared with like: where strata differ in level and in how much is undefined, the
+    difference of the overall means is that of the mixtures. A stratum is left out if one of its
+    rows has no mean with a spread, that is, fewer than two defined values.
+
+    Args:
+        strata: pairs of independent rows, values and baseline.
+        factor: of the baseline.
+        single_is_exact: whether a row of one value is no sample but exact, such as the outcome of a
+            search without randomness.
+        within: least and largest possible value of either row, as for `interval`.
+
+    Example:
+        >>> found = stratified_difference([([1.0, 1.2], [0.0, 0.2]), ([9.0, 9.2], [8.0, 8.2])])
+        >>> f"{found.mean:.2f}"
+        '1.00'
+    """
+    pairs = [(_row("values", values), _row("baseline", base)) for values, base in strata]
+    used = [pair for pair in pairs if all(has_mean(row, single_is_exact) for row in pair)]
+    rows, baselines = [a for a, _ in used], [b for _, b in used]
+    return balanced_difference(
+        rows, baselines, factor=factor, single_is_exact=single_is_exact, within=within
+    )
+
+
+def balanced_difference(
+    values: Iterable[Any],
+    baseline: Iterable[Any] = (),
+    *,
+    factor: float = 1.0,
+    single_is_exact: bool = False,
+    within: Range = UNBOUNDED,
+) -> Interval:
+    """Mean of the means of some rows, minus `factor` times that of others, and its interval.
+
+    Rows count alike, however many values they have; those with fewer than two defined ones are left
+    out. The interval is Student's t with the degrees of freedom of Welch and Satterthwaite. `std`
+    is the standard error; `count` and `undefined` are over the rows that are used.
+
+    Args:
+        values: independent rows.
+        baseline: rows to subtract; without any, the mean of the first is found.
+        factor: of the baseline.
+        single_is_exact: as for `stratified_difference`.
+        within: least and largest possible value of every row, as for `interval`.
+
+    Example:
+        >>> found = balanced_difference([[1.0, 1.2, 1.1], [9.0, 9.2]])
+        >>> f"{found.mean:.2f}"
+        '5.10'
+    """
+    sides = [
+        [
+            row
+            for row in map(partial(_row, name, within=within), rows)
+            if has_mean(row, single_is_exact)
+        ]
+        for name, rows in (("values", values), ("baseline", baseline))
+    ]
+    rows = [*sides[0], *sides[1]]
+    count = sum(int((~np.isnan(row)).sum()) for row in rows)
+    undefined = sum(map(len, rows)) - count
+    if not sides[0] or (baseline and not sides[1]):
+        return Interval(np.nan, np.nan, np.nan, np.nan, count, undefined)
+    weights = [1.0 / len(sides[0])] * len(sides[0]) + [-factor / max(len(sides[1]), 1)] * len(
+        sides[1]
+    )
+    terms = [_mean_and_error(row) for row in rows]
+    mean = sum(w * m for w, (m, _, _) in zip(weights, terms, strict=True))
+    if all(n == 1 for _, _, n in terms):
+        return Interval(mean, np.nan, np.nan, np.nan, count, undefined)
+    parts = [(w * w * e, n - 1) for w, (_, e, n) in zip(weights, terms, strict=True) if e > 0.0]
+    variance = sum(part for part, _ in parts)
+    freedom = variance**2 / sum(part**2 / n for part, n in parts) if parts else np.inf
+    half = _t(freedom) * math.sqrt(variance)
+    possible = _of_difference(within, factor if baseline else 0.0)
+    low, high = _cut(mean - half, mean + half, possible)
+    return Interval(mean, math.sqrt(variance), low, high, count, undefined, WELCH)
+
+
+def has_mean(row: np.ndarray, single_is_exact: bool = False) -> bool:
+    """Whether the mean of a row has a known spread: two defined values, or an exact one."""
+    defined = int((~np.isnan(row)).sum())
+    return defined >= 2 or (single_is_exact and len(row) == defined == 1)
+
+
+def _mean_and_error(row: np.ndarray) -> tuple[float, float, int]:
+    """Mean of what is defined, its variance (0 for a single value), and how much that is."""
+    defined = row[~np.isnan(row)]
+    n = len(defined)
+    return float(defined.mean()), float(defined.var(ddof=1)) / n if n > 1 else 0.0, n
+
+
+def _t(freedom: float) -> float:
+    """Half the width of an interval, in standard errors."""
+    return float(scipy.special.stdtrit(min(freedom, 1e9), (1.0 + LEVEL) / 2.0))
+
+
+def _of_difference(within: Range, factor: float) -> Range:
+    """The range of a value minus `factor` times another, both within the same range."""
+    # Nothing times an infinite bound is nothing here, not undefined.
+    low, high = sorted(factor * bound if factor else 0.0 for bound in within)
+    return within[0] - high, within[1] - low
+
+
+def _cut(low: float, high: float, within: Range) -> Range:
+    """An interval without the part that is impossible."""
+    return max(low, within[0]), min(high, within[1])
+
+
+def mean_defined(values: np.ndarray) -> np.ndarray:
+    """Mean over the last axis of what is defined; NaN where nothing is."""
+    defined = ~np.isnan(values)
+    count = defined.sum(axis=-1)
+    total = np.where(defined, values, 0.0).sum(axis=-1)
+    return np.where(count > 0, total / np.maximum(count, 1), np.nan)
+
+
+def _resampled_means(values: np.ndarray, seed: int) -> np.ndarray:
+    """Means of samples drawn with replacement, [RESAMPLES]."""
+    require_count("seed", seed, least=0)
+    drawn = np.random.default_rng(seed).integers(0, len(values), (RESAMPLES, len(values)))
+    return values[drawn].mean(axis=1)
+
+
+def _row(name: str, values: Any, within: Range = UNBOUNDED) -> np.ndarray:
+    try:
+        row = np.asarray(values, float)
+    except (TypeError, ValueError):
+        raise TegotaeError(f"{name} must be a row of numbers") from None
+    if row.ndim != 1 or np.isinf(row).any():
+        raise TegotaeError(f"{name} must be one row of finite numbers, or NaN where undefined")
+    outside = row[(row < within[0] - _ROUNDING) | (row > within[1] + _ROUNDING)]
+    if len(outside):
+        raise TegotaeError(
+            f"{name} hold {outside[0]:g}; they must lie between {within[0]:g} and {within[1]:g}"
+        )
+    return row

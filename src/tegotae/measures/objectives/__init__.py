@@ -1,0 +1,1 @@
+"""Objectives: the measures that a training maximises."""

@@ -1,0 +1,220 @@
+"""Which column is what, and in which unit: by its name, or as the user says."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from tegotae._support.errors import TegotaeError, require_finite, unknown
+from tegotae.measures.recordings.files import numbers_of
+from tegotae.measures.recordings.quantities import QUANTITIES, in_brackets, split
+
+_LEAST_SAMPLES = 3
+
+
+@dataclass(frozen=True)
+class Recording:
+    """One recorded gait, in SI units: arrays of shape [samples], None for what was not recorded."""
+
+    time_s: np.ndarray
+    height_m: np.ndarray
+    ground_m: np.ndarray | float = 0.0
+    phase_rad: np.ndarray | None = None
+    force_n: np.ndarray | None = None
+    work_j: np.ndarray | None = None
+    climb_flight_m: np.ndarray | None = None
+    climb_m: np.ndarray | None = None
+
+    def arguments(self) -> dict[str, Any]:
+        """The arguments of `tegotae.measures.hopping.measure`, by name."""
+        return dict(vars(self))
+
+    def resampled(self, rate_hz: float) -> Recording:
+        """The same at uniform times, by linear interpolation, which needs increasing ones.
+
+        Raises:
+            TegotaeError: for a rate that is not positive, times that do not increase, or values
+                that are not finite.
+        """
+        require_finite("resample", rate_hz, above=0.0, most=1e6)
+        if not np.isfinite(self.time_s).all() or not (np.diff(self.time_s) > 0.0).all():
+            raise TegotaeError("the times do not increase; sort the recording before resampling it")
+        count = int((self.time_s[-1] - self.time_s[0]) * rate_hz + 1e-9) + 1
+        time_s = self.time_s[0] + np.arange(count) / rate_hz
+
+        def at_times(name: str, column: Any) -> Any:
+            if column is None or np.ndim(column) == 0:
+                return column
+            if not np.isfinite(column).all():
+                row = int(np.argmin(np.isfinite(column)))
+                raise TegotaeError(f"{name} is {column[row]} at sample {row}; fill the gap or cut")
+            column = np.unwrap(column) if name == "phase_rad" else column
+            return np.interp(time_s, self.time_s, column)
+
+        columns = {name: at_times(name, column) for name, column in self.arguments().items()}
+        return replace(self, **{**columns, "time_s": time_s})
+
+
+def recording(
+    columns: Mapping[str, Any], named: Sequence[str] = (), *, rate_hz: float | None = None
+) -> Recording:
+    """The recording in some columns.
+
+    A column is known by its name with its unit, as `height_m`, `height_mm`, `height [mm]` or
+    `Height (mm)`. Columns of other names are left alone, unless they are named.
+
+    Args:
+        columns: arrays of one length, by name.
+        named: which column is what, `QUANTITY=COLUMN` or `QUANTITY=COLUMN[UNIT]`.
+        rate_hz: samples a second, where there is no column of times.
+
+    Raises:
+        TegotaeError: if there is no height, no time, two columns for one quantity or one for two, a
+            unit that is not known, a cell that is no number, columns of several lengths, or too few
+            samples.
+
+    Example:
+        >>> table = {"t [ms]": [0, 10, 20], "com": [990.0, 1000.0, 1010.0]}
+        >>> found = recording(table, ["height=com[mm]"])
+        >>> found.time_s.tolist(), found.height_m.tolist()
+        ([0.0, 0.01, 0.02], [0.99, 1.0, 1.01])
+    """
+    chosen = _chosen(columns, named)
+    if "height" not in chosen:
+        raise _lacking("height", columns)
+    if rate_hz is not None:
+        if "time" in chosen:
+            raise TegotaeError(
+                f"column {chosen['time'][0]!r} holds the times; a rate is for columns without any"
+            )
+        require_finite("rate", rate_hz, above=0.0, most=1e6)
+        samples = len(columns[chosen["height"][0]])
+        times = {"time_s": np.arange(samples) / rate_hz}
+    elif "time" not in chosen:
+        raise _lacking("time", columns, ", or the rate of the samples")
+    else:
+        times = {}
+    values = {
+        f"{quantity}_{next(iter(QUANTITIES[quantity].units)).lower()}": unit * numbers_of(
+            name, columns[name]
+        )
+        for quantity, (name, unit) in chosen.items()
+    }  # fmt: skip
+    _check_lengths({chosen[name.rpartition("_")[0]][0]: len(x) for name, x in values.items()})
+    return Recording(**times, **values)
+
+
+def left_alone(columns: Mapping[str, Any], named: Sequence[str] = ()) -> list[str]:
+    """A line on every column that has a quantity's name, and is not read since its unit is untold.
+
+    Example:
+        >>> left_alone({"time_s": [], "height_m": [], "force": []})
+        ["column 'force' is without a unit and is left alone; say it, such as force=force[N]"]
+    """
+    chosen = _chosen(columns, named)
+    lines = []
+    for column in columns:
+        name, unit = split(column)
+        whole = f"{name}_{unit}".lower().strip("_")
+        for quantity, what in QUANTITIES.items():
+            if quantity in chosen or not {name, whole} & {*what.names}:
+                continue
+            said = f"in {unit!r}" if unit and whole not in what.names else "without a unit"
+            lines.append(
+                f"column {column!r} is {said} and is left alone; say it, such as "
+                f"{quantity}={column}[{next(iter(what.units))}]"
+            )
+    return lines
+
+
+def _check_lengths(samples: Mapping[str, int]) -> None:
+    """Raise `TegotaeError` unless columns have one length, and samples enough."""
+    (first, count), *others = samples.items()
+    for name, other in others:
+        if other != count:
+            raise TegotaeError(
+                f"column {first!r} holds {count} samples and {name!r} {other}; all must be of one "
+                "length"
+            )
+    if count < _LEAST_SAMPLES:
+        raise TegotaeError(
+            f"the recording holds {count} samples; it must have at least {_LEAST_SAMPLES}"
+        )
+
+
+def _chosen(columns: Mapping[str, Any], named: Sequence[str]) -> dict[str, tuple[str, float]]:
+    """Column and unit of every quantity: as it was said, or else as the columns' names tell."""
+    said = _named(columns, named)
+    taken = {column for column, _ in said.values()}
+    free = [column for column in columns if column not in taken]
+    return {**_found(free, [quantity for quantity in QUANTITIES if quantity not in said]), **said}
+
+
+def _found(columns: Sequence[str], quantities: Sequence[str]) -> dict[str, tuple[str, float]]:
+    """Column and unit of every quantity that a column's own name tells."""
+    found: dict[str, tuple[str, float]] = {}
+    for column in columns:
+        name, unit = split(column)
+        for quantity in quantities:
+            what = QUANTITIES[quantity]
+            scale = what.of(unit)
+            if name not in what.names or scale is None:
+                continue
+            if quantity in found:
+                raise TegotaeError(
+                    f"columns {found[quantity][0]!r} and {column!r} may both be the {quantity}; "
+                    f"say which, such as {quantity}={column}"
+                )
+            found[quantity] = (column, scale)
+    return found
+
+
+def _named(columns: Mapping[str, Any], named: Sequence[str]) -> dict[str, tuple[str, float]]:
+    """The same of every quantity whose column was named."""
+    chosen: dict[str, tuple[str, float]] = {}
+    for each in named:
+        quantity, equals, column = each.partition("=")
+        if not equals or not column:
+            raise TegotaeError(f"{each!r} names no column; write QUANTITY=COLUMN[UNIT]")
+        if quantity not in QUANTITIES:
+            raise unknown("quantity", quantity, QUANTITIES)
+        if column not in columns:  # the unit may be said behind the name
+            column, unit = in_brackets(column)
+        else:
+            unit = split(column)[1]
+        if column not in columns:
+            raise unknown("column", column, columns)
+        units = QUANTITIES[quantity].units
+        scale = QUANTITIES[quantity].of(unit)
+        if scale is None:
+            said = f"in {unit!r}" if unit else "without a unit"
+            raise TegotaeError(
+                f"column {column!r} is {said}; say which of {', '.join(units)} it is, such as "
+                f"{quantity}={column}[{next(iter(units))}]"
+            )
+        if quantity in chosen:
+            raise TegotaeError(
+                f"the {quantity} is named twice, {chosen[quantity][0]!r} and {column!r}; name one"
+            )
+        for other, (taken, _) in chosen.items():
+            if taken == column:
+                raise TegotaeError(
+                    f"column {column!r} is named for two quantities, {other} and {quantity}; it "
+                    "can be one of them"
+                )
+        chosen[quantity] = (column, scale)
+    return chosen
+
+
+def _lacking(quantity: str, columns: Mapping[str, Any], otherwise: str = "") -> TegotaeError:
+    what = QUANTITIES[quantity]
+    units = "/".join(what.units)
+    names = [*columns]
+    listed = ", ".join(map(repr, names[:12])) + (", ..." if len(names) > 12 else "")
+    return TegotaeError(
+        f"no column is the {quantity} ({what.names[0]}_{units}) among {listed}; name it, "
+        f"{quantity}=COLUMN[UNIT]{otherwise}"
+    )

@@ -1,0 +1,1 @@
+"""Parts of a closed loop: bodies, terrains, oscillators, terms, couplings, controllers."""

@@ -1,0 +1,207 @@
+"""What a body must offer so that a controller can drive it."""
+
+from __future__ import annotations
+
+import inspect
+from abc import ABC, abstractmethod
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+
+from tegotae._support.errors import TegotaeError
+from tegotae.parts.channels import Channel
+from tegotae.parts.commands import FORCE
+
+
+class Sensation(NamedTuple):
+    """What a body feels at one instant: every entry of shape [(limbs,) lanes]."""
+
+    values: dict[str, jax.Array]
+    """Sensed quantities by name, in SI units."""
+    scales: dict[str, Any]
+    """What each quantity is divided by before a network sees it, in the same units."""
+
+
+class Push(NamedTuple):
+    """The actuator force over one tick, linear in time: mean + rise · (share of the tick - ½).
+
+    Both of shape [(limbs,) lanes]. On a body whose feet are commanded to places, `mean_n` is the
+    place at the tick's end [m], [commands, limbs, lanes].
+    """
+
+    mean_n: jax.Array
+    """Mean force [N]."""
+    rise_n: Any = 0.0
+    """How much the force rises from the tick's start to its end [N]."""
+
+
+class Contact(NamedTuple):
+    """The body's motion over one control tick.
+
+    Of shape [(limbs,) lanes] for what each limb does (its stance, its work, its touchdown),
+    [lanes] for what the body does.
+    """
+
+    stance_share: jax.Array
+    """Share of the tick spent in stance, 0 ... 1."""
+    work_j: jax.Array
+    """Signed work of the actuator over the tick [J]."""
+    climb_flight_m: jax.Array
+    """Height climbed in flight over the tick [m], >= 0."""
+    climb_m: jax.Array
+    """Height climbed over the tick, in flight and stance [m], >= 0."""
+    apex_share: jax.Array
+    """Where in the tick a flight apex lies, 0 ... 1; NaN without one."""
+    apex_height_m: jax.Array
+    """Height of that apex [m]; NaN without one."""
+    touchdown_share: jax.Array
+    """Where in the tick a touchdown lies, 0 ... 1; NaN without one."""
+    force_n: Any = None
+    """Mean force of the actuator over the tick [N], where it is not the commanded one."""
+
+
+class Body(ABC):
+    """A mechanical system with one actuated leg, or several.
+
+    A body is a frozen dataclass of numbers, made a pytree by `tegotae.parts.parameters.traceable`,
+    so that its parameters are arguments of the compiled program. No lane may look at another: the
+    lanes come last in every array. What belongs to a limb has the limbs' axis before them, if the
+    body has several; a body of one limb has no such axis (`limb_shape`).
+    """
+
+    SENSES: tuple[str, ...] = ()
+    """Names of what `sense` returns; a controller that reads another name is refused."""
+    COMMANDS: tuple[str, ...] = FORCE
+    """What the actuators are told: a force, unless said otherwise (`Actuation.COMMANDS`)."""
+
+    max_force_n: Any
+    """Largest actuator force α [N]: a field of every body."""
+    rest_length_m: Any
+    """Length of the unloaded leg l0 [m], below which there is stance: a field of every body."""
+
+    @property
+    def limbs(self) -> int:
+        """How many limbs there are."""
+        return 1
+
+    @property
+    def limb_shape(self) -> tuple[int, ...]:
+        """What arrays of the limbs have before the axis of the lanes: () for one, else (limbs,)."""
+        return () if self.limbs == 1 else (self.limbs,)
+
+    @property
+    def channels(self) -> tuple[Channel, ...]:
+        """What a rollout records of this body beside what it records of every body."""
+        return ()
+
+    @property
+    @abstractmethod
+    def rate_scale(self) -> Any:
+        """A typical rate of the body [rad/s], by which a network sees the Tegotae feedback."""
+
+    @property
+    def touching_height_m(self) -> Any:
+        """Height of the body at which its legs at rest just touch level ground [m]."""
+        return self.rest_length_m
+
+    @property
+    def postures(self) -> tuple[str, ...]:
+        """What its release takes beside height and velocity, by name (`Scenario.posture`)."""
+        return tuple(inspect.signature(self.release).parameters)[2:]
+
+    def check_tick(self, tick_s: float) -> None:  # noqa: B027 - optional
+        """Raise `TegotaeError` if this control period [s] is too long for the body."""
+
+    def check_release(self, height_m: float) -> None:  # noqa: B027 - optional
+        """Raise `TegotaeError` if, released at rest from this height [m], it can never hop."""
+
+    @abstractmethod
+    def release(self, height_m: jax.Array, velocity_m_per_s: jax.Array) -> Any:
+        """The state at release, a tuple of arrays.
+
+        A body that needs more to be released takes it by further names, each with a default
+        (`Scenario.posture`).
+        """
+
+    def commanded(self, state: Any, command: jax.Array) -> Any:
+        """The state at release once the first command is known: where feet are placed."""
+        return state
+
+    @abstractmethod
+    def sense(self, state: Any, ground_m: jax.Array) -> Sensation:
+        """What the body feels in `state`, the ground being at height `ground_m` [m]."""
+
+    @abstractmethod
+    def predict(
+        self, state: Any, force_n: jax.Array, ground_m: jax.Array, tick_s: jax.Array
+    ) -> tuple[Any, jax.Array, jax.Array]:
+        """A cheap guess of the state one tick on under a held force [N], errors of second order.
+
+        With it, from where to where in the tick (0 ... 1) the body is in stance; the same value
+        twice if never.
+        """
+
+    @abstractmethod
+    def advance(
+        self, state: Any, push: Push, ground_m: jax.Array, tick_s: jax.Array
+    ) -> tuple[Any, Contact]:
+        """The state one tick on under the actuator's push, and what happened on the way."""
+
+    def struck(self, state: Any, impulse_ns: jax.Array) -> Any:
+        """The state after a vertical blow on the centre of mass, upwards [N s], [lanes].
+
+        Raises:
+            TegotaeError: for a body that does not say what a blow does to it.
+        """
+        raise TegotaeError(
+            f"a {type(self).__name__} cannot be struck; it has no method struck(state, impulse_ns)"
+        )
+
+    @abstractmethod
+    def failed(self, state: Any, ground_m: jax.Array) -> jax.Array:
+        """True where the body can no longer move on (such as a leg of no length)."""
+
+    @abstractmethod
+    def height(self, state: Any) -> jax.Array:
+        """Height of the centre of mass [m]."""
+
+    @abstractmethod
+    def velocity(self, state: Any) -> jax.Array:
+        """Vertical velocity of the centre of mass [m/s]."""
+
+    @abstractmethod
+    def energy(self, state: Any, ground_m: jax.Array) -> jax.Array:
+        """Mechanical energy, kinetic + potential (height above zero) + elastic [J]."""
+
+
+def for_limbs(of_body: Any) -> Any:
+    """What belongs to the body, with an axis for the limbs before that of the lanes.
+
+    A number stays a number: a body's field may be one, or an array of the lanes.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> for_limbs(jnp.zeros(5)).shape, for_limbs(2.0)
+        ((1, 5), 2.0)
+    """
+    return of_body[..., None, :] if jnp.ndim(of_body) else of_body
+
+
+def require_one_limb(body: Body, what: str) -> None:
+    """Raise `TegotaeError` if a body has several limbs, for which something is not made.
+
+    Args:
+        body: the body.
+        what: what is not, such as "an evaluation".
+
+    Example:
+        >>> from tegotae.parts.bodies import Bar
+        >>> require_one_limb(Bar(), "an evaluation")
+        Traceback (most recent call last):
+        tegotae.TegotaeError: an evaluation is made for bodies of one limb; a Bar has 2
+    """
+    if body.limbs > 1:
+        raise TegotaeError(
+            f"{what} is made for bodies of one limb; a {type(body).__name__} has {body.limbs}"
+        )

@@ -1,0 +1,303 @@
+"""The one-legged hopper of the paper: a point mass on a massless spring-damper-actuator leg."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, fields
+from functools import partial
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from tegotae._support.errors import TegotaeError, require_finite
+from tegotae.parts.bodies.base import (
+    Body,
+    Contact,
+    Push,
+    Sensation,
+)
+from tegotae.parts.bodies.motion import (
+    LARGEST_TURN_RAD,
+    ORDER,
+    crossing_time,
+    rise,
+    series,
+)
+from tegotae.parts.parameters import traceable
+
+
+class HopperState(NamedTuple):
+    """Height y [m] and velocity ẏ [m/s] of the point mass."""
+
+    height: jax.Array
+    velocity: jax.Array
+
+
+class _Law(NamedTuple):
+    """The linear law of one contact mode, all per mass, x being the height over touchdown:
+
+    ẍ = push + rise·t - stiffness·x - damping·ẋ.
+    """
+
+    push: jax.Array
+    rise: jax.Array
+    stiffness: jax.Array
+    damping: jax.Array
+
+
+@traceable
+@dataclass(frozen=True, kw_only=True)
+class Hopper(Body):
+    """One-legged hopper, hopping on the spot (paper III-B, equations 8-10).
+
+    Stance iff `y < l0 + h`, with the ground at height h; there
+
+        m ÿ = F_k + F_c + F_a - m g,   F_k = k (l0 + h - y),   F_c = -c ẏ,   0 <= F_a <= α,
+
+    and in flight `ÿ = -g` (all leg forces are zero). The signs of `m g` and `c ẏ` are those of
+    mechanics, not those printed in the paper. Defaults: the paper prints no numbers; these are
+    the ones of its co-author's public program.
+
+    Raises:
+        TegotaeError: for a non-finite value, a mass, stiffness, rest length, gravity or largest
+            force that is not positive, or a negative damping.
+
+    Example:
+        >>> f"{Hopper(mass_kg=0.2).weight_n:.3f} N"
+        '1.962 N'
+    """
+
+    SENSES = ("spring_force", "velocity", "height")
+
+    mass_kg: float = 0.1
+    """Mass m [kg]."""
+    stiffness_n_per_m: float = 5.0
+    """Spring stiffness k [N/m]."""
+    damping_ns_per_m: float = 0.2
+    """Leg damping c [N s/m], in stance."""
+    rest_length_m: float = 1.0
+    """Rest length of the leg l0 [m]."""
+    gravity_m_per_s2: float = 9.81
+    """Gravity g [m/s²]."""
+    max_force_n: float = 4.0
+    """Largest actuator force α [N]."""
+    flight_damping_ns_per_m: float = 0.0
+    """Damping of the body in flight [N s/m]; 0 in the paper."""
+
+    def __post_init__(self) -> None:
+        for field in fields(self):
+            value = getattr(self, field.name)
+            if field.name.endswith("damping_ns_per_m"):
+                require_finite(field.name, value, least=0.0)
+            else:
+                require_finite(field.name, value, above=0.0)
+
+    @property
+    def weight_n(self) -> float:
+        """Weight m g [N]."""
+        return self.mass_kg * self.gravity_m_per_s2
+
+    @property
+    def natural_frequency_rad_per_s(self) -> float:
+        """Undamped natural frequency of stance √(k/m) [rad/s]."""
+        return float(self.stiffness_n_per_m / self.mass_kg) ** 0.5
+
+    @property
+    def rate_scale(self) -> jax.Array:
+        """√(g / l0) [rad/s]."""
+        return jnp.sqrt(self.gravity_m_per_s2 / self.rest_length_m)
+
+    def check_tick(self, tick_s: float) -> None:
+        """Raise `TegotaeError` if a control tick is too long for the exact advance of stance."""
+        fastest = max(self.natural_frequency_rad_per_s, self.damping_ns_per_m / self.mass_kg)
+        if fastest * tick_s > LARGEST_TURN_RAD:
+            raise TegotaeError(
+                f"the control tick of {tick_s:g} s is too long for this hopper, whose stance has a "
+                f"rate of {fastest:g} rad/s; use at most {LARGEST_TURN_RAD / fastest:.2g} s"
+            )
+
+    def check_release(self, height_m: float) -> None:
+        """Raise `TegotaeError` if, released at rest from this height [m], it can never hop.
+
+        It cannot if the actuator does not lift the weight, if the release is below the leg's
+        length, from where nothing falls, or if the first landing presses the leg to nothing even
+        where the actuator pushes with all its force.
+        """
+        if self.max_force_n <= self.weight_n:
+            raise TegotaeError(
+                f"this hopper cannot hop: its actuator pushes with {self.max_force_n:g} N at most, "
+                f"and it weighs {self.weight_n:g} N"
+            )
+        if height_m < self.rest_length_m:
+            raise TegotaeError(
+                f"released from {height_m:g} m this hopper does not fall onto its leg, which is "
+                f"{self.rest_length_m:g} m long; release it from there or higher"
+            )
+        depth = self._landing_depth_m(height_m)
+        if depth >= self.rest_length_m:
+            raise TegotaeError(
+                f"released from {height_m:g} m this hopper breaks its leg: the landing presses it "
+                f"by {depth:.3g} m even at full push, and it is {self.rest_length_m:g} m long"
+            )
+
+    def _landing_depth_m(self, height_m: float) -> float:
+        """How far the first landing after a release at rest presses the leg at full push [m]."""
+        mass, rate = self.mass_kg, self.natural_frequency_rad_per_s
+        sag = (self.weight_n - self.max_force_n) / mass / rate**2  # above the rest length, here
+        speed = math.sqrt(2.0 * self.gravity_m_per_s2 * (height_m - self.rest_length_m))
+        undamped = sag + math.hypot(sag, speed / rate)
+        if undamped < self.rest_length_m:
+            return undamped
+        # The deepest point of d̈ = g - α/m - (c/m) ḋ - (k/m) d comes within an undamped turn.
+        time = np.linspace(0.0, 2.0 * math.pi / rate, 2001)
+        roots = np.roots([1.0, self.damping_ns_per_m / mass, rate**2]).astype(complex)
+        if abs(roots[0] - roots[1]) < 1e-6 * rate:
+            roots[1] += 1e-6 * rate
+        b = (speed + roots[0] * sag) / (roots[1] - roots[0])
+        depth = sag + (-sag - b) * np.exp(roots[0] * time) + b * np.exp(roots[1] * time)
+        return float(depth.real.max())
+
+    def release(self, height_m: jax.Array, velocity_m_per_s: jax.Array) -> HopperState:
+        """State at release: height [m] and velocity [m/s]."""
+        return HopperState(height_m, velocity_m_per_s)
+
+    def sense(self, state: HopperState, ground_m: jax.Array) -> Sensation:
+        """Spring force F_k (equation 9) [N], velocity ẏ [m/s] and height above ground [m].
+
+        Networks see F_k / (m g), ẏ / √(g l0) and (y - h) / l0.
+        """
+        clearance = state.height - ground_m
+        spring = self.stiffness_n_per_m * jnp.maximum(self.rest_length_m - clearance, 0.0)
+        speed = jnp.sqrt(self.gravity_m_per_s2 * self.rest_length_m)
+        return Sensation(
+            {"spring_force": spring, "velocity": state.velocity, "height": clearance},
+            {"spring_force": self.weight_n, "velocity": speed, "height": self.rest_length_m},
+        )
+
+    def _law(self, stance: jax.Array, force_n: jax.Array, rise_n_per_s: jax.Array | float) -> _Law:
+        """Stance (equation 8) or flight, lane by lane."""
+        inverse_mass = 1.0 / self.mass_kg
+        return _Law(
+            jnp.where(stance, force_n * inverse_mass, 0.0) - self.gravity_m_per_s2,
+            jnp.where(stance, rise_n_per_s * inverse_mass, 0.0),
+            jnp.where(stance, self.stiffness_n_per_m * inverse_mass, 0.0),
+            jnp.where(stance, self.damping_ns_per_m, self.flight_damping_ns_per_m) * inverse_mass,
+        )
+
+    def predict(
+        self, state: HopperState, force_n: jax.Array, ground_m: jax.Array, tick_s: jax.Array
+    ) -> tuple[HopperState, jax.Array, jax.Array]:
+        """The state one tick on with the acceleration held, and the stance part of the tick."""
+        x0, v0 = state.height - (self.rest_length_m + ground_m), state.velocity
+        stance = x0 < 0.0
+        law = self._law(stance, force_n, 0.0)
+        acceleration = law.push - law.stiffness * x0 - law.damping * v0
+        travel = tick_s * (v0 + 0.5 * tick_s * acceleration)
+        crosses = (x0 + travel < 0.0) != stance
+        crossing = jnp.where(crosses, -x0 / jnp.where(crosses, travel, 1.0), 1.0)
+        guess = HopperState(state.height + travel, v0 + tick_s * acceleration)
+        return guess, jnp.where(stance, 0.0, crossing), jnp.where(stance, crossing, 1.0)
+
+    def advance(
+        self, state: HopperState, push: Push, ground_m: jax.Array, tick_s: jax.Array
+    ) -> tuple[HopperState, Contact]:
+        """The state one tick on under the actuator's push, with touchdown or lift-off located.
+
+        Both modes are linear, so the motion is exact up to rounding (`_flow`). A change of mode is
+        located inside the tick, and the rest of the tick is spent in the other mode, under the mean
+        force. At most one change a tick: a contact or a flight shorter than a tick ends with it.
+        """
+        rest = self.rest_length_m + ground_m
+        x0, v0 = state.height - rest, state.velocity
+        stance = x0 < 0.0
+        held = self._law(stance, push.mean_n, 0.0)
+        rising = self._law(stance, push.mean_n - 0.5 * push.rise_n, push.rise_n / tick_s)
+        x_whole, v_whole = _flow(rising, x0, v0, tick_s)
+        crosses = (x_whole < 0.0) != stance
+
+        def across() -> tuple[jax.Array, ...]:
+            before = jnp.where(crosses, crossing_time(_derivatives(held, x0, v0), tick_s), tick_s)
+            _, v_cross = _flow(held, x0, v0, before)
+            other = self._law(~stance, push.mean_n, 0.0)
+            x1, v1 = _flow(other, jnp.zeros_like(x0), v_cross, tick_s - before)
+            pick = partial(jnp.where, crosses)
+            return before, pick(v_cross, v_whole), pick(x1, x_whole), pick(v1, v_whole)
+
+        def along() -> tuple[jax.Array, ...]:
+            return jnp.broadcast_to(tick_s, x0.shape), v_whole, x_whole, v_whole
+
+        # Few ticks see any lane change its mode: a quarter of the work is for those alone.
+        before, v_mid, x1, v1 = jax.lax.cond(jnp.any(crosses), across, along)
+        x_mid = jnp.where(crosses, 0.0, x_whole)
+        end = HopperState(rest + x1, v1)
+        return end, self._contact(
+            (x0, v0), (x_mid, v_mid), (x1, v1), crosses, before, tick_s - before, rest, push, tick_s
+        )
+
+    def _contact(self, start, middle, end, crosses, before, after, rest, push, tick_s) -> Contact:
+        """What happened in a tick that passed (height over touchdown, velocity) at three times."""
+        (x0, v0), (x_mid, v_mid), (x1, v1) = start, middle, end
+        stance = x0 < 0.0
+        rise_before = rise(x0, v0, x_mid, v_mid, before)
+        rise_after = rise(x_mid, v_mid, x1, v1, after)
+        # The flight part of the tick, from a to b.
+        flies = crosses | ~stance
+        xa, va = jnp.where(stance, x_mid, x0), jnp.where(stance, v_mid, v0)
+        vb = jnp.where(stance, v1, v_mid)
+        apex = flies & (va > 0.0) & (vb <= 0.0)
+        to_apex = jnp.where(stance, after, before) * va / jnp.where(apex, va - vb, 1.0)
+        apex_s = jnp.where(stance, before, 0.0) + to_apex
+        return Contact(
+            stance_share=jnp.where(stance, before, after) / tick_s,
+            work_j=push.mean_n * jnp.where(stance, x_mid - x0, x1 - x_mid),
+            climb_flight_m=jnp.where(stance, rise_after, rise_before),
+            climb_m=rise_before + rise_after,
+            apex_share=jnp.where(apex, apex_s / tick_s, jnp.nan),
+            apex_height_m=jnp.where(apex, rest + xa + 0.5 * va * to_apex, jnp.nan),
+            touchdown_share=jnp.where(crosses & ~stance, before / tick_s, jnp.nan),
+        )
+
+    def struck(self, state: HopperState, impulse_ns: jax.Array) -> HopperState:
+        """A blow changes the velocity by impulse / m."""
+        return state._replace(velocity=state.velocity + impulse_ns / self.mass_kg)
+
+    def failed(self, state: HopperState, ground_m: jax.Array) -> jax.Array:
+        """True where the leg has no length left, `y <= h`."""
+        return state.height - ground_m <= 0.0
+
+    def height(self, state: HopperState) -> jax.Array:
+        """Height of the mass y [m]."""
+        return state.height
+
+    def velocity(self, state: HopperState) -> jax.Array:
+        """Velocity of the mass ẏ [m/s]."""
+        return state.velocity
+
+    def energy(self, state: HopperState, ground_m: jax.Array) -> jax.Array:
+        """½ m ẏ² + m g y + ½ k max(0, l0 + h - y)² [J]."""
+        compression = jnp.maximum(self.rest_length_m + ground_m - state.height, 0.0)
+        return (
+            0.5 * self.mass_kg * state.velocity**2
+            + self.weight_n * state.height
+            + 0.5 * self.stiffness_n_per_m * compression**2
+        )
+
+
+def _derivatives(law: _Law, x: jax.Array, v: jax.Array) -> list[jax.Array]:
+    """x and its derivatives under a linear law, as many as `series` needs.
+
+    From the fourth on, each follows from the two before it:
+    x⁽ⁿ⁺²⁾ = -stiffness·x⁽ⁿ⁾ - damping·x⁽ⁿ⁺¹⁾.
+    """
+    derivatives = [x, v, law.push - law.stiffness * x - law.damping * v]
+    derivatives.append(law.rise - law.stiffness * v - law.damping * derivatives[2])
+    for _ in range(ORDER[x.dtype.name] - 3):
+        derivatives.append(-law.stiffness * derivatives[-2] - law.damping * derivatives[-1])
+    return derivatives
+
+
+def _flow(law: _Law, x: jax.Array, v: jax.Array, time_s: jax.Array) -> tuple[jax.Array, jax.Array]:
+    """Position and velocity after `time_s` under a linear law."""
+    return series(_derivatives(law, x, v), time_s)

@@ -1,0 +1,415 @@
+"""Hopper legs, upright under a frame that moves in modes: what the bar and the plate share."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from dataclasses import dataclass, fields
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+
+from tegotae._support.errors import TegotaeError, require_finite
+from tegotae.parts.bodies.base import (
+    Body,
+    Contact,
+    Push,
+    Sensation,
+)
+from tegotae.parts.bodies.frame import (
+    Frame,
+    Law,
+    Turn,
+    in_heave,
+)
+from tegotae.parts.bodies.hopper import Hopper
+from tegotae.parts.bodies.motion import (
+    LARGEST_TURN_RAD,
+    crossing_time,
+    rise,
+    series,
+)
+from tegotae.parts.channels import Channel, State
+
+
+class UprightState(NamedTuple):
+    """Where the frame is and how fast it moves: heave first, then its turns; [modes, lanes]."""
+
+    place: jax.Array
+    """Heave y [m] and angles [rad]."""
+    rate: jax.Array
+    """Their rates [m/s], [rad/s]."""
+
+
+class _Passed(NamedTuple):
+    """What has happened in a tick so far."""
+
+    time: jax.Array
+    stance_time: jax.Array
+    stance_travel: jax.Array
+    touchdown: jax.Array
+    climb_flight: jax.Array
+    climb: jax.Array
+    apex_time: jax.Array
+    apex_height: jax.Array
+
+    @classmethod
+    def nothing(cls, over: jax.Array) -> _Passed:
+        """The tick begins: for hips at these heights over touchdown."""
+        legs, lanes = jnp.zeros_like(over), jnp.zeros_like(over[0])
+        none = jnp.full_like(lanes, jnp.nan)
+        return cls(lanes, legs, legs, jnp.full_like(over, jnp.nan), lanes, lanes, none, none)
+
+
+class _At(NamedTuple):
+    """A moment within a tick: heave is over touchdown here."""
+
+    place: jax.Array
+    rate: jax.Array
+    stance: jax.Array
+    changed: jax.Array
+    """The legs that have been in both modes, [limbs, lanes]."""
+    passed: _Passed
+
+
+@dataclass(frozen=True, kw_only=True)
+class Upright(Body):
+    """The paper's hopper legs, upright under a rigid frame that heaves and turns.
+
+    Hip i is at height `y_i = y + Σ x_i q` over the frame's turns q. In stance, y_i < l0 + h,
+
+        F_i = k (l0 + h - y_i) - c ẏ_i + F_a,i,    0 <= F_a,i <= α,
+
+    in flight F_i = 0; and with m the mass per leg, of n legs,
+
+        n m ÿ = Σ F_i - n m g,    J q̈ = Σ x_i F_i - K q.
+
+    A body is a subclass with fields of its own, that names its `turns`.
+    """
+
+    mass_kg: float = 0.1
+    """Mass of the frame per leg m [kg]."""
+    stiffness_n_per_m: float = 5.0
+    """Spring stiffness of a leg k [N/m]."""
+    damping_ns_per_m: float = 0.2
+    """Damping of a leg c [N s/m], in stance."""
+    rest_length_m: float = 1.0
+    """Rest length of a leg l0 [m]."""
+    gravity_m_per_s2: float = 9.81
+    """Gravity g [m/s²]."""
+    max_force_n: float = 4.0
+    """Largest force of an actuator α [N]."""
+    present: tuple[float, ...] | None = None
+    """1 for each leg that is there, 0 for one that is lost and bears nothing; None if none can
+    be lost."""
+
+    def __post_init__(self) -> None:
+        for field in fields(Upright):
+            value = getattr(self, field.name)
+            if field.name == "present":
+                continue
+            if field.name == "damping_ns_per_m":
+                require_finite(field.name, value, least=0.0)
+            else:
+                require_finite(field.name, value, above=0.0)
+
+    def _require_present(self) -> None:
+        """Raise `TegotaeError` unless every leg is said to be there or not, and one is."""
+        if self.present is None:
+            return
+        object.__setattr__(self, "present", tuple(self.present))
+        legs = self.present
+        if len(legs) != self.limbs or not set(legs) <= {0.0, 1.0} or not any(legs):
+            raise TegotaeError(
+                f"present is {legs}; it must be 1 or 0 for each of {self.limbs} legs, and 1 for one"
+            )
+
+    @property
+    @abstractmethod
+    def turns(self) -> tuple[Turn, ...]:
+        """The ways in which the frame turns, at least one."""
+
+    @property
+    def limbs(self) -> int:
+        """How many legs there are."""
+        return len(self.turns[0].arms_m)
+
+    @property
+    def total_mass_kg(self) -> float:
+        """n m [kg]."""
+        return self.limbs * self.mass_kg
+
+    @property
+    def rate_scale(self) -> jax.Array:
+        """√(g / l0) [rad/s]."""
+        return jnp.sqrt(self.gravity_m_per_s2 / self.rest_length_m)
+
+    @property
+    def channels(self) -> tuple[Channel, ...]:
+        """Every turn's angle and its rate, and where the hips are."""
+
+        def angle(mode: int, name: str) -> tuple[Channel, Channel]:
+            return (
+                State(
+                    f"{name}_rad",
+                    f"{name.capitalize()} [rad].",
+                    lambda f: f.lane.moment.body.place[mode],
+                ),
+                State(
+                    f"{name}_rate_rad_per_s",
+                    f"{name.capitalize()} rate [rad/s].",
+                    lambda f: f.lane.moment.body.rate[mode],
+                ),
+            )
+
+        named = (angle(mode, turn.name) for mode, turn in enumerate(self.turns, 1))
+        turning = tuple(channel for both in named for channel in both)
+        return (*turning, State("hip_m", "Height of the hip y_i [m], a limb.", _hips))
+
+    def check_tick(self, tick_s: float) -> None:
+        """Raise `TegotaeError` if a control tick is too long for the series within it."""
+        # No rate of all legs on the ground is above that of one whose hip yields the most.
+        yields = max(
+            1.0 + sum(t.arms_m[leg] ** 2 / (t.inertia_ratio * t.reach_m**2) for t in self.turns)
+            for leg in range(self.limbs)
+        )
+        springs = max(
+            t.stiffness_nm_per_rad / (t.inertia_ratio * self.total_mass_kg * t.reach_m**2)
+            for t in self.turns
+        )
+        fastest = max(
+            float(yields * self.stiffness_n_per_m / self.mass_kg + springs) ** 0.5,
+            yields * self.damping_ns_per_m / self.mass_kg,
+        )
+        if fastest * tick_s > LARGEST_TURN_RAD:
+            raise TegotaeError(
+                f"the control tick of {tick_s:g} s is too long for this "
+                f"{type(self).__name__.lower()}, whose stance has a rate of {fastest:g} rad/s; use "
+                f"at most {LARGEST_TURN_RAD / fastest:.2g} s"
+            )
+
+    def check_release(self, height_m: float) -> None:
+        """Raise `TegotaeError` if, released level and at rest from this height [m], it cannot hop.
+
+        Level, with all legs alike, every leg with its share of the mass is a hopper.
+        """
+        names = [field.name for field in fields(Upright) if field.name != "present"]
+        leg = Hopper(**{name: getattr(self, name) for name in names})
+        try:
+            leg.check_release(height_m)
+        except TegotaeError as error:
+            raise TegotaeError(f"as a leg of this {type(self).__name__.lower()}, {error}") from None
+
+    def _released(self, place: tuple[Any, ...], rate: tuple[Any, ...]) -> UprightState:
+        """The state with heave and turns at these values."""
+
+        def modes(values: tuple[Any, ...]) -> jax.Array:
+            return jnp.stack([jnp.zeros_like(values[0]) + x for x in values])
+
+        return UprightState(modes(place), modes(rate))
+
+    def _frame(self, like: jax.Array) -> Frame:
+        return Frame.of(self.turns, self.total_mass_kg, self.gravity_m_per_s2, like)
+
+    def _touchdown(self, state: UprightState, ground_m: jax.Array) -> jax.Array:
+        """Where the modes are when the frame is level and its legs just touch, [modes, lanes]."""
+        rest = jnp.broadcast_to(self.rest_length_m + ground_m, state.place.shape[1:])
+        return in_heave(rest, len(self.turns))
+
+    def _over_touchdown(self, state: UprightState, ground_m: jax.Array) -> jax.Array:
+        """Heights of the hips over touchdown d_i [m], [limbs, lanes]."""
+        frame = self._frame(state.place[0])
+        return frame.hips(state.place - self._touchdown(state, ground_m))
+
+    def _bears(self, over: jax.Array) -> jax.Array:
+        """Which legs touch the ground, [limbs, lanes]: those that are there, pressed."""
+        pressed = over < 0.0
+        if self.present is None:
+            return pressed
+        there = jnp.stack([jnp.broadcast_to(leg, over.shape[1:]) for leg in self.present])
+        return pressed & (there > 0.5)
+
+    def _pressed(self, over: jax.Array) -> jax.Array:
+        """How far the legs are pressed [m], [limbs, lanes]."""
+        pressed = jnp.maximum(-over, 0.0)
+        return pressed if self.present is None else jnp.where(self._bears(over), pressed, 0.0)
+
+    def sense(self, state: UprightState, ground_m: jax.Array) -> Sensation:
+        """Of each leg its spring force [N], its hip's velocity [m/s] and height [m]; the turns.
+
+        Networks see F_k / (m g), ẏ_i / √(g l0), height / l0, and a turn over the angle at which
+        hips at its reach are l0 over the middle.
+        """
+        over = self._over_touchdown(state, ground_m)
+        spring = _per_limb(self.stiffness_n_per_m, over) * self._pressed(over)
+        values = {
+            "spring_force": spring,
+            "velocity": self._frame(state.place[0]).hips(state.rate),
+            "height": over + _per_limb(self.rest_length_m, over),
+        }
+        scales = {
+            "spring_force": self.mass_kg * self.gravity_m_per_s2,
+            "velocity": jnp.sqrt(self.gravity_m_per_s2 * self.rest_length_m),
+            "height": self.rest_length_m,
+        }
+        for mode, turn in enumerate(self.turns, 1):
+            if turn.name not in self.SENSES:
+                continue
+            steep = self.rest_length_m / turn.reach_m
+            felt = {
+                turn.name: (state.place[mode], steep),
+                f"{turn.name}_rate": (state.rate[mode], steep * self.rate_scale),
+            }
+            for name, (value, scale) in felt.items():
+                values[name], scales[name] = _per_limb(value, over), scale
+        return Sensation(values, scales)
+
+    def _law(self, stance: jax.Array, force_n: jax.Array, rise_n_per_s: jax.Array) -> Law:
+        def in_stance(x: Any) -> jax.Array:
+            return jnp.where(stance, _per_limb(x, force_n), jnp.zeros_like(force_n))
+
+        return Law(
+            in_stance(force_n),
+            in_stance(rise_n_per_s),
+            in_stance(self.stiffness_n_per_m),
+            in_stance(self.damping_ns_per_m),
+        )
+
+    def predict(
+        self, state: UprightState, force_n: jax.Array, ground_m: jax.Array, tick_s: jax.Array
+    ) -> tuple[UprightState, jax.Array, jax.Array]:
+        """The state one tick on with the accelerations held, and the stance part of the tick."""
+        frame = self._frame(state.place[0])
+        place = state.place - self._touchdown(state, ground_m)
+        over = frame.hips(place)
+        stance = self._bears(over)
+        law = self._law(stance, force_n, jnp.zeros_like(force_n))
+        acceleration = frame.motion(law, place, state.rate)[2]
+        moved = tick_s * (state.rate + 0.5 * tick_s * acceleration)
+        guess = UprightState(state.place + moved, state.rate + tick_s * acceleration)
+        travel = frame.hips(moved)
+        crosses = self._bears(over + travel) != stance
+        crossing = jnp.where(crosses, -over / jnp.where(crosses, travel, 1.0), 1.0)
+        crossing = jnp.clip(crossing, 0.0, 1.0)
+        return guess, jnp.where(stance, 0.0, crossing), jnp.where(stance, crossing, 1.0)
+
+    def advance(
+        self, state: UprightState, push: Push, ground_m: jax.Array, tick_s: jax.Array
+    ) -> tuple[UprightState, Contact]:
+        """The state one tick on under the actuators' pushes, every leg's change of mode located.
+
+        In between all is linear, so the motion is exact up to rounding. Each leg changes its mode
+        at most once a tick, the earliest first; the force of one that does is held at its mean.
+        """
+        frame, touchdown = self._frame(state.place[0]), self._touchdown(state, ground_m)
+        place, rate = state.place - touchdown, state.rate
+        over = frame.hips(place)
+        stance = self._bears(over)
+        mean = jnp.broadcast_to(push.mean_n, over.shape)
+        slope = jnp.broadcast_to(push.rise_n, over.shape) / tick_s
+        tick_s = jnp.broadcast_to(tick_s, over.shape[1:])
+
+        def motion(at: _At, slope: jax.Array) -> list[jax.Array]:
+            begins = mean + slope * (at.passed.time - 0.5 * tick_s)[None]
+            return frame.motion(self._law(at.stance, begins, slope), at.place, at.rate)
+
+        def reached(motion: list[jax.Array], at: _At) -> tuple[jax.Array, jax.Array]:
+            return series(motion, (tick_s - at.passed.time)[None])
+
+        def changes(place: jax.Array, at: _At) -> jax.Array:
+            return (self._bears(frame.hips(place)) != at.stance) & ~at.changed
+
+        begun = _At(place, rate, stance, jnp.zeros_like(stance), _Passed.nothing(over))
+        whole = motion(begun, slope)
+        rising = jnp.where(changes(reached(whole, begun)[0], begun), 0.0, slope)
+
+        def ahead(at: _At) -> tuple[_At, list[jax.Array], jax.Array]:
+            """A moment, the motion from there, and the legs that will yet change their mode."""
+            now = motion(at, rising)
+            return at, now, changes(reached(now, at)[0], at)
+
+        def to_next(carry: tuple[_At, list[jax.Array], jax.Array]):
+            at, now, will = carry
+            left = jnp.broadcast_to(tick_s - at.passed.time, over.shape)
+            when = jnp.where(will, crossing_time([frame.hips(x) for x in now], left), jnp.inf)
+            step = jnp.where(will.any(axis=0), when.min(axis=0), 0.0)
+            first = will & (when <= step[None])
+            place, rate = series(now, step[None])
+            passed = self._passed(frame, at, place, rate, step)
+            lands = jnp.broadcast_to(passed.time / tick_s, over.shape)
+            passed = passed._replace(
+                touchdown=jnp.where(first & ~at.stance, lands, passed.touchdown)
+            )
+            return ahead(_At(place, rate, at.stance ^ first, at.changed | first, passed))
+
+        # A lane without a change takes steps of no time: no lane feels how many others need.
+        at, now, _ = jax.lax.while_loop(lambda carry: carry[2].any(), to_next, ahead(begun))
+        place, rate = reached(now, at)
+        passed = self._passed(frame, at, place, rate, tick_s - at.passed.time)
+        return UprightState(place + touchdown, rate), Contact(
+            stance_share=jnp.clip(passed.stance_time / tick_s[None], 0.0, 1.0),
+            work_j=mean * passed.stance_travel,
+            climb_flight_m=passed.climb_flight,
+            climb_m=passed.climb,
+            apex_share=jnp.clip(passed.apex_time / tick_s, 0.0, 1.0),
+            apex_height_m=passed.apex_height + touchdown[0],
+            touchdown_share=jnp.clip(passed.touchdown, 0.0, 1.0),
+        )
+
+    def _passed(
+        self, frame: Frame, at: _At, place: jax.Array, rate: jax.Array, time_s: jax.Array
+    ) -> _Passed:
+        """What has happened when the frame has come to a further place without a change of mode."""
+        before, climbing, climbs = at.passed, at.rate[0], rate[0]
+        climb = rise(at.place[0], climbing, place[0], climbs, time_s)
+        flies = ~at.stance.any(axis=0)
+        apex = flies & (climbing > 0.0) & (climbs <= 0.0)
+        to_apex = time_s * climbing / jnp.where(apex, climbing - climbs, 1.0)
+        return before._replace(
+            time=before.time + time_s,
+            stance_time=before.stance_time + jnp.where(at.stance, time_s[None], 0.0),
+            stance_travel=before.stance_travel
+            + jnp.where(at.stance, frame.hips(place - at.place), 0.0),
+            climb_flight=before.climb_flight + jnp.where(flies, climb, 0.0),
+            climb=before.climb + climb,
+            apex_time=jnp.where(apex, before.time + to_apex, before.apex_time),
+            apex_height=jnp.where(apex, at.place[0] + 0.5 * climbing * to_apex, before.apex_height),
+        )
+
+    def struck(self, state: UprightState, impulse_ns: jax.Array) -> UprightState:
+        """A blow on the middle changes the velocity of the heave by impulse / (n m)."""
+        return state._replace(rate=state.rate.at[0].add(impulse_ns / self.total_mass_kg))
+
+    def failed(self, state: UprightState, ground_m: jax.Array) -> jax.Array:
+        """True where a leg has no length left."""
+        over = self._over_touchdown(state, ground_m)
+        return (over + _per_limb(self.rest_length_m, over) <= 0.0).any(axis=0)
+
+    def height(self, state: UprightState) -> jax.Array:
+        """Heave y [m]."""
+        return state.place[0]
+
+    def velocity(self, state: UprightState) -> jax.Array:
+        """ẏ [m/s]."""
+        return state.rate[0]
+
+    def energy(self, state: UprightState, ground_m: jax.Array) -> jax.Array:
+        """½ n m ẏ² + ½ Σ J q̇² + n m g y + ½ Σ K q² + ½ k Σ max(0, -d_i)² [J]."""
+        frame = self._frame(state.place[0])
+        compression = self._pressed(self._over_touchdown(state, ground_m))
+        motion = 0.5 * (frame.inertia * state.rate**2 + frame.stiffness * state.place**2)
+        return (
+            motion.sum(axis=0)
+            + self.total_mass_kg * self.gravity_m_per_s2 * state.place[0]
+            + 0.5 * self.stiffness_n_per_m * (compression**2).sum(axis=0)
+        )
+
+
+def _hips(frame: Any) -> jax.Array:
+    state, body = frame.lane.moment.body, frame.body
+    return body._frame(state.place[0]).hips(state.place)
+
+
+def _per_limb(x: Any, like: jax.Array) -> jax.Array:
+    """A number, or one a lane, for every limb."""
+    return jnp.broadcast_to(jnp.asarray(x, like.dtype), like.shape)

@@ -1,0 +1,343 @@
+"""A torso in space on compliant legs whose feet are commanded to places: it walks."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+
+from tegotae.parts.bodies.attitude import (
+    angles,
+    cross,
+    from_angles,
+    rotation,
+    turned,
+    unit,
+    vector,
+)
+from tegotae.parts.bodies.base import (
+    Body,
+    Contact,
+    Push,
+    Sensation,
+    for_limbs,
+)
+from tegotae.parts.bodies.motion import rise
+from tegotae.parts.bodies.walker.channels import CHANNELS
+from tegotae.parts.bodies.walker.legs import (
+    Legs,
+    commanded_feet,
+    legs_of,
+    springs_of,
+    stance_of,
+)
+from tegotae.parts.bodies.walker.numbers import LOWEST_SHARE, WalkerNumbers
+from tegotae.parts.bodies.walker.state import WalkerState
+from tegotae.parts.bodies.walker.torso import (
+    accelerations,
+    com_of,
+    gyration,
+    reloaded,
+)
+from tegotae.parts.channels import Channel
+from tegotae.parts.commands import FOOT
+from tegotae.parts.parameters import traceable
+
+LARGEST_TILT_COS = 0.5
+"""A torso that is tilted by more than 60° has fallen."""
+
+
+@traceable
+@dataclass(frozen=True, kw_only=True)
+class Walker(WalkerNumbers, Body):
+    """A rigid torso on massless compliant legs, of any number at any place: biped to hexapod.
+
+    Body axes: x forward, y left, z up, from the centre of mass. With (x_i, y_i) the hip of leg i
+    and (u, w) its command (`tegotae.parts.terms.EllipticFoot`), the commanded foot is at
+
+        c_i = (x_i - com_x + u,  y_i - com_y,  -com_z - l0 + w).
+
+    The foot is in contact iff it is below the ground. Its anchor is then where it came down, and
+    with p the centre of mass, d = Rᵀ(anchor - p) - c and e its rate for a foot that does not slide,
+
+        F = K∘d + D∘e   in body axes.
+
+    Along the ground's normal N = max(0, F_n) acts; across it F_t min(1, μ N / |F_t|), and the
+    anchor slides at (that force - F_t) / D_xy. The torso obeys m p̈ = Σ F + push - m g and Euler's
+    equations. No contact solver, no impacts: an ordinary differential equation, by Heun's method,
+    in which a leg that touches down or lifts off within a tick acts for its share of it.
+
+    Its work is ∫ |F·ċ| dt, a leg: the two axes of a command are netted. Legs have no mass, and
+    nothing limits their forces (see "What a walker's cost of transport counts" in docs/legs.md).
+
+    Defaults are the dimensionless quadruped C (l0 = m = g = 1: read m as l0, s as √(l0/g)).
+
+    Raises:
+        TegotaeError: for a number out of its range, legs without places, an inertia that no body
+            can have, or legs too soft to stand on.
+
+    Example:
+        >>> body = Walker()
+        >>> body.limbs, round(body.standing_height_m, 3)
+        (4, 0.592)
+    """
+
+    SENSES = (
+        "spring_force",
+        "spring_force_rate",
+        "pitch",
+        "roll",
+        "pitch_rate",
+        "roll_rate",
+        "speed",
+    )
+    COMMANDS = FOOT
+
+    @property
+    def channels(self) -> tuple[Channel, ...]:
+        """Where it is and how it lies, and what its feet do."""
+        return CHANNELS
+
+    def release(
+        self,
+        height_m,
+        velocity_m_per_s,
+        speed_m_per_s=0.0,
+        roll_rad=0.0,
+        pitch_rad=0.0,
+        yaw_rad=0.0,
+        pitch_rate_rad_per_s=0.0,
+        roll_rate_rad_per_s=0.0,
+    ) -> WalkerState:
+        """State at release: the centre of mass over the origin, moving forward at a speed [m/s].
+
+        Its height is that over the terrain at the origin.
+        """
+        zero = jnp.zeros_like(height_m)
+        height_m = height_m + self.terrain.height_m(zero, zero)
+        attitude = from_angles(*(zero + angle for angle in (roll_rad, pitch_rad, yaw_rad)))
+        ahead = rotation(attitude).x[0], rotation(attitude).y[0]
+        of_limbs = jnp.zeros((self.limbs, *zero.shape), zero.dtype)
+        state = WalkerState(
+            position=jnp.stack([zero, zero, height_m]),
+            velocity=jnp.stack([*(speed_m_per_s * a for a in ahead), velocity_m_per_s]),
+            attitude=attitude,
+            turn=jnp.stack([zero + roll_rate_rad_per_s, zero + pitch_rate_rad_per_s, zero]),
+            foot=jnp.stack([of_limbs, of_limbs]),
+            stands=of_limbs,
+            command=jnp.stack([of_limbs, of_limbs]),
+            slid=of_limbs,
+            slip=jnp.stack([of_limbs, of_limbs]),
+            push=jnp.stack([zero, zero, zero]),
+            twist=jnp.stack([zero, zero, zero]),
+            com=com_of(self, zero),
+        )
+        return self.commanded(state, state.command)
+
+    def commanded(self, state: WalkerState, command: jax.Array) -> WalkerState:
+        """The state with the feet where they are commanded to be; those below the ground stand."""
+        turn = rotation(for_limbs(state.attitude))
+        foot = turn.to_world(commanded_feet(self, state._replace(command=command)))
+        place = [x + at for x, at in zip(foot, for_limbs(state.position), strict=True)]
+        return state._replace(foot=jnp.stack(place[:2]), command=command)
+
+    def sense(self, state: WalkerState, ground_m: jax.Array) -> Sensation:
+        """Load of each leg's spring K_z d_z [N], its rate at a held command; angles; speed.
+
+        The spring's alone: with the damper's, feedback would feel its own command at once. Networks
+        see the load over the weight, angles over one radian, rates over √(g / l0).
+        """
+        state = reloaded(self, state)
+        stance = stance_of(self, state, ground_m)
+        arm, contact, stiffness = stance.arm, stance.contact, for_limbs(self.stiffness_z_n_per_m)
+        load = jnp.maximum(stiffness * (arm[2] - stance.feet[2]), 0.0)
+        moves = stance.turn.to_body(vector(for_limbs(state.velocity)))
+        swings = cross(vector(for_limbs(state.turn)), arm)
+        rate = -stiffness * (moves[2] + swings[2])
+        roll, pitch, _ = angles(state.attitude)
+        each = partial(jnp.broadcast_to, shape=load.shape)
+        zero = jnp.zeros_like(load)
+        return Sensation(
+            {
+                "spring_force": jnp.where(contact, load, zero),
+                "spring_force_rate": jnp.where(contact & (load > 0.0), rate, zero),
+                "pitch": each(pitch),
+                "roll": each(roll),
+                "pitch_rate": each(state.turn[1]),
+                "roll_rate": each(state.turn[0]),
+                "speed": each(moves[0][0]),
+            },
+            {
+                "spring_force": self.weight_n,
+                "spring_force_rate": self.weight_n * self.rate_scale,
+                "pitch": 1.0,
+                "roll": 1.0,
+                "pitch_rate": self.rate_scale,
+                "roll_rate": self.rate_scale,
+                "speed": jnp.sqrt(self.gravity_m_per_s2 * self.rest_length_m),
+            },
+        )
+
+    def predict(
+        self, state: WalkerState, force_n: jax.Array, ground_m: jax.Array, tick_s: jax.Array
+    ) -> tuple[WalkerState, jax.Array, jax.Array]:
+        """The state one tick on at the accelerations of the last one, feet on their way."""
+        state = reloaded(self, state)
+        mean = state.turn + 0.5 * tick_s * state.twist
+        guess = state._replace(
+            position=state.position + tick_s * (state.velocity + 0.5 * tick_s * state.push),
+            velocity=state.velocity + tick_s * state.push,
+            attitude=unit(state.attitude + tick_s * turned(state.attitude, vector(mean))),
+            turn=state.turn + tick_s * state.twist,
+            foot=state.foot + tick_s * state.slip,
+            command=force_n,
+        )
+        none = jnp.zeros_like(state.slid)
+        return guess, none, none + 1.0
+
+    def advance(
+        self, state: WalkerState, push: Push, ground_m: jax.Array, tick_s: jax.Array
+    ) -> tuple[WalkerState, Contact]:
+        """The state one tick on, the feet on their way to where they are commanded to be."""
+        state = reloaded(self, state)
+        aim = push.mean_n
+        rate = (aim - state.command) / tick_s
+        now = legs_of(self, state, rate, ground_m)
+        slower = gyration(self, state.turn)
+        lift, spin = accelerations(self, now.force, now.torque, slower)
+        turns = turned(state.attitude, vector(state.turn))
+        ahead = state._replace(
+            position=state.position + tick_s * state.velocity,
+            velocity=state.velocity + tick_s * lift,
+            attitude=unit(state.attitude + tick_s * turns),
+            turn=state.turn + tick_s * spin,
+            foot=_slid(now.stance.anchor, now.slip, tick_s),
+            stands=_as_shares(now.stance.contact, state.stands),
+            command=aim,
+        )
+        then = legs_of(self, ahead, rate, ground_m)
+        # Where in the tick a foot comes down or lifts off; what has no such moment is a mean.
+        crosses = now.stance.contact != then.stance.contact
+        falls = now.stance.clearance - then.stance.clearance
+        share = jnp.where(crosses, now.stance.clearance / jnp.where(crosses, falls, 1.0), 0.5)
+        share = jnp.clip(share, 0.0, 1.0)
+
+        def mean(first: Iterable[jax.Array], second: Iterable[jax.Array]) -> list[jax.Array]:
+            return [share * a + (1.0 - share) * b for a, b in zip(first, second, strict=True)]
+
+        lift, spin = accelerations(
+            self,
+            vector(mean(now.force, then.force)),
+            vector(mean(now.torque, then.torque)),
+            0.5 * (slower + gyration(self, ahead.turn)),
+        )
+        velocity = state.velocity + tick_s * lift
+        turns = 0.5 * (turns + turned(ahead.attitude, vector(ahead.turn)))
+        slips = mean(now.slip, then.slip)
+        # A foot that came down stands where it met the ground.
+        touches = then.stance.contact & ~now.stance.contact
+        met = mean(then.stance.place[:2], now.stance.place[:2])
+        begun = [jnp.where(touches, b, a) for a, b in zip(now.stance.anchor, met, strict=True)]
+        end = WalkerState(
+            position=state.position + 0.5 * tick_s * (state.velocity + velocity),
+            velocity=velocity,
+            attitude=unit(state.attitude + tick_s * turns),
+            turn=state.turn + tick_s * spin,
+            foot=_slid(begun, slips, tick_s),
+            stands=_as_shares(then.stance.contact, state.stands),
+            command=aim,
+            slid=state.slid + tick_s * jnp.sqrt(slips[0] ** 2 + slips[1] ** 2),
+            slip=jnp.stack(then.slip),
+            push=lift,
+            twist=spin,
+            com=state.com,
+        )
+        along, _, down = mean(now.of_body, then.of_body)
+        return end, self._contact(
+            state,
+            end,
+            now,
+            then,
+            work_j=-tick_s * (along * rate[0] + down * rate[1]),
+            load_n=mean([now.load], [then.load])[0],
+            share=share,
+            tick_s=tick_s,
+        )
+
+    def _contact(
+        self,
+        start: WalkerState,
+        end: WalkerState,
+        now: Legs,
+        then: Legs,
+        *,
+        work_j: jax.Array,
+        load_n: jax.Array,
+        share: jax.Array,
+        tick_s: jax.Array,
+    ) -> Contact:
+        zero = jnp.zeros_like(share)
+        stance = jnp.where(now.stance.contact, jnp.where(then.stance.contact, 1.0, share), zero)
+        stance = jnp.where(then.stance.contact & ~now.stance.contact, 1.0 - share, stance)
+        z0, z1 = start.position[2], end.position[2]
+        v0, v1 = start.velocity[2], end.velocity[2]
+        climb = rise(z0, v0, z1, v1, tick_s)
+        flies = ~(now.stance.contact | then.stance.contact).any(axis=0)
+        apex = flies & (v0 > 0.0) & (v1 <= 0.0)
+        to_apex = v0 / jnp.where(apex, v0 - v1, 1.0)
+        return Contact(
+            stance_share=stance,
+            work_j=work_j,
+            climb_flight_m=jnp.where(flies, climb, 0.0),
+            climb_m=climb,
+            apex_share=jnp.where(apex, jnp.clip(to_apex, 0.0, 1.0), jnp.nan),
+            apex_height_m=jnp.where(apex, z0 + 0.5 * v0 * to_apex * tick_s, jnp.nan),
+            touchdown_share=jnp.where(then.stance.contact & ~now.stance.contact, share, jnp.nan),
+            force_n=load_n,
+        )
+
+    def struck(self, state: WalkerState, impulse_ns: jax.Array) -> WalkerState:
+        """A blow on the centre of mass changes its vertical velocity by impulse / m."""
+        return state._replace(velocity=state.velocity.at[2].add(impulse_ns / self.mass_kg))
+
+    def failed(self, state: WalkerState, ground_m: jax.Array) -> jax.Array:
+        """True of a torso that lies: tilted by more than 60°, or with its mass near the ground."""
+        x, y, z = state.position
+        low = LOWEST_SHARE * (self.rest_length_m + self.com_z_m)
+        tilts = rotation(state.attitude).z[2] < LARGEST_TILT_COS
+        return tilts | (z - self.terrain.height_m(x, y) - ground_m < low)
+
+    def height(self, state: WalkerState) -> jax.Array:
+        """Height of the centre of mass [m]."""
+        return state.position[2]
+
+    def velocity(self, state: WalkerState) -> jax.Array:
+        """Its vertical velocity [m/s]."""
+        return state.velocity[2]
+
+    def energy(self, state: WalkerState, ground_m: jax.Array) -> jax.Array:
+        """½ m v² + ½ ω·I ω + m g z + ½ Σ d·K d over the feet on the ground [J]."""
+        stance = stance_of(self, state, ground_m)
+        each = zip(springs_of(self)[0], stance.arm, stance.feet, strict=True)
+        springs = sum(k * (r - c) ** 2 for k, r, c in each)
+        inertia = self.inertia_x_kg_m2, self.inertia_y_kg_m2, self.inertia_z_kg_m2
+        turns = sum(j * w**2 for j, w in zip(inertia, state.turn, strict=True))
+        return (
+            0.5 * self.mass_kg * (state.velocity**2).sum(axis=0)
+            + 0.5 * turns
+            + self.weight_n * state.position[2]
+            + 0.5 * jnp.where(stance.contact, springs, 0.0).sum(axis=0)
+        )
+
+
+def _slid(anchor: Sequence[jax.Array], slip: Sequence[jax.Array], time_s: Any) -> jax.Array:
+    """Anchors after sliding for a time, [2, limbs, lanes]."""
+    return jnp.stack([a + time_s * s for a, s in zip(anchor, slip, strict=True)])
+
+
+def _as_shares(holds: jax.Array, like: jax.Array) -> jax.Array:
+    return holds.astype(like.dtype)

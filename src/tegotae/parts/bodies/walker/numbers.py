@@ -1,0 +1,205 @@
+"""The numbers that make a walker: legs, torso, ground; and which of them no body can have."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass, field, fields
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+
+from tegotae._support.errors import TegotaeError, require_finite
+from tegotae.parts.terrains import Flat, Terrain
+
+LARGEST_STEP = 0.5
+"""Rate of the stiffest motion times the tick [rad] that is accepted. Up to here lags, speed and
+cost of transport hold within one per cent; where the stiffest motion is a damped one they would
+for longer ticks, too (docs/studies/legs_validation.md)."""
+LOWEST_SHARE = 0.3
+"""Share of its height on legs of full length below which a centre of mass has fallen."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class WalkerNumbers:
+    """Where the legs are, what the torso weighs, how stiff the legs are, on what ground.
+
+    Defaults are the dimensionless quadruped C (l0 = m = g = 1).
+    """
+
+    hips_x_m: tuple[float, ...] = (0.85, 0.85, -0.85, -0.85)
+    """How far forward the hips are, from the middle of the torso [m]."""
+    hips_y_m: tuple[float, ...] = (0.44, -0.44, 0.44, -0.44)
+    """How far to the left they are [m]."""
+    present: tuple[float, ...] = ()
+    """1 of a leg that is there, 0 of one that is lost; all are there if nothing is said."""
+    com_x_m: float = 0.0
+    """How far before the middle of the torso its centre of mass is [m]."""
+    com_y_m: float = 0.0
+    """How far to the left of it [m]."""
+    com_z_m: float = -0.39
+    """How far above the hips [m]; below them if negative."""
+    mass_kg: float = 1.0
+    """Mass m [kg]."""
+    inertia_x_kg_m2: float = 0.10
+    """Moment of inertia in roll [kg m²]."""
+    inertia_y_kg_m2: float = 0.24
+    """In pitch [kg m²]."""
+    inertia_z_kg_m2: float = 0.29
+    """In yaw [kg m²]."""
+    stiffness_x_n_per_m: float = 10.0
+    """Stiffness of a leg fore and aft K_x [N/m]."""
+    stiffness_y_n_per_m: float = 3.7
+    """Sideways K_y [N/m]."""
+    stiffness_z_n_per_m: float = 14.0
+    """Up and down K_z [N/m]."""
+    damping_xy_ns_per_m: float = 1.3
+    """Damping of a leg along the ground D_x = D_y [N s/m]."""
+    damping_z_ns_per_m: float = 0.9
+    """Up and down D_z [N s/m]."""
+    friction: float = 0.8
+    """Coefficient of friction μ."""
+    rest_length_m: float = 1.0
+    """Length of a leg at rest l0 [m]."""
+    gravity_m_per_s2: float = 1.0
+    """Gravity g [m/s²]."""
+    push_x_n: float = 0.0
+    """External force on the centre of mass, in the world's x [N]."""
+    push_y_n: float = 0.0
+    """In its y [N]."""
+    push_z_n: float = 0.0
+    """Upwards [N]."""
+    terrain: Terrain = field(default_factory=Flat)
+    """The ground."""
+
+    def __post_init__(self) -> None:
+        self._check_numbers()
+        self._check_legs()
+        self._check_inertia()
+        standing = sum(self.present)
+        sag = self.weight_n / (standing * self.stiffness_z_n_per_m)
+        height = self.rest_length_m + self.com_z_m
+        if sag >= (1.0 - LOWEST_SHARE) * height:
+            raise TegotaeError(
+                f"stiffness_z_n_per_m is {self.stiffness_z_n_per_m:g}: {standing:g} legs give way "
+                f"by {sag:.3g} m under this weight, and the centre of mass is {height:.3g} m high; "
+                f"it must be more than {sag / (1.0 - LOWEST_SHARE) / height:.2g} times that"
+            )
+
+    def _check_numbers(self) -> None:
+        positive = ("mass", "inertia", "stiffness", "rest", "gravity", "damping_xy")
+        for each in fields(self):
+            value = getattr(self, each.name)
+            if isinstance(each.default, tuple) or each.name == "terrain":
+                continue
+            if each.name.startswith(positive):
+                require_finite(each.name, value, above=0.0)
+            elif each.name.startswith(("damping", "friction")):
+                require_finite(each.name, value, least=0.0)
+            else:
+                require_finite(each.name, value)
+        if not isinstance(self.terrain, Terrain):
+            raise TegotaeError(f"terrain is {self.terrain!r}; it must be a Terrain, such as Flat()")
+        if any(leaf is self.terrain for leaf in jax.tree.leaves(self.terrain)):
+            raise TegotaeError(
+                f"{type(self.terrain).__name__} is no pytree; put "
+                "@tegotae.parts.parameters.traceable above its @dataclass"
+            )
+        if self.com_z_m <= -self.rest_length_m:
+            raise TegotaeError(
+                f"com_z_m is {self.com_z_m:g}, which is on the ground under hips of "
+                f"{self.rest_length_m:g} m; it must be higher than {-self.rest_length_m:g}"
+            )
+
+    def _check_legs(self) -> None:
+        for name in ("hips_x_m", "hips_y_m", "present"):
+            value = getattr(self, name)
+            if not isinstance(value, Iterable):
+                raise TegotaeError(f"{name} is {value!r}; it must have a number for each leg")
+            object.__setattr__(self, name, tuple(value))
+            for number in getattr(self, name):
+                require_finite(f"an entry of {name}", number)
+        if len(self.hips_x_m) < 2 or len(self.hips_x_m) != len(self.hips_y_m):
+            raise TegotaeError(
+                f"hips_x_m places {len(self.hips_x_m)} legs and hips_y_m {len(self.hips_y_m)}; "
+                "each leg needs both, and there must be two legs or more"
+            )
+        if not self.present:
+            object.__setattr__(self, "present", (1.0,) * self.limbs)
+        if len(self.present) != self.limbs or not set(self.present) <= {0.0, 1.0}:
+            raise TegotaeError(
+                f"present is {self.present}; it must be 1 or 0 for each of {self.limbs} legs"
+            )
+        if sum(self.present) < 1:
+            raise TegotaeError(f"present is {self.present}; at least one leg must be there")
+
+    def _check_inertia(self) -> None:
+        inertia = self.inertia_x_kg_m2, self.inertia_y_kg_m2, self.inertia_z_kg_m2
+        if 2.0 * max(inertia) > sum(inertia) * (1.0 + 1e-6):
+            raise TegotaeError(
+                f"the moments of inertia are {inertia} kg m², which no body has: none of them can "
+                "be larger than the two others together"
+            )
+
+    @property
+    def limbs(self) -> int:
+        """How many legs there are, the lost ones counted."""
+        return len(self.hips_x_m)
+
+    @property
+    def weight_n(self) -> float:
+        """Weight m g [N]."""
+        return self.mass_kg * self.gravity_m_per_s2
+
+    @property
+    def max_force_n(self) -> float:
+        """The weight, by which forces of this body are told: its actuators have no limit [N]."""
+        return self.weight_n
+
+    @property
+    def rate_scale(self) -> jax.Array:
+        """√(g / l0) [rad/s]."""
+        return jnp.sqrt(self.gravity_m_per_s2 / self.rest_length_m)
+
+    @property
+    def touching_height_m(self) -> Any:
+        """Height of the centre of mass over legs at rest, l0 + com_z [m]."""
+        return self.rest_length_m + self.com_z_m
+
+    @property
+    def standing_height_m(self) -> float:
+        """Height at which it stands with no command: l0 + com_z - m g / (n K_z) [m]."""
+        sag = self.weight_n / (sum(self.present) * self.stiffness_z_n_per_m)
+        return self.rest_length_m + self.com_z_m - sag
+
+    def check_tick(self, tick_s: float) -> None:
+        """Raise `TegotaeError` if a control tick is too long for the legs' springs and dampers."""
+        fastest = self._fastest_rad_per_s
+        if fastest * tick_s > LARGEST_STEP:
+            raise TegotaeError(
+                f"the control tick of {tick_s:g} s is too long for this walker, whose stance has a "
+                f"rate of {fastest:.3g} rad/s; use at most {LARGEST_STEP / fastest:.2g} s"
+            )
+
+    @property
+    def _fastest_rad_per_s(self) -> float:
+        """A bound of the rates of stance: all legs on the ground, each mode by itself."""
+        reach_x = max(abs(x - self.com_x_m) for x in self.hips_x_m)
+        reach_y = max(abs(y - self.com_y_m) for y in self.hips_y_m)
+        height = self.rest_length_m + self.com_z_m
+
+        def fastest(x: float, y: float, z: float) -> float:
+            rates = (
+                x / self.mass_kg,
+                y / self.mass_kg,
+                z / self.mass_kg,
+                (z * reach_y**2 + y * height**2) / self.inertia_x_kg_m2,
+                (z * reach_x**2 + x * height**2) / self.inertia_y_kg_m2,
+                (x * reach_y**2 + y * reach_x**2) / self.inertia_z_kg_m2,
+            )
+            return self.limbs * max(rates)
+
+        along, down = self.damping_xy_ns_per_m, self.damping_z_ns_per_m
+        springs = self.stiffness_x_n_per_m, self.stiffness_y_n_per_m, self.stiffness_z_n_per_m
+        return max(math.sqrt(fastest(*springs)), fastest(along, along, down))

@@ -1,0 +1,170 @@
+"""A body around another one: it passes on all that it does not do otherwise."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+
+from tegotae._support.errors import TegotaeError
+from tegotae.parts.bodies.base import (
+    Body,
+    Contact,
+    Push,
+    Sensation,
+    for_limbs,
+)
+from tegotae.parts.bodies.hopper import Hopper
+from tegotae.parts.channels import (
+    Channel,
+    Latest,
+    State,
+    Total,
+)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Around(Body):
+    """As the body within; subclasses say what is different.
+
+    Its state is a named tuple that has the state of the body within as `body`. That body's fields
+    are those of `body.` in a scenario's `changes`, such as "body.mass_kg".
+
+    Args:
+        body: the body within.
+
+    Raises:
+        TegotaeError: for what is no body.
+    """
+
+    body: Body = field(default_factory=Hopper)
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.body, Body):
+            raise TegotaeError(f"body is {self.body!r}; it must be a Body, such as Hopper()")
+
+    @property
+    def SENSES(self) -> tuple[str, ...]:  # type: ignore[override]  # noqa: N802
+        """Those of the body within."""
+        return self.body.SENSES
+
+    @property
+    def COMMANDS(self) -> tuple[str, ...]:  # type: ignore[override]  # noqa: N802
+        """Those of the body within."""
+        return self.body.COMMANDS
+
+    @property
+    def limbs(self) -> int:
+        """Those of the body within."""
+        return self.body.limbs
+
+    @property
+    def max_force_n(self) -> Any:  # type: ignore[override]
+        """That of the body within [N]."""
+        return self.body.max_force_n
+
+    @property
+    def rest_length_m(self) -> Any:  # type: ignore[override]
+        """That of the body within [m]."""
+        return self.body.rest_length_m
+
+    @property
+    def touching_height_m(self) -> Any:
+        """That of the body within [m]."""
+        return self.body.touching_height_m
+
+    @property
+    def rate_scale(self) -> Any:
+        """That of the body within [rad/s]."""
+        return self.body.rate_scale
+
+    @property
+    def channels(self) -> tuple[Channel, ...]:
+        """Those of the body within."""
+        return tuple(map(_within, self.body.channels))
+
+    @property
+    def postures(self) -> tuple[str, ...]:
+        """Those of the body within."""
+        return self.body.postures
+
+    def check_tick(self, tick_s: float) -> None:
+        """As the body within."""
+        self.body.check_tick(tick_s)
+
+    def check_release(self, height_m: float) -> None:
+        """As the body within."""
+        self.body.check_release(height_m)
+
+    def sense(self, state: Any, ground_m: jax.Array) -> Sensation:
+        """As the body within."""
+        return self.body.sense(state.body, ground_m)
+
+    def predict(
+        self, state: Any, force_n: jax.Array, ground_m: jax.Array, tick_s: jax.Array
+    ) -> tuple[Any, jax.Array, jax.Array]:
+        """As the body within."""
+        guess, begins, ends = self.body.predict(state.body, force_n, ground_m, tick_s)
+        return state._replace(body=guess), begins, ends
+
+    def advance(
+        self, state: Any, push: Push, ground_m: jax.Array, tick_s: jax.Array
+    ) -> tuple[Any, Contact]:
+        """As the body within."""
+        end, contact = self.body.advance(state.body, push, ground_m, tick_s)
+        return state._replace(body=end), contact
+
+    def struck(self, state: Any, impulse_ns: jax.Array) -> Any:
+        """As the body within."""
+        return state._replace(body=self.body.struck(state.body, impulse_ns))
+
+    def failed(self, state: Any, ground_m: jax.Array) -> jax.Array:
+        """As the body within."""
+        return self.body.failed(state.body, ground_m)
+
+    def height(self, state: Any) -> jax.Array:
+        """As the body within [m]."""
+        return self.body.height(state.body)
+
+    def velocity(self, state: Any) -> jax.Array:
+        """As the body within [m/s]."""
+        return self.body.velocity(state.body)
+
+    def energy(self, state: Any, ground_m: jax.Array) -> jax.Array:
+        """As the body within [J]."""
+        return self.body.energy(state.body, ground_m)
+
+
+def wide(of_body: Any, like: jax.Array) -> Any:
+    """A number of the body, with the axes that `like` has before that of the lanes."""
+    while 0 < jnp.ndim(of_body) < like.ndim:
+        of_body = for_limbs(of_body)
+    return of_body
+
+
+def _within(channel: Channel) -> Channel:
+    """A channel of the body within, told of its own state."""
+
+    def bare(moment: Any) -> Any:
+        return moment._replace(body=moment.body.body)
+
+    def bare_frame(frame: Any) -> Any:
+        inner = frame.lane.moment._replace(body=frame.lane.moment.body.body)
+        return bare(frame)._replace(lane=frame.lane._replace(moment=inner))
+
+    def bare_tick(tick: Any) -> Any:
+        return bare(tick)._replace(end=tick.end._replace(body=tick.end.body.body))
+
+    if isinstance(channel, State):
+        return replace(channel, of=lambda frame: channel.of(bare_frame(frame)))
+    if isinstance(channel, Total):
+        return replace(channel, gain=lambda tick: channel.gain(bare_tick(tick)))
+    if isinstance(channel, Latest):
+        return replace(
+            channel,
+            when=lambda tick: channel.when(bare_tick(tick)),
+            value=lambda tick: channel.value(bare_tick(tick)),
+        )
+    return channel

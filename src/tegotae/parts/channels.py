@@ -1,0 +1,72 @@
+"""Channels: what can be recorded of a rollout, declared by bodies, oscillators and the recorder."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import jax
+
+
+@dataclass(frozen=True)
+class Channel:
+    """Something recorded frame by frame, an array [frames, (limbs,) lanes] or [frames, lanes].
+
+    One of its four kinds: `State`, `Total`, `Latest`, `Combined`.
+
+    Args:
+        name: its name, with its unit.
+        meaning: what it is.
+    """
+
+    name: str
+    meaning: str
+
+
+@dataclass(frozen=True)
+class State(Channel):
+    """The value at the end of each frame.
+
+    Args:
+        of: from a `tegotae.simulation.recorder.Frame` to the value.
+    """
+
+    of: Callable[[Any], jax.Array]
+
+
+@dataclass(frozen=True)
+class Total(Channel):
+    """The running sum, from the release on, of what every control tick adds.
+
+    Args:
+        gain: from a `tegotae.simulation.loop.Tick` to what it adds.
+    """
+
+    gain: Callable[[Any], jax.Array]
+
+
+@dataclass(frozen=True)
+class Latest(Channel):
+    """The last event of its kind in a frame; NaN in frames without one.
+
+    Args:
+        when: from a `tegotae.simulation.loop.Tick` to whether it has one.
+        value: and to what is recorded of it.
+    """
+
+    when: Callable[[Any], jax.Array]
+    value: Callable[[Any], jax.Array]
+
+
+@dataclass(frozen=True)
+class Combined(Channel):
+    """What follows from totals.
+
+    Args:
+        of: from the totals to the value.
+        needs: the names of these totals.
+    """
+
+    of: Callable[..., jax.Array]
+    needs: tuple[str, ...]

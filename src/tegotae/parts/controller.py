@@ -1,0 +1,287 @@
+"""The controller: Tegotae terms, an oscillator and an actuation, for one limb or several."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import jax
+import jax.numpy as jnp
+
+from tegotae._support.errors import (
+    TegotaeError,
+    require_count,
+    require_finite,
+    whole_numbers,
+)
+from tegotae.parts.couplings.base import Coupling
+from tegotae.parts.oscillators import Oscillator
+from tegotae.parts.terms.actuation import Actuation
+from tegotae.parts.terms.base import Signals, Term
+from tegotae.parts.terms.gain import ConstantGain
+from tegotae.parts.weight_names import WeightName, inside, numbered
+
+Weights = Sequence[jax.Array]
+
+
+@dataclass(frozen=True)
+class Tegotae:
+    """The feedback law `f = G · A′(φ) · R(s)` [rad/s] (paper equation 4).
+
+    Args:
+        action: A′(φ).
+        reaction: R(s).
+        gain: G; a constant σ or a function of phase and senses.
+        limit_rad_per_s: L, if the feedback is to saturate smoothly, `f = L tanh(G A′ R / L)`.
+            The paper's law has none; an agent's action is bounded (`tegotae.envs`).
+
+    Raises:
+        TegotaeError: for a limit that is not positive.
+    """
+
+    action: Term
+    reaction: Term
+    gain: Term
+    limit_rad_per_s: float | None = None
+
+    def __post_init__(self) -> None:
+        if self.limit_rad_per_s is not None:
+            require_finite("limit_rad_per_s", self.limit_rad_per_s, above=0.0)
+
+
+@dataclass(frozen=True)
+class Controller:
+    """What drives a body: oscillator, Tegotae feedback and actuation, a unit of these a limb.
+
+    Without `oscillator` and `tegotae` it is the single network that the paper compares with: its
+    actuation reads the senses directly.
+
+    All units are alike but for their weights. Each feels its own limb alone; `coupling`, if any, is
+    the only place where they see each other. The hopper's controller is a network of one unit.
+
+    The weights form one flat vector: for each set of weights those of action, reaction, gain,
+    actuation and oscillator (`layout`), and then the coupling's. A controller holds no weights and
+    no state, and is hashable: it is the static part of a compiled program.
+
+    Args:
+        actuation: from the signals of a limb to its force.
+        oscillator: the rhythm; None without.
+        tegotae: the feedback; None without.
+        limbs: how many units.
+        coupling: between the oscillators of several limbs; None for decentralised control.
+        sharing: which set of weights each unit has, numbered from 0 on: (0, 0, 0, 0) is shared by
+            all, the default; (0, 0, 1, 1) by girdle; (0, 1, 2, 3) is free.
+        wiring: which limb of the body each unit feels and drives; in their order by default.
+
+    Raises:
+        TegotaeError: for a coupling that is none, or without oscillators or limbs to couple, sets
+            that are not numbered through, or a wiring that leaves a limb undriven or drives it
+            twice.
+
+    Example:
+        >>> from tegotae.parts.oscillators import PhaseOscillator
+        >>> from tegotae.parts.terms import ConstantGain, Reflex, VanillaAction, VanillaReaction
+        >>> terms = Tegotae(VanillaAction(), VanillaReaction(), ConstantGain())
+        >>> Controller(Reflex(), PhaseOscillator(), terms).n_weights
+        1
+        >>> Controller(Reflex(), PhaseOscillator(), terms, limbs=4, sharing=(0, 0, 1, 1)).n_weights
+        2
+    """
+
+    actuation: Actuation
+    oscillator: Oscillator | None = None
+    tegotae: Tegotae | None = None
+    limbs: int = 1
+    coupling: Coupling | None = None
+    sharing: tuple[int, ...] | None = None
+    wiring: tuple[int, ...] | None = None
+
+    def __post_init__(self) -> None:
+        require_count("limbs", self.limbs)
+        if self.coupling is not None:
+            if not isinstance(self.coupling, Coupling):
+                raise TegotaeError(f"coupling is {self.coupling!r}; it must be a Coupling")
+            if self.oscillator is None:
+                raise TegotaeError("the controller has a coupling but no oscillators to couple")
+            if self.limbs < 2:
+                raise TegotaeError("a coupling needs at least two limbs, and this controller has 1")
+            self.coupling.check(self.limbs)
+        for name, check in (("sharing", _check_sharing), ("wiring", _check_wiring)):
+            if getattr(self, name) is not None:
+                numbers = whole_numbers(name, getattr(self, name))
+                check(numbers, self.limbs)
+                object.__setattr__(self, name, numbers)
+        if isinstance(self.actuation, Actuation):
+            self.actuation.check(self.limbs, self.sets)
+
+    @property
+    def limb_shape(self) -> tuple[int, ...]:
+        """What arrays have before the axes of the lanes: () with one limb, else (limbs,)."""
+        return () if self.limbs == 1 else (self.limbs,)
+
+    @property
+    def terms(self) -> dict[str, Term]:
+        """The terms by role, in the order of their weights."""
+        t = self.tegotae
+        feedback = {} if t is None else {"action": t.action, "reaction": t.reaction, "gain": t.gain}
+        return {**feedback, "actuation": self.actuation}
+
+    @property
+    def _parts(self) -> dict[str, Term | Oscillator]:
+        """Whatever of a unit has weights, by role, in their order."""
+        rhythm = self.oscillator
+        learned = {} if rhythm is None or not rhythm.n_weights else {"oscillator": rhythm}
+        return {**self.terms, **learned}
+
+    @property
+    def has_a_gain_alone(self) -> bool:
+        """Whether its only weight is that of a constant gain σ, as in vanilla Tegotae."""
+        own = self.tegotae
+        return (
+            own is not None
+            and isinstance(own.gain, ConstantGain)
+            and self.n_weights == own.gain.n_weights
+        )
+
+    @property
+    def layout(self) -> dict[str, slice]:
+        """Where in a unit's weights those of each part lie."""
+        slices, start = {}, 0
+        for role, part in self._parts.items():
+            slices[role] = slice(start, start + part.n_weights)
+            start += part.n_weights
+        return slices
+
+    @property
+    def unit_weights(self) -> int:
+        """How many trained numbers a unit has."""
+        return sum(part.n_weights for part in self._parts.values())
+
+    @property
+    def unit_weight_names(self) -> dict[str, tuple[WeightName, ...]]:
+        """What each weight of a unit is, part by part."""
+        return {role: _names(part) for role, part in self._parts.items()}
+
+    @property
+    def weight_names(self) -> tuple[WeightName, ...]:
+        """What each weight is: its set, if there are several, its part, and its name there.
+
+        Example:
+            >>> from tegotae.systems.models import build
+            >>> build("V-reflex-w8").weight_names
+            (('gain', 'sigma'),)
+        """
+        parts = self.unit_weight_names.items()
+        unit = tuple(path for role, names in parts for path in inside((role,), names))
+        if self.sets > 1:
+            unit = tuple(path for n in range(self.sets) for path in inside(("set", n), unit))
+        if self.coupling is None:
+            return unit
+        return (*unit, *inside(("coupling",), self.coupling.weight_names(self.limbs)))
+
+    @property
+    def sets(self) -> int:
+        """How many units have weights of their own."""
+        return 1 if self.sharing is None else max(self.sharing) + 1
+
+    @property
+    def n_weights(self) -> int:
+        """How many trained numbers the controller has."""
+        between = 0 if self.coupling is None else self.coupling.n_weights(self.limbs)
+        return self.sets * self.unit_weights + between
+
+    def initial(self, key: jax.Array) -> jax.Array:
+        """Random weights to start training from, shape [n_weights]."""
+        if self.sets == 1 and self.coupling is None:
+            return self._initial_unit(key)
+        own, between = jax.random.split(key)
+        units = [self._initial_unit(each) for each in jax.random.split(own, self.sets)]
+        if self.coupling is not None:
+            units.append(self.coupling.initial(between, self.limbs))
+        return jnp.concatenate(units)
+
+    def _initial_unit(self, key: jax.Array) -> jax.Array:
+        keys = jax.random.split(key, len(self._parts))
+        parts = [part.initial(k) for part, k in zip(self._parts.values(), keys, strict=True)]
+        return jnp.concatenate(parts)
+
+    def spread(self, weights: Weights) -> Weights:
+        """The weights limb by limb: those of the units [(limbs,) ...], the coupling's as is.
+
+        Args:
+            weights: n_weights arrays, each of the shape of the lanes.
+
+        Returns:
+            unit_weights arrays with a limb axis, if there are several, and those of the coupling.
+        """
+        if not self.limb_shape:
+            return weights
+        n, sharing = self.unit_weights, self.sharing or (0,) * self.limbs
+        units = [jnp.stack([weights[at * n + i] for at in sharing]) for i in range(n)]
+        return (*units, *(weights[i] for i in range(self.sets * n, self.n_weights)))
+
+    def feedback(self, weights: Weights, signals: Signals) -> jax.Array:
+        """Tegotae feedback `f = G · A′ · R` [rad/s] (equation 4); zero without Tegotae terms."""
+        if self.tegotae is None:
+            return jnp.zeros_like(next(iter(signals.values.values())))
+        at = self.layout
+        action = self.tegotae.action(weights[at["action"]], signals)
+        reaction = self.tegotae.reaction(weights[at["reaction"]], signals)
+        gain = self.tegotae.gain(weights[at["gain"]], signals)
+        feedback = gain * action * reaction
+        limit = self.tegotae.limit_rad_per_s
+        return feedback if limit is None else limit * jnp.tanh(feedback / limit)
+
+    def command(self, weights: Weights, signals: Signals, max_force_n) -> jax.Array:
+        """What the actuation commands: a force [N] is clipped to [0, α], its phase sector apart."""
+        command = self.actuation(weights[self.layout["actuation"]], signals)
+        if not self.actuation.commands_force:
+            return command
+        return jnp.clip(command, 0.0, max_force_n)
+
+    def rate(
+        self,
+        weights: Weights,
+        oscillator: object,
+        omega: jax.Array,
+        feedback: jax.Array,
+        signals: Signals,
+    ) -> object:
+        """Time derivative of the oscillators' state: driven by feedback and coupling."""
+        if self.oscillator is None:
+            return ()
+        if self.coupling is not None:
+            feedback = feedback + self.coupling(weights[self.unit_weights :], signals)
+        if "oscillator" not in self.layout:
+            return self.oscillator.rate(oscillator, omega, feedback)
+        return self.oscillator.rate(oscillator, omega, feedback, weights[self.layout["oscillator"]])
+
+
+def _names(part: Term | Oscillator) -> tuple[WeightName, ...]:
+    """The names that a part gives its weights; numbers, if they do not tell all of them apart."""
+    names = part.weight_names
+    return names if len(set(names)) == part.n_weights == len(names) else numbered(part.n_weights)
+
+
+def _check_sharing(sharing: tuple[int, ...], limbs: int) -> None:
+    if len(sharing) != limbs:
+        raise TegotaeError(
+            f"sharing names the weights of {len(sharing)} limbs; the controller has {limbs}"
+        )
+    if sorted(set(sharing)) != list(range(max(sharing) + 1)):
+        raise TegotaeError(
+            f"sharing is {sharing}; number the sets of weights from 0 on and leave none out, "
+            f"such as {tuple(range(limbs))}"
+        )
+
+
+def _check_wiring(wiring: tuple[int, ...], limbs: int) -> None:
+    for limb in range(limbs):
+        if (drivers := wiring.count(limb)) != 1:
+            how = "by no unit" if drivers == 0 else f"by {drivers} units"
+            raise TegotaeError(
+                f"wiring is {wiring}: limb {limb} is driven {how}; every one of the limbs "
+                f"0 ... {limbs - 1} must be driven once"
+            )
+    if len(wiring) != limbs:
+        raise TegotaeError(f"wiring has {len(wiring)} entries; the controller has {limbs} limbs")

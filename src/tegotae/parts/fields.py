@@ -1,0 +1,176 @@
+"""A body's numbers by name: the one place where a name such as "mass_kg" becomes a field.
+
+A field of the body within a wrapper is called "body.mass_kg", one of a terrain "terrain.rise_m": a
+*path*. A path's first part may be left to look up: of wrappers and the body within, the outermost
+that has a field of this name is meant.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import reprlib
+from collections.abc import Mapping
+from typing import Any
+
+from tegotae._support.errors import TegotaeError, unknown
+from tegotae.parts.bodies import Around, Body
+
+INNER = "body"
+"""The field by which a wrapper holds the body within."""
+
+
+def unwrapped(body: Body) -> Body:
+    """The body within all wrappers; a body without wrappers is itself.
+
+    Example:
+        >>> from tegotae.parts.bodies import Bar, Sensors
+        >>> type(unwrapped(Sensors(body=Bar(), delay_s=0.01))).__name__
+        'Bar'
+    """
+    while isinstance(body, Around):
+        body = body.body
+    return body
+
+
+def paths_of(body: Body) -> dict[str, str]:
+    """The path of every field of a body and of the bodies within it, by the field's name.
+
+    Of fields of one name the outermost is meant.
+
+    Example:
+        >>> from tegotae.parts.bodies import Bar, Sensors
+        >>> found = paths_of(Sensors(body=Bar()))
+        >>> found["delay_s"], found["inertia_ratio"]
+        ('delay_s', 'body.inertia_ratio')
+    """
+    own = {name: name for name in _names(body)}
+    if not isinstance(body, Around):
+        return own
+    del own[INNER]
+    within = {name: f"{INNER}.{path}" for name, path in paths_of(body.body).items()}
+    return {**within, **own}
+
+
+def path_of(body: Body, name: str) -> str:
+    """The path of a field, named by its path or by its name alone.
+
+    Args:
+        body: a body, with wrappers or without.
+        name: "mass_kg", "terrain.rise_m" or "body.mass_kg".
+
+    Raises:
+        TegotaeError: for a name that neither the body nor a wrapper has.
+
+    Example:
+        >>> from tegotae.parts.bodies import Hopper, Sensors
+        >>> path_of(Sensors(body=Hopper()), "mass_kg")
+        'body.mass_kg'
+    """
+    first, dot, rest = name.partition(".")
+    if first == INNER and isinstance(body, Around):
+        return f"{INNER}.{path_of(body.body, rest)}"
+    known = paths_of(body)
+    if first not in known:
+        raise unknown(f"field of a {type(unwrapped(body)).__name__}", first, known)
+    path = known[first] + dot + rest
+    _ = _at(body, path)
+    return path
+
+
+def value_of(body: Body, name: str) -> Any:
+    """A field of a body, by name or path.
+
+    Raises:
+        TegotaeError: for a name that neither the body nor a wrapper has.
+
+    Example:
+        >>> from tegotae.parts.bodies import Hopper, Sensors
+        >>> value_of(Sensors(body=Hopper()), "mass_kg")
+        0.1
+    """
+    return _at(body, path_of(body, name))
+
+
+def number_of(body: Body, name: str) -> Any:
+    """A number of a body, by name or path; a tuple where each limb has one.
+
+    Raises:
+        TegotaeError: for an unknown name, or a field that is no number.
+
+    Example:
+        >>> from tegotae.parts.bodies import Bar
+        >>> number_of(Bar(), "hips_m")
+        (-0.5, 0.5)
+    """
+    value = value_of(body, name)
+    if not isinstance(value, (int, float, tuple)):
+        raise TegotaeError(
+            f"{name} of this {type(body).__name__} is {reprlib.repr(value)}, which no change can "
+            "make a number; give the body one to begin with"
+        )
+    return value
+
+
+def numbers_of(body: Body) -> dict[str, Any]:
+    """All numbers of a body and of the bodies within it, by name; tuples are a number a limb.
+
+    Example:
+        >>> from tegotae.parts.bodies import Bar
+        >>> numbers_of(Bar())["inertia_ratio"]
+        1.0
+    """
+    values = {name: _at(body, path) for name, path in paths_of(body).items()}
+    return {name: value for name, value in values.items() if _is_number(value)}
+
+
+def with_fields(body: Any, fields: Mapping[str, Any]) -> Any:
+    """A body with other fields, each named by its path or by its name alone, validated.
+
+    A number for a field of the limbs holds for each of them.
+
+    Raises:
+        TegotaeError: for an unknown name, or a value that the body refuses.
+
+    Example:
+        >>> from tegotae.parts.bodies import Bar, Sensors
+        >>> with_fields(Sensors(body=Bar()), {"inertia_ratio": 0.5}).body.inertia_ratio
+        0.5
+    """
+    return _replaced(body, {path_of(body, name): value for name, value in fields.items()})
+
+
+def _replaced(value: Any, fields: Mapping[str, Any]) -> Any:
+    """A dataclass with the fields of these paths replaced."""
+    plain = {path: x for path, x in fields.items() if "." not in path}
+    nested: dict[str, dict[str, Any]] = {}
+    for path, x in fields.items():
+        outer, dot, inner = path.partition(".")
+        if dot:
+            nested.setdefault(outer, {})[inner] = x
+    plain |= {outer: _replaced(getattr(value, outer), inner) for outer, inner in nested.items()}
+    for name, x in plain.items():
+        usual = getattr(value, name)
+        if isinstance(usual, tuple) and not isinstance(x, tuple):
+            plain[name] = (x,) * len(usual)
+    return dataclasses.replace(value, **plain)
+
+
+def _at(value: Any, path: str) -> Any:
+    """What is at a path of a dataclass."""
+    for part in path.split("."):
+        known = _names(value)
+        if part not in known:
+            raise unknown(f"field of a {type(value).__name__}", part, known)
+        value = getattr(value, part)
+    return value
+
+
+def _names(value: Any) -> list[str]:
+    fields = dataclasses.fields(value) if dataclasses.is_dataclass(value) else ()
+    return [field.name for field in fields]
+
+
+def _is_number(value: Any) -> bool:
+    if isinstance(value, tuple):
+        return bool(value) and all(map(_is_number, value))
+    return isinstance(value, (int, float)) and not isinstance(value, bool)

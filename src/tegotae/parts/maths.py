@@ -1,0 +1,122 @@
+"""Elementary functions that vectorise inside the rollout loop."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import jax
+import jax.numpy as jnp
+
+from tegotae.parts.tracing import stays_a_call
+
+TWO_PI = 6.283185307179586
+
+# Cody-Waite split of pi/2: n * _HALF_PI_HIGH is exact in float32 for |n| < 2^13.
+_HALF_PI_HIGH = 1.5703125
+_HALF_PI_LOW = 4.83826794896e-4
+
+
+@stays_a_call
+def sin_cos(angle: jax.Array) -> tuple[jax.Array, jax.Array]:
+    """Sine and cosine of an angle [rad], any shape.
+
+    In float32 this is a Cody-Waite reduction to [-pi/4, pi/4] and a Taylor polynomial there
+    (error below 2e-7 for |angle| < 1e4): XLA's own sine is a scalar library call on CPUs, which
+    stops the whole rollout loop from vectorising. In float64 accuracy comes first.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> s, c = sin_cos(jnp.float32(0.5))
+        >>> f"{s:.6f} {c:.6f}"
+        '0.479426 0.877583'
+    """
+    if angle.dtype != jnp.float32:
+        return jnp.sin(angle), jnp.cos(angle)
+    quadrant = jnp.round(angle * (4.0 / TWO_PI))
+    r = (angle - quadrant * _HALF_PI_HIGH) - quadrant * _HALF_PI_LOW
+    r2 = r * r
+    sine = r + r * r2 * (-1 / 6 + r2 * (1 / 120 + r2 * (-1 / 5040 + r2 * (1 / 362880))))
+    cosine = 1.0 + r2 * (-1 / 2 + r2 * (1 / 24 + r2 * (-1 / 720 + r2 * (1 / 40320))))
+    n = quadrant.astype(jnp.int32)
+    swap = (n & 1) == 1
+    sin_sign = jnp.where((n & 2) == 0, 1.0, -1.0).astype(angle.dtype)
+    cos_sign = jnp.where(((n + 1) & 2) == 0, 1.0, -1.0).astype(angle.dtype)
+    return sin_sign * jnp.where(swap, cosine, sine), cos_sign * jnp.where(swap, sine, cosine)
+
+
+@stays_a_call
+def wrap_phase(phase: jax.Array) -> jax.Array:
+    """The phase [rad] modulo 2 pi, in [0, 2 pi)."""
+    wrapped = phase - TWO_PI * jnp.floor(phase * (1.0 / TWO_PI))
+    # Rounding can land on 2 pi itself; the interval is half open.
+    return jnp.where(wrapped >= TWO_PI, 0.0, jnp.maximum(wrapped, 0.0)).astype(phase.dtype)
+
+
+_TANH_END = 7.0
+"""Beyond it tanh is constant: what is left to 1 is of the size of the error allowed."""
+# tanh(x) = x P(x²) / Q(x²), of least largest error up to there. Both are divided by the root of
+# Q's range, so that products of some denominators stay well inside float32.
+_TANH_SCALE = 0.1054
+_TANH_P = (0.999995711, 0.123021925, 2.27697342e-3, 3.92975610e-6)
+_TANH_Q = (1.0, 0.456340483, 2.10721735e-2, 1.42347183e-4)
+
+_RATIOS_PER_DIVISION = 16
+
+
+@stays_a_call
+def tanh_ratio(x: jax.Array) -> tuple[jax.Array, jax.Array]:
+    """Numerator and denominator of tanh(x) in float32, the latter in 0.1 ... 10.
+
+    Their ratio is off by less than 1.5e-6. It is for sums over a common denominator
+    (`sum_of_ratios`): XLA's own tanh costs a division each.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> numerator, denominator = tanh_ratio(jnp.float32(0.5))
+        >>> f"{numerator / denominator:.5f}"
+        '0.46212'
+    """
+    x = jnp.clip(x, -_TANH_END, _TANH_END)
+    squared = x * x
+    numerator, denominator = _polynomial(_TANH_P, squared), _polynomial(_TANH_Q, squared)
+    return x * numerator, denominator
+
+
+def _polynomial(coefficients: tuple[float, ...], x: jax.Array) -> jax.Array:
+    value = jnp.full_like(x, _TANH_SCALE * coefficients[-1])
+    for coefficient in reversed(coefficients[:-1]):
+        value = value * x + _TANH_SCALE * coefficient
+    return value
+
+
+@stays_a_call
+def add_ratio(
+    over: jax.Array, under: jax.Array, numerator: jax.Array, denominator: jax.Array
+) -> tuple[jax.Array, jax.Array]:
+    """Numerator and denominator of the sum of two ratios, without a division.
+
+    Example:
+        >>> tuple(map(float, add_ratio(*map(jnp.float32, (1.0, 2.0, 1.0, 4.0)))))
+        (6.0, 8.0)
+    """
+    return over * denominator + numerator * under, under * denominator
+
+
+def sum_of_ratios(ratios: Sequence[tuple[jax.Array, jax.Array]]) -> jax.Array:
+    """Sum of numerators over denominators, by one division for up to sixteen.
+
+    Denominators must lie between 0.1 and 10, for the product of sixteen to be a float32.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> one, two, four = jnp.float32(1.0), jnp.float32(2.0), jnp.float32(4.0)
+        >>> float(sum_of_ratios([(one, two), (one, four)]))
+        0.75
+    """
+    total = jnp.zeros_like(ratios[0][0])
+    for first in range(0, len(ratios), _RATIOS_PER_DIVISION):
+        (over, under), *others = ratios[first : first + _RATIOS_PER_DIVISION]
+        for numerator, denominator in others:
+            over, under = add_ratio(over, under, numerator, denominator)
+        total = total + over / under
+    return total

@@ -1,0 +1,114 @@
+"""What an oscillator must offer so that Tegotae feedback can entrain it."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+
+from tegotae._support.errors import TegotaeError
+from tegotae.parts.channels import Channel
+from tegotae.parts.weight_names import WeightName, numbered
+
+MOST_DECAY_PER_TICK = 0.3
+"""Decay of an oscillator's state over a tick up to which the integrators follow it well."""
+
+
+class Oscillator(ABC):
+    """A rhythm generator: a frozen dataclass without state of its own.
+
+    Its state is a pytree of arrays (a NamedTuple, say), passed in and out; every method is
+    elementwise. A phase is the usual thing to have, and not a must: an oscillator without one
+    leaves `phase` and `sin_cos` alone, and names and gives its own `signals`.
+    """
+
+    SIGNALS: tuple[str, ...] = ("sin_phase", "cos_phase")
+    """Names of what `signals` returns: what terms and couplings may read of it."""
+    STATE: tuple[str, ...] = ()
+    """What of its state is beside the phase: names that `start` takes, and that `channels` records,
+    each by its own name and, at an apex, as `apex_` and its name. An oscillator that names all of
+    its state here can be started anywhere on its limit cycle."""
+
+    @property
+    def channels(self) -> tuple[Channel, ...]:
+        """What a rollout records of this oscillator beside its phase."""
+        return ()
+
+    @property
+    def n_weights(self) -> int:
+        """How many trained numbers the oscillator has."""
+        return 0
+
+    @property
+    def weight_names(self) -> tuple[WeightName, ...]:
+        """What each of its weights is, in a controller file and in C; numbers by default."""
+        return numbered(self.n_weights)
+
+    def initial(self, key: jax.Array) -> jax.Array:
+        """Random weights to start training from, shape [n_weights]."""
+        return jnp.zeros((self.n_weights,))
+
+    @abstractmethod
+    def start(self, phase_rad: jax.Array) -> Any:
+        """The state at phase `phase_rad` [rad]; without a phase, any that it leads to.
+
+        What `STATE` names are further arguments; without them it is at or near the limit cycle.
+        """
+
+    @abstractmethod
+    def rate(
+        self,
+        state: Any,
+        omega: jax.Array,
+        feedback: jax.Array,
+        weights: Sequence[jax.Array] = (),
+    ) -> Any:
+        """Time derivative of the state, given ω and the Tegotae feedback f [rad/s].
+
+        `weights` are given to an oscillator that has some: n_weights arrays, each like the lanes.
+        """
+
+    def phase(self, state: Any) -> jax.Array:
+        """The phase φ [rad]; it may be unwrapped within one control tick."""
+        raise TegotaeError(f"{type(self).__name__} has no phase")
+
+    def sin_cos(self, state: Any) -> tuple[jax.Array, jax.Array]:
+        """Sine and cosine of the phase."""
+        raise TegotaeError(f"{type(self).__name__} has no phase")
+
+    def signals(self, state: Any) -> dict[str, jax.Array]:
+        """What terms and couplings may read, by the names of `SIGNALS`."""
+        sine, cosine = self.sin_cos(state)
+        return {"sin_phase": sine, "cos_phase": cosine}
+
+    def settle(self, state: Any) -> Any:
+        """The same state, in the form kept between ticks (such as a phase wrapped to [0, 2π))."""
+        return state
+
+    @property
+    def has_phase(self) -> bool:
+        """Whether there is a phase."""
+        return type(self).phase is not Oscillator.phase
+
+    @property
+    def is_open(self) -> bool:
+        """Whether all of the state is known from outside, so that an orbit can be entered by it."""
+        leaves = jax.tree.leaves(self.start(jnp.zeros(1)))
+        return self.has_phase and len(leaves) == 1 + len(self.STATE)
+
+    def decay_per_s(self, omega: float) -> float:
+        """How fast its fastest own motion decays [1/s], at most, at frequency ω [rad/s]."""
+        return 0.0
+
+    def check_tick(self, omega: float, tick_s: float) -> None:
+        """Raise `TegotaeError` if the control period is too long for it at frequency ω [rad/s]."""
+        decay = self.decay_per_s(omega)
+        if decay * tick_s > MOST_DECAY_PER_TICK:
+            raise TegotaeError(
+                f"{type(self).__name__} at omega {omega:g} is too stiff for ticks of {tick_s:g} s: "
+                f"its state decays at {decay:.3g} 1/s; use ticks of at most "
+                f"{MOST_DECAY_PER_TICK / decay:.2g} s, or milder parameters"
+            )

@@ -1,0 +1,141 @@
+"""The Hopf oscillator, with a frequency that is given, or one that adapts."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, ClassVar, NamedTuple
+
+import jax
+import jax.numpy as jnp
+
+from tegotae._support.errors import require_finite
+from tegotae.parts import maths
+from tegotae.parts.oscillators.planar import Planar, Ranges
+
+
+class HopfState(NamedTuple):
+    """Phase φ [rad] and radius r."""
+
+    phase: jax.Array
+    radius: jax.Array
+
+
+@dataclass(frozen=True, kw_only=True)
+class Hopf(Planar):
+    """The normal form of a Hopf bifurcation: a circle of radius √μ, at frequency ω,
+
+        ẋ = γ (μ - r²) x - ω y,   ẏ = γ (μ - r²) y + ω x,
+
+    that is φ̇ = ω, ṙ = γ (μ - r²) r. Feedback that turns the state makes φ̇ = ω + f: the phase
+    oscillator, with an amplitude beside it. An input enters ẏ.
+
+    Args:
+        mu: μ, the square of the radius.
+        recovery_per_s: γ [1/s]; a disturbed radius returns as exp(-2 γ μ t).
+
+    Raises:
+        TegotaeError: for numbers out of their range.
+
+    Reference: A. Pikovsky, M. Rosenblum, J. Kurths, Synchronization, section 7.1.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> hopf = Hopf(mu=4.0)
+        >>> hopf.rate(hopf.start(jnp.zeros(1)), jnp.array([5.0]), jnp.array([-2.0]))
+        HopfState(phase=Array([3.], dtype=float32), radius=Array([0.], dtype=float32))
+    """
+
+    RANGES: ClassVar[Ranges] = {**Planar.RANGES, "recovery_per_s": (1.0, 10.0)}
+
+    mu: float = 1.0
+    recovery_per_s: float = 4.0
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        require_finite("mu", self.mu, above=0.0)
+        require_finite("recovery_per_s", self.recovery_per_s, above=0.0)
+
+    def start(self, phase_rad: jax.Array, radius: Any = None) -> Any:
+        """State at phase φ [rad]; on the limit cycle, or at another radius."""
+        own = jnp.full_like(phase_rad, self.mu**0.5) if radius is None else radius
+        return HopfState(maths.wrap_phase(phase_rad), own)
+
+    def free(self, state, sine, cosine, omega) -> Any:
+        """φ̇ = ω, ṙ = γ (μ - r²) r."""
+        _, radius = state
+        growing = self.recovery_per_s * (self.mu - radius * radius) * radius
+        return HopfState(omega * jnp.ones_like(radius), growing)
+
+    def decay_per_s(self, omega: float) -> float:
+        """2 γ μ."""
+        return 2.0 * self.recovery_per_s * self.mu
+
+
+class AdaptiveState(NamedTuple):
+    """Phase φ [rad], radius r, and how far the frequency is from the prescribed one [rad/s]."""
+
+    phase: jax.Array
+    radius: jax.Array
+    shift_rad_per_s: jax.Array
+
+
+@dataclass(frozen=True, kw_only=True)
+class AdaptiveHopf(Hopf):
+    """A Hopf oscillator that takes on the frequency of its input.
+
+    Whatever feedback does to the phase it also does, more slowly, to the frequency:
+
+        φ̇ = ω + a + p,   ȧ = η p,
+
+    p being what feedback adds to φ̇. So ω is where the frequency starts. Nothing brings it back:
+    feedback that holds the phase still (p = -ω - a) wears the frequency down to nothing.
+
+    Args:
+        learning_per_s: η [1/s].
+
+    Raises:
+        TegotaeError: for numbers out of their range.
+
+    Reference: L. Righetti, J. Buchli, A. J. Ijspeert, Dynamic Hebbian learning in adaptive
+    frequency oscillators, Physica D 216 (2006), equations 3 to 5.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> hopf = AdaptiveHopf(learning_per_s=0.5)
+        >>> rate = hopf.rate(hopf.start(jnp.zeros(1)), jnp.array([5.0]), jnp.array([-2.0]))
+        >>> float(rate.shift_rad_per_s[0])
+        -1.0
+    """
+
+    STATE = ("radius", "shift_rad_per_s")
+    RANGES: ClassVar[Ranges] = {**Hopf.RANGES, "learning_per_s": (0.05, 5.0)}
+
+    learning_per_s: float = 0.5
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        require_finite("learning_per_s", self.learning_per_s, least=0.0)
+
+    def start(
+        self, phase_rad: jax.Array, radius: Any = None, shift_rad_per_s: Any = None
+    ) -> AdaptiveState:
+        """State at phase φ [rad] and, unless told otherwise, at the prescribed frequency."""
+        shift = jnp.zeros_like(phase_rad) if shift_rad_per_s is None else shift_rad_per_s
+        of_hopf = super().start(phase_rad, radius)
+        return AdaptiveState(of_hopf.phase, of_hopf.radius, shift)
+
+    def free(self, state, sine, cosine, omega) -> AdaptiveState:
+        """φ̇ = ω + a, ṙ = γ (μ - r²) r, ȧ = 0."""
+        *of_hopf, shift = state
+        own = super().free(tuple(of_hopf), sine, cosine, omega)
+        return AdaptiveState(own.phase + shift, own.radius, jnp.zeros_like(shift))
+
+    def rate(self, state, omega, feedback, weights=()) -> AdaptiveState:
+        """Free motion and feedback together; the frequency learns."""
+        turning, _ = self.entering(state, *maths.sin_cos(state[0]), feedback)
+        rate = super().rate(state, omega, feedback)
+        return rate._replace(shift_rad_per_s=self.learning_per_s * turning)
+
+    def decay_per_s(self, omega: float) -> float:
+        """The faster of radius and frequency."""
+        return max(super().decay_per_s(omega), self.learning_per_s)

@@ -1,0 +1,113 @@
+"""An oscillator whose own numbers are trained."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import jax
+
+from tegotae._support.errors import TegotaeError
+from tegotae.parts.oscillators.planar import Planar
+from tegotae.parts.oscillators.wrapper import Around
+from tegotae.parts.parameters import changed
+from tegotae.parts.weight_names import WeightName
+
+_SPREAD = 0.3
+
+
+@dataclass(frozen=True)
+class Learned(Around):
+    """A planar oscillator with its parameters among the trained numbers (`RANGES` of its class).
+
+    A weight w moves a parameter p from its own value p₀, and w = 0 leaves it there. One that has
+    bounds stays between them; others go anywhere:
+
+        p = low · (high / low)^S(w + S⁻¹(s₀)),   S(x) = 1 / (1 + e^-x),   p(w = 0) = p₀;
+        p = p₀ + w.
+
+    Args:
+        inner: the oscillator that training starts from.
+
+    Raises:
+        TegotaeError: for an oscillator of another kind, or a parameter not between its bounds.
+
+    Example:
+        >>> from tegotae.parts.oscillators import VanDerPol
+        >>> learned = Learned(VanDerPol())
+        >>> learned.names
+        ('pace', 'turn', 'push', 'mu')
+        >>> moved = learned.with_weights([0.0, 0.5, 0.0, 9.0])
+        >>> round(float(moved.pace), 6), float(moved.turn), round(float(moved.mu), 3)
+        (1.0, 1.5, 2.0)
+    """
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.inner, Planar):
+            raise TegotaeError(
+                f"a {type(self.inner).__name__} has no numbers to train; Learned takes a Hopf, "
+                "an AdaptiveHopf, a VanDerPol, a Matsuoka, or another Planar oscillator"
+            )
+        for name, bounds in self.inner.RANGES.items():
+            value = getattr(self.inner, name)
+            if bounds is not None and not bounds[0] < value < bounds[1]:
+                raise TegotaeError(
+                    f"{name} is {value:g}; to be trained it must be between {bounds[0]:g} and "
+                    f"{bounds[1]:g}"
+                )
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """What is trained, in the order of the weights."""
+        return tuple(self.inner.RANGES)  # type: ignore[attr-defined]
+
+    @property
+    def n_weights(self) -> int:
+        """One a parameter."""
+        return len(self.names)
+
+    @property
+    def weight_names(self) -> tuple[WeightName, ...]:
+        """Those of the parameters."""
+        return tuple((name,) for name in self.names)
+
+    def initial(self, key: jax.Array) -> jax.Array:
+        """Near the oscillator within: normal, of standard deviation 0.3."""
+        return _SPREAD * jax.random.normal(key, (self.n_weights,))
+
+    def with_weights(self, weights: Sequence[Any]) -> Any:
+        """The oscillator within, with the parameters that the weights say."""
+        oscillator = self.inner
+        for (name, bounds), weight in zip(self.inner.RANGES.items(), weights, strict=True):  # type: ignore[attr-defined]
+            oscillator = changed(oscillator, name, lambda p, b=bounds, w=weight: _moved(p, b, w))
+        return oscillator
+
+    def rate(
+        self,
+        state: Any,
+        omega: jax.Array,
+        feedback: jax.Array,
+        weights: Sequence[jax.Array] = (),
+    ) -> Any:
+        """That of the oscillator within, with the parameters that the weights say."""
+        return self.with_weights(weights).rate(state, omega, feedback)
+
+    def decay_per_s(self, omega: float) -> float:
+        """That of the oscillator within, with each parameter at its upper bound."""
+        oscillator = self.inner
+        for name, bounds in self.inner.RANGES.items():  # type: ignore[attr-defined]
+            if bounds is not None:
+                oscillator = changed(oscillator, name, lambda _, most=bounds[1]: most)
+        return oscillator.decay_per_s(omega)
+
+
+def _moved(own: float, bounds: tuple[float, float] | None, weight: Any) -> Any:
+    """A parameter that a weight moves from its own value."""
+    if bounds is None:
+        return own + weight
+    low, high = bounds
+    share = math.log(own / low) / math.log(high / low)
+    at = jax.nn.sigmoid(weight + math.log(share / (1.0 - share)))
+    return low * jax.numpy.exp(math.log(high / low) * at)

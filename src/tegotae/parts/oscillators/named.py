@@ -1,0 +1,43 @@
+"""The oscillators by the names that models and commands call them."""
+
+from __future__ import annotations
+
+from tegotae._support.errors import unknown
+from tegotae.parts.oscillators.base import Oscillator
+from tegotae.parts.oscillators.hopf import AdaptiveHopf, Hopf
+from tegotae.parts.oscillators.learned import Learned
+from tegotae.parts.oscillators.matsuoka import Matsuoka
+from tegotae.parts.oscillators.phase import PhaseOscillator
+from tegotae.parts.oscillators.van_der_pol import VanDerPol
+
+PHASE = "phase"
+"""The paper's oscillator."""
+
+_GIVEN: dict[str, Oscillator] = {
+    "hopf": Hopf(),
+    "adaptive-hopf": AdaptiveHopf(),
+    "van-der-pol": VanDerPol(),
+    "matsuoka": Matsuoka(),
+}
+
+OSCILLATORS: dict[str, Oscillator] = {
+    PHASE: PhaseOscillator(),
+    **_GIVEN,
+    **{f"learned-{name}": Learned(oscillator) for name, oscillator in _GIVEN.items()},
+}
+"""Each with parameters as given, and, but for the paper's, with trained ones."""
+
+
+def oscillator_named(name: str) -> Oscillator:
+    """The oscillator of that name.
+
+    Raises:
+        TegotaeError: for an unknown name, with the nearest ones.
+
+    Example:
+        >>> oscillator_named("learned-van-der-pol").n_weights
+        4
+    """
+    if name not in OSCILLATORS:
+        raise unknown("oscillator", name, OSCILLATORS)
+    return OSCILLATORS[name]

@@ -1,0 +1,93 @@
+"""An oscillator around another one: it passes on all that it does not do otherwise."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import jax
+
+from tegotae.parts.channels import Channel
+from tegotae.parts.oscillators.base import Oscillator
+from tegotae.parts.weight_names import WeightName
+
+
+@dataclass(frozen=True)
+class Around(Oscillator):
+    """As the oscillator within; subclasses say what is different.
+
+    Args:
+        inner: the oscillator within.
+    """
+
+    inner: Oscillator
+
+    @property
+    def SIGNALS(self) -> tuple[str, ...]:  # type: ignore[override]  # noqa: N802
+        """Those of the oscillator within."""
+        return self.inner.SIGNALS
+
+    @property
+    def STATE(self) -> tuple[str, ...]:  # type: ignore[override]  # noqa: N802
+        """That of the oscillator within."""
+        return self.inner.STATE
+
+    @property
+    def channels(self) -> tuple[Channel, ...]:
+        """As the oscillator within."""
+        return self.inner.channels
+
+    @property
+    def n_weights(self) -> int:
+        """That of the oscillator within, so that its weights fit."""
+        return self.inner.n_weights
+
+    @property
+    def weight_names(self) -> tuple[WeightName, ...]:
+        """As the oscillator within."""
+        return self.inner.weight_names
+
+    def initial(self, key: jax.Array) -> jax.Array:
+        """As the oscillator within."""
+        return self.inner.initial(key)
+
+    def start(self, phase_rad: jax.Array, **rest: jax.Array) -> Any:
+        """As the oscillator within."""
+        return self.inner.start(phase_rad, **rest)
+
+    def rate(
+        self,
+        state: Any,
+        omega: jax.Array,
+        feedback: jax.Array,
+        weights: Sequence[jax.Array] = (),
+    ) -> Any:
+        """As the oscillator within."""
+        given = (weights,) if self.inner.n_weights else ()
+        return self.inner.rate(state, omega, feedback, *given)
+
+    def phase(self, state: Any) -> jax.Array:
+        """As the oscillator within."""
+        return self.inner.phase(state)
+
+    def sin_cos(self, state: Any) -> tuple[jax.Array, jax.Array]:
+        """As the oscillator within."""
+        return self.inner.sin_cos(state)
+
+    def signals(self, state: Any) -> dict[str, jax.Array]:
+        """As the oscillator within."""
+        return self.inner.signals(state)
+
+    def settle(self, state: Any) -> Any:
+        """As the oscillator within."""
+        return self.inner.settle(state)
+
+    def decay_per_s(self, omega: float) -> float:
+        """As the oscillator within."""
+        return self.inner.decay_per_s(omega)
+
+    @property
+    def has_phase(self) -> bool:
+        """As the oscillator within."""
+        return self.inner.has_phase

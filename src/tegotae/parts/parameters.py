@@ -1,0 +1,62 @@
+"""Frozen dataclasses whose fields may be numbers or, inside a compiled program, traced arrays."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+import jax
+
+T = TypeVar("T")
+
+STATIC = {"static": True}
+"""Metadata of a dataclass's field that gives arrays their shape: another value of it is another
+program."""
+
+
+def traceable(cls: type[T]) -> type[T]:
+    """Make a frozen dataclass a JAX pytree whose fields are leaves, but for `STATIC` ones.
+
+    The constructor (and so its validation) runs for a user's values, never for traced ones: a
+    changed mass or stiffness does not compile a new program.
+    """
+    fields = dataclasses.fields(cls)  # type: ignore[arg-type]
+    static = [field.name for field in fields if field.metadata == STATIC]
+    names = [field.name for field in fields if field.name not in static]
+
+    def flatten(value: T):
+        leaves = tuple(getattr(value, name) for name in names)
+        return leaves, tuple(getattr(value, name) for name in static)
+
+    def unflatten(fixed, leaves) -> T:
+        value = object.__new__(cls)
+        for name, leaf in zip((*names, *static), (*leaves, *fixed), strict=True):
+            object.__setattr__(value, name, leaf)
+        return value
+
+    jax.tree_util.register_pytree_node(cls, flatten, unflatten)
+    return cls
+
+
+def changed(value: T, name: str, change: Callable[[Any], Any]) -> T:
+    """The same with one field changed, for values inside a compiled program: nothing is validated.
+
+    Args:
+        value: a `traceable` dataclass.
+        name: of the field; "terrain.rise_m" is the field `rise_m` of the field `terrain`.
+        change: from what the field is to what it becomes.
+
+    Example:
+        >>> from tegotae.parts.bodies import Hopper
+        >>> changed(Hopper(), "mass_kg", lambda usual: 2 * usual).mass_kg
+        0.2
+    """
+    outer, _, inner = name.partition(".")
+    old = getattr(value, outer)
+    new = changed(old, inner, change) if inner else change(old)
+    copy = object.__new__(type(value))
+    for field in dataclasses.fields(value):  # type: ignore[arg-type]
+        object.__setattr__(copy, field.name, getattr(value, field.name))
+    object.__setattr__(copy, outer, new)
+    return copy

@@ -1,0 +1,37 @@
+"""Terms of the controller: Action, Reaction, Gain and Actuation, vanilla and learned."""
+
+from tegotae.parts.terms.action import OffsetAction, UnitAction, VanillaAction
+from tegotae.parts.terms.actuation import (
+    Actuation,
+    LearnedActuation,
+    Reflex,
+    Sector,
+    SectorAndReflex,
+)
+from tegotae.parts.terms.base import Signals, Term
+from tegotae.parts.terms.foot import CorrectedFoot, EllipticFoot, LearnedFoot
+from tegotae.parts.terms.gain import ConstantGain
+from tegotae.parts.terms.network import Network
+from tegotae.parts.terms.reaction import VanillaReaction
+from tegotae.parts.terms.whole_body import WholeBody, WholeBodyFoot
+
+__all__ = [
+    "Actuation",
+    "ConstantGain",
+    "CorrectedFoot",
+    "EllipticFoot",
+    "LearnedActuation",
+    "LearnedFoot",
+    "Network",
+    "OffsetAction",
+    "Reflex",
+    "Sector",
+    "SectorAndReflex",
+    "Signals",
+    "Term",
+    "UnitAction",
+    "VanillaAction",
+    "VanillaReaction",
+    "WholeBody",
+    "WholeBodyFoot",
+]

@@ -1,0 +1,68 @@
+"""Action terms A′(φ): the derivative of the oscillator's belief about the body."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import jax
+import jax.numpy as jnp
+
+from tegotae.parts.terms.base import Signals, Term
+from tegotae.parts.weight_names import WeightName
+
+
+@dataclass(frozen=True)
+class VanillaAction(Term):
+    """`A′(φ) = C′(φ) = -cos φ`, from the belief C(φ) = -sin φ that stance has sin φ < 0 (IV-A)."""
+
+    @property
+    def reads(self) -> tuple[str, ...]:
+        """The cosine of the phase."""
+        return ("cos_phase",)
+
+    def __call__(self, weights: Sequence[jax.Array], signals: Signals) -> jax.Array:
+        """-cos φ."""
+        return -signals["cos_phase"]
+
+
+@dataclass(frozen=True)
+class OffsetAction(Term):
+    """`A′(φ) = -(cos φ + o)` with a trained offset o, the action of the ORC oscillators.
+
+    With the load as reaction and a constant gain it is the law φ̇ = ω - c N (cos φ + o).
+
+    Source: the oscillators of MIT's Biomimetic Robotics Lab's ORCAgym, whose `osc_offset` it is.
+
+    Example:
+        >>> OffsetAction().weight_names
+        (('offset',),)
+    """
+
+    @property
+    def reads(self) -> tuple[str, ...]:
+        """The cosine of the phase."""
+        return ("cos_phase",)
+
+    @property
+    def n_weights(self) -> int:
+        """The offset."""
+        return 1
+
+    @property
+    def weight_names(self) -> tuple[WeightName, ...]:
+        """The offset."""
+        return (("offset",),)
+
+    def __call__(self, weights: Sequence[jax.Array], signals: Signals) -> jax.Array:
+        """-(cos φ + o)."""
+        return -(signals["cos_phase"] + weights[0])
+
+
+@dataclass(frozen=True)
+class UnitAction(Term):
+    """`A′ = 1`: what is sensed reaches the oscillator as it is, an input like any other."""
+
+    def __call__(self, weights: Sequence[jax.Array], signals: Signals) -> jax.Array:
+        """1."""
+        return jnp.ones_like(next(iter(signals.values.values())))

@@ -1,0 +1,137 @@
+"""Actuation: from the oscillator and its feedback to what the leg's actuator does."""
+
+from __future__ import annotations
+
+import math
+from abc import abstractmethod
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import jax
+import jax.numpy as jnp
+
+from tegotae._support.errors import require_finite
+from tegotae.parts.commands import FORCE
+from tegotae.parts.maths import TWO_PI
+from tegotae.parts.terms.base import Signals, Term
+from tegotae.parts.terms.network import Network
+
+
+class Actuation(Term):
+    """A term whose value is a force [N], before it is clipped to [0, α].
+
+    Or it is a place of the foot, and `COMMANDS` says so; its value then has an axis of the commands
+    before that of the limbs (`tegotae.parts.terms.foot`).
+
+    Most actuations are smooth functions of the signals, and are sampled at the control ticks. One
+    that switches full force on over a sector of the phase says so through `full_force`, so that
+    the sector's edges take effect inside a tick.
+    """
+
+    COMMANDS: tuple[str, ...] = FORCE
+    """What is commanded, number by number; a body takes one kind of command (`Body.COMMANDS`)."""
+
+    @property
+    def commands_force(self) -> bool:
+        """Whether a force is commanded."""
+        return self.COMMANDS == FORCE
+
+    @property
+    def needs_phase(self) -> bool:
+        """Whether it cannot do without an oscillator's phase; so with `full_force`."""
+        return type(self).full_force is not Actuation.full_force
+
+    def check(self, limbs: int, sets: int) -> None:
+        """Raise `TegotaeError` if it does not go with so many limbs, or sets of weights."""
+
+    def full_force(
+        self, phase_start: jax.Array, phase_end: jax.Array, omega: jax.Array
+    ) -> tuple[jax.Array, jax.Array] | None:
+        """Share of a phase path [rad] at full force, and that share's centre (0 ... 1); or None."""
+        return None
+
+    @abstractmethod
+    def __call__(self, weights: Sequence[jax.Array], signals: Signals) -> jax.Array:
+        """The smooth part of the force [N], or what else `COMMANDS` names."""
+
+
+@dataclass(frozen=True)
+class Sector(Actuation):
+    """Full force while the phase is in a sector (paper equation 6, with φ for the printed t):
+
+        F_a = α  while  φ mod 2π ∈ [start, start + width),  else 0.
+
+    Args:
+        start_rad: where the sector starts [rad].
+        width_rad: its width [rad].
+        duration_s: a further width of `ω · duration_s` [s]: a sector that lasts a fixed time at
+            the prescribed frequency.
+
+    Raises:
+        TegotaeError: for a non-finite value or a negative width.
+    """
+
+    start_rad: float = 1.75 * math.pi
+    width_rad: float = 0.1 * math.pi
+    duration_s: float = 0.0
+
+    def __post_init__(self) -> None:
+        require_finite("start_rad", self.start_rad)
+        require_finite("width_rad", self.width_rad, least=0.0)
+        require_finite("duration_s", self.duration_s, least=0.0)
+
+    def full_force(self, phase_start, phase_end, omega) -> tuple[jax.Array, jax.Array]:
+        """Share of the path inside the sector and its centre; exact for paths below one turn."""
+        width = self.width_rad + self.duration_s * omega
+        low, high = jnp.minimum(phase_start, phase_end), jnp.maximum(phase_start, phase_end)
+        # Phase past the sector's start, in its own turn; the path may reach into the next turn.
+        first = low - self.start_rad
+        first = first - TWO_PI * jnp.floor(first * (1.0 / TWO_PI))
+        path = high - low
+        moves = path > 0.0
+        inside = jnp.maximum(jnp.minimum(first + path, width) - first, 0.0)
+        again = jnp.maximum(jnp.minimum(first + path - TWO_PI, width), 0.0)
+        length = jnp.where(moves, path, 1.0)
+        share = jnp.where(moves, (inside + again) / length, jnp.where(first < width, 1.0, 0.0))
+        moment = inside * 0.5 * inside + again * (TWO_PI - first + 0.5 * again)
+        centre = moment / (jnp.where(inside + again > 0.0, inside + again, 1.0) * length)
+        centre = jnp.where(phase_end < phase_start, 1.0 - centre, centre)
+        return share, jnp.where(moves & (share > 0.0), centre, 0.5)
+
+    def __call__(self, weights: Sequence[jax.Array], signals: Signals) -> jax.Array:
+        """No smooth part."""
+        return jnp.zeros_like(signals["feedback"])
+
+
+@dataclass(frozen=True)
+class Reflex(Actuation):
+    """Reaction to falling Tegotae, `F_a = -min(0, f)` [N] (paper equation 7)."""
+
+    @property
+    def reads(self) -> tuple[str, ...]:
+        """The feedback."""
+        return ("feedback",)
+
+    def __call__(self, weights: Sequence[jax.Array], signals: Signals) -> jax.Array:
+        """-min(0, f)."""
+        return -jnp.minimum(signals["feedback"], 0.0)
+
+
+@dataclass(frozen=True)
+class SectorAndReflex(Sector):
+    """The sum of sector and reflex, clipped like either."""
+
+    @property
+    def reads(self) -> tuple[str, ...]:
+        """The feedback."""
+        return ("feedback",)
+
+    def __call__(self, weights: Sequence[jax.Array], signals: Signals) -> jax.Array:
+        """The reflex part."""
+        return Reflex()(weights, signals)
+
+
+@dataclass(frozen=True)
+class LearnedActuation(Network, Actuation):
+    """A learned actuation T: a network of any of {phase}, {feedback}, {phase, feedback}, or, in
+    the single network without oscillator, of what is sensed. Its output is the force [N]."""

@@ -1,0 +1,72 @@
+"""What a term of the controller is: an elementwise function of weights and signals."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+
+from tegotae.parts.weight_names import WeightName, numbered
+
+
+@dataclass(frozen=True)
+class Signals:
+    """All that a term may read at one instant; every array has the shape of the lanes.
+
+    `values` holds SI quantities by name: what the body senses (such as `spring_force` [N] and
+    `velocity` [m/s]), `sin_phase` and `cos_phase` where there is an oscillator, and, for the
+    actuation, the Tegotae `feedback` [rad/s]. `scales` makes them dimensionless.
+    """
+
+    values: dict[str, jax.Array]
+    scales: dict[str, Any] = field(default_factory=dict)
+
+    def __getitem__(self, name: str) -> jax.Array:
+        return self.values[name]
+
+    def dimensionless(self, name: str) -> jax.Array:
+        """The quantity over its scale, as a network sees it."""
+        value, scale = self.values[name], self.scales.get(name, 1.0)
+        # A scale may be one a lane.
+        return value / (jnp.broadcast_to(scale, value.shape) if jnp.ndim(scale) else scale)
+
+    def adding(self, scale: Any = None, **values: jax.Array) -> Signals:
+        """The same signals and some more; `scale` belongs to each of the added ones."""
+        scales = self.scales if scale is None else {**self.scales, **dict.fromkeys(values, scale)}
+        return Signals({**self.values, **values}, scales)
+
+
+class Term(ABC):
+    """One of A′, R, G or T: a frozen dataclass, called with its weights and the signals.
+
+    A new term is a subclass with `reads`, `n_weights`, `initial` and `__call__`, and with
+    `weight_names` if its weights are to have names in files and in C; nothing else needs to know of
+    it. `tegotae.check_term` tells what is missing.
+    """
+
+    @property
+    def reads(self) -> tuple[str, ...]:
+        """Names of the signals that the term reads."""
+        return ()
+
+    @property
+    def n_weights(self) -> int:
+        """How many trained numbers the term has."""
+        return 0
+
+    @property
+    def weight_names(self) -> tuple[WeightName, ...]:
+        """What each of its weights is, in a controller file and in C; numbers by default."""
+        return numbered(self.n_weights)
+
+    def initial(self, key: jax.Array) -> jax.Array:
+        """Random weights to start training from, shape [n_weights]."""
+        return jnp.zeros((self.n_weights,))
+
+    @abstractmethod
+    def __call__(self, weights: Sequence[jax.Array], signals: Signals) -> jax.Array:
+        """The term's value, elementwise; `weights` are n_weights arrays, each like the lanes."""

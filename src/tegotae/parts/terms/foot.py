@@ -1,0 +1,171 @@
+"""Where a walking leg's foot shall be: along an ellipse, where networks say, or both together."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import jax
+import jax.numpy as jnp
+
+from tegotae._support.errors import TegotaeError, require_finite
+from tegotae.parts.commands import FOOT
+from tegotae.parts.terms.actuation import Actuation
+from tegotae.parts.terms.base import Signals
+from tegotae.parts.terms.network import Network
+from tegotae.parts.weight_names import WeightName, inside
+
+
+@dataclass(frozen=True)
+class EllipticFoot(Actuation):
+    """The foot goes round two half ellipses, backwards while it presses down (Owaki et al. 2013):
+
+        x = -B cos(φ + δ),    z = A sin φ  if  sin φ > 0,  else  A′ sin φ.
+
+    Args:
+        stride_m: half of the stride B [m].
+        lift_m: how high the foot is lifted A [m].
+        press_m: how deep it presses A′ [m].
+        shift_rad: by how much the fore and aft motion leads δ [rad].
+
+    Raises:
+        TegotaeError: for a number that is not finite, or a length below zero.
+
+    Reference: D. Owaki, T. Kano, K. Nagasawa, A. Tero, A. Ishiguro, Simple robot suggests physical
+    interlimb communication is essential for quadruped walking, J. R. Soc. Interface 10 (2013).
+    """
+
+    COMMANDS = FOOT
+
+    stride_m: float = 0.2
+    lift_m: float = 0.12
+    press_m: float = 0.03
+    shift_rad: float = 0.0
+
+    def __post_init__(self) -> None:
+        require_finite("stride_m", self.stride_m, least=0.0)
+        require_finite("lift_m", self.lift_m, least=0.0)
+        require_finite("press_m", self.press_m, least=0.0)
+        require_finite("shift_rad", self.shift_rad)
+
+    @property
+    def needs_phase(self) -> bool:
+        """It does."""
+        return True
+
+    @property
+    def reads(self) -> tuple[str, ...]:
+        """Sine and cosine of the phase."""
+        return ("sin_phase", "cos_phase")
+
+    def __call__(self, weights: Sequence[jax.Array], signals: Signals) -> jax.Array:
+        """Forward and up [m], [2, limbs, lanes]."""
+        sine, cosine = signals["sin_phase"], signals["cos_phase"]
+        ahead = math.cos(self.shift_rad) * cosine - math.sin(self.shift_rad) * sine
+        height = jnp.where(sine > 0.0, self.lift_m, self.press_m)
+        return jnp.stack([-self.stride_m * ahead, height * sine])
+
+
+@dataclass(frozen=True)
+class LearnedFoot(Actuation):
+    """A learned place of the foot: a network for each of its two coordinates.
+
+    Their outputs are in `reach_m`, a length that stands for the size of the ellipse.
+
+    Args:
+        inputs: names of signals, as of any network.
+        hidden: neurons of each of the two networks.
+        reach_m: by what the outputs are multiplied [m].
+
+    Raises:
+        TegotaeError: for what a network refuses, or a reach that is not positive.
+
+    Example:
+        >>> LearnedFoot(("phase", "feedback"), hidden=4).n_weights
+        40
+    """
+
+    COMMANDS = FOOT
+
+    inputs: tuple[str, ...]
+    hidden: int
+    reach_m: float = 0.1
+
+    def __post_init__(self) -> None:
+        require_finite("reach_m", self.reach_m, above=0.0)
+        Network(self.inputs, self.hidden)
+
+    @property
+    def _network(self) -> Network:
+        return Network(self.inputs, self.hidden)
+
+    @property
+    def reads(self) -> tuple[str, ...]:
+        """What its networks read."""
+        return self._network.reads
+
+    @property
+    def n_weights(self) -> int:
+        """Those of two networks."""
+        return 2 * self._network.n_weights
+
+    @property
+    def weight_names(self) -> tuple[WeightName, ...]:
+        """Those of the network of each command."""
+        own = self._network.weight_names
+        return tuple(path for name in FOOT for path in inside((name,), own))
+
+    def initial(self, key: jax.Array) -> jax.Array:
+        """Random weights to start training from, shape [n_weights]."""
+        return jnp.concatenate([self._network.initial(each) for each in jax.random.split(key)])
+
+    def __call__(self, weights: Sequence[jax.Array], signals: Signals) -> jax.Array:
+        """Forward and up [m], [2, limbs, lanes]."""
+        n = self._network.n_weights
+        places = [self._network(part, signals) for part in (weights[:n], weights[n:])]
+        return self.reach_m * jnp.stack(places)
+
+
+@dataclass(frozen=True)
+class CorrectedFoot(LearnedFoot):
+    """An ellipse, and what two networks add to it.
+
+    Its random weights to start from add nothing: training begins with the ellipse.
+
+    Args:
+        around: the ellipse.
+
+    Raises:
+        TegotaeError: for what a `LearnedFoot` refuses, or what is no ellipse.
+
+    Example:
+        >>> CorrectedFoot(("phase",), hidden=4, around=EllipticFoot(stride_m=0.3)).n_weights
+        32
+    """
+
+    around: EllipticFoot = EllipticFoot()
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if not isinstance(self.around, EllipticFoot):
+            raise TegotaeError(f"around is {self.around!r}; it must be an EllipticFoot")
+
+    @property
+    def needs_phase(self) -> bool:
+        """The ellipse does."""
+        return True
+
+    @property
+    def reads(self) -> tuple[str, ...]:
+        """What ellipse and networks read."""
+        return tuple(dict.fromkeys((*self.around.reads, *super().reads)))
+
+    def initial(self, key: jax.Array) -> jax.Array:
+        """Those of the networks, but for their outputs, which are zero; shape [n_weights]."""
+        outputs = jnp.array([path[-1] == "output" for path in self.weight_names])
+        return jnp.where(outputs, 0.0, super().initial(key))
+
+    def __call__(self, weights: Sequence[jax.Array], signals: Signals) -> jax.Array:
+        """Forward and up [m], [2, limbs, lanes]."""
+        return self.around(weights, signals) + super().__call__(weights, signals)

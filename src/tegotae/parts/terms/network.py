@@ -1,0 +1,107 @@
+"""The tiny network that a learned term is."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import jax
+import jax.numpy as jnp
+
+from tegotae._support.errors import TegotaeError, require_count
+from tegotae.parts.maths import sum_of_ratios, tanh_ratio
+from tegotae.parts.terms.base import Signals, Term
+from tegotae.parts.weight_names import WeightName
+
+PHASE = "phase"
+
+_WIDEST_WRITTEN_OUT = 40
+"""Neurons up to which a network is compiled neuron by neuron: about twice as fast as one array of
+them, but hundreds of neurons would take minutes to compile."""
+
+
+@dataclass(frozen=True)
+class Network(Term):
+    """A network with one tanh layer, `Σ_j v_j tanh(Σ_i w_ji x_i + b_j)`, h·(inputs + 2) weights.
+
+    The hidden layer has biases, the linear output has none. The input `phase` enters as
+    (sin φ, cos φ), never as a raw angle; every other signal enters dimensionless.
+
+    Args:
+        inputs: names of signals.
+        hidden: number of hidden neurons h.
+
+    Raises:
+        TegotaeError: for no inputs, or fewer than one hidden neuron.
+
+    Example:
+        >>> Network(("phase", "spring_force"), hidden=8).n_weights
+        40
+    """
+
+    inputs: tuple[str, ...]
+    hidden: int
+
+    def __post_init__(self) -> None:
+        if not self.inputs:
+            raise TegotaeError("a network has no inputs; name at least one signal")
+        require_count("hidden", self.hidden)
+
+    @property
+    def reads(self) -> tuple[str, ...]:
+        """Signals read, the phase as its sine and cosine."""
+        names: list[str] = []
+        for name in self.inputs:
+            names += ["sin_phase", "cos_phase"] if name == PHASE else [name]
+        return tuple(names)
+
+    @property
+    def n_weights(self) -> int:
+        """h·(inputs + 2): per neuron its input weights, its bias and its output weight."""
+        return self.hidden * (len(self.reads) + 2)
+
+    @property
+    def weight_names(self) -> tuple[WeightName, ...]:
+        """Of each neuron the weight of every input by its name, bias and output."""
+        own = (*self.reads, "bias", "output")
+        return tuple(("neuron", j, name) for j in range(self.hidden) for name in own)
+
+    def initial(self, key: jax.Array) -> jax.Array:
+        """Normal weights of standard deviation 1/√inputs (output: 1/√h), biases normal(0, 0.5)."""
+        n_inputs = len(self.reads)
+        per_neuron = jnp.array([n_inputs**-0.5] * n_inputs + [0.5, self.hidden**-0.5])
+        normal = jax.random.normal(key, (self.hidden, n_inputs + 2))
+        return (normal * per_neuron[None, :]).reshape(-1)
+
+    def __call__(self, weights: Sequence[jax.Array], signals: Signals) -> jax.Array:
+        """The network's output. Neuron j owns a run of weights: w_j1 ... w_jn, b_j, v_j."""
+        x = [signals.dimensionless(name) for name in self.reads]
+        write = self._one_by_one if self.hidden <= _WIDEST_WRITTEN_OUT else self._all_at_once
+        return write(weights, x)
+
+    def _one_by_one(self, weights: Sequence[jax.Array], x: list[jax.Array]) -> jax.Array:
+        stride = len(x) + 2
+        drives, outer = [], []
+        # A matrix product of such small, per-lane matrices is slow.
+        for j in range(self.hidden):
+            *w, bias, v = weights[j * stride : (j + 1) * stride]
+            drive = bias
+            for w_i, x_i in zip(w, x, strict=True):
+                drive = drive + w_i * x_i
+            drives.append(drive)
+            outer.append(v)
+        if x[0].dtype != jnp.float32:
+            output = jnp.zeros_like(x[0])
+            for v, drive in zip(outer, drives, strict=True):
+                output = output + v * jnp.tanh(drive)
+            return output
+        # Divisions are a third of a tick, if every neuron has its own.
+        ratios = [tanh_ratio(drive) for drive in drives]
+        return sum_of_ratios([(v * a, b) for v, (a, b) in zip(outer, ratios, strict=True)])
+
+    def _all_at_once(self, weights: Sequence[jax.Array], x: list[jax.Array]) -> jax.Array:
+        neurons = jnp.asarray(weights).reshape(self.hidden, len(x) + 2, *x[0].shape)
+        drive = neurons[:, -2]
+        for i, x_i in enumerate(x):
+            drive = drive + neurons[:, i] * x_i[None]
+        return (neurons[:, -1] * jnp.tanh(drive)).sum(axis=0)

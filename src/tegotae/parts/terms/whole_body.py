@@ -1,0 +1,155 @@
+"""One network for the whole body: it feels all legs, and commands all of them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import jax
+import jax.numpy as jnp
+
+from tegotae._support.errors import TegotaeError, require_count, require_finite
+from tegotae.parts.commands import FOOT
+from tegotae.parts.terms.actuation import Actuation
+from tegotae.parts.terms.base import Signals
+from tegotae.parts.terms.network import PHASE
+from tegotae.parts.weight_names import WeightName
+
+
+@dataclass(frozen=True)
+class WholeBody(Actuation):
+    """A network with one tanh layer over all legs, `u_k = Σ_j v_jk tanh(Σ_i w_ji x_i + b_j)`.
+
+    It is what a decentralised controller is compared with: the only actuation that looks from one
+    leg to another. Its inputs are what every leg feels, leg by leg, and what the body feels as a
+    whole; its outputs are every leg's force [N]. All units of the controller share its weights.
+
+    Args:
+        of_each: names of signals that are read of every leg, such as ("spring_force",).
+        of_body: names of those that are the same for all legs, such as ("pitch", "roll"), and of
+            the first leg's oscillator, ("phase",): a clock.
+        limbs: how many legs there are.
+        hidden: number of hidden neurons h.
+
+    Raises:
+        TegotaeError: for no inputs, fewer than two legs, or fewer than one hidden neuron.
+
+    Example:
+        >>> WholeBody(("spring_force",), ("phase",), limbs=4, hidden=8).n_weights
+        88
+    """
+
+    of_each: tuple[str, ...]
+    of_body: tuple[str, ...]
+    limbs: int
+    hidden: int
+
+    def __post_init__(self) -> None:
+        if not (*self.of_each, *self.of_body):
+            raise TegotaeError("a network has no inputs; name at least one signal")
+        require_count("limbs", self.limbs, least=2)
+        require_count("hidden", self.hidden)
+
+    def check(self, limbs: int, sets: int) -> None:
+        """Raise `TegotaeError` for other legs than its own, or legs with weights of their own."""
+        if limbs != self.limbs:
+            raise TegotaeError(
+                f"the {type(self).__name__} commands {self.limbs} limbs; the controller has {limbs}"
+            )
+        if sets > 1:
+            raise TegotaeError(
+                f"the {type(self).__name__} is one network for all limbs; leave sharing out"
+            )
+
+    @property
+    def reads(self) -> tuple[str, ...]:
+        """Signals read, the phase as its sine and cosine."""
+        return (*_as_read(self.of_each), *_as_read(self.of_body))
+
+    @property
+    def _outputs(self) -> int:
+        return self.limbs * len(self.COMMANDS)
+
+    @property
+    def n_inputs(self) -> int:
+        """How many numbers it is given."""
+        return self.limbs * len(_as_read(self.of_each)) + len(_as_read(self.of_body))
+
+    @property
+    def n_weights(self) -> int:
+        """h·(inputs + 1 + outputs)."""
+        return self.hidden * (self.n_inputs + 1 + self._outputs)
+
+    @property
+    def weight_names(self) -> tuple[WeightName, ...]:
+        """Of each neuron the weight of every input, its bias, and its weight in every output."""
+        each = [(name, leg) for name in _as_read(self.of_each) for leg in range(self.limbs)]
+        out = [(name, leg) for name in self.COMMANDS for leg in range(self.limbs)]
+        own = (
+            *(("leg", leg, name) for name, leg in each),
+            *((name,) for name in _as_read(self.of_body)),
+            ("bias",),
+            *(("output", leg, name) for name, leg in out),
+        )
+        return tuple(("neuron", j, *path) for j in range(self.hidden) for path in own)
+
+    def initial(self, key: jax.Array) -> jax.Array:
+        """Normal weights of standard deviation 1/√inputs (output: 1/√h), biases normal(0, 0.5)."""
+        inputs = [self.n_inputs**-0.5] * self.n_inputs
+        per_neuron = jnp.array([*inputs, 0.5, *[self.hidden**-0.5] * self._outputs])
+        normal = jax.random.normal(key, (self.hidden, len(per_neuron)))
+        return (normal * per_neuron[None, :]).reshape(-1)
+
+    def outputs(self, weights: Sequence[jax.Array], signals: Signals) -> jax.Array:
+        """Every command of every leg, [commands, limbs, lanes]."""
+        legs = [signals.dimensionless(name) for name in _as_read(self.of_each)]
+        body = [signals.dimensionless(name)[0] for name in _as_read(self.of_body)]
+        x = [felt[leg] for felt in legs for leg in range(self.limbs)] + body
+        stride = self.n_weights // self.hidden
+        total = None
+        for j in range(self.hidden):
+            # Units share the weights: those of the first are those of all.
+            own = [weight[0] for weight in weights[j * stride : (j + 1) * stride]]
+            drive = own[len(x)]
+            for w, x_i in zip(own, x, strict=False):
+                drive = drive + w * x_i
+            said = jnp.stack(own[len(x) + 1 :]) * jnp.tanh(drive)[None]
+            total = said if total is None else total + said
+        assert total is not None  # there is one neuron at least
+        return total.reshape(len(self.COMMANDS), self.limbs, *total.shape[1:])
+
+    def __call__(self, weights: Sequence[jax.Array], signals: Signals) -> jax.Array:
+        """The forces [N], [limbs, lanes]."""
+        return self.outputs(weights, signals)[0]
+
+
+@dataclass(frozen=True)
+class WholeBodyFoot(WholeBody):
+    """The same for legs whose feet are commanded to places.
+
+    Args:
+        reach_m: by what the outputs are multiplied [m], as of a `LearnedFoot`.
+
+    Raises:
+        TegotaeError: for what a `WholeBody` refuses, or a reach that is not positive.
+    """
+
+    COMMANDS = FOOT
+
+    reach_m: float = 0.1
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        require_finite("reach_m", self.reach_m, above=0.0)
+
+    def __call__(self, weights: Sequence[jax.Array], signals: Signals) -> jax.Array:
+        """Forward and up [m], [2, limbs, lanes]."""
+        return self.reach_m * self.outputs(weights, signals)
+
+
+def _as_read(names: tuple[str, ...]) -> tuple[str, ...]:
+    """The phase as its sine and cosine."""
+    found: list[str] = []
+    for name in names:
+        found += ["sin_phase", "cos_phase"] if name == PHASE else [name]
+    return tuple(found)

@@ -1,0 +1,89 @@
+"""Names of weights: what each trained number of a controller is, as in its file and in C."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from tegotae._support.documents import DamagedDocumentError
+
+WeightName = tuple[str | int, ...]
+"""Where a weight stands: names, and numbers from 0 on, such as ("neuron", 2, "bias")."""
+
+
+def numbered(count: int) -> tuple[WeightName, ...]:
+    """Names for weights that have none: ("weight", 0), ("weight", 1) ..."""
+    return tuple(("weight", i) for i in range(count))
+
+
+def inside(outer: WeightName, paths: Sequence[WeightName]) -> tuple[WeightName, ...]:
+    """The same paths within another one."""
+    return tuple((*outer, *path) for path in paths)
+
+
+def nested(paths: Sequence[WeightName], values: Sequence[Any]) -> Any:
+    """The values as objects and lists within each other.
+
+    Example:
+        >>> nested([("gain", "sigma"), ("neuron", 0), ("neuron", 1)], [2.0, 0.5, 0.25])
+        {'gain': {'sigma': 2.0}, 'neuron': [0.5, 0.25]}
+    """
+    tree: Any = {}
+    for path, value in zip(paths, values, strict=True):
+        at = tree
+        for step in path[:-1]:
+            at = at.setdefault(step, {})
+        at[path[-1]] = value
+    return _with_lists(tree)
+
+
+def _with_lists(tree: Any) -> Any:
+    if not isinstance(tree, dict):
+        return tree
+    entries = {step: _with_lists(entry) for step, entry in tree.items()}
+    return list(entries.values()) if entries and all(isinstance(x, int) for x in tree) else entries
+
+
+def flat(paths: Sequence[WeightName], tree: Any) -> list[Any]:
+    """What `nested` made, as the values in the order of the paths.
+
+    Raises:
+        DamagedDocumentError: if one is missing, or there are others.
+
+    Example:
+        >>> flat([("gain", "sigma"), ("neuron", 0)], {"neuron": [0.5], "gain": {"sigma": 2.0}})
+        [2.0, 0.5]
+        >>> flat([("gain", "sigma")], {"gain": {}})
+        Traceback (most recent call last):
+        tegotae._support.documents.DamagedDocumentError: its weights lack gain.sigma
+    """
+    entries = dict(_entries(tree, ()))
+    for path in paths:
+        if path not in entries:
+            raise DamagedDocumentError(f"its weights lack {spelled(path)}")
+    own = set(paths)
+    for path in entries:
+        if path not in own:
+            raise DamagedDocumentError(
+                f"its weights have {spelled(path)}, which the controller has not"
+            )
+    return [entries[path] for path in paths]
+
+
+def _entries(tree: Any, path: WeightName) -> list[tuple[WeightName, Any]]:
+    if isinstance(tree, Mapping):
+        return [each for name, inner in tree.items() for each in _entries(inner, (*path, name))]
+    if isinstance(tree, list):
+        return [each for i, inner in enumerate(tree) for each in _entries(inner, (*path, i))]
+    return [(path, tree)]
+
+
+def spelled(path: WeightName) -> str:
+    """A path as people and C write it.
+
+    Example:
+        >>> spelled(("gain", "neuron", 2, "bias"))
+        'gain.neuron[2].bias'
+    """
+    text = "".join(f"[{step}]" if isinstance(step, int) else f".{step}" for step in path)
+    return text.removeprefix(".")

@@ -1,0 +1,165 @@
+"""The contract of an oscillator."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from tegotae._support.devices import set_up
+from tegotae._support.errors import TegotaeError
+from tegotae.parts.maths import TWO_PI
+from tegotae.parts.oscillators import Oscillator
+from tegotae.simulation.checks import probing
+from tegotae.simulation.integrators.base import held
+
+_TICK_S = 0.002
+_LARGEST_STEP_RAD = 1.0
+
+
+def check_oscillator(oscillator: Oscillator) -> None:
+    """Try the contract of `tegotae.parts.oscillators.Oscillator` on a few lanes.
+
+    Checked are: a frozen, hashable dataclass; states of one form, shape and type, in float32 and
+    float64, in which no lane depends on another; a rate for every entry of the state; signals that
+    are what `SIGNALS` names; weights of the number that it says. With a phase: `start`, `phase` and
+    `sin_cos` that agree; and, over two turns, a phase that is in [0, 2π) after `settle` and does
+    not jump within a tick.
+
+    Raises:
+        TegotaeError: for the first breach, with what would be right.
+
+    Example:
+        >>> from tegotae.parts.oscillators import PhaseOscillator
+        >>> check_oscillator(PhaseOscillator())
+    """
+    set_up()
+    name = probing.require_part(oscillator, Oscillator)
+    probing.require_hashable(name, oscillator)
+    probing.require_names(f"{name}.SIGNALS", oscillator.SIGNALS)
+    for dtype in probing.DTYPES:
+        with jax.enable_x64(dtype == "float64"):
+            _check_methods(name, oscillator, dtype)
+            if oscillator.has_phase:
+                _check_phase(name, oscillator, dtype)
+    if oscillator.has_phase:
+        _check_turns(name, oscillator)
+
+
+def _weights(name: str, oscillator: Oscillator, dtype: str) -> tuple[jax.Array, ...]:
+    """Some weights of the oscillator, each like the lanes."""
+    first = probing.attempt(f"{name}.initial", oscillator.initial, jax.random.key(0))
+    if np.shape(first) != (oscillator.n_weights,):
+        raise TegotaeError(
+            f"{name}.initial has shape {np.shape(first)}; n_weights says ({oscillator.n_weights},)"
+        )
+    ones = jnp.ones((probing.LANES,), dtype)
+    return tuple(jnp.asarray(w, dtype) * ones for w in first)
+
+
+def _rate_of(name: str, oscillator: Oscillator, dtype: str) -> Callable:
+    """Its rate as the integrators call it: with weights if it has some."""
+    weights = _weights(name, oscillator, dtype)
+    given = (weights,) if weights else ()
+    return lambda state, omega, feedback: oscillator.rate(state, omega, feedback, *given)
+
+
+def _check_methods(name: str, oscillator: Oscillator, dtype: str) -> None:
+    phase = probing.lanes_of(dtype, 0.1, TWO_PI - 0.1, 0)
+    omega = probing.lanes_of(dtype, 4.0, 8.0, 1)
+    feedback = probing.lanes_of(dtype, -3.0, 3.0, 2)
+
+    state = probing.attempt(f"{name}.start", oscillator.start, phase)
+    if not jax.tree.leaves(state) or isinstance(state, jax.Array):
+        raise TegotaeError(
+            f"{name}.start returns {state!r:.60}; it must return a tuple, such as (phase,), or "
+            "another pytree of arrays"
+        )
+    probing.require_arrays(f"{name}.start", state, dtype)
+
+    rate_of = _rate_of(name, oscillator, dtype)
+    rate = probing.attempt(f"{name}.rate", rate_of, state, omega, feedback)
+    entries, derivatives = len(jax.tree.leaves(state)), len(jax.tree.leaves(rate))
+    if entries != derivatives or isinstance(rate, jax.Array):
+        found = type(rate).__name__ if isinstance(rate, jax.Array) else derivatives
+        raise TegotaeError(
+            f"{name}.rate returns {found}; "
+            f"it must return a tuple of {entries}: one derivative for each entry of the state"
+        )
+    probing.require_arrays(f"{name}.rate", rate, dtype)
+
+    settled = probing.attempt(f"{name}.settle", oscillator.settle, state)
+    probing.same_structure(f"{name}.settle", settled, state)
+    probing.require_arrays(f"{name}.settle", settled, dtype)
+
+    told = probing.attempt(f"{name}.signals", oscillator.signals, state)
+    if set(told) != set(oscillator.SIGNALS):
+        raise TegotaeError(
+            f"{name}.signals gives {', '.join(sorted(told))}; SIGNALS names "
+            f"{', '.join(sorted(oscillator.SIGNALS))}: they must be the same"
+        )
+    probing.require_arrays(f"{name}.signals", tuple(told.values()), dtype)
+
+    probing.require_independent(f"{name}.start", oscillator.start, phase)
+    probing.require_independent(f"{name}.rate", rate_of, state, omega, feedback)
+    probing.require_independent(f"{name}.settle", oscillator.settle, state)
+    probing.require_independent(
+        f"{name}.signals", lambda s: tuple(oscillator.signals(s).values()), state
+    )
+
+
+def _check_phase(name: str, oscillator: Oscillator, dtype: str) -> None:
+    phase = probing.lanes_of(dtype, 0.1, TWO_PI - 0.1, 0)
+    state = oscillator.start(phase)
+    told = probing.attempt(f"{name}.phase", oscillator.phase, state)
+    probing.require_arrays(f"{name}.phase", told, dtype)
+    _require_close(f"{name}.phase of {name}.start(φ)", told, phase, "φ")
+
+    sin_cos = probing.attempt(f"{name}.sin_cos", oscillator.sin_cos, state)
+    if not isinstance(sin_cos, tuple) or len(sin_cos) != 2:
+        raise TegotaeError(f"{name}.sin_cos must return a pair (sine, cosine) of the phase")
+    probing.require_arrays(f"{name}.sin_cos", sin_cos, dtype)
+    _require_close(f"the sine of {name}.sin_cos", sin_cos[0], jnp.sin(told), "sin of its phase")
+    _require_close(f"the cosine of {name}.sin_cos", sin_cos[1], jnp.cos(told), "cos of its phase")
+    for method in ("phase", "sin_cos"):
+        probing.require_independent(f"{name}.{method}", getattr(oscillator, method), state)
+
+
+def _require_close(what: str, value: Any, expected: Any, meaning: str) -> None:
+    if not np.allclose(value, expected, atol=1e-4):
+        raise TegotaeError(
+            f"{what} is {probing.listed(value)}; it must be {meaning}, {probing.listed(expected)}"
+        )
+
+
+def _check_turns(name: str, oscillator: Oscillator) -> None:
+    omega = probing.lanes_of("float32", 4.0, 8.0, 3)
+    rate_of = _rate_of(name, oscillator, "float32")
+    state = oscillator.settle(oscillator.start(jnp.zeros_like(omega)))
+    ticks = round(2.0 * TWO_PI / 4.0 / _TICK_S)
+
+    def tick(state: Any, _: Any) -> Any:
+        ahead = held(state, rate_of(state, omega, jnp.zeros_like(omega)), _TICK_S)
+        settled = oscillator.settle(ahead)
+        return settled, (
+            oscillator.phase(ahead) - oscillator.phase(state),
+            oscillator.phase(settled),
+        )
+
+    def turn(state: Any) -> Any:
+        return jax.lax.scan(tick, state, None, length=ticks)[1]
+
+    steps, phases = probing.attempt(f"{name} over two turns", turn, state)
+    if float(jnp.abs(steps).max()) > _LARGEST_STEP_RAD:
+        raise TegotaeError(
+            f"{name}.phase jumps by {float(jnp.abs(steps).max()):.3g} rad within a tick of "
+            f"{_TICK_S:g} s; keep the phase as an entry of the state, and wrap it in `settle` only"
+        )
+    if not bool(((phases >= 0.0) & (phases < TWO_PI)).all()):
+        raise TegotaeError(
+            f"{name}.phase leaves [0, 2π) after `settle`: {float(phases.min()):.4g} ... "
+            f"{float(phases.max()):.4g}; wrap it there with tegotae.parts.maths.wrap_phase"
+        )

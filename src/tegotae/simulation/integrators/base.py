@@ -1,0 +1,196 @@
+"""What an integrator is: one control tick of controller and body together."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+
+from tegotae.parts.bodies import (
+    Body,
+    Contact,
+    Push,
+    for_limbs,
+)
+from tegotae.parts.controller import Controller, Weights
+from tegotae.parts.terms.base import Signals
+
+
+class Drive(NamedTuple):
+    """What the controller says at one instant; arrays [(limbs,) lanes]."""
+
+    feedback: jax.Array
+    """Tegotae feedback f [rad/s]."""
+    command: jax.Array
+    """What the actuation commands: an actuator's force [N] in [0, α], without any phase sector; or
+    places of the foot [m], [commands, limbs, lanes] (`Body.COMMANDS`)."""
+    rate: Any
+    """Time derivative of the oscillator's state."""
+
+
+class Moment(NamedTuple):
+    """Where a rollout is: all that one tick hands to the next."""
+
+    body: Any
+    oscillator: Any
+    drive: Drive
+    earlier: Drive
+
+
+class Integrator(ABC):
+    """Advances controller and body by one control tick; a frozen dataclass, elementwise."""
+
+    @abstractmethod
+    def tick(
+        self,
+        controller: Controller,
+        body: Body,
+        weights: Weights,
+        omega: jax.Array,
+        moment: Moment,
+        ground_m: jax.Array,
+        tick_s: jax.Array,
+    ) -> tuple[Moment, Contact, Push]:
+        """The moment one tick on, what the body did, and the actuators' push on it.
+
+        `weights` and `omega` have been spread over the limbs (`Controller.spread`).
+        """
+
+
+def signals(
+    controller: Controller, body: Body, body_state: Any, oscillator: Any, ground_m: jax.Array
+) -> Signals:
+    """What the feedback terms may read: the body's senses and the oscillator's signals."""
+    sensation = body.sense(body_state, ground_m)
+    values = {name: to_units(controller, x) for name, x in sensation.values.items()}
+    return with_rhythm(controller, Signals(values, dict(sensation.scales)), oscillator)
+
+
+def with_rhythm(controller: Controller, sensed: Signals, oscillator: Any) -> Signals:
+    """What is sensed, and the signals of the oscillator, if there is one."""
+    if controller.oscillator is None:
+        return sensed
+    return sensed.adding(**controller.oscillator.signals(oscillator))
+
+
+def decide(
+    controller: Controller,
+    weights: Weights,
+    omega: jax.Array,
+    heard: Signals,
+    oscillator: Any,
+    max_force_n: Any,
+    *,
+    rate_scale: Any = None,
+    added: Any = None,
+) -> Drive:
+    """Evaluate the controller once.
+
+    Args:
+        controller: what decides.
+        weights: spread over the limbs.
+        omega: ω [rad/s], spread over the limbs.
+        heard: all that its terms may read (`signals`).
+        oscillator: the oscillators' state.
+        max_force_n: α [N].
+        rate_scale: what makes the feedback dimensionless for a learned actuation [rad/s].
+        added: feedback from elsewhere, such as an agent [rad/s].
+    """
+    feedback = controller.feedback(weights, heard)
+    if added is not None:
+        feedback = feedback + added
+    everything = heard.adding(scale=rate_scale, feedback=feedback)
+    command = controller.command(weights, everything, max_force_n)
+    return Drive(feedback, command, controller.rate(weights, oscillator, omega, feedback, heard))
+
+
+def drive(
+    controller: Controller,
+    body: Body,
+    weights: Weights,
+    omega: jax.Array,
+    body_state: Any,
+    oscillator: Any,
+    ground_m: jax.Array,
+) -> Drive:
+    """What the controller says to a body in this state."""
+    heard = signals(controller, body, body_state, oscillator, ground_m)
+    return decide(
+        controller,
+        weights,
+        omega,
+        heard,
+        oscillator,
+        largest_force(body),
+        rate_scale=body.rate_scale,
+    )
+
+
+def largest_force(body: Body) -> Any:
+    """α [N], with an axis of the limbs if there are several and it differs from lane to lane."""
+    return body.max_force_n if body.limbs == 1 else for_limbs(body.max_force_n)
+
+
+def moved(state: Any, step: Any, *rates: Any) -> Any:
+    """The state after a step, `x + step(rates)`, leaf by leaf."""
+    leaves, structure = jax.tree.flatten(state)
+    columns = [jax.tree.leaves(rate) for rate in rates]
+    ahead = [x + step(*of_leaf) for x, *of_leaf in zip(leaves, *columns, strict=True)]
+    return jax.tree.unflatten(structure, ahead)
+
+
+def held(state: Any, rate: Any, tick_s: Any) -> Any:
+    """An oscillator's state after a tick at a held rate."""
+    return moved(state, lambda x: tick_s * x, rate)
+
+
+def settled(controller: Controller, oscillator: Any) -> Any:
+    """An oscillator's state as it is kept between ticks."""
+    return oscillator if controller.oscillator is None else controller.oscillator.settle(oscillator)
+
+
+def phase_of(controller: Controller, oscillator: Any, like: jax.Array) -> jax.Array:
+    """The oscillators' phase [rad]; zero without one."""
+    if controller.oscillator is None or not controller.oscillator.has_phase:
+        return jnp.zeros_like(like)
+    return controller.oscillator.phase(oscillator)
+
+
+def push(
+    controller: Controller,
+    max_force_n: Any,
+    command: jax.Array,
+    phase_start: jax.Array,
+    phase_end: jax.Array,
+    omega: jax.Array,
+) -> Push:
+    """The command along a phase path: full force inside the sector, if any, else what it is.
+
+    Its rise gives the switched part its first moment in time, so that a sector that begins or ends
+    inside a tick also displaces the body as it should.
+    """
+    sector = controller.actuation.full_force(phase_start, phase_end, omega)
+    if sector is None:
+        return Push(command)
+    share, centre = sector
+    switched = share * (max_force_n - command)
+    return Push(command + switched, 12.0 * switched * (centre - 0.5))
+
+
+def to_units(controller: Controller, of_limbs: Any) -> Any:
+    """What belongs to the body's limbs in the order of the units that feel them."""
+    if controller.wiring is None:
+        return of_limbs
+    return jnp.stack([of_limbs[limb] for limb in controller.wiring])
+
+
+def to_limbs(controller: Controller, of_units: Push) -> Push:
+    """The units' pushes in the order of the body's limbs."""
+    if controller.wiring is None:
+        return of_units
+    order = [controller.wiring.index(limb) for limb in range(controller.limbs)]
+    rise = jnp.broadcast_to(jnp.asarray(of_units.rise_n), of_units.mean_n.shape)
+    # A command of several numbers has their axis before that of the limbs.
+    return Push(*(x[..., jnp.asarray(order), :] for x in (of_units.mean_n, rise)))

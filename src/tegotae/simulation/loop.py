@@ -1,0 +1,199 @@
+"""The closed loop of controller, body and world, and its one control tick."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+
+from tegotae._support.errors import TegotaeError
+from tegotae.parts.bodies import Body, Contact
+from tegotae.parts.controller import Controller, Weights
+from tegotae.simulation.integrators import Integrator, Moment
+from tegotae.simulation.integrators.base import drive, phase_of, settled
+from tegotae.simulation.world import Scenario, ground_m, met_by
+
+
+class Lane(NamedTuple):
+    """Where a lane is: what one control tick hands to the next."""
+
+    moment: Moment
+    """State of body and oscillators, and what the controller last said."""
+    force_n: jax.Array
+    """Mean actuator force over the last tick [N], zero in flight; [(limbs,) lanes]."""
+    failed: jax.Array
+    """Whether the lane has failed; it then stands still. [lanes]"""
+
+
+class Tick(NamedTuple):
+    """What a control tick brought: all that channels and rewards are made of."""
+
+    number: jax.Array
+    """Its number, from 0 on."""
+    tick_s: jax.Array
+    """Its duration [s]."""
+    sound: jax.Array
+    """Whether the lane has not failed, [lanes]."""
+    body: Body
+    """The body as it is during the tick."""
+    contact: Contact
+    """What the body did."""
+    force_n: jax.Array
+    """Mean actuator force, zero in flight [N], [(limbs,) lanes]."""
+    phase_rad: jax.Array
+    """Phase at its start [rad], [(limbs,) lanes]."""
+    travel_rad: jax.Array
+    """How far the phase moves [rad], [(limbs,) lanes]."""
+    end: Moment
+    """State at its end, of a lane that did not fail."""
+    ground_m: jax.Array
+    """Height of the ground [m], [lanes]."""
+
+
+@dataclass(frozen=True)
+class ClosedLoop:
+    """Controller and body under an integrator, and the one control tick that there is.
+
+    Rollouts, environments and benchmarks all advance by `tick`. Weights and frequency are spread
+    over the limbs once (`spread`), before the first tick.
+
+    Args:
+        controller: what drives the body.
+        integrator: how both advance by a tick.
+    """
+
+    controller: Controller
+    integrator: Integrator
+
+    def spread(self, weights: Weights, scenario: Scenario) -> tuple[Weights, Scenario]:
+        """Weights, frequency and phase limb by limb: [(limbs,) lanes]."""
+        shape = (*self.controller.limb_shape, *jnp.shape(scenario.height_m))
+
+        def per_limb(x: jax.Array) -> jax.Array:
+            return jnp.broadcast_to(x, shape)
+
+        scenario = scenario._replace(
+            omega=per_limb(scenario.omega),
+            phase_rad=per_limb(scenario.phase_rad),
+            rhythm={name: per_limb(x) for name, x in dict(scenario.rhythm).items()},
+        )
+        return self.controller.spread(weights), scenario
+
+    def meets(
+        self, body: Body, scenario: Scenario, index: jax.Array, tick_s: jax.Array
+    ) -> tuple[Body, jax.Array]:
+        """Body and frequency as they are during a tick (`Scenario.changes`)."""
+        return met_by(body, scenario.omega, dict(scenario.changes), index, tick_s)
+
+    def start(self, weights: Weights, body: Body, scenario: Scenario, tick_s: jax.Array) -> Lane:
+        """The lane at its release."""
+        controller = self.controller
+        body, omega = self.meets(body, scenario, jnp.asarray(0), tick_s)
+        state = body.release(scenario.height_m, scenario.velocity_m_per_s, **dict(scenario.posture))
+        oscillator = (
+            ()
+            if controller.oscillator is None
+            else controller.oscillator.start(scenario.phase_rad, **dict(scenario.rhythm))
+        )
+        ground = ground_m(scenario, jnp.asarray(0), tick_s)
+        said = drive(controller, body, weights, omega, state, oscillator, ground)
+        state = body.commanded(state, said.command)
+        said = drive(controller, body, weights, omega, state, oscillator, ground)
+        failed = ~jnp.isfinite(
+            scenario.height_m
+            + scenario.velocity_m_per_s
+            + over_limbs(jnp.sum, scenario.omega, body)
+        )
+        return Lane(Moment(state, oscillator, said, said), jnp.zeros_like(scenario.omega), failed)
+
+    def tick(
+        self,
+        weights: Weights,
+        body: Body,
+        scenario: Scenario,
+        lane: Lane,
+        index: jax.Array,
+        tick_s: jax.Array,
+    ) -> tuple[Lane, Tick]:
+        """One control tick: the lane after it, and what it brought.
+
+        A lane that fails stands still from its last sound tick on; `keep` holds for its totals.
+
+        Args:
+            weights: spread over the limbs.
+            body: the body.
+            scenario: spread over the limbs.
+            lane: where the lane is.
+            index: the tick's number.
+            tick_s: the control period [s].
+        """
+        controller = self.controller
+        ground = ground_m(scenario, index, tick_s)
+        body, omega = self.meets(body, scenario, index, tick_s)
+        moment, contact, push = self.integrator.tick(
+            controller, body, weights, omega, lane.moment, ground, tick_s
+        )
+        phase = phase_of(controller, lane.moment.oscillator, lane.force_n)
+        travel = phase_of(controller, moment.oscillator, lane.force_n) - phase
+        moment = moment._replace(oscillator=settled(controller, moment.oscillator))
+        sound = ~lane.failed & ~body.failed(moment.body, ground)
+        sound &= jnp.isfinite(body.height(moment.body))
+        sound &= over_limbs(jnp.all, jnp.isfinite(travel), body)
+        force = push.mean_n * contact.stance_share if contact.force_n is None else contact.force_n
+        advanced = Lane(moment, force, lane.failed)
+        kept = jax.tree.map(lambda new, old: keep(sound, new, old), advanced, lane)
+        brought = Tick(index, tick_s, sound, body, contact, force, phase, travel, moment, ground)
+        return kept._replace(failed=~sound), brought
+
+
+def keep(sound: jax.Array, new: jax.Array, old: jax.Array) -> jax.Array:
+    """The new value in sound lanes, the old one in others; with or without a limb axis."""
+    return jnp.where(jnp.broadcast_to(sound, jnp.shape(new)), new, old)
+
+
+def over_limbs(reduce: Callable[..., jax.Array], x: jax.Array, body: Body) -> jax.Array:
+    """What the limbs of a lane make together, such as their sum; `x` itself of a single limb."""
+    return x if body.limbs == 1 else reduce(x, axis=0)
+
+
+def check_senses(controller: Controller, body: Body) -> None:
+    """Raise `TegotaeError` if controller and body do not go together.
+
+    That is: if they differ in their limbs or in what is commanded, a term or coupling reads a
+    signal that nothing provides, or an actuation needs a phase that the oscillator has not.
+    """
+    if controller.limbs != body.limbs:
+        raise TegotaeError(
+            f"the controller drives {controller.limbs} limbs, and a {type(body).__name__} has "
+            f"{body.limbs}; each limb needs one unit"
+        )
+    commands = controller.actuation.COMMANDS
+    if commands != body.COMMANDS:
+        raise TegotaeError(
+            f"{type(controller.actuation).__name__} commands {' and '.join(commands)}, and a "
+            f"{type(body).__name__} takes {' and '.join(body.COMMANDS)}"
+        )
+    oscillator = controller.oscillator
+    rhythm = set() if oscillator is None else set(oscillator.SIGNALS)
+    known = set(body.SENSES) | rhythm
+    reads = {f"{role} term": term.reads for role, term in controller.terms.items()}
+    if controller.coupling is not None:
+        reads["coupling"] = controller.coupling.READS
+    for reader, names in reads.items():
+        available = known | ({"feedback"} if reader == "actuation term" else set())
+        for name in names:
+            if name not in available:
+                raise TegotaeError(
+                    f"the {reader} reads {name!r}, which nothing provides; "
+                    f"known here: {', '.join(sorted(available))}"
+                )
+    if controller.actuation.needs_phase and (oscillator is None or not oscillator.has_phase):
+        what = (
+            "no oscillator" if oscillator is None else f"{type(oscillator).__name__}, without one"
+        )
+        raise TegotaeError(
+            f"{type(controller.actuation).__name__} needs a phase, and the controller has {what}"
+        )

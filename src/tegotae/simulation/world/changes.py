@@ -1,0 +1,128 @@
+"""What is otherwise than said, for a lane: a field of the body, or the frequency, from when on."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from typing import Any, NamedTuple, TypeVar
+
+import jax
+import jax.numpy as jnp
+
+from tegotae.parts.parameters import changed
+
+T = TypeVar("T")
+
+OMEGA = "omega"
+"""The name of a change of the frequency, which is no field of the body."""
+GROUND = "ground_m"
+"""The name of a change of the ground's height, which is none either."""
+
+
+class Step(NamedTuple):
+    """Another value for a time: a lost leg, a push, a load; a square pulse.
+
+    Each entry a number, or an array of shape [lanes]; `value` may be [limbs, lanes], if it belongs
+    to the limbs. A time counts from the first control tick that does not begin earlier.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> heavier = Step(0.13, from_s=10.0)
+        >>> [float(heavier.at(jnp.asarray(t), 0.1, 1.0)) for t in (9, 10)]  # at ticks of 1 s
+        [0.10000000149011612, 0.12999999523162842]
+    """
+
+    value: Any
+    """What it is meanwhile."""
+    from_s: Any = 0.0
+    """From when on [s]."""
+    until_s: Any = math.inf
+    """Until when [s]."""
+
+    def at(self, tick: jax.Array, usual: Any, tick_s: Any) -> jax.Array:
+        """The value during a control tick, given the usual one."""
+        begun = _reached(self.from_s, tick, tick_s) & ~_reached(self.until_s, tick, tick_s)
+        return jnp.where(begun, self.value, usual)
+
+
+class Staircase(NamedTuple):
+    """A value that rises by a step, or falls, again and again.
+
+    After n dwells the value is the usual one plus n steps, and after `levels` of them in all it
+    stays. Each entry a number, or an array of shape [lanes].
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> stairs = Staircase(step=0.5, dwell_s=10.0, levels=3)
+        >>> [float(stairs.at(jnp.asarray(t), 2.0, 1.0)) for t in (9, 10, 25, 99)]
+        [2.0, 2.5, 3.0, 3.0]
+    """
+
+    step: Any
+    """How much it rises at once."""
+    dwell_s: Any
+    """How long a level lasts [s]."""
+    levels: Any = math.inf
+    """How many levels there are, the first included."""
+
+    def at(self, tick: jax.Array, usual: Any, tick_s: Any) -> jax.Array:
+        """The value during a control tick, given the usual one."""
+        dwell = jnp.round(self.dwell_s / tick_s)
+        level = jnp.minimum(jnp.floor(tick.astype(dwell.dtype) / dwell), self.levels - 1.0)
+        rise = level * self.step
+        shape = jnp.broadcast_shapes(jnp.shape(usual), jnp.shape(rise))
+        return jnp.broadcast_to(usual, shape) + jnp.broadcast_to(rise, shape)
+
+
+Change = Step | Staircase
+"""How a value changes during a run."""
+
+
+def _reached(time_s: Any, tick: jax.Array, tick_s: Any) -> jax.Array:
+    # Late times are whole ticks only to within the digits of float32.
+    exact = time_s / tick_s
+    first = jnp.ceil(exact - 1e-3 - 3e-7 * jnp.where(jnp.isfinite(exact), exact, 0.0))
+    return tick.astype(first.dtype) >= first
+
+
+def met_by(
+    body: T, omega: Any, changes: Mapping[str, Any], tick: jax.Array, tick_s: Any
+) -> tuple[T, Any]:
+    """Body and frequency during a control tick.
+
+    Args:
+        body: the body as it usually is.
+        omega: ω [rad/s].
+        changes: what changes, by the name of a field ("mass_kg", "terrain.rise_m") or "omega".
+        tick: the tick's number.
+        tick_s: the control period [s].
+    """
+    for name, change in changes.items():
+        if name == OMEGA:
+            omega = change.at(tick, omega, tick_s)
+        elif name != GROUND:
+            body = changed(body, name, lambda usual, c=change: c.at(tick, _stacked(usual), tick_s))
+    return body, omega
+
+
+def whole_run(body: T, changes: Mapping[str, Any]) -> tuple[T, dict[str, Any]]:
+    """The body with what holds for the whole run, and the changes that are left."""
+    left = {}
+    for name, change in changes.items():
+        if isinstance(change, (Step, Staircase)):
+            left[name] = change
+        else:
+            body = changed(body, name, lambda _, value=change: value)
+    return body, left
+
+
+def map_change(function: Callable[[Any], Any], change: Any) -> Any:
+    """A change with a function applied to its entries; to the value, where it is no more."""
+    if isinstance(change, (Step, Staircase)):
+        return type(change)(*map(function, change))
+    return function(change)
+
+
+def _stacked(usual: Any) -> Any:
+    """A field of the limbs as an array, [limbs, 1]; what is one already as it is."""
+    return jnp.stack([jnp.asarray(x) for x in usual])[:, None] if type(usual) is tuple else usual

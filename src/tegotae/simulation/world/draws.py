@@ -1,0 +1,206 @@
+"""Scenarios made of drawn conditions: lanes that differ in what they meet."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from tegotae._support.errors import TegotaeError, unknown
+from tegotae.parts.bodies import Body
+from tegotae.parts.fields import (
+    INNER,
+    number_of,
+    path_of,
+    paths_of,
+    with_fields,
+)
+from tegotae.parts.oscillators import Oscillator
+from tegotae.simulation.world.changes import OMEGA, Step
+from tegotae.simulation.world.checks import check_changes, check_posture, check_rhythm
+from tegotae.simulation.world.conditions import Condition
+from tegotae.simulation.world.scenario import Scenario
+
+MOST_CORNERS = 4096
+"""Combinations of extremes that are tried: those of twelve conditions of two each."""
+
+_ENTRIES = ("omega", "height_m", "velocity_m_per_s", "phase_rad", "drop_m", "drop_time_s")
+"""Entries of a scenario that a condition may be about."""
+
+
+def draw(
+    conditions: Sequence[Condition], body: Body, count: int, key: Sequence[int]
+) -> dict[str, np.ndarray]:
+    """So many draws of every condition by name, [count] or [limbs, count].
+
+    Drawn by Latin hypercube: of `count` equal shares of a condition each is met once, the
+    conditions independent of each other. A mean over few draws then spreads less than over as many
+    independent ones.
+
+    Args:
+        conditions: what is drawn.
+        body: which decides what belongs to its limbs.
+        count: how many draws.
+        key: whole numbers from 0 on; the same give the same draws.
+
+    Source: M. D. McKay, R. J. Beckman, W. J. Conover, Technometrics 21 (1979) 239-245.
+
+    Example:
+        >>> from tegotae.parts.bodies import Hopper
+        >>> from tegotae.simulation.world import Uniform
+        >>> drawn = draw([Uniform("mass_kg", low=0.0, high=4.0)], Hopper(), 4, (0, 1))
+        >>> sorted(drawn["mass_kg"].astype(int).tolist())
+        [0, 1, 2, 3]
+    """
+    random = np.random.default_rng(list(key))
+    found = {}
+    for condition in conditions:
+        # What has its values limb by limb already is drawn as a whole.
+        whole = np.ndim(condition.extremes[0]) > 0 or not _of_limbs(condition.name, body)
+        rows = 1 if whole else body.limbs
+        slot = random.permuted(np.tile(np.arange(count), (rows, 1)), axis=1)
+        share = (slot + random.random((rows, count))) / count
+        found[condition.name] = condition.at(share[0] if whole else share)
+    return found
+
+
+def met(
+    conditions: Sequence[Condition], values: Mapping[str, Any], scenario: Scenario, body: Body
+) -> Scenario:
+    """The scenario in which each condition has these values.
+
+    Args:
+        conditions: what is met.
+        values: numbers, [lanes] or [limbs, lanes] by the names of the conditions.
+        scenario: as it is otherwise.
+        body: which decides what is a posture of its release.
+    """
+    if not conditions:
+        return scenario
+    entries: dict[str, Any] = {}
+    posture, changes = dict(scenario.posture), dict(scenario.changes)
+    for condition in conditions:
+        name, value = condition.name, values[condition.name]
+        if name == "drop_m" and condition.from_s > 0.0:
+            entries["drop_time_s"] = condition.from_s
+        if name in _ENTRIES and (condition.lasts or name != OMEGA):
+            entries[name] = value
+        elif name in body.postures:
+            posture[name] = value
+        elif condition.lasts:
+            changes[path_of(body, name)] = value
+        else:
+            until_s = np.inf if condition.until_s is None else condition.until_s
+            changes[path_of(body, name)] = Step(value, condition.from_s, until_s)
+    return scenario._replace(**entries, posture=posture or (), changes=changes or ())
+
+
+def check_conditions(
+    conditions: Sequence[Condition],
+    scenario: Scenario,
+    body: Body,
+    oscillator: Oscillator | None,
+    tick_s: float,
+    duration_s: float,
+) -> None:
+    """Raise `TegotaeError` for a condition that nobody has, or extremes that make no body.
+
+    Every combination of the extremes is made once, so that the body itself says what it refuses.
+    """
+    names = [condition.name for condition in conditions]
+    for condition in conditions:
+        _check_name(condition, names, body, oscillator)
+    if conditions:
+        corners = _corners(conditions, scenario, body)
+        check_posture(body, corners)
+        check_changes(body, corners, tick_s, duration_s)
+        check_rhythm(oscillator, corners, tick_s, duration_s)
+
+
+def check_releases(conditions: Sequence[Condition], scenario: Scenario, body: Body) -> None:
+    """Raise `TegotaeError` if under some combination of the extremes the body can never hop."""
+    lasting = [condition for condition in conditions if condition.lasts]
+    for values in _combinations(lasting):
+        fields = {n: x for n, x in values.items() if n not in _ENTRIES and n not in body.postures}
+        height = values.get("height_m", scenario.height_m)
+        try:
+            with_fields(body, fields).check_release(float(height))
+        except TegotaeError as error:
+            told = " and ".join(
+                f"{name} {value:g}" for name, value in values.items() if not np.ndim(value)
+            )
+            raise TegotaeError(f"with {told or 'these conditions'}, {error}") from None
+
+
+def _check_name(
+    condition: Condition, names: list[str], body: Body, oscillator: Oscillator | None
+) -> None:
+    name = condition.name
+    if names.count(name) > 1:
+        raise TegotaeError(f"{name} is varied {names.count(name)} times; give it one condition")
+    own_each = name == "phase_rad" or not (name in _ENTRIES or name in body.postures)
+    if np.ndim(condition.extremes[0]) > 0 and not own_each:
+        raise TegotaeError(
+            f"{name} is one number for all limbs; write its values without commas between them"
+        )
+    if name not in _ENTRIES and name not in body.postures:
+        outer = name.partition(".")[0]
+        own = [*paths_of(body), INNER, *body.postures, *_ENTRIES]
+        if outer not in own:
+            raise unknown(f"condition of a {type(body).__name__}", name, own)
+        number_of(body, name)
+    elif name == "drop_m":
+        if condition.from_s and "drop_time_s" in names:
+            raise TegotaeError(
+                f"the ground drops once, and has two times: drop_m from {condition.from_s:g} s on, "
+                "and drop_time_s; give it one"
+            )
+        if condition.until_s is not None or not (condition.from_s or "drop_time_s" in names):
+            raise TegotaeError(
+                "the ground drops once: give drop_m the time from which on it lies lower, such as "
+                "from_s=12, or vary drop_time_s, too"
+            )
+    elif name != OMEGA and not condition.lasts:
+        raise TegotaeError(
+            f"{name} is of the release, or a time itself; it cannot hold for a part of the episode"
+        )
+    if name == OMEGA:
+        if oscillator is None:
+            raise TegotaeError("omega is varied, and the controller has no oscillator to follow it")
+        if min(condition.extremes) <= 0.0:
+            raise TegotaeError(
+                f"omega is varied from {min(condition.extremes):g} on; it must be greater than 0"
+            )
+
+
+def _of_limbs(name: str, body: Body) -> bool:
+    """Whether each limb has one of its own."""
+    if name in _ENTRIES or name in body.postures:
+        return name == "phase_rad" and body.limbs > 1
+    return isinstance(number_of(body, name), tuple)
+
+
+def _combinations(conditions: Sequence[Condition]) -> list[dict[str, Any]]:
+    """Every combination of the extremes, by name."""
+    names = [condition.name for condition in conditions]
+    extremes = [condition.extremes for condition in conditions]
+    if (count := int(np.prod([len(each) for each in extremes], dtype=float))) > MOST_CORNERS:
+        raise TegotaeError(
+            f"{len(names)} conditions have {count} combinations of extremes; {MOST_CORNERS} are "
+            "the most that are looked at: vary fewer at once"
+        )
+    return [dict(zip(names, each, strict=True)) for each in itertools.product(*extremes)]
+
+
+def _corners(conditions: Sequence[Condition], scenario: Scenario, body: Body) -> Scenario:
+    """A scenario with a lane for every combination of the extremes."""
+    rows = _combinations(conditions)
+    values = {}
+    for condition in conditions:
+        column = np.array([row[condition.name] for row in rows], float)
+        if column.ndim == 1 and _of_limbs(condition.name, body):
+            column = np.repeat(column[:, None], body.limbs, axis=1)
+        values[condition.name] = column.T
+    return met(conditions, values, scenario, body)

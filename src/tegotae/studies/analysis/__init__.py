@@ -1,0 +1,41 @@
+"""Computations behind the figures: from a controller to arrays, without drawing."""
+
+from tegotae.studies.analysis.basin import Attractor, Basin, map_basin
+from tegotae.studies.analysis.gain_sweep import GainSweep, sweep_gain
+from tegotae.studies.analysis.locking import locking_ratios
+from tegotae.studies.analysis.orbit import NoLimitCycleError, Orbit, find_orbit
+from tegotae.studies.analysis.outcome import Outcome, OutcomeSummary
+from tegotae.studies.analysis.phase_response import PhaseResponse, measure_phase_response
+from tegotae.studies.analysis.poincare import Poincare, poincare_section, transient
+from tegotae.studies.analysis.portrait import Paths, paths_of
+from tegotae.studies.analysis.ridge import Ridge, find_ridge, one_to_one_ridge
+from tegotae.studies.analysis.surface import Surface, actuation_surface, sees_velocity
+from tegotae.studies.analysis.sweep import axis
+
+__all__ = [
+    "Attractor",
+    "Basin",
+    "GainSweep",
+    "NoLimitCycleError",
+    "Orbit",
+    "Outcome",
+    "OutcomeSummary",
+    "Paths",
+    "PhaseResponse",
+    "Poincare",
+    "Ridge",
+    "Surface",
+    "actuation_surface",
+    "axis",
+    "find_orbit",
+    "find_ridge",
+    "locking_ratios",
+    "map_basin",
+    "measure_phase_response",
+    "one_to_one_ridge",
+    "paths_of",
+    "poincare_section",
+    "sees_velocity",
+    "sweep_gain",
+    "transient",
+]

@@ -1,0 +1,150 @@
+"""The limit cycle that a controller settles on, as one turn of it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import jax
+import numpy as np
+
+from tegotae._support.errors import TegotaeError, require_finite
+from tegotae._support.limits import MOST_M
+from tegotae.measures.hopping.gait import LIMIT_CYCLE, REGIMES, GaitSummary
+from tegotae.measures.hopping.hopping import hops
+from tegotae.parts.bodies import require_one_limb
+from tegotae.simulation.rollout import Engine, Scenario, Timing
+from tegotae.systems.controller_file import SavedController
+
+ORBIT_AFTER_S = 60.0
+"""Simulated time in which a gait has to settle before its orbit is looked at [s]."""
+
+
+class NoLimitCycleError(TegotaeError):
+    """The controller does not settle on a limit cycle."""
+
+
+@dataclass(frozen=True)
+class Orbit:
+    """One turn of a limit cycle: k hops, from an apex to the k-th apex after it.
+
+    Samples are a control tick apart; the first lies at most a tick after the first apex.
+    """
+
+    hops: int
+    """Period k [hops]."""
+    period_s: float
+    """Period T [s]."""
+    apex_height_m: np.ndarray
+    """Heights of its apexes [m], shape [k]."""
+    apex_phase_rad: np.ndarray
+    """Phases at its apexes [rad], shape [k]; zero without an oscillator."""
+    time_s: np.ndarray
+    """Time since the first apex [s], shape [samples]."""
+    height_m: np.ndarray
+    """Height y [m], [samples]."""
+    velocity_m_per_s: np.ndarray
+    """Velocity ẏ [m/s], [samples]."""
+    phase_rad: np.ndarray
+    """Phase φ modulo 2π [rad], [samples]; zero without an oscillator."""
+    spring_force_n: np.ndarray
+    """Spring force F_k [N], [samples]."""
+    feedback_rad_per_s: np.ndarray
+    """Tegotae feedback f [rad/s], [samples]."""
+    actuator_force_n: np.ndarray
+    """Actuator force F_a [N], [samples]; zero in flight."""
+    apex_rhythm: dict[str, np.ndarray] = field(default_factory=dict)
+    """What else the oscillator's state is at its apexes, by name, each of shape [k]."""
+    rhythm: dict[str, np.ndarray] = field(default_factory=dict)
+    """What else the oscillator's state is, by name, each [samples]."""
+
+
+def require_enterable(saved: SavedController, what: str) -> None:
+    """Raise `TegotaeError` unless an orbit can be entered: all of its state is known.
+
+    An oscillator that does not name all of its state, or has no phase, would start off the cycle.
+    """
+    oscillator = saved.controller.oscillator
+    require_one_limb(saved.body, what)
+    if oscillator is not None and not oscillator.is_open:
+        why = "more state than it names in STATE" if oscillator.has_phase else "no phase"
+        raise TegotaeError(
+            f"{what} starts rollouts on the limit cycle, with the state that the oscillator has "
+            f"there; {type(oscillator).__name__} has {why}"
+        )
+
+
+def find_orbit(
+    saved: SavedController,
+    *,
+    height_m: float = 1.2,
+    phase_rad: float = 0.0,
+    settle_s: float = ORBIT_AFTER_S,
+    tick_s: float = 0.001,
+) -> Orbit:
+    """Release a controller's body, let it settle, and return its last limit cycle.
+
+    Args:
+        saved: the controller, its weights, frequency and body.
+        height_m: release height, at rest [m].
+        phase_rad: phase at release [rad].
+        settle_s: simulated time in which to settle [s].
+        tick_s: control period, and the time between samples [s].
+
+    Raises:
+        NoLimitCycleError: if it does not settle; says what it does instead.
+        TegotaeError: for a release that is not finite, or a body of several limbs.
+
+    Example:
+        >>> from tegotae import build
+        >>> saved = SavedController.of(build("V-reflex-w8"), np.array([2.0]), 8.0)
+        >>> found = find_orbit(saved)
+        >>> found.hops, round(found.period_s, 3)
+        (1, 0.846)
+    """
+    require_one_limb(saved.body, "a limit cycle's orbit")
+    require_finite("height", height_m, above=0.0, most=MOST_M)
+    require_finite("phase", phase_rad)
+    timing = Timing(duration_s=settle_s, tick_s=tick_s, frame_s=tick_s)
+    engine = Engine(controller=saved.controller, timing=timing, summary=_recorded)
+    scenario = Scenario.of(saved.omega, height_m=height_m, phase_rad=phase_rad)
+    recorded = engine.run(saved.weights, scenario, saved.body, dtype="float64")
+    lane, regime, period, table = jax.tree.map(lambda x: x[..., 0], recorded)
+    if regime != LIMIT_CYCLE:
+        raise NoLimitCycleError(
+            f"released from {height_m:g} m at phase {phase_rad:g} rad, the gait has no limit cycle "
+            f"after {settle_s:g} s: {REGIMES[regime]}"
+        )
+    k = int(period)
+    last = int(table.count) - 1
+    first = last - k
+    apexes = table.frame[first:last]
+    path = jax.tree.map(lambda x: x[table.frame[first] : table.frame[last]], lane)
+    names = rhythm_names(saved)
+    return Orbit(
+        hops=k,
+        period_s=float(table.time_s[last] - table.time_s[first]),
+        apex_height_m=table.height_m[first:last],
+        apex_phase_rad=table.phase_rad[first:last],
+        time_s=path.time_s - table.time_s[first],
+        height_m=path.height_m,
+        velocity_m_per_s=path.velocity_m_per_s,
+        phase_rad=path.phase_rad % (2.0 * math.pi),
+        spring_force_n=path.spring_force_n,
+        feedback_rad_per_s=path.feedback_rad_per_s,
+        actuator_force_n=path.actuator_force_n,
+        apex_rhythm={name: lane.channels[f"apex_{name}"][apexes] for name in names},
+        rhythm={name: path.channels[name] for name in names},
+    )
+
+
+def rhythm_names(saved: SavedController) -> tuple[str, ...]:
+    """What is known of the oscillator's state beside its phase."""
+    oscillator = saved.controller.oscillator
+    return () if oscillator is None else oscillator.STATE
+
+
+def _recorded(trajectory, scenario, body, timing):
+    gait = GaitSummary()(trajectory, scenario, body, timing)
+    table = hops(trajectory, body.rest_length_m)
+    return trajectory, gait.regime, gait.limit_cycle_period, table

@@ -1,0 +1,77 @@
+"""The package's own engine, timed and weighed."""
+
+from __future__ import annotations
+
+import json
+import resource
+import sys
+import time
+from typing import NamedTuple
+
+import numpy as np
+
+from tegotae.parts.bodies import Body
+from tegotae.parts.controller import Controller
+from tegotae.simulation.rollout import Engine, Scenario, Timing
+from tegotae.systems.models import build
+
+
+def controller() -> Controller:
+    """The ART controller of the benchmark: 96 weights."""
+    return build("ART")
+
+
+def totals(trajectory, scenario, body, timing):
+    """What a fitness needs at least: totals over the rollout."""
+    return trajectory.climb_flight_m[-1], trajectory.work_absolute_j[-1], trajectory.failed[-1]
+
+
+def weights(lanes: int) -> np.ndarray:
+    """Random weights, shape [lanes, n_weights]."""
+    return np.random.default_rng(0).normal(size=(lanes, controller().n_weights)) * 0.5
+
+
+class Speed(NamedTuple):
+    """How fast the engine is: the best of three runs."""
+
+    ticks_per_s: float
+    """Control ticks per second of time that passes."""
+    ticks_per_core_s: float
+    """Control ticks per second that a core is at work: the fairer figure on a machine in use."""
+    compile_s: float
+    """Seconds to compile, or to load what was compiled before."""
+
+
+def speed(lanes: int = 1024, duration_s: float = 10.0) -> Speed:
+    """The speed of this process's engine."""
+    timing = Timing(duration_s=duration_s)
+    engine = Engine(controller=controller(), timing=timing, summary=totals)
+    return timed(engine, weights(lanes), Scenario(omega=5.0))
+
+
+def timed(
+    engine: Engine, weights: np.ndarray, scenario: Scenario, body: Body | None = None
+) -> Speed:
+    """The speed of an engine with one lane per row of weights, on a body."""
+    times, work = [], []
+    for _ in range(4):
+        begun, begun_work = time.perf_counter(), time.process_time()
+        engine.run(weights, scenario, body)
+        times.append(time.perf_counter() - begun)
+        work.append(time.process_time() - begun_work)
+    ticks = len(weights) * engine.timing.n_frames * engine.timing.ticks_per_frame
+    best = min(times[1:])
+    return Speed(ticks / best, ticks / min(work[1:]), times[0] - best)
+
+
+def peak_memory_gib(lanes: int = 100_000, duration_s: float = 20.0) -> float:
+    """Largest memory of this process [GiB] after so many lanes of so many seconds."""
+    engine = Engine(controller=controller(), timing=Timing(duration_s=duration_s), summary=totals)
+    engine.run(weights(lanes), Scenario(omega=5.0))
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return peak / (2**30 if sys.platform == "darwin" else 2**20)
+
+
+if __name__ == "__main__":
+    # A number of lanes: their speed. None: the memory of very many.
+    print(json.dumps(speed(int(sys.argv[1])) if len(sys.argv) > 1 else peak_memory_gib()))

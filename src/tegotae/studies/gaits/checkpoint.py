@@ -1,0 +1,91 @@
+"""Long work in parts: what is done is kept in a file, and the same work goes on from there."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import json
+import zipfile
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tegotae._support.errors import TegotaeError
+from tegotae._support.files import write_atomically
+
+Columns = dict[str, np.ndarray]
+"""What a part brings, lanes last."""
+
+
+def in_parts(
+    count: int,
+    part: Callable[[int], Columns],
+    *,
+    kept: Path | None = None,
+    settings: Mapping[str, Any] | None = None,
+    told: Callable[[int], None] = lambda done: None,
+) -> list[Columns]:
+    """Do the parts of some work in order, those that a file keeps from before left out.
+
+    Args:
+        count: how many parts there are.
+        part: does one of them, given its number.
+        kept: the file; nothing is kept without. It is gone once all is done.
+        settings: all that the work depends on, as JSON values: a file of other work does not count.
+        told: hears how many are done.
+
+    Raises:
+        TegotaeError: if the file cannot be written.
+        KeyboardInterrupt: after Ctrl-C; it says what is kept.
+
+    Example:
+        >>> in_parts(2, lambda number: {"square": np.array([number**2])})
+        [{'square': array([0])}, {'square': array([1])}]
+    """
+    key = json.dumps(settings, sort_keys=True, default=str)
+    done = [] if kept is None else _read(kept, key)[:count]
+    told(len(done))
+    try:
+        while len(done) < count:
+            done.append(part(len(done)))
+            if kept is not None and len(done) < count:
+                _write(kept, key, done)
+            told(len(done))
+    except KeyboardInterrupt:
+        if kept is None or not done:
+            raise
+        raise KeyboardInterrupt(
+            f"interrupted; {kept} keeps {len(done)} of {count} parts, the same command goes on "
+            "from there"
+        ) from None
+    if kept is not None:
+        with contextlib.suppress(OSError):
+            kept.unlink()
+    return done
+
+
+def _write(path: Path, key: str, done: list[Columns]) -> None:
+    stream = io.BytesIO()
+    arrays = {f"{i}/{name}": x for i, part in enumerate(done) for name, x in part.items()}
+    arrays |= {"key": np.array(key), "count": np.array(len(done))}
+    np.savez(stream, **arrays)  # type: ignore[arg-type]
+    write_atomically(path, stream.getvalue())
+
+
+def _read(path: Path, key: str) -> list[Columns]:
+    try:
+        with np.load(path) as file:
+            if str(file["key"]) != key:
+                return []
+            parts: list[Columns] = [{} for _ in range(int(file["count"]))]
+            for entry in file.files:
+                number, slash, name = entry.partition("/")
+                if slash:
+                    parts[int(number)][name] = file[entry]
+            return parts
+    except FileNotFoundError:
+        return []
+    except (OSError, ValueError, KeyError, zipfile.BadZipFile):
+        raise TegotaeError(f"{path} cannot be read; remove it to begin anew") from None

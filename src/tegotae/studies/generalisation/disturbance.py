@@ -1,0 +1,98 @@
+"""What a disturbance is: a condition outside of the training, from none of it on."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from tegotae._support.errors import TegotaeError, require_finite
+from tegotae.simulation.world import Change
+from tegotae.studies.generalisation.subject import Subject
+
+
+class Met(NamedTuple):
+    """What lanes meet: arrays [lanes] or [limbs, lanes] by name, which others have as usual."""
+
+    entries: dict[str, Any]
+    """Entries of the scenario."""
+    changes: dict[str, Any]
+    """Fields of the prepared body (`Subject.path`), and changes of frequency or ground."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Disturbance(ABC):
+    """One condition at several levels: a frozen dataclass of its numbers.
+
+    Args:
+        name: what commands and tables call it.
+        label: what figures call it.
+        unit: of its levels; empty for a ratio.
+        neutral: the level at which there is none of it.
+        levels: those that are tried, below and above the neutral one, in any order.
+        measure: what of a gait is to be kept: "keeps", that it is the same; or "moves", that the
+            body still hops or walks, where the same gait cannot be.
+
+    Raises:
+        TegotaeError: for no level, one that is no number, twice the same, or the neutral one.
+    """
+
+    name: str
+    label: str
+    unit: str = ""
+    neutral: float = 0.0
+    levels: tuple[float, ...] = ()
+    measure: str = "keeps"
+
+    def __post_init__(self) -> None:
+        for level in self.levels:
+            require_finite(f"a level of {self.name}", level)
+        if not self.levels or len(set(self.levels)) < len(self.levels):
+            raise TegotaeError(
+                f"the levels of {self.name} are {self.levels}; give at least one, each once"
+            )
+        if self.neutral in self.levels:
+            raise TegotaeError(
+                f"{self.neutral:g} is no {self.name} at all; it is tried in any case"
+            )
+
+    @property
+    def longest_delay_s(self) -> float:
+        """By how much it makes the senses late at most, for a leg of a metre on Earth [s]."""
+        return 0.0
+
+    def side(self, below: bool) -> list[float]:
+        """Levels on one side of the neutral one, from there outwards."""
+        levels = sorted(level for level in self.levels if (level < self.neutral) == below)
+        return levels[::-1] if below else levels
+
+    @abstractmethod
+    def lacks(self, subject: Subject) -> str:
+        """Why the subject cannot meet it, in a few words; empty if it can."""
+
+    @abstractmethod
+    def met(self, subject: Subject, level: np.ndarray, at_s: np.ndarray) -> Met:
+        """What lanes of these levels meet.
+
+        Args:
+            subject: who meets it.
+            level: of each lane, [lanes]; releases are the innermost (`release_of`).
+            at_s: when what happens at a time happens in it [s], [lanes].
+        """
+
+
+def release_of(subject: Subject, level: np.ndarray) -> np.ndarray:
+    """Which release of its run every lane is, from 0 on, [lanes].
+
+    What is drawn follows from it alone: what a run meets does not depend on which others there are.
+    """
+    return np.arange(len(level)) % subject.starts
+
+
+def usual_change(change: Change, usual: Any) -> Change:
+    """A change of the same kind and times that leaves what it belongs to as it is."""
+    first = type(change)._fields[0]
+    value = usual if first == "value" else 0.0
+    return change._replace(**{first: value})

@@ -1,0 +1,100 @@
+"""What strikes the body at a time: blows, pushes, a lost leg."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tegotae._support.errors import TegotaeError
+from tegotae.measures.gaits.summary import has_mass, total_mass_kg
+from tegotae.simulation.world import Step
+from tegotae.studies.generalisation.disturbance import Disturbance, Met, release_of
+from tegotae.studies.generalisation.subject import Subject
+
+
+@dataclass(frozen=True, kw_only=True)
+class Blow(Disturbance):
+    """A vertical blow that changes the velocity by the level, at an apex of what hops.
+
+    In m/s of a leg of a metre on Earth, else times √(g l0).
+    """
+
+    def lacks(self, subject):
+        """See `Disturbance.lacks`."""
+        return _no_mass(subject)
+
+    def met(self, subject, level, at_s):
+        """See `Disturbance.met`."""
+        impulse = level * subject.speed_scale * float(total_mass_kg(subject.bare))
+        names = subject.paths("impulse_ns", "at_s")
+        return Met({}, {names[0]: impulse, names[1]: at_s})
+
+
+@dataclass(frozen=True, kw_only=True)
+class Push(Disturbance):
+    """A force on the centre of mass for a short time, that alone would bring the level in m/s.
+
+    In m/s of a leg of a metre on Earth, else times √(g l0).
+    """
+
+    field: str
+    """The body's field of the force [N]."""
+    lasts_s: float = 0.1
+    """How long [s], of a leg of a metre on Earth."""
+
+    def lacks(self, subject):
+        """See `Disturbance.lacks`."""
+        if subject.path(self.field) is None:
+            return f"a {type(subject.bare).__name__} has no {self.field}"
+        return _no_mass(subject)
+
+    def met(self, subject, level, at_s):
+        """See `Disturbance.met`."""
+        (name,) = subject.paths(self.field)
+        lasts = self.lasts_s * subject.time_scale
+        force = level * subject.speed_scale * float(total_mass_kg(subject.bare)) / lasts
+        return Met({}, {name: Step(force, at_s, at_s + lasts)})
+
+
+@dataclass(frozen=True, kw_only=True)
+class LostLeg(Disturbance):
+    """So many legs are lost at once; which ones differs from release to release.
+
+    A gait of fewer legs is another one: what counts is that it walks on.
+
+    Raises:
+        TegotaeError: for a level that is no number of legs.
+    """
+
+    measure: str = "moves"
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        for level in self.levels:
+            if level < 1.0 or not float(level).is_integer():
+                raise TegotaeError(
+                    f"{self.name}={level:g} is no number of legs; write whole ones, such as 1/2"
+                )
+
+    def lacks(self, subject):
+        """See `Disturbance.lacks`."""
+        has = subject.path("present") is not None
+        if not has:
+            return f"a {type(subject.bare).__name__} cannot lose a leg"
+        if max(self.levels) >= subject.body.limbs:
+            return f"it has {subject.body.limbs} legs"
+        return ""
+
+    def met(self, subject, level, at_s):
+        """See `Disturbance.met`."""
+        (name,) = subject.paths("present")
+        limbs = subject.body.limbs
+        first = release_of(subject, level) % limbs
+        order = (np.arange(limbs)[:, None] - first[None]) % limbs
+        present = np.asarray(subject.usual(name), float)[:, None] * (order >= level[None])
+        return Met({}, {name: Step(present, at_s, np.inf)})
+
+
+def _no_mass(subject: Subject) -> str:
+    return "" if has_mass(subject.bare) else f"a {type(subject.bare).__name__} has no mass_kg"

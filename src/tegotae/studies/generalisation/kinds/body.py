@@ -1,0 +1,74 @@
+"""Another body, or another frequency, from the release on."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tegotae._support.errors import require_finite
+from tegotae.studies.generalisation.disturbance import Disturbance, Met
+from tegotae.studies.generalisation.subject import Subject
+
+
+@dataclass(frozen=True, kw_only=True)
+class Frequency(Disturbance):
+    """Another frequency ω: that of the training times the level.
+
+    Raises:
+        TegotaeError: for a level that is not positive.
+    """
+
+    neutral: float = 1.0
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        for level in self.levels:
+            require_finite(f"a level of {self.name}", level, above=0.0)
+
+    def lacks(self, subject):
+        """See `Disturbance.lacks`."""
+        return "" if subject.omega is not None else "it has no oscillator"
+
+    def met(self, subject, level, at_s):
+        """See `Disturbance.met`."""
+        return Met({"omega": subject.omega * level}, {})
+
+
+@dataclass(frozen=True, kw_only=True)
+class Scaled(Disturbance):
+    """Numbers of the body times the level, from the release on.
+
+    A leg of another length is released as high over where it touches the ground.
+    """
+
+    fields: tuple[str, ...]
+    """Names of which the body has at least one; all that it has are scaled."""
+    neutral: float = 1.0
+
+    def lacks(self, subject):
+        """See `Disturbance.lacks`."""
+        own = self._own(subject)
+        if not own:
+            return f"a {type(subject.bare).__name__} has no {' or '.join(self.fields)}"
+        if not any(np.any(np.asarray(subject.usual(name))) for name in own):
+            return f"its {self.fields[0]} is 0, and so is any share of it"
+        return ""
+
+    def _own(self, subject: Subject) -> list[str]:
+        return [name for name in map(subject.path, self.fields) if name is not None]
+
+    def met(self, subject, level, at_s):
+        """See `Disturbance.met`."""
+        changes = {name: _times(subject.usual(name), level) for name in self._own(subject)}
+        entries = {}
+        if "rest_length_m" in self.fields:
+            longer = (level - 1.0) * float(subject.body.rest_length_m)
+            entries["height_m"] = subject.height_m + longer
+        return Met(entries, changes)
+
+
+def _times(usual, level):
+    """A number of the body, or the legs' numbers [limbs, 1], times levels [lanes]."""
+    usual = np.asarray(usual, float)
+    return usual[:, None] * level if usual.ndim else usual * level

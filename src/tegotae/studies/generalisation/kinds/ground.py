@@ -1,0 +1,108 @@
+"""Another release, and ground that moves, slopes, or is rough."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tegotae._support.errors import require_finite
+from tegotae.simulation.world import Staircase
+from tegotae.studies.generalisation.disturbance import Disturbance, Met, release_of
+from tegotae.studies.generalisation.subject import Subject
+
+
+@dataclass(frozen=True, kw_only=True)
+class Release(Disturbance):
+    """A release from another height over where the leg touches the ground, in leg lengths.
+
+    Raises:
+        TegotaeError: for a level below zero, in the ground.
+    """
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        for level in self.levels:
+            require_finite(f"a level of {self.name}", level, least=0.0)
+
+    def lacks(self, subject):
+        """See `Disturbance.lacks`."""
+        return "" if subject.takes_forces else "it is released on its feet"
+
+    def met(self, subject, level, at_s):
+        """See `Disturbance.met`."""
+        over = level * float(subject.body.rest_length_m)
+        return Met({"height_m": float(subject.body.touching_height_m) + over}, {})
+
+
+@dataclass(frozen=True, kw_only=True)
+class Ground(Disturbance):
+    """The ground rises or falls once, by the level in leg lengths: at an apex, of what hops."""
+
+    def lacks(self, subject):
+        """See `Disturbance.lacks`."""
+        return ""
+
+    def met(self, subject, level, at_s):
+        """See `Disturbance.met`."""
+        return Met({"drop_m": -level * float(subject.body.rest_length_m), "drop_time_s": at_s}, {})
+
+
+@dataclass(frozen=True, kw_only=True)
+class Stairs(Disturbance):
+    """The ground falls again and again by the level, in leg lengths."""
+
+    dwell_s: float = 5.0
+    """How long it stays [s], of a leg of a metre on Earth."""
+    times: int = 4
+    """How often it falls."""
+
+    def lacks(self, subject):
+        """See `Disturbance.lacks`."""
+        return ""
+
+    def met(self, subject, level, at_s):
+        """See `Disturbance.met`."""
+        down = -level * float(subject.body.rest_length_m)
+        stairs = Staircase(down, self.dwell_s * subject.time_scale, float(self.times + 1))
+        return Met({}, {"ground_m": stairs})
+
+
+@dataclass(frozen=True, kw_only=True)
+class Incline(Disturbance):
+    """Ground that rises forward by the level per length, or falls, from the release on."""
+
+    def lacks(self, subject):
+        """See `Disturbance.lacks`."""
+        return _no_terrain(subject)
+
+    def met(self, subject, level, at_s):
+        """See `Disturbance.met`."""
+        (name,) = subject.paths("terrain")
+        return Met({}, {f"{name}.second.first.along": level})
+
+
+@dataclass(frozen=True, kw_only=True)
+class Roughness(Disturbance):
+    """Rough ground of this root mean square, in leg lengths; every release is elsewhere on it.
+
+    Its typical wavelength is a leg's length, and it begins within one from the release.
+    """
+
+    def lacks(self, subject):
+        """See `Disturbance.lacks`."""
+        return _no_terrain(subject)
+
+    def met(self, subject, level, at_s):
+        """See `Disturbance.met`."""
+        (name,) = subject.paths("terrain")
+        length = float(subject.body.rest_length_m)
+        rough = f"{name}.second.second"
+        fields = {"rms_m": level * length, "wavelength_m": np.full(len(level), length)}
+        fields["place"] = 1.0 + release_of(subject, level)
+        return Met({}, {f"{rough}.{field}": value for field, value in fields.items()})
+
+
+def _no_terrain(subject: Subject) -> str:
+    has = subject.path("terrain") is not None
+    return "" if has else f"a {type(subject.bare).__name__} stays in its place, on level ground"

@@ -1,0 +1,69 @@
+"""Senses that are late or noisy, and actuators that are weak or late."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from tegotae.studies.generalisation.disturbance import Disturbance, Met, release_of
+
+
+@dataclass(frozen=True, kw_only=True)
+class Strength(Disturbance):
+    """Actuators that bring this share of the force."""
+
+    neutral: float = 1.0
+
+    def lacks(self, subject):
+        """See `Disturbance.lacks`."""
+        return "" if subject.takes_forces else "its actuators are told places, not forces"
+
+    def met(self, subject, level, at_s):
+        """See `Disturbance.met`."""
+        (name,) = subject.paths("strength")
+        return Met({}, {name: subject.usual(name) * level})
+
+
+@dataclass(frozen=True, kw_only=True)
+class Late(Disturbance):
+    """Actuators that lag, or senses that are late, by the level more [s].
+
+    As much later for a body whose √(l0 / g) is larger.
+    """
+
+    field: str
+
+    @property
+    def longest_delay_s(self) -> float:
+        """See `Disturbance.longest_delay_s`."""
+        return max(self.levels) if self.field == "delay_s" else 0.0
+
+    def lacks(self, subject):
+        """See `Disturbance.lacks`."""
+        return ""
+
+    def met(self, subject, level, at_s):
+        """See `Disturbance.met`."""
+        (name,) = subject.paths(self.field)
+        return Met({}, {name: subject.usual(name) + level * subject.time_scale})
+
+
+@dataclass(frozen=True, kw_only=True)
+class Noise(Disturbance):
+    """White noise on the senses, a number a control tick, as a share of their scale.
+
+    Every release meets another one.
+
+    Under noise no hop is as the last: what counts is that there are hops.
+    """
+
+    measure: str = "moves"
+
+    def lacks(self, subject):
+        """See `Disturbance.lacks`."""
+        return ""
+
+    def met(self, subject, level, at_s):
+        """See `Disturbance.met`."""
+        noise, seed = subject.paths("noise", "seed")
+        drawn = 1.0 + release_of(subject, level)
+        return Met({}, {noise: subject.usual(noise) + level, seed: drawn})

@@ -1,0 +1,98 @@
+"""The record of one subject: a file that is whole or is not there."""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tegotae._support.arrays import read_arrays
+from tegotae._support.errors import TegotaeError
+from tegotae._support.files import write_atomically
+from tegotae._support.part_code import code_of
+from tegotae.studies.generalisation.disturbance import Disturbance
+from tegotae.studies.generalisation.subject import Subject
+from tegotae.studies.generalisation.trial import Outcome
+from tegotae.systems.descriptions import describe
+from tegotae.systems.registry import CODE
+
+FORMAT = 2
+"""Changed whenever the same configuration would give other numbers."""
+SUFFIX = ".trial.npz"
+_MOST_BYTES = 2**28
+
+
+def configuration(subject: Subject, disturbances: Sequence[Disturbance]) -> dict[str, Any]:
+    """All that decides what is found, as JSON values; what cannot be met decides nothing."""
+    met = [each for each in disturbances if not each.lacks(subject)]
+    document = {
+        "format": FORMAT,
+        "name": subject.name,
+        "controller": describe(subject.controller),
+        "weights": hashlib.sha256(np.asarray(subject.weights, "float32").tobytes()).hexdigest(),
+        "runs": len(subject.weights),
+        "starts": subject.starts,
+        "omega": subject.omega,
+        "body": describe(subject.body),
+        "timing": describe(subject.timing),
+        "disturbances": [_described(each) for each in met],
+    }
+    return json.loads(json.dumps(document))
+
+
+def _described(disturbance: Disturbance) -> dict[str, Any]:
+    code = code_of(type(disturbance))
+    noted = {} if code is None else {CODE: code}
+    return {"kind": type(disturbance).__name__, **noted, **describe(disturbance)}
+
+
+def place(folder: Path, document: dict[str, Any]) -> Path:
+    """Where the record of a configuration is or will be."""
+    digest = hashlib.sha256(json.dumps(document, sort_keys=True).encode()).hexdigest()
+    return folder / f"{Path(document['name']).name}-{digest[:12]}{SUFFIX}"
+
+
+def write(path: Path, document: dict[str, Any], outcome: Outcome) -> None:
+    """Write a record.
+
+    Raises:
+        TegotaeError: if it cannot be written.
+    """
+    header = json.dumps({"configuration": document, "left_out": outcome.left_out})
+    stream = io.BytesIO()
+    np.savez_compressed(
+        stream, allow_pickle=False, header=np.array(header), **_narrow(outcome.columns)
+    )
+    write_atomically(path, stream.getvalue())
+
+
+def read(path: Path, document: dict[str, Any]) -> Outcome | None:
+    """The record at a place; None if there is none, or none of this configuration that is whole.
+
+    Raises:
+        TegotaeError: if it cannot be opened, such as for want of permission.
+    """
+    try:
+        arrays = read_arrays(path, _MOST_BYTES)
+        header = json.loads(str(arrays.pop("header")))
+        if header["configuration"] != document:
+            return None
+        return Outcome(arrays, header["left_out"])
+    except FileNotFoundError:
+        return None
+    except OSError as error:
+        raise TegotaeError(f"cannot read {path}: {error.strerror}") from None
+    except (ValueError, KeyError, TypeError):
+        return None
+
+
+def _narrow(columns: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    return {
+        name: x.astype("float32") if name in ("efficiency", "speed") else x
+        for name, x in columns.items()
+    }

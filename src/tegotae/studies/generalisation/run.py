@@ -1,0 +1,153 @@
+"""All subjects under all disturbances, in a folder: what is done is kept."""
+
+from __future__ import annotations
+
+from collections.abc import Generator, Sequence
+from concurrent.futures import as_completed
+from contextlib import closing
+from pathlib import Path
+
+import jax
+
+from tegotae._support.devices import available_cores, compute_on
+from tegotae._support.errors import TegotaeError
+from tegotae._support.files import output_folder
+from tegotae._support.progress import reporting
+from tegotae._support.workers import Workers, WorkersDied
+from tegotae._support.workplace import GENERALISATION, alone
+from tegotae.studies.generalisation.disturbance import Disturbance
+from tegotae.studies.generalisation.record import (
+    configuration,
+    place,
+    read,
+    write,
+)
+from tegotae.studies.generalisation.subject import Subject
+from tegotae.studies.generalisation.trial import Outcome, check_levels, tried
+from tegotae.systems.registry import parts_in, register
+
+Done = tuple[Subject, Outcome]
+
+
+def generalise(
+    subjects: Sequence[Subject],
+    disturbances: Sequence[Disturbance],
+    out: Path,
+    *,
+    anew: bool = False,
+) -> list[Done]:
+    """Try every subject under every disturbance, or go on with it, in the folder `out`.
+
+    A record a subject is written; stopped and called again it goes on from there, and ends in the
+    same numbers. Subjects of the same structure share a compiled program.
+
+    Args:
+        subjects: who is tried.
+        disturbances: under what.
+        out: the folder.
+        anew: whether what is there before is set aside, in a folder beside it.
+
+    Raises:
+        TegotaeError: for no subject, two of the same name, none that can meet any of the
+            disturbances, a level that makes no body, or a folder that cannot be written to.
+        KeyboardInterrupt: after Ctrl-C; it says what is kept.
+    """
+    _check(subjects, disturbances)
+    with alone(out, GENERALISATION, anew=anew):
+        folder = output_folder(out / "records")
+        documents = [configuration(each, disturbances) for each in subjects]
+        places = [place(folder, document) for document in documents]
+        found = [read(path, each) for path, each in zip(places, documents, strict=True)]
+        missing = [i for i, outcome in enumerate(found) if outcome is None]
+        try:
+            with reporting("generalise", len(subjects)) as reporter:
+                done = len(subjects) - len(missing)
+                reporter.update(done, "done before" if done else "")
+                bundled = _bundles([(i, subjects[i]) for i in missing])
+                with closing(_worked(bundled, disturbances)) as outcomes:
+                    for number, outcome in outcomes:
+                        write(places[number], documents[number], outcome)
+                        found[number] = outcome
+                        done += 1
+                        reporter.update(done, subjects[number].name)
+        except KeyboardInterrupt:
+            kept = sum(outcome is not None for outcome in found)
+            raise KeyboardInterrupt(
+                f"interrupted; {out} keeps {kept} of {len(subjects)} controllers, the same command "
+                "goes on from there"
+            ) from None
+    return [(each, x) for each, x in zip(subjects, found, strict=True) if x is not None]
+
+
+def _check(subjects: Sequence[Subject], disturbances: Sequence[Disturbance]) -> None:
+    if not subjects:
+        raise TegotaeError("there are no controllers to be tried")
+    names = [each.name for each in subjects]
+    for name in names:
+        if names.count(name) > 1:
+            raise TegotaeError(
+                f"{names.count(name)} sets of controllers are called {name}; try them one by one"
+            )
+    able = 0
+    for subject in subjects:
+        meets = [each for each in disturbances if not each.lacks(subject)]
+        if meets:
+            able += 1
+            check_levels(subject, meets)
+    if not able:
+        first = subjects[0]
+        why = "; ".join(f"{each.name}: {each.lacks(first)}" for each in disturbances)
+        raise TegotaeError(f"{first.name} can meet none of these conditions: {why}")
+
+
+Numbered = tuple[int, Subject]
+
+_BUNDLES_KEPT = 10
+"""After so many bundles compiled programs are forgotten: a hundred of them are GiB."""
+
+
+def _bundles(subjects: Sequence[Numbered]) -> list[list[Numbered]]:
+    """Subjects in groups that share a compiled program."""
+    groups: dict[str, list[Numbered]] = {}
+    for number, subject in subjects:
+        groups.setdefault(repr((subject.controller, type(subject.body))), []).append(
+            (number, subject)
+        )
+    return list(groups.values())
+
+
+def _worked(
+    bundles: Sequence[list[Numbered]], disturbances: Sequence[Disturbance]
+) -> Generator[tuple[int, Outcome], None, None]:
+    """The outcomes of bundles, as they come: on all cores if there are several of both."""
+    cores = min(available_cores(), len(bundles))
+    if cores <= 1:
+        for done, bundle in enumerate(bundles, 1):
+            for number, subject in bundle:
+                yield number, tried(subject, disturbances)
+            if done % _BUNDLES_KEPT == 0:
+                jax.clear_caches()
+        return
+    with Workers(cores, 1) as crew:
+        pending = [crew.give(_bundle, bundle, disturbances) for bundle in bundles]
+        for future in as_completed(pending):
+            try:
+                yield from future.result()
+            except WorkersDied:
+                raise TegotaeError(
+                    "a worker died; is there enough memory? What was done is kept, the same "
+                    "command goes on from there"
+                ) from None
+
+
+def _bundle(
+    bundle: list[Numbered], disturbances: Sequence[Disturbance]
+) -> list[tuple[int, Outcome]]:
+    """A bundle, by a worker: a process of its own."""
+    compute_on(1)
+    for part in parts_in(tuple((each.controller, each.body) for _, each in bundle)):
+        register(part)
+    try:
+        return [(number, tried(subject, disturbances)) for number, subject in bundle]
+    finally:
+        jax.clear_caches()

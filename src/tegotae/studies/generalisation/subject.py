@@ -1,0 +1,236 @@
+"""Who is tried: the runs of one controller, on the body that they were trained on."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from tegotae._support.errors import TegotaeError
+from tegotae.measures.gaits.places import leg_names, reference_leg
+from tegotae.measures.gaits.summary import has_mass
+from tegotae.parts.bodies import (
+    Actuators,
+    Around,
+    Blows,
+    Body,
+    Sensors,
+)
+from tegotae.parts.commands import FORCE
+from tegotae.parts.controller import Controller
+from tegotae.parts.fields import (
+    path_of,
+    paths_of,
+    unwrapped,
+    value_of,
+    with_fields,
+)
+from tegotae.parts.terrains import Rough, Slope, Sum
+from tegotae.simulation.rollout import Timing
+from tegotae.systems.legged_systems import settling_s
+from tegotae.systems.system import System
+from tegotae.training.collection import Runs
+
+HOPPING = Timing(duration_s=32.0, tick_s=0.002)
+"""How long a leg of a metre on Earth that hops is looked at: at 4 rad/s a cycle of two hops is seen
+five times in the 20 s after a blow."""
+USUAL_DELAY_S = 0.032
+"""So much of what was felt is kept in any case, for a leg of a metre on Earth [s]."""
+MOST_TICKS = 128
+"""The longest delay of the senses that is tried, in control ticks: all of it is kept."""
+
+_EARTH_S = math.sqrt(1.0 / 9.81)
+
+
+@dataclass(frozen=True)
+class Subject:
+    """The runs of one controller, unchanged.
+
+    Args:
+        name: of the controller.
+        system: the closed loop that the runs share, as they were trained.
+        weights: shape [runs, n_weights].
+        labels: of the runs.
+        starts: from how many releases each is tried; those of several legs differ in the phases of
+            their oscillators.
+        looked_at: for how long, and how closely; as is usual for its body if None.
+        longest_delay_s: so much of what was felt is kept, for a leg of a metre on Earth [s].
+
+    Raises:
+        TegotaeError: for no runs, a body that cannot be released here, or a delay of too many
+            ticks.
+    """
+
+    name: str
+    system: System
+    weights: np.ndarray
+    labels: tuple[str, ...]
+    starts: int = 1
+    looked_at: Timing | None = None
+    longest_delay_s: float = USUAL_DELAY_S
+
+    def __post_init__(self) -> None:
+        if not len(self.weights):
+            raise TegotaeError(f"{self.name} has no runs to be tried")
+        self._check_body()
+        if self._ticks > MOST_TICKS:
+            longest = MOST_TICKS * self.timing.tick_s / self.time_scale
+            raise TegotaeError(
+                f"delay={self.longest_delay_s:g} on {self.name} is {self._ticks} control ticks; "
+                f"{MOST_TICKS} are the most that are kept: try delays up to {longest:.3g}"
+            )
+
+    def _check_body(self) -> None:
+        own = {"rest_length_m": hasattr(self.bare, "rest_length_m")}
+        if not self.hops:  # whose cost of transport is told
+            own["mass_kg"] = has_mass(self.bare)
+            own["gravity_m_per_s2"] = hasattr(self.bare, "gravity_m_per_s2")
+        for field, there in own.items():
+            if not there:
+                kind = type(self.bare).__name__
+                raise TegotaeError(f"{self.name} cannot be tried: a {kind} has no {field}")
+        try:
+            self.body.check_release(self.height_m)
+        except TegotaeError as error:
+            raise TegotaeError(f"{self.name} cannot be tried: {error}") from None
+
+    @classmethod
+    def of(cls, runs: Runs, starts: int = 4) -> Subject:
+        """The subject of runs that were read; what is the same several times is tried once."""
+        _, first = np.unique(runs.weights, axis=0, return_index=True)
+        kept = np.sort(first)
+        labels = tuple(runs.labels[i] for i in kept)
+        starts = starts if runs.body.limbs > 1 else 1
+        weights = runs.weights[kept]
+        return cls(runs.name, runs.system, weights, labels, starts)
+
+    @property
+    def controller(self) -> Controller:
+        """The structure that the runs share."""
+        return self.system.controller
+
+    @property
+    def omega(self) -> float | None:
+        """The frequency they were trained at [rad/s]; None without an oscillator."""
+        return self.system.omega
+
+    @property
+    def body(self) -> Body:
+        """The body they were trained on."""
+        return self.system.body
+
+    def replaced(self, **changes: Any) -> Subject:
+        """The same runs in another system: other fields of the system or its release."""
+        return dataclasses.replace(self, system=self.system.replaced(changes))
+
+    def meeting(self, longest_delay_s: float) -> Subject:
+        """The same, whose senses can be late by so much."""
+        if longest_delay_s <= self.longest_delay_s:
+            return self
+        return dataclasses.replace(self, longest_delay_s=longest_delay_s)
+
+    @property
+    def bare(self) -> Body:
+        """The body within all that is around it."""
+        return unwrapped(self.body)
+
+    @property
+    def hops(self) -> bool:
+        """Whether it is one leg, of which hops are counted; several have a gait."""
+        return self.body.limbs == 1
+
+    @property
+    def takes_forces(self) -> bool:
+        """Whether its actuators are told forces, and not places of feet."""
+        return self.body.COMMANDS == FORCE
+
+    @cached_property
+    def timing(self) -> Timing:
+        """How long it is looked at, and how closely."""
+        if self.looked_at is not None:
+            return self.looked_at
+        own = self.system.timing
+        if not self.hops:
+            return dataclasses.replace(own, duration_s=settling_s(self.body))
+        frames = round(HOPPING.n_frames * self.time_scale)
+        return dataclasses.replace(HOPPING, duration_s=frames * HOPPING.frame_s)
+
+    @property
+    def height_m(self) -> float:
+        """From which height it is released [m]."""
+        return self.system.release.height_m
+
+    @property
+    def reference(self) -> int:
+        """The leg that lags are measured from."""
+        return reference_leg(leg_names(self.body))
+
+    @cached_property
+    def phase_rad(self) -> np.ndarray:
+        """Phases of the oscillators at each release [rad], [(limbs,) starts]."""
+        shape = (*self.body.limb_shape, self.starts)
+        if self.hops:
+            return np.zeros(shape)
+        return np.random.default_rng(0).uniform(0.0, 2.0 * np.pi, shape[::-1]).T
+
+    @property
+    def time_scale(self) -> float:
+        """√(l0 / g) of the body over that of a leg of a metre on Earth: 1 for the hopper."""
+        own = self.bare
+        gravity = float(getattr(own, "gravity_m_per_s2", 9.81))
+        return math.sqrt(float(own.rest_length_m) / gravity) / _EARTH_S
+
+    @property
+    def speed_scale(self) -> float:
+        """√(g l0) of the body over that of a leg of a metre on Earth: 1 for the hopper."""
+        return float(self.bare.rest_length_m) / self.time_scale
+
+    @property
+    def _ticks(self) -> int:
+        return math.ceil(self.longest_delay_s * self.time_scale / self.timing.tick_s - 1e-6)
+
+    @cached_property
+    def prepared(self) -> Body:
+        """The body with senses, actuators and blows around it, and a slope and rough ground under
+        it if it knows of terrain, which all change nothing as they are."""
+        body = self.body
+        for kind, given in ((Blows, {}), (Actuators, {}), (Sensors, {"most_ticks": self._ticks})):
+            if not self.has(kind, body):
+                body = kind(body=body, **given)
+        if (own := getattr(self.bare, "terrain", None)) is not None:
+            ground = Sum(first=own, second=Sum(first=Slope(), second=Rough(start_m=0.0)))
+            body = with_fields(body, {"terrain": ground})
+        return body
+
+    @staticmethod
+    def has(kind: type, body: Body) -> bool:
+        """Whether a body has one of this kind around it."""
+        while isinstance(body, Around):
+            if isinstance(body, kind):
+                return True
+            body = body.body
+        return False
+
+    def path(self, name: str) -> str | None:
+        """What a field of the prepared body is called in a scenario's `changes`; None without it.
+
+        Example:
+            >>> from tegotae.systems.models import build
+            >>> one = np.ones((1, 1))
+            >>> leg = Subject("V", System(controller=build("V-reflex-w8"), omega=8.0), one, ("0",))
+            >>> leg.path("delay_s"), leg.path("mass_kg")
+            ('delay_s', 'body.body.body.mass_kg')
+        """
+        return paths_of(self.prepared).get(name)
+
+    def paths(self, *names: str) -> list[str]:
+        """The same of fields that the prepared body has."""
+        return [path_of(self.prepared, name) for name in names]
+
+    def usual(self, name: str) -> Any:
+        """A field of the prepared body as it is: a number, or a tuple of the legs' numbers."""
+        return value_of(self.prepared, name)

@@ -1,0 +1,245 @@
+"""All runs of a subject under all disturbances at once: lanes of one compiled program."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from tegotae._support.devices import set_up
+from tegotae._support.errors import TegotaeError
+from tegotae.parts.fields import with_fields
+from tegotae.simulation.rollout import Engine, Scenario, check_senses
+from tegotae.simulation.world import Staircase, Step
+from tegotae.simulation.world.changes import GROUND, OMEGA
+from tegotae.studies.generalisation.disturbance import Disturbance, Met, usual_change
+from tegotae.studies.generalisation.judges import judge_of
+from tegotae.studies.generalisation.subject import Subject
+
+_COLUMNS = {
+    **{"condition": str, "level": float, "run": int, "start": int},
+    **{"had": bool, "moved": bool, "moves": bool, "keeps": bool},
+    **{"efficiency": float, "speed": float},
+}
+LANES = 512
+"""Lanes that are rolled out together; the last ones are filled up, at no cost."""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What came of it: a row for each disturbance, level, run and release.
+
+    Args:
+        columns: `condition`, `level`, `run` and `start`; `moved`, whether it hopped or walked
+            without the disturbance, and `moves`, whether it still does; `had`, whether it had a
+            gait, and `keeps`, whether it has the same; and what of `efficiency` and `speed` it
+            keeps, as shares, NaN where that is not defined.
+        left_out: why a disturbance was not tried, by its name.
+    """
+
+    columns: dict[str, np.ndarray]
+    left_out: dict[str, str]
+
+
+def tried(subject: Subject, disturbances: Sequence[Disturbance]) -> Outcome:
+    """Try a subject under every disturbance that it can meet, at every level.
+
+    Every run is first tried as it is. What it does then says when a disturbance comes, and what
+    there is to be kept.
+
+    Raises:
+        TegotaeError: if a level makes no body, or too quick an oscillator.
+    """
+    set_up()
+    check_senses(subject.controller, subject.body)
+    left_out = {each.name: why for each in disturbances if (why := each.lacks(subject))}
+    meets = [each for each in disturbances if each.name not in left_out]
+    if not meets:
+        return Outcome({name: np.zeros(0, kind) for name, kind in _COLUMNS.items()}, left_out)
+    check_levels(subject, meets)
+    subject = _meeting(subject, meets)
+    trial = _Trial(subject, meets)
+    nothing = [(meets[0], np.array([meets[0].neutral]))]
+    usual = trial.judged(nothing, np.full((1, trial.size), np.inf))
+    at_s = np.atleast_2d(trial.judge.at_s(usual))
+    plan = [(each, np.array([*each.side(True), *each.side(False)])) for each in meets]
+    found = trial.judged(plan, at_s)
+    kept = trial.judge.kept(usual, found, trial.weight_ratio(plan, at_s))
+    rows = [(each.name, level) for each, levels in plan for level in levels]
+    whole = {
+        "condition": np.repeat([name for name, _ in rows], trial.size),
+        "level": np.repeat([level for _, level in rows], trial.size),
+        "run": np.tile(np.repeat(np.arange(len(subject.weights)), subject.starts), len(rows)),
+        "start": np.tile(np.arange(subject.starts), len(rows) * len(subject.weights)),
+    }
+    return Outcome(whole | {name: np.ravel(x) for name, x in kept.items()}, left_out)
+
+
+def _meeting(subject: Subject, disturbances: Sequence[Disturbance]) -> Subject:
+    return subject.meeting(max(each.longest_delay_s for each in disturbances))
+
+
+def check_levels(subject: Subject, disturbances: Sequence[Disturbance]) -> None:
+    """Raise `TegotaeError` if a level of a disturbance makes no body, or one, or an oscillator,
+    that is too quick for the control tick."""
+    subject = _meeting(subject, disturbances)
+    for each in disturbances:
+        for level in each.levels:
+            entries, changes = each.met(subject, np.array([level]), np.zeros(1))
+            fields = {
+                name: _number(change, subject.usual(name))
+                for name, change in changes.items()
+                if name not in (GROUND, OMEGA)
+            }
+            try:
+                with_fields(subject.prepared, fields).check_tick(subject.timing.tick_s)
+                if "omega" in entries and subject.controller.oscillator is not None:
+                    omega = float(np.max(entries["omega"]))
+                    subject.controller.oscillator.check_tick(omega, subject.timing.tick_s)
+            except TegotaeError as error:
+                raise TegotaeError(f"{each.name}={level:g} on {subject.name}: {error}") from None
+
+
+def _number(change: Any, usual: Any) -> Any:
+    value = np.asarray(change.value if isinstance(change, Step) else change, float)
+    if isinstance(usual, tuple):
+        return tuple(map(float, np.broadcast_to(value[..., 0], len(usual))))
+    return float(np.ravel(value)[0])
+
+
+class _Trial:
+    """The lanes of a subject: run by run, release by release."""
+
+    def __init__(self, subject: Subject, disturbances: Sequence[Disturbance]) -> None:
+        self.subject, self.disturbances = subject, disturbances
+        self.judge = judge_of(subject)
+        self.size = len(subject.weights) * subject.starts
+        self.engine = Engine(
+            controller=subject.controller, timing=subject.timing, summary=self.judge.summary
+        )
+        self.body = jax.tree.map(lambda x: jnp.asarray(x, "float32"), subject.prepared)
+
+    def judged(self, plan: Sequence[tuple[Disturbance, np.ndarray]], at_s: np.ndarray) -> Any:
+        """What the judge makes of every level, arrays [..., levels, lanes of the subject].
+
+        Args:
+            plan: disturbances, and the levels of each.
+            at_s: when what happens at a time happens [s], [1, lanes of the subject].
+        """
+        levels = sum(len(each) for _, each in plan)
+        count = levels * self.size
+        scenario = self._scenario(plan, at_s)
+        weights = np.tile(np.repeat(self.subject.weights, self.subject.starts, axis=0).T, levels)
+        parts = []
+        for begin in range(0, count, LANES):
+            columns = np.minimum(np.arange(begin, begin + LANES), count - 1)
+            of_part = partial(np.take, indices=columns, axis=-1)
+            recorded = _rolled(
+                self.engine,
+                np.asarray(of_part(weights), "float32"),
+                jax.tree.map(of_part, scenario),
+                self.body,
+                np.int32(min(LANES, count - begin)),
+            )
+            part = self.judge.of(recorded, jax.tree.map(of_part, scenario))
+            parts.append(jax.tree.map(np.asarray, part))
+        joined = jax.tree.map(lambda *each: np.concatenate(each, axis=-1)[..., :count], *parts)
+        return jax.tree.map(lambda x: x.reshape(*x.shape[:-1], levels, self.size), joined)
+
+    def _scenario(self, plan: Sequence[tuple[Disturbance, np.ndarray]], at_s: np.ndarray) -> Any:
+        """What the lanes meet, level by level; all that some disturbance changes is in it."""
+        subject = self.subject
+        entries: dict[str, Any] = {"omega": 0.0 if subject.omega is None else subject.omega}
+        entries |= {"height_m": subject.height_m, "velocity_m_per_s": 0.0, "drop_m": 0.0}
+        entries |= {"drop_time_s": np.inf, "phase_rad": np.tile(subject.phase_rad, self._runs)}
+        changes = {}
+        for each in self.disturbances:
+            level = np.array([each.neutral])
+            for name, change in each.met(subject, level, np.full(1, np.inf)).changes.items():
+                usual = None if name in (GROUND, OMEGA) else subject.usual(name)
+                changes[name] = _without(change, usual)
+        whole = [self._met(each, levels, at_s) for each, levels in plan]
+        counts = [len(levels) * self.size for _, levels in plan]
+
+        def joined(pick: Any, usual: Any) -> Any:
+            """Of one entry: what each disturbance says, or what is usual."""
+            said = [pick(met) for met in whole]
+            parts = [
+                _lanes(usual if x is None else x, n) for x, n in zip(said, counts, strict=True)
+            ]
+            return jax.tree.map(_concatenated, *parts)
+
+        scenario = Scenario(
+            **{
+                name: joined(lambda met, name=name: met.entries.get(name), usual)
+                for name, usual in entries.items()
+            },
+            posture=(),
+            changes={
+                name: joined(lambda met, name=name: met.changes.get(name), usual)
+                for name, usual in changes.items()
+            },
+        )
+        return scenario
+
+    @property
+    def _runs(self) -> int:
+        return len(self.subject.weights)
+
+    def _met(self, each: Disturbance, levels: np.ndarray, at_s: np.ndarray) -> Met:
+        at = np.broadcast_to(at_s, (len(levels), self.size)).ravel()
+        return each.met(self.subject, np.repeat(levels, self.size), at)
+
+    def weight_ratio(
+        self, plan: Sequence[tuple[Disturbance, np.ndarray]], at_s: np.ndarray
+    ) -> np.ndarray:
+        """Weight of the body over the usual one, [levels, lanes of the subject]."""
+        subject, parts = self.subject, []
+        for each, levels in plan:
+            changes = self._met(each, levels, at_s).changes
+            ratio = np.ones(len(levels) * self.size)
+            for field in ("mass_kg", "gravity_m_per_s2"):
+                name = subject.path(field)
+                if name in changes:
+                    ratio = ratio * changes[name] / subject.usual(name)
+            parts.append(ratio)
+        return np.concatenate(parts).reshape(-1, self.size)
+
+
+def _without(change: Any, usual: Any) -> Any:
+    """The same kind of change that changes nothing."""
+    if isinstance(change, (Step, Staircase)):
+        return usual_change(change, _column(usual))
+    return _column(usual)
+
+
+def _column(usual: Any) -> Any:
+    return np.asarray(usual, float)[:, None] if isinstance(usual, tuple) else usual
+
+
+def _lanes(x: Any, count: int) -> Any:
+    """An entry of a scenario with a value for each of so many lanes."""
+
+    def each(value: Any) -> np.ndarray:
+        value = np.asarray(value, "float32")
+        value = value[None] if value.ndim == 0 else value
+        if value.shape[-1] not in (1, count):  # releases, which repeat level by level
+            value = np.tile(value, count // value.shape[-1])
+        return np.broadcast_to(value, (*value.shape[:-1], count))
+
+    return jax.tree.map(each, x)
+
+
+def _concatenated(*parts: np.ndarray) -> np.ndarray:
+    rows = np.broadcast_shapes(*(part.shape[:-1] for part in parts))
+    return np.concatenate([np.broadcast_to(x, (*rows, x.shape[-1])) for x in parts], axis=-1)
+
+
+@partial(jax.jit, static_argnums=0)
+def _rolled(engine: Engine, weights: Any, scenario: Any, body: Any, wanted: Any) -> Any:
+    return engine.trace(weights, scenario, body, wanted)

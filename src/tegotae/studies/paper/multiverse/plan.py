@@ -1,0 +1,203 @@
+"""The multiverse's work: some models under every reading, all in one folder."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from dataclasses import dataclass, field
+from functools import partial
+from typing import Any
+
+from tegotae._support.errors import require_count, unknown
+from tegotae._support.limits import MOST_SEEDS
+from tegotae.measures.evaluation import Protocol
+from tegotae.measures.hopping.limit_cycle import LimitCycle
+from tegotae.measures.objectives.fitness import EPISODE, SETTLE_S, Fitness
+from tegotae.simulation.rollout import Timing
+from tegotae.studies.paper.multiverse.readings import (
+    CHOICES,
+    PLATEAU,
+    Reading,
+    sample,
+)
+from tegotae.studies.paper.unit import FORMAT, Unit
+from tegotae.systems.descriptions import describe
+from tegotae.systems.models import Model, find
+from tegotae.training.algorithms import PGPE, Algorithm
+from tegotae.training.algorithms.document import algorithm_document
+from tegotae.training.run import Run
+from tegotae.training.settings import configuration, tuned
+from tegotae.training.stopping import Stopping
+
+_KIND = "multiverse-"
+
+BRIEF = 80 * 16
+"""The budget that needs settings of its own [episodes]."""
+
+UNITS_PER_BUNDLE = 6
+"""Units that a worker does before it reports: a kill costs no more than these."""
+
+_FEEDBACK = ("V", "VG-gF", "AR-rF", "ARG-rF-gF", "AR-rFv", "ARG-rFv-gFv")
+_LEARNED_ACTUATION = ("VT", "ART-rF", "ARGT-rF-gF", "ART-rFv", "ARGT-rFv-gFv")
+
+
+def _brief() -> Any:
+    return configuration("pgpe-80x16").settings
+
+
+@dataclass(frozen=True, kw_only=True)
+class Multiverse:
+    """The study of some models under many readings of the paper.
+
+    Raises:
+        TegotaeError: for an unknown model, or a count below one.
+    """
+
+    scale: str
+    """The name of the scale that it was made from."""
+    readings: int
+    """How many readings, the standard one among them."""
+    models: tuple[str, ...]
+    """Names of the models that are trained under each."""
+    seeds: int
+    """Runs per model and reading."""
+    cap: int
+    """Episodes of training per run at most, also where it is to go on to its plateau."""
+    algorithm: Algorithm = field(default_factory=partial(tuned, "pgpe"))
+    """How is trained."""
+    brief: Algorithm = field(default_factory=_brief)
+    """The same where the budget is that of 80 generations of 16: what is tuned for that."""
+    stopping: Stopping = field(default_factory=Stopping)
+    """When training is on its plateau; the cap is the multiverse's own."""
+    timing: Timing = EPISODE
+    settle_s: float = SETTLE_S
+    protocol: Protocol = field(default_factory=Protocol)
+
+    def __post_init__(self) -> None:
+        for name in ("readings", "seeds", "cap"):
+            require_count(name, getattr(self, name), most=MOST_SEEDS)
+        for name in self.models:
+            find(name)
+
+    @property
+    def by_reading(self) -> list[tuple[Reading, dict[str, Unit]]]:
+        """Every reading with its units, by the name of the model."""
+        return [
+            (reading, {name: self._unit(find(name), reading) for name in self.models})
+            for reading in sample(self.readings)
+        ]
+
+    @property
+    def units(self) -> list[Unit]:
+        """All of the work; what shares a compiled program in a row."""
+        units = [unit for _, each in self.by_reading for unit in each.values()]
+        first: dict[object, int] = {}
+        for i, unit in enumerate(units):
+            first.setdefault(unit.run.program, i)
+        return sorted(units, key=lambda unit: first[unit.run.program])
+
+    def _unit(self, model: Model, reading: Reading) -> Unit:
+        hopper, cycle = reading.hopper, self.protocol.limit_cycle
+        algorithm, stopping = self._training(reading.episodes)
+        protocol = dataclasses.replace(
+            self.protocol,
+            drop_m=reading.drop * hopper.rest_length_m,
+            release_m=reading.release * hopper.rest_length_m,
+            work=reading.work,
+            limit_cycle=LimitCycle(
+                height_tolerance_m=reading.tolerance * cycle.height_tolerance_m,
+                phase_tolerance_rad=reading.tolerance * cycle.phase_tolerance_rad,
+                max_period=cycle.max_period,
+                min_repeats=cycle.min_repeats,
+            ),
+        )
+        experiment = model.experiment(
+            budget=reading.parameters,
+            body=hopper,
+            height_m=reading.release * hopper.rest_length_m,
+            timing=self.timing,
+            objective=Fitness(
+                settle_s=self.settle_s, work=reading.work, follow_omega=reading.follow_omega
+            ),
+            protocol=protocol,
+        )
+        run = Run(
+            experiment=experiment,
+            seeds=tuple(range(self.seeds)),
+            stopping=stopping,
+            algorithm=algorithm,
+        )
+        return Unit(run)
+
+    def _training(self, episodes: float) -> tuple[Algorithm, Stopping]:
+        """By which settings, and until when, a budget of training is spent."""
+        algorithm = self.brief if episodes <= BRIEF else self.algorithm
+        generations = max(1, round(min(episodes, self.cap) / algorithm.population))
+        if episodes == PLATEAU:
+            return algorithm, dataclasses.replace(self.stopping, generations=generations)
+        return algorithm, Stopping.after(generations)
+
+    @property
+    def document(self) -> dict[str, Any]:
+        """The settings as JSON values, without the number of readings: more of them can follow."""
+        document = describe(self)
+        del document["readings"]
+        for name in ("algorithm", "brief"):
+            document[name] = algorithm_document(getattr(self, name))
+        document["scale"] = f"{_KIND}{self.scale}"  # which no study has
+        document["format"] = FORMAT
+        document["choices"] = {choice.name: [str(v) for v in choice.values] for choice in CHOICES}
+        return json.loads(json.dumps(document))
+
+
+def multiverse(scale: str, readings: int | None = None) -> Multiverse:
+    """The multiverse of a scale.
+
+    - `smoke`: three readings of two small models, for seconds, to see that everything works;
+    - `full`: 32 readings of the 24 models that claims 2 to 9 are about, 4 runs each.
+
+    Args:
+        scale: its name, also as a folder's description has it.
+        readings: how many; the scale's number by default.
+
+    Raises:
+        TegotaeError: for an unknown scale, or a number of readings below one.
+    """
+    name = scale.removeprefix(_KIND)
+    if name not in _SCALES:
+        raise unknown("scale", scale, _SCALES)
+    whole = _SCALES[name]()
+    return whole if readings is None else dataclasses.replace(whole, readings=readings)
+
+
+def _smoke() -> Multiverse:
+    return Multiverse(
+        scale="smoke",
+        readings=3,
+        models=("V-reflex-w8", "VG-gF-reflex-w8"),
+        seeds=2,
+        cap=16,
+        algorithm=PGPE(population=8),
+        brief=PGPE(population=8),
+        timing=Timing(duration_s=4.0, tick_s=0.002),
+        settle_s=2.0,
+        protocol=Protocol(undisturbed_s=8.0, disturbed_s=8.0, offsets=(-1.0, 1.0), tick_s=0.002),
+    )
+
+
+def _full() -> Multiverse:
+    """One design of the actuation, which all architectures share: on φ and f."""
+    models = [f"{name}-both" for name in _FEEDBACK] + [f"{n}-tphif" for n in _LEARNED_ACTUATION]
+    return Multiverse(
+        scale="full",
+        readings=32,
+        models=(*(f"{name}-w{omega}" for name in models for omega in (4, 8)), "T-F", "T-Fv"),
+        seeds=4,
+        cap=12_800,
+        protocol=Protocol(undisturbed_s=30.0, disturbed_s=20.0, tick_s=0.002),
+    )
+
+
+_SCALES = {"smoke": _smoke, "full": _full}
+SCALES = tuple(_SCALES)
+"""The names of the scales."""

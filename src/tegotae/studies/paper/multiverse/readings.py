@@ -1,0 +1,256 @@
+"""What the paper leaves open, and a space-filling sample of ways to read it."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from tegotae._support.errors import TegotaeError, require_count, require_finite
+from tegotae.measures.hopping.efficiency import check_work
+from tegotae.parts.bodies import Hopper
+from tegotae.systems.models import BUDGET
+
+PLATEAU = math.inf
+"""A training budget without a number: until training has converged."""
+
+_STANDARD = Hopper()
+_RATIOS = ("natural_frequency", "damping_ratio", "force_ratio")
+_SEED = 0
+
+
+@dataclass(frozen=True, kw_only=True)
+class Reading:
+    """One way to read the paper: a choice for everything that it leaves open.
+
+    Lengths are in leg lengths l0, forces in weights m g, times in √(l0/g). The body follows with
+    l0 = 1 m, g = 9.81 m/s² and m = 0.1 kg, which only set the units in which σ is searched and
+    CoT⁻¹ is told. ω_t stays at 4 and 8 rad/s, so that its ratio to ω_n varies with the body.
+
+    Args:
+        natural_frequency: ω_n √(l0/g), of the leg without damping.
+        damping_ratio: ζ = c / (2 √(k m)).
+        force_ratio: α / (m g), the largest actuator force in weights.
+        release: height of the release in leg lengths, at rest.
+        drop: how far the ground drops in the evaluation, in leg lengths.
+        work: definition of work, "net", "positive" or "absolute".
+        follow_omega: whether ΔΩ counts in the fitness.
+        tolerance: factor of the limit cycle's tolerances of apex height and phase.
+        parameters: the budget of trained numbers per controller.
+        episodes: the budget of training per run [episodes]; infinite to train to the plateau.
+
+    Raises:
+        TegotaeError: for what the body does not allow: a force that cannot lift it, a leg that its
+            own weight or the fall from release and drop would press to nothing; for a number that
+            is not positive, or an unknown definition of work.
+
+    Example:
+        >>> f"{Reading().hopper.stiffness_n_per_m:.3f} N/m"
+        '5.000 N/m'
+    """
+
+    natural_frequency: float = _STANDARD.natural_frequency_rad_per_s * math.sqrt(1.0 / 9.81)
+    damping_ratio: float = (
+        0.5
+        * _STANDARD.damping_ns_per_m
+        / math.sqrt(_STANDARD.stiffness_n_per_m * _STANDARD.mass_kg)
+    )
+    force_ratio: float = _STANDARD.max_force_n / _STANDARD.weight_n
+    release: float = 1.2
+    drop: float = 0.2
+    work: str = "absolute"
+    follow_omega: bool = True
+    tolerance: float = 1.0
+    parameters: int = BUDGET
+    episodes: float = PLATEAU
+
+    def __post_init__(self) -> None:
+        for name in ("natural_frequency", "force_ratio", "release", "tolerance"):
+            require_finite(name, getattr(self, name), above=0.0)
+        for name in ("damping_ratio", "drop"):
+            require_finite(name, getattr(self, name), least=0.0)
+        check_work(self.work)
+        require_count("parameters", self.parameters)
+        if not self.episodes >= 1:
+            raise TegotaeError(f"episodes is {self.episodes}; it must be at least 1")
+        if self.force_ratio <= 1.0:
+            raise TegotaeError(
+                f"force_ratio is {self.force_ratio:g}; an actuator that is to lift the body needs "
+                "more than 1, its weight"
+            )
+        if self.natural_frequency <= 1.0:
+            raise TegotaeError(
+                f"natural_frequency is {self.natural_frequency:g}; this leg has no length left "
+                "under the weight alone, it needs more than 1"
+            )
+        if (depth := self.deepest_compression) >= 1.0:
+            raise TegotaeError(
+                f"natural_frequency is {self.natural_frequency:g}, release {self.release:g}, drop "
+                f"{self.drop:g}: the fall presses the leg by {depth:.2f} of its length; it must be "
+                "less than 1"
+            )
+
+    @property
+    def deepest_compression(self) -> float:
+        """How far a fall from the release onto the dropped ground presses an undamped leg [l0]."""
+        fall = max(self.release - 1.0, 0.0) + self.drop
+        rate_squared = self.natural_frequency**2
+        return (1.0 + math.sqrt(1.0 + 2.0 * fall * rate_squared)) / rate_squared
+
+    @property
+    def hopper(self) -> Hopper:
+        """The body of these ratios; the standard one to the last bit where they are its own."""
+        if all(getattr(self, name) == getattr(Reading, name) for name in _RATIOS):
+            return _STANDARD
+        mass, length, gravity = (
+            _STANDARD.mass_kg,
+            _STANDARD.rest_length_m,
+            _STANDARD.gravity_m_per_s2,
+        )
+        rate = self.natural_frequency * math.sqrt(gravity / length)
+        return dataclasses.replace(
+            _STANDARD,
+            stiffness_n_per_m=mass * rate**2,
+            damping_ns_per_m=2.0 * self.damping_ratio * mass * rate,
+            max_force_n=self.force_ratio * mass * gravity,
+        )
+
+
+@dataclass(frozen=True)
+class Choice:
+    """One thing that the paper leaves open, and between what it is varied.
+
+    Args:
+        name: the field of `Reading`.
+        label: how figures and tables call it.
+        values: the ends of a range, or, if `levels`, everything there is to choose from, in order.
+        levels: whether there is nothing between the values.
+        why: the reason for these.
+    """
+
+    name: str
+    label: str
+    values: tuple[Any, ...]
+    levels: bool
+    why: str
+
+    def at(self, share: float) -> Any:
+        """The value at a share in [0, 1) of the way from first to last."""
+        if self.levels:
+            return self.values[int(share * len(self.values))]
+        low, high = self.values
+        return low + share * (high - low)
+
+    def place(self, value: Any) -> float:
+        """Where a value lies between the first (0) and the last (1)."""
+        if self.levels:
+            return self.values.index(value) / (len(self.values) - 1)
+        low, high = self.values
+        return (value - low) / (high - low)
+
+
+CHOICES = (
+    Choice(
+        "natural_frequency",
+        "ωₙ √(l₀/g)",
+        (2.1, 3.0),
+        False,
+        "Below 2.1 a hop at 4 rad/s needs more than the leg's length, undamped; at 3 the leg is as "
+        "stiff as a running human's (k l0 / m g about 10).",
+    ),
+    Choice(
+        "damping_ratio",
+        "ζ",
+        (0.05, 0.25),
+        False,
+        "An undriven stance keeps three quarters of its energy at 0.05, and a fifth at 0.25.",
+    ),
+    Choice(
+        "force_ratio",
+        "α / mg",
+        (2.0, 6.0),
+        False,
+        "Legged animals and robots push with two to six weights at most; 1 is needed to stand.",
+    ),
+    Choice(
+        "release",
+        "release / l₀",
+        (1.0, 1.3),
+        False,
+        "The co-author's program releases at l0; from above 1.3 and with the largest drop the "
+        "softest leg would be pressed to its end.",
+    ),
+    Choice(
+        "drop",
+        "drop / l₀",
+        (0.05, 0.3),
+        False,
+        "From a step that is hardly felt to one higher than a good hop.",
+    ),
+    Choice(
+        "work",
+        "work",
+        ("net", "positive", "absolute"),
+        True,
+        "By how much negative work counts: it is regained, it is free, or it costs as much.",
+    ),
+    Choice("follow_omega", "ΔΩ counts", (False, True), True, "The paper has it both ways."),
+    Choice(
+        "tolerance",
+        "tolerance",
+        (0.5, 1.0, 2.0),
+        True,
+        "Half and twice the tolerances of apex height and phase (5 mm, 0.05 rad).",
+    ),
+    Choice(
+        "parameters",
+        "parameters",
+        (48, 96, 192),
+        True,
+        "Half and twice the paper's 96: beyond the 128 that it says cannot be trained.",
+    ),
+    Choice(
+        "episodes",
+        "training",
+        (1280, 5120, PLATEAU),
+        True,
+        "From 80 generations of 16, an early reading of the paper's 80 episodes, to the plateau.",
+    ),
+)
+"""The choices that readings differ in, with their ranges and the reasons for these."""
+
+
+def sample(count: int) -> list[Reading]:
+    """That many readings: the standard one, and points of a scrambled Sobol sequence.
+
+    The sequence fills the ten-dimensional space of `CHOICES` evenly, and more of it adds points to
+    those that were there: reading 7 is the same of 8 and of 64. Reading 0 is what the study uses.
+
+    Raises:
+        TegotaeError: for a count below one.
+
+    Example:
+        >>> sample(3)[0] == Reading(), sample(3) == sample(5)[:3]
+        (True, True)
+    """
+    from scipy.stats import qmc  # slow to import
+
+    require_count("readings", count)
+    # Powers of two, so that the points are balanced; those beyond the count are left out.
+    exponent = max(count - 2, 0).bit_length()
+    points = qmc.Sobol(len(CHOICES), rng=_SEED).random_base2(exponent)[: count - 1]
+    return [Reading(), *(_reading(point) for point in points)]
+
+
+def _reading(point: np.ndarray) -> Reading:
+    values = {
+        choice.name: choice.at(float(share)) for choice, share in zip(CHOICES, point, strict=True)
+    }
+    # Numbers that a person can copy.
+    rounded: dict[str, Any] = {
+        n: float(f"{v:.4g}") if isinstance(v, float) else v for n, v in values.items()
+    }
+    return Reading(**rounded)

@@ -1,0 +1,213 @@
+"""The record of one unit: a file that is whole or is not there."""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any
+
+import msgspec
+import numpy as np
+
+from tegotae._support import documents
+from tegotae._support.arrays import read_arrays
+from tegotae._support.errors import TegotaeError
+from tegotae._support.files import write_atomically
+from tegotae.systems.experiment import Experiment
+
+SUFFIX = ".record.npz"
+MOST_BYTES = 2**28
+"""What a record may unpack to [bytes]; those of the study have about a megabyte."""
+
+_PLAIN = ("weights", "best_fitness", "generations", "ended", "omega")
+"""Entries of a record that are arrays."""
+_NAMED = {"curve_": "curves", "metric_": "episodes", "budget_": "at_budgets"}
+"""Entries that are arrays by name, by what their names begin with in a file."""
+
+
+class DamagedRecordError(TegotaeError):
+    """A record that cannot be read, or does not hold what it says."""
+
+
+@dataclass(frozen=True)
+class Record:
+    """What a unit of the study found.
+
+    Args:
+        configuration: all that decides the content (`Unit.configuration`).
+        software: versions of the programs that made it, and on which devices.
+        weights: the learned weights, shape [runs, n_weights].
+        best_fitness: fitness of the best distribution seen, shape [runs].
+        generations: of each run, shape [runs].
+        ended: why each run ended: "plateau", "cap" or "search", shape [runs].
+        curves: learning curves by name, each of shape [generations, runs]; NaN after a run's end.
+        omega: frequencies of the evaluated episodes [rad/s], shape [episodes].
+        episodes: metrics by name, each of shape [runs, episodes]; NaN where undefined.
+        at_budgets: the same after some budgets of training (the configuration's `budgets`), each of
+            shape [budgets, runs, episodes]; empty for what is not trained.
+    """
+
+    configuration: dict[str, Any]
+    software: dict[str, str]
+    weights: np.ndarray
+    best_fitness: np.ndarray
+    generations: np.ndarray
+    ended: np.ndarray
+    curves: dict[str, np.ndarray]
+    omega: np.ndarray
+    episodes: dict[str, np.ndarray]
+    at_budgets: dict[str, np.ndarray]
+
+    @property
+    def model(self) -> str:
+        """The experiment's name: the model's, for the paper's."""
+        return self.configuration["experiment"]["name"]
+
+    @property
+    def experiment(self) -> Experiment:
+        """What was trained and evaluated.
+
+        Raises:
+            TegotaeError: if it has a part that is not registered.
+        """
+        return Experiment.of(self.configuration["experiment"])
+
+    @property
+    def population(self) -> int:
+        """Episodes of training per generation."""
+        return self.configuration["algorithm"]["population"]
+
+    @property
+    def budgets(self) -> list[int]:
+        """After how many episodes of training it was evaluated, too."""
+        return self.configuration["budgets"]
+
+
+def write(record: Record, path: Path) -> None:
+    """Write a record, with a checksum over its content.
+
+    Raises:
+        TegotaeError: if it cannot be written, such as for want of space.
+    """
+    arrays = {name: getattr(record, name) for name in _PLAIN}
+    for prefix, name in _NAMED.items():
+        arrays |= {f"{prefix}{key}": values for key, values in getattr(record, name).items()}
+    header = {"configuration": record.configuration, "software": record.software}
+    text = json.dumps(header, sort_keys=True)
+    stream = io.BytesIO()
+    np.savez_compressed(
+        stream,
+        allow_pickle=False,
+        header=np.array(text),
+        checksum=np.array(_checksum(text, arrays)),
+        **arrays,
+    )
+    write_atomically(path, stream.getvalue())
+
+
+def read(path: Path) -> Record:
+    """Read a record.
+
+    Raises:
+        DamagedRecordError: if it is no record, is cut short, or its checksum is wrong.
+        TegotaeError: if it cannot be opened, such as for want of permission.
+    """
+    try:
+        stream = path.open("rb")
+    except OSError as error:
+        raise TegotaeError(f"cannot read {path}: {error.strerror}") from None
+    try:
+        with stream:
+            arrays = read_arrays(stream, MOST_BYTES)
+        text, checksum = str(arrays.pop("header")), str(arrays.pop("checksum"))
+        if checksum != _checksum(text, arrays):
+            raise ValueError("its checksum is wrong")
+        header = documents.parse(text)
+        documents.fitted(header, _Header)
+        plain: dict[str, Any] = {name: arrays[name] for name in _PLAIN}
+        named: dict[str, Any] = {
+            name: _with_prefix(arrays, prefix) for prefix, name in _NAMED.items()
+        }
+        record = Record(
+            header["configuration"],
+            header["software"],
+            **plain,
+            **named,
+        )
+        _require_shapes(record)
+        return record
+    except Exception as error:  # a flipped bit in a zip archive may raise nearly anything
+        why = (str(error).splitlines() or [type(error).__name__])[0]
+        raise DamagedRecordError(f"{path.name} is damaged: {why}") from None
+
+
+class _Algorithm(msgspec.Struct):
+    population: Annotated[int, msgspec.Meta(ge=1)]
+
+
+class _Experiment(msgspec.Struct):
+    name: str
+    omega: float | None
+
+
+class _Configuration(msgspec.Struct):
+    """What is read of a record's configuration; all of it is in the record's name."""
+
+    experiment: _Experiment
+    algorithm: _Algorithm
+    budgets: list[Annotated[int, msgspec.Meta(ge=1)]]
+
+
+class _Header(msgspec.Struct):
+    configuration: _Configuration
+    software: dict[str, str]
+
+
+def _require_shapes(record: Record) -> None:
+    """See that the arrays are of one set of runs and episodes, and of the right kind.
+
+    Raises:
+        ValueError: if not.
+    """
+    runs, episodes = len(record.best_fitness), len(record.omega)
+    generations = len(next(iter(record.curves.values()), []))
+    expected = {
+        "weights": ("f", (runs, record.weights.shape[-1] if record.weights.ndim else 0)),
+        "best_fitness": ("f", (runs,)),
+        "generations": ("i", (runs,)),
+        "ended": ("U", (runs,)),
+        "omega": ("f", (episodes,)),
+        "curves": ("f", (generations, runs)),
+        "episodes": ("f", (runs, episodes)),
+        "at_budgets": ("f", (len(record.budgets), runs, episodes)),
+    }
+    if runs == 0:
+        raise ValueError("it has no runs")
+    for name, (kind, shape) in expected.items():
+        entry = getattr(record, name)
+        for key, values in entry.items() if isinstance(entry, dict) else [("", entry)]:
+            if values.dtype.kind != kind or values.shape != shape:
+                raise ValueError(
+                    f"its {key or name} has {values.dtype} values of shape {values.shape}, "
+                    f"where {shape} belong"
+                )
+
+
+def _with_prefix(arrays: dict[str, np.ndarray], prefix: str) -> dict[str, np.ndarray]:
+    return {
+        name.removeprefix(prefix): values
+        for name, values in arrays.items()
+        if name.startswith(prefix)
+    }
+
+
+def _checksum(header: str, arrays: dict[str, np.ndarray]) -> str:
+    digest = hashlib.sha256(header.encode())
+    for name in sorted(arrays):
+        values = np.ascontiguousarray(arrays[name])
+        digest.update(f"{name} {values.dtype.str} {values.shape}".encode())
+        digest.update(values.tobytes())
+    return digest.hexdigest()

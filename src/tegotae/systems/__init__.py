@@ -1,0 +1,1 @@
+"""Named systems, experiments, controller files, and users' own objects."""

@@ -1,0 +1,237 @@
+"""Controllers on disk: a readable JSON file, self-describing, without pickle."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import reprlib
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import numpy as np
+
+from tegotae._support import documents
+from tegotae._support.documents import DamagedDocumentError
+from tegotae._support.errors import TegotaeError
+from tegotae._support.files import write_atomically
+from tegotae.parts.bodies import Body, Hopper
+from tegotae.parts.controller import Controller
+from tegotae.parts.weight_names import flat, nested, spelled
+from tegotae.systems.descriptions import (
+    EditedPartError,
+    describe,
+    entry,
+    restore,
+)
+from tegotae.systems.earlier_files import of_earlier_version, usual_system
+from tegotae.systems.experiment import Experiment
+from tegotae.systems.system import System
+
+FORMAT = "tegotae controller"
+VERSION = 4
+
+
+@dataclass(frozen=True)
+class SavedController:
+    """A system with its weights, and how they were found.
+
+    Args:
+        system: controller, body, frequency, release, timing and integrator.
+        weights: shape [n_weights].
+        name: the experiment's or model's name; None if it has none.
+        experiment: what was trained, and how it is evaluated; None where the file does not say.
+        training: how it was trained and how well that went; numbers, strings and lists only.
+        software: versions of the programs that made it.
+
+    Raises:
+        TegotaeError: for an experiment on another system.
+    """
+
+    system: System
+    weights: np.ndarray
+    name: str | None = None
+    experiment: Experiment | None = None
+    training: dict[str, Any] = field(default_factory=dict)
+    software: dict[str, str] = field(default_factory=dict)
+
+    @classmethod
+    def of(
+        cls,
+        controller: Controller,
+        weights: Any,
+        omega: float | None = None,
+        body: Body | None = None,
+        **more: Any,
+    ) -> SavedController:
+        """A controller on a body, released and timed as is usual for the body.
+
+        Args:
+            controller: the structure.
+            weights: shape [n_weights].
+            omega: ω [rad/s]; None without an oscillator.
+            body: the body; the paper's hopper by default.
+            more: further fields of the saved controller.
+
+        Raises:
+            TegotaeError: for what does not fit together.
+
+        Example:
+            >>> from tegotae.systems.models import build
+            >>> SavedController.of(build("V-reflex-w8"), np.array([2.0]), 8.0).omega
+            8.0
+        """
+        body = Hopper() if body is None else body
+        return cls(usual_system(controller, body, omega), np.asarray(weights), **more)
+
+    def replaced(self, **changes: Any) -> SavedController:
+        """The same weights in another system: other fields of the system or its release.
+
+        Raises:
+            TegotaeError: for what does not fit together.
+        """
+        return dataclasses.replace(self, system=self.system.replaced(changes))
+
+    @property
+    def controller(self) -> Controller:
+        """The structure."""
+        return self.system.controller
+
+    @property
+    def body(self) -> Body:
+        """The body."""
+        return self.system.body
+
+    @property
+    def omega(self) -> float | None:
+        """The frequency [rad/s]; None without an oscillator."""
+        return self.system.omega
+
+
+def save(saved: SavedController, path: Path | str) -> None:
+    """Write a controller file.
+
+    Raises:
+        TegotaeError: if it cannot be written, or its weights are not finite or of the wrong number.
+    """
+    weights = np.asarray(saved.weights, "float64")
+    _check_weights(saved.controller, weights, str(path))
+    document = {
+        "format": FORMAT,
+        "version": VERSION,
+        "name": saved.name,
+        "system": describe(saved.system),
+        "weights": nested(saved.controller.weight_names, weights.tolist()),
+        "experiment": _beside_system(saved),
+        "training": saved.training,
+        "software": saved.software,
+    }
+    write_atomically(Path(path), json.dumps(document, indent=1) + "\n")
+
+
+def _beside_system(saved: SavedController) -> dict[str, Any] | None:
+    """The experiment without its system, which the file has itself.
+
+    An agent's policy limits its feedback, which the controller of its experiment does not: the
+    controller is then kept, too.
+    """
+    if saved.experiment is None:
+        return None
+    document = describe(saved.experiment)
+    system = document.pop("system")
+    if saved.experiment.system != saved.system:
+        document["system"] = system
+    return document
+
+
+def load(path: Path | str) -> SavedController:
+    """Read a controller file, of this version or an earlier one.
+
+    Raises:
+        TegotaeError: if there is none, or it is truncated, of a later version, or not ours.
+    """
+    path = Path(path)
+    try:
+        document = documents.read(path)
+    except FileNotFoundError:
+        raise TegotaeError(f"no controller file at {path}") from None
+    except DamagedDocumentError as error:
+        what = f"is damaged: {error}" if _begins_as_ours(path) else _NOT_OURS
+        raise TegotaeError(f"{path} {what}") from None
+    if not is_controller(document):
+        raise TegotaeError(f"{path} {_NOT_OURS}")
+    if document.get("version") not in range(1, VERSION + 1):
+        raise TegotaeError(
+            f"{path} is of version {reprlib.repr(document.get('version'))}; "
+            f"this program reads versions 1 to {VERSION}"
+        )
+    try:
+        if document["version"] < VERSION:
+            document = of_earlier_version(document)
+        entries = documents.fitted(document, _Document)
+        system = entry(document, "system", System)
+        experiment = None
+        if entries.experiment is not None:
+            whole = {"system": document["system"], **entries.experiment}
+            experiment = restore(whole, Experiment, "experiment")
+        weights = np.asarray(_in_order(system.controller, entries.weights), "float64")
+    except EditedPartError as error:
+        raise TegotaeError(f"{path} {error}") from None
+    except KeyError as error:
+        raise TegotaeError(f"{path} is damaged: it has no entry {error}") from None
+    except (TypeError, ValueError, OverflowError) as error:
+        raise TegotaeError(f"{path} is damaged: {error}") from None
+    _check_weights(system.controller, weights, str(path))
+    return SavedController(
+        system, weights, entries.name, experiment, entries.training, entries.software
+    )
+
+
+def is_controller(document: Any) -> bool:
+    """Whether a JSON value is a controller file's and no other document."""
+    return isinstance(document, dict) and document.get("format") == FORMAT
+
+
+class _Document(msgspec.Struct):
+    """A controller file, but for its parts, whose kinds say what they hold."""
+
+    system: dict[str, Any]
+    weights: dict[str, Any] | list[float]
+    """By their names; up to version 2 one list in the controller's order."""
+    name: str | None
+    experiment: dict[str, Any] | None
+    training: dict[str, Any]
+    software: dict[str, str]
+
+
+def _in_order(controller: Controller, weights: dict[str, Any] | list[float]) -> list[float]:
+    """The weights of a file in the controller's order."""
+    if isinstance(weights, list):
+        return weights
+    paths = controller.weight_names
+    values = flat(paths, weights)
+    for path, value in zip(paths, values, strict=True):
+        if isinstance(value, bool) or not isinstance(value, (int, float)):
+            raise DamagedDocumentError(
+                f"its {spelled(('weights', *path))} is {reprlib.repr(value)}; it must be a number"
+            )
+    return values
+
+
+_NOT_OURS = "is not a controller file of tegotae"
+
+
+def _begins_as_ours(path: Path) -> bool:
+    with path.open("rb") as stream:
+        first = stream.read(200)
+    return first.lstrip().startswith(b"{") and FORMAT.encode() in first
+
+
+def _check_weights(controller: Controller, weights: np.ndarray, path: str) -> None:
+    if weights.shape != (controller.n_weights,):
+        raise TegotaeError(
+            f"{path}: the controller has {controller.n_weights} weights, not shape {weights.shape}"
+        )
+    if not np.isfinite(weights).all():
+        raise TegotaeError(f"{path}: {int((~np.isfinite(weights)).sum())} weights are not finite")

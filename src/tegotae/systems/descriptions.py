@@ -1,0 +1,200 @@
+"""Descriptions as plain values: frozen dataclasses to plain JSON values, and back.
+
+A part (see `tegotae.systems.registry`) becomes a dictionary of its fields with its `kind`, and a
+user's one with the hash of its code; any other dataclass, such as a `Timing`, one of its fields
+alone, for its place says what it is.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import reprlib
+from collections.abc import Mapping
+from types import NoneType, UnionType
+from typing import Any, Union, get_args, get_origin, get_type_hints
+
+import numpy as np
+
+from tegotae._support.errors import TegotaeError
+from tegotae.systems import registry
+
+
+class EditedPartError(TegotaeError):
+    """A document was made with other code of a user's part than is known now."""
+
+
+def describe(value: Any) -> Any:
+    """A description as plain JSON values.
+
+    Raises:
+        TegotaeError: for a part that is not registered.
+
+    Example:
+        >>> from tegotae.parts.terms import Network
+        >>> describe(Network(("phase",), hidden=4))
+        {'kind': 'Network', 'inputs': ['phase'], 'hidden': 4}
+    """
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        kind = registry.kind_of(value)
+        code = registry.code_noted(type(value))
+        named = {} if kind is None else {"kind": kind}
+        named |= {} if code is None else {registry.CODE: code}
+        return named | {f.name: describe(getattr(value, f.name)) for f in dataclasses.fields(value)}
+    if isinstance(value, Mapping):
+        return {str(name): describe(entry) for name, entry in value.items()}
+    if isinstance(value, (tuple, list)):
+        return [describe(entry) for entry in value]
+    if isinstance(value, (np.generic, np.ndarray)):
+        return value.tolist()
+    return value
+
+
+def restore(value: Any, hint: Any, name: str) -> Any:
+    """What `describe` made these JSON values of.
+
+    Fields that a document lacks have their defaults, so that documents from before a field was
+    added stay readable.
+
+    Args:
+        value: the document.
+        hint: the type, as in an annotation.
+        name: what the document is, for errors.
+
+    Raises:
+        KeyError: for an entry that is missing.
+        TypeError: for one of another type, or of a part that is not registered.
+        EditedPartError: for a user's part whose code was edited since.
+        TegotaeError: for a value that the part itself refuses.
+
+    Example:
+        >>> from tegotae.parts.terms import Term
+        >>> restore({"kind": "ConstantGain", "start": 2.0}, Term, "gain")
+        ConstantGain(start=2.0)
+    """
+    if get_origin(hint) in (Union, UnionType):
+        return _restore_union(value, get_args(hint), name)
+    if isinstance(hint, type) and registry.contract_of(hint) is not None:
+        return _restore_part(value, hint, name)
+    if isinstance(hint, type) and dataclasses.is_dataclass(hint):
+        return _restore_fields(_checked(value, dict, name), hint)
+    if get_origin(hint) in (tuple, list) and any(map(_is_description, get_args(hint))):
+        return tuple(restore(each, get_args(hint)[0], name) for each in _checked(value, list, name))
+    value = _checked(value, hint, name)
+    return _as_tuple(value) if get_origin(hint) is tuple else value
+
+
+def check_kept(value: Any) -> None:
+    """See, before long work starts, that a description can be written to a file and read again.
+
+    Args:
+        value: a part, or what is made of parts.
+
+    Raises:
+        TegotaeError: for a part that is not registered, or has a field that no file can hold.
+
+    Example:
+        >>> from tegotae.parts.terms import Network
+        >>> check_kept(Network(("phase",), hidden=4))
+    """
+    for part in registry.parts_in(value):
+        if registry.kind_of(part) is None:
+            continue
+        try:
+            document = json.loads(json.dumps(describe(part)))
+            kept = describe(restore(document, type(part), "part"))
+            why = "" if json.loads(json.dumps(kept)) == document else "it comes back as another one"
+        except TegotaeError:
+            raise
+        except (KeyError, TypeError, ValueError, OverflowError, RecursionError) as error:
+            why = (str(error).splitlines() or [type(error).__name__])[0]
+        if why:
+            raise TegotaeError(
+                f"a {type(part).__name__} cannot be saved and read again: {why}; its fields must "
+                "be numbers, texts, parts, or tuples of these, as their annotations say"
+            )
+
+
+def entry(document: Mapping[str, Any], name: str, hint: Any) -> Any:
+    """The restored entry of a document; `KeyError` if it has none."""
+    return restore(document[name], hint, name)
+
+
+def _restore_union(value: Any, hints: tuple[Any, ...], name: str) -> Any:
+    if value is None and NoneType in hints:
+        return None
+    options = [hint for hint in hints if hint is not NoneType]
+    descriptions = [hint for hint in options if _is_description(hint)]
+    if len(descriptions) == 1 and isinstance(value, dict):
+        return restore(value, descriptions[0], name)
+    for hint in options:
+        if not _is_description(hint) and _fits(value, hint):
+            return restore(value, hint, name)
+    raise TypeError(f"its {name} is {reprlib.repr(value)}")
+
+
+def _restore_part(value: Any, contract: type, name: str) -> Any:
+    values = dict(_checked(value, dict, name))
+    called = _checked(values.pop("kind"), str, "kind")
+    kind = registry.kinds().get(called)
+    if kind is None or not issubclass(kind, contract):
+        what = contract.__name__.lower()
+        hint = "" if kind is not None else "; a part of your own must be registered first"
+        raise TypeError(f"its {name} is a {called!r}, which is no {what} known here{hint}")
+    noted = values.pop(registry.CODE, None)
+    if noted is not None and noted != registry.code_noted(kind):
+        raise EditedPartError(
+            f"was made with other code of {called} than there is now; put that code back, or make "
+            "it anew with this one"
+        )
+    return _restore_fields(values, kind)
+
+
+def _restore_fields(values: Mapping[str, Any], kind: type) -> Any:
+    hints = get_type_hints(kind)
+    fields = {field.name: field for field in dataclasses.fields(kind)}
+    for name in values:
+        if name not in fields:
+            raise TypeError(f"a {registry.name_of(kind)} has no {name!r}")
+    for name, field in fields.items():
+        lacks_default = field.default is field.default_factory is dataclasses.MISSING
+        if name not in values and lacks_default:
+            raise KeyError(name)
+    return kind(**{name: restore(value, hints[name], name) for name, value in values.items()})
+
+
+def _is_description(hint: Any) -> bool:
+    """Whether values of this type are dataclasses."""
+    return isinstance(hint, type) and (
+        dataclasses.is_dataclass(hint) or registry.contract_of(hint) is not None
+    )
+
+
+def _checked(value: Any, hint: Any, name: str) -> Any:
+    """The value, if JSON could have made it from one of type `hint`."""
+    if not _fits(value, hint):
+        raise TypeError(f"its {name} is {reprlib.repr(value)}")
+    return value
+
+
+def _fits(value: Any, hint: Any) -> bool:
+    if hint is Any:
+        return True
+    if get_origin(hint) in (list, tuple):
+        inside = get_args(hint)
+        if not isinstance(value, list):
+            return False
+        if get_origin(hint) is list or inside[-1] is Ellipsis:
+            return all(_fits(each, inside[0]) for each in value)
+        return len(value) == len(inside) and all(map(_fits, value, inside))
+    if get_origin(hint) in (Union, UnionType):
+        return any(_fits(value, each) for each in get_args(hint))
+    if get_origin(hint) is dict:
+        return isinstance(value, dict)
+    if isinstance(value, bool):
+        return hint is bool
+    return isinstance(value, (int, float) if hint is float else hint)
+
+
+def _as_tuple(value: Any) -> Any:
+    return tuple(map(_as_tuple, value)) if isinstance(value, list) else value

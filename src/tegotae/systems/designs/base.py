@@ -1,0 +1,78 @@
+"""What a family is: one way to control the legs of any legged system."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from typing import Any
+
+from tegotae._support.errors import TegotaeError
+from tegotae.parts.controller import Controller
+from tegotae.systems.legged import Legged
+from tegotae.systems.models import hidden_sizes
+
+
+class Family(ABC):
+    """A way to control a legged system: a frozen dataclass of what is learned, from what.
+
+    What is not learned is as the system has it: its actuation, its oscillator. All legs have the
+    same weights.
+    """
+
+    @property
+    @abstractmethod
+    def name(self) -> str:
+        """Its part of a design's name, such as `ART-rF-tphif`."""
+
+    @property
+    @abstractmethod
+    def about(self) -> str:
+        """What it is, in a line."""
+
+    @property
+    def has_rhythm(self) -> bool:
+        """Whether it has oscillators, and so a frequency."""
+        return True
+
+    @abstractmethod
+    def controller(self, legged: Legged, budget: int) -> Controller:
+        """The controller of a system, with as many weights as the budget allows.
+
+        Raises:
+            TegotaeError: for a budget too small, or a system that does not sense what is read.
+        """
+
+
+def shared_out(called: str, costs: dict[str, int], others: int, budget: int) -> dict[str, int]:
+    """Hidden neurons of each network, as evenly as the budget allows (`models.hidden_sizes`).
+
+    Args:
+        called: whose networks they are, for an error.
+        costs: weights of a hidden neuron, by network.
+        others: trained numbers beside the networks.
+        budget: largest number of weights in all.
+
+    Raises:
+        TegotaeError: for a budget that does not give every network a neuron.
+
+    Example:
+        >>> shared_out("ART", {"A": 4, "R": 3, "T": 10}, 1, 96)
+        {'A': 5, 'R': 5, 'T': 6}
+    """
+    least = sum(costs.values()) + others
+    if budget < least:
+        raise TegotaeError(f"budget is {budget}, too small: {called} has at least {least} weights")
+    sizes = hidden_sizes([cost - 2 for cost in costs.values()], budget - others)
+    return dict(zip(costs, sizes, strict=True))
+
+
+def require_system(legged: Any) -> Legged:
+    """The system itself, with oscillators and Tegotae feedback to learn from.
+
+    Raises:
+        TegotaeError: for one without.
+    """
+    if legged.controller.oscillator is None or legged.controller.tegotae is None:
+        raise TegotaeError(
+            "a design replaces the terms of a system's Tegotae controller, and this one has none"
+        )
+    return legged

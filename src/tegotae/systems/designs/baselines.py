@@ -1,0 +1,152 @@
+"""What learned Tegotae is compared with: another law, and networks of the same size."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+
+from tegotae._support.errors import unknown
+from tegotae.parts.commands import FOOT
+from tegotae.parts.controller import Controller, Tegotae
+from tegotae.parts.terms import (
+    ConstantGain,
+    Network,
+    OffsetAction,
+    VanillaReaction,
+    WholeBody,
+    WholeBodyFoot,
+)
+from tegotae.systems.designs.base import Family, require_system, shared_out
+from tegotae.systems.designs.senses import (
+    OBSERVATIONS,
+    all_of,
+    of_body,
+    of_leg,
+)
+from tegotae.systems.designs.tegotae import learned_actuation, reach_m, usual_gain
+from tegotae.systems.legged import Legged
+
+COSINE = "cos"
+"""The cosine law's name."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class CosineLaw(Family):
+    """The law of ORCAgym, `φ̇ = ω - c N (cos φ + o)`, with c and o trained: two numbers."""
+
+    @property
+    def name(self) -> str:
+        """`cos`."""
+        return COSINE
+
+    @property
+    def about(self) -> str:
+        """The law."""
+        return "the cosine law φ̇ = ω - c N (cos φ + o)"
+
+    def controller(self, legged: Legged, budget: int) -> Controller:
+        """The system's controller with another action; two weights, whatever the budget."""
+        own = require_system(legged).controller
+        shared_out(self.name, {}, 2, budget)
+        terms = Tegotae(OffsetAction(), VanillaReaction(), ConstantGain(start=usual_gain(legged)))
+        return dataclasses.replace(own, tegotae=terms)
+
+
+@dataclass(frozen=True, kw_only=True)
+class NetworkPerLeg(Family):
+    """The paper's single network, one a leg, without oscillators: from what a leg senses to its
+    command.
+
+    Args:
+        observation: what it senses, "F", "Fv" or "Fa".
+
+    Raises:
+        TegotaeError: for an unknown observation.
+
+    Example:
+        >>> NetworkPerLeg(observation="Fa").name
+        'T-Fa'
+    """
+
+    observation: str
+
+    def __post_init__(self) -> None:
+        if self.observation not in OBSERVATIONS:
+            raise unknown("observation", self.observation, OBSERVATIONS)
+
+    @property
+    def name(self) -> str:
+        """The paper's T, and what it senses."""
+        return f"T-{self.observation}"
+
+    @property
+    def about(self) -> str:
+        """One line."""
+        return f"a network a leg without an oscillator, on {OBSERVATIONS[self.observation]}"
+
+    @property
+    def has_rhythm(self) -> bool:
+        """It has none."""
+        return False
+
+    def controller(self, legged: Legged, budget: int) -> Controller:
+        """The networks alone."""
+        inputs = all_of(self.observation, legged.body)
+        cost = (len(Network(inputs, 1).reads) + 2) * len(legged.controller.actuation.COMMANDS)
+        hidden = shared_out(self.name, {"T": cost}, 0, budget)["T"]
+        return Controller(learned_actuation(legged, inputs, hidden), limbs=legged.body.limbs)
+
+
+@dataclass(frozen=True, kw_only=True)
+class NetworkOfBody(Family):
+    """One network for the whole body: it feels all legs and commands all of them.
+
+    Args:
+        observation: what it feels of each leg, and of the body: "F", "Fv" or "Fa".
+        clock: whether it also sees a phase that turns at ω, whatever is felt.
+
+    Raises:
+        TegotaeError: for an unknown observation.
+
+    Example:
+        >>> NetworkOfBody(observation="Fa", clock=True).name
+        'Wphi-Fa'
+    """
+
+    observation: str
+    clock: bool = False
+
+    def __post_init__(self) -> None:
+        if self.observation not in OBSERVATIONS:
+            raise unknown("observation", self.observation, OBSERVATIONS)
+
+    @property
+    def name(self) -> str:
+        """W for the whole body, and what it senses."""
+        return f"W{'phi' * self.clock}-{self.observation}"
+
+    @property
+    def about(self) -> str:
+        """One line."""
+        with_clock = " and a clock" if self.clock else ""
+        return f"one network for all legs, on {OBSERVATIONS[self.observation]}{with_clock}"
+
+    @property
+    def has_rhythm(self) -> bool:
+        """Whether there is a clock."""
+        return self.clock
+
+    def controller(self, legged: Legged, budget: int) -> Controller:
+        """The network, and the clock: an oscillator that hears of nothing."""
+        body, limbs = legged.body, legged.body.limbs
+        each = of_leg(self.observation, body)
+        common = (*(["phase"] if self.clock else []), *of_body(self.observation, body))
+        kind, more = WholeBody, {}
+        if legged.controller.actuation.COMMANDS == FOOT:
+            kind, more = WholeBodyFoot, {"reach_m": reach_m(legged)}
+        cost = kind(each, common, limbs, 1, **more).n_weights
+        hidden = shared_out(self.name, {"W": cost}, 0, budget)["W"]
+        network = kind(each, common, limbs, hidden, **more)
+        if not self.clock:
+            return Controller(network, limbs=limbs)
+        return Controller(network, require_system(legged).controller.oscillator, limbs=limbs)

@@ -1,0 +1,146 @@
+"""A design: a family on a legged system, and the experiment that it makes."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+from typing import Any
+
+from tegotae._support.errors import TegotaeError, require_count, require_finite
+from tegotae._support.limits import MOST_RAD_PER_S, MOST_WEIGHTS
+from tegotae.measures.objectives.fitness import EPISODE
+from tegotae.measures.objectives.hopping_legs import HoppingLegs
+from tegotae.measures.objectives.objective import Objective
+from tegotae.measures.objectives.walking import Walking
+from tegotae.parts.bodies import Body, Walker
+from tegotae.parts.controller import Controller
+from tegotae.parts.fields import unwrapped
+from tegotae.simulation.rollout import Timing
+from tegotae.systems.designs.base import Family
+from tegotae.systems.designs.tegotae import nominal_speed_m_per_s
+from tegotae.systems.experiment import Experiment
+from tegotae.systems.legged import Legged, random_phases
+from tegotae.systems.models import BUDGET
+
+EPISODE_SHARE = 0.3
+"""Length of a walker's episode of training, as a share of the time of its gait commands."""
+START_SEED = 0
+"""Of the phases that every episode of training begins with: as irregular as any."""
+
+
+@dataclass(frozen=True)
+class Design:
+    """A family of controllers on a legged system, at a frequency.
+
+    Args:
+        family: what is learned.
+        system: the body, the controller that is learned upon, and the release.
+        called: the system's name.
+        omega: ω [rad/s]; the system's own if None. It also says which speed is wanted of a walker:
+            2 B ω / π, at which a foot crosses its stride in half a turn.
+
+    Raises:
+        TegotaeError: for a frequency that is not positive.
+
+    Example:
+        >>> from tegotae.systems.designs import design
+        >>> found = design("ART@quadruped-c")
+        >>> found.name, found.controller().n_weights
+        ('ART-rF-tphif@quadruped-c', 96)
+    """
+
+    family: Family
+    system: Legged
+    called: str
+    omega: float | None = None
+
+    def __post_init__(self) -> None:
+        if self.omega is not None:
+            require_finite("omega", self.omega, above=0.0, most=MOST_RAD_PER_S)
+        if self.system.omega is None:
+            raise TegotaeError(f"{self.called} has no frequency of its own to learn at")
+
+    @property
+    def name(self) -> str:
+        """The stable name, such as `ART-rF-tphif-w3@quadruped-c`."""
+        omega = "" if self.omega is None else f"-w{self.omega:g}"
+        return f"{self.family.name}{omega}@{self.called}"
+
+    @property
+    def frequency(self) -> float:
+        """ω [rad/s], which sets the wanted speed even where there is no oscillator."""
+        omega = self.system.omega if self.omega is None else self.omega
+        assert omega is not None  # __post_init__
+        return omega
+
+    def controller(self, budget: int = BUDGET) -> Controller:
+        """The controller, with as many weights as the budget allows.
+
+        Raises:
+            TegotaeError: for a budget too small for one neuron per network.
+        """
+        require_count("budget", budget, most=MOST_WEIGHTS)
+        return self.family.controller(self.system, budget)
+
+    @property
+    def fitness(self) -> Objective:
+        """A walk at the wanted speed, of a walker; hopping, of legs that push.
+
+        Raises:
+            TegotaeError: for a walker whose feet say no speed.
+        """
+        if not isinstance(unwrapped(self.system.body), Walker):
+            return HoppingLegs()
+        speed = nominal_speed_m_per_s(self.system, self.frequency)
+        if speed is None:
+            raise TegotaeError(
+                f"{self.called} has no ellipse that says which speed is wanted; make an Experiment "
+                "of your own with Walking(speed_m_per_s=...)"
+            )
+        return Walking(speed_m_per_s=speed, settle_s=0.5 * self.timing.duration_s)
+
+    @property
+    def timing(self) -> Timing:
+        """An episode of training: the hopper's, or for a walker long enough to settle."""
+        own = self.system.timing
+        if not isinstance(unwrapped(self.system.body), Walker):
+            return EPISODE
+        return Timing(
+            duration_s=EPISODE_SHARE * own.duration_s, tick_s=own.tick_s, frame_s=own.frame_s
+        )
+
+    def experiment(self, *, budget: int = BUDGET, **settings: Any) -> Experiment:
+        """The training of this design.
+
+        Every episode begins with the same phases, drawn once for all designs (`START_SEED`).
+
+        Args:
+            budget: largest number of trained parameters.
+            settings: of the `Experiment` or its system that are to be otherwise, such as timing or
+                objective.
+
+        Raises:
+            TegotaeError: for a budget too small, or settings that do not fit together.
+        """
+        legged = self.system
+        body: Body = settings.pop("body", legged.body)
+        system = dataclasses.replace(
+            legged.system,
+            controller=self.controller(budget),
+            body=body,
+            omega=self.frequency if self.family.has_rhythm else None,
+            release=dataclasses.replace(
+                legged.system.release,
+                height_m=legged.system.height_on(body),
+                phase_rad=_start(body.limbs) if self.family.has_rhythm else 0.0,
+            ),
+            timing=self.timing,
+        )
+        objective = settings.pop("objective") if "objective" in settings else self.fitness
+        experiment = Experiment(name=self.name, system=system, objective=objective)
+        return experiment.replaced(**settings) if settings else experiment
+
+
+def _start(limbs: int) -> tuple[float, ...]:
+    """The phases that every episode of training begins with [rad], a leg each."""
+    return tuple(random_phases(limbs, 1, START_SEED)[:, 0].round(3).tolist())

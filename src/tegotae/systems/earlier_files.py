@@ -1,0 +1,124 @@
+"""What files of earlier versions leave unsaid about a closed loop, settled in one place.
+
+Up to version 3 a controller file held controller, frequency and body, and the rest of its training
+in an untyped entry. Release and timing that it does not state are the usual ones of its body.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from tegotae.parts.bodies import Body, Walker
+from tegotae.parts.controller import Controller
+from tegotae.parts.fields import unwrapped
+from tegotae.simulation.rollout import Timing
+from tegotae.systems.descriptions import describe, entry
+from tegotae.systems.release import Release
+from tegotae.systems.system import System
+
+WALKING = 200.0
+"""Time in which a walker settles [√(l0 / g)]."""
+
+_RENAMED = {"fitness": "objective"}
+"""Entries of an earlier experiment by other names."""
+_OF_SYSTEM = ("timing", "integrator")
+_OF_RELEASE = {"release_m": "height_m", "phase_rad": "phase_rad", "posture": "initial_pose"}
+_OWN = ("conditions", "episodes", "objective", "protocol")
+
+
+def usual_system(controller: Controller, body: Body, omega: float | None) -> System:
+    """A controller on a body, released and timed as is usual for this body.
+
+    A walker begins on its feet, and its times are in √(l0 / g); others are released as the paper's
+    hopper is.
+
+    Raises:
+        TegotaeError: for what does not go together.
+    """
+    own = unwrapped(body)
+    if not isinstance(own, Walker):
+        return System(controller=controller, body=body, omega=omega)
+    unit_s = math.sqrt(own.rest_length_m / own.gravity_m_per_s2)
+    press_m = getattr(controller.actuation, "press_m", 0.0)
+    return System(
+        controller=controller,
+        body=body,
+        omega=omega,
+        release=Release(height_m=own.standing_height_m + press_m),
+        timing=Timing(duration_s=WALKING * unit_s, tick_s=0.008 * unit_s, frame_s=0.08 * unit_s),
+    )
+
+
+def of_earlier_version(document: Mapping[str, Any]) -> dict[str, Any]:
+    """A controller document of version 1, 2 or 3 as one of version 4.
+
+    Raises:
+        KeyError: for an entry that is missing.
+        TypeError: for one of another type.
+        TegotaeError: for what a part itself refuses.
+    """
+    if document["version"] == 1:
+        document = _of_version_1(document)
+    controller, body = entry(document, "controller", Controller), entry(document, "body", Body)
+    omega = entry(document, "omega_rad_per_s", float | None)
+    system = describe(usual_system(controller, body, None if omega is None else float(omega)))
+    training = dict(entry(document, "training", dict))
+    earlier = training.get("experiment")
+    experiment = None
+    if isinstance(earlier, Mapping) and ("fitness" in earlier or "protocol" in earlier):
+        experiment = {"name": document["model"], **_nested(training.pop("experiment"))}
+        ours = experiment.pop("system")
+        system |= {name: ours[name] for name in _OF_SYSTEM if name in ours}
+        system["release"] |= ours["release"]
+    return {
+        "format": document["format"],
+        "version": document["version"],
+        "name": document["model"],
+        "system": system,
+        "weights": document["weights"],
+        "experiment": experiment,
+        "training": training,
+        "software": document["software"],
+    }
+
+
+def experiment_document(document: Mapping[str, Any]) -> dict[str, Any]:
+    """An experiment's document, of whatever version, as one of today's.
+
+    Earlier ones had controller, body and release beside the rest, and no system.
+    """
+    if "system" in document:
+        return dict(document)
+    found = _nested(document)
+    found["system"] |= {name: document[name] for name in ("controller", "body", "omega")}
+    return {"name": document["name"], **found}
+
+
+def _nested(document: Mapping[str, Any]) -> dict[str, Any]:
+    """The entries of an earlier experiment, those of its system apart."""
+    named = {_RENAMED.get(name, name): value for name, value in document.items()}
+    release = {new: named[old] for old, new in _OF_RELEASE.items() if old in named}
+    system: dict[str, Any] = {name: named[name] for name in _OF_SYSTEM if name in named}
+    own = {name: named[name] for name in _OWN if name in named}
+    return {"system": {**system, "release": release}, **own}
+
+
+def _of_version_1(document: Mapping[str, Any]) -> dict[str, Any]:
+    """A document of version 1 as one of version 2.
+
+    There the terms of the feedback lay beside the actuation, and a controller without an oscillator
+    had the frequency 0.
+    """
+    parts = dict(entry(document, "controller", dict))
+    if "action" in parts:
+        own = [name for name in ("limit_rad_per_s",) if name in parts]
+        names = ["action", "reaction", "gain", *own]
+        parts["tegotae"] = {name: parts.pop(name) for name in names}
+    omega = float(entry(document, "omega_rad_per_s", float))
+    return {
+        **document,
+        "controller": parts,
+        "omega_rad_per_s": omega if "oscillator" in parts else None,
+    }

@@ -1,0 +1,278 @@
+"""An experiment: what is trained, on what, by what measure, and how it is then evaluated."""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from tegotae._support.errors import TegotaeError, require_count
+from tegotae.measures.evaluation import Protocol
+from tegotae.measures.objectives.fitness import Fitness
+from tegotae.measures.objectives.objective import Objective
+from tegotae.parts.bodies import Body
+from tegotae.parts.controller import Controller
+from tegotae.simulation.rollout import Timing
+from tegotae.simulation.world import Condition, Scenario
+from tegotae.simulation.world.draws import check_conditions, check_releases
+from tegotae.simulation.world.randomization import Variety
+from tegotae.systems.descriptions import (
+    EditedPartError,
+    check_kept,
+    describe,
+    restore,
+)
+from tegotae.systems.earlier_files import experiment_document
+from tegotae.systems.registry import CODE
+from tegotae.systems.system import FIELDS, System
+from tegotae.training.judge import EngineJudge
+
+GAINS = np.linspace(0.1, 12.0, 240)
+"""Values of σ that are tried on the hopper [rad/(s N)]."""
+
+_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._+@-]{0,99}")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Experiment:
+    """A system, what it is to learn, under which conditions, and how what was learned is evaluated.
+
+    Trainings of any algorithm, tuning and the study are made of experiments; the 218 models of the
+    paper make theirs by `Model.experiment`.
+
+    Args:
+        name: what it is called, in files, tables and figures.
+        system: the closed loop whose weights are learned; its release and timing are those of an
+            episode of training. The evaluation is in continuous time, whatever its integrator.
+        objective: the measure by which an episode is judged in training.
+        conditions: what differs from one episode of training to another: numbers of the body or of
+            the scenario, drawn anew in every generation (domain randomisation).
+        episodes: how many episodes each candidate is judged by, on average; more than one only
+            under changing conditions.
+        protocol: how what was learned is evaluated.
+
+    Raises:
+        TegotaeError: for a name that is no file's, a condition that body and scenario do not have
+            or whose extremes make no body, or an episode that cannot be judged.
+
+    Example:
+        >>> from tegotae.systems.models import find
+        >>> experiment = find("ART").experiment(body=Hopper(mass_kg=0.12))
+        >>> experiment.name, experiment.system.omega, experiment.controller.n_weights
+        ('ART-rF-tphif-w8', 8.0, 96)
+        >>> Experiment.of(experiment.document) == experiment
+        True
+    """
+
+    name: str
+    system: System
+    objective: Objective = field(default_factory=Fitness)
+    conditions: tuple[Condition, ...] = ()
+    episodes: int = 1
+    protocol: Protocol = field(default_factory=Protocol)
+
+    def __post_init__(self) -> None:
+        require_name(self.name)
+        require_count("episodes", self.episodes)
+        if self.episodes > 1 and not self.conditions:
+            raise TegotaeError(
+                f"{self.name} has {self.episodes} episodes a candidate and no conditions in which "
+                "they differ; they would all be the same one"
+            )
+        check_conditions(
+            self.conditions,
+            self.scenario,
+            self.body,
+            self.controller.oscillator,
+            self.timing.tick_s,
+            self.timing.duration_s,
+        )
+        self.objective.check(self.timing)
+
+    @property
+    def controller(self) -> Controller:
+        """The structure whose weights are learned."""
+        return self.system.controller
+
+    @property
+    def body(self) -> Body:
+        """The body of the system."""
+        return self.system.body
+
+    @property
+    def omega(self) -> float | None:
+        """The prescribed frequency ω_t [rad/s]; None without an oscillator."""
+        return self.system.omega
+
+    @property
+    def timing(self) -> Timing:
+        """The episode of training."""
+        return self.system.timing
+
+    def replaced(self, **changes: Any) -> Experiment:
+        """The experiment with other fields, its own or those of its system and release.
+
+        Args:
+            changes: by the names of the fields of `Experiment`, `System` and `Release`.
+
+        Raises:
+            TegotaeError: for what does not fit together.
+
+        Example:
+            >>> from tegotae.systems.models import find
+            >>> find("ART").experiment().replaced(height_m=1.1).system.release.height_m
+            1.1
+        """
+        of_system = {name: changes.pop(name) for name in list(changes) if name in FIELDS}
+        if of_system:
+            changes["system"] = changes.get("system", self.system).replaced(of_system)
+        return dataclasses.replace(self, **changes)
+
+    def check(self) -> None:
+        """See, before long work starts, that there is something to train, on a body that can hop,
+        and that all of it can be saved and read again.
+
+        Raises:
+            TegotaeError: if not.
+        """
+        if self.controller.n_weights == 0:
+            raise TegotaeError(f"{self.name} has no weights to train")
+        check_kept(self)
+        self.body.check_release(self.system.release.height_m)
+        check_releases(self.conditions, self.scenario, self.body)
+
+    @property
+    def measure(self) -> Objective:
+        """The objective as it applies here: without a frequency there is none to follow."""
+        return self.objective.without_frequency() if self.omega is None else self.objective
+
+    @property
+    def scenario(self) -> Scenario:
+        """An episode of training: numbers."""
+        return self.system.scenario()
+
+    def judge(self, workers: int | None = None) -> EngineJudge:
+        """Who says in training how good weights are; the engine needs no worker processes."""
+        varied = Variety(self.conditions, self.body, self.scenario)
+        return EngineJudge(self.system.engine(), self.measure, varied, self.episodes)
+
+    @property
+    def is_searched(self) -> bool:
+        """Whether all there is to learn is a constant gain σ, which a search finds."""
+        return self.controller.has_a_gain_alone
+
+    @property
+    def cot_unit(self) -> str:
+        """The unit of CoT⁻¹ in which its objective measures it."""
+        return self.objective.COT_UNIT
+
+    @property
+    def gains(self) -> np.ndarray:
+        """Values of σ that a search tries [rad/(s N)]."""
+        return GAINS
+
+    @property
+    def document(self) -> dict[str, Any]:
+        """The experiment as plain JSON values.
+
+        Raises:
+            TegotaeError: for a part that is not registered (`tegotae.register`).
+        """
+        return describe(self)
+
+    @classmethod
+    def of(cls, document: Mapping[str, Any]) -> Experiment:
+        """The experiment of a document.
+
+        Raises:
+            TegotaeError: for a document of something else, or one that names a part that is not
+                registered.
+        """
+        try:
+            return restore(experiment_document(document), cls, "experiment")
+        except EditedPartError as error:
+            raise TegotaeError(f"the experiment {document.get('name')} {error}") from None
+        except KeyError as error:
+            raise TegotaeError(f"an experiment has no entry {error}") from None
+        except (TypeError, ValueError, OverflowError) as error:
+            raise TegotaeError(f"an experiment cannot be read: {error}") from None
+
+
+def require_name(name: Any) -> None:
+    """Raise `TegotaeError` unless a name can be an experiment's, and so a file's.
+
+    Example:
+        >>> require_name("ART-rF-tphif-w8+hopf")
+    """
+    if not isinstance(name, str) or not _NAME.fullmatch(name):
+        raise TegotaeError(
+            f"an experiment is called {name!r}; its name may have letters, digits and "
+            ". _ + @ -, begins with a letter or a digit, and has 100 characters at most"
+        )
+
+
+def differing(found: Any, wanted: Any) -> list[str]:
+    """Names of what differs between two documents, such as `fitness.work` or `code of MyTerm`.
+
+    Example:
+        >>> differing({"seeds": 1, "body": {"mass_kg": 1}}, {"seeds": 1, "body": {"mass_kg": 2}})
+        ['body.mass_kg']
+        >>> differing({"kind": "MyTerm", "sha256": "a0"}, {"kind": "MyTerm", "sha256": "b1"})
+        ['code of MyTerm']
+    """
+    names = _differing(_without_code(found), _without_code(wanted))
+    theirs, ours = dict(_codes(found)), dict(_codes(wanted))
+    edited = [each for each in {**theirs, **ours} if theirs.get(each) != ours.get(each)]
+    # The code of a part that one of them lacks is not worth a word beside that.
+    return names + [f"code of {x}" for x in edited if not names or (x in theirs and x in ours)]
+
+
+def _codes(document: Any) -> Iterator[tuple[str, str]]:
+    """The hashes of the code in a document, by what they are of."""
+    if isinstance(document, list):
+        for each in document:
+            yield from _codes(each)
+    if not isinstance(document, Mapping):
+        return
+    code = document.get(CODE)
+    if isinstance(code, Mapping):
+        yield from ((str(what), str(each)) for what, each in code.items())
+    elif code is not None:
+        names = (document.get(key) for key in ("kind", "name", "algorithm"))
+        yield next((str(each) for each in names if each), "a part"), str(code)
+    for each in document.values():
+        yield from _codes(each)
+
+
+def _without_code(document: Any) -> Any:
+    if isinstance(document, list):
+        return [_without_code(each) for each in document]
+    if not isinstance(document, Mapping):
+        return document
+    return {name: _without_code(each) for name, each in document.items() if name != CODE}
+
+
+def _differing(found: Any, wanted: Any, name: str = "") -> list[str]:
+    if found == wanted:
+        return []
+    if isinstance(found, list) and isinstance(wanted, list) and len(found) == len(wanted):
+        inside = (_differing(a, b, name) for a, b in zip(found, wanted, strict=True))
+        return list(dict.fromkeys(each for names in inside for each in names))
+    if not isinstance(found, Mapping) or not isinstance(wanted, Mapping):
+        return [name]
+    if name.endswith("controller") or found.get("kind") != wanted.get("kind"):
+        return [name]
+    names = [
+        each
+        for key in {**wanted, **found}
+        for each in (
+            _differing(found[key], wanted[key], f"{name}.{key}" if name else key)
+            if key in found and key in wanted
+            else [f"{name}.{key}" if name else key]
+        )
+    ]
+    return [each.removeprefix("experiment.").removeprefix("system.") for each in names]

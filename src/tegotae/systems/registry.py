@@ -1,0 +1,193 @@
+"""The parts that documents may name: those of this package, and those that a user registered.
+
+A document names a part by its kind. Reading one never imports anything: a kind that nobody
+registered is refused.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import importlib
+from functools import cache
+from typing import Any, TypeVar
+
+from tegotae._support.errors import TegotaeError
+from tegotae._support.part_code import code_of
+from tegotae.measures.hopping import registry as metrics
+from tegotae.measures.hopping.metric import Metric
+
+P = TypeVar("P")
+
+_CONTRACTS = {
+    "tegotae.parts.bodies": "Body",
+    "tegotae.parts.oscillators": "Oscillator",
+    "tegotae.parts.terms": "Term",
+    "tegotae.parts.terrains": "Terrain",
+    "tegotae.parts.couplings": "Coupling",
+    "tegotae.simulation.integrators": "Integrator",
+    "tegotae.simulation.world": "Condition",
+    "tegotae.measures.objectives.objective": "Objective",
+    "tegotae.training.algorithms": "Algorithm",
+    "tegotae.training.agents.settings": "AgentSettings",
+}
+"""Where each contract is, with the parts of this package that keep it."""
+_MORE_PARTS = (
+    "tegotae.measures.objectives.fitness",
+    "tegotae.measures.objectives.walking",
+    "tegotae.measures.objectives.hopping_legs",
+)
+
+_registered: dict[str, type] = {}
+_codes: dict[type, str | None] = {}
+"""The code of each registered part as it was then, which is that of its file only until this is
+edited."""
+
+CODE = "sha256"
+"""What the code of a user's part is called in documents."""
+
+
+def register(part: P) -> P:
+    """Let documents name a user's own part, so that it can be saved, loaded, trained and studied.
+
+    A part is a frozen dataclass that keeps a contract: a subclass of `Body`, `Terrain`,
+    `Oscillator`, `Term`, `Coupling`, `Integrator`, `Condition`, `Objective`, `Algorithm` or
+    `AgentSettings`. It is named by its class. Registering it again, or a new version of the same
+    class, is allowed; taking the name of another part is not. A `Metric` is registered so, too,
+    and evaluated from then on.
+
+    Args:
+        part: the class, or an instance of it; of a metric the instance.
+
+    Returns:
+        the same, so that it serves as a decorator.
+
+    Raises:
+        TegotaeError: for what is no part, or has the name of another part.
+
+    Example:
+        >>> from dataclasses import dataclass
+        >>> from tegotae.parts.terms import VanillaAction
+        >>> @register
+        ... @dataclass(frozen=True)
+        ... class LazyAction(VanillaAction):
+        ...     '''The vanilla action by another name.'''
+        >>> kinds()["LazyAction"] is LazyAction
+        True
+    """
+    if isinstance(part, Metric):
+        metrics.register(part)
+        return part
+    kind = part if isinstance(part, type) else type(part)
+    contract = contract_of(kind)
+    if contract is None:
+        raise TegotaeError(
+            f"{kind.__name__} is no part: a part is a subclass of one of "
+            f"{', '.join(each.__name__ for each in contracts())}"
+        )
+    if not is_part(kind):
+        raise TegotaeError(
+            f"{kind.__name__} cannot be registered: it is no frozen dataclass; write "
+            "@dataclass(frozen=True) above it"
+        )
+    fields = dataclasses.fields(kind)  # type: ignore[arg-type]
+    if {"kind", CODE} & {field.name for field in fields}:
+        raise TegotaeError(
+            f"{kind.__name__} cannot be registered: documents call something else kind and {CODE}; "
+            "give its field another name"
+        )
+    name = name_of(kind)
+    other = kinds().get(name)
+    if other is not None and _origin(other) != _origin(kind):
+        raise TegotaeError(
+            f"{kind.__name__} cannot be registered: {other.__module__} has a part called "
+            f"{name} already; choose another name"
+        )
+    _registered[name] = kind
+    if kind not in _codes:
+        _codes[kind] = code_of(kind)
+    return part
+
+
+def kinds() -> dict[str, type]:
+    """All registered parts by name, those of this package first."""
+    return {**_own(), **_registered}
+
+
+def kinds_of(contract: type[P]) -> dict[str, type[P]]:
+    """The registered parts that keep a contract, by name."""
+    return {name: kind for name, kind in kinds().items() if issubclass(kind, contract)}
+
+
+def name_of(kind: type) -> str:
+    """What documents and commands call a part: its `NAME`, if it has one, or its class's name."""
+    return vars(kind).get("NAME", kind.__name__)
+
+
+def kind_of(part: Any) -> str | None:
+    """What documents call an instance of a part; None for other dataclasses.
+
+    Raises:
+        TegotaeError: for a part that is not registered.
+    """
+    kind = type(part)
+    if contract_of(kind) is None:
+        return None
+    name = name_of(kind)
+    known = kinds().get(name)
+    if known is not kind:
+        raise TegotaeError(
+            f"a {kind.__name__} cannot be saved: it is not registered; "
+            f"call tegotae.register({kind.__name__}) first"
+        )
+    return name
+
+
+def code_noted(kind: type) -> str | None:
+    """The hash of a user's part's code when it was registered; None of this package's parts."""
+    return _codes.get(kind)
+
+
+def is_part(kind: Any) -> bool:
+    """Whether a class keeps a contract and can be written down: a frozen dataclass."""
+    return (
+        isinstance(kind, type)
+        and contract_of(kind) is not None
+        and "__dataclass_params__" in vars(kind)
+        and kind.__dataclass_params__.frozen  # type: ignore[attr-defined]
+    )
+
+
+def contract_of(kind: type) -> type | None:
+    """The contract that a class keeps, or is."""
+    return next((contract for contract in contracts() if issubclass(kind, contract)), None)
+
+
+@cache
+def contracts() -> tuple[type, ...]:
+    """The contracts that a part can keep."""
+    return tuple(
+        getattr(importlib.import_module(module), name) for module, name in _CONTRACTS.items()
+    )
+
+
+@cache
+def _own() -> dict[str, type]:
+    """The parts of this package, by name."""
+    modules = [importlib.import_module(name) for name in (*_CONTRACTS, *_MORE_PARTS)]
+    parts = [part for module in modules for part in vars(module).values() if is_part(part)]
+    return {name_of(part): part for part in parts if part not in contracts()}
+
+
+def _origin(kind: type) -> tuple[str, str]:
+    return kind.__module__, kind.__qualname__
+
+
+def parts_in(value: Any) -> list[Any]:
+    """All parts that a description (a dataclass, a tuple, a part) is made of, itself included."""
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        inside = [getattr(value, field.name) for field in dataclasses.fields(value)]
+        own = [value] if contract_of(type(value)) is not None else []
+        return own + [part for each in inside for part in parts_in(each)]
+    if isinstance(value, (tuple, list)):
+        return [part for each in value for part in parts_in(each)]
+    return []

@@ -1,0 +1,151 @@
+"""A system: the closed loop under study, all of it in one value."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from tegotae._support.errors import TegotaeError, require_finite
+from tegotae._support.limits import MOST_RAD_PER_S
+from tegotae.parts.bodies import Body, Hopper
+from tegotae.parts.controller import Controller
+from tegotae.simulation.integrators import Integrator, PredictorCorrector
+from tegotae.simulation.loop import check_senses
+from tegotae.simulation.rollout import (
+    Engine,
+    Summary,
+    Timing,
+    whole_trajectory,
+)
+from tegotae.simulation.world import Scenario
+from tegotae.systems.release import Release
+
+
+@dataclass(frozen=True, kw_only=True)
+class System:
+    """What moves: a controller, the body that it drives, and how the two begin and go on.
+
+    Whoever asks a question of a closed loop takes a system, and guesses nothing.
+
+    Args:
+        controller: the structure; its weights are given with the question.
+        body: the body.
+        omega: prescribed frequency ω [rad/s]; None without an oscillator.
+        release: how an episode begins.
+        timing: an episode's duration, control period and recording period.
+        integrator: how controller and body advance by one control period; `Hold()` holds the
+            controller over each, as a robot does.
+
+    Raises:
+        TegotaeError: for an oscillator without a frequency or a frequency without an oscillator, a
+            signal that the body does not sense, a release that the body does not take, or a
+            control period that is too long for the body or the oscillator.
+
+    Example:
+        >>> from tegotae.systems.models import build
+        >>> hopper = System(controller=build("V-reflex-w8"), omega=8.0)
+        >>> hopper.run([2.0]).height_m.shape
+        (1000, 1)
+    """
+
+    controller: Controller
+    body: Body = field(default_factory=Hopper)
+    omega: float | None = None
+    release: Release = field(default_factory=Release)
+    timing: Timing = field(default_factory=Timing)
+    integrator: Integrator = field(default_factory=PredictorCorrector)
+
+    def __post_init__(self) -> None:
+        if self.controller.oscillator is None and self.omega is not None:
+            raise TegotaeError(
+                f"the controller has no oscillator, but omega is {self.omega} rad/s; omega must "
+                "be None"
+            )
+        if self.controller.oscillator is not None and self.omega is None:
+            raise TegotaeError("the controller has an oscillator; give omega, such as 8 rad/s")
+        if self.omega is not None:
+            require_finite("omega", self.omega, above=0.0, most=MOST_RAD_PER_S)
+        check_senses(self.controller, self.body)
+        self.release.check(self.body, self.controller.oscillator, self.omega, self.timing)
+        self.body.check_tick(self.timing.tick_s)
+
+    def replaced(self, changes: Mapping[str, Any]) -> System:
+        """The system with other fields; names of a release's fields are understood, too.
+
+        Args:
+            changes: by the names of the fields of `System` and `Release`.
+
+        Raises:
+            TegotaeError: for what does not fit together.
+
+        Example:
+            >>> from tegotae.systems.models import build
+            >>> hopper = System(controller=build("V-reflex-w8"), omega=8.0)
+            >>> hopper.replaced({"omega": 6.0, "height_m": 1.1}).release.height_m
+            1.1
+        """
+        own = dict(changes)
+        of_release = {name: own.pop(name) for name in list(own) if name in _OF_RELEASE}
+        if of_release:
+            own["release"] = dataclasses.replace(own.get("release", self.release), **of_release)
+        return dataclasses.replace(self, **own)
+
+    def on(self, body: Body) -> System:
+        """The system on another body, released as high over where its legs touch the ground.
+
+        Raises:
+            TegotaeError: for a body that does not go with the rest, or cannot hop from there.
+        """
+        height_m = self.height_on(body)
+        body.check_release(height_m)
+        return self.replaced({"body": body, "height_m": height_m})
+
+    def height_on(self, body: Body) -> float:
+        """Height that releases another body as high over where its legs touch the ground [m]."""
+        higher = float(body.touching_height_m) - float(self.body.touching_height_m)
+        return self.release.height_m + higher
+
+    def scenario(self, **entries: Any) -> Scenario:
+        """An episode of one lane, but for the entries that are given."""
+        return self.release.scenario(self.omega, **entries)
+
+    def engine(self, summary: Summary = whole_trajectory, timing: Timing | None = None) -> Engine:
+        """The engine that advances it, by its own timing unless another is given."""
+        return Engine(
+            controller=self.controller,
+            integrator=self.integrator,
+            timing=self.timing if timing is None else timing,
+            summary=summary,
+        )
+
+    def run(
+        self,
+        weights: Any,
+        scenario: Scenario | None = None,
+        *,
+        summary: Summary = whole_trajectory,
+        dtype: str = "float32",
+    ) -> Any:
+        """Roll it out.
+
+        Args:
+            weights: shape [lanes, n_weights] or [n_weights].
+            scenario: of every lane; the system's own episode by default.
+            summary: function that says what is kept of a trajectory.
+            dtype: "float32" or "float64".
+
+        Returns:
+            The trajectory, or what the summary makes of it: NumPy arrays, lanes last.
+
+        Raises:
+            TegotaeError: for what the engine refuses.
+        """
+        episode = self.scenario() if scenario is None else scenario
+        return self.engine(summary).run(weights, episode, self.body, dtype=dtype)
+
+
+_OF_RELEASE = {field.name for field in dataclasses.fields(Release)}
+FIELDS = frozenset({field.name for field in dataclasses.fields(System)} | _OF_RELEASE)
+"""Names that `System.replaced` takes."""

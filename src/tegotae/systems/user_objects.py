@@ -1,0 +1,153 @@
+"""Objects of a user's own files, named on the command line: `FILE.py:OBJECT` or `MODULE:OBJECT`."""
+
+from __future__ import annotations
+
+import contextlib
+import importlib
+import importlib.util
+import os
+import sys
+import traceback
+from importlib.machinery import ModuleSpec
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+from tegotae._support.errors import TegotaeError, told, unknown
+from tegotae.measures.hopping.metric import Metric
+from tegotae.measures.hopping.registry import built_in
+from tegotae.systems import registry
+
+
+def is_reference(text: str) -> bool:
+    """Whether a word names an object of a user's own file.
+
+    Example:
+        >>> is_reference("my_parts.py:experiment"), is_reference("ART-rF-tphif-w8")
+        (True, False)
+    """
+    return ":" in text
+
+
+def named(reference: str, kind: type | tuple[type, ...], what: str) -> Any:
+    """The object of a reference; its file is imported, and the parts in it are registered.
+
+    A class is taken for an instance of it with its defaults.
+
+    Args:
+        reference: `FILE.py:OBJECT` or `MODULE:OBJECT`.
+        kind: what the object must be an instance of.
+        what: what is asked for, for errors, such as "body".
+
+    Raises:
+        TegotaeError: if there is no such file, module or object, if the file cannot be imported, or
+            if the object is something else.
+    """
+    place, _, name = reference.rpartition(":")
+    if not place or not name:
+        raise TegotaeError(f"{reference!r} names no {what}; write FILE.py:OBJECT or MODULE:OBJECT")
+    module = imported(place)
+    if not hasattr(module, name):
+        raise unknown(f"object of {place}", name, [n for n in vars(module) if n[0] != "_"])
+    found = getattr(module, name)
+    kinds = kind if isinstance(kind, tuple) else (kind,)
+    if isinstance(found, type) and issubclass(found, kinds):
+        try:
+            found = found()
+        except TypeError as error:
+            raise TegotaeError(f"{reference} cannot be made without arguments: {error}") from None
+        except TegotaeError as error:
+            raise TegotaeError(f"{reference} cannot be made: {error}") from None
+        except (Exception, SystemExit) as error:  # anything may go wrong in a user's class
+            raise TegotaeError(f"{reference} cannot be made: {told(error)}") from None
+    if not isinstance(found, kinds):
+        names = " or ".join(each.__name__ for each in kinds)
+        own = found if isinstance(found, type) else type(found)
+        raise TegotaeError(f"{reference} is no {what}: it is a {own.__name__}, no {names}")
+    return found
+
+
+def imported(place: str) -> ModuleType:
+    """A user's module, by its file or its name, with its parts registered.
+
+    The folder of a file is added to the path, so that worker processes find it, too.
+
+    Raises:
+        TegotaeError: if it is not there or cannot be imported.
+    """
+    before = len(sys.path)
+    try:
+        module = _file(Path(place)) if place.endswith(".py") else _module(place)
+    except TegotaeError:
+        del sys.path[before:]
+        raise
+    for part in list(vars(module).values()):
+        is_own_part = registry.is_part(part) and part.__module__ == module.__name__
+        if is_own_part or (isinstance(part, Metric) and part not in built_in()):
+            registry.register(part)
+    return module
+
+
+def source_of(reference: str) -> Path | None:
+    """The file in which the object of a reference is; None if it is not known.
+
+    Example:
+        >>> source_of("json:loads").name, source_of("nowhere.py:body")
+        ('__init__.py', None)
+    """
+    place = reference.rpartition(":")[0]
+    if place.endswith(".py"):
+        return Path(place) if Path(place).is_file() else None
+    found = _spec(place)
+    return Path(found.origin) if found and found.origin and found.has_location else None
+
+
+def _file(path: Path) -> ModuleType:
+    if not path.is_file():
+        raise TegotaeError(f"there is no file {path}")
+    path, name = path.resolve(), path.stem
+    if not name.isidentifier():
+        raise TegotaeError(
+            f"{path.name} cannot be imported: name it with letters, digits and _ alone"
+        )
+    found = _spec(name)
+    if found is not None and (found.origin is None or Path(found.origin).resolve() != path):
+        raise TegotaeError(
+            f"{path.name} cannot be imported: there is a module {name} already "
+            f"({found.origin or 'built in'}); give the file another name"
+        )
+    _add_to_path(path.parent)
+    return _import(name, str(path))
+
+
+def _module(name: str) -> ModuleType:
+    _add_to_path(Path.cwd())  # where a console script does not look by itself
+    if _spec(name) is None:
+        raise TegotaeError(f"there is no module {name}; for a file write FILE.py:OBJECT")
+    return _import(name, name)
+
+
+def _spec(name: str) -> ModuleSpec | None:
+    with contextlib.suppress(ImportError, ValueError):
+        return importlib.util.find_spec(name)
+    return None
+
+
+def _add_to_path(folder: Path) -> None:
+    if str(folder) not in sys.path:
+        sys.path.append(str(folder))
+        importlib.invalidate_caches()
+
+
+def _import(name: str, place: str) -> ModuleType:
+    try:
+        return importlib.import_module(name)
+    except TegotaeError as error:
+        raise TegotaeError(f"{place} cannot be imported: {error}") from None
+    except (Exception, SystemExit) as error:  # anything may go wrong in a user's file
+        own = [f for f in traceback.extract_tb(error.__traceback__) if f.filename == place]
+        line = getattr(error, "lineno", None) or (own[-1].lineno if own else None)
+        where = "" if line is None else f", line {line}"
+        raise TegotaeError(
+            f"{os.path.basename(place)} cannot be imported{where}: {told(error)}"
+        ) from None

@@ -1,0 +1,95 @@
+"""A tuning in a few numbers: the settings found, and how."""
+
+from __future__ import annotations
+
+import dataclasses
+import time
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from tegotae._support.errors import TegotaeError
+from tegotae._support.optional_dependencies import require
+from tegotae.measures.hopping.statistics import interval, paired_difference
+from tegotae.training.folder import versions_of
+from tegotae.training.tuning.spaces import Space
+from tegotae.training.tuning.task import Task
+from tegotae.training.tuning.tuner import P_PRUNED
+
+if TYPE_CHECKING:
+    from optuna.trial import FrozenTrial
+
+
+def ranking(trials: Sequence[FrozenTrial]) -> list[FrozenTrial]:
+    """The completed trials, the best first.
+
+    Raises:
+        TegotaeError: if no trial is complete.
+    """
+    complete = [trial for trial in trials if trial.state.name == "COMPLETE"]
+    if not complete:
+        raise TegotaeError("no trial is complete; try more settings with --trials")
+    return sorted(complete, key=lambda trial: trial.value or 0.0, reverse=True)
+
+
+def tried_first(space: Space) -> Any:
+    """The settings that every search of a space begins with."""
+    trial = require("optuna", "tune").trial.FixedTrial(dict(space.first))
+    return space.suggest(trial)
+
+
+def describe(
+    algorithm: str, task: Task, space: Space, trials: Sequence[FrozenTrial]
+) -> dict[str, Any]:
+    """The best settings and how they were found, as JSON values: a named configuration.
+
+    Raises:
+        TegotaeError: if no trial is complete.
+    """
+    ranked = ranking(trials)
+    best = ranked[0]
+    first = next((trial.value for trial in ranked if trial.params == space.first), None)
+    states = Counter(trial.state.name.lower() for trial in trials)
+    return {
+        "algorithm": algorithm,
+        "settings": dataclasses.asdict(space.suggest(best)),
+        "found": {
+            "task": task.configuration,
+            "trials": {name: states[name] for name in ("complete", "pruned", "fail")},
+            "search": f"Optuna, TPESampler, WilcoxonPruner(p_threshold={P_PRUNED})",
+            "mean_fitness": best.value,
+            "fitness": [best.intermediate_values[i] for i in sorted(best.intermediate_values)],
+            "trial": best.number,
+            "tried_first": {
+                "settings": dataclasses.asdict(tried_first(space)),
+                "mean_fitness": first,
+            },
+            "date": time.strftime("%Y-%m-%d", time.gmtime()),
+            "software": versions_of("evosax", "optuna"),
+        },
+    }
+
+
+def confirmation(task: Task, first: np.ndarray, best: np.ndarray) -> dict[str, Any]:
+    """How the settings tried first and the best ones do on trainings they were not chosen by.
+
+    The intervals are over all trainings, models and seeds alike, the difference's over pairs.
+
+    Args:
+        task: the fresh trainings.
+        first: fitness with the settings tried first, shape [instances].
+        best: the same with the best settings.
+    """
+
+    def numbers(found: Any) -> Mapping[str, float]:
+        return {"mean": found.mean, "low": found.low, "high": found.high}
+
+    return {
+        "first_seed": task.first_seed,
+        "seeds": task.seeds,
+        "best": numbers(interval(best)),
+        "tried_first": numbers(interval(first)),
+        "difference": numbers(paired_difference(best, first)),
+    }

@@ -1,0 +1,105 @@
+"""Where limbs are trained: an environment by its id, a function that makes one, or a model."""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from tegotae._support.errors import TegotaeError, told, unknown
+from tegotae._support.optional_dependencies import require
+from tegotae.envs.mujoco.sensing import located
+from tegotae.envs.mujoco.settings import PACKAGED
+from tegotae.systems.user_objects import is_reference, named, source_of
+
+
+@dataclass(frozen=True, kw_only=True)
+class Place:
+    """An environment by name, so that files and worker processes can make it.
+
+    Args:
+        env: a Gymnasium id such as `Hopper-v5`; `FILE.py:FUNCTION` or `MODULE:FUNCTION` that makes
+            an environment; a MuJoCo model, `FILE.xml`, or `PACKAGE:FILE.xml` of another installed
+            package; or one of this package: `hopper`, `leg` or `quadruped`.
+        settings: what the environment is made with, pairs of name and value.
+
+    Example:
+        >>> Place(env="CartPole-v1").make().spec.id
+        'CartPole-v1'
+    """
+
+    env: str
+    settings: tuple[tuple[str, Any], ...] = ()
+
+    @property
+    def is_model(self) -> bool:
+        """Whether it is a MuJoCo model, whose physics needs no environment around it."""
+        return self.env.endswith((".xml", ".mjcf")) or self.env in PACKAGED
+
+    @property
+    def file(self) -> Path | None:
+        """The user's file that it comes from, if any."""
+        if self.is_model:
+            return None if self.env in PACKAGED else located(self.env)
+        return source_of(self.env) if is_reference(self.env) else None
+
+    @property
+    def model_settings(self) -> Any:
+        """The settings of a MuJoCo model.
+
+        Raises:
+            TegotaeError: for settings that it does not have.
+            MissingExtraError: without MuJoCo.
+        """
+        from tegotae.envs.mujoco.env import settings_of
+
+        return settings_of(None, {"model": self.env, **dict(self.settings)})
+
+    def make(self) -> Any:
+        """The environment.
+
+        Raises:
+            TegotaeError: if there is none of this name, or it cannot be made so.
+            MissingExtraError: without Gymnasium, or MuJoCo where it is needed.
+        """
+        gymnasium = require("gymnasium", "gym")
+        if self.is_model:
+            require("mujoco", "mujoco")
+            from tegotae.envs.mujoco.env import ModelEnv
+
+            return ModelEnv(self.model_settings)
+        settings = dict(self.settings)
+        if is_reference(self.env):
+            maker = named(self.env, (_Function, type), "function that makes an environment")
+            found = _made(self.env, maker, settings)
+        else:
+            importlib.import_module("tegotae.envs")  # which registers those of this package
+            if self.env not in gymnasium.registry:
+                if self.env.endswith(".py"):
+                    raise TegotaeError(
+                        f"{self.env} names no environment; name the function in it that makes one, "
+                        f"{self.env}:FUNCTION"
+                    )
+                raise unknown("environment", self.env, [*gymnasium.registry, *PACKAGED])
+            found = _made(self.env, lambda **given: gymnasium.make(self.env, **given), settings)
+        if not isinstance(found, gymnasium.Env):
+            raise TegotaeError(
+                f"{self.env} made a {type(found).__name__}; it must make a Gymnasium environment"
+            )
+        return found
+
+
+_Function = type(lambda: None)
+
+
+def _made(name: str, maker: Callable[..., Any], settings: dict[str, Any]) -> Any:
+    try:
+        return maker(**settings)
+    except TegotaeError:
+        raise
+    except ModuleNotFoundError as error:
+        raise TegotaeError(f"{name} cannot be made: {error.name} is not installed") from None
+    except (Exception, SystemExit) as error:  # anything may go wrong in somebody else's program
+        raise TegotaeError(f"{name} cannot be made: {told(error)}") from None

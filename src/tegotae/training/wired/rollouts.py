@@ -1,0 +1,159 @@
+"""Where candidates are tried: weights in, episodes played, a verdict on each."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from tegotae.envs.pilot import Pilot
+from tegotae.envs.wires import Wires
+from tegotae.envs.wiring import Wiring
+from tegotae.measures.objectives.objective import FAILED_FITNESS
+from tegotae.training.wired.episode import Record
+from tegotae.training.wired.lanes import Beat, GymLanes, Lanes, ModelLanes
+from tegotae.training.wired.measures import Judged, Measure
+
+if TYPE_CHECKING:
+    from tegotae.training.wired.experiment import WiredExperiment
+
+
+class Trials(NamedTuple):
+    """What came of candidates; one entry each."""
+
+    fitness: np.ndarray
+    cot_inverse: np.ndarray
+    failed: np.ndarray
+    troubles: list[str | None]
+
+
+class Stage:
+    """Plays candidates of an experiment, `lanes` at a time.
+
+    Args:
+        experiment: what is trained.
+        lanes: how many candidates are tried side by side.
+        beat: told which lane's environment is at work, for who watches over it.
+
+    Raises:
+        TegotaeError: for an environment that cannot be made or wired so.
+    """
+
+    def __init__(
+        self, experiment: WiredExperiment, lanes: int, beat: Beat = lambda lane: None
+    ) -> None:
+        self._experiment = experiment
+        self._wires = experiment.wires
+        self.lanes = lanes
+        self._played = lanes_of(experiment, lanes, beat)
+
+    def try_out(self, weights: np.ndarray, alive: np.ndarray | None = None) -> Trials:
+        """The verdict on candidates.
+
+        Args:
+            weights: [candidates, n_weights], at most `lanes` of them.
+            alive: which of them to try; all by default. Of others nothing is said.
+        """
+        wanted = len(weights)
+        padded = np.repeat(weights[-1:], self.lanes, axis=0)
+        padded[:wanted] = weights
+        tried = np.zeros(self.lanes, bool)
+        tried[:wanted] = True if alive is None else alive
+        found: list[Judged] = []
+        troubles: list[str | None] = [None] * self.lanes
+        experiment = self._experiment
+        for episode in range(experiment.episodes):
+            pilot = Pilot(self._wires, experiment.wiring, padded.T)
+            seed = experiment.seed + episode
+            record = play(
+                self._played,
+                pilot,
+                self._wires,
+                experiment.measure,
+                experiment.wiring,
+                seed=seed,
+                tried=tried,
+            )
+            found.append(experiment.measure.judge(record, experiment.wiring))
+            own = self._played.troubles
+            troubles = [one or other for one, other in zip(troubles, own, strict=True)]
+        bad = np.array([trouble is not None for trouble in troubles])
+        fitness, cot_inverse, failed = (np.stack(each) for each in zip(*found, strict=True))
+        unjudged = ~np.isfinite(fitness).all(axis=0)
+        for lane in map(int, np.flatnonzero(unjudged & tried)):
+            troubles[lane] = troubles[lane] or "its fitness was not finite"
+        bad |= unjudged
+        # A sample that went wrong is worse than any that did not, and says nothing else.
+        return Trials(
+            np.where(bad, FAILED_FITNESS, fitness.mean(axis=0))[:wanted],
+            np.where(bad, np.nan, cot_inverse.mean(axis=0))[:wanted],
+            (bad | failed.any(axis=0))[:wanted],
+            troubles[:wanted],
+        )
+
+    def close(self) -> None:
+        """Close the environments."""
+        self._played.close()
+
+
+def lanes_of(experiment: WiredExperiment, lanes: int, beat: Beat = lambda lane: None) -> Lanes:
+    """The lanes of an experiment's environment."""
+    if experiment.place.is_model:
+        settings = replace(experiment.place.model_settings, duration_s=experiment.duration_s)
+        return ModelLanes(settings, lanes)
+    steps = max(1, round(experiment.duration_s / experiment.wires.step_s))
+    bodies = experiment.wiring.contact_bodies
+    return GymLanes(experiment.place.make, lanes, steps, bodies, beat)
+
+
+def play(
+    lanes: Lanes,
+    pilot: Pilot,
+    wires: Wires,
+    measure: Measure,
+    wiring: Wiring,
+    *,
+    seed: int,
+    tried: np.ndarray,
+) -> Record:
+    """One episode of every lane that is tried.
+
+    Args:
+        lanes: where.
+        pilot: who drives.
+        wires: names and step of the environment.
+        measure: which says what is to be kept.
+        wiring: the wiring.
+        seed: of the reset.
+        tried: which lanes, [lanes].
+    """
+    kept = measure.entries(wiring, wires.observed)
+    at = [wires.observed.index(name) for name in kept]
+    steps, n = lanes.steps, lanes.lanes
+    whole = measure.whole
+    observation = np.zeros((steps, n, len(at)), np.float32)
+    action = np.zeros((steps if whole else 0, n, len(wires.low)), np.float32)
+    phase = np.zeros((steps if whole else 0, wires.limbs, n), np.float32)
+    reward = np.zeros((steps, n))
+    alive = tried.copy()
+    seen = lanes.reset(seed, alive)
+    alive &= np.array([trouble is None for trouble in lanes.troubles])
+    pilot.reset()
+    ended = np.zeros(n, int)
+    for step in range(steps):
+        if not alive.any():
+            # What ended stands still.
+            observation[step:] = seen[:, at]
+            break
+        acted = pilot.act(seen)
+        told, paid, over = lanes.step(acted, alive)
+        seen = np.where(alive[:, None], np.nan_to_num(told, posinf=0.0, neginf=0.0), seen)
+        observation[step] = seen[:, at]
+        reward[step] = np.where(alive, paid, 0.0)
+        if whole:
+            action[step], phase[step] = acted, pilot.phase
+        ended += alive
+        alive &= ~over
+    sound = (ended > 0) & np.array([trouble is None for trouble in lanes.troubles])
+    return Record(wires.step_s, kept, observation, action, reward, phase, ended, steps, sound)
