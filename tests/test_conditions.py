@@ -23,7 +23,7 @@ from tegotae.simulation.world.draws import draw, met
 from tegotae.simulation.world.randomization import Variety
 from tegotae.systems import controller_file
 from tegotae.systems.experiment import Experiment
-from tegotae.training.judge import Round
+from tegotae.training.evaluator import Round, evaluator_of
 from tegotae.training.run import train
 
 MASS = Uniform("mass_kg", low=0.08, high=0.12)
@@ -107,17 +107,17 @@ def test_the_yardstick_has_several_episodes_even_where_candidates_have_one(monke
         mass = scenario.changes["mass_kg"].reshape(*candidates.shape[:2], episodes).mean(axis=-1)
         return {"fitness": mass, "cot_inverse": mass, "failed": mass > 0.118}
 
-    monkeypatch.setattr("tegotae.training.judge._judged", judged)
-    judge = varied(MASS).judge()
+    monkeypatch.setattr("tegotae.training.evaluator._judged", judged)
+    evaluator = evaluator_of(varied(MASS))
     weights = np.zeros((2, 5, varied(MASS).controller.n_weights), "float32")
-    verdicts = [judge.judge(weights, Round((0, 1), np.full(2, True), n)) for n in (0, 7)]
+    verdicts = [evaluator.evaluate(weights, Round((0, 1), np.full(2, True), n)) for n in (0, 7)]
     yardstick = draw([MASS], Hopper(), 4, (0,))["mass_kg"]
     for verdict in verdicts:
         assert verdict.failed.shape == (2, 5)
         np.testing.assert_allclose(verdict.fitness[:, -1], yardstick.mean(), rtol=1e-6)
         assert (verdict.failed[:, -1] == (yardstick > 0.118).any()).all()
     assert not np.allclose(verdicts[0].fitness[:, :-1], verdicts[1].fitness[:, :-1])
-    searched = judge.judge(weights[:1], Round.alike())
+    searched = evaluator.evaluate(weights[:1], Round.alike())
     np.testing.assert_allclose(searched.fitness, yardstick.mean(), rtol=1e-6)
 
 

@@ -11,14 +11,15 @@ from tegotae.cli.options import ExperimentOptions
 from tegotae.simulation.integrators import Hold, PredictorCorrector
 from tegotae.simulation.rollout import Timing
 from tegotae.training.agents import AgentRun
+from tegotae.training.evaluator import evaluator_of
 
 CONTINUOUS = find("AR-rF-sector-w8").experiment()
 HELD = CONTINUOUS.replaced(integrator=Hold())
 
 
 def test_a_held_training_rolls_out_its_episodes_held():
-    assert CONTINUOUS.judge().engine.integrator == PredictorCorrector()
-    assert HELD.judge().engine.integrator == Hold()
+    assert evaluator_of(CONTINUOUS).engine.integrator == PredictorCorrector()
+    assert evaluator_of(HELD).engine.integrator == Hold()
 
 
 def test_the_document_of_a_held_training_says_so():

@@ -23,8 +23,8 @@ from tegotae.measures.hopping import (
     register,
 )
 from tegotae.measures.hopping import registry as there
-from tegotae.parts.bodies import Hopper
 from tegotae.measures.hopping.check import check_metric
+from tegotae.parts.bodies import Hopper
 from tegotae.studies.paper.export import csv_of, read_csv
 from test_figures_study import table
 

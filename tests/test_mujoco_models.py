@@ -22,7 +22,7 @@ from tegotae.envs.mujoco.sensing import sensing
 from tegotae.envs.pilot import Pilot
 from tegotae.simulation.integrators import Hold
 from tegotae.systems.legged_systems import quadruped_a
-from tegotae.training.judge import Round
+from tegotae.training.evaluator import Round
 from tegotae.training.wired.env_spec import Place
 from tegotae.training.wired.experiment import WiredExperiment
 from tegotae.training.wired.measures import Hopping, Own, Return
@@ -176,8 +176,8 @@ def test_the_quadruped_walks_under_vanilla_tegotae():
 def test_a_training_on_a_model_judges_by_efficiency_and_frequency():
     own = experiment(model="V-sector-w8", duration_s=8.0)
     assert own.measure == Hopping(settle_s=4.0)
-    with own.judge() as judge:
-        verdict = judge.judge(np.array([[[0.0], [SIGMA]]]), Round.alike())
+    with own.evaluator() as evaluator:
+        verdict = evaluator.evaluate(np.array([[[0.0], [SIGMA]]]), Round.alike())
     still, hops = verdict.cot_inverse[0]
     assert still < 0.5 < 0.7 * 1.4
     assert hops > 0.2
@@ -188,8 +188,8 @@ def test_a_fallen_leg_has_failed_by_hopping_and_not_by_its_return():
     own = experiment("leg", "V-sector-w8", duration_s=4.0)
     assert isinstance(own.measure, Hopping)
     own = dataclasses.replace(own, measure=Return())
-    with own.judge() as judge:
-        verdict = judge.judge(np.array([[[0.0], [1.0]]]), Round.alike())
+    with own.evaluator() as evaluator:
+        verdict = evaluator.evaluate(np.array([[[0.0], [1.0]]]), Round.alike())
     assert np.isfinite(verdict.fitness).all()
     assert not verdict.failed.any()
 

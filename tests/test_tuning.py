@@ -20,7 +20,7 @@ from tegotae.cli.tune import Tune
 from tegotae.measures.objectives.fitness import Fitness
 from tegotae.training import settings as configurations
 from tegotae.training.algorithms import PGPE
-from tegotae.training.judge import _judged
+from tegotae.training.evaluator import _judged
 from tegotae.training.registry import agents, evolutions, learner
 from tegotae.training.run import Run, train
 from tegotae.training.settings import configuration, load, tuned

@@ -19,12 +19,12 @@ from tegotae.envs import Limb, TegotaeWrapper, Wiring, save_wiring
 from tegotae.measures.objectives.objective import FAILED_FITNESS
 from tegotae.systems import controller_file
 from tegotae.training.algorithms import PGPE, OpenES
-from tegotae.training.judge import Round
+from tegotae.training.evaluator import Round
 from tegotae.training.run import Run, train
 from tegotae.training.stopping import Stopping
 from tegotae.training.wired.env_spec import Place
+from tegotae.training.wired.evaluator import SampleWarning
 from tegotae.training.wired.experiment import WiredExperiment
-from tegotae.training.wired.judge import SampleWarning
 from tegotae.training.wired.measures import Hopping, Own
 from tegotae.training.wired.rollouts import Stage
 from tegotae.training.wired.worker_pool import Crew
@@ -112,8 +112,8 @@ def test_a_training_leaves_controllers_curves_and_an_account_of_itself(trained):
 def test_the_best_fitness_is_that_of_the_kept_weights_and_the_return_of_their_episode(trained):
     _, paths = trained
     saved = controller_file.load(paths[0])
-    with experiment().judge(0) as judge:
-        verdict = judge.judge(saved.weights[None, None], ALL)
+    with experiment().evaluator(0) as evaluator:
+        verdict = evaluator.evaluate(saved.weights[None, None], ALL)
     assert verdict.fitness[0, 0] == pytest.approx(saved.training["best_fitness"], abs=1e-4)
     assert np.isnan(verdict.cot_inverse).all()
     env = TegotaeWrapper(experiment().place.make(), Wiring.from_controller(paths[0]))
@@ -172,8 +172,8 @@ def test_the_gain_of_a_vanilla_model_is_searched_for(tmp_path):
     (path,) = train(run_of(experiment=own), tmp_path)
     saved = controller_file.load(path)
     assert saved.training["ended"] == "search"
-    with own.judge(0) as judge:
-        fitness = judge.judge(own.gains[None, :, None], ALL).fitness[0]
+    with own.evaluator(0) as evaluator:
+        fitness = evaluator.evaluate(own.gains[None, :, None], ALL).fitness[0]
     assert saved.weights[0] == pytest.approx(own.gains[np.argmax(fitness)])
     # Both ends of the grid are tried, and the best is worth more than no feedback at all.
     assert fitness.max() > fitness[0]
@@ -199,8 +199,8 @@ def test_a_function_of_ones_own_judges_an_episode():
     own = dataclasses.replace(
         experiment("V-reflex-w8", budget=96), measure=Own(f"{HERE / 'wired_env.py'}:pushes")
     )
-    with own.judge(0) as judge:
-        lazy, busy = judge.judge(np.array([[[0.0], [8.0]]]), ALL).fitness[0]
+    with own.evaluator(0) as evaluator:
+        lazy, busy = evaluator.evaluate(np.array([[[0.0], [8.0]]]), ALL).fitness[0]
     assert lazy == 0.0
     assert busy > 0.05
 
@@ -219,7 +219,7 @@ def test_a_function_of_ones_own_is_asked_about_episodes_that_were_played_alone()
         pytest.warns(SampleWarning, match="nobody is at home"),
         pytest.raises(TegotaeError, match="fails with every sample"),
     ):
-        judge.judge(np.zeros((1, 1, 1)), ALL)
+        evaluator.evaluate(np.zeros((1, 1, 1)), ALL)
 
 
 @pytest.mark.parametrize(
@@ -234,8 +234,8 @@ def test_what_goes_wrong_in_a_function_of_ones_own_is_said_of_the_function(funct
     own = dataclasses.replace(
         experiment("V-reflex-w8", budget=96), measure=Own(f"{HERE / 'wired_env.py'}:{function}")
     )
-    with own.judge(0) as judge, pytest.raises(TegotaeError, match=said) as refusal:
-        judge.judge(np.zeros((1, 1, 1)), ALL)
+    with own.evaluator(0) as evaluator, pytest.raises(TegotaeError, match=said) as refusal:
+        evaluator.evaluate(np.zeros((1, 1, 1)), ALL)
     assert "\n" not in str(refusal.value)
 
 
@@ -244,11 +244,11 @@ def test_a_fitness_that_is_no_number_for_any_candidate_ends_the_training():
         experiment("V-reflex-w8", budget=96), measure=Own(f"{HERE / 'wired_env.py'}:undefined")
     )
     with (
-        own.judge(0) as judge,
+        own.evaluator(0) as evaluator,
         pytest.warns(SampleWarning, match="its fitness was not finite"),
         pytest.raises(TegotaeError, match="every sample: its fitness was not finite"),
     ):
-        judge.judge(np.zeros((1, 1, 1)), ALL)
+        evaluator.evaluate(np.zeros((1, 1, 1)), ALL)
 
 
 # What goes wrong.
@@ -268,8 +268,11 @@ LAZY, BUSY = 0.0, 8.0
 )
 def test_a_sample_whose_environment_fails_is_the_worst_and_the_others_are_as_without_it(fail, said):
     own = experiment("V-reflex-w8", budget=96, made={"fail": fail})
-    with own.judge(0) as judge, pytest.warns(SampleWarning, match=f"{said}; 1 of 3 samples"):
-        verdict = judge.judge(np.array([[[LAZY], [BUSY], [LAZY]]]), ALL)
+    with (
+        own.evaluator(0) as evaluator,
+        pytest.warns(SampleWarning, match=f"{said}; 1 of 3 samples"),
+    ):
+        verdict = evaluator.evaluate(np.array([[[LAZY], [BUSY], [LAZY]]]), ALL)
     assert verdict.failed.tolist() == [[False, True, False]]
     assert verdict.fitness[0, 1] == FAILED_FITNESS
     assert verdict.fitness[0, 0] == verdict.fitness[0, 2] == 0.0
@@ -282,11 +285,11 @@ def test_an_episode_that_ends_at_once_is_marked():
     own = dataclasses.replace(own, wiring=dataclasses.replace(own.wiring, limbs=[phase]))
     said = "fails with every sample: it ended at its first step"
     with (
-        own.judge(0) as judge,
+        own.evaluator(0) as evaluator,
         pytest.warns(SampleWarning, match="it ended at its first step"),
         pytest.raises(TegotaeError, match=said),
     ):
-        judge.judge(np.array([[[LAZY]]]), ALL)
+        evaluator.evaluate(np.array([[[LAZY]]]), ALL)
 
 
 def test_of_an_environment_that_dies_or_hangs_in_a_worker_one_sample_is_lost():

@@ -34,7 +34,7 @@ from tegotae.measures.hopping.statistics import interval
 from tegotae.parts.controller import Controller
 from tegotae.training.agents.actor import Feedback, Observed
 from tegotae.training.agents.policy import agent_controller, initial_weights
-from tegotae.training.judge import Round
+from tegotae.training.evaluator import Round
 from tegotae.training.run import Run
 from tegotae.training.settings import tuned
 from tegotae.training.stopping import Stopping

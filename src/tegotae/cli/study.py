@@ -13,8 +13,8 @@ from tegotae._support.devices import require_workers
 from tegotae._support.errors import TegotaeError
 from tegotae._support.files import output_file, output_folder, write_atomically
 from tegotae.cli.options import UNSET, ExperimentOptions, Several, experiments_at, settings_named
-from tegotae.measures.hopping.registry import names
 from tegotae.measures.hopping.check import check_metric
+from tegotae.measures.hopping.registry import names
 from tegotae.studies.paper.folder import Folder
 from tegotae.studies.paper.plan import Plan, plan
 from tegotae.studies.paper.record import Record

@@ -19,7 +19,6 @@ from tegotae.parts.controller import Controller
 from tegotae.simulation.rollout import Timing
 from tegotae.simulation.world import Condition, Scenario
 from tegotae.simulation.world.draws import check_conditions, check_releases
-from tegotae.simulation.world.randomization import Variety
 from tegotae.systems.descriptions import (
     EditedPartError,
     check_kept,
@@ -29,7 +28,6 @@ from tegotae.systems.descriptions import (
 from tegotae.systems.earlier_files import experiment_document
 from tegotae.systems.registry import CODE
 from tegotae.systems.system import FIELDS, System
-from tegotae.training.judge import EngineJudge
 
 GAINS = np.linspace(0.1, 12.0, 240)
 """Values of σ that are tried on the hopper [rad/(s N)]."""
@@ -154,11 +152,6 @@ class Experiment:
     def scenario(self) -> Scenario:
         """An episode of training: numbers."""
         return self.system.scenario()
-
-    def judge(self, workers: int | None = None) -> EngineJudge:
-        """Who says in training how good weights are; the engine needs no worker processes."""
-        varied = Variety(self.conditions, self.body, self.scenario)
-        return EngineJudge(self.system.engine(), self.measure, varied, self.episodes)
 
     @property
     def is_searched(self) -> bool:

@@ -1,6 +1,6 @@
 """Evolution of weights: ask for candidates, have them judged, tell the optimiser; and again.
 
-Where the candidates are tried is the judge's affair (`tegotae.training.judge`).
+Where the candidates are tried is the evaluator's affair (`tegotae.training.evaluator`).
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from tegotae._support.errors import TegotaeError
 from tegotae.parts.controller import Controller
 from tegotae.systems.descriptions import check_kept
 from tegotae.training.algorithms import Algorithm
-from tegotae.training.judge import Judge, Round, Verdict
+from tegotae.training.evaluator import Evaluator, Round, Scores
 from tegotae.training.stopping import RUNNING, Stopping
 
 
@@ -109,7 +109,7 @@ def _initial(controller: Controller, seeds: jax.Array) -> tuple[jax.Array, jax.A
 
 def evolve(
     algorithm: Algorithm,
-    judge: Judge,
+    evaluator: Evaluator,
     progress: Progress,
     seeds: Sequence[int],
     stopping: Stopping,
@@ -120,7 +120,7 @@ def evolve(
 
     Args:
         algorithm: how is learned.
-        judge: who says how good candidates are.
+        evaluator: who says how good candidates are.
         progress: from `start`, or where an earlier training stopped.
         seeds: the seeds that `progress` was started with.
         stopping: when a seed ends.
@@ -145,8 +145,8 @@ def evolve(
         # As host arrays the start and later progress are of the same type: one compilation.
         progress = jax.tree.map(np.asarray, progress)
         asked, everyone = _ask(algorithm.program, parameters, progress, of_seeds)
-        verdict = judge.judge(np.asarray(everyone), Round(tuple(seeds), going, len(seen)))
-        told = algorithm.program, parameters, progress, asked, np.asarray(everyone), verdict
+        scores = evaluator.evaluate(np.asarray(everyone), Round(tuple(seeds), going, len(seen)))
+        told = algorithm.program, parameters, progress, asked, np.asarray(everyone), scores
         progress, curves = _tell(*told, of_seeds, going)
         curves = jax.tree.map(np.asarray, curves)
         seen.append(curves.centre_fitness)
@@ -198,15 +198,15 @@ def _tell(
     before: Progress,
     search: Any,
     everyone: jax.Array,
-    verdict: Verdict,
+    scores: Scores,
     seeds: jax.Array,
     going: jax.Array,
 ) -> tuple[Progress, Curves]:
-    """Where the training is once the optimiser knows the verdict, and the generation's curves."""
+    """Where the training is once the optimiser knows the scores, and the generation's curves."""
     strategy = algorithm.strategy(before.best_weights.shape[-1])
     _, key = _keys(before, seeds)
     samples, centre = everyone[:, :-1], everyone[:, -1]
-    fitness, own = verdict.fitness[:, :-1], verdict.fitness[:, -1]
+    fitness, own = scores.fitness[:, :-1], scores.fitness[:, -1]
     search, _ = algorithm.of_seeds(lambda *of_seed: strategy.tell(*of_seed, parameters))(
         key, samples, -fitness, search
     )
@@ -220,11 +220,11 @@ def _tell(
         jnp.where(pick, _per_weight(before.search.std, centre), before.best_std),
         jnp.where(better, before.generation, before.best_generation),
     )
-    sound = ~verdict.failed[:, :-1]
+    sound = ~scores.failed[:, :-1]
     count = jnp.maximum(sound.sum(axis=1, dtype=fitness.dtype), 1.0)
     curves = Curves(
         own,
-        verdict.cot_inverse[:, -1],
+        scores.cot_inverse[:, -1],
         jnp.where(sound, fitness, 0.0).sum(axis=1) / count,
         fitness.max(axis=1),
         1.0 - sound.mean(axis=1),

@@ -29,6 +29,7 @@ from tegotae.systems.descriptions import check_kept
 from tegotae.systems.experiment import differing
 from tegotae.training.algorithms import PGPE, Algorithm
 from tegotae.training.algorithms.document import algorithm_document
+from tegotae.training.evaluator import evaluator_of
 from tegotae.training.evolve import Curves, Progress, evolve, start
 from tegotae.training.folder import claim, save_controller, versions_of
 from tegotae.training.search import best_gain
@@ -76,8 +77,8 @@ class Run:
     @property
     def program(self) -> tuple[Any, ...]:
         """What is compiled: trainings of which this is equal share it."""
-        with self.experiment.judge() as judge:
-            return (self.algorithm.program, *judge.program)
+        with evaluator_of(self.experiment) as evaluator:
+            return (self.algorithm.program, *evaluator.program)
 
     @property
     def configuration(self) -> dict[str, Any]:
@@ -95,9 +96,9 @@ class Run:
 
     def evolve(self, progress: Progress, fitness: Any = None) -> Iterator[tuple[Progress, Curves]]:
         """Train on until every seed has ended; see `tegotae.training.evolve.evolve`."""
-        with self.experiment.judge(self.workers) as judge:
+        with evaluator_of(self.experiment, self.workers) as evaluator:
             yield from evolve(
-                self.algorithm, judge, progress, self.seeds, self.stopping, fitness=fitness
+                self.algorithm, evaluator, progress, self.seeds, self.stopping, fitness=fitness
             )
 
     def search(self) -> tuple[float, float]:

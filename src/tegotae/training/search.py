@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from tegotae.systems.experiment import GAINS
-from tegotae.training.judge import Round
+from tegotae.training.evaluator import Round, evaluator_of
 from tegotae.training.trainable import Trainable
 
 __all__ = ["GAINS", "best_gain"]
@@ -21,7 +21,7 @@ def best_gain(experiment: Trainable, workers: int | None = None) -> tuple[float,
         workers: worker processes, where episodes are not the engine's.
     """
     gains = experiment.gains
-    with experiment.judge(workers) as judge:
-        tried = judge.judge(gains[None, :, None].astype("float32"), Round.alike())
+    with evaluator_of(experiment, workers) as evaluator:
+        tried = evaluator.evaluate(gains[None, :, None].astype("float32"), Round.alike())
     best = int(np.argmax(tried.fitness[0]))
     return float(gains[best]), float(tried.fitness[0, best])

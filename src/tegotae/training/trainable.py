@@ -8,7 +8,6 @@ import numpy as np
 
 from tegotae.parts.bodies import Body
 from tegotae.parts.controller import Controller
-from tegotae.training.judge import Judge
 
 
 class Trainable(Protocol):
@@ -61,8 +60,4 @@ class Trainable(Protocol):
 
     def check(self) -> None:
         """Raise `TegotaeError` if it cannot be trained."""
-        ...
-
-    def judge(self, workers: int | None = None) -> Judge:
-        """Who says how good weights are."""
         ...

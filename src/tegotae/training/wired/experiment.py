@@ -22,8 +22,8 @@ from tegotae.systems.descriptions import describe
 from tegotae.systems.experiment import require_name
 from tegotae.systems.models import BUDGET, Model
 from tegotae.training.wired.env_spec import Place
-from tegotae.training.wired.judge import WiredJudge
-from tegotae.training.wired.measures import Hopping, Measure, Return
+from tegotae.training.wired.evaluator import EnvEvaluator
+from tegotae.training.wired.measures import EnvObjective, Hopping, Return
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -60,7 +60,7 @@ class WiredExperiment:
     name: str
     place: Place
     wiring: Wiring
-    measure: Measure = field(default_factory=Return)
+    measure: EnvObjective = field(default_factory=Return)
     duration_s: float = 24.0
     episodes: int = 1
     seed: int = 0
@@ -176,9 +176,9 @@ class WiredExperiment:
             )
         self.measure.check(self.wiring, self.duration_s)
 
-    def judge(self, workers: int | None = None) -> WiredJudge:
+    def evaluator(self, workers: int | None = None) -> EnvEvaluator:
         """Who says in training how good weights are."""
-        return WiredJudge(self, workers)
+        return EnvEvaluator(self, workers)
 
     @property
     def is_searched(self) -> bool:

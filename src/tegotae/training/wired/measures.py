@@ -7,7 +7,7 @@ from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar
 
 import jax
 import jax.numpy as jnp
@@ -22,21 +22,13 @@ from tegotae.parts.bodies import WiredLimbs
 from tegotae.simulation.rollout import Timing, Trajectory
 from tegotae.simulation.world import Scenario
 from tegotae.systems.user_objects import named, source_of
+from tegotae.training.evaluator import Scores
 from tegotae.training.wired.episode import Episode, Record
 
 _FRAME_S = 0.02
 
 
-class Judged(NamedTuple):
-    """How good episodes were; [lanes] each."""
-
-    fitness: np.ndarray
-    cot_inverse: np.ndarray
-    """CoT⁻¹ [m/J]; NaN where it is not measured."""
-    failed: np.ndarray
-
-
-class Measure(ABC):
+class EnvObjective(ABC):
     """By what episodes are judged: a frozen dataclass of its settings."""
 
     whole: ClassVar[bool] = False
@@ -55,22 +47,22 @@ class Measure(ABC):
         return None
 
     @abstractmethod
-    def judge(self, record: Record, wiring: Wiring) -> Judged:
+    def score(self, record: Record, wiring: Wiring) -> Scores:
         """The verdict on every lane."""
 
 
 @dataclass(frozen=True)
-class Return(Measure):
+class Return(EnvObjective):
     """The sum of the environment's own rewards."""
 
-    def judge(self, record: Record, wiring: Wiring) -> Judged:
+    def score(self, record: Record, wiring: Wiring) -> Scores:
         """The verdict on every lane; an episode that ends early has not failed by that."""
         total = record.reward.sum(axis=0)
-        return Judged(total, np.full(total.shape, np.nan), np.zeros(total.shape, bool))
+        return Scores(total, np.full(total.shape, np.nan), np.zeros(total.shape, bool))
 
 
 @dataclass(frozen=True, kw_only=True)
-class Hopping(Measure):
+class Hopping(EnvObjective):
     """CoT⁻¹ + ΔΩ of a body whose height and work are observed: the hopper's own fitness.
 
     The episode becomes a recording (`tegotae.measures.hopping.recording.from_samples`), and is
@@ -106,7 +98,7 @@ class Hopping(Measure):
     def _fitness(self) -> Fitness:
         return Fitness(settle_s=self.settle_s, follow_omega=self.follow_omega)
 
-    def judge(self, record: Record, wiring: Wiring) -> Judged:
+    def score(self, record: Record, wiring: Wiring) -> Scores:
         """The verdict on every lane."""
         assert wiring.height is not None
         assert wiring.work is not None
@@ -132,7 +124,7 @@ class Hopping(Measure):
         body = WiredLimbs(rest_length_m=rest)
         scenario = Scenario.of(wiring.omega)
         found = _judged(self._fitness, timing, channels, scenario, body)
-        return Judged(*(np.asarray(found[name]) for name in Judged._fields))
+        return Scores(*(np.asarray(found[name]) for name in Scores._fields))
 
 
 @partial(jax.jit, static_argnums=(0, 1))
@@ -144,7 +136,7 @@ def _judged(
 
 
 @dataclass(frozen=True)
-class Own(Measure):
+class Own(EnvObjective):
     """A function of your own, `FILE.py:FUNCTION` or `MODULE:FUNCTION`: an `Episode` to a number."""
 
     function: str
@@ -164,7 +156,7 @@ class Own(Measure):
         """Raise `TegotaeError` if there is no such function."""
         named(self.function, type(lambda: None), "fitness")
 
-    def judge(self, record: Record, wiring: Wiring) -> Judged:
+    def score(self, record: Record, wiring: Wiring) -> Scores:
         """The verdict on every lane; one without an episode to judge has failed.
 
         Raises:
@@ -175,7 +167,7 @@ class Own(Measure):
         for lane in map(int, np.flatnonzero(record.sound)):
             fitness[lane] = self._of(score, record.episode(lane))
         failed = ~(record.sound & np.isfinite(fitness))
-        return Judged(fitness, np.full(fitness.shape, np.nan), failed)
+        return Scores(fitness, np.full(fitness.shape, np.nan), failed)
 
     def _of(self, score: Any, episode: Episode) -> float:
         try:
@@ -195,7 +187,7 @@ class Own(Measure):
             ) from None
 
 
-def measure_named(name: str, **settings: Any) -> Measure:
+def measure_named(name: str, **settings: Any) -> EnvObjective:
     """A measure by its name on the command line: `hopping`, `return`, or a function's reference.
 
     Raises:

@@ -13,7 +13,7 @@ from tegotae.envs.wiring import Wiring
 from tegotae.measures.objectives.objective import FAILED_FITNESS
 from tegotae.training.wired.episode import Record
 from tegotae.training.wired.lanes import Beat, GymLanes, Lanes, ModelLanes
-from tegotae.training.wired.measures import Judged, Measure
+from tegotae.training.wired.measures import EnvObjective, Scores
 
 if TYPE_CHECKING:
     from tegotae.training.wired.experiment import WiredExperiment
@@ -60,7 +60,7 @@ class Stage:
         padded[:wanted] = weights
         tried = np.zeros(self.lanes, bool)
         tried[:wanted] = True if alive is None else alive
-        found: list[Judged] = []
+        found: list[Scores] = []
         troubles: list[str | None] = [None] * self.lanes
         experiment = self._experiment
         for episode in range(experiment.episodes):
@@ -75,7 +75,7 @@ class Stage:
                 seed=seed,
                 tried=tried,
             )
-            found.append(experiment.measure.judge(record, experiment.wiring))
+            found.append(experiment.measure.score(record, experiment.wiring))
             own = self._played.troubles
             troubles = [one or other for one, other in zip(troubles, own, strict=True)]
         bad = np.array([trouble is not None for trouble in troubles])
@@ -111,7 +111,7 @@ def play(
     lanes: Lanes,
     pilot: Pilot,
     wires: Wires,
-    measure: Measure,
+    measure: EnvObjective,
     wiring: Wiring,
     *,
     seed: int,

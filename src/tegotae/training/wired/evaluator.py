@@ -1,4 +1,4 @@
-"""Judges candidates by episodes on an environment, in worker processes or in this one."""
+"""Scores candidates by episodes on an environment, in worker processes or in this one."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 
 from tegotae._support.devices import available_cores, require_workers
 from tegotae._support.errors import TegotaeError, require_count
-from tegotae.training.judge import Judge, Round, Verdict
+from tegotae.training.evaluator import Evaluator, Round, Scores
 from tegotae.training.wired.rollouts import Stage, Trials
 from tegotae.training.wired.worker_pool import Crew
 
@@ -25,8 +25,8 @@ class SampleWarning(UserWarning):
     """Samples went wrong on an environment, and count as failed."""
 
 
-class WiredJudge(Judge):
-    """Judges by episodes on an environment: a context manager.
+class EnvEvaluator(Evaluator):
+    """Scores by episodes on an environment: a context manager.
 
     A sample whose environment raises, hangs, dies, changes its spaces, ends at once, or observes or
     pays what is not finite counts as the worst. The training goes on, and every kind of trouble is
@@ -54,7 +54,7 @@ class WiredJudge(Judge):
         self.troubles: Counter[str] = Counter()
         """How many samples went wrong, by what happened."""
 
-    def judge(self, candidates: np.ndarray, who: Round) -> Verdict:
+    def evaluate(self, candidates: np.ndarray, who: Round) -> Scores:
         """The verdict on every candidate of the seeds that are going."""
         (seeds, per_seed, n_weights), going = candidates.shape, who.going
         wanted = np.asarray(candidates[going], float).reshape(-1, n_weights)
@@ -66,7 +66,7 @@ class WiredJudge(Judge):
             whole[going] = values.reshape(-1, per_seed)
             return whole
 
-        return Verdict(
+        return Scores(
             spread(trials.fitness.astype(np.float32), 0.0),
             spread(trials.cot_inverse.astype(np.float32), np.nan),
             spread(trials.failed, True),

@@ -19,9 +19,10 @@ from tegotae.simulation.loop import check_senses
 from tegotae.simulation.rollout import Engine
 from tegotae.simulation.world import Scenario
 from tegotae.simulation.world.randomization import Variety
+from tegotae.systems.experiment import Experiment
 
 
-class Verdict(NamedTuple):
+class Scores(NamedTuple):
     """How good candidates are; arrays [seeds, candidates]. What it says of ended seeds is void."""
 
     fitness: Any
@@ -49,14 +50,14 @@ class Round(NamedTuple):
         return cls((0,), np.array([True]))
 
 
-class Judge(ABC):
-    """Judges candidates' weights by episodes, wherever these take place; a context manager.
+class Evaluator(ABC):
+    """Scores candidates' weights by episodes, wherever these take place; a context manager.
 
     The optimiser's loop (`tegotae.training.evolve`) hands it arrays and gets arrays.
     """
 
     @abstractmethod
-    def judge(self, candidates: np.ndarray, who: Round) -> Verdict:
+    def evaluate(self, candidates: np.ndarray, who: Round) -> Scores:
         """The verdict on every candidate of the seeds that are going.
 
         Args:
@@ -72,7 +73,7 @@ class Judge(ABC):
     def close(self) -> None:  # noqa: B027 - optional
         """Give back what it holds, such as worker processes."""
 
-    def __enter__(self) -> Judge:
+    def __enter__(self) -> Evaluator:
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -80,8 +81,8 @@ class Judge(ABC):
 
 
 @dataclass(frozen=True, eq=False)
-class EngineJudge(Judge):
-    """Judges by episodes of this package's engine: all candidates in one compiled program.
+class EngineEvaluator(Evaluator):
+    """Scores by episodes of this package's engine: all candidates in one compiled program.
 
     Args:
         engine: what rolls the episodes out.
@@ -109,7 +110,7 @@ class EngineJudge(Judge):
         fitness = self.fitness.program
         return dataclasses.replace(self.engine, summary=fitness.judged), fitness, self.episodes
 
-    def judge(self, candidates: np.ndarray, who: Round) -> Verdict:
+    def evaluate(self, candidates: np.ndarray, who: Round) -> Scores:
         """The verdict on every candidate; ended seeds cost nothing, but for a block's rest."""
         seeds, per_seed, _ = candidates.shape
         repeats = self.varied.repeats(self.episodes)
@@ -137,7 +138,21 @@ class EngineJudge(Judge):
             one = parts.any(axis=-1) if name == "failed" else parts.mean(axis=-1)
             return np.concatenate([x[:, :first], one], axis=1)
 
-        return Verdict(*map(merged, Verdict._fields))
+        return Scores(*map(merged, Scores._fields))
+
+
+def evaluator_of(experiment: Any, workers: int | None = None) -> Evaluator:
+    """Who says in a training how good weights are.
+
+    Args:
+        experiment: an `Experiment`, or one on an environment.
+        workers: worker processes of an environment, one a core by default; the engine needs none.
+    """
+    if not isinstance(experiment, Experiment):
+        return experiment.evaluator(workers)
+    varied = Variety(experiment.conditions, experiment.body, experiment.scenario)
+    engine = experiment.system.engine()
+    return EngineEvaluator(engine, experiment.measure, varied, experiment.episodes)
 
 
 @partial(jax.jit, static_argnums=(0, 1, 2))
