@@ -215,7 +215,7 @@ def test_a_function_of_ones_own_is_asked_about_episodes_that_were_played_alone()
     absent = Place(env=ENV, settings=(("fail", "reset"),))
     absent = dataclasses.replace(own, place=absent, seed=1)
     with (
-        absent.judge(0) as judge,
+        absent.evaluator(0) as evaluator,
         pytest.warns(SampleWarning, match="nobody is at home"),
         pytest.raises(TegotaeError, match="fails with every sample"),
     ):
