@@ -24,7 +24,7 @@ from tegotae._support.documents import (
     fitted,
     parse,
 )
-from tegotae.figures.report.page import as_script
+from tegotae._support.pages import as_script
 from tegotae.studies.paper.folder import Folder
 from tegotae.studies.paper.multiverse.folder import MultiverseFolder
 from tegotae.studies.paper.multiverse.plan import multiverse

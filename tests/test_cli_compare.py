@@ -7,22 +7,24 @@ import json
 import numpy as np
 import pytest
 
-from tegotae import Hopper, build
+from tegotae import build
 from tegotae.cli import main
-from tegotae.cli.compare import methods, told_apart
+from tegotae.cli.compare import methods, paired, told_apart
 from tegotae.measures.evaluation import Evaluation, Protocol
 from tegotae.measures.hopping import interval
 from tegotae.measures.hopping import names as metric_names
 from tegotae.systems import controller_file
 from tegotae.systems.controller_file import SavedController
-from tegotae.training.collection import Runs
+from tegotae.systems.controller_set import ControllerSet
+from tegotae.systems.system import System
 
 REFLEX = build("V-reflex-w8")
+HOPPER = System(controller=REFLEX, omega=8.0)
 
 
-def runs(name: str, number: int = 3) -> Runs:
+def runs(name: str, number: int = 3) -> ControllerSet:
     labels = tuple(map(str, range(number)))
-    return Runs(name, REFLEX, np.ones((number, 1)), 8.0, Hopper(), labels)
+    return ControllerSet(name, HOPPER, np.ones((number, 1)), labels)
 
 
 def names(*sets: tuple[str, str]) -> list[str]:
@@ -105,3 +107,42 @@ def test_the_document_tells_them_apart_too_and_stays_in_range(two_folders, capsy
         assert found[name]["method"] == "Welch's t"
     share = found["limit_cycle_share"]
     assert -1.0 <= share["low"] < share["mean"] < share["high"] <= 1.0
+
+
+# Which runs are paired.
+
+TRAINING = {
+    "release": {"height_m": 1.2},
+    "algorithm": {"name": "pgpe", "population": 16},
+}
+CMA_ES = {"algorithm": {"name": "cma-es", "population": 16}}
+VARIED = {"conditions": [{"kind": "Uniform"}]}
+
+
+def trained(controller=REFLEX, labels=("0", "1"), **changed) -> ControllerSet:
+    training = {**TRAINING, **changed}
+    weights = np.ones((len(labels), controller.n_weights))
+    system = System(controller=controller, omega=8.0)
+    return ControllerSet("any", system, weights, labels, training)
+
+
+@pytest.mark.parametrize(
+    ("other", "shared"),
+    [
+        (trained(), True),
+        (trained(release={"height_m": 1.4}), True),  # which draws nothing
+        (trained(labels=("0", "2")), False),
+        (trained(build("V-sector-w8")), False),
+        (trained(build("ART")), False),
+        (trained(**CMA_ES), False),
+        (trained(**VARIED), False),
+        (runs("of unknown training", 2), False),
+    ],
+)
+def test_runs_are_paired_where_they_share_what_is_random_and_nowhere_else(other, shared):
+    assert paired(other, trained()) is shared
+    assert paired(trained(), other) is shared
+
+
+def test_two_unknown_trainings_are_not_paired_by_the_numbers_of_their_seeds():
+    assert not paired(runs("a"), runs("b"))

@@ -34,7 +34,7 @@ from tegotae.studies.generalisation.table import curve, median_interval, write_t
 from tegotae.studies.generalisation.trial import check_levels
 from tegotae.systems import controller_file
 from tegotae.systems.controller_file import SavedController
-from tegotae.training.collection import Runs
+from tegotae.systems.controller_set import ControllerSet
 
 REFLEX = build("V-reflex-w8")
 CHOSEN = disturbances_named(
@@ -295,7 +295,12 @@ def test_the_command_writes_margins_curves_and_a_picture(tmp_path, monkeypatch, 
 
 
 def test_runs_that_are_the_same_are_tried_once():
-    runs = Runs("V", REFLEX, np.array([[2.0], [2.0], [1.0]]), 8.0, Hopper(), ("0", "1", "2"))
+    runs = ControllerSet(
+        "V",
+        System(controller=REFLEX, omega=8.0),
+        np.array([[2.0], [2.0], [1.0]]),
+        ("0", "1", "2"),
+    )
     assert Subject.of(runs).labels == ("0", "2")
 
 

@@ -17,9 +17,10 @@ from tegotae._support.tables import read_csv
 from tegotae.parts.bodies import Walker
 from tegotae.studies.gaits.judge import Judged, judge
 from tegotae.systems.controller_file import load
+from tegotae.systems.controller_set import ControllerSet
 from tegotae.systems.legged import Legged
 from tegotae.systems.legged_systems import driven
-from tegotae.training.collection import Runs, read
+from tegotae.training.collection import read
 
 OMEGAS = (0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0)
 """Frequencies that a walker is judged at [rad/s]."""
@@ -31,13 +32,13 @@ FORCED = (1.0, 2.0, 3.0)
 """Frequencies at which gaits are forced on legs without feedback [rad/s]."""
 
 
-def runs_of(cell: Cell, folder: Path) -> tuple[Runs, Legged]:
+def runs_of(cell: Cell, folder: Path) -> tuple[ControllerSet, Legged]:
     """The controllers of a cell, and the system that they drive."""
     (runs,) = read(folder / cell.name)
     return runs, driven(runs.body, runs.controller, runs.weights[0], runs.omega_t)
 
 
-def rows_of(cell: Cell, runs: Runs, found: Judged) -> list[dict[str, Any]]:
+def rows_of(cell: Cell, runs: ControllerSet, found: Judged) -> list[dict[str, Any]]:
     """A row per controller and frequency."""
     measures = found.measures
     rows = []
@@ -84,7 +85,7 @@ def judged_cell(cell: Cell, folder: Path) -> dict[str, list[dict[str, Any]]]:
     return found
 
 
-def gaits_of(cell: Cell, runs: Runs, found: Judged) -> list[dict[str, Any]]:
+def gaits_of(cell: Cell, runs: ControllerSet, found: Judged) -> list[dict[str, Any]]:
     """A row per controller and gait: how many starts, how fast, at what cost."""
     rows = []
     for run, label in enumerate(runs.labels):

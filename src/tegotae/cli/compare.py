@@ -8,7 +8,7 @@ import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, Any
 
 import tyro
 
@@ -21,7 +21,8 @@ from tegotae.measures.evaluation import Evaluation, Protocol
 from tegotae.measures.hopping.metric import Metric
 from tegotae.measures.hopping.registry import range_of
 from tegotae.measures.hopping.statistics import Interval, difference, paired_difference
-from tegotae.training.collection import Runs, read
+from tegotae.systems.controller_set import ControllerSet
+from tegotae.training.collection import read
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -59,7 +60,7 @@ class Compare(WorkOption):
         _print_differences(base, differences, shown(asked))
 
 
-def told_apart(sets: Sequence[tuple[str, Runs]]) -> list[Runs]:
+def told_apart(sets: Sequence[tuple[str, ControllerSet]]) -> list[ControllerSet]:
     """Sets of runs under names of their own: of those called alike, each with its place.
 
     Where the place is the same, too (as for a model at two frequencies), they are numbered.
@@ -79,15 +80,29 @@ def told_apart(sets: Sequence[tuple[str, Runs]]) -> list[Runs]:
     ]
 
 
-def paired(runs: Runs, base: Runs) -> bool:
-    """Whether two sets are of the same seeds, so that their runs can be paired."""
-    return runs.labels == base.labels and len(runs.labels) > 1
+def paired(runs: ControllerSet, base: ControllerSet) -> bool:
+    """Whether the runs of two sets share what is random, seed by seed, and so can be paired.
+
+    From a seed are drawn the first weights, what the algorithm tries, and the conditions of its
+    episodes: they are the same in both if seeds, controller, algorithm and conditions are.
+    """
+    ours, theirs = _random(runs), _random(base)
+    return ours is not None and ours == theirs and len(runs.labels) > 1
+
+
+def _random(runs: ControllerSet) -> tuple[Any, ...] | None:
+    """All that decides what is drawn in a training; None if that is not known."""
+    algorithm = runs.training.get("algorithm")
+    if algorithm is None:
+        return None
+    drawn = (runs.training.get("conditions") or [], runs.training.get("episodes", 1))
+    return runs.labels, runs.controller, algorithm, drawn
 
 
 def compare(
-    runs: Runs, evaluation: Evaluation, base: Runs, base_evaluation: Evaluation
+    runs: ControllerSet, evaluation: Evaluation, base: ControllerSet, base_evaluation: Evaluation
 ) -> dict[str, Interval]:
-    """Difference of each metric to the base's, paired by seed where the seeds agree."""
+    """Difference of each metric to the base's, of paired runs where they are (`paired`)."""
     take = paired_difference if paired(runs, base) else difference
     values, baseline = evaluation.runs(), base_evaluation.runs()
     return {name: take(row, baseline[name], within=range_of(name)) for name, row in values.items()}
@@ -100,7 +115,7 @@ def methods(is_paired: bool, by_metric: Mapping[str, Interval]) -> str:
     return ", ".join([runs, " and ".join(used)] if used else [runs, "no interval"])
 
 
-def _print_differences(base: Runs, differences: list, shown: tuple[Metric, ...]) -> None:
+def _print_differences(base: ControllerSet, differences: list, shown: tuple[Metric, ...]) -> None:
     rows = (
         (
             runs.name,
@@ -112,6 +127,10 @@ def _print_differences(base: Runs, differences: list, shown: tuple[Metric, ...])
     headings = (metric.heading for metric in shown)
     print_rows((f"minus {base.name}", "interval", *headings), rows)
     print("+ is better and - is worse, where the interval of the difference leaves zero out.")
+    print(
+        "Runs are paired, seed by seed, where they share what is random: controller, algorithm and "
+        "conditions."
+    )
 
 
 def _judged(metric: Metric, value: Interval) -> str:

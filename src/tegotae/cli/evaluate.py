@@ -28,7 +28,8 @@ from tegotae.measures.evaluation import (
 from tegotae.measures.hopping.metric import TABLE, Metric
 from tegotae.measures.hopping.registry import metrics
 from tegotae.measures.hopping.statistics import Interval
-from tegotae.training.collection import Runs, read
+from tegotae.systems.controller_set import ControllerSet
+from tegotae.training.collection import read
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -79,7 +80,7 @@ class Evaluate(WorkOption, BodyOptions):
             return
         print_table(found, shown(asked))
 
-    def _on_body(self, runs: Runs) -> Runs:
+    def _on_body(self, runs: ControllerSet) -> ControllerSet:
         return runs.replaced(body=self.in_place_of(runs.body))
 
 
@@ -89,11 +90,11 @@ def shown(asked: tuple[Metric, ...] | None) -> tuple[Metric, ...]:
 
 
 def evaluate_all(
-    sets: list[Runs],
+    sets: list[ControllerSet],
     protocol: Protocol,
     omega: float | None = None,
     asked: tuple[Metric, ...] | None = None,
-) -> list[tuple[Runs, Evaluation]]:
+) -> list[tuple[ControllerSet, Evaluation]]:
     """Evaluate sets of runs by all metrics, or those asked for, showing how far it is."""
     for runs in sets:
         require_evaluable(runs.controller, runs.body, protocol)
@@ -111,7 +112,7 @@ def evaluate_all(
     return found
 
 
-def print_table(found: list[tuple[Runs, Evaluation]], shown: tuple[Metric, ...]) -> None:
+def print_table(found: list[tuple[ControllerSet, Evaluation]], shown: tuple[Metric, ...]) -> None:
     """One row per set of runs: mean and 95 % interval of each metric over the runs."""
     summaries = [evaluation.summary() for _, evaluation in found]
     print_rows(
@@ -138,7 +139,7 @@ def show(value: Interval) -> str:
     return f"{value.mean:.3g}{mark} [{value.low:.3g}, {value.high:.3g}]"
 
 
-def _columns(found: list[tuple[Runs, Evaluation]]) -> dict[str, list[str]]:
+def _columns(found: list[tuple[ControllerSet, Evaluation]]) -> dict[str, list[str]]:
     """One row per run: where it is from, and every metric that was asked for."""
     columns: dict[str, list[str]] = {}
     for runs, evaluation in found:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import json
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
@@ -11,6 +10,7 @@ from typing import Annotated, Any
 import numpy as np
 import tyro
 
+from tegotae._support.documents import DamagedDocumentError, read
 from tegotae._support.errors import TegotaeError
 from tegotae._support.limits import MOST_GAIN, MOST_RAD_PER_S, require_within
 from tegotae.cli.conditions import conditions_named
@@ -291,11 +291,11 @@ def experiments_at(place: str) -> list[Experiment]:
         found = named(place, (Experiment, list, tuple), "experiment")
         return [found] if isinstance(found, Experiment) else [_experiment(e, place) for e in found]
     try:
-        document = json.loads(Path(place).read_text(encoding="utf-8"))
-    except OSError as error:
-        raise TegotaeError(f"cannot read {place}: {error.strerror}") from None
-    except (ValueError, RecursionError):
-        raise TegotaeError(f"{place} is no JSON document of experiments") from None
+        document = read(Path(place))
+    except FileNotFoundError:
+        raise TegotaeError(f"there is no file {place}") from None
+    except DamagedDocumentError as error:
+        raise TegotaeError(f"{place} is no JSON document of experiments: {error}") from None
     if isinstance(document, dict) and isinstance(document.get("experiments"), dict):
         document = list(document["experiments"].values())
     documents = document if isinstance(document, list) else [document]

@@ -8,6 +8,7 @@ from typing import Annotated, Any
 
 import tyro
 
+from tegotae._support.documents import DamagedDocumentError, parse
 from tegotae._support.errors import TegotaeError
 from tegotae._support.optional_dependencies import require
 from tegotae.cli.options import settings_named
@@ -138,8 +139,6 @@ class TrainEnv(EvolutionOptions):
             TegotaeError: for a setting that is no NAME=VALUE, or options of a MuJoCo model for
                 something else.
         """
-        import json
-
         from tegotae.training.wired.env_spec import Place
 
         is_model = Place(env=self.env).is_model
@@ -159,7 +158,7 @@ class TrainEnv(EvolutionOptions):
             if name in found:
                 raise TegotaeError(f"{name} is given twice; leave --settings {each} out")
             try:
-                found[name] = json.loads(value)
-            except ValueError:
+                found[name] = parse(value)
+            except DamagedDocumentError:  # not JSON: a text
                 found[name] = value
         return tuple(found.items())

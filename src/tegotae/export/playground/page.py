@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import base64
 import dataclasses
-import json
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -15,6 +14,7 @@ import numpy as np
 from tegotae import __version__
 from tegotae._support.devices import set_up
 from tegotae._support.errors import TegotaeError
+from tegotae._support.pages import as_script, filled
 from tegotae.export.playground import engine_cache as shelf
 from tegotae.export.playground.bodies import (
     STANDARD,
@@ -92,17 +92,15 @@ class Page:
         Raises:
             TegotaeError: for an engine that cannot be made.
         """
-        data = json.dumps(self.document(), separators=(",", ":"), ensure_ascii=False)
-        pieces = {
-            "STYLE": read("style.css"),
-            "DATA": _in_a_script(data),
-            "WORKER": _in_a_script(joined("learn/worker.js")),
-            "SCRIPT": _in_a_script(joined("main.js")),
-        }
-        page = read("page.html")
-        for name, text in pieces.items():
-            page = page.replace(f"<!--{name}-->", text)
-        return page
+        return filled(
+            read("page.html"),
+            {
+                "STYLE": read("style.css"),
+                "DATA": as_script(self.document()),
+                "WORKER": _in_a_script(joined("learn/worker.js")),
+                "SCRIPT": _in_a_script(joined("main.js")),
+            },
+        )
 
     def document(self) -> dict[str, Any]:
         """All that the scripts know, as plain JSON values."""
@@ -229,5 +227,5 @@ def _numbers(values: np.ndarray) -> list[float]:
 
 
 def _in_a_script(text: str) -> str:
-    """A text that ends no script early."""
+    """A script of the package that ends no script early."""
     return text.replace("</", "<\\/")

@@ -1,6 +1,7 @@
 """The physical optimum: the largest CoT⁻¹ that any force can have on the hopper."""
 
 from tegotae.measures.optimum.certificate import Certificate, certify, upper_bound
+from tegotae.measures.optimum.exact import verify
 from tegotae.measures.optimum.problem import small_hop_limit
 from tegotae.measures.optimum.table import (
     COLUMNS,
@@ -34,4 +35,5 @@ __all__ = [
     "small_hop_limit",
     "stances",
     "upper_bound",
+    "verify",
 ]

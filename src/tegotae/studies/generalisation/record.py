@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from tegotae._support.arrays import read_arrays
+from tegotae._support.documents import parse
 from tegotae._support.errors import TegotaeError
 from tegotae._support.files import write_atomically
 from tegotae._support.part_code import code_of
@@ -79,7 +80,7 @@ def read(path: Path, document: dict[str, Any]) -> Outcome | None:
     """
     try:
         arrays = read_arrays(path, _MOST_BYTES)
-        header = json.loads(str(arrays.pop("header")))
+        header = parse(str(arrays.pop("header")))
         if header["configuration"] != document:
             return None
         return Outcome(arrays, header["left_out"])

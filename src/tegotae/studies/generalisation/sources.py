@@ -6,10 +6,10 @@ from pathlib import Path
 
 from tegotae._support.errors import TegotaeError
 from tegotae.studies.paper.folder import Folder
-from tegotae.training.collection import Runs
+from tegotae.systems.controller_set import ControllerSet
 
 
-def of_study(place: Path) -> list[Runs]:
+def of_study(place: Path) -> list[ControllerSet]:
     """The controllers of a study's records, a set a model; weights are in the records.
 
     Raises:
@@ -23,5 +23,8 @@ def of_study(place: Path) -> list[Runs]:
         experiment = record.experiment
         labels = tuple(str(seed) for seed in record.configuration["seeds"])
         weights = record.weights.astype(float)
-        found.append(Runs(experiment.name, experiment.system, weights, labels))
+        whole = {**record.configuration, **record.configuration["experiment"]}
+        own = ("seeds", "experiment", "system", "name")
+        training = {name: x for name, x in whole.items() if name not in own}
+        found.append(ControllerSet(experiment.name, experiment.system, weights, labels, training))
     return found

@@ -31,9 +31,9 @@ from tegotae.parts.fields import (
 )
 from tegotae.parts.terrains import Rough, Slope, Sum
 from tegotae.simulation.rollout import Timing
+from tegotae.systems.controller_set import ControllerSet
 from tegotae.systems.legged_systems import settling_s
 from tegotae.systems.system import System
-from tegotae.training.collection import Runs
 
 HOPPING = Timing(duration_s=32.0, tick_s=0.002)
 """How long a leg of a metre on Earth that hops is looked at: at 4 rad/s a cycle of two hops is seen
@@ -77,10 +77,11 @@ class Subject:
         if not len(self.weights):
             raise TegotaeError(f"{self.name} has no runs to be tried")
         self._check_body()
-        if self._ticks > MOST_TICKS:
-            longest = MOST_TICKS * self.timing.tick_s / self.time_scale
+        longest = MOST_TICKS * self.timing.tick_s / self.time_scale
+        if self.longest_delay_s > longest * (1.0 + 1e-6):
+            ticks = self.longest_delay_s * self.time_scale / self.timing.tick_s
             raise TegotaeError(
-                f"delay={self.longest_delay_s:g} on {self.name} is {self._ticks} control ticks; "
+                f"delay={self.longest_delay_s:g} on {self.name} is {ticks:g} control ticks; "
                 f"{MOST_TICKS} are the most that are kept: try delays up to {longest:.3g}"
             )
 
@@ -99,7 +100,7 @@ class Subject:
             raise TegotaeError(f"{self.name} cannot be tried: {error}") from None
 
     @classmethod
-    def of(cls, runs: Runs, starts: int = 4) -> Subject:
+    def of(cls, runs: ControllerSet, starts: int = 4) -> Subject:
         """The subject of runs that were read; what is the same several times is tried once."""
         _, first = np.unique(runs.weights, axis=0, return_index=True)
         kept = np.sort(first)

@@ -17,9 +17,10 @@ from tegotae._support.devices import described_devices
 from tegotae._support.errors import TegotaeError, require_count
 from tegotae.measures.evaluation import drawn_releases, evaluate
 from tegotae.measures.hopping.metric import Metric
-from tegotae.measures.hopping.registry import built_in
+from tegotae.measures.hopping.registry import built_in, code_noted
 from tegotae.studies.paper.record import Record
 from tegotae.systems.experiment import Experiment
+from tegotae.systems.registry import CODE
 from tegotae.training.evolve import Curves
 from tegotae.training.run import Run, ends, software
 from tegotae.training.stopping import SEARCH
@@ -73,9 +74,12 @@ class Unit:
 
 
 def metrics_document(metrics: Iterable[Metric]) -> dict[str, Any]:
-    """What descriptions say of a user's metrics: their names; nothing of none."""
-    names = sorted(metric.name for metric in metrics)
-    return {"metrics": names} if names else {}
+    """What descriptions say of a user's metrics: names and code; nothing of none."""
+    found = {}
+    for metric in metrics:
+        code = code_noted(metric)
+        found[metric.name] = {"name": metric.name} | ({} if code is None else {CODE: code})
+    return {"metrics": found} if found else {}
 
 
 def key_of(configuration: dict[str, Any]) -> str:

@@ -12,8 +12,6 @@ import numpy as np
 
 from tegotae._support.errors import TegotaeError, require_count
 from tegotae._support.optional_dependencies import require
-from tegotae.envs.rewards import HopReward
-from tegotae.envs.settings import TegotaeHopperSettings
 from tegotae.measures.hopping.efficiency import WORK
 from tegotae.measures.objectives.fitness import EPISODE, Fitness
 from tegotae.measures.objectives.objective import Objective
@@ -26,13 +24,15 @@ from tegotae.training.agents.actor import Feedback, Observed
 from tegotae.training.agents.policy import agent_controller, initial_weights
 from tegotae.training.agents.settings import AgentSettings
 
-require("stable_baselines3", "sb3")
+require("stable_baselines3", "sb3")  # before the environments ask for Gymnasium, which it brings
 
 import torch  # noqa: E402
 from stable_baselines3.common.base_class import BaseAlgorithm  # noqa: E402
 from stable_baselines3.common.vec_env import VecEnv, VecNormalize  # noqa: E402
 
+from tegotae.envs.rewards import HopReward  # noqa: E402
 from tegotae.envs.sb3 import HopperVecEnv  # noqa: E402
+from tegotae.envs.settings import TegotaeHopperSettings  # noqa: E402
 
 
 @dataclass(frozen=True, kw_only=True)

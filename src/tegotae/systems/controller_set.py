@@ -1,0 +1,56 @@
+"""Controllers that belong together: the weights that one training found, run by run."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from tegotae.parts.bodies import Body
+from tegotae.parts.controller import Controller
+from tegotae.systems.system import System
+
+
+@dataclass(frozen=True)
+class ControllerSet:
+    """A system with several vectors of weights, such as one per seed of a training.
+
+    Args:
+        name: the model's name, or the file's; of several trainings also what differs in this one.
+        system: the closed loop that the runs share.
+        weights: shape [runs, n_weights].
+        labels: one per run: its seed, or its file's name.
+        training: how they were trained, the same for all, as JSON values; empty if not known.
+    """
+
+    name: str
+    system: System
+    weights: np.ndarray
+    labels: tuple[str, ...]
+    training: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def controller(self) -> Controller:
+        """The structure that they share."""
+        return self.system.controller
+
+    @property
+    def omega_t(self) -> float | None:
+        """The frequency they were trained at [rad/s]; None without an oscillator."""
+        return self.system.omega
+
+    @property
+    def body(self) -> Body:
+        """The body they were trained on."""
+        return self.system.body
+
+    def replaced(self, **changes: Any) -> ControllerSet:
+        """The same weights in another system: other fields of the system or its release.
+
+        Raises:
+            TegotaeError: for what does not fit together.
+        """
+        return dataclasses.replace(self, system=self.system.replaced(changes))
