@@ -9,7 +9,7 @@ import pytest
 
 from tegotae import Hopper, build, controller_file
 from tegotae.cli import main
-from tegotae.cli.compare import methods, told_apart
+from tegotae.cli.compare import methods, paired, told_apart
 from tegotae.collection import Runs
 from tegotae.controller_file import SavedController
 from tegotae.evaluation import Evaluation, Protocol
@@ -104,3 +104,41 @@ def test_the_document_tells_them_apart_too_and_stays_in_range(two_folders, capsy
         assert found[name]["method"] == "Welch's t"
     share = found["limit_cycle_share"]
     assert -1.0 <= share["low"] < share["mean"] < share["high"] <= 1.0
+
+
+# Which runs are paired.
+
+TRAINING = {
+    "experiment": {"release_m": 1.2},
+    "algorithm": {"name": "pgpe", "population": 16},
+}
+CMA_ES = {"algorithm": {"name": "cma-es", "population": 16}}
+VARIED = {"experiment": {"conditions": [{"kind": "Uniform"}]}}
+
+
+def trained(controller=REFLEX, labels=("0", "1"), **changed) -> Runs:
+    training = {**TRAINING, **changed}
+    weights = np.ones((len(labels), controller.n_weights))
+    return Runs("any", controller, weights, 8.0, Hopper(), labels, training)
+
+
+@pytest.mark.parametrize(
+    ("other", "shared"),
+    [
+        (trained(), True),
+        (trained(experiment={"release_m": 1.4}), True),  # which draws nothing
+        (trained(labels=("0", "2")), False),
+        (trained(build("V-sector-w8")), False),
+        (trained(build("ART")), False),
+        (trained(**CMA_ES), False),
+        (trained(**VARIED), False),
+        (runs("of unknown training", 2), False),
+    ],
+)
+def test_runs_are_paired_where_they_share_what_is_random_and_nowhere_else(other, shared):
+    assert paired(other, trained()) is shared
+    assert paired(trained(), other) is shared
+
+
+def test_two_unknown_trainings_are_not_paired_by_the_numbers_of_their_seeds():
+    assert not paired(runs("a"), runs("b"))

@@ -7,11 +7,12 @@ import os
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
-from tegotae import TegotaeError, build, controller_file
+from tegotae import Hopper, TegotaeError, build, controller_file
 from tegotae.collection import read
 from tegotae.controller_file import SavedController
 
@@ -116,3 +117,112 @@ def test_evaluate_names_it_in_one_line_from_a_plain_shell(folder):
     )
     assert (found.returncode, found.stdout) == (2, "")
     assert found.stderr == f"tegotae: {folder / 'b.json'} is empty; remove it from the folder\n"
+
+
+# Which files are runs of one set.
+
+
+def training(seed: int, **changed: Any) -> dict[str, Any]:
+    """What a file says of its training, with some of its entries changed."""
+    document = {
+        "experiment": {"release_m": 1.2, "fitness": {"kind": "Fitness", "work": "absolute"}},
+        "algorithm": {"name": "pgpe", "population": 16},
+        "stopping": {"least": 100},
+        "seeds": [0, 1],
+        "seed": seed,
+        "generations": 100 + seed,
+        "best_fitness": 0.5 + seed,
+    }
+    for place, value in changed.items():
+        entry: Any = document
+        *path, last = place.split("__")
+        for name in path:
+            entry = entry[name]
+        entry[last] = value
+    return document
+
+
+def leave(folder: Path, runs: tuple[int, ...] = (0, 1), omega: float = 8.0, **changed: Any):
+    """Files of a training, a folder of them."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for seed in runs:
+        saved = SavedController(
+            build("V-reflex-w8"),
+            np.array([float(seed)]),
+            omega,
+            changed.get("body", Hopper()),
+            "V-reflex-w8",
+            training(seed, **{name: x for name, x in changed.items() if name != "body"}),
+        )
+        controller_file.save(saved, folder / f"V-reflex-w8-seed{seed}.json")
+
+
+def told(folder: Path) -> list[tuple[str, tuple[str, ...]]]:
+    return [(runs.name, runs.labels) for runs in read(folder)]
+
+
+OTHERS = {
+    "algorithm": ({"algorithm": {"name": "cma-es", "std": 0.3}}, "algorithm {}"),
+    "setting": ({"algorithm__population": 32}, "algorithm.population {}"),
+    "fitness": ({"experiment__fitness__work": "net"}, "fitness.work {}"),
+    "kind of fitness": ({"experiment__fitness": {"kind": "Height"}}, "fitness {}"),
+    "release": ({"experiment__release_m": 1.4}, "release_m {}"),
+    "frequency": ({"omega": 7.0}, "omega {}"),
+    "body": ({"body": Hopper(mass_kg=0.2)}, "body.mass_kg {}"),
+}
+VALUES = {
+    "algorithm": ("pgpe", "cma-es"),
+    "setting": (16, 32),
+    "fitness": ("absolute", "net"),
+    "kind of fitness": ("Fitness", "Height"),
+    "release": ("1.2", "1.4"),
+    "frequency": (8, 7),
+    "body": (0.1, 0.2),
+}
+
+
+@pytest.mark.parametrize("what", OTHERS)
+def test_runs_of_different_trainings_are_sets_of_their_own_that_say_what_differs(tmp_path, what):
+    changed, label = OTHERS[what]
+    leave(tmp_path / "a")
+    leave(tmp_path / "b", **changed)
+    assert told(tmp_path) == [
+        (f"V-reflex-w8 ({label.format(value)})", ("0", "1")) for value in VALUES[what]
+    ]
+
+
+def test_seeds_of_one_training_are_one_set_wherever_they_are(tmp_path):
+    leave(tmp_path / "a", (0, 1))
+    leave(tmp_path / "b", (2, 3), seeds=[2, 3])
+    assert told(tmp_path) == [("V-reflex-w8", ("0", "1", "2", "3"))]
+
+
+def test_no_set_has_a_seed_twice(tmp_path):
+    """The same training of other lengths: the cap is no part of what decides a generation."""
+    leave(tmp_path / "a")
+    leave(tmp_path / "b", generations=7)
+    assert told(tmp_path) == [
+        (f"V-reflex-w8 (in {tmp_path / name})", ("0", "1")) for name in ("a", "b")
+    ]
+
+
+def test_what_differs_beyond_a_few_entries_is_counted(tmp_path):
+    leave(tmp_path / "a")
+    leave(
+        tmp_path / "b",
+        omega=7.0,
+        body=Hopper(mass_kg=0.2),
+        experiment__release_m=1.4,
+        algorithm__population=32,
+        stopping__least=5,
+    )
+    (one, _), (other, _) = told(tmp_path)
+    assert one.endswith("2 more differ)")
+    assert one != other
+
+
+def test_an_entry_that_one_of_them_leaves_out_is_as_usual(tmp_path):
+    leave(tmp_path / "a")
+    leave(tmp_path / "b", experiment__conditions=[{"kind": "Uniform", "low": 1.0}])
+    names = [name for name, _ in told(tmp_path)]
+    assert names == ["V-reflex-w8 (usual conditions)", "V-reflex-w8 (conditions)"]

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import json
 import os
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -13,9 +16,11 @@ from tegotae import controller_file, documents
 from tegotae.bodies import Body
 from tegotae.controller import Controller
 from tegotae.controller_file import SavedController
+from tegotae.descriptions import describe
 from tegotae.designs import design, is_design
 from tegotae.documents import DamagedDocumentError
 from tegotae.errors import TegotaeError
+from tegotae.experiment import differing
 from tegotae.models import find
 from tegotae.training.search import best_gain
 from tegotae.workplace import is_earlier
@@ -23,15 +28,16 @@ from tegotae.workplace import is_earlier
 
 @dataclass(frozen=True)
 class Runs:
-    """Several weight vectors of one controller, such as one per seed.
+    """Several weight vectors of one controller, of one training, such as one per seed.
 
     Args:
-        name: the model's name, or the file's.
+        name: the model's name, or the file's; of several trainings also what differs in this one.
         controller: the structure they share.
         weights: shape [runs, n_weights].
         omega_t: the frequency they were trained at [rad/s]; None without an oscillator.
         body: the body they were trained on.
         labels: one per run: its seed, or its file's name.
+        training: how they were trained, the same for all, as a file has it; empty if not known.
     """
 
     name: str
@@ -40,12 +46,25 @@ class Runs:
     omega_t: float | None
     body: Body
     labels: tuple[str, ...]
+    training: Mapping[str, Any] = field(default_factory=dict)
+
+
+_OF_A_RUN = frozenset(
+    {
+        *("seed", "seeds", "generations", "ended", "best_fitness", "best_generation"),
+        *("episodes", "simulated_s", "best_episode"),
+    }
+)
+"""What a file says of its own run. All else is the training, which runs of other seeds share."""
+_MOST_TOLD = 3
+"""Differences that a name tells; of more it tells their number."""
 
 
 def read(place: str | Path) -> list[Runs]:
     """The controllers at a place: a file, a folder of files, or the name of a pure V model.
 
-    Files of the same controller, frequency and body are runs of one set; a folder is searched with
+    Files of the same training (controller, frequency, body, fitness, algorithm and all else that
+    decides the result) are runs of one set, and no two of the same seed; a folder is searched with
     its subfolders, and JSON files of other kinds are passed over. A pure V model has no file: its σ
     is found by search.
 
@@ -65,23 +84,112 @@ def read(place: str | Path) -> list[Runs]:
 
 
 def group(files: Sequence[tuple[Path, SavedController]]) -> list[Runs]:
-    """Sets of runs, in the order in which their first members come."""
-    sets: dict[tuple, list[tuple[Path, SavedController]]] = {}
+    """Sets of runs of one training each, in the order in which their first members come.
+
+    Sets of one model are named by what differs in how they were trained.
+    """
+    trainings: dict[tuple, list[tuple[Path, SavedController]]] = {}
     for path, saved in files:
-        sets.setdefault((saved.model, saved.controller, saved.omega, saved.body), []).append(
-            (path, saved)
-        )
+        what = json.dumps(_training(saved), sort_keys=True)
+        key = (saved.model, saved.controller, saved.omega, saved.body, what)
+        trainings.setdefault(key, []).append((path, saved))
+    sets = [each for members in trainings.values() for each in _without_doubles(members)]
+    names = [members[0][1].model or members[0][0].stem for members in sets]
+    labels = [""] * len(sets)
+    for name, count in Counter(names).items():
+        if count > 1:
+            own = [i for i, each in enumerate(names) if each == name]
+            for i, label in zip(own, _differences([sets[i] for i in own]), strict=True):
+                labels[i] = f" ({label})"
     return [
         Runs(
-            model or members[0][0].stem,
-            controller,
+            name + label,
+            members[0][1].controller,
             np.stack([saved.weights for _, saved in members]),
-            omega,
-            body,
-            tuple(str(saved.training.get("seed", path.stem)) for path, saved in members),
+            members[0][1].omega,
+            members[0][1].body,
+            _labels(members),
+            _training(members[0][1]),
         )
-        for (model, controller, omega, body), members in sets.items()
+        for name, label, members in zip(names, labels, sets, strict=True)
     ]
+
+
+def _training(saved: SavedController) -> dict[str, Any]:
+    """How a controller was trained, whatever its seed."""
+    return {name: value for name, value in saved.training.items() if name not in _OF_A_RUN}
+
+
+def _labels(members: list[tuple[Path, SavedController]]) -> tuple[str, ...]:
+    """Seeds, or the files' names where there is none, or one twice."""
+    seeds = tuple(str(saved.training.get("seed", path.stem)) for path, saved in members)
+    return seeds if len(set(seeds)) == len(seeds) else tuple(path.stem for path, _ in members)
+
+
+def _without_doubles(
+    members: list[tuple[Path, SavedController]],
+) -> list[list[tuple[Path, SavedController]]]:
+    """The same apart by folder if a seed is there twice, as after other lengths of training."""
+    seeds = Counter(saved.training.get("seed") for _, saved in members)
+    if not any(count > 1 for seed, count in seeds.items() if seed is not None):
+        return [members]
+    by_folder: dict[Path, list[tuple[Path, SavedController]]] = {}
+    for path, saved in members:
+        by_folder.setdefault(path.parent, []).append((path, saved))
+    return list(by_folder.values())
+
+
+def _differences(sets: list[list[tuple[Path, SavedController]]]) -> list[str]:
+    """What tells sets of runs of one model apart, a text each, no two alike."""
+    documents = [_document(members[0][1]) for members in sets]
+    found = (name for other in documents[1:] for name in differing(documents[0], other))
+    names = list(dict.fromkeys(found))
+    if "algorithm.name" in names:  # whose settings differ, too
+        names = ["algorithm.name", *(n for n in names if not n.startswith("algorithm."))]
+    if "parameters" in names:
+        names.remove("controller")
+    more = len(names) - _MOST_TOLD
+    end = [f"{more} more differ"] if more > 0 else []
+    labels = [
+        ", ".join([*(_told(document, name) for name in names[:_MOST_TOLD]), *end])
+        for document in documents
+    ]
+    if len(set(labels)) < len(labels):  # of another length, or of what a word cannot tell
+        folders = [f"in {members[0][0].parent}" for members in sets]
+        labels = [", ".join(filter(None, each)) for each in zip(labels, folders, strict=True)]
+    counts = Counter(labels)
+    return [
+        f"{label}, no. {i}" if counts[label] > 1 else label for i, label in enumerate(labels, 1)
+    ]
+
+
+def _document(saved: SavedController) -> dict[str, Any]:
+    """All that decides what a controller became, but for its seed, as JSON values."""
+    training = _training(saved)
+    own = {
+        "controller": describe(saved.controller),
+        "parameters": saved.controller.n_weights,
+        "omega": saved.omega,
+        "body": describe(saved.body),
+    }
+    experiment = training.pop("experiment", {})
+    about = experiment if isinstance(experiment, dict) else {"experiment": experiment}
+    return json.loads(json.dumps({**own, **training, **about}))
+
+
+def _told(document: Mapping[str, Any], name: str) -> str:
+    """An entry of a document in a few words, such as "fitness.work net"."""
+    value: Any = document
+    for key in name.split("."):
+        if not isinstance(value, Mapping) or key not in value:
+            return f"usual {name}" if name.partition(".")[0] not in document else name
+        value = value[key]
+    if isinstance(value, Mapping):
+        value = value.get("kind", "")
+    if isinstance(value, list):
+        return name
+    shown = f"{value:g}" if isinstance(value, float) else str(value)
+    return f"{name.removesuffix('.name')} {shown}".strip()
 
 
 def _json_files(folder: Path) -> list[Path]:

@@ -8,7 +8,7 @@ import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, Any
 
 import tyro
 
@@ -80,14 +80,28 @@ def told_apart(sets: Sequence[tuple[str, Runs]]) -> list[Runs]:
 
 
 def paired(runs: Runs, base: Runs) -> bool:
-    """Whether two sets are of the same seeds, so that their runs can be paired."""
-    return runs.labels == base.labels and len(runs.labels) > 1
+    """Whether the runs of two sets share what is random, seed by seed, and so can be paired.
+
+    From a seed are drawn the first weights, what the algorithm tries, and the conditions of its
+    episodes: they are the same in both if seeds, controller, algorithm and conditions are.
+    """
+    ours, theirs = _random(runs), _random(base)
+    return ours is not None and ours == theirs and len(runs.labels) > 1
+
+
+def _random(runs: Runs) -> tuple[Any, ...] | None:
+    """All that decides what is drawn in a training; None if that is not known."""
+    experiment, algorithm = runs.training.get("experiment"), runs.training.get("algorithm")
+    if not isinstance(experiment, Mapping) or algorithm is None:
+        return None
+    drawn = (experiment.get("conditions"), experiment.get("episodes"))
+    return runs.labels, runs.controller, algorithm, drawn
 
 
 def compare(
     runs: Runs, evaluation: Evaluation, base: Runs, base_evaluation: Evaluation
 ) -> dict[str, Interval]:
-    """Difference of each metric to the base's, paired by seed where the seeds agree."""
+    """Difference of each metric to the base's, of paired runs where they are (`paired`)."""
     take = paired_difference if paired(runs, base) else difference
     values, baseline = evaluation.runs(), base_evaluation.runs()
     return {name: take(row, baseline[name], within=range_of(name)) for name, row in values.items()}
@@ -112,6 +126,10 @@ def _print_differences(base: Runs, differences: list, shown: tuple[Metric, ...])
     headings = (metric.heading for metric in shown)
     print_rows((f"minus {base.name}", "interval", *headings), rows)
     print("+ is better and - is worse, where the interval of the difference leaves zero out.")
+    print(
+        "Runs are paired, seed by seed, where they share what is random: controller, algorithm and "
+        "conditions."
+    )
 
 
 def _judged(metric: Metric, value: Interval) -> str:

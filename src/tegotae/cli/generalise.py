@@ -65,6 +65,11 @@ class Generalise:
         _print_margins(done, chosen)
         print("wrote " + ", ".join(map(str, paths)))
 
+    def _is_chosen(self, name: str) -> bool:
+        """Whether a set is asked for, by its model's name or with what differs in its training."""
+        model = name.partition(" (")[0]
+        return any(fnmatch.fnmatchcase(each, self.only) for each in (name, model))
+
     def _subjects(self) -> list[Subject]:
         from tegotae.collection import read
         from tegotae.generalisation import Subject
@@ -74,7 +79,7 @@ class Generalise:
         for place in self.places:
             is_study = (Path(place) / "study.json").exists()
             runs = of_study(Path(place)) if is_study else read(place)
-            chosen = [each for each in runs if fnmatch.fnmatchcase(each.name, self.only)]
+            chosen = [each for each in runs if self._is_chosen(each.name)]
             if not chosen:
                 names = ", ".join(sorted({each.name for each in runs})[:3])
                 raise TegotaeError(f"{place} has no model that matches {self.only}; it has {names}")

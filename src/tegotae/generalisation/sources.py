@@ -31,6 +31,7 @@ def of_study(place: Path) -> list[Runs]:
                 experiment.omega,
                 experiment.body,
                 labels,
+                {name: x for name, x in record.configuration.items() if name != "seeds"},
             )
         )
     return found
