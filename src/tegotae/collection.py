@@ -179,6 +179,8 @@ def _document(saved: SavedController) -> dict[str, Any]:
 
 def _told(document: Mapping[str, Any], name: str) -> str:
     """An entry of a document in a few words, such as "fitness.work net"."""
+    if name.startswith("code of "):
+        return name
     value: Any = document
     for key in name.split("."):
         if not isinstance(value, Mapping) or key not in value:
