@@ -45,7 +45,7 @@ def study(tmp_path_factory) -> Path:
 def test_a_users_metric_is_measured_in_the_workers_at_every_budget(study):
     (record,), wrong = Folder(study).all()
     assert wrong == []
-    assert record.configuration["metrics"] == ["peak_grf_n"]
+    assert list(record.configuration["metrics"]) == ["peak_grf_n"]
     force_n = record.episodes["peak_grf_n"]
     assert force_n.shape == record.episodes["cot_inverse"].shape
     assert np.isfinite(force_n).all()
@@ -97,12 +97,25 @@ def test_a_study_with_other_metrics_of_ones_own_is_another_study(study, one_line
     assert "holds a study with another set of your own metrics (peak_grf_n; see --parts)" in said
 
 
+def test_a_study_with_a_metric_that_was_edited_is_another_study(
+    study, one_line_error, tmp_path, monkeypatch
+):
+    monkeypatch.setattr(sys, "path", sys.path[:])
+    monkeypatch.delitem(sys.modules, "grf", raising=False)
+    (tmp_path / "grf.py").write_text(Path(FILE).read_text().replace("jnp.max", "jnp.mean"))
+    sys.path[:] = [each for each in sys.path if not each.endswith("users")]
+    words = ["study", "run", "--dir", str(study), "--scale", "smoke", "--seeds", "1"]
+    said = one_line_error(*words, "--models", "T-Fv", "--parts", str(tmp_path / "grf.py"))
+    monkeypatch.delitem(sys.modules, "grf")
+    assert "holds a study with another code of peak_grf_n" in said
+
+
 def test_a_study_without_metrics_of_ones_own_is_described_as_before():
     without = plan("smoke")
     assert "metrics" not in without.document
     assert all("metrics" not in unit.configuration for unit in without.units)
     imported(FILE)
-    assert json.loads(json.dumps(plan("smoke").document))["metrics"] == ["peak_grf_n"]
+    assert list(json.loads(json.dumps(plan("smoke").document))["metrics"]) == ["peak_grf_n"]
     assert {u.key for u in plan("smoke").units}.isdisjoint(u.key for u in without.units)
 
 
@@ -154,7 +167,7 @@ def test_several_files_of_parts_are_given_one_by_one_or_as_a_list(words):
 def test_several_models_are_given_one_by_one_or_as_a_list(words, chosen, monkeypatch, tmp_path):
     planned = []
     monkeypatch.setattr(
-        "tegotae.study.runner.run", lambda of, *_: planned.append(of) or len(of.units)
+        "tegotae.study.runner.run", lambda of, *_, **__: planned.append(of) or len(of.units)
     )
     assert main(["study", "run", "--dir", str(tmp_path), "--scale", "smoke", *words]) == 0
     assert len(planned[0].units) == chosen

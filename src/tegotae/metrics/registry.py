@@ -8,8 +8,10 @@ from __future__ import annotations
 
 import importlib
 import pkgutil
+import sys
 from collections.abc import Iterable, Mapping
 from functools import cache
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -26,6 +28,7 @@ from tegotae.metrics.metric import (
     derivation_of,
 )
 from tegotae.metrics.statistics import UNBOUNDED, Interval, Range, interval
+from tegotae.part_code import code_of_file
 
 ALL = "all"
 """Stands for every metric there is."""
@@ -38,6 +41,8 @@ _IN_ORDER = (
 """In which order they are shown; what is not here comes after, by name."""
 
 _registered: dict[str, Metric] = {}
+_codes: dict[str, str | None] = {}
+"""The code of each as it was when it was registered, by name."""
 
 
 @cache
@@ -86,6 +91,11 @@ def measured_own() -> tuple[Metric, ...]:
     return tuple(each for each in _registered.values() if not isinstance(each, DerivedMetric))
 
 
+def code_noted(metric: Metric) -> str | None:
+    """The hash of the file that computes a user's metric, as that was registered, if it has one."""
+    return _codes.get(metric.name)
+
+
 def register(metric: Metric) -> Metric:
     """Make a user's metric known, so that it is evaluated and shown like the package's own.
 
@@ -119,7 +129,8 @@ def register(metric: Metric) -> Metric:
     for name in () if derivation is None else derivation.of:
         if name != REGIME:
             find(name)
-    _registered[metric.name] = metric
+    if before is not metric:
+        _registered[metric.name], _codes[metric.name] = metric, _code(metric)
     return metric
 
 
@@ -242,6 +253,12 @@ def summarise(values: Mapping[str, Any], *, seed: int = 0) -> dict[str, Interval
         (0.0, 1.0)
     """
     return {name: interval(row, within=range_of(name), seed=seed) for name, row in values.items()}
+
+
+def _code(metric: Metric) -> str | None:
+    module = getattr(getattr(metric, "compute", None), "__module__", None) or ""
+    file = getattr(sys.modules.get(module), "__file__", None)
+    return code_of_file(Path(file), module) if file and Path(file).is_file() else None
 
 
 def _origin(metric: Metric) -> str:

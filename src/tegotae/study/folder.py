@@ -48,7 +48,7 @@ class StudyDocument(msgspec.Struct):
     algorithm: AlgorithmDocument
     stopping: StoppingDocument
     experiments: dict[str, dict[str, Any]]
-    metrics: list[str] = []
+    metrics: dict[str, dict[str, Any]] = {}
 
 
 class AlgorithmDocument(msgspec.Struct):

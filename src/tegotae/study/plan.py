@@ -125,9 +125,10 @@ def united(found: dict[str, Any], wanted: dict[str, Any]) -> dict[str, Any]:
             two of the same name do; says what.
     """
     names = differing(_without_experiments(found), _without_experiments(wanted))
-    if "metrics" in names:
-        own = ", ".join(found.get("metrics", [])) or "none"
-        names[names.index("metrics")] = f"set of your own metrics ({own}; see --parts)"
+    if of_metrics := [name for name in names if name.partition(".")[0] == "metrics"]:
+        own = ", ".join(sorted(found.get("metrics", {}))) or "none"
+        names = [name for name in names if name not in of_metrics]
+        names.append(f"set of your own metrics ({own}; see --parts)")
     theirs, ours = found.get("experiments", {}), wanted.get("experiments", {})
     for name in theirs.keys() & ours.keys():
         names += [each for each in differing(theirs[name], ours[name]) if each not in names]

@@ -18,7 +18,8 @@ from tegotae.errors import TegotaeError, require_count
 from tegotae.evaluation import drawn_releases, evaluate
 from tegotae.experiment import Experiment
 from tegotae.metrics.metric import Metric
-from tegotae.metrics.registry import built_in
+from tegotae.metrics.registry import built_in, code_noted
+from tegotae.registry import CODE
 from tegotae.study.record import Record
 from tegotae.training.evolve import Curves
 from tegotae.training.run import Run, ends, software
@@ -73,9 +74,12 @@ class Unit:
 
 
 def metrics_document(metrics: Iterable[Metric]) -> dict[str, Any]:
-    """What descriptions say of a user's metrics: their names; nothing of none."""
-    names = sorted(metric.name for metric in metrics)
-    return {"metrics": names} if names else {}
+    """What descriptions say of a user's metrics: names and code; nothing of none."""
+    found = {}
+    for metric in metrics:
+        code = code_noted(metric)
+        found[metric.name] = {"name": metric.name} | ({} if code is None else {CODE: code})
+    return {"metrics": found} if found else {}
 
 
 def key_of(configuration: dict[str, Any]) -> str:
