@@ -233,9 +233,10 @@ def test_a_file_that_is_edited_while_a_study_runs_ends_it(users, tmp_path):
     whole = plan("smoke", "", [users.experiment])
 
     def results(bundles):
-        users.edit("2.0")  # a worker that starts now reads this
-        (unit,) = plan("smoke", "", [users.experiment]).units
-        yield bundles[0][0], SimpleNamespace(configuration=unit.configuration, model="edited")
+        (unit,) = bundles[0]
+        found = unit.configuration  # of a worker that read the file after it was edited
+        found["experiment"]["body"][registry.CODE] = "other"
+        yield unit, SimpleNamespace(configuration=found, model="edited")
 
     with pytest.raises(TegotaeError, match=f"another code of {users.body}: a file was edited"):
         runner.run(whole, tmp_path / "study", results)
