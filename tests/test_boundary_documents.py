@@ -18,7 +18,7 @@ from hypothesis import strategies as st
 from tegotae import TegotaeError, controller_file, documents
 from tegotae.arrays import read_arrays
 from tegotae.documents import DamagedDocumentError, checked, fitted, parse
-from tegotae.report.page import as_script
+from tegotae.pages import as_script
 from tegotae.study.folder import Folder
 from tegotae.study.multiverse.folder import MultiverseFolder
 from tegotae.study.multiverse.plan import multiverse

@@ -15,12 +15,13 @@ import pytest
 
 import tegotae
 from played import Case, assert_same, in_node, needs_node, played_in_node, wasm_of
-from tegotae import Engine, Scenario, build
+from tegotae import Engine, Scenario, Timing, build
 from tegotae.bodies import Hopper, Plate, Walker
 from tegotae.cli import main
 from tegotae.controller import Controller, Tegotae
 from tegotae.controller_file import SavedController, save
 from tegotae.errors import TegotaeError
+from tegotae.metrics import whole_hops
 from tegotae.oscillators import Clamped, PhaseOscillator
 from tegotae.playground import Choice, Page, compiler, shelf, standard
 from tegotae.playground.bodies import STANDARD
@@ -134,6 +135,10 @@ def test_every_standard_controller_has_an_engine_for_every_standard_body():
             assert shelf.has(fitted, body)
 
 
+HEARD_CHANNELS = (
+    *("time_s", "apex_time_s", "apex_height_m", "ground_m"),
+    *("climb_flight_m", "work_absolute_j"),
+)
 JUDGED = """
 const { Engine } = await web("engine.js");
 const { episode } = await web("learn/fitness.js");
@@ -164,6 +169,37 @@ def test_an_episode_is_worth_in_the_page_what_it_is_worth_in_the_package(tmp_pat
     for name, key in (("cot_inverse", "cotInverse"), ("fitness", "fitness")):
         np.testing.assert_allclose([each[key] for each in found], wanted[name], atol=5e-3)
     assert [each["failed"] for each in found] == wanted["failed"].tolist()
+
+
+HEARD = """
+const { Hops } = await web("measures.js");
+const hops = new Hops(data.definitions);
+const result = data.frames.map((frame) => {
+  hops.hear({ get: (name) => frame[name] });
+  return hops.cost();
+});
+"""
+
+
+@needs_node
+def test_the_cost_that_a_page_shows_is_over_whole_hops_and_none_of_a_gait_that_is_over(tmp_path):
+    engine = Engine(controller=VANILLA.controller, timing=Timing(duration_s=10.0, tick_s=0.002))
+    t = jax.tree.map(lambda x: x[:, 0], engine.run([1.0], Scenario(omega=8.0)))
+    # JSON has no NaN: no apex is one far below.
+    told = {f"channel.{name}": np.nan_to_num(getattr(t, name), nan=-1.0).astype(float)
+            for name in HEARD_CHANNELS}  # fmt: skip
+    frames = [dict(zip(told, row, strict=True), **{"body.rest_length_m": 1.0})
+              for row in np.array(list(told.values())).T.tolist()]  # fmt: skip
+    still = [dict(frames[-1], **{"channel.time_s": at, "channel.apex_height_m": -1.0})
+             for at in (12.0, 13.5)]  # fmt: skip
+    data = {"definitions": DEFINITIONS, "frames": [*frames, *still]}
+    *shown, soon, late = in_node(HEARD, data, tmp_path)
+    first = np.flatnonzero(t.apex_height_m >= 1.01)[-9]
+    eight = whole_hops(t.apex_height_m[first:], t.ground_m[first:], 1.0)
+    climb, work = (eight.over(x[first:]) for x in (t.climb_flight_m, t.work_absolute_j))
+    assert int(eight.count) == 8
+    assert shown[-1] == soon == pytest.approx(float(climb / work), rel=1e-5)
+    assert late == 0
 
 
 @needs_node
@@ -229,6 +265,17 @@ def test_a_page_is_one_file_that_needs_nothing_else():
     assert "<!--" not in html
     assert not [word for word in ("http://", "https://", "src=", "import(") if word in html]
     assert len(html.encode()) < 400_000
+
+
+@pytest.mark.parametrize(
+    "name", ["<!--WORKER-->.json", "<!--<script>.json", "</script>.json", "a\u2028&lt;.json"]
+)
+def test_no_name_of_a_file_is_taken_for_a_part_of_the_page(name):
+    html = Page([Choice(name, VANILLA)]).html()
+    plain = Page([Choice("V", VANILLA)]).html()
+    assert data_of(html)["controllers"][0]["label"] == name
+    for tag in ("<!--", "<script", "</script"):
+        assert html.count(tag) == plain.count(tag)
 
 
 def test_modules_are_joined_each_once_after_what_they_import():

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import base64
 import dataclasses
-import json
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -22,6 +21,7 @@ from tegotae.metrics.hopping import HOP_CLEARANCE, REST_SHARE
 from tegotae.metrics.spectrum import MAIN_LOBE_BINS, REST_RANGE_M
 from tegotae.models import build
 from tegotae.optimum.table import curve
+from tegotae.pages import as_script, filled
 from tegotae.playground import shelf
 from tegotae.playground.bodies import STANDARD, Shown, losing_legs, of_same_form
 from tegotae.playground.compiler import has_compiler
@@ -82,17 +82,15 @@ class Page:
         Raises:
             TegotaeError: for an engine that cannot be made.
         """
-        data = json.dumps(self.document(), separators=(",", ":"), ensure_ascii=False)
-        pieces = {
-            "STYLE": read("style.css"),
-            "DATA": _in_a_script(data),
-            "WORKER": _in_a_script(joined("learn/worker.js")),
-            "SCRIPT": _in_a_script(joined("main.js")),
-        }
-        page = read("page.html")
-        for name, text in pieces.items():
-            page = page.replace(f"<!--{name}-->", text)
-        return page
+        return filled(
+            read("page.html"),
+            {
+                "STYLE": read("style.css"),
+                "DATA": as_script(self.document()),
+                "WORKER": _in_a_script(joined("learn/worker.js")),
+                "SCRIPT": _in_a_script(joined("main.js")),
+            },
+        )
 
     def document(self) -> dict[str, Any]:
         """All that the scripts know, as plain JSON values."""
@@ -219,5 +217,5 @@ def _numbers(values: np.ndarray) -> list[float]:
 
 
 def _in_a_script(text: str) -> str:
-    """A text that ends no script early."""
+    """A script of the package that ends no script early."""
     return text.replace("</", "<\\/")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import json
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -16,6 +15,7 @@ from tegotae.figures.optimum import optimum_figure
 from tegotae.figures.study import architectures_figure, correlation_figure, pictograms_figure
 from tegotae.metrics.metric import REPORT
 from tegotae.optimum.table import curve, stances
+from tegotae.pages import as_script, filled
 from tegotae.report import convergence
 from tegotae.report.best import best_controllers, gaits_of_best_run
 from tegotae.report.judged import labelled
@@ -93,20 +93,7 @@ def report(
         },
     }
     page = files("tegotae.report").joinpath("page.html").read_text(encoding="utf-8")
-    return page.replace("__DATA__", as_script(data))
-
-
-def as_script(data: Any) -> str:
-    """JSON for a script element of HTML, whose content no text in it can end, or hide the end of.
-
-    Example:
-        >>> as_script(["</script>"])
-        '["\\\\u003c/script\\\\u003e"]'
-    """
-    text = json.dumps(data, ensure_ascii=False)
-    for character in "<>&\u2028\u2029":
-        text = text.replace(character, f"\\u{ord(character):04x}")
-    return text
+    return filled(page, {"DATA": as_script(data)})
 
 
 def _figures(table: Table) -> list[dict[str, Any]]:

@@ -26,6 +26,7 @@ export class Hops {
   // A lane at the end of a frame: at an apex nothing is climbed and no work is done, so that totals
   // at the end of its frame are those at the apex.
   hear(lane) {
+    this.now = lane.get("channel.time_s");
     const height = lane.get("channel.apex_height_m");
     const ground = lane.get("channel.ground_m");
     if (!isHop(height, lane.get("body.rest_length_m"), ground, this.definitions)) return;
@@ -38,8 +39,10 @@ export class Hops {
     if (this.list.length > KEPT) this.list.shift();
   }
 
-  // CoT⁻¹ over the last whole hops, an even number of them: a gait may alternate between two.
+  // CoT⁻¹ over the last whole hops, an even number of them: a gait may alternate between two. Zero
+  // for a gait that is over.
   cost(most = 8) {
+    if (this.rests(this.now)) return 0;
     const whole = Math.min(this.list.length - 1, most);
     const count = whole > 2 ? whole - (whole % 2) : whole;
     if (count < 1) return 0;
