@@ -142,7 +142,12 @@ OUT_OF_MEMORY = "RESOURCE_EXHAUSTED: Out of memory allocating 77000003792 bytes.
     ("error", "status", "line"),
     [
         (TegotaeError("mass_kg is 0"), 2, "mass_kg is 0"),
-        (MemoryError(), 2, "out of memory; use fewer lanes or a shorter duration"),
+        (MemoryError(), 2, "out of memory; ask for less, or free some"),
+        (
+            MemoryError("Unable to allocate 7 GiB for an array"),
+            2,
+            "out of memory: Unable to allocate 7 GiB for an array; ask for less, or free some",
+        ),
         (JaxRuntimeError(OUT_OF_MEMORY), 2, "out of memory; use fewer lanes or a shorter duration"),
         (OSError(errno.ENOSPC, "No space left on device"), 1, "[Errno 28] No space left on device"),
         (KeyboardInterrupt(), 130, "interrupted"),

@@ -419,7 +419,8 @@ class TestMisuse:
         )
         done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
         assert done.returncode == 0, done.stderr
-        assert done.stdout.strip() == "gymnasium is not installed; pip install 'tegotae[gym]'"
+        said = "gymnasium is not installed; pip install 'tegotae[gym]', or in a clone pip install"
+        assert done.stdout.strip() == f"{said} '.[gym]'"
 
 
 def test_settings_say_what_follows_from_them():

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 import reprlib
+import tomllib
 from importlib.resources.abc import Traversable
 from pathlib import Path
 from typing import Any, TypeVar
@@ -68,6 +69,25 @@ def parse(content: bytes | str) -> Any:
         raise DamagedDocumentError(_TOO_DEEP) from None
     except ValueError:  # that of the encoding, too
         raise DamagedDocumentError("it is cut short, or no JSON") from None
+    return checked(value)
+
+
+def parse_toml(text: str) -> Any:
+    """The value of a TOML text, `checked`.
+
+    Raises:
+        DamagedDocumentError: if there is none.
+
+    Example:
+        >>> parse_toml("seeds = 3")
+        {'seeds': 3}
+    """
+    try:
+        value = tomllib.loads(text)
+    except RecursionError:
+        raise DamagedDocumentError(_TOO_DEEP) from None
+    except tomllib.TOMLDecodeError as error:
+        raise DamagedDocumentError(f"it is no TOML: {error}") from None
     return checked(value)
 
 

@@ -10,7 +10,7 @@ from typing import Any
 from tegotae._start import end_on_ctrl_c, open_streams, ready
 from tegotae.cli.commands import COMMANDS, Command, Group, in_name_only
 from tegotae.cli.console import make_safe
-from tegotae.cli.status import DEBUG, exit_status, leave
+from tegotae.cli.status import DEBUG, exit_status, leave, warn_in_one_line
 from tegotae.errors import TegotaeError
 
 _SWITCHES = (
@@ -141,4 +141,5 @@ def entry() -> None:
     open_streams()
     end_on_ctrl_c()
     make_safe()
+    warn_in_one_line()
     leave(main())

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import json
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
@@ -16,6 +15,7 @@ from tegotae.bodies import Body, Hopper
 from tegotae.cli.conditions import conditions_named
 from tegotae.controller_file import SavedController
 from tegotae.designs import design, is_design
+from tegotae.documents import DamagedDocumentError, read
 from tegotae.errors import TegotaeError
 from tegotae.experiment import Experiment
 from tegotae.integrators import Hold
@@ -293,11 +293,11 @@ def experiments_at(place: str) -> list[Experiment]:
         found = named(place, (Experiment, list, tuple), "experiment")
         return [found] if isinstance(found, Experiment) else [_experiment(e, place) for e in found]
     try:
-        document = json.loads(Path(place).read_text(encoding="utf-8"))
-    except OSError as error:
-        raise TegotaeError(f"cannot read {place}: {error.strerror}") from None
-    except (ValueError, RecursionError):
-        raise TegotaeError(f"{place} is no JSON document of experiments") from None
+        document = read(Path(place))
+    except FileNotFoundError:
+        raise TegotaeError(f"there is no file {place}") from None
+    except DamagedDocumentError as error:
+        raise TegotaeError(f"{place} is no JSON document of experiments: {error}") from None
     if isinstance(document, dict) and isinstance(document.get("experiments"), dict):
         document = list(document["experiments"].values())
     documents = document if isinstance(document, list) else [document]

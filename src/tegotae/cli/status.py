@@ -6,7 +6,9 @@ import contextlib
 import os
 import sys
 import traceback
+import warnings
 from collections.abc import Callable
+from typing import Any
 
 from tegotae._start import INTERRUPTED, end_on_ctrl_c
 from tegotae.cli.console import one_line
@@ -22,7 +24,8 @@ BROKEN_PIPE = 141
 DEBUG = "TEGOTAE_DEBUG"
 """Environment variable that has errors show where they arose; the switch --debug sets it."""
 
-_OUT_OF_MEMORY = "out of memory; use fewer lanes or a shorter duration"
+_OUT_OF_DEVICE_MEMORY = "out of memory; use fewer lanes or a shorter duration"
+_OUT_OF_MEMORY = "out of memory{why}; ask for less, or free some"
 
 
 def exit_status(command: Callable[[], None]) -> int:
@@ -59,6 +62,25 @@ def is_debugging() -> bool:
     return os.environ.get(DEBUG, "") not in ("", "0")
 
 
+def warn_in_one_line() -> None:
+    """Have every warning be a line on standard error, once, without its place in the source.
+
+    Where errors show where they arose (`is_debugging`), warnings do, too.
+    """
+    told: set[str] = set()
+    in_full = warnings.showwarning
+
+    def show(message: Any, *where: Any, **more: Any) -> None:
+        if is_debugging():
+            in_full(message, *where, **more)
+        elif (line := one_line(str(message))) not in told:
+            told.add(line)
+            with contextlib.suppress(OSError, ValueError):  # stderr may be full or closed
+                print(f"tegotae: warning: {line}", file=sys.stderr)
+
+    warnings.showwarning = show
+
+
 def leave(status: int) -> None:
     """End the process. After Ctrl-C at once: XLA aborts if Python takes it down while it works."""
     end_on_ctrl_c()  # one more would be a traceback
@@ -75,8 +97,11 @@ def _told(error: Exception) -> tuple[str, int]:
     """What is said of an error, and the exit status."""
     if isinstance(error, TegotaeError):
         return str(error), UNUSABLE_INPUT
-    if isinstance(error, MemoryError) or "RESOURCE_EXHAUSTED" in str(error):
-        return _OUT_OF_MEMORY, UNUSABLE_INPUT
+    if isinstance(error, MemoryError):  # NumPy's says for what there was none
+        why = str(error).strip()
+        return _OUT_OF_MEMORY.format(why=f": {why}" if why else ""), UNUSABLE_INPUT
+    if "RESOURCE_EXHAUSTED" in str(error):  # of a rollout, whose lanes and frames take it
+        return _OUT_OF_DEVICE_MEMORY, UNUSABLE_INPUT
     if isinstance(error, OSError):
         return str(error), NOT_WRITTEN
     first = (str(error).strip().splitlines() or [""])[0]

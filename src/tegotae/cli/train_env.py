@@ -10,6 +10,7 @@ import tyro
 
 from tegotae.cli.options import settings_named
 from tegotae.cli.train import EvolutionOptions, logger, summarise
+from tegotae.documents import DamagedDocumentError, parse
 from tegotae.errors import TegotaeError
 from tegotae.extras import require
 from tegotae.models import find
@@ -138,8 +139,6 @@ class TrainEnv(EvolutionOptions):
             TegotaeError: for a setting that is no NAME=VALUE, or options of a MuJoCo model for
                 something else.
         """
-        import json
-
         from tegotae.training.wired.place import Place
 
         is_model = Place(env=self.env).is_model
@@ -159,7 +158,7 @@ class TrainEnv(EvolutionOptions):
             if name in found:
                 raise TegotaeError(f"{name} is given twice; leave --settings {each} out")
             try:
-                found[name] = json.loads(value)
-            except ValueError:
+                found[name] = parse(value)
+            except DamagedDocumentError:  # not JSON: a text
                 found[name] = value
         return tuple(found.items())

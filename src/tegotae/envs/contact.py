@@ -9,7 +9,7 @@ import gymnasium
 import numpy as np
 from gymnasium.spaces import Box
 
-from tegotae.envs.naming import observation_names
+from tegotae.envs.naming import observation_names, space_of
 from tegotae.errors import TegotaeError, unknown
 from tegotae.extras import require
 
@@ -41,7 +41,7 @@ class MujocoContactForce(gymnasium.ObservationWrapper[np.ndarray, Any, np.ndarra
         base: Any = env.unwrapped
         if not isinstance(getattr(base, "model", None), self._mujoco.MjModel):
             raise TegotaeError(f"{base} has no MuJoCo model, and so no contact forces to read")
-        space = env.observation_space
+        space = space_of(env, "observation")
         if not isinstance(space, Box) or len(space.shape) != 1:
             raise TegotaeError(
                 f"the observation space is {space}; it must be a one-dimensional Box"

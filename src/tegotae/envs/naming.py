@@ -27,7 +27,7 @@ def observation_names(env: gymnasium.Env[Any, Any]) -> tuple[str, ...]:
         >>> observation_names(gymnasium.make("CartPole-v1"))
         ('observation[0]', 'observation[1]', 'observation[2]', 'observation[3]')
     """
-    space = env.observation_space
+    space = space_of(env, "observation")
     sizes = _sizes("observation", space)
     if env.has_wrapper_attr("observation_names"):
         return tuple(env.get_wrapper_attr("observation_names"))
@@ -47,7 +47,7 @@ def action_names(env: gymnasium.Env[Any, Any]) -> tuple[str, ...]:
     Raises:
         TegotaeError: for a space that is no one-dimensional Box.
     """
-    space = env.action_space
+    space = space_of(env, "action")
     if not isinstance(space, Box) or len(space.shape) != 1:
         raise TegotaeError(f"the action space is {space}; it must be a one-dimensional Box")
     if env.has_wrapper_attr("action_names"):
@@ -66,6 +66,20 @@ def flat(space: Space[Any], observation: Any) -> np.ndarray:
     if isinstance(space, Dict):
         return np.concatenate([np.ravel(observation[key]) for key in space.spaces])
     return np.asarray(observation)
+
+
+def space_of(env: gymnasium.Env[Any, Any], what: str) -> Space[Any]:
+    """A space of the environment, "observation" or "action".
+
+    Raises:
+        TegotaeError: if it lacks it.
+    """
+    try:
+        return getattr(env, f"{what}_space")
+    except AttributeError:
+        raise TegotaeError(
+            f"the environment has no {what}_space; set it, such as to a gymnasium.spaces.Box"
+        ) from None
 
 
 def _sizes(what: str, space: Space[Any]) -> Sequence[tuple[str, int]]:

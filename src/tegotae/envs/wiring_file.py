@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import json
-import tomllib
 from importlib import resources
 from pathlib import Path
 from typing import Any
@@ -190,10 +189,8 @@ def packaged() -> list[str]:
 
 def _parsed(text: str, suffix: str, path: Path) -> Wiring:
     try:
-        document = tomllib.loads(text) if suffix == ".toml" else documents.parse(text)
-        return wiring_of(document, path.parent)
-    except tomllib.TOMLDecodeError as error:
-        raise TegotaeError(f"{path} is no wiring: it is no TOML: {error}") from None
+        parse = documents.parse_toml if suffix == ".toml" else documents.parse
+        return wiring_of(parse(text), path.parent)
     except DamagedDocumentError as error:
         raise TegotaeError(f"{path} is no wiring: {error}") from None
 

@@ -5,15 +5,17 @@ from __future__ import annotations
 import contextlib
 import io
 import json
-import zipfile
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from tegotae.arrays import read_arrays
 from tegotae.errors import TegotaeError
 from tegotae.files import write_atomically
+
+_MOST_BYTES = 2**30
 
 Columns = dict[str, np.ndarray]
 """What a part brings, lanes last."""
@@ -76,16 +78,21 @@ def _write(path: Path, key: str, done: list[Columns]) -> None:
 
 def _read(path: Path, key: str) -> list[Columns]:
     try:
-        with np.load(path) as file:
-            if str(file["key"]) != key:
-                return []
-            parts: list[Columns] = [{} for _ in range(int(file["count"]))]
-            for entry in file.files:
-                number, slash, name = entry.partition("/")
-                if slash:
-                    parts[int(number)][name] = file[entry]
-            return parts
+        arrays = read_arrays(path, _MOST_BYTES)
+        if str(arrays["key"]) != key:
+            return []
+        count = int(arrays["count"])
+        if not 0 <= count < len(arrays):  # a part has an array at least
+            raise ValueError
+        parts: dict[int, Columns] = {number: {} for number in range(count)}
+        for entry, values in arrays.items():
+            number, slash, name = entry.partition("/")
+            if slash:
+                parts[int(number)][name] = values
+        return list(parts.values())
     except FileNotFoundError:
         return []
-    except (OSError, ValueError, KeyError, zipfile.BadZipFile):
+    except OSError as error:
+        raise TegotaeError(f"cannot read {path}: {error.strerror}") from None
+    except (ValueError, TypeError, KeyError):
         raise TegotaeError(f"{path} cannot be read; remove it to begin anew") from None

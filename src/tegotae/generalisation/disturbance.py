@@ -12,6 +12,9 @@ from tegotae.errors import TegotaeError, require_finite
 from tegotae.generalisation.subject import Subject
 from tegotae.world import Change
 
+MOST_LEVEL = 1e6
+"""The largest level of any disturbance: single precision can count with it."""
+
 
 class Met(NamedTuple):
     """What lanes meet: arrays [lanes] or [limbs, lanes] by name, which others have as usual."""
@@ -36,7 +39,8 @@ class Disturbance(ABC):
             body still hops or walks, where the same gait cannot be.
 
     Raises:
-        TegotaeError: for no level, one that is no number, twice the same, or the neutral one.
+        TegotaeError: for no level, one that is no number or beyond sense, twice the same, or the
+            neutral one.
     """
 
     name: str
@@ -48,7 +52,7 @@ class Disturbance(ABC):
 
     def __post_init__(self) -> None:
         for level in self.levels:
-            require_finite(f"a level of {self.name}", level)
+            require_finite(f"a level of {self.name}", level, least=-MOST_LEVEL, most=MOST_LEVEL)
         if not self.levels or len(set(self.levels)) < len(self.levels):
             raise TegotaeError(
                 f"the levels of {self.name} are {self.levels}; give at least one, each once"

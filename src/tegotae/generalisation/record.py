@@ -13,6 +13,7 @@ import numpy as np
 
 from tegotae.arrays import read_arrays
 from tegotae.descriptions import describe
+from tegotae.documents import parse
 from tegotae.errors import TegotaeError
 from tegotae.files import write_atomically
 from tegotae.generalisation.disturbance import Disturbance
@@ -79,7 +80,7 @@ def read(path: Path, document: dict[str, Any]) -> Outcome | None:
     """
     try:
         arrays = read_arrays(path, _MOST_BYTES)
-        header = json.loads(str(arrays.pop("header")))
+        header = parse(str(arrays.pop("header")))
         if header["configuration"] != document:
             return None
         return Outcome(arrays, header["left_out"])

@@ -68,10 +68,11 @@ class Subject:
         if not len(self.weights):
             raise TegotaeError(f"{self.name} has no runs to be tried")
         self._check_body()
-        if self._ticks > MOST_TICKS:
-            longest = MOST_TICKS * self.timing.tick_s / self.time_scale
+        longest = MOST_TICKS * self.timing.tick_s / self.time_scale
+        if self.longest_delay_s > longest * (1.0 + 1e-6):
+            ticks = self.longest_delay_s * self.time_scale / self.timing.tick_s
             raise TegotaeError(
-                f"delay={self.longest_delay_s:g} on {self.name} is {self._ticks} control ticks; "
+                f"delay={self.longest_delay_s:g} on {self.name} is {ticks:g} control ticks; "
                 f"{MOST_TICKS} are the most that are kept: try delays up to {longest:.3g}"
             )
 

@@ -9,7 +9,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from tegotae.errors import TegotaeError
-from tegotae.extras import MissingExtraError
+from tegotae.extras import MissingExtraError, how_to_install
 
 FLAGS = (
     *("-target", "wasm32-freestanding", "-std=c99", "-O2", "-fno-builtin"),
@@ -36,7 +36,7 @@ def compiled(text: str) -> bytes:
     if not has_compiler():
         raise MissingExtraError(
             "no engine comes with the package for this controller, and the compiler that would "
-            "make one is not installed; pip install 'tegotae[playground]'"
+            f"make one is not installed; {how_to_install('playground')}"
         )
     with tempfile.TemporaryDirectory() as temporary:
         folder = Path(temporary)

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-import zipfile
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
 import numpy as np
 
+from tegotae.arrays import read_arrays
 from tegotae.errors import TegotaeError
 from tegotae.extras import require
 from tegotae.recordings.quantities import QUANTITIES, split
 from tegotae.tables import read_csv
 
+MOST_BYTES = 2**30
+"""Of all arrays of a .npz together [bytes]: hours of a robot's log."""
 _NEEDED = {*QUANTITIES["time"].names, *QUANTITIES["height"].names}
 
 
@@ -69,11 +71,11 @@ def _csv(path: Path) -> dict[str, np.ndarray]:
 
 def _npz(path: Path) -> dict[str, np.ndarray]:
     try:
-        # Never pickled objects, which could run a program.
-        with np.load(path, allow_pickle=False) as stored:
-            columns = {name: stored[name] for name in stored.files}
-    except (OSError, ValueError, EOFError, zipfile.BadZipFile, AttributeError):
-        raise TegotaeError(f"{path} is no recording: no .npz of plain arrays") from None
+        columns = read_arrays(path, MOST_BYTES)
+    except OSError as error:
+        raise TegotaeError(f"cannot read {path}: {error.strerror}") from None
+    except ValueError as error:
+        raise TegotaeError(f"{path} is no recording: no .npz of plain arrays ({error})") from None
     # One number, such as a rate, is no column; and one column more in a matrix is still one.
     columns = {name: np.squeeze(column) for name, column in columns.items()}
     kept = {name: column for name, column in columns.items() if column.ndim == 1}

@@ -103,8 +103,8 @@ def told(change: Hysteresis) -> str:
     """A change of gait and its hysteresis in one line."""
     up, down, width = map(_between, (change.up, change.down, change.width))
     return (
-        f"{change.slow} to {change.fast}: up between {up} ({change.starts_up} starts), down between "
-        f"{down} ({change.starts_down}); hysteresis between {width}"
+        f"{change.slow} to {change.fast}: up between {up} ({change.starts_up} starts), down "
+        f"between {down} ({change.starts_down}); hysteresis between {width}"
     )
 
 

@@ -12,8 +12,6 @@ import numpy as np
 
 from tegotae.bodies import Body, Hopper
 from tegotae.controller import Controller
-from tegotae.envs.rewards import HopReward
-from tegotae.envs.settings import TegotaeHopperSettings
 from tegotae.errors import TegotaeError, require_count
 from tegotae.experiment import RELEASE_M, Experiment
 from tegotae.extras import require
@@ -25,13 +23,15 @@ from tegotae.training.agents.settings import AgentSettings
 from tegotae.training.fitness import EPISODE, Fitness
 from tegotae.training.objective import Objective
 
-require("stable_baselines3", "sb3")
+require("stable_baselines3", "sb3")  # before the environments ask for Gymnasium, which it brings
 
 import torch  # noqa: E402
 from stable_baselines3.common.base_class import BaseAlgorithm  # noqa: E402
 from stable_baselines3.common.vec_env import VecEnv, VecNormalize  # noqa: E402
 
+from tegotae.envs.rewards import HopReward  # noqa: E402
 from tegotae.envs.sb3 import HopperVecEnv  # noqa: E402
+from tegotae.envs.settings import TegotaeHopperSettings  # noqa: E402
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,0 +1,212 @@
+"""Hostile files and parts from elsewhere: each is refused in one line, before any work."""
+
+from __future__ import annotations
+
+import io
+import sys
+import warnings
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tegotae import Engine, TegotaeError, controller_file
+from tegotae.arrays import read_arrays
+from tegotae.cli.options import experiments_at
+from tegotae.cli.status import warn_in_one_line
+from tegotae.gaits.kept import in_parts
+from tegotae.recordings import files
+from tegotae.recordings.files import read_columns
+
+
+def archive(**arrays: np.ndarray) -> bytes:
+    stream = io.BytesIO()
+    np.savez_compressed(stream, allow_pickle=False, **arrays)  # type: ignore[arg-type]
+    return stream.getvalue()
+
+
+def lone_array() -> bytes:
+    stream = io.BytesIO()
+    np.save(stream, np.arange(9.0))
+    return stream.getvalue()
+
+
+def flipped(content: bytes, at: int) -> bytes:
+    return content[:at] + bytes([content[at] ^ 0x55]) + content[at + 1 :]
+
+
+WALK = archive(
+    time_s=np.arange(200) * 0.01, height_m=np.random.default_rng(0).uniform(1.0, 1.2, 200)
+)
+DAMAGED = {
+    "an .npy by another name": lone_array(),
+    "one byte of the numbers": flipped(WALK, len(WALK) // 3),
+    "cut short": WALK[: len(WALK) // 2],
+    "empty": b"",
+    "a text": b"time_s,height_m\n",
+}
+
+
+@pytest.mark.parametrize("kind", DAMAGED)
+def test_a_damaged_archive_is_no_recording(tmp_path, one_line_error, kind):
+    path = tmp_path / "walk.npz"
+    path.write_bytes(DAMAGED[kind])
+    assert f"{path} is no recording" in one_line_error("measure", str(path), "--rest-length", "1")
+
+
+def test_wherever_a_byte_is_flipped_a_recording_is_refused_or_the_same(tmp_path):
+    path = tmp_path / "walk.npz"
+    path.write_bytes(WALK)
+    whole = read_columns(path)
+    for at in range(0, len(WALK), 37):
+        path.write_bytes(flipped(WALK, at))
+        try:
+            found = read_columns(path)
+        except TegotaeError:
+            continue
+        for name, values in found.items():  # what the archive says of itself: a date, a flag
+            np.testing.assert_array_equal(values, whole[name])
+
+
+def test_a_recording_that_would_unpack_to_gigabytes_is_not_unpacked(tmp_path, monkeypatch):
+    path = tmp_path / "walk.npz"
+    path.write_bytes(archive(time_s=np.zeros(2**20), height_m=np.zeros(2**20)))
+    assert path.stat().st_size < 100_000
+    monkeypatch.setattr(files, "MOST_BYTES", 2**22)
+    monkeypatch.setattr(np, "load", lambda *_, **__: pytest.fail("it was unpacked"))
+    with pytest.raises(TegotaeError, match="it unpacks to 16 MiB, more than 4 MiB"):
+        read_columns(path)
+
+
+KEPT = archive(key=np.array("{}"), count=np.array(1), **{"0/square": np.array([1])})
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        *DAMAGED.values(),
+        archive(nothing=np.zeros(1)),
+        archive(key=np.array("{}"), count=np.array(1), **{"7/square": np.zeros(1)}),
+        archive(key=np.array("{}"), count=np.array(10**15), **{"0/square": np.zeros(1)}),
+        archive(key=np.array("{}"), count=np.array("many")),
+    ],
+)
+def test_what_is_kept_of_long_work_and_damaged_is_told_with_the_way_on(tmp_path, content):
+    path = tmp_path / "map.partial.npz"
+    path.write_bytes(KEPT)
+    work = {"kept": path, "settings": {}}
+    assert len(in_parts(2, lambda n: {"square": np.array([n])}, **work)) == 2
+    path.write_bytes(content)
+    with pytest.raises(TegotaeError, match="cannot be read; remove it to begin anew"):
+        in_parts(2, lambda n: pytest.fail("work was begun"), **work)
+
+
+DEEP = "[" * 5000 + "]" * 5000
+
+
+def test_documents_that_are_nested_without_end_are_refused(tmp_path):
+    pytest.importorskip("gymnasium")
+    from tegotae.envs import load_wiring
+
+    readers = {
+        "leg.toml": load_wiring,
+        "leg.json": load_wiring,
+        "plans.json": lambda path: experiments_at(str(path)),
+    }
+    for name, read in readers.items():
+        path = tmp_path / name
+        path.write_text(f"limbs = {DEEP}" if name.endswith(".toml") else DEEP)
+        with pytest.raises(TegotaeError, match="nested deeper than 64 levels"):
+            read(path)
+    with pytest.raises(TegotaeError, match="is not a controller file"):
+        controller_file.load(tmp_path / "plans.json")
+
+
+SPACELESS = """
+import gymnasium
+
+class Bare(gymnasium.Env):
+    observation_space = gymnasium.spaces.Box(-1.0, 1.0, (1,))
+
+class Blind(gymnasium.Env):
+    action_space = gymnasium.spaces.Box(-1.0, 1.0, (1,))
+"""
+WIRING = """
+[[limbs]]
+drives = "action[0]"
+[limbs.senses]
+spring_force = "observation[0]"
+"""
+
+
+@pytest.mark.parametrize(("kind", "space"), [("Bare", "action"), ("Blind", "observation")])
+def test_an_environment_without_a_space_is_told_which(tmp_path, one_line_error, kind, space):
+    pytest.importorskip("gymnasium")
+    made, wiring = tmp_path / f"made_{kind.lower()}.py", tmp_path / "leg.toml"
+    made.write_text(SPACELESS)
+    wiring.write_text(WIRING)
+    words = ["--wiring", str(wiring), "--out", str(tmp_path / "out"), "--workers", "0"]
+    said = one_line_error("train-env", f"{made}:{kind}", *words)
+    assert f"the environment has no {space}_space" in said
+
+
+@pytest.mark.parametrize("condition", ["delay", "lag", "noise", "mass", "omega", "blow"])
+@pytest.mark.parametrize("level", ["1e308", "-1e308", "nan"])
+def test_a_condition_beyond_sense_is_refused(
+    tmp_path, one_line_error, monkeypatch, condition, level
+):
+    monkeypatch.setattr(Engine, "run", lambda *_, **__: pytest.fail("a rollout was started"))
+    words = ["generalise", "V-sector-w8", "--out", str(tmp_path / "out")]
+    said = one_line_error(*words, "--conditions", f"{condition}={level}")
+    assert f"a level of {condition} is {float(level):g}" in said
+
+
+def test_delays_longer_than_what_is_kept_are_told_in_control_ticks(tmp_path, one_line_error):
+    words = ["generalise", "V-sector-w8", "--out", str(tmp_path / "out")]
+    said = one_line_error(*words, "--conditions", "delay=1000")
+    assert "is 500000 control ticks; 128 are the most" in said
+
+
+@pytest.mark.parametrize("algorithm", ["ppo", "sac"])
+def test_an_agent_without_its_extra_names_the_one_that_brings_it(
+    tmp_path, one_line_error, monkeypatch, algorithm
+):
+    agents = "tegotae.training.agents"
+    late = ("tegotae.envs", *(f"{agents}.{name}" for name in ("learner", "actor", "ppo", "sac")))
+    for name in [name for name in sys.modules if name.startswith(late)]:
+        monkeypatch.delitem(sys.modules, name)
+    for name in ("gymnasium", "stable_baselines3", "torch"):
+        monkeypatch.setitem(sys.modules, name, None)
+    words = ["--algorithm", algorithm, "--seeds", "1", "--out", str(tmp_path / "out")]
+    said = one_line_error("train", "AR", *words)
+    assert "pip install 'tegotae[sb3]', or in a clone pip install '.[sb3]'" in said
+
+
+def test_a_warning_is_one_line_without_a_place_in_the_source(capsys, monkeypatch):
+    monkeypatch.delenv("TEGOTAE_DEBUG", raising=False)
+    with warnings.catch_warnings():
+        warnings.simplefilter("always")
+        warn_in_one_line()
+        for _ in range(2):
+            warnings.warn("a scale\nis missing \x1b[31m", stacklevel=1)
+            np.float64(1e308) * np.float64(10.0)
+    assert capsys.readouterr().err.splitlines() == [
+        r"tegotae: warning: a scale is missing \x1b[31m",
+        "tegotae: warning: overflow encountered in scalar multiply",
+    ]
+
+
+def test_with_debug_a_warning_says_where_it_arose(monkeypatch):
+    monkeypatch.setenv("TEGOTAE_DEBUG", "1")
+    with warnings.catch_warnings(record=True) as told_in_full:
+        warnings.simplefilter("always")
+        warn_in_one_line()
+        warnings.warn("a scale is missing", stacklevel=1)
+    assert [Path(each.filename).name for each in told_in_full] == ["test_boundary_files.py"]
+
+
+def test_an_archive_of_objects_runs_nothing(tmp_path):
+    path = tmp_path / "walk.npz"
+    np.savez(path, time_s=np.array([print], dtype=object))
+    with pytest.raises(ValueError, match="Object arrays cannot be loaded"):
+        read_arrays(path, 2**20)
