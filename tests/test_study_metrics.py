@@ -106,7 +106,7 @@ def test_a_study_with_a_metric_that_was_edited_is_another_study(
     sys.path[:] = [each for each in sys.path if not each.endswith("users")]
     words = ["study", "run", "--dir", str(study), "--scale", "smoke", "--seeds", "1"]
     said = one_line_error(*words, "--models", "T-Fv", "--parts", str(tmp_path / "grf.py"))
-    monkeypatch.delitem(sys.modules, "grf")
+    sys.modules.pop("grf")
     assert "holds a study with another code of peak_grf_n" in said
 
 
