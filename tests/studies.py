@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import fcntl
-import os
 import subprocess
 import sys
 import time
@@ -21,26 +20,11 @@ MODELS = ("V-sector-w8", "ART-rF-tphif-w8", "T-Fv")
 """The models of the smoke scale."""
 
 
-def environment(cache: Path) -> dict[str, str]:
-    """Variables that let all processes of a test run share what they compiled."""
-    return {
-        "JAX_COMPILATION_CACHE_DIR": str(cache),
-        "JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS": "0",
-        "JAX_PERSISTENT_CACHE_MIN_ENTRY_SIZE_BYTES": "-1",
-    }
-
-
-def cache_of(undisturbed: Path) -> Path:
-    """Where the compiled programs of the undisturbed study are."""
-    return undisturbed.with_name("compiled")
-
-
-def start(folder: Path, undisturbed: Path, *more: str) -> subprocess.Popen[str]:
+def start(folder: Path, *more: str) -> subprocess.Popen[str]:
     """Start `tegotae study run` in a session of its own, as in a terminal of its own."""
     words = ["study", "run", "--dir", str(folder), "--scale", "smoke", *more]
     return subprocess.Popen(
         [sys.executable, "-m", "tegotae", *words],
-        env={**os.environ, **environment(cache_of(undisturbed))},
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
@@ -61,7 +45,7 @@ def undisturbed(place: Path) -> Path:
     with (place / "smoke.lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
         if not (place / "smoke.printed").exists():
-            out, err = finish(start(folder, folder))
+            out, err = finish(start(folder))
             (place / "smoke.printed").write_text(out + err)
     return folder
 

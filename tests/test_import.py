@@ -8,17 +8,23 @@ import os
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 import tegotae
+from tegotae.compilation_cache import user_folder
+
+CACHE = str(user_folder())
+"""Where other tests have compiled these programs, perhaps."""
 
 
-def fresh(program: str, folder: Path, *flags: str) -> list:
+def fresh(program: str, folder: Path, *flags: str, **environment: str) -> Any:
     """What a new Python prints last, as JSON; `folder` is its home and where it works."""
     ours = ("XLA_FLAGS", "TEGOTAE_PLAIN_XLA", "TEGOTAE_CACHE", "JAX_COMPILATION_CACHE_DIR")
     env = {name: value for name, value in os.environ.items() if name not in ours}
     env |= {"HOME": str(folder), "XDG_CACHE_HOME": str(folder / "cache")}
+    env |= environment
     words = [sys.executable, *flags, "-c", program]
     done = subprocess.run(words, env=env, cwd=folder, capture_output=True, text=True)
     assert (done.returncode, done.stderr) == (0, "")
@@ -107,7 +113,7 @@ def test_whatever_computes_first_sets_what_the_engine_needs(use, tmp_path):
     if use == "an environment":
         pytest.importorskip("gymnasium")
     program = f"import tegotae; {FIRST_USES[use]}; import jax; print(jax.local_device_count())"
-    assert fresh(program, tmp_path, "-W", "error::UserWarning") >= 2
+    assert fresh(program, tmp_path, "-W", "error::UserWarning", TEGOTAE_CACHE=CACHE) >= 2
 
 
 def test_every_public_name_is_where_type_checkers_see_it():

@@ -282,11 +282,10 @@ def test_figures_show_every_claim_and_every_reading(trained):
 # From the command line: killed, resumed, misused.
 
 
-def start(folder: Path, cache: Path) -> subprocess.Popen[str]:
+def start(folder: Path) -> subprocess.Popen[str]:
     words = ["study", "multiverse", "run", "--dir", str(folder), "--scale", "smoke"]
     return subprocess.Popen(
         [sys.executable, "-m", "tegotae", *words, "--readings", "2", "--workers", "1"],
-        env={**os.environ, **studies.environment(cache)},
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
@@ -296,8 +295,8 @@ def start(folder: Path, cache: Path) -> subprocess.Popen[str]:
 
 @pytest.mark.thorough
 def test_a_killed_multiverse_goes_on_and_loses_nothing(tmp_path, capsys):
-    folder, cache = tmp_path / "multiverse", tmp_path / "compiled"
-    process = start(folder, cache)
+    folder = tmp_path / "multiverse"
+    process = start(folder)
     studies.wait_for(lambda: studies.records(folder), "a record", process)
     workers = studies.workers(process)
     os.kill(process.pid, signal.SIGKILL)
@@ -308,7 +307,7 @@ def test_a_killed_multiverse_goes_on_and_loses_nothing(tmp_path, capsys):
     if len(kept) < 4:
         assert main(words) == 0
         assert f"{len(kept)} of 4 models done" in capsys.readouterr().out
-    out, _ = studies.finish(start(folder, cache))
+    out, _ = studies.finish(start(folder))
     assert out.startswith(f"4 records in {folder}")
     now = {path.name: path.read_bytes() for path in studies.records(folder)}
     assert kept.items() <= now.items()

@@ -329,7 +329,7 @@ def test_a_folder_without_permission_is_refused(half, no_work, one_line_error, m
 def test_a_second_run_in_the_folder_is_refused_and_the_first_goes_on(
     half, smoke_study, one_line_error
 ):
-    first = studies.start(half, smoke_study)
+    first = studies.start(half)
     studies.wait_for(lambda: studies.workers(first), "workers", first)
     for words in (["run", "--scale", "smoke"], ["merge", str(smoke_study)]):
         said = one_line_error("study", *words, "--dir", str(half))
@@ -376,7 +376,7 @@ def test_a_full_disk_keeps_what_is_done(smoke_study, tmp_path, monkeypatch):
 def test_a_record_that_cannot_be_written_ends_the_workers_too(half, smoke_study, monkeypatch):
     # For this process and those that it starts no file may grow beyond one kilobyte.
     limits = resource.getrlimit(resource.RLIMIT_FSIZE)
-    process = studies.start(half, smoke_study)
+    process = studies.start(half)
     resource.prlimit(process.pid, resource.RLIMIT_FSIZE, (1024, limits[1]))
     seen = studies.wait_for(lambda: studies.workers(process), "workers", process)
     out, err = process.communicate(timeout=900)

@@ -51,12 +51,6 @@ def busy(cluster):
     return next((state for state in states if state.processing), None)
 
 
-@pytest.fixture(autouse=True)
-def compiled(smoke_study, monkeypatch):
-    for name, value in studies.environment(studies.cache_of(smoke_study)).items():
-        monkeypatch.setenv(name, value)
-
-
 @pytest.mark.thorough
 def test_a_worker_killed_during_the_run_changes_nothing(smoke_study, tmp_path):
     killed = []
@@ -125,7 +119,7 @@ def dask_programs(place, *of_the_worker: str):
 def test_workers_started_by_hand_find_the_same(smoke_study, tmp_path):
     folder = studies.copy(smoke_study, tmp_path / "study", "V", "T")
     with dask_programs(tmp_path) as address:
-        studies.finish(studies.start(folder, smoke_study, "--cluster", address))
+        studies.finish(studies.start(folder, "--cluster", address))
     studies.assert_same(folder, smoke_study)
 
 
@@ -134,7 +128,7 @@ def test_a_worker_whose_jax_was_started_otherwise_refuses_the_work(smoke_study, 
     folder = studies.copy(smoke_study, tmp_path / "study", "V", "T")
     (tmp_path / "preloaded.py").write_text(PRELOADED)
     with dask_programs(tmp_path, "--preload", str(tmp_path / "preloaded.py")) as address:
-        process = studies.start(folder, smoke_study, "--cluster", address)
+        process = studies.start(folder, "--cluster", address)
         _, err = process.communicate(timeout=900)
     assert process.returncode == 2
     said = err.splitlines()[-1]

@@ -36,7 +36,7 @@ def study(tmp_path_factory) -> Path:
     """A study of one model with a metric of a user's, done by the command."""
     folder = tmp_path_factory.mktemp("own") / "study"
     process = studies.start(
-        folder, folder, "--models", "T-Fv", "--seeds", "1", "--workers", "1", "--parts", FILE
+        folder, "--models", "T-Fv", "--seeds", "1", "--workers", "1", "--parts", FILE
     )
     studies.finish(process)
     return folder

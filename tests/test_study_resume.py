@@ -26,7 +26,7 @@ def test_kills_at_random_moments_lose_only_the_work_in_flight(smoke_study, tmp_p
     folder = tmp_path / "study"
     kept: dict[str, bytes] = {}
     for awaited in (0, 1):  # records, before the moment is drawn
-        process = studies.start(folder, smoke_study)
+        process = studies.start(folder)
         seen = studies.wait_for(lambda p=process: studies.workers(p), "workers", process)
         studies.wait_for(
             lambda p=process, n=awaited: p.poll() is not None or len(studies.records(folder)) >= n,
@@ -42,14 +42,14 @@ def test_kills_at_random_moments_lose_only_the_work_in_flight(smoke_study, tmp_p
         now = {path.name: path.read_bytes() for path in studies.records(folder)}
         assert kept.items() <= now.items()
         kept = now
-    out, _ = studies.finish(studies.start(folder, smoke_study))
+    out, _ = studies.finish(studies.start(folder))
     assert out.startswith("3 records in ")
     studies.assert_same(folder, smoke_study)
     assert kept.items() <= {p.name: p.read_bytes() for p in studies.records(folder)}.items()
 
 
 def test_a_killed_worker_changes_nothing(smoke_study, tmp_path):
-    process = studies.start(tmp_path / "study", smoke_study, "--workers", "2")
+    process = studies.start(tmp_path / "study", "--workers", "2")
     both = studies.wait_for(
         lambda: found if len(found := studies.workers(process)) == 2 else None, "workers", process
     )
@@ -64,7 +64,7 @@ def test_a_killed_worker_changes_nothing(smoke_study, tmp_path):
 )
 def test_an_interrupted_study_goes_on_where_it_was(smoke_study, tmp_path, sign):
     folder = studies.copy(smoke_study, tmp_path / "study", "V", "T")
-    process = studies.start(folder, smoke_study)
+    process = studies.start(folder)
     seen = studies.wait_for(lambda: studies.workers(process), "workers", process)
     # Ctrl-C reaches every process of the terminal, a polite kill the one that is named.
     (os.killpg if sign == signal.SIGINT else os.kill)(process.pid, sign)
@@ -81,7 +81,7 @@ def test_an_interrupted_study_goes_on_where_it_was(smoke_study, tmp_path, sign):
         )
     else:
         assert process.returncode == -signal.SIGTERM
-    studies.finish(studies.start(folder, smoke_study))
+    studies.finish(studies.start(folder))
     studies.assert_same(folder, smoke_study)
 
 
@@ -101,7 +101,7 @@ def test_a_damaged_record_is_redone_with_the_same_numbers(smoke_study, tmp_path)
     (damaged,) = folder.glob("records/T-*")
     content = damaged.read_bytes()[:-100]
     damaged.write_bytes(content)
-    out, _ = studies.finish(studies.start(folder, smoke_study))
+    out, _ = studies.finish(studies.start(folder))
     assert f"{damaged.name} is damaged: " in out
     assert f"it is set aside in {folder / 'damaged'} and done again" in out
     assert (folder / "damaged" / damaged.name).read_bytes() == content
