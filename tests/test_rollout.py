@@ -15,6 +15,7 @@ import pytest
 
 from tegotae import Engine, Hopper, Scenario, TegotaeError, Timing, Trajectory, build
 from tegotae.integrators import Hold
+from tegotae.rollout import _run
 
 SHORT = Timing(duration_s=3.0)
 VANILLA = Engine(controller=build("V-both-w4"), timing=SHORT)
@@ -363,6 +364,18 @@ def test_results_are_bit_identical_on_any_number_of_cores(tmp_path):
 
 
 @pytest.mark.thorough
+def test_any_number_of_lanes_that_fills_as_many_blocks_has_the_same_program():
+    engine = Engine(controller=build("V-reflex-w8"), timing=Timing(duration_s=0.06))
+    height_m = {}
+    before = _run._cache_size()
+    for lanes in (1, 3, 100):
+        scenario = Scenario(omega=8.0, height_m=np.linspace(1.1, 1.2, lanes))
+        height_m[lanes] = engine.run([2.0], scenario).height_m
+        assert height_m[lanes].shape == (3, lanes)
+    assert _run._cache_size() == before + 1
+    np.testing.assert_array_equal(height_m[1], height_m[100][:, :1])
+
+
 def test_a_lane_does_not_depend_on_how_many_go_with_it():
     weights = art_weights(200)
     together = ART.run(weights, Scenario(omega=6.0))

@@ -49,7 +49,7 @@ def trace(engine: Engine) -> None:
     """Trace the engine's program; nothing is compiled."""
     weights = jnp.zeros((engine.controller.n_weights, 2), "float32")
     release = jax.tree.map(lambda x: jnp.full(2, x, "float32"), Scenario(omega=8.0))
-    jax.eval_shape(partial(_run, engine), weights, release, Hopper())
+    jax.eval_shape(partial(_run, engine), weights, release, Hopper(), 2)
 
 
 def test_a_program_of_all_channels_traces_the_tick_once(controller, ticks):

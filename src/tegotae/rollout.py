@@ -162,9 +162,13 @@ class Engine:
         self.recorder(body)
         with jax.enable_x64(dtype == "float64"):
             weights, scenario = _as_lanes(self.controller, body, weights, scenario, dtype)
-            _require_room(self, body, weights.shape[-1], weights.dtype.itemsize)
+            lanes = weights.shape[-1]
+            _require_room(self, body, lanes, weights.dtype.itemsize)
+            # Whole blocks: any other number of lanes that fills as many has the same program.
+            given = jax.tree.map(partial(_filled, lanes=_whole_lanes(lanes)), (weights, scenario))
             body = jax.tree.map(lambda x: jnp.asarray(x, dtype), body)
-            return jax.tree.map(np.asarray, _run(self, weights, scenario, body))
+            found = _run(self, *jax.tree.map(jnp.asarray, given), body, np.int32(lanes))
+            return jax.tree.map(lambda x: np.array(np.asarray(x)[..., :lanes]), found)
 
     def trace(
         self,
@@ -244,8 +248,22 @@ class Engine:
 
 
 @partial(jax.jit, static_argnums=0)
-def _run(engine: Engine, weights: jax.Array, scenario: Scenario, body: Body) -> Any:
-    return engine.trace(weights, scenario, body)
+def _run(
+    engine: Engine, weights: jax.Array, scenario: Scenario, body: Body, wanted: jax.Array
+) -> Any:
+    return engine.trace(weights, scenario, body, wanted)
+
+
+def _whole_lanes(lanes: int) -> int:
+    """So many lanes, and those that fill up blocks on all devices; a GPU's block is of any size."""
+    whole = _lanes_per_block() * len(lane_devices()) if on_cpu() else 1
+    return -(-lanes // whole) * whole
+
+
+def _filled(x: np.ndarray, lanes: int) -> np.ndarray:
+    """The same, with its last lane again until there are so many."""
+    more = np.broadcast_to(x[..., -1:], (*x.shape[:-1], lanes - x.shape[-1]))
+    return np.concatenate([x, more], axis=-1)
 
 
 def _lanes_per_block() -> int:
@@ -279,7 +297,7 @@ def _require_room(engine: Engine, body: Body, lanes: int, itemsize: int) -> None
 
 def _as_lanes(
     controller: Controller, body: Body, weights: Any, scenario: Scenario, dtype: str
-) -> tuple[jax.Array, Scenario]:
+) -> tuple[np.ndarray, Scenario]:
     """Weights [n_weights, lanes] and a scenario of arrays [lanes], its changes named by paths."""
     weights = _numbers("weights", weights, dtype)
     if weights.ndim == 1:
@@ -313,10 +331,10 @@ def _as_lanes(
         ) from None
     columns = np.broadcast_to(weights, (lanes, weights.shape[1])).T
 
-    def of_lanes(x: np.ndarray) -> jax.Array:
-        return jnp.asarray(np.broadcast_to(x, (*x.shape[:-1], lanes)))
+    def of_lanes(x: np.ndarray) -> np.ndarray:
+        return np.broadcast_to(x, (*x.shape[:-1], lanes))
 
-    return jnp.asarray(np.ascontiguousarray(columns)), jax.tree.map(of_lanes, whole)
+    return columns, jax.tree.map(of_lanes, whole)
 
 
 def _path(body: Body, name: str) -> str:
