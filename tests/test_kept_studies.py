@@ -146,3 +146,14 @@ def test_a_gait_exists_under_every_condition_and_none_is_above_its_bound():
     assert np.isfinite(found).all()
     assert np.all(np.isnan(bound) | (found <= 1.0001 * bound))
     assert np.all(column(table, "caught_l0") > 1.0)
+
+
+# The optimum that was found, beside a finer search
+
+
+def test_the_page_says_by_how_much_a_finer_search_beats_the_kept_optimum(study):
+    finer = study("finer_optimum")
+    assert (KEPT / "figures" / "optimum.finer.md").read_text() == finer.text()
+    ratio = column(read_csv(KEPT / "figures" / "optimum.finer.csv"), "ratio")
+    assert f"better by up to {100.0 * (ratio.max() - 1.0):.2f} %" in page("studies/optimum.md")
+    assert ratio.max() < 1.0015  # shares of up to 1.001, as the page says

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 import sys
+from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +17,7 @@ from tegotae.evaluation import Protocol, evaluate
 from tegotae.metrics import GaitSummary
 from tegotae.metrics.gait import LIMIT_CYCLE
 from tegotae.optimum import (
+    Certificate,
     Stance,
     best,
     certify,
@@ -22,11 +25,14 @@ from tegotae.optimum import (
     has_table,
     highest_frequency,
     optimise,
+    proofs,
     share,
     small_hop_limit,
     stances,
     upper_bound,
+    verify,
 )
+from tegotae.optimum.exact import PI_ABOVE, covers
 from tegotae.optimum.grid import least_work
 from tegotae.optimum.problem import flow, least_lift_off, most_lift_off
 
@@ -201,6 +207,154 @@ def test_no_controller_is_above_the_bound():
     assert seen > 50
 
 
+# What proves the bounds, in rational arithmetic
+
+
+@pytest.fixture(scope="module")
+def kept_proofs() -> list[Certificate]:
+    return proofs.read()
+
+
+@pytest.mark.parametrize("omega", [4.0, 8.0])
+def test_a_row_of_the_kept_table_is_proved_without_a_solver(omega, kept_proofs, monkeypatch):
+    monkeypatch.setitem(sys.modules, "casadi", None)
+    (row,) = (row for row in proofs.rows() if row.omega == omega)
+    proofs.check_row(row, kept_proofs)
+
+
+@pytest.mark.thorough
+def test_every_row_of_the_kept_table_is_proved(kept_proofs):
+    assert len(proofs.rows()) == 49
+    for row in proofs.rows():
+        proofs.check_row(row, kept_proofs)
+
+
+def test_the_bound_at_any_frequency_is_what_the_pages_say(kept_proofs):
+    anywhere = kept_proofs[0]
+    assert anywhere.omega is None
+    assert covers([anywhere], HOPPER, None)
+    assert verify(anywhere, HOPPER) <= Fraction("1.296")
+
+
+@pytest.mark.parametrize("name", ["upper_bound", "upper_bound_any"])
+def test_a_row_that_claims_a_little_less_is_not_proved(name, kept_proofs):
+    row = next(row for row in proofs.rows() if row.omega == 4.0)
+    less = dataclasses.replace(row, **{name: getattr(row, name) - 2e-6})
+    with pytest.raises(TegotaeError, match=r"no certificates prove .* at 4 rad/s"):
+        proofs.check_row(less, kept_proofs)
+
+
+def test_hops_that_no_certificate_speaks_of_leave_a_row_unproved(kept_proofs):
+    row = next(row for row in proofs.rows() if row.omega == 4.0)
+    own = [each for each in kept_proofs if each.omega == 4.0]
+    assert len(own) > 2
+    with pytest.raises(TegotaeError, match="no certificates prove"):
+        proofs.check_row(row, [each for each in own if each is not own[1]])
+
+
+def _less_work(proof):
+    return dataclasses.replace(proof, bound=0.9999 * proof.bound)
+
+
+def _later_hops(proof):
+    return dataclasses.replace(proof, omega=0.99 * proof.omega)
+
+
+def _positive_price(proof):
+    return dataclasses.replace(proof, time_price=1e-9)
+
+
+def _another_value(proof):
+    changed = proof.coefficients.copy()
+    changed[8, 20] += 0.01
+    return dataclasses.replace(proof, coefficients=changed)
+
+
+def _no_number(proof):
+    changed = proof.coefficients.copy()
+    changed[0, 0] = math.nan
+    return dataclasses.replace(proof, coefficients=changed)
+
+
+def _too_few(proof):
+    return dataclasses.replace(proof, coefficients=proof.coefficients[:, 1:])
+
+
+def _slower_body(proof):
+    speeds = 0.99 * proof.speeds_m_per_s
+    return dataclasses.replace(proof, speeds_m_per_s=speeds)
+
+
+def _shorter_leg(proof):
+    return dataclasses.replace(proof, heights_m=0.99 * proof.heights_m)
+
+
+def _one_way(proof):
+    speeds = proof.speeds_m_per_s.copy()
+    speeds[0] -= 1.0
+    return dataclasses.replace(proof, speeds_m_per_s=speeds)
+
+
+def _backwards(proof):
+    return dataclasses.replace(proof, heights_m=proof.heights_m[::-1])
+
+
+@pytest.mark.parametrize(
+    ("tampered", "why"),
+    [
+        (_less_work, "the condition is missed"),
+        (_later_hops, "over flights .* missed"),
+        (_positive_price, "0 <= λ and μ <= 0 is needed"),
+        (_another_value, "the condition is missed"),
+        (_no_number, "is not finite"),
+        (_too_few, "coefficients, not"),
+        (_slower_body, "faster ones are possible"),
+        (_shorter_leg, "do not reach from -l0 to 0"),
+        (_one_way, "same in both directions"),
+        (_backwards, "knots do not rise"),
+    ],
+)
+def test_a_certificate_that_was_tampered_with_is_rejected(tampered, why, kept_proofs):
+    proof = next(each for each in kept_proofs if each.omega == 4.0 and covers([each], HOPPER, None))
+    with pytest.raises(TegotaeError, match=f"does not hold: .*{why}") as refused:
+        verify(tampered(proof), HOPPER)
+    assert "\n" not in str(refused.value)
+
+
+def test_a_certificate_of_one_body_does_not_hold_for_a_stronger_one(kept_proofs):
+    with pytest.raises(TegotaeError, match="does not hold"):
+        verify(kept_proofs[1], Hopper(max_force_n=4.1))
+
+
+def test_a_certificate_of_positive_work_is_exact_too():
+    pytest.importorskip("casadi")
+    proof = certify(HOPPER, 6.0, work="positive", cells=3)
+    assert float(verify(proof, HOPPER)) == proof.bound
+
+
+def test_the_fraction_for_pi_is_larger_than_pi_by_less_than_a_float_tells():
+    # Machin's formula, whose alternating series are cut on the side that makes it too large.
+    def arctan(one_over: int, terms: int) -> Fraction:
+        signs = ((-1) ** n for n in range(terms))
+        return sum(
+            (Fraction(s, (2 * n + 1) * one_over ** (2 * n + 1)) for n, s in enumerate(signs)),
+            Fraction(0),
+        )
+
+    above = 16 * arctan(5, 31) - 4 * arctan(239, 10)
+    below = 16 * arctan(5, 30) - 4 * arctan(239, 11)
+    assert below < above < PI_ABOVE
+    assert float(PI_ABOVE) == math.pi
+
+
+def test_a_file_without_certificates_is_refused_in_one_line(tmp_path):
+    file = tmp_path / "proofs.npz"
+    file.write_bytes(b"no archive")
+    with pytest.raises(TegotaeError, match="holds no certificates") as refused:
+        proofs.read(file)
+    assert "\n" not in str(refused.value)
+
+
 # The kept table
 
 
@@ -285,7 +439,7 @@ def test_a_program_that_does_not_converge_gives_no_bound(monkeypatch):
     pytest.importorskip("casadi")
     from tegotae.optimum import certificate
 
-    monkeypatch.setattr(certificate, "_least", lambda matrix, limit: None)
+    monkeypatch.setattr(certificate, "_least", lambda matrix, limit, largest: None)
     with pytest.raises(TegotaeError, match="no upper bound was found at 4 rad/s"):
         certify(HOPPER, 4.0)
 

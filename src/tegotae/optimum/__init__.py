@@ -1,6 +1,7 @@
 """The physical optimum: the largest CoT⁻¹ that any force can have on the hopper."""
 
 from tegotae.optimum.certificate import Certificate, certify, upper_bound
+from tegotae.optimum.exact import verify
 from tegotae.optimum.problem import small_hop_limit
 from tegotae.optimum.table import COLUMNS, Curve, best, curve, has_table, share, stances
 from tegotae.optimum.trajectory import OptimalGait, Stance, highest_frequency, optimise
@@ -21,4 +22,5 @@ __all__ = [
     "small_hop_limit",
     "stances",
     "upper_bound",
+    "verify",
 ]

@@ -10,7 +10,7 @@ whose hops take the time T on average has CoT⁻¹ <= λ (weak duality). With V 
 and the force at either end (the condition is convex in it), both conditions are polynomials of a
 cell, linear in V's coefficients, and hold where their Bernstein coefficients do. The least λ is a
 linear program. Its conditions are tightened by more than the solver's tolerance, and checked
-afterwards, so the bound is proved but for the rounding of float64.
+afterwards in float64; `tegotae.optimum.exact` checks them in rational arithmetic, without rounding.
 """
 
 from __future__ import annotations
@@ -33,8 +33,11 @@ from tegotae.optimum.problem import check, least_lift_off, most_lift_off, most_s
 _DEGREE = 2
 _GRADING = 1.5  # cells are finer near touchdown and near rest
 _MARGIN = 1e-6  # by how much conditions are tightened, over their largest coefficient
+_LARGEST = 100.0  # of V, over the highest hop
 _ATTEMPTS = (0, -1, 1, -2, 2)  # other grids, where the solver does not converge
-_LONGEST_S = 60.0  # "any frequency" is at least one hop in this time
+_OUTWARDS = 1e-15  # by how much roots are rounded to the safe side: more than they may be off
+LONGEST_S = 60.0
+"""Time of a hop that "any frequency" stands for: at least one hop a minute [s]."""
 
 
 @dataclass(frozen=True)
@@ -48,6 +51,9 @@ class Certificate:
         heights_m: knots of V over the height over touchdown x [m].
         speeds_m_per_s: knots of V over the velocity [m/s].
         coefficients: Bernstein coefficients of V [m], neighbouring cells share those of their edge.
+        omega: mean hop frequency that it is made for [rad/s]; None for any, of a hop a minute.
+        lift_off: lift-off velocities of the hops that it speaks of [m/s].
+        work: definition of work.
     """
 
     bound: float
@@ -55,6 +61,9 @@ class Certificate:
     heights_m: np.ndarray
     speeds_m_per_s: np.ndarray
     coefficients: np.ndarray
+    omega: float | None = None
+    lift_off: tuple[float, float] = (0.0, math.inf)
+    work: str = "absolute"
 
 
 def certify(
@@ -88,28 +97,34 @@ def certify(
     """
     body = check(body, omega, work)
     require_count("cells", cells, least=2)
-    least = least_lift_off(body)
-    low, high = lift_off or (least, most_lift_off(body))
+    least, most = _lift_offs(body)
+    low, high = lift_off or (least, most)
     if not least <= low < high:
         raise TegotaeError(
             f"lift_off is ({low:g}, {high:g}); it must be a range, from {least:.3g} m/s on"
         )
-    hop_s = 2.0 * math.pi / omega if omega is not None else _LONGEST_S
+    # Lower flights are no hops. Where hops begin higher, so that both end there, it is rounded up.
+    lowest = (1.0 + 2.0 * _OUTWARDS) * least
+    low, lowest = (least, least) if low <= lowest else (low, lowest)
+    hop_s = 2.0 * math.pi / omega if omega is not None else LONGEST_S
     for more in _ATTEMPTS:
-        heights, speeds = _knots(body, max(2, cells + more), (least, low, high))
+        heights, speeds = _knots(body, max(2, cells + more), (lowest, low, high))
         matrix, limit = _join(
-            _stance(body, heights, speeds, work), _flight(body, heights, speeds, hop_s, (low, high))
+            _stance(body, heights, speeds, work),
+            _flight(body, heights, speeds, hop_s, (lowest, low, high)),
         )
         scale = np.asarray(abs(matrix).max(axis=1).todense()).ravel()
-        solution = _least(matrix, limit - _MARGIN * scale)
+        largest = _LARGEST * most**2 / (2.0 * body.gravity_m_per_s2)
+        solution = _least(matrix, limit - _MARGIN * scale, largest)
         if solution is None or np.any(matrix @ solution > limit + 1e-15):
             continue
-        value, price = solution[-2:]
+        value, price = map(float, solution[-2:])
         if price > 0.0:
             continue  # rounding: it would not hold for faster hops
         shape = (len(heights) - 1) * _DEGREE + 1, (len(speeds) - 1) * _DEGREE + 1
         coefficients = solution[:-2].reshape(shape)
-        return Certificate(max(value, 0.0), price, heights, speeds, coefficients)
+        value = max(value, 0.0)
+        return Certificate(value, price, heights, speeds, coefficients, omega, (low, high), work)
     at = "any frequency" if omega is None else f"{omega:g} rad/s"
     raise TegotaeError(
         f"no upper bound was found at {at}: the linear program did not converge; try other cells "
@@ -128,6 +143,24 @@ def upper_bound(
 ) -> float:
     """An upper bound of CoT⁻¹ over gaits of period 1 [m/J]: every hop alike.
 
+    The largest bound of `upper_certificates`, whose arguments and errors it has; zero if no hop is
+    so fast.
+    """
+    given = {"best": best, "work": work, "cells": cells, "programs": programs}
+    return max((each.bound for each in upper_certificates(body, omega, **given)), default=0.0)
+
+
+def upper_certificates(
+    body: Body,
+    omega: float | None = None,
+    *,
+    best: float = 0.0,
+    work: str = "absolute",
+    cells: int = 8,
+    programs: int = 16,
+) -> list[Certificate]:
+    """Certificates that bound CoT⁻¹ together, over gaits of period 1: every hop alike.
+
     Branch and bound on the lift-off velocity: the range whose bound is largest is halved, until it
     is so narrow, or so near the best gait that is known, that more would not show.
 
@@ -139,48 +172,63 @@ def upper_bound(
         cells: as in `certify`.
         programs: how many linear programs to solve at most.
 
+    Returns:
+        certificates whose lift-off velocities cover all that are possible; none if no hop is so
+        fast.
+
     Raises:
         TegotaeError: for what `certify` refuses.
         MissingExtraError: if CasADi is not installed.
     """
     body = check(body, omega, work)
     require_count("programs", programs)
-    low, high = least_lift_off(body), most_lift_off(body)
+    low, high = _lift_offs(body)
     if omega is not None:  # the flight is at most the whole period
-        high = min(high, math.pi * body.gravity_m_per_s2 / omega)
+        high = min(high, (1.0 + _OUTWARDS) * math.pi * body.gravity_m_per_s2 / omega)
     if high <= low:
-        return 0.0
+        return []
 
-    def bounded(low: float, high: float) -> tuple[float, float, float]:
-        found = certify(body, omega, lift_off=(low, high), work=work, cells=cells).bound
-        return -found, low, high
+    def bounded(low: float, high: float) -> Certificate:
+        return certify(body, omega, lift_off=(low, high), work=work, cells=cells)
 
-    open_ranges = [bounded(low, high)]
+    def entry(proof: Certificate, low: float, high: float) -> tuple[float, float, float, int]:
+        proofs.append(proof)
+        return -proof.bound, low, high, len(proofs) - 1
+
+    proofs: list[Certificate] = []
+    open_ranges = [entry(bounded(low, high), low, high)]
     for _ in range((programs - 1) // 2):
-        largest, low, high = open_ranges[0]
+        largest, low, high, number = open_ranges[0]
         if -largest <= 1.005 * best or high - low < 0.01 * high:
             break
         heapq.heappop(open_ranges)
         middle = 0.5 * (low + high)
         for half in ((low, middle), (middle, high)):
             # What bounds the whole bounds its parts, should their program fail.
+            proof = proofs[number]
             with contextlib.suppress(TegotaeError):
-                heapq.heappush(open_ranges, (max(bounded(*half)[0], largest), *half))
-                continue
-            heapq.heappush(open_ranges, (largest, *half))
-    return -open_ranges[0][0]
+                proof = min(proof, bounded(*half), key=lambda each: each.bound)
+            heapq.heappush(open_ranges, entry(proof, *half))
+    used = {id(proofs[number]): proofs[number] for *_, number in open_ranges}
+    return list(used.values())
+
+
+def _lift_offs(body: Hopper) -> tuple[float, float]:
+    """The least and the largest lift-off velocity of a hop [m/s], rounded outwards."""
+    return (1.0 - _OUTWARDS) * least_lift_off(body), (1.0 + _OUTWARDS) * most_lift_off(body)
 
 
 def _knots(body: Hopper, cells: int, speeds: tuple[float, ...]) -> tuple[np.ndarray, np.ndarray]:
     """Knots of V over heights and velocities; zero and the given speeds are among them."""
     part = np.linspace(0.0, 1.0, cells + 1) ** _GRADING
     heights = -body.rest_length_m * part[::-1]
-    fastest = most_speed(body)
-    ends = [0.0, *sorted({speed / fastest for speed in speeds}), 1.0]
+    fastest = (1.0 + _OUTWARDS) * most_speed(body)
+    ends = np.array([0.0, *sorted(set(speeds)), fastest])
     positive: list[float] = []
-    for start, end in pairwise(np.array(ends) ** (1.0 / _GRADING)):
+    for start, end in pairwise((ends / fastest) ** (1.0 / _GRADING)):
         pieces = max(1, round(cells * (end - start)))
         positive += list(fastest * np.linspace(start, end, pieces + 1)[1:] ** _GRADING)
+        positive[-1] = ends[np.abs(ends - positive[-1]).argmin()]  # to the last digit
     return heights, np.concatenate([-np.array(positive[::-1]), [0.0], positive])
 
 
@@ -270,18 +318,21 @@ def _flight(
     heights: np.ndarray,
     speeds: np.ndarray,
     hop_s: float,
-    lift_off: tuple[float, float],
+    lift_off: tuple[float, float, float],
 ) -> _Rows:
-    """`V(0, -v) - V(0, v) + v²/2g + μ (2 v/g - T) <= 0` over the lift-off velocities."""
+    """`V(0, -v) - V(0, v) + v²/2g + μ (2 v/g - T) <= 0` over the lift-off velocities.
+
+    Those of the lowest hop, and of the range that hops are in.
+    """
     n, gravity = _DEGREE, body.gravity_m_per_s2
     per_row = (len(speeds) - 1) * n + 1
     top = (len(heights) - 1) * n * per_row
     rows = _Rows(top + per_row)
-    least = least_lift_off(body)
+    lowest, low, high = lift_off
     for j in range(len(speeds) // 2, len(speeds) - 1):
         v0, v1 = speeds[j : j + 2]
-        hops = v0 >= least - 1e-12
-        if hops and not (lift_off[0] - 1e-12 <= v0 and v1 <= lift_off[1] + 1e-12):
+        hops = v0 >= lowest
+        if hops and not (low <= v0 and v1 <= high):
             continue
         up = j * n + np.arange(n + 1)
         down = per_row - 1 - up
@@ -301,8 +352,11 @@ def _join(*parts: _Rows) -> tuple[sparse.csr_matrix, np.ndarray]:
     return whole, np.concatenate(limits)
 
 
-def _least(matrix: sparse.csr_matrix, limit: np.ndarray) -> np.ndarray | None:
-    """The unknowns of least λ within the inequalities; None if the solver fails."""
+def _least(matrix: sparse.csr_matrix, limit: np.ndarray, largest: float) -> np.ndarray | None:
+    """The unknowns of least λ within the inequalities; None if the solver fails.
+
+    V stays below `largest`: where it does not matter, it would grow until rounding does.
+    """
     casadi = require("casadi", "optimum")
     scale = np.asarray(abs(matrix).max(axis=1).todense()).ravel()
     scale = np.where(scale > 0.0, scale, 1.0)
@@ -312,9 +366,9 @@ def _least(matrix: sparse.csr_matrix, limit: np.ndarray) -> np.ndarray | None:
     pattern = casadi.Sparsity(rows, columns, scaled.indptr.tolist(), scaled.indices.tolist())
     cost = np.zeros(columns)
     cost[-2] = 1.0
-    lowest, highest = np.full(columns, -np.inf), np.full(columns, np.inf)
+    lowest, highest = np.full(columns, -largest), np.full(columns, largest)
     lowest[0] = highest[0] = 0.0  # V is known up to a constant
-    lowest[-2] = 0.0
+    lowest[-2:], highest[-2:] = (0.0, -np.inf), np.inf
     settings = {"solver": "ipm", "run_crossover": "off", "output_flag": False, "threads": 1}
     solver = casadi.conic(
         "bound",

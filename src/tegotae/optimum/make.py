@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import sys
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from functools import partial
@@ -16,13 +15,11 @@ from tegotae.bodies import Hopper
 from tegotae.errors import TegotaeError, require_count, require_finite
 from tegotae.extras import require
 from tegotae.files import output_folder
-from tegotae.optimum.certificate import certify, upper_bound
+from tegotae.optimum.proofs import DIGITS, write_bounds
 from tegotae.optimum.table import COLUMNS
 from tegotae.optimum.trajectory import highest_frequency, optimise
 from tegotae.progress import reporting
 from tegotae.tables import write_csv
-
-_DIGITS = 7
 
 _SLOW = (1.0, 1.5, 2.0, 2.5, 2.75)  # rad/s
 _PEAK = (3.1, 3.15, 3.2)  # rad/s, where the leg's length begins to matter
@@ -31,7 +28,7 @@ _STANCES = (4.0, 8.0)  # rad/s
 
 @dataclass(frozen=True)
 class Make:
-    """Largest CoT⁻¹ of the default hopper over hop frequency: curve.csv and stances.csv."""
+    """Largest CoT⁻¹ of the default hopper over hop frequency: gaits, bounds and their proofs."""
 
     out: Path = Path(__file__).parent
     """Folder of the tables; the package's own by default."""
@@ -59,16 +56,13 @@ class Make:
         ):
             rows = []
             for row in pool.map(partial(_row, self.starts), omegas.tolist()):
-                # A bound holds for faster hops, too (`certify`).
-                for name in ("upper_bound", "upper_bound_any"):
-                    before = rows[-1][name] if rows else math.inf
-                    row[name] = min(row.get(name, math.inf), before)
                 rows.append(row)
                 reporter.update(len(rows), f"{row['omega']:.2f} rad/s")
-        write_csv(self.out / "curve.csv", _columns(list(COLUMNS), rows), digits=_DIGITS)
+        table = {name: np.array(column) for name, column in _columns(list(COLUMNS), rows).items()}
+        write_bounds(table, self.out)
         names = ["omega", "time_s", "height_m", "velocity_m_per_s", "force_n"]
         stances = _columns(names, _stance_rows(names, self.starts))
-        write_csv(self.out / "stances.csv", stances, digits=_DIGITS)
+        write_csv(self.out / "stances.csv", stances, digits=DIGITS)
 
 
 def _row(starts: int, omega: float) -> dict[str, float]:
@@ -78,12 +72,11 @@ def _row(starts: int, omega: float) -> dict[str, float]:
     try:
         one = optimise(body, omega, starts=starts)
     except TegotaeError:
-        best = 0.0
+        pass
     else:
-        best = one.cot_inverse
         flight_s = 2.0 * one.lift_off_m_per_s.max() / body.gravity_m_per_s2
         row |= {
-            "cot_inverse": best,
+            "cot_inverse": one.cot_inverse,
             "lift_off": one.lift_off_m_per_s.max(),
             "stance_s": 2.0 * math.pi / one.omega - flight_s,
             "swings": sum(stance.swings for stance in one.shape),
@@ -105,14 +98,6 @@ def _row(starts: int, omega: float) -> dict[str, float]:
             "lift_off_low": speeds[0],
             "lift_off_high": speeds[-1],
         }
-    for name, bound in (
-        ("upper_bound_any", lambda: certify(body, omega).bound),
-        ("upper_bound", lambda: upper_bound(body, omega, best=best)),
-    ):
-        try:
-            row[name] = bound()
-        except TegotaeError as error:
-            print(error, file=sys.stderr)
     return row
 
 

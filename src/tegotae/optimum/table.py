@@ -138,7 +138,8 @@ def share(cot_inverse: Any, hop_rate: Any, period: Any = 1) -> Any:
     """CoT⁻¹ over the largest possible at the gait's own hop frequency, for the default hopper.
 
     A gait of period 1 is held against the best of period 1. One of a longer period is held against
-    the upper bound over all periods at its mean hop frequency: its share is at least this.
+    the upper bound over all periods at its mean hop frequency: its share is at least this. What was
+    found is a near-optimum, so that shares of up to 1.001 are possible.
 
     Args:
         cot_inverse: CoT⁻¹ by absolute work and heights climbed in flight [m/J], any shape.
