@@ -18,7 +18,7 @@ from tegotae import (
 from tegotae.cli import main
 from tegotae.cli.generalise import Generalise
 from tegotae.measures.gaits.summary import CoordinationSummary
-from tegotae.parts.bodies.external import WiredLimbs
+from tegotae.parts.bodies.external import ExternalLimbs
 from tegotae.studies.gaits import system
 from tegotae.studies.generalisation import (
     CATALOGUE,
@@ -352,9 +352,9 @@ def test_one_that_can_meet_nothing_is_left_out_beside_others(tmp_path):
 
 def test_a_body_of_another_simulator_is_refused_in_one_line():
     with pytest.raises(TegotaeError, match="V cannot be tried: "):
-        hopper().replaced(body=WiredLimbs())
-    with pytest.raises(TegotaeError, match="C cannot be tried: a WiredLimbs has no mass_kg"):
-        quadruped().replaced(body=WiredLimbs(count=4))
+        hopper().replaced(body=ExternalLimbs())
+    with pytest.raises(TegotaeError, match="C cannot be tried: a ExternalLimbs has no mass_kg"):
+        quadruped().replaced(body=ExternalLimbs(count=4))
 
 
 def test_the_command_tries_those_whose_names_match(tmp_path):

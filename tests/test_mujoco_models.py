@@ -22,11 +22,11 @@ from tegotae.envs.mujoco.sensing import sensing
 from tegotae.envs.pilot import Pilot
 from tegotae.simulation.integrators import Hold
 from tegotae.systems.legged_systems import quadruped_a
+from tegotae.training.environments.env_spec import EnvSpec
+from tegotae.training.environments.experiment import EnvExperiment
+from tegotae.training.environments.objectives import Hopping, Return, UserObjective
+from tegotae.training.environments.rollouts import lanes_of, play
 from tegotae.training.evaluator import Round
-from tegotae.training.wired.env_spec import Place
-from tegotae.training.wired.experiment import WiredExperiment
-from tegotae.training.wired.measures import Hopping, Own, Return
-from tegotae.training.wired.rollouts import lanes_of, play
 
 SIGMA, OMEGA, SECONDS = 2.753, 5.0, 10.0
 
@@ -34,7 +34,7 @@ SIGMA, OMEGA, SECONDS = 2.753, 5.0, 10.0
 def experiment(name="hopper", model="V-sector-w8", **settings):
     """A model of the package under one of the paper's controllers."""
     settings = {"duration_s": SECONDS, **settings}
-    return WiredExperiment.of_model(find(model), Place(env=name), load_wiring(name), **settings)
+    return EnvExperiment.of_model(find(model), EnvSpec(env=name), load_wiring(name), **settings)
 
 
 def apexes(height, least=1.01):
@@ -46,10 +46,10 @@ def apexes(height, least=1.01):
 @pytest.fixture(scope="module")
 def hopped():
     """The MuJoCo hopper under the vanilla controller: its record."""
-    own = experiment(omega=OMEGA, measure=Own("nobody:asks"))
+    own = experiment(omega=OMEGA, objective=UserObjective("nobody:asks"))
     lanes = lanes_of(own, 1)
     pilot = Pilot(own.wires, own.wiring, np.array([[SIGMA]]))
-    return play(lanes, pilot, own.wires, own.measure, own.wiring, seed=0, tried=np.ones(1, bool))
+    return play(lanes, pilot, own.wires, own.objective, own.wiring, seed=0, tried=np.ones(1, bool))
 
 
 def test_the_hoppers_apexes_are_within_a_centimetre_of_the_engines(hopped):
@@ -157,16 +157,16 @@ def test_the_quadruped_walks_under_vanilla_tegotae():
     )
     # σ counts the load in weights; here in newtons.
     sigma = 1.25 / second / (1.5 * 9.81)
-    own = WiredExperiment(
+    own = EnvExperiment(
         name="vanilla",
-        place=Place(env="quadruped"),
+        spec=EnvSpec(env="quadruped"),
         wiring=dataclasses.replace(wiring, limbs=limbs, omega=2.1 / second),
-        measure=Own("nobody:asks"),
+        objective=UserObjective("nobody:asks"),
         duration_s=6.0,
     )
     lanes, alive = lanes_of(own, 2), np.ones(2, bool)
     pilot = Pilot(own.wires, own.wiring, np.array([[sigma, 0.0]]))
-    record = play(lanes, pilot, own.wires, own.measure, own.wiring, seed=0, tried=alive)
+    record = play(lanes, pilot, own.wires, own.objective, own.wiring, seed=0, tried=alive)
     assert (record.lasted == 1.0).all()
     speed = record.entry("root_forward")[-1] / 6.0 / math.sqrt(9.81 * 0.2)
     # The engine's walks with 0.19 to 0.32 √(g L) between 1.8 and 2.4; its twin a little slower.
@@ -175,7 +175,7 @@ def test_the_quadruped_walks_under_vanilla_tegotae():
 
 def test_a_training_on_a_model_judges_by_efficiency_and_frequency():
     own = experiment(model="V-sector-w8", duration_s=8.0)
-    assert own.measure == Hopping(settle_s=4.0)
+    assert own.objective == Hopping(settle_s=4.0)
     with own.evaluator() as evaluator:
         verdict = evaluator.evaluate(np.array([[[0.0], [SIGMA]]]), Round.alike())
     still, hops = verdict.cot_inverse[0]
@@ -186,8 +186,8 @@ def test_a_training_on_a_model_judges_by_efficiency_and_frequency():
 
 def test_a_fallen_leg_has_failed_by_hopping_and_not_by_its_return():
     own = experiment("leg", "V-sector-w8", duration_s=4.0)
-    assert isinstance(own.measure, Hopping)
-    own = dataclasses.replace(own, measure=Return())
+    assert isinstance(own.objective, Hopping)
+    own = dataclasses.replace(own, objective=Return())
     with own.evaluator() as evaluator:
         verdict = evaluator.evaluate(np.array([[[0.0], [1.0]]]), Round.alike())
     assert np.isfinite(verdict.fitness).all()

@@ -20,10 +20,10 @@ from tegotae.envs.mujoco.env import ModelEnv
 from tegotae.envs.mujoco.sensing import located, sensing
 from tegotae.envs.pilot import Pilot
 from tegotae.parts.terms import Sector
-from tegotae.training.wired.env_spec import Place
-from tegotae.training.wired.experiment import WiredExperiment
-from tegotae.training.wired.measures import Own
-from tegotae.training.wired.rollouts import lanes_of, play
+from tegotae.training.environments.env_spec import EnvSpec
+from tegotae.training.environments.experiment import EnvExperiment
+from tegotae.training.environments.objectives import UserObjective
+from tegotae.training.environments.rollouts import lanes_of, play
 
 WIRINGS = Path(__file__).parent.parent / "examples" / "wirings"
 ROBOT = """
@@ -89,7 +89,7 @@ def test_the_sector_of_a_wiring_is_where_its_controllers_push(tmp_path):
 
 def test_a_file_of_an_installed_package_is_named_by_the_package():
     assert located("tegotae:mujoco/models/leg.xml").is_file()
-    assert Place(env="tegotae:mujoco/models/leg.xml").is_model
+    assert EnvSpec(env="tegotae:mujoco/models/leg.xml").is_model
     assert sensing("tegotae:mujoco/models/leg.xml", ["foot"]).root == sensing("leg", ["foot"]).root
 
 
@@ -146,17 +146,19 @@ def test_under_its_bare_rhythm_the_body_of_an_example_steps_forward_and_stands(
     package = env.partition(":")[0]
     if find_spec(package) is None:
         pytest.skip(f"the model is {package}'s, which is not installed")
-    own = WiredExperiment.of_model(
+    own = EnvExperiment.of_model(
         find("V-sector-w8"),
-        Place(env=env, settings=tuple(made.items())),
+        EnvSpec(env=env, settings=tuple(made.items())),
         load_wiring(WIRINGS / file),
         omega=omega,
         duration_s=4.0,
     )
-    own = dataclasses.replace(own, measure=Own("nobody:asks"))
+    own = dataclasses.replace(own, objective=UserObjective("nobody:asks"))
     lanes = lanes_of(own, 1)
     pilot = Pilot(own.wires, own.wiring, np.zeros((1, 1)))
-    record = play(lanes, pilot, own.wires, own.measure, own.wiring, seed=0, tried=np.ones(1, bool))
+    record = play(
+        lanes, pilot, own.wires, own.objective, own.wiring, seed=0, tried=np.ones(1, bool)
+    )
     lanes.close()
     assert record.lasted[0] == 1.0
     assert record.entry("root_forward")[-1, 0] > 0.3

@@ -19,15 +19,15 @@ from tegotae.envs import Limb, TegotaeWrapper, Wiring, save_wiring
 from tegotae.measures.objectives.objective import FAILED_FITNESS
 from tegotae.systems import controller_file
 from tegotae.training.algorithms import PGPE, OpenES
+from tegotae.training.environments.env_spec import EnvSpec
+from tegotae.training.environments.evaluator import SampleWarning
+from tegotae.training.environments.experiment import EnvExperiment
+from tegotae.training.environments.objectives import Hopping, UserObjective
+from tegotae.training.environments.rollouts import EnvRollouts
+from tegotae.training.environments.worker_pool import WorkerPool
 from tegotae.training.evaluator import Round
 from tegotae.training.run import Run, train
 from tegotae.training.stopping import Stopping
-from tegotae.training.wired.env_spec import Place
-from tegotae.training.wired.evaluator import SampleWarning
-from tegotae.training.wired.experiment import WiredExperiment
-from tegotae.training.wired.measures import Hopping, Own
-from tegotae.training.wired.rollouts import Stage
-from tegotae.training.wired.worker_pool import Crew
 
 HERE = Path(__file__).parent
 ENV = f"{HERE / 'wired_env.py'}:Scales"
@@ -43,9 +43,9 @@ def experiment(model: str = "AR", *, env: str = ENV, budget: int = 12, **setting
     """A model on the scales."""
     made = tuple(settings.pop("made", {}).items())
     wiring = settings.pop("wiring", WIRING)
-    return WiredExperiment.of_model(
+    return EnvExperiment.of_model(
         find(model),
-        Place(env=env, settings=made),
+        EnvSpec(env=env, settings=made),
         wiring,
         **{"budget": budget, "duration_s": 0.8, **settings},
     )
@@ -103,10 +103,10 @@ def test_a_training_leaves_controllers_curves_and_an_account_of_itself(trained):
     assert {p.name for p in folder.iterdir()} >= {"run.json", "curves.csv", "checkpoint.npz"}
     saved = controller_file.load(paths[0])
     assert saved.training["generations"] == GENERATIONS
-    assert saved.training["experiment"]["place"] == {"env": ENV, "settings": {}}
+    assert saved.training["experiment"]["environment"] == {"env": ENV, "settings": {}}
     assert saved.body.scales == (1.0,)
     document = json.loads((folder / "run.json").read_text())["configuration"]
-    assert document["experiment"]["measure"] == {"kind": "Return"}
+    assert document["experiment"]["objective"] == {"kind": "Return"}
 
 
 def test_the_best_fitness_is_that_of_the_kept_weights_and_the_return_of_their_episode(trained):
@@ -116,7 +116,7 @@ def test_the_best_fitness_is_that_of_the_kept_weights_and_the_return_of_their_ep
         verdict = evaluator.evaluate(saved.weights[None, None], ALL)
     assert verdict.fitness[0, 0] == pytest.approx(saved.training["best_fitness"], abs=1e-4)
     assert np.isnan(verdict.cot_inverse).all()
-    env = TegotaeWrapper(experiment().place.make(), Wiring.from_controller(paths[0]))
+    env = TegotaeWrapper(experiment().spec.make(), Wiring.from_controller(paths[0]))
     env.reset()
     total, over = 0.0, False
     while not over:
@@ -151,7 +151,9 @@ def test_a_folder_whose_environment_or_fitness_was_rewritten_since_is_refused(tm
 
     def run() -> Run:
         own = experiment("V-reflex-w8", budget=96, env=f"{ours}:Scales")
-        return run_of(experiment=dataclasses.replace(own, measure=Own(f"{ours}:pushes")))
+        return run_of(
+            experiment=dataclasses.replace(own, objective=UserObjective(f"{ours}:pushes"))
+        )
 
     train(run(), tmp_path / "out")
     train(run(), tmp_path / "out")
@@ -190,14 +192,15 @@ def test_a_figure_of_efficiency_says_where_none_was_measured(trained, one_line_e
 def test_height_and_work_make_a_hopping_fitness_as_on_the_engine():
     known = dataclasses.replace(WIRING, height="height", work="work", rest_length_m=1.0)
     own = experiment("V-reflex-w8", budget=96, wiring=known, duration_s=24.0)
-    assert own.measure == Hopping(settle_s=12.0)
+    assert own.objective == Hopping(settle_s=12.0)
     with pytest.raises(TegotaeError, match="the wiring does not say height"):
-        dataclasses.replace(experiment(), measure=Hopping(settle_s=0.1)).check()
+        dataclasses.replace(experiment(), objective=Hopping(settle_s=0.1)).check()
 
 
 def test_a_function_of_ones_own_judges_an_episode():
     own = dataclasses.replace(
-        experiment("V-reflex-w8", budget=96), measure=Own(f"{HERE / 'wired_env.py'}:pushes")
+        experiment("V-reflex-w8", budget=96),
+        objective=UserObjective(f"{HERE / 'wired_env.py'}:pushes"),
     )
     with own.evaluator(0) as evaluator:
         lazy, busy = evaluator.evaluate(np.array([[[0.0], [8.0]]]), ALL).fitness[0]
@@ -207,13 +210,14 @@ def test_a_function_of_ones_own_judges_an_episode():
 
 def test_a_function_of_ones_own_is_asked_about_episodes_that_were_played_alone():
     own = dataclasses.replace(
-        experiment("V-reflex-w8", budget=96), measure=Own(f"{HERE / 'wired_env.py'}:last_push")
+        experiment("V-reflex-w8", budget=96),
+        objective=UserObjective(f"{HERE / 'wired_env.py'}:last_push"),
     )
-    stage = Stage(own, 3)
-    trials = stage.try_out(np.array([[8.0], [8.0]]), np.array([True, False]))
+    rollouts = EnvRollouts(own, 3)
+    trials = rollouts.try_out(np.array([[8.0], [8.0]]), np.array([True, False]))
     assert trials.fitness[0] > 0.0  # the second is left out, and the third lane is spare
-    absent = Place(env=ENV, settings=(("fail", "reset"),))
-    absent = dataclasses.replace(own, place=absent, seed=1)
+    absent = EnvSpec(env=ENV, settings=(("fail", "reset"),))
+    absent = dataclasses.replace(own, spec=absent, seed=1)
     with (
         absent.evaluator(0) as evaluator,
         pytest.warns(SampleWarning, match="nobody is at home"),
@@ -232,7 +236,8 @@ def test_a_function_of_ones_own_is_asked_about_episodes_that_were_played_alone()
 )
 def test_what_goes_wrong_in_a_function_of_ones_own_is_said_of_the_function(function, said):
     own = dataclasses.replace(
-        experiment("V-reflex-w8", budget=96), measure=Own(f"{HERE / 'wired_env.py'}:{function}")
+        experiment("V-reflex-w8", budget=96),
+        objective=UserObjective(f"{HERE / 'wired_env.py'}:{function}"),
     )
     with own.evaluator(0) as evaluator, pytest.raises(TegotaeError, match=said) as refusal:
         evaluator.evaluate(np.zeros((1, 1, 1)), ALL)
@@ -241,7 +246,8 @@ def test_what_goes_wrong_in_a_function_of_ones_own_is_said_of_the_function(funct
 
 def test_a_fitness_that_is_no_number_for_any_candidate_ends_the_training():
     own = dataclasses.replace(
-        experiment("V-reflex-w8", budget=96), measure=Own(f"{HERE / 'wired_env.py'}:undefined")
+        experiment("V-reflex-w8", budget=96),
+        objective=UserObjective(f"{HERE / 'wired_env.py'}:undefined"),
     )
     with (
         own.evaluator(0) as evaluator,
@@ -299,8 +305,8 @@ def test_of_an_environment_that_dies_or_hangs_in_a_worker_one_sample_is_lost():
         ("hang", "a step of it took longer than 4 s"),
     ):
         own = experiment("V-reflex-w8", budget=96, made={"fail": fail}, limit_s=4.0)
-        with Crew(own, 1, 3, own.limit_s) as crew:
-            trials = crew.try_out(weights)
+        with WorkerPool(own, 1, 3, own.limit_s) as pool:
+            trials = pool.try_out(weights)
         assert trials.failed.tolist() == [False, True, False]
         assert trials.fitness.tolist() == [0.0, FAILED_FITNESS, 0.0]
         assert trials.troubles[0] is trials.troubles[2] is None

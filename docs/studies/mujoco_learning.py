@@ -34,15 +34,15 @@ from tegotae.measures.hopping.statistics import interval
 from tegotae.parts.controller import Controller
 from tegotae.training.agents.actor import Feedback, Observed
 from tegotae.training.agents.policy import agent_controller, initial_weights
+from tegotae.training.environments.env_spec import EnvSpec
+from tegotae.training.environments.experiment import EnvExperiment
+from tegotae.training.environments.lanes import ModelLanes
+from tegotae.training.environments.objectives import Hopping
+from tegotae.training.environments.rollouts import play
 from tegotae.training.evaluator import Round
 from tegotae.training.run import Run
 from tegotae.training.settings import tuned
 from tegotae.training.stopping import Stopping
-from tegotae.training.wired.env_spec import Place
-from tegotae.training.wired.experiment import WiredExperiment
-from tegotae.training.wired.lanes import ModelLanes
-from tegotae.training.wired.measures import Hopping
-from tegotae.training.wired.rollouts import play
 
 OUT = Path(__file__).resolve().parents[1] / "_static" / "mujoco"
 ALGORITHMS = ("pgpe", "ppo", "sac")
@@ -67,15 +67,15 @@ def policy(model: str) -> Controller:
     return agent_controller(find(model).experiment(), tuned("sac"))
 
 
-def experiment(model: str) -> WiredExperiment:
+def experiment(model: str) -> EnvExperiment:
     """The policy on the MuJoCo hopper, judged by CoT⁻¹ alone as in the paper's comparison."""
     wiring = dataclasses.replace(load_wiring("hopper").reading(policy(model)), omega=8.0)
     made = {"duration_s": EPISODE_S, "control_s": CONTROL_S, "fallen_share": 0.0}
-    return WiredExperiment(
+    return EnvExperiment(
         name=model,
-        place=Place(env="hopper", settings=tuple(made.items())),
+        spec=EnvSpec(env="hopper", settings=tuple(made.items())),
         wiring=wiring,
-        measure=Hopping(settle_s=SETTLE_S, follow_omega=False),
+        objective=Hopping(settle_s=SETTLE_S, follow_omega=False),
         duration_s=EPISODE_S,
     )
 
@@ -83,9 +83,9 @@ def experiment(model: str) -> WiredExperiment:
 class Feedbacks(VecEnv):
     """Hoppers side by side whose action is the feedback, paid at apexes as the paper has it."""
 
-    def __init__(self, own: WiredExperiment, lanes: int) -> None:
+    def __init__(self, own: EnvExperiment, lanes: int) -> None:
         self.own = own
-        self.hoppers = ModelLanes(own.place.model_settings, lanes, threads=1)
+        self.hoppers = ModelLanes(own.spec.model_settings, lanes, threads=1)
         # The same oscillator and actuation; σ = 0 leaves the feedback to the agent.
         kind = build("V-reflex-w8" if "reflex" in own.name else "V-sector-w8")
         bare = dataclasses.replace(own, wiring=own.wiring.reading(kind))
@@ -195,13 +195,13 @@ def by_agent(algorithm: str, model: str, seed: int) -> Iterator[Point]:
     env.close()
 
 
-_judges: dict[str, Any] = {}
+_evaluators: dict[str, Any] = {}
 
 
 def judged(model: str, weights: np.ndarray) -> float:
     """CoT⁻¹ of an undisturbed episode [m/J]."""
-    judge = _judges.setdefault(model, experiment(model).judge(0))
-    return float(judge.judge(weights[None, None], Round.alike()).cot_inverse[0, 0])
+    evaluator = _evaluators.setdefault(model, experiment(model).evaluator(0))
+    return float(evaluator.evaluate(weights[None, None], Round.alike()).cot_inverse[0, 0])
 
 
 def learn(work: Path, *models: str) -> None:
@@ -273,19 +273,19 @@ def kept(model: str, weights: np.ndarray) -> dict[str, np.ndarray]:
     """CoT⁻¹ under each condition, times the weight over the usual one [m/J], [policies]."""
     own, found = experiment(model), {}
     for name, how in CONDITIONS.items():
-        lanes = Disturbed(own.place.model_settings, len(weights), **how)
+        lanes = Disturbed(own.spec.model_settings, len(weights), **how)
         pilot = Pilot(own.wires, own.wiring, weights.T)
         record = play(
             lanes,
             pilot,
             own.wires,
-            own.measure,
+            own.objective,
             own.wiring,
             seed=0,
             tried=np.ones(len(weights), bool),
         )
         # Of another mass the same climb is other work: over the usual weight all compare.
-        found[name] = how.get("mass", 1.0) * own.measure.judge(record, own.wiring).cot_inverse
+        found[name] = how.get("mass", 1.0) * own.objective.score(record, own.wiring).cot_inverse
         lanes.close()
     return found
 

@@ -28,14 +28,14 @@ from tegotae.envs.pilot import Pilot
 from tegotae.envs.wiring_file import load_wiring
 from tegotae.figures.style import COLOURS, new_figure, save_figure, styled
 from tegotae.systems.controller_file import load
+from tegotae.training.environments.env_spec import EnvSpec
+from tegotae.training.environments.episode import EpisodeBatch
+from tegotae.training.environments.experiment import EnvExperiment
+from tegotae.training.environments.objectives import Return, UserObjective
+from tegotae.training.environments.rollouts import EnvRollouts, lanes_of, play
 from tegotae.training.run import Run, train
 from tegotae.training.settings import tuned
 from tegotae.training.stopping import Stopping
-from tegotae.training.wired.env_spec import Place
-from tegotae.training.wired.episode import Record
-from tegotae.training.wired.experiment import WiredExperiment
-from tegotae.training.wired.measures import Own, Return
-from tegotae.training.wired.rollouts import Stage, lanes_of, play
 
 ROOT = Path(__file__).resolve().parents[2]
 OUT = ROOT / "docs" / "_static" / "mujoco"
@@ -116,18 +116,18 @@ def installed(bodies: dict[str, Body]) -> Iterator[tuple[str, Body]]:
             print(f"{name} is left out: {body.lacks} is not installed")
 
 
-def experiment(body: Body, model: str, seconds: float) -> WiredExperiment:
+def experiment(body: Body, model: str, seconds: float) -> EnvExperiment:
     """A model of the paper on one of the bodies, judged by its return over two starts."""
-    place = Place(env=body.env, settings=body.made)
+    spec = EnvSpec(env=body.env, settings=body.made)
     own = body.wiring if body.wiring == "leg" else ROOT / "examples" / "wirings" / body.wiring
-    env = place.make()
+    env = spec.make()
     wiring = load_wiring(own).with_scales(env)
     env.close()
     if body.max_force is not None:
         wiring = dataclasses.replace(wiring, max_force=body.max_force)
     settings: dict[str, Any] = {"omega": body.omega, "duration_s": seconds, "episodes": 2}
     return dataclasses.replace(
-        WiredExperiment.of_model(find(model), place, wiring, **settings), measure=Return()
+        EnvExperiment.of_model(find(model), spec, wiring, **settings), objective=Return()
     )
 
 
@@ -154,14 +154,14 @@ def vanilla(body: Body) -> tuple[float, float]:
     """The σ of most return over the starts of training, and that return."""
     own = experiment(body, "V-sector-w8", TRAINED_S)
     sigmas = np.array(GAINS) * body.omega / own.wiring.scales["spring_force"]
-    stage = Stage(own, len(sigmas))
-    found = stage.try_out(sigmas[:, None]).fitness
-    stage.close()
+    rollouts = EnvRollouts(own, len(sigmas))
+    found = rollouts.try_out(sigmas[:, None]).fitness
+    rollouts.close()
     best = int(found.argmax())
     return float(sigmas[best]), float(found[best])
 
 
-def still(body: Body) -> WiredExperiment:
+def still(body: Body) -> EnvExperiment:
     """The body under no torque; where actuators are told places, in the middle of them."""
     own = experiment(body, "V-sector-w8", JUDGED_S)
 
@@ -173,17 +173,19 @@ def still(body: Body) -> WiredExperiment:
     return dataclasses.replace(own, wiring=dataclasses.replace(own.wiring, limbs=limbs))
 
 
-def seen(own: WiredExperiment, weights: np.ndarray) -> Iterator[Record]:
+def seen(own: EnvExperiment, weights: np.ndarray) -> Iterator[EpisodeBatch]:
     """The episode from each of the starts that judge."""
     lanes = lanes_of(own, 1)
     pilot = Pilot(own.wires, own.wiring, weights[:, None])
     alive = np.ones(1, bool)
     for start in STARTS:
-        yield play(lanes, pilot, own.wires, Own("all:kept"), own.wiring, seed=start, tried=alive)
+        yield play(
+            lanes, pilot, own.wires, UserObjective("all:kept"), own.wiring, seed=start, tried=alive
+        )
     lanes.close()
 
 
-def told(record: Record) -> tuple[float, float, float]:
+def told(record: EpisodeBatch) -> tuple[float, float, float]:
     """Return, distance [m] and time [s] of an episode."""
     episode = record.episode(0)
     names = ("rootx_velocity", "root_velocity", "root_velocity[0]")
@@ -194,7 +196,7 @@ def told(record: Record) -> tuple[float, float, float]:
 
 def judged(work: Path, name: str, body: Body) -> list[dict[str, Any]]:
     """Rows of the table: all ways on one body."""
-    ways: dict[str, tuple[WiredExperiment, np.ndarray]] = {}
+    ways: dict[str, tuple[EnvExperiment, np.ndarray]] = {}
     if name in BODIES:
         plain = experiment(body, "V-sector-w8", JUDGED_S)
         ways["no torque"] = still(body), np.zeros(1)

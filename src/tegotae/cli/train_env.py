@@ -76,7 +76,7 @@ class TrainEnv(EvolutionOptions):
             workers=self.workers,
         )
         algorithm = name_of(type(settings))
-        function = not experiment.place.is_model and self.env.rpartition(":")[0]
+        function = not experiment.spec.is_model and self.env.rpartition(":")[0]
         own = Path(function or self.env).stem
         folder = f"{own}-{experiment.name}" + ("" if algorithm == "pgpe" else f"-{algorithm}")
         out = Path("runs") / folder if self.out is None else self.out
@@ -97,17 +97,17 @@ class TrainEnv(EvolutionOptions):
         """
         require("gymnasium", "gym")
         from tegotae.envs.wiring_file import load_wiring, packaged
-        from tegotae.training.wired.env_spec import Place
-        from tegotae.training.wired.experiment import WiredExperiment
-        from tegotae.training.wired.measures import Hopping, measure_named
+        from tegotae.training.environments.env_spec import EnvSpec
+        from tegotae.training.environments.experiment import EnvExperiment
+        from tegotae.training.environments.objectives import Hopping, env_objective_named
 
         if is_reference(self.model):
             raise TegotaeError(
                 f"{self.model} cannot be trained on an environment; name a model, such as ART"
             )
-        place = Place(env=self.env, settings=self._made_with())
+        spec = EnvSpec(env=self.env, settings=self._made_with())
         if self.wiring is None and self.env not in packaged():
-            place.make().close()  # a name with a slip lacks more than a wiring
+            spec.make().close()  # a name with a slip lacks more than a wiring
             raise TegotaeError(
                 f"no wiring is given for {self.env}; write --wiring FILE.toml, which says what its "
                 "limbs sense and drive"
@@ -118,18 +118,18 @@ class TrainEnv(EvolutionOptions):
             given["budget"] = self.budget
         model = find(self.model)
         if self.scales:
-            bare = place.make()
-            wiring = wiring.with_scales(bare)
-            bare.close()
-        experiment = WiredExperiment.of_model(model, place, wiring, omega=self.omega, **given)
+            env = spec.make()
+            wiring = wiring.with_scales(env)
+            env.close()
+        experiment = EnvExperiment.of_model(model, spec, wiring, omega=self.omega, **given)
         if self.fitness is not None:
             half = {"settle_s": 0.5 * self.duration}
-            experiment = replace(experiment, measure=measure_named(self.fitness, **half))
+            experiment = replace(experiment, objective=env_objective_named(self.fitness, **half))
         if self.settle is not None:
-            if not isinstance(experiment.measure, Hopping):
+            if not isinstance(experiment.objective, Hopping):
                 raise TegotaeError("--settle belongs to the fitness hopping")
-            measure = replace(experiment.measure, settle_s=self.settle)
-            experiment = replace(experiment, measure=measure)
+            objective = replace(experiment.objective, settle_s=self.settle)
+            experiment = replace(experiment, objective=objective)
         return experiment
 
     def _made_with(self) -> tuple[tuple[str, Any], ...]:
@@ -139,9 +139,9 @@ class TrainEnv(EvolutionOptions):
             TegotaeError: for a setting that is no NAME=VALUE, or options of a MuJoCo model for
                 something else.
         """
-        from tegotae.training.wired.env_spec import Place
+        from tegotae.training.environments.env_spec import EnvSpec
 
-        is_model = Place(env=self.env).is_model
+        is_model = EnvSpec(env=self.env).is_model
         found: dict[str, Any] = {}
         own = {"feet": list(self.feet) or None, "control_s": self.control}
         for name, value in own.items():

@@ -98,7 +98,7 @@ class _Program:
 
 
 class Step(NamedTuple):
-    """What a step of the agent brought, NumPy arrays with lanes first."""
+    """Result of a step of the agent, NumPy arrays with lanes first."""
 
     observation: np.ndarray
     """Shape [lanes, entries]."""
@@ -271,14 +271,14 @@ def _tick(
 ) -> tuple[Episodes, jax.Array]:
     """One control tick, and what it adds to the reward."""
     body, ledger = numbers.body, episodes.ledger
-    lane, brought = program.loop.tick(
+    lane, output = program.loop.tick(
         (command,), body, episodes.scenario, episodes.lane, episodes.tick, numbers.tick_s
     )
-    sound, contact, ground = brought.sound, brought.contact, brought.ground_m
+    sound, contact, ground = output.sound, output.contact, output.ground_m
 
     work = program.reward.counted(contact.work_j)
     climb_hop, work_hop = ledger.climb + contact.climb_flight_m, ledger.work + work
-    energy = body.energy(brought.end.body, ground)
+    energy = body.energy(output.end.body, ground)
     # A comparison with the NaN of a tick without apex is false.
     hop = sound & (contact.apex_height_m >= hop_height_m(body.rest_length_m, ground))
     value, counts = program.reward.of_hop(

@@ -89,8 +89,8 @@ class Pilot:
             sensed[signal] = self._of_limbs(felt.astype(np.float32))
         extra = np.zeros((wires.limbs, self._lanes), np.float32) if added is None else added
         given = self._weights, self._oscillator, sensed, self._of_limbs(extra), self._numbers
-        said = _sample(self._controller, *given)
-        self._oscillator, command, feedback, phase = said
+        sampled = _sample(self._controller, *given)
+        self._oscillator, command, feedback, phase = sampled
         shape = wires.limbs, self._lanes
         self.feedback = np.asarray(feedback).reshape(shape)
         self.phase = np.asarray(phase).reshape(shape)
@@ -122,14 +122,14 @@ def _sample(
     """Oscillators one step on, force share or places, feedback, phase; all held over the step."""
     rows = controller.spread(tuple(weights[i] for i in range(weights.shape[0])))
     omega, max_force, step_s = (numbers[name] for name in ("omega", "max_force", "step_s"))
-    heard = with_rhythm(controller, Signals(sensed, numbers["scales"]), oscillator)
-    said = decide(controller, rows, omega, heard, oscillator, max_force, added=added)
-    ahead = held(oscillator, said.rate, step_s)
+    signals = with_rhythm(controller, Signals(sensed, numbers["scales"]), oscillator)
+    drive = decide(controller, rows, omega, signals, oscillator, max_force, added=added)
+    ahead = held(oscillator, drive.rate, step_s)
     if controller.actuation.commands_force:
-        begins, ends = (phase_of(controller, each, said.feedback) for each in (oscillator, ahead))
-        force = push(controller, max_force, said.command, begins, ends, omega)
+        begins, ends = (phase_of(controller, each, drive.feedback) for each in (oscillator, ahead))
+        force = push(controller, max_force, drive.command, begins, ends, omega)
         command = force.mean_n / max_force
     else:
-        command = said.command
+        command = drive.command
     ahead = settled(controller, ahead)
-    return ahead, command, said.feedback, phase_of(controller, ahead, said.feedback)
+    return ahead, command, drive.feedback, phase_of(controller, ahead, drive.feedback)

@@ -13,7 +13,7 @@ import numpy as np
 from tegotae._support.errors import TegotaeError, unknown
 from tegotae._support.optional_dependencies import require
 from tegotae.envs.wiring import Wiring
-from tegotae.parts.bodies import Body, WiredLimbs
+from tegotae.parts.bodies import Body, ExternalLimbs
 from tegotae.parts.terms import Network
 
 
@@ -82,7 +82,7 @@ def body_scales(body: Body) -> dict[str, float]:
         feedback 3.132
     """
     still = ground_m = jnp.zeros(1)
-    if isinstance(body, WiredLimbs):  # whose state is what is handed in
+    if isinstance(body, ExternalLimbs):  # whose state is what is handed in
         state: Any = {}
     else:
         state = body.release(still + body.touching_height_m, still)

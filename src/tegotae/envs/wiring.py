@@ -168,8 +168,8 @@ class Wiring:
 
         if saved.controller.oscillator is None:
             raise TegotaeError("the controller has no oscillator; take one that has, such as ART")
-        heard = {*read_by(saved.controller), "feedback"}
-        own = {name: x for name, x in body_scales(saved.body).items() if name in heard}
+        reads = {*read_by(saved.controller), "feedback"}
+        own = {name: x for name, x in body_scales(saved.body).items() if name in reads}
         return dataclasses.replace(
             self.reading(saved.controller),
             scales={**own, **self.scales},
@@ -207,7 +207,7 @@ class Wiring:
 
 
 def misnamed_scales(scales: Mapping[str, float], signals: Sequence[str]) -> list[str]:
-    """A line on every scale that is nearly of a signal without one, and so would go unheard.
+    """A line on every scale that is nearly of a signal without one, and so would have no effect.
 
     Scales of other names may be for other controllers.
 

@@ -130,8 +130,8 @@ def wiring_document(wiring: Wiring) -> dict[str, Any]:
     limbs = []
     for limb in wiring.limbs:
         drives = limb.drives if isinstance(limb.drives, str) else list(limb.drives)
-        told = {"rest": limb.rest, "push": limb.push, "phase_rad": float(limb.phase_rad)}
-        limbs.append({"senses": dict(limb.senses), "drives": drives, **_given(told)})
+        optional = {"rest": limb.rest, "push": limb.push, "phase_rad": float(limb.phase_rad)}
+        limbs.append({"senses": dict(limb.senses), "drives": drives, **_given(optional)})
     numbers = {name: getattr(wiring, name) for name in _OWN}
     lists = {name: getattr(wiring, name) for name in _LISTS}
     return {

@@ -117,11 +117,11 @@ class TegotaeWrapper(gymnasium.Wrapper[Any, np.ndarray, Any, np.ndarray]):
     def _outward(self, observation: Any, info: dict[str, Any]) -> tuple[Any, dict[str, Any]]:
         """Observation and info with the oscillators' part."""
         phase = self._pilot.phase[:, 0]
-        told = np.concatenate([np.sin(phase), np.cos(phase)])
+        entries = np.concatenate([np.sin(phase), np.cos(phase)])
         if isinstance(self.env.observation_space, Dict):
-            observation = {**observation, PHASE_KEY: told}
+            observation = {**observation, PHASE_KEY: entries}
         else:
-            observation = np.concatenate([observation, told.astype(observation.dtype)])
+            observation = np.concatenate([observation, entries.astype(observation.dtype)])
         mine = {
             "phase_rad": phase,
             "feedback_rad_per_s": self._pilot.feedback[:, 0],

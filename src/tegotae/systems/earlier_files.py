@@ -14,7 +14,7 @@ from tegotae.parts.bodies import Body, Walker
 from tegotae.parts.controller import Controller
 from tegotae.parts.fields import unwrapped
 from tegotae.simulation.rollout import Timing
-from tegotae.systems.descriptions import describe, entry
+from tegotae.systems.descriptions import describe, entry, restore
 from tegotae.systems.release import Release
 from tegotae.systems.system import System
 
@@ -23,6 +23,8 @@ WALKING = 200.0
 
 _RENAMED = {"fitness": "objective"}
 """Entries of an earlier experiment by other names."""
+_RENAMED_KINDS = {"WiredLimbs": "ExternalLimbs"}
+"""Parts by other names."""
 _OF_SYSTEM = ("timing", "integrator")
 _OF_RELEASE = {"release_m": "height_m", "phase_rad": "phase_rad", "posture": "initial_pose"}
 _OWN = ("conditions", "episodes", "objective", "protocol")
@@ -61,7 +63,9 @@ def of_earlier_version(document: Mapping[str, Any]) -> dict[str, Any]:
     """
     if document["version"] == 1:
         document = _of_version_1(document)
-    controller, body = entry(document, "controller", Controller), entry(document, "body", Body)
+    own = dict(entry(document, "body", dict))
+    own["kind"] = _RENAMED_KINDS.get(own["kind"], own["kind"])
+    controller, body = entry(document, "controller", Controller), restore(own, Body, "body")
     omega = entry(document, "omega_rad_per_s", float | None)
     system = describe(usual_system(controller, body, None if omega is None else float(omega)))
     training = dict(entry(document, "training", dict))

@@ -48,7 +48,7 @@ class Run:
 
     Args:
         experiment: what is trained, on what, by what measure: an `Experiment` on the engine, or a
-            `WiredExperiment` on an environment.
+            `EnvExperiment` on an environment.
         seeds: one training from random weights each.
         stopping: when a run ends; `Stopping.after(n)` for exactly n generations.
         algorithm: how is learned.

@@ -100,7 +100,7 @@ class ModelBatch:
         """All lanes one control period on; what is observed then, [lanes, entries].
 
         Args:
-            action: what the actuators are told, [lanes, actuators]; held.
+            action: commands of the actuators, [lanes, actuators]; held.
             push_n: an external force on the first body [N], [lanes, 3]; none by default.
         """
         n = self.sensing.model.nu

@@ -20,7 +20,7 @@ REACH = 0.5
 
 @dataclass(frozen=True, kw_only=True)
 class Settings:
-    """What MuJoCo is to be told; in units of the walker's mass, length and √(l0/g).
+    """Numbers of the MuJoCo model, in units of the walker's mass, length and √(l0/g).
 
     The values are those at which gait, speed and height no longer change with any of them.
     """
@@ -52,7 +52,7 @@ def description(body: Walker, settings: Settings | None = None, actuators: str =
     Args:
         body: the walker, on flat ground.
         settings: MuJoCo's.
-        actuators: `MOTORS`, or `SERVOS` that are told where the foot shall be [m].
+        actuators: `MOTORS`, or `SERVOS` that are commanded the foot's place [m].
     """
     settings = settings or Settings()
     length, mass = body.rest_length_m, body.mass_kg
@@ -131,5 +131,5 @@ def small_robot(length_m: float = 0.2, mass_kg: float = 1.5) -> Walker:
 
 
 def mjcf() -> str:
-    """The small robot, told where its feet shall be."""
+    """The small robot, commanded by its feet's places."""
     return description(small_robot(), actuators=SERVOS)

@@ -220,8 +220,8 @@ def sensing(
     try:
         model = spec.compile()
     except ValueError as error:
-        said = " ".join(str(error).split())
-        raise TegotaeError(f"MuJoCo cannot compile the model: {said}") from None
+        message = " ".join(str(error).split())
+        raise TegotaeError(f"MuJoCo cannot compile the model: {message}") from None
     # A state that explodes stays so, and is seen: MuJoCo would put the model back to its start.
     model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)
     at = {model.sensor(i).name: int(model.sensor_adr[i]) for i in range(model.nsensor)}

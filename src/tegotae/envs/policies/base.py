@@ -159,23 +159,23 @@ class Policy:
             TegotaeError: for answers of another number, or that are not finite.
         """
         try:
-            said = np.asarray(self.answer(observed), float)
+            answer = np.asarray(self.answer(observed), float)
         except TegotaeError:
             raise
         except (Exception, SystemExit) as error:  # anything may go wrong in a user's policy
             raise TegotaeError(
                 f"{self.name} failed on observations of shape {observed.shape}: {told(error)}"
             ) from None
-        if said.size != len(observed):
+        if answer.size != len(observed):
             raise TegotaeError(
                 f"{self.name} answers {len(observed)} observations by an array of shape "
-                f"{said.shape}; it must give one number for each"
+                f"{answer.shape}; it must give one number for each"
             )
-        said = said.reshape(len(observed))
-        if not np.isfinite(said).all():
-            where = observed[int(np.argmin(np.isfinite(said)))]
+        answer = answer.reshape(len(observed))
+        if not np.isfinite(answer).all():
+            where = observed[int(np.argmin(np.isfinite(answer)))]
             raise TegotaeError(f"{self.name} answers no finite number to {where.tolist()}")
-        actions = self.meaning.answer_scale * said
+        actions = self.meaning.answer_scale * answer
         if self.meaning.acts == "feedback" and (np.abs(actions) > 1.0 + 1e-6).any():
             most = self.meaning.settings.action_scale
             warnings.warn(

@@ -1,4 +1,4 @@
-"""A Python function as a policy: what it observes is told by the names of its arguments."""
+"""A Python function as a policy: the names of its arguments are what it observes."""
 
 from __future__ import annotations
 
@@ -74,10 +74,10 @@ def from_function(
     def answer(observed: np.ndarray) -> np.ndarray:
         given = _arguments(asked, observed)
         try:
-            said = np.asarray(function(**given), float)
+            answer = np.asarray(function(**given), float)
         except (TypeError, ValueError):
             return np.array([float(function(**_one(given, i))) for i in range(len(observed))])
-        return np.broadcast_to(said, (len(observed),)) if said.ndim == 0 else said
+        return np.broadcast_to(answer, (len(observed),)) if answer.ndim == 0 else answer
 
     return Policy(answer, meaning, name)
 

@@ -51,7 +51,7 @@ def from_sb3(path: Path | str, meaning: Meaning | None = None) -> Policy:
 
 
 def _algorithm(path: Path) -> str:
-    """Which algorithm's model a file holds, told from where its policy's class is."""
+    """Which algorithm's model a file holds, read from the place of its policy's class."""
     try:
         with zipfile.ZipFile(path) as archive:
             data = json.loads(archive.read("data"))

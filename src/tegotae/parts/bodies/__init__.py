@@ -11,7 +11,7 @@ from tegotae.parts.bodies.base import (
     require_one_limb,
 )
 from tegotae.parts.bodies.blows import Blows, BlowsState
-from tegotae.parts.bodies.external import WiredLimbs
+from tegotae.parts.bodies.external import ExternalLimbs
 from tegotae.parts.bodies.hopper import Hopper, HopperState
 from tegotae.parts.bodies.plate import Plate
 from tegotae.parts.bodies.sensors import Sensors, SensorsState
@@ -28,6 +28,7 @@ __all__ = [
     "BlowsState",
     "Body",
     "Contact",
+    "ExternalLimbs",
     "Hopper",
     "HopperState",
     "Plate",
@@ -38,7 +39,6 @@ __all__ = [
     "UprightState",
     "Walker",
     "WalkerState",
-    "WiredLimbs",
     "for_limbs",
     "require_one_limb",
 ]

@@ -15,7 +15,7 @@ from tegotae.parts.parameters import STATIC, traceable
 
 @traceable
 @dataclass(frozen=True, kw_only=True)
-class WiredLimbs(Body):
+class ExternalLimbs(Body):
     """Limbs that feel and push, and whose mechanics are not here.
 
     A controller that was trained on an environment belongs to such a body: it says what signals
@@ -35,7 +35,7 @@ class WiredLimbs(Body):
         TegotaeError: for a number out of its range, or scales of another number than senses.
 
     Example:
-        >>> limbs = WiredLimbs(senses=("spring_force",), scales=(9.81,), count=2)
+        >>> limbs = ExternalLimbs(senses=("spring_force",), scales=(9.81,), count=2)
         >>> limbs.SENSES, limbs.limbs
         (('spring_force',), 2)
     """

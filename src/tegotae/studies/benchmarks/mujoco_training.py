@@ -18,9 +18,9 @@ from tegotae.envs.mujoco.env import ModelEnv
 from tegotae.envs.pilot import Pilot
 from tegotae.envs.wiring_file import load_wiring
 from tegotae.systems.models import find
-from tegotae.training.wired.env_spec import Place
-from tegotae.training.wired.experiment import WiredExperiment
-from tegotae.training.wired.lanes import GymLanes, ModelLanes
+from tegotae.training.environments.env_spec import EnvSpec
+from tegotae.training.environments.experiment import EnvExperiment
+from tegotae.training.environments.lanes import GymLanes, ModelLanes
 
 LANES = (16, 64)
 ENVS = 8
@@ -46,8 +46,8 @@ def measured(steps: int = 200) -> list[Row]:
     Raises:
         MissingExtraError: without MuJoCo or Stable-Baselines3.
     """
-    place = Place(env="hopper")
-    own = WiredExperiment.of_model(find("ART"), place, load_wiring("hopper"))
+    spec = EnvSpec(env="hopper")
+    own = EnvExperiment.of_model(find("ART"), spec, load_wiring("hopper"))
     step_s = own.wires.step_s
 
     def driven(lanes: Any, n: int) -> tuple[float, float]:
@@ -65,9 +65,9 @@ def measured(steps: int = 200) -> list[Row]:
 
     rows = []
     for n in LANES:
-        rates = driven(ModelLanes(place.model_settings, n), n)
+        rates = driven(ModelLanes(spec.model_settings, n), n)
         rows.append(Row("rollouts in threads", n, *rates, step_s))
-    rates = driven(GymLanes(place.make, ENVS, 10**9), ENVS)
+    rates = driven(GymLanes(spec.make, ENVS, 10**9), ENVS)
     rows.append(Row("environments, one process", ENVS, *rates, step_s))
     rows.append(Row("Stable-Baselines3, plain loop", ENVS, *_plain(steps), step_s))
     return rows

@@ -1,4 +1,4 @@
-"""Where candidates are tried: weights in, episodes played, a verdict on each."""
+"""Where candidates are tried: weights in, episodes played, a score for each."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from tegotae.envs.pilot import Pilot
 from tegotae.envs.wires import Wires
 from tegotae.envs.wiring import Wiring
 from tegotae.measures.objectives.objective import FAILED_FITNESS
-from tegotae.training.wired.episode import Record
-from tegotae.training.wired.lanes import Beat, GymLanes, Lanes, ModelLanes
-from tegotae.training.wired.measures import EnvObjective, Scores
+from tegotae.training.environments.episode import EpisodeBatch
+from tegotae.training.environments.lanes import Beat, GymLanes, Lanes, ModelLanes
+from tegotae.training.environments.objectives import EnvObjective, Scores
 
 if TYPE_CHECKING:
-    from tegotae.training.wired.experiment import WiredExperiment
+    from tegotae.training.environments.experiment import EnvExperiment
 
 
 class Trials(NamedTuple):
@@ -28,20 +28,20 @@ class Trials(NamedTuple):
     troubles: list[str | None]
 
 
-class Stage:
+class EnvRollouts:
     """Plays candidates of an experiment, `lanes` at a time.
 
     Args:
         experiment: what is trained.
         lanes: how many candidates are tried side by side.
-        beat: told which lane's environment is at work, for who watches over it.
+        beat: called with the lane whose environment is at work, to detect a hang.
 
     Raises:
         TegotaeError: for an environment that cannot be made or wired so.
     """
 
     def __init__(
-        self, experiment: WiredExperiment, lanes: int, beat: Beat = lambda lane: None
+        self, experiment: EnvExperiment, lanes: int, beat: Beat = lambda lane: None
     ) -> None:
         self._experiment = experiment
         self._wires = experiment.wires
@@ -49,11 +49,11 @@ class Stage:
         self._played = lanes_of(experiment, lanes, beat)
 
     def try_out(self, weights: np.ndarray, alive: np.ndarray | None = None) -> Trials:
-        """The verdict on candidates.
+        """Scores of candidates.
 
         Args:
             weights: [candidates, n_weights], at most `lanes` of them.
-            alive: which of them to try; all by default. Of others nothing is said.
+            alive: which of them to try; all by default. Others have no result.
         """
         wanted = len(weights)
         padded = np.repeat(weights[-1:], self.lanes, axis=0)
@@ -70,12 +70,12 @@ class Stage:
                 self._played,
                 pilot,
                 self._wires,
-                experiment.measure,
+                experiment.objective,
                 experiment.wiring,
                 seed=seed,
                 tried=tried,
             )
-            found.append(experiment.measure.score(record, experiment.wiring))
+            found.append(experiment.objective.score(record, experiment.wiring))
             own = self._played.troubles
             troubles = [one or other for one, other in zip(troubles, own, strict=True)]
         bad = np.array([trouble is not None for trouble in troubles])
@@ -97,41 +97,41 @@ class Stage:
         self._played.close()
 
 
-def lanes_of(experiment: WiredExperiment, lanes: int, beat: Beat = lambda lane: None) -> Lanes:
+def lanes_of(experiment: EnvExperiment, lanes: int, beat: Beat = lambda lane: None) -> Lanes:
     """The lanes of an experiment's environment."""
-    if experiment.place.is_model:
-        settings = replace(experiment.place.model_settings, duration_s=experiment.duration_s)
+    if experiment.spec.is_model:
+        settings = replace(experiment.spec.model_settings, duration_s=experiment.duration_s)
         return ModelLanes(settings, lanes)
     steps = max(1, round(experiment.duration_s / experiment.wires.step_s))
     bodies = experiment.wiring.contact_bodies
-    return GymLanes(experiment.place.make, lanes, steps, bodies, beat)
+    return GymLanes(experiment.spec.make, lanes, steps, bodies, beat)
 
 
 def play(
     lanes: Lanes,
     pilot: Pilot,
     wires: Wires,
-    measure: EnvObjective,
+    objective: EnvObjective,
     wiring: Wiring,
     *,
     seed: int,
     tried: np.ndarray,
-) -> Record:
+) -> EpisodeBatch:
     """One episode of every lane that is tried.
 
     Args:
         lanes: where.
         pilot: who drives.
         wires: names and step of the environment.
-        measure: which says what is to be kept.
+        objective: which says what is to be kept.
         wiring: the wiring.
         seed: of the reset.
         tried: which lanes, [lanes].
     """
-    kept = measure.entries(wiring, wires.observed)
+    kept = objective.entries(wiring, wires.observed)
     at = [wires.observed.index(name) for name in kept]
     steps, n = lanes.steps, lanes.lanes
-    whole = measure.whole
+    whole = objective.whole
     observation = np.zeros((steps, n, len(at)), np.float32)
     action = np.zeros((steps if whole else 0, n, len(wires.low)), np.float32)
     phase = np.zeros((steps if whole else 0, wires.limbs, n), np.float32)
@@ -147,8 +147,8 @@ def play(
             observation[step:] = seen[:, at]
             break
         acted = pilot.act(seen)
-        told, paid, over = lanes.step(acted, alive)
-        seen = np.where(alive[:, None], np.nan_to_num(told, posinf=0.0, neginf=0.0), seen)
+        observed, paid, over = lanes.step(acted, alive)
+        seen = np.where(alive[:, None], np.nan_to_num(observed, posinf=0.0, neginf=0.0), seen)
         observation[step] = seen[:, at]
         reward[step] = np.where(alive, paid, 0.0)
         if whole:
@@ -156,4 +156,4 @@ def play(
         ended += alive
         alive &= ~over
     sound = (ended > 0) & np.array([trouble is None for trouble in lanes.troubles])
-    return Record(wires.step_s, kept, observation, action, reward, phase, ended, steps, sound)
+    return EpisodeBatch(wires.step_s, kept, observation, action, reward, phase, ended, steps, sound)

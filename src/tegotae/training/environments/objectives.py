@@ -1,7 +1,8 @@
-"""By what an episode on an environment is judged."""
+"""Objectives of an episode on an environment."""
 
 from __future__ import annotations
 
+import dataclasses
 import reprlib
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
@@ -18,12 +19,12 @@ from tegotae.envs.wiring import Wiring
 from tegotae.measures.hopping.recording import from_samples
 from tegotae.measures.objectives.fitness import Fitness
 from tegotae.measures.objectives.objective import FAILED_FITNESS
-from tegotae.parts.bodies import WiredLimbs
+from tegotae.parts.bodies import ExternalLimbs
 from tegotae.simulation.rollout import Timing, Trajectory
 from tegotae.simulation.world import Scenario
 from tegotae.systems.user_objects import named, source_of
+from tegotae.training.environments.episode import EnvEpisode, EpisodeBatch
 from tegotae.training.evaluator import Scores
-from tegotae.training.wired.episode import Episode, Record
 
 _FRAME_S = 0.02
 
@@ -46,17 +47,23 @@ class EnvObjective(ABC):
         """The user's file that it comes from, if any."""
         return None
 
+    @property
+    def document(self) -> dict[str, Any]:
+        """Kind and settings as plain JSON values."""
+        settings = dataclasses.asdict(self)  # type: ignore[call-overload]
+        return {"kind": type(self).__name__, **settings}
+
     @abstractmethod
-    def score(self, record: Record, wiring: Wiring) -> Scores:
-        """The verdict on every lane."""
+    def score(self, record: EpisodeBatch, wiring: Wiring) -> Scores:
+        """Scores of every lane."""
 
 
 @dataclass(frozen=True)
 class Return(EnvObjective):
     """The sum of the environment's own rewards."""
 
-    def score(self, record: Record, wiring: Wiring) -> Scores:
-        """The verdict on every lane; an episode that ends early has not failed by that."""
+    def score(self, record: EpisodeBatch, wiring: Wiring) -> Scores:
+        """Scores of every lane; an episode that ends early has not failed by that."""
         total = record.reward.sum(axis=0)
         return Scores(total, np.full(total.shape, np.nan), np.zeros(total.shape, bool))
 
@@ -98,8 +105,8 @@ class Hopping(EnvObjective):
     def _fitness(self) -> Fitness:
         return Fitness(settle_s=self.settle_s, follow_omega=self.follow_omega)
 
-    def score(self, record: Record, wiring: Wiring) -> Scores:
-        """The verdict on every lane."""
+    def score(self, record: EpisodeBatch, wiring: Wiring) -> Scores:
+        """Scores of every lane."""
         assert wiring.height is not None
         assert wiring.work is not None
         assert wiring.rest_length_m is not None
@@ -121,7 +128,7 @@ class Hopping(EnvObjective):
         channels["failed"] = fell & (channels["time_s"] > begun)
         channels["failed"][-1] |= fell
         timing = Timing(duration_s=len(at) * frame_s, frame_s=frame_s, tick_s=frame_s)
-        body = WiredLimbs(rest_length_m=rest)
+        body = ExternalLimbs(rest_length_m=rest)
         scenario = Scenario.of(wiring.omega)
         found = _judged(self._fitness, timing, channels, scenario, body)
         return Scores(*(np.asarray(found[name]) for name in Scores._fields))
@@ -129,15 +136,19 @@ class Hopping(EnvObjective):
 
 @partial(jax.jit, static_argnums=(0, 1))
 def _judged(
-    fitness: Fitness, timing: Timing, channels: dict[str, Any], scenario: Scenario, body: WiredLimbs
+    fitness: Fitness,
+    timing: Timing,
+    channels: dict[str, Any],
+    scenario: Scenario,
+    body: ExternalLimbs,
 ) -> dict[str, jax.Array]:
     channels = {name: jnp.asarray(x) for name, x in channels.items()}
     return fitness(Trajectory(**channels), scenario, body, timing)
 
 
 @dataclass(frozen=True)
-class Own(EnvObjective):
-    """A function of your own, `FILE.py:FUNCTION` or `MODULE:FUNCTION`: an `Episode` to a number."""
+class UserObjective(EnvObjective):
+    """A function of your own of an `EnvEpisode`: `FILE.py:FUNCTION` or `MODULE:FUNCTION`."""
 
     function: str
 
@@ -156,8 +167,8 @@ class Own(EnvObjective):
         """Raise `TegotaeError` if there is no such function."""
         named(self.function, type(lambda: None), "fitness")
 
-    def score(self, record: Record, wiring: Wiring) -> Scores:
-        """The verdict on every lane; one without an episode to judge has failed.
+    def score(self, record: EpisodeBatch, wiring: Wiring) -> Scores:
+        """Scores of every lane; one without an episode to judge has failed.
 
         Raises:
             TegotaeError: if the function fails, or returns no number.
@@ -169,7 +180,7 @@ class Own(EnvObjective):
         failed = ~(record.sound & np.isfinite(fitness))
         return Scores(fitness, np.full(fitness.shape, np.nan), failed)
 
-    def _of(self, score: Any, episode: Episode) -> float:
+    def _of(self, score: Any, episode: EnvEpisode) -> float:
         try:
             value = score(episode)
         except TegotaeError as error:
@@ -187,18 +198,18 @@ class Own(EnvObjective):
             ) from None
 
 
-def measure_named(name: str, **settings: Any) -> EnvObjective:
-    """A measure by its name on the command line: `hopping`, `return`, or a function's reference.
+def env_objective_named(name: str, **settings: Any) -> EnvObjective:
+    """An objective by its name on the command line: `hopping`, `return`, or a function's reference.
 
     Raises:
         TegotaeError: for another name.
 
     Example:
-        >>> measure_named("return")
+        >>> env_objective_named("return")
         Return()
     """
     if ":" in name:
-        return Own(name)
+        return UserObjective(name)
     if name == "return":
         return Return()
     if name == "hopping":

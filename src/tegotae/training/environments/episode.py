@@ -10,7 +10,7 @@ from tegotae._support.errors import unknown
 
 
 @dataclass(frozen=True)
-class Episode:
+class EnvEpisode:
     """One episode of one candidate, for a fitness of your own."""
 
     time_s: np.ndarray
@@ -40,7 +40,7 @@ class Episode:
 
 
 @dataclass(frozen=True)
-class Record:
+class EpisodeBatch:
     """Episodes side by side."""
 
     step_s: float
@@ -71,10 +71,10 @@ class Record:
         """The observation's entry of that name, [steps, lanes]."""
         return self.observation[:, :, self.names.index(name)]
 
-    def episode(self, lane: int) -> Episode:
+    def episode(self, lane: int) -> EnvEpisode:
         """A lane's own."""
         last = int(self.ended[lane])
-        return Episode(
+        return EnvEpisode(
             time_s=self.step_s * np.arange(1, last + 1),
             observation=self.observation[:last, lane],
             names=self.names,

@@ -1,4 +1,4 @@
-"""An experiment on an environment: which limbs are trained, where, and by what measure."""
+"""An experiment on an environment: which limbs are trained, where, and by what objective."""
 
 from __future__ import annotations
 
@@ -16,25 +16,25 @@ from tegotae.envs.contact import with_contact
 from tegotae.envs.wires import Wires, controller_of, look_up, read_by
 from tegotae.envs.wiring import Wiring
 from tegotae.envs.wiring_file import wiring_document
-from tegotae.parts.bodies import Body, WiredLimbs
+from tegotae.parts.bodies import Body, ExternalLimbs
 from tegotae.parts.controller import Controller
 from tegotae.systems.descriptions import describe
 from tegotae.systems.experiment import require_name
 from tegotae.systems.models import BUDGET, Model
-from tegotae.training.wired.env_spec import Place
-from tegotae.training.wired.evaluator import EnvEvaluator
-from tegotae.training.wired.measures import EnvObjective, Hopping, Return
+from tegotae.training.environments.env_spec import EnvSpec
+from tegotae.training.environments.evaluator import EnvEvaluator
+from tegotae.training.environments.objectives import EnvObjective, Hopping, Return
 
 
 @dataclass(frozen=True, kw_only=True)
-class WiredExperiment:
+class EnvExperiment:
     """What is trained on an environment; `tegotae.training.run.Run` takes it as any experiment.
 
     Args:
         name: what it is called, in files and tables.
-        place: the environment.
+        spec: the environment.
         wiring: the limbs, without weights; its controller is what is trained, at its ω.
-        measure: by what an episode is judged.
+        objective: by what an episode is judged.
         duration_s: length of an episode [s], if the environment does not end it before.
         episodes: how many episodes each candidate is judged by; on a MuJoCo model several take its
             setting `noise`.
@@ -50,17 +50,17 @@ class WiredExperiment:
         >>> wiring = dataclasses.replace(
         ...     load_wiring("hopper").reading(build("ART")), omega=8.0
         ... )
-        >>> experiment = WiredExperiment(
-        ...     name="art", place=Place(env="hopper"), wiring=wiring, measure=Hopping()
+        >>> experiment = EnvExperiment(
+        ...     name="art", spec=EnvSpec(env="hopper"), wiring=wiring, objective=Hopping()
         ... )
         >>> experiment.controller.n_weights
         96
     """
 
     name: str
-    place: Place
+    spec: EnvSpec
     wiring: Wiring
-    measure: EnvObjective = field(default_factory=Return)
+    objective: EnvObjective = field(default_factory=Return)
     duration_s: float = 24.0
     episodes: int = 1
     seed: int = 0
@@ -80,10 +80,10 @@ class WiredExperiment:
         if self.wiring.omega is None:
             raise TegotaeError(f"{self.name} has an oscillator; give it an omega, such as 8 rad/s")
         require_finite("omega", self.wiring.omega, above=0.0, most=MOST_RAD_PER_S)
-        made = dict(self.place.settings).get("duration_s", self.duration_s)
-        if self.place.is_model and made != self.duration_s:
+        made = dict(self.spec.settings).get("duration_s", self.duration_s)
+        if self.spec.is_model and made != self.duration_s:
             raise TegotaeError(
-                f"{self.place.env} is made with duration_s={made!r}, and the experiment's "
+                f"{self.spec.env} is made with duration_s={made!r}, and the experiment's "
                 f"duration_s is {self.duration_s:g}; say it of the experiment alone (--duration)"
             )
 
@@ -91,15 +91,15 @@ class WiredExperiment:
     def of_model(
         cls,
         model: Model,
-        place: Place,
+        spec: EnvSpec,
         wiring: Wiring,
         *,
         omega: float | None = None,
         **settings: Any,
-    ) -> WiredExperiment:
+    ) -> EnvExperiment:
         """One of the paper's models (`tegotae.systems.models.find`) on an environment.
 
-        The frequency is the one given, else the wiring's, else the model's ω_t. The measure is
+        The frequency is the one given, else the wiring's, else the model's ω_t. The objective is
         CoT⁻¹ + ΔΩ where the wiring says what height and work are, and otherwise the environment's
         return.
 
@@ -114,10 +114,9 @@ class WiredExperiment:
         wiring = dataclasses.replace(wiring.reading(controller), omega=omega, weights=None)
         known = wiring.height is not None and wiring.work is not None
         duration_s = settings.get("duration_s", 24.0)
-        measure = Hopping(settle_s=0.5 * duration_s) if known else Return()
-        return cls(
-            **{"name": model.name, "place": place, "wiring": wiring, "measure": measure, **settings}
-        )
+        objective = Hopping(settle_s=0.5 * duration_s) if known else Return()
+        own = {"name": model.name, "spec": spec, "wiring": wiring, "objective": objective}
+        return cls(**{**own, **settings})
 
     @property
     def controller(self) -> Controller:
@@ -134,7 +133,7 @@ class WiredExperiment:
         """What controller files have as their body."""
         controller, wiring = self.controller, self.wiring
         senses = tuple(read_by(controller)) or ("spring_force",)
-        return WiredLimbs(
+        return ExternalLimbs(
             senses=senses,
             scales=tuple(float(wiring.scales.get(name, 1.0)) for name in senses),
             count=controller.limbs,
@@ -151,11 +150,11 @@ class WiredExperiment:
         Raises:
             TegotaeError: if something is missing, all of it in one line.
         """
-        env = with_contact(self.place.make(), self.wiring.contact_bodies)
+        env = with_contact(self.spec.make(), self.wiring.contact_bodies)
         try:
             wires, problems = look_up(env, self.wiring)
             if wires is None:
-                raise TegotaeError(f"{self.place.env}: " + "; ".join(problems))
+                raise TegotaeError(f"{self.spec.env}: " + "; ".join(problems))
             return wires
         finally:
             env.close()
@@ -169,12 +168,12 @@ class WiredExperiment:
         if self.controller.n_weights == 0:
             raise TegotaeError(f"{self.name} has no weights to train")
         _ = self.wires
-        if self.episodes > 1 and self.place.is_model and self.place.model_settings.noise == 0.0:
+        if self.episodes > 1 and self.spec.is_model and self.spec.model_settings.noise == 0.0:
             raise TegotaeError(
-                f"the {self.episodes} episodes on {self.place.env} would be alike; take one, or "
+                f"the {self.episodes} episodes on {self.spec.env} would be alike; take one, or "
                 "let their starts differ with the setting noise, such as noise=0.01"
             )
-        self.measure.check(self.wiring, self.duration_s)
+        self.objective.check(self.wiring, self.duration_s)
 
     def evaluator(self, workers: int | None = None) -> EnvEvaluator:
         """Who says in training how good weights are."""
@@ -208,9 +207,9 @@ class WiredExperiment:
             "controller": describe(self.controller),
             "omega": self.omega,
             "body": describe(self.body),
-            "place": {"env": self.place.env, "settings": dict(self.place.settings)},
+            "environment": {"env": self.spec.env, "settings": dict(self.spec.settings)},
             "wiring": wiring_document(self.wiring),
-            "measure": {"kind": type(self.measure).__name__, **dataclasses.asdict(self.measure)},  # type: ignore[call-overload]
+            "objective": self.objective.document,
             "timing": {"duration_s": self.duration_s},
             "episodes": self.episodes,
             "seed": self.seed,
@@ -220,7 +219,7 @@ class WiredExperiment:
     @cached_property
     def _sha256(self) -> dict[str, str]:
         """Of the files that it names, by what each is: once changed, it is another training."""
-        files = {"environment": self.place.file, "fitness": self.measure.file}
+        files = {"environment": self.spec.file, "fitness": self.objective.file}
         return {
             what: code_of_file(file)
             for what, file in files.items()

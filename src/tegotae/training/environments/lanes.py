@@ -17,7 +17,7 @@ from tegotae.envs.mujoco.settings import ModelSettings
 from tegotae.envs.naming import flat
 
 Beat = Callable[[int], None]
-"""Told before each step which lane takes it, and -1 after: by this a hang is seen."""
+"""Called with the lane that takes a step before it, and with -1 after: this shows a hang."""
 
 
 class Lanes(ABC):
@@ -48,14 +48,14 @@ class Lanes(ABC):
 
 
 class GymLanes(Lanes):
-    """Environments of any kind, each stepped in turn; whatever goes wrong in one is its own affair.
+    """Environments of any kind, each stepped in turn; one that fails ends its own lane alone.
 
     Args:
         make: makes an environment.
         lanes: how many.
         steps: of the longest episode.
         contact_bodies: bodies whose contact forces are observed (`MujocoContactForce`).
-        beat: told before and after each step.
+        beat: called before and after each step.
     """
 
     def __init__(
@@ -101,21 +101,21 @@ class GymLanes(Lanes):
         self._done += 1
         rewards, over = np.zeros(self.lanes), np.zeros(self.lanes, bool)
         for lane in map(int, np.flatnonzero(alive)):
-            told: dict[str, Any] = {}
+            outcome: dict[str, Any] = {}
 
-            def once(lane: int = lane, told: dict[str, Any] = told) -> Any:
+            def once(lane: int = lane, outcome: dict[str, Any] = outcome) -> Any:
                 action = np.clip(actions[lane], self._low, self._high).astype(self._dtype)
-                seen, told["reward"], ends, cut, _ = self._envs[lane].step(action)
-                told["over"] = bool(ends) or bool(cut)
-                if not np.isfinite(told["reward"]):
-                    raise _Trouble(f"its reward was {told['reward']}")
+                seen, outcome["reward"], ends, cut, _ = self._envs[lane].step(action)
+                outcome["over"] = bool(ends) or bool(cut)
+                if not np.isfinite(outcome["reward"]):
+                    raise _Trouble(f"its reward was {outcome['reward']}")
                 return seen
 
             seen = self._guarded(lane, once)
             if seen is None:
                 over[lane] = True
                 continue
-            self._seen[lane], rewards[lane], over[lane] = seen, told["reward"], told["over"]
+            self._seen[lane], rewards[lane], over[lane] = seen, outcome["reward"], outcome["over"]
             if over[lane] and self._done == 1:
                 self.troubles[lane] = "it ended at its first step"
         return self._seen.copy(), rewards, over

@@ -16,7 +16,7 @@ from tegotae.systems.user_objects import is_reference, named, source_of
 
 
 @dataclass(frozen=True, kw_only=True)
-class Place:
+class EnvSpec:
     """An environment by name, so that files and worker processes can make it.
 
     Args:
@@ -26,7 +26,7 @@ class Place:
         settings: what the environment is made with, pairs of name and value.
 
     Example:
-        >>> Place(env="CartPole-v1").make().spec.id
+        >>> EnvSpec(env="CartPole-v1").make().spec.id
         'CartPole-v1'
     """
 

@@ -16,10 +16,10 @@ import numpy as np
 from tegotae._support.errors import TegotaeError
 from tegotae._support.workers import ctrl_c_held_back, end_with_parent, told_cores
 from tegotae.measures.objectives.objective import FAILED_FITNESS
-from tegotae.training.wired.rollouts import Stage, Trials
+from tegotae.training.environments.rollouts import EnvRollouts, Trials
 
 if TYPE_CHECKING:
-    from tegotae.training.wired.experiment import WiredExperiment
+    from tegotae.training.environments.experiment import EnvExperiment
 
 _IDLE = -1
 """The lane at work when none is: the controller computes, or compiles."""
@@ -44,7 +44,7 @@ class Job:
         self.troubles = [None] * len(self.weights)
 
 
-class Crew:
+class WorkerPool:
     """Worker processes that try out candidates of one experiment; a context manager.
 
     A worker that dies, or whose environment takes longer than `limit_s` over one step, is replaced.
@@ -58,13 +58,13 @@ class Crew:
     """
 
     def __init__(
-        self, experiment: WiredExperiment, size: int, lanes: int, limit_s: float = 60.0
+        self, experiment: EnvExperiment, size: int, lanes: int, limit_s: float = 60.0
     ) -> None:
         self._experiment, self.size, self.lanes, self._limit_s = experiment, size, lanes, limit_s
         self._workers = [_Worker(experiment, lanes, limit_s) for _ in range(size)]
 
     def try_out(self, weights: np.ndarray) -> Trials:
-        """The verdict on candidates, [candidates, n_weights].
+        """Scores of candidates, [candidates, n_weights].
 
         Raises:
             TegotaeError: if the workers die whatever they are given.
@@ -80,7 +80,7 @@ class Crew:
                 if index not in busy and waiting:
                     busy[index] = waiting.pop(0)
                     worker.give(busy[index])
-            for index in self._heard(busy):
+            for index in self._answering(busy):
                 job = busy.pop(index)
                 answer = self._workers[index].answer()
                 if isinstance(answer, Trials):
@@ -107,7 +107,7 @@ class Crew:
                     _enter(found, job, None)
         return found
 
-    def _heard(self, busy: dict[int, Job]) -> list[int]:
+    def _answering(self, busy: dict[int, Job]) -> list[int]:
         """The workers that have an answer, are dead, or hang."""
         by_link: dict[Any, int] = {self._workers[index].link: index for index in busy}
         ready = {by_link[link] for link in wait(list(by_link), timeout=0.2)}  # type: ignore[misc]
@@ -119,7 +119,7 @@ class Crew:
         for worker in self._workers:
             worker.end()
 
-    def __enter__(self) -> Crew:
+    def __enter__(self) -> WorkerPool:
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -129,7 +129,7 @@ class Crew:
 class _Worker:
     """One worker process, and what it is at."""
 
-    def __init__(self, experiment: WiredExperiment, lanes: int, limit_s: float) -> None:
+    def __init__(self, experiment: EnvExperiment, lanes: int, limit_s: float) -> None:
         self._limit_s = limit_s
         context = multiprocessing.get_context("spawn")
         self.link, other = context.Pipe()
@@ -145,7 +145,7 @@ class _Worker:
     def give(self, job: Job) -> None:
         """Have it try out a job."""
         self._since, self._hung = time.monotonic(), False
-        with contextlib.suppress(OSError):  # dead: heard of when its answer is asked for
+        with contextlib.suppress(OSError):  # dead: noticed when its answer is read
             self.link.send((job.weights, job.alive))
 
     def hangs(self) -> bool:
@@ -157,7 +157,7 @@ class _Worker:
         return self._hung
 
     def answer(self) -> Trials | TegotaeError | tuple[int, str]:
-        """Its verdict, its refusal, or the lane at which it came to its end and how."""
+        """Its scores, its error, or the lane at which it ended and how."""
         if self._hung:
             return self._beat[0], f"a step of it took longer than {self._limit_s:g} s"
         try:
@@ -173,9 +173,7 @@ class _Worker:
         self._process.join()
 
 
-def _work(
-    link: Connection, beat: Any, experiment: WiredExperiment, lanes: int, parent: int
-) -> None:
+def _work(link: Connection, beat: Any, experiment: EnvExperiment, lanes: int, parent: int) -> None:
     """What a worker does: try out what it is given until nobody is left to give it anything."""
     end_with_parent(parent)
 
@@ -183,15 +181,15 @@ def _work(
         beat[0] = lane
         beat[1] += 1
 
-    stage: Stage | None = None
+    rollouts: EnvRollouts | None = None
     while True:
         try:
             weights, alive = link.recv()
         except (EOFError, OSError):
             return
         try:
-            stage = stage or Stage(experiment, lanes, at_work)
-            link.send(stage.try_out(weights, alive))
+            rollouts = rollouts or EnvRollouts(experiment, lanes, at_work)
+            link.send(rollouts.try_out(weights, alive))
         except TegotaeError as error:
             link.send(TegotaeError(str(error)))
 

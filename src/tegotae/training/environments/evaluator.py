@@ -10,12 +10,12 @@ import numpy as np
 
 from tegotae._support.devices import available_cores, require_workers
 from tegotae._support.errors import TegotaeError, require_count
+from tegotae.training.environments.rollouts import EnvRollouts, Trials
+from tegotae.training.environments.worker_pool import WorkerPool
 from tegotae.training.evaluator import Evaluator, Round, Scores
-from tegotae.training.wired.rollouts import Stage, Trials
-from tegotae.training.wired.worker_pool import Crew
 
 if TYPE_CHECKING:
-    from tegotae.training.wired.experiment import WiredExperiment
+    from tegotae.training.environments.experiment import EnvExperiment
 
 _LANES = 64
 """Candidates that are tried side by side at most."""
@@ -30,7 +30,7 @@ class EnvEvaluator(Evaluator):
 
     A sample whose environment raises, hangs, dies, changes its spaces, ends at once, or observes or
     pays what is not finite counts as the worst. The training goes on, and every kind of trouble is
-    told once (`SampleWarning`).
+    reported once (`SampleWarning`).
 
     Args:
         experiment: what is trained.
@@ -42,24 +42,24 @@ class EnvEvaluator(Evaluator):
         TegotaeError: for a number of workers that this machine cannot have.
     """
 
-    def __init__(self, experiment: WiredExperiment, workers: int | None = None) -> None:
+    def __init__(self, experiment: EnvExperiment, workers: int | None = None) -> None:
         self._experiment = experiment
         if workers is None:
-            workers = 0 if experiment.place.is_model else available_cores()
+            workers = 0 if experiment.spec.is_model else available_cores()
         require_count("workers", workers, least=0)
         if workers:
             require_workers(workers)
         self._workers = workers
-        self._troupe: Stage | Crew | None = None
+        self._runner: EnvRollouts | WorkerPool | None = None
         self.troubles: Counter[str] = Counter()
         """How many samples went wrong, by what happened."""
 
     def evaluate(self, candidates: np.ndarray, who: Round) -> Scores:
-        """The verdict on every candidate of the seeds that are going."""
+        """Scores of every candidate of the seeds that are going."""
         (seeds, per_seed, n_weights), going = candidates.shape, who.going
         wanted = np.asarray(candidates[going], float).reshape(-1, n_weights)
         trials = self._tried(wanted, seeds * per_seed)
-        self._tell(trials)
+        self._warn(trials)
 
         def spread(values: np.ndarray, empty: Any) -> np.ndarray:
             whole = np.full((seeds, per_seed), empty, values.dtype)
@@ -74,18 +74,18 @@ class EnvEvaluator(Evaluator):
 
     def _tried(self, weights: np.ndarray, most: int) -> Trials:
         """All of them, some at a time; always as many lanes, so that arithmetic is the same."""
-        if self._troupe is None:
+        if self._runner is None:
             lanes = min(_LANES, -(-most // max(1, self._workers)))
-            self._troupe = (
-                Crew(self._experiment, self._workers, lanes, self._experiment.limit_s)
+            self._runner = (
+                WorkerPool(self._experiment, self._workers, lanes, self._experiment.limit_s)
                 if self._workers
-                else Stage(self._experiment, lanes)
+                else EnvRollouts(self._experiment, lanes)
             )
-        if isinstance(self._troupe, Crew):
-            return self._troupe.try_out(weights)
-        lanes = self._troupe.lanes
+        if isinstance(self._runner, WorkerPool):
+            return self._runner.try_out(weights)
+        lanes = self._runner.lanes
         parts = [
-            self._troupe.try_out(weights[i : i + lanes]) for i in range(0, len(weights), lanes)
+            self._runner.try_out(weights[i : i + lanes]) for i in range(0, len(weights), lanes)
         ]
         return Trials(
             np.concatenate([part.fitness for part in parts]),
@@ -94,13 +94,13 @@ class EnvEvaluator(Evaluator):
             [trouble for part in parts for trouble in part.troubles],
         )
 
-    def _tell(self, trials: Trials) -> None:
+    def _warn(self, trials: Trials) -> None:
         """Say once of each kind of trouble that it happened."""
         happened = Counter(trouble for trouble in trials.troubles if trouble is not None)
         for trouble, count in happened.items():
             if trouble not in self.troubles:
                 warnings.warn(
-                    f"{self._experiment.place.env}: {trouble}; {count} of "
+                    f"{self._experiment.spec.env}: {trouble}; {count} of "
                     f"{len(trials.troubles)} samples count as failed, the training goes on",
                     SampleWarning,
                     stacklevel=2,
@@ -109,12 +109,12 @@ class EnvEvaluator(Evaluator):
         if happened and sum(happened.values()) == len(trials.troubles):
             worst = happened.most_common(1)[0][0]
             raise TegotaeError(
-                f"{self._experiment.place.env} fails with every sample: {worst}; nothing can be "
+                f"{self._experiment.spec.env} fails with every sample: {worst}; nothing can be "
                 "learned there"
             )
 
     def close(self) -> None:
         """Close the environments, and end the workers."""
-        if self._troupe is not None:
-            self._troupe.close()
-            self._troupe = None
+        if self._runner is not None:
+            self._runner.close()
+            self._runner = None
