@@ -42,11 +42,11 @@ endif
 experiments: EXPERIMENTS := results/experiments
 experiments: $(INSTALLED)
 	mkdir -p $(EXPERIMENTS)
-	$(BIN)/python scripts/figure3.py --out results/figure3
+	$(BIN)/python studies/figure3.py --out results/figure3
 	$(BIN)/tegotae figure learning-curves results/figure3 --out $(EXPERIMENTS)/figure3.png
-	$(BIN)/python scripts/second_look.py --first $(EXPERIMENTS)/figure3.csv \
+	$(BIN)/python studies/second_look.py --first $(EXPERIMENTS)/figure3.csv \
 	  --figure $(EXPERIMENTS)/second_look.png
-	$(BIN)/python docs/studies/parameter_limit.py --out $(EXPERIMENTS)
+	$(BIN)/python studies/parameter_limit.py --out $(EXPERIMENTS)
 	$(BIN)/tegotae figure gain-map --out $(EXPERIMENTS)/gain_map.png
 
 docs: $(INSTALLED)

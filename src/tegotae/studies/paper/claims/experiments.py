@@ -207,7 +207,7 @@ EXPERIMENTS = (
         "figure3.csv",
         "figure3.png",
         "CoT⁻¹ in the course of training, by algorithm (Fig. 3 of the paper)",
-        "python scripts/figure3.py && tegotae figure learning-curves results/figure3 "
+        "python studies/figure3.py && tegotae figure learning-curves results/figure3 "
         "--out {folder}/figure3.png",
         _judge_curves,
     ),
@@ -217,7 +217,7 @@ EXPERIMENTS = (
         "parameter_limit.csv",
         "parameter_limit.png",
         "Fitness over the number of trained parameters",
-        "python docs/studies/parameter_limit.py --out {folder}",
+        "python studies/parameter_limit.py --out {folder}",
         _judge_sizes,
     ),
     KeptExperiment(

@@ -1,0 +1,229 @@
+"""Training under changing conditions: what it costs undisturbed, and what it brings.
+
+    python studies/changing_conditions.py STUDY --out FOLDER
+
+trains some models of the paper under changing conditions, goes on where it was stopped, and tries
+them beside the same models of a study, which were trained in always the same episode.
+"""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from kept import write_rows, write_text
+from tegotae.figures.generalisation import groups_figure
+from tegotae.figures.style import save_figure
+from tegotae.measures.evaluation import Protocol, evaluate
+from tegotae.measures.hopping.statistics import interval
+from tegotae.simulation.world import Uniform
+from tegotae.studies.generalisation import CATALOGUE, Outcome, Subject
+from tegotae.studies.generalisation.run import Done, generalise
+from tegotae.studies.generalisation.sources import of_study
+from tegotae.studies.generalisation.table import MEASURES, median_interval, run_margins
+from tegotae.systems.experiment import Experiment
+from tegotae.systems.models import find
+from tegotae.training.collection import read
+from tegotae.training.run import Run, train
+from tegotae.training.settings import tuned
+from tegotae.training.stopping import Stopping
+
+KEPT = Path(__file__).parents[1] / "docs" / "_static" / "generalisation"
+MODELS = ("V-sector-w8", "VG-gF-sector-w8", "ART-rF-tphif-w8", "T-Fv", "ARGT-rF-gF-tphif-w8")
+SEEDS = tuple(range(8))
+EPISODES = 4
+STOPPING = Stopping(generations=120, least=240)
+"""The rule of the kept study with an earlier cap: half of its least generations, of four episodes a
+candidate; twice the episodes that the study's trainings took."""
+CONDITIONS = (
+    Uniform("mass_kg", low=0.08, high=0.12),
+    Uniform("stiffness_n_per_m", low=4.0, high=6.0),
+    Uniform("damping_ns_per_m", low=0.1, high=0.3),
+    Uniform("height_m", low=1.05, high=1.4),
+    Uniform("drop_m", low=-0.1, high=0.25, from_s=10.0),
+)
+TRAINED = {"steady": "always the same episode", "varied": "changing conditions"}
+"""How, by the name in the tables."""
+SEEN = ("mass", "stiffness", "damping", "release", "step", "omega")
+"""Disturbances of a kind that was met in training."""
+
+
+def main(words: Sequence[str] | None = None) -> None:
+    """Train, try, and write what docs/studies/generalisation.md shows."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("study", type=Path)
+    parser.add_argument("--out", type=Path, required=True)
+    given = parser.parse_args(words)
+    chosen = tuple(CATALOGUE.values())
+    steady = {each.name: each for each in of_study(given.study)}
+    pairs, subjects = [], []
+    for name in MODELS:
+        before = steady[name]
+        before = dataclasses.replace(
+            before, weights=before.weights[: len(SEEDS)], labels=before.labels[: len(SEEDS)]
+        )
+        folder = given.out / "training" / name
+        train(run_of(varied(find(name).experiment())), folder)
+        (after,) = read(folder)
+        pairs.append((before, after))
+        subjects += [Subject.of(before), Subject.of(after)]
+    done = generalise(subjects, chosen, given.out / "trials")
+    tables(done, pairs)
+
+
+def varied(experiment: Experiment) -> Experiment:
+    """An experiment under changing conditions."""
+    conditions = CONDITIONS
+    if experiment.omega is not None:
+        near = (0.85 * experiment.omega, 1.15 * experiment.omega)
+        conditions = (*conditions, Uniform("omega", low=near[0], high=near[1]))
+    return dataclasses.replace(
+        experiment, name=f"{experiment.name}+varied", conditions=conditions, episodes=EPISODES
+    )
+
+
+def run_of(experiment: Experiment) -> Run:
+    """A training of it, by the settings of the kept study."""
+    return Run(experiment=experiment, seeds=SEEDS, stopping=STOPPING, algorithm=tuned("pgpe"))
+
+
+def tables(done: Sequence[Done], pairs) -> None:
+    """Write what it costs, what it brings, and the curves."""
+    protocol = Protocol(offsets=(0.0,), drop_m=0.0)
+    rows = []
+    for pair in pairs:
+        for how, runs in zip(TRAINED, pair, strict=True):
+            sets = np.unique(runs.weights, axis=0)  # a search has one outcome, whatever the seed
+            found = evaluate(
+                runs.controller, sets, runs.omega_t, runs.body, protocol,
+                metrics=["cot_inverse", "limit_cycle_share"],
+            ).runs()  # fmt: skip
+            cot = interval(found["cot_inverse"])
+            rows.append(
+                {"model": pair[0].name, "trained": how, "runs": len(sets)}
+                | {"limit_cycle_share": float(found["limit_cycle_share"].mean())}
+                | {"cot_inverse": cot.mean, "low": cot.low, "high": cot.high}
+            )
+    write_rows(KEPT / "undisturbed.csv", rows, digits=3)
+    write_text(KEPT / "undisturbed.md", undisturbed_text(rows))
+    outcomes = {subject.name: (subject, outcome) for subject, outcome in done}
+    write_overall(done, pairs)
+    rows = []
+    for before, after in pairs:
+        for how, runs in (("steady", before), ("varied", after)):
+            rows += list(_margins(before.name, how, outcomes[runs.name]))
+    write_rows(KEPT / "varied.csv", rows, digits=3)
+    write_text(KEPT / "varied.md", varied_text(rows))
+    for name in ("ART-rF-tphif-w8", "T-Fv"):
+        groups = {f"{name}, always the same episode": [outcomes[name]]}
+        groups[f"{name}, changing conditions"] = [outcomes[f"{name}+varied"]]
+        file = f"varied_{name.partition('-')[0]}.png"
+        save_figure(groups_figure(groups, tuple(CATALOGUE.values())), KEPT / file)
+
+
+def write_overall(done: Sequence[Done], pairs) -> None:
+    """Write the mean share of levels at which a run still hops, and keeps its gait, over runs."""
+    outcomes = {subject.name: outcome for subject, outcome in done}
+    lines = ["| model | trained | conditions | still hops | keeps its gait |", "|---" * 5 + "|"]
+    for before, after in pairs:
+        for seen in (True, False):
+            for how, runs in zip(TRAINED, (before, after), strict=True):
+                cells = [
+                    _over_levels(outcomes[runs.name], seen, measure)
+                    for measure in ("moves", "keeps")
+                ]
+                what = "seen" if seen else "never seen"
+                lines.append(
+                    f"| {before.name} | {TRAINED[how]} | {what} | {cells[0]} | {cells[1]} |"
+                )
+    write_text(KEPT / "overall.md", "\n".join(lines) + "\n")
+
+
+def _over_levels(outcome: Outcome, seen: bool, measure: str) -> str:
+    """Mean over runs, and its interval, of the share of a run's levels."""
+    columns = outcome.columns
+    kind = np.isin(columns["condition"], SEEN) == seen
+    if measure == "keeps":
+        kind &= columns["condition"] != "noise"  # under which no hop is like the last
+    kind &= columns[MEASURES[measure]]
+    runs = np.unique(columns["run"][kind])
+    shares = [columns[measure][kind & (columns["run"] == run)].mean() for run in runs]
+    found = interval(np.array(shares, float), within=(0.0, 1.0))
+    ends = "" if np.isnan(found.low) else f" [{found.low:.2f}, {found.high:.2f}]"
+    return f"{found.mean:.2f}{ends}"
+
+
+def _margins(model: str, how: str, one: Done):
+    _, outcome = one
+    columns = outcome.columns
+    for each in CATALOGUE.values():
+        if each.name in outcome.left_out:
+            continue
+        for below in (True, False):
+            if not each.side(below):
+                continue
+            values = run_margins(outcome, each, below)
+            median, low, high = median_interval(values)
+            at = (columns["condition"] == each.name) & ((columns["level"] < each.neutral) == below)
+            share = {}
+            for measure, before in MEASURES.items():
+                kept = columns[measure][at & columns[before]]
+                share[measure] = float(kept.mean()) if len(kept) else np.nan
+            yield {
+                "model": model,
+                "trained": how,
+                "condition": each.name,
+                "seen": each.name in SEEN,
+                "side": "below" if below else "above",
+                "runs": int((~np.isnan(values)).sum()),
+                "margin": median,
+                "low": low,
+                "high": high,
+                **share,
+            }  # fmt: skip
+
+
+def undisturbed_text(rows: Sequence[dict]) -> str:
+    """What each training makes on the usual body, in Markdown."""
+    lines = ["| model | trained | runs | on a limit cycle | CoT⁻¹ [m/J] |", "|---" * 5 + "|"]
+    lines += [
+        f"| {row['model']} | {TRAINED[row['trained']]} | {row['runs']} | "
+        f"{row['limit_cycle_share']:.2f} | {row['cot_inverse']:.3f}{_interval(row)} |"
+        for row in rows
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _interval(row: dict) -> str:
+    """The interval of a mean; nothing of a single run."""
+    return "" if np.isnan(row["low"]) else f" [{row['low']:.3f}, {row['high']:.3f}]"
+
+
+def varied_text(rows: Sequence[dict]) -> str:
+    """Shares that keep their gait, over levels: trained so and trained so, in Markdown."""
+    models = list(dict.fromkeys(row["model"] for row in rows))
+    cells = {(r["condition"], r["side"], r["model"], r["trained"]): r for r in rows}
+    lines = [f"| condition | {' | '.join(models)} |", "|---" * (len(models) + 1) + "|"]
+    for each in CATALOGUE.values():
+        for side in ("below", "above"):
+            pairs = [
+                [cells.get((each.name, side, model, how)) for how in TRAINED] for model in models
+            ]
+            if not any(row for pair in pairs for row in pair):
+                continue
+            seen = ", seen" if each.name in SEEN else ""
+            said = (" → ".join(_share(row, each.measure) for row in pair) for pair in pairs)
+            lines.append(f"| {each.name} {side}{seen} | {' | '.join(said)} |")
+    return "\n".join(lines) + "\n"
+
+
+def _share(row: dict | None, measure: str) -> str:
+    return "–" if row is None or np.isnan(row[measure]) else f"{row[measure]:.2f}"
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,86 @@
+"""How long should an episode of training be? Short and many, against long and few.
+
+    python studies/episode_length.py
+
+writes `docs/_static/episode_length.csv` and prints it. CoT⁻¹ is meant after limit-cycle formation,
+but a training episode judges what follows a fixed time. Both ways spend the same simulated time.
+"""
+
+from __future__ import annotations
+
+import csv
+import sys
+from collections import deque
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import tyro
+
+from tegotae.cli.status import exit_status
+from tegotae.cli.tables import print_rows
+from tegotae.measures.evaluation import evaluate
+from tegotae.measures.hopping.statistics import mean_defined
+from tegotae.measures.objectives.fitness import Fitness
+from tegotae.simulation.rollout import Timing
+from tegotae.systems.models import find
+from tegotae.training.algorithms import PGPE
+from tegotae.training.run import Run
+from tegotae.training.stopping import Stopping
+
+DOCS = Path(__file__).resolve().parents[1] / "docs"
+MODELS = (
+    *("VG-gF-reflex-w4", "VT-tphif-w4", "AR-rF-sector-w4", "AR-rF-reflex-w4", "ART-rF-tphif-w4"),
+    *("ART-rFv-tphif-w4", "AR-rF-reflex-w8", "ART-rF-tphif-w8"),
+)
+WAYS = ((12.0, 4.0, 64), (24.0, 12.0, 32))
+"""Episode [s], of which left to settle [s], and episodes in a generation."""
+METRICS = ("limit_cycle_share", "cot_inverse", "cot_inverse_total", "t0_s")
+COLUMNS = ("model", "episode_s", "settle_s", "population", "share_at_omega_t", *METRICS)
+
+
+@dataclass(frozen=True)
+class EpisodeLength:
+    """Train, evaluate, and write the table."""
+
+    seeds: int = 8
+    """Trainings of each model."""
+    generations: int = 80
+    """Generations of PGPE."""
+    out: Path = DOCS / "_static" / "episode_length.csv"
+    """The table."""
+
+    def run(self) -> None:
+        """Do it all."""
+        rows = [self._row(model, *way) for model in MODELS for way in WAYS]
+        with self.out.open("w", newline="", encoding="utf-8") as stream:
+            table = csv.writer(stream, lineterminator="\n")
+            table.writerow(COLUMNS)
+            table.writerows(rows)
+        print_rows(COLUMNS, rows)
+
+    def _row(self, name: str, episode_s: float, settle_s: float, population: int) -> list[str]:
+        run = Run(
+            experiment=find(name).experiment(
+                timing=Timing(duration_s=episode_s, tick_s=0.002),
+                fitness=Fitness(settle_s=settle_s),
+            ),
+            seeds=tuple(range(self.seeds)),
+            stopping=Stopping.after(self.generations),
+            algorithm=PGPE(population=population),
+        )
+        experiment, protocol = run.experiment, run.experiment.protocol
+        ((progress, _),) = deque(run.evolve(run.start()), maxlen=1)
+        weights = np.asarray(progress.best_weights)
+        found = evaluate(
+            experiment.controller, weights, experiment.omega, experiment.body, protocol
+        ).episodes
+        at_omega_t = found["limit_cycle_share"][:, protocol.offsets.index(0.0)]
+        means = [at_omega_t.mean(), *(mean_defined(found[metric].ravel()) for metric in METRICS)]
+        return [name, f"{episode_s:g}", f"{settle_s:g}", f"{population}"] + [
+            f"{float(mean):.3f}" for mean in means
+        ]
+
+
+if __name__ == "__main__":
+    sys.exit(exit_status(tyro.cli(EpisodeLength).run))

@@ -1,0 +1,53 @@
+"""How near the kept optimum is to what more effort finds: finer forces, other starts.
+
+    python studies/finer_optimum.py
+
+solves rows of the kept table again with 160 intervals of constant force a swing instead of 40, and
+writes `optimum.finer.csv` and `optimum.finer.md` to `docs/_static/figures`, in about two minutes of
+a core (extra `optimum`).
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from kept import write_rows, write_text
+from tegotae._support.tables import read_csv
+from tegotae.measures.optimum import curve, optimise
+from tegotae.parts.bodies import Hopper
+
+KEPT = Path(__file__).parents[1] / "docs" / "_static" / "figures"
+OMEGAS = (3.0, 3.5, 4.0, 4.5, 5.0, 5.5, 6.0, 7.0, 8.0, 9.0, 10.0)
+"""Frequencies of the table at which it is asked [rad/s]."""
+INTERVALS = 160
+STARTS = 3
+
+
+def main() -> None:
+    """Find and write."""
+    rows = []
+    for omega in OMEGAS:
+        found = float(curve().at("cot_inverse", omega))
+        finer = optimise(Hopper(), omega, starts=STARTS, intervals=INTERVALS, seed=1).cot_inverse
+        rows.append({"omega": omega, "kept": found, "finer": finer, "ratio": finer / found})
+        print(rows[-1], flush=True)
+    write_rows(KEPT / "optimum.finer.csv", rows, digits=6)
+    write_text(KEPT / "optimum.finer.md", text())
+
+
+def text() -> str:
+    """The table of the page, from the kept one."""
+    table = read_csv(KEPT / "optimum.finer.csv")
+    ratio = np.array(table["ratio"], float)
+    lines = [
+        f"| ω [rad/s] | {' | '.join(table['omega'])} |",
+        "|---" * (len(ratio) + 1) + "|",
+        f"| finer over kept | {' | '.join(f'{x:.4f}' for x in ratio)} |",
+    ]
+    return "\n".join(lines) + "\n"
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,166 @@
+"""What the walker's cost of transport counts, and what it does not.
+
+    python studies/walker_cost.py
+
+Its work is the sum over legs of ∫ |F·ċ| dt: what gives and what takes is counted alike, and the two
+axes of a leg are netted at every instant. Here the same gaits are counted in other ways; and it is
+measured how often a foot on the ground bears no load, how often it slides, and how large forces
+are. Written to `walker_cost.csv` and `.md` in `docs/_static/gaits`, in about a minute of a core.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from kept import write_rows, write_text
+from tegotae._support.tables import read_csv
+from tegotae.measures.gaits.names import gait_of
+from tegotae.parts.bodies import Walker
+from tegotae.parts.channels import Channel, Latest, Total
+from tegotae.parts.parameters import traceable
+from tegotae.simulation.recorder import needing
+from tegotae.systems.legged import lanes_of, random_phases
+from tegotae.systems.legged_systems import system
+
+OUT = Path(__file__).resolve().parents[1] / "docs" / "_static" / "gaits"
+CASES = (
+    ("quadruped-c", 1.0),
+    ("quadruped-c", 2.0),
+    ("quadruped-c", 3.0),
+    ("quadruped-a", 2.0),
+    ("hexapod", 2.0),
+)
+"""Systems and frequencies [rad/s] that are looked at."""
+STARTS = 8
+
+
+@traceable
+@dataclass(frozen=True, kw_only=True)
+class Watched(Walker):
+    """A walker that also records how its feet bear load and slide."""
+
+    @property
+    def channels(self) -> tuple[Channel, ...]:
+        """Those of the walker, and what is watched."""
+        return (*super().channels, *WATCHED)
+
+
+@traceable
+@dataclass(frozen=True, kw_only=True)
+class ByAxis(Watched):
+    """One whose work is that of each axis of a leg by itself, |F_x ċ_x| + |F_z ċ_z|."""
+
+    def _contact(self, start, end, now, then, *, share, tick_s, **told):
+        aims = end.command - start.command
+        forces = (
+            share * a + (1.0 - share) * b for a, b in zip(now.of_body, then.of_body, strict=True)
+        )
+        along, _, down = forces
+        told["work_j"] = jnp.abs(along * aims[0]) + jnp.abs(down * aims[1])
+        return super()._contact(start, end, now, then, share=share, tick_s=tick_s, **told)
+
+
+def _stands(tick: Any) -> jax.Array:
+    return tick.contact.stance_share >= 1.0
+
+
+WATCHED: tuple[Channel, ...] = (
+    Total("stands_s", "Whole ticks on the ground [s], a limb.", lambda t: _stands(t) * t.tick_s),
+    Total(
+        "unloaded_s",
+        "Of these, those without load [s], a limb.",
+        lambda t: (_stands(t) & (t.contact.force_n <= 0.0)) * t.tick_s,
+    ),
+    Total(
+        "slides_s",
+        "Of these, those in which the loaded foot slides [s], a limb.",
+        lambda t: (
+            (_stands(t) & (t.contact.force_n > 0.0) & (jnp.abs(t.end.body.slip).max(axis=0) > 0.0))
+            * t.tick_s
+        ),
+    ),
+    Latest(
+        "load_n", "Load in a tick on the ground [N], a limb.", _stands, lambda t: t.contact.force_n
+    ),
+)
+"""What is watched."""
+TOTALS = ("work_positive_j", "work_net_j", "stands_s", "unloaded_s", "slides_s")
+
+
+@needing("x_m", "y_m", "load_n", *TOTALS)
+def watched(trajectory, scenario, body, timing):
+    """Of the last quarter: totals, summed over legs, the way, and the largest load."""
+    begins = 3 * timing.n_frames // 4
+    known = {name: getattr(trajectory, name, None) for name in TOTALS}
+    known |= {name: x for name, x in trajectory.channels.items() if name in TOTALS}
+    totals = {name: x[-1] - x[begins] for name, x in known.items() if x is not None}
+    place = [trajectory.channels[name] for name in ("x_m", "y_m")]
+    way = jnp.sqrt(sum((x[-1] - x[begins]) ** 2 for x in place))
+    load = jnp.nanmax(trajectory.channels["load_n"][begins:], axis=0).max(axis=0)
+    summed = {n: x.sum(axis=0) if x.ndim == 2 else x for n, x in totals.items()}
+    return {"way": way, "load": load, **summed}
+
+
+def row(name: str, omega: float) -> dict[str, Any]:
+    """One system at a frequency: medians over the starts."""
+    legged = system(name).with_numbers(omega=omega)
+    scenario = legged.scenario(random_phases(legged.body.limbs, STARTS, 1))
+    own = {each.name: getattr(legged.body, each.name) for each in fields(legged.body)}
+    told = legged.engine(legged.summary()).run(legged.weights, scenario, legged.body)
+    gaits = gait_of(lanes_of(told), legged.names).tolist()
+    netted, apart = (
+        jax.tree.map(
+            lambda x: np.asarray(x, float),
+            legged.engine(watched).run(legged.weights, scenario, body(**own)),
+        )
+        for body in (Watched, ByAxis)
+    )
+    price = legged.body.weight_n * netted["way"]
+    found = {
+        "cost_of_transport": (2.0 * netted["work_positive_j"] - netted["work_net_j"]) / price,
+        "each_axis": apart["work_positive_j"] / price,
+        "positive_only": netted["work_positive_j"] / price,
+        "net": netted["work_net_j"] / price,
+        "unloaded": netted["unloaded_s"] / netted["stands_s"],
+        "slides": netted["slides_s"] / netted["stands_s"],
+        "largest_load": netted["load"] / legged.body.weight_n,
+    }
+    medians = {title: float(np.median(values)) for title, values in found.items()}
+    return {"system": name, "omega": omega, "gait": max(gaits, key=gaits.count), **medians}
+
+
+def main() -> None:
+    """Measure and write."""
+    rows = [row(*case) for case in CASES]
+    write_rows(OUT / "walker_cost.csv", rows, digits=3)
+    write_text(OUT / "walker_cost.md", shown())
+
+
+def shown() -> str:
+    """The table of the page, from the kept one."""
+    table = read_csv(OUT / "walker_cost.csv")
+    rows = [dict(zip(table, cells, strict=True)) for cells in zip(*table.values(), strict=True)]
+    titles = (
+        *("system", "ω", "gait", "CoT as told", "each axis by itself", "positive work alone"),
+        *("on the ground without load", "sliding", "largest load [m g]"),
+    )
+    lines = [f"| {' | '.join(titles)} |", "|---" * len(titles) + "|"]
+    for each in rows:
+        cells = [each["system"], each["omega"], each["gait"]]
+        cells += [
+            f"{float(each[n]):.2f}" for n in ("cost_of_transport", "each_axis", "positive_only")
+        ]
+        cells += [f"{100.0 * float(each[n]):.0f} %" for n in ("unloaded", "slides")]
+        cells.append(f"{float(each['largest_load']):.1f}")
+        lines.append(f"| {' | '.join(cells)} |")
+    return "\n".join(lines) + "\n"
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,99 @@
+"""The documentation keeps its word: examples run, commands exist, pages build without a warning."""
+
+import importlib.util
+import re
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from places import ROOT
+from tegotae.cli import parsed, split_parts
+
+DOCS = ROOT / "docs"
+FOLDERS = (".", "extending", "gaits", "deploy", "guides")
+PAGES = sorted(page for folder in FOLDERS for page in (DOCS / folder).glob("*.md"))
+EXAMPLE_FILES = sorted(DOCS.glob("extending/examples/*.py"))
+EXAMPLES = [
+    *(DOCS / f"{name}.md" for name in ("getting-started", "concepts", "legs", "generalisation"))
+]
+EXAMPLES += [*DOCS.glob("extending/*.md"), *DOCS.glob("deploy/*.md")]
+
+
+def blocks(page: Path, language: str) -> list[tuple[int, str]]:
+    """Fenced blocks of a page: the line on which each begins, and its text."""
+    text = page.read_text(encoding="utf-8")
+    fence = re.compile(rf"^```{language}\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+    return [(text[: m.start(1)].count("\n"), m.group(1)) for m in fence.finditer(text)]
+
+
+def commands(page: Path) -> list[str]:
+    """The `tegotae ...` lines of a page's console blocks."""
+    whole = (block.replace("\\\n", "") for _, block in blocks(page, "console"))
+    lines = [line for block in whole for line in block.splitlines()]
+    return [line for line in lines if line.startswith("tegotae ")]
+
+
+DEAR = ("legs", "oscillator")
+"""Pages whose examples simulate for long."""
+
+
+@pytest.mark.parametrize(
+    "page",
+    [
+        pytest.param(p, id=p.stem, marks=pytest.mark.thorough if p.stem in DEAR else ())
+        for p in EXAMPLES
+        if blocks(p, "python")
+    ],
+)
+def test_the_python_examples_of_a_page_run_from_top_to_bottom(page, tmp_path, monkeypatch):
+    # As one file, as a reader would paste them, with the page's own line numbers.
+    lines: list[str] = []
+    for start, text in blocks(page, "python"):
+        lines += [""] * (start - len(lines)) + text.splitlines()
+    file = tmp_path / f"example_{page.stem.replace('-', '_')}.py"
+    file.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(EXAMPLE_FILES[0].parent)
+    spec = importlib.util.spec_from_file_location(file.stem, file)
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    monkeypatch.setitem(sys.modules, file.stem, module)
+    spec.loader.exec_module(module)
+
+
+def test_the_constant_push_does_what_the_fidelity_page_says(capsys):
+    exec("".join(text for _, text in blocks(DOCS / "fidelity.md", "python")), {})
+    efficiency, apex = map(float, capsys.readouterr().out.split())
+    assert efficiency == pytest.approx(0.4, abs=0.03)
+    assert apex < 1.01
+
+
+@pytest.mark.parametrize("page", [p for p in PAGES if commands(p)], ids=lambda p: p.stem)
+def test_the_commands_of_a_page_are_understood(page):
+    for line in commands(page):
+        arguments, _ = split_parts(shlex.split(line, comments=True)[1:])
+        parsed(arguments)
+
+
+def test_a_command_with_an_option_that_does_not_exist_is_not_understood(capsys):
+    with pytest.raises(SystemExit):
+        parsed(["train", "ART", "--no-such-option"])
+    assert "no-such-option" in capsys.readouterr().err
+
+
+@pytest.mark.thorough
+def test_the_pages_build_without_a_warning(tmp_path):
+    # Those of the documentation, and those of the environments that it documents.
+    for extra in ("furo", "myst_parser", "gymnasium", "stable_baselines3"):
+        pytest.importorskip(extra)
+    done = subprocess.run(
+        [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-q", DOCS, tmp_path / "html"],
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "html" / "index.html").exists()

@@ -1,0 +1,159 @@
+"""The kept tables of studies on legs and limits: pages show what they say."""
+
+from __future__ import annotations
+
+import importlib
+import re
+import sys
+
+import numpy as np
+import pytest
+
+from places import ROOT
+from tegotae._support.tables import read_csv
+
+DOCS = ROOT / "docs"
+KEPT = DOCS / "_static"
+
+
+@pytest.fixture
+def study(monkeypatch):
+    """A script of `studies` as a module, whose neighbours it may import."""
+    monkeypatch.syspath_prepend(str(ROOT / "studies"))
+    before = set(sys.modules)
+    yield importlib.import_module
+    for name in set(sys.modules) - before:
+        if str(ROOT / "studies") in str(getattr(sys.modules[name], "__file__", "")):
+            del sys.modules[name]
+
+
+def page(name: str) -> str:
+    """A page's text, each line break and indent one space."""
+    return re.sub(r"\s+", " ", (DOCS / name).read_text(encoding="utf-8"))
+
+
+def column(table: dict, name: str) -> np.ndarray:
+    return np.array([float(cell) if cell else np.nan for cell in table[name]])
+
+
+# Learned legs beside vanilla feedback of the same speed
+
+
+def test_the_table_of_vanilla_feedback_follows_from_the_kept_sweeps(study):
+    vanilla = study("learned_legs_vanilla")
+    assert (KEPT / "learned_legs" / "vanilla.md").read_text() == vanilla.by_speed()
+    kept = column(read_csv(KEPT / "learned_legs" / "vanilla_shares.csv"), "share")
+    assert kept == pytest.approx([row["share"] for row in vanilla.shares()], rel=1e-3)
+
+
+def test_the_page_counts_the_runs_that_cost_less_than_half_of_vanilla_at_their_speed():
+    shares = column(read_csv(KEPT / "learned_legs" / "vanilla_shares.csv"), "share")
+    said = f"{(shares < 0.5).sum()} of the {len(shares)} walk for less than half of that"
+    assert said in page("studies/learned_legs.md")
+
+
+def test_vanilla_feedback_costs_at_ars_speed_what_the_pages_say():
+    table = read_csv(KEPT / "learned_legs" / "vanilla_shares.csv")
+    cost, vanilla = column(table, "cost_of_transport"), column(table, "vanilla")
+    cheap = vanilla[cost < 0.3]
+    assert len(cheap) == 12
+    said = f"{cheap.min():.2f} to {cheap.max():.2f}"
+    assert f"with a small gain costs {said}" in page("studies/learned_legs.md")
+    assert f"vanilla feedback needs {said} at their speed" in page("../README.md")
+
+
+# The walker's cost
+
+
+def test_the_table_of_the_walkers_cost_is_the_kept_one(study):
+    assert (KEPT / "gaits" / "walker_cost.md").read_text() == study("walker_cost").shown()
+
+
+def test_two_axes_that_are_netted_cost_less_than_each_by_itself():
+    table = read_csv(KEPT / "gaits" / "walker_cost.csv")
+    told, apart, least = (
+        column(table, name) for name in ("cost_of_transport", "each_axis", "positive_only")
+    )
+    assert np.all((least < told) & (told < apart))
+
+
+@pytest.mark.parametrize("name", ["judge", "map", "simulate", "sweep", "findings"])
+def test_every_page_of_walkers_costs_says_what_is_counted(name):
+    assert "legs.md#walker-cost" in page(f"gaits/{name}.md")
+
+
+# The lightest mode
+
+
+def test_v_never_rises_without_an_even_part_and_sometimes_with_one(study, monkeypatch):
+    lightest = study("lightest_mode")
+    monkeypatch.setattr(lightest, "RANDOM_STATES", 4000)
+    assert lightest.rises(0.0) == 0.0
+    assert 0.0 < lightest.rises(0.5) < lightest.rises(2.0) < 0.2
+
+
+# Trainings that stand on an old window
+
+
+LIMIT = 1.296
+"""No gait of the default hopper has more [m/J]."""
+
+
+@pytest.mark.parametrize(
+    ("name", "file", "most"),
+    [
+        ("studies/algorithms.md", "figure3.csv", "cot_inverse"),
+        ("studies/algorithms.md", "second_look.csv", "cot_inverse"),
+        ("studies/parameter_limit.md", "parameter_limit.csv", "cot_inverse_m_per_j"),
+    ],
+)
+def test_numbers_above_the_physical_limit_are_not_shown_without_a_word(name, file, most):
+    largest = np.nanmax(column(read_csv(KEPT / "experiments" / file), most))
+    if largest > LIMIT:
+        assert f"{largest:.2f} m/J" in page(name)
+        assert "old window, cut in seconds" in page(name)
+        assert "run again" in page(name)
+        assert "old window" in page("claims.md")
+        assert "above the proved 1.296, until they are run again" in page("../README.md")
+
+
+# What bodies could do under the disturbances of controllers
+
+
+def test_the_table_of_what_is_possible_is_the_kept_one(study):
+    possible = study("physical_limit")
+    assert (KEPT / "generalisation" / "possible.md").read_text() == possible.text()
+    table = read_csv(KEPT / "generalisation" / "possible.csv")
+    kept = zip(table["condition"], *(column(table, n) for n in ("level", "omega")), strict=True)
+    assert list(kept) == list(possible.cases())
+
+
+def test_the_page_says_of_a_heavier_body_what_the_table_says():
+    table = read_csv(KEPT / "generalisation" / "possible.csv")
+    level, found = column(table, "level"), column(table, "cot_inverse")
+    heavier = (np.array(table["condition"]) == "mass") & np.isin(level, (1.35, 1.75))
+    four, eight = (found[heavier & (column(table, "omega") == omega)] for omega in (4.0, 8.0))
+    said = (
+        f"gaits of {four[0]:.2f} and {four[1]:.2f} m/J exist at 4 rad/s, of {eight[0]:.2f} and "
+        f"{eight[1]:.2f} m/J at 8 rad/s"
+    )
+    assert said in page("studies/generalisation.md")
+
+
+def test_a_gait_exists_under_every_condition_and_none_is_above_its_bound():
+    table = read_csv(KEPT / "generalisation" / "possible.csv")
+    found, bound = column(table, "cot_inverse"), column(table, "upper_bound")
+    assert np.isfinite(found).all()
+    assert np.all(np.isnan(bound) | (found <= 1.0001 * bound))
+    assert np.all(column(table, "caught_l0") > 1.0)
+
+
+# The optimum that was found, beside a finer search
+
+
+def test_the_page_says_by_how_much_a_finer_search_beats_the_kept_optimum(study):
+    finer = study("finer_optimum")
+    assert (KEPT / "figures" / "optimum.finer.md").read_text() == finer.text()
+    ratio = column(read_csv(KEPT / "figures" / "optimum.finer.csv"), "ratio")
+    assert f"better by up to {100.0 * (ratio.max() - 1.0):.2f} %" in page("studies/optimum.md")
+    assert ratio.max() < 1.0015  # shares of up to 1.001, as the page says

@@ -1,0 +1,486 @@
+"""Figures by what they show: the data drawn, the data written beside them, and their commands."""
+
+from __future__ import annotations
+
+import csv
+import dataclasses
+import re
+import shlex
+from pathlib import Path
+
+import numpy as np
+import pytest
+from matplotlib.collections import QuadMesh
+from matplotlib.figure import Figure
+
+from places import ROOT
+from tegotae import TegotaeError, build
+from tegotae.cli import main, parsed
+from tegotae.figures.basin import basin_figure, basin_tables
+from tegotae.figures.data import joined, long_table, write_tables
+from tegotae.figures.gain_map import gain_map_figure, gain_map_tables
+from tegotae.figures.phase_locking import phase_locking_figure, phase_locking_table
+from tegotae.figures.phase_response import phase_response_figure, phase_response_table
+from tegotae.figures.poincare import poincare_figure, poincare_tables, predicted
+from tegotae.figures.style import COLUMN_IN, PAGE_IN, figure_file, save_figure
+from tegotae.figures.surface import surface_figure, surface_tables
+from tegotae.measures.hopping.gait import (
+    AT_REST,
+    FAILED,
+    LIMIT_CYCLE,
+    UNSETTLED,
+)
+from tegotae.studies.analysis import (
+    Attractor,
+    Basin,
+    GainSweep,
+    Orbit,
+    Outcome,
+    PhaseResponse,
+    Poincare,
+    Surface,
+    find_ridge,
+    one_to_one_ridge,
+)
+from tegotae.systems import controller_file
+from tegotae.systems.controller_file import SavedController
+
+PAGES = sorted((ROOT / "docs" / "figures").glob("*.md"))
+
+
+def outcome() -> Outcome:
+    """Three gains by four frequencies: a failure, a rest, an unsettled gait, and limit cycles."""
+    regime = np.full((3, 4), LIMIT_CYCLE)
+    regime[0, :3] = FAILED, AT_REST, UNSETTLED
+    settled = regime == LIMIT_CYCLE
+    cot = np.where(settled, np.arange(12.0).reshape(3, 4) / 10.0, np.nan)
+    cot[0, 1] = 0.0
+    return Outcome(
+        regime=regime,
+        limit_cycle_period=np.where(settled, 1.0, np.nan),
+        cot_inverse=cot,
+        cot_inverse_total=2.0 * cot,
+        apex_height_m=np.where(settled, 1.3, np.nan),
+        hop_rate=np.where(regime >= UNSETTLED, 5.0, np.nan),
+        phase_rate=np.where(regime == FAILED, np.nan, np.linspace(5.0, 10.0, 4)),
+    )
+
+
+SWEEP = GainSweep(np.array([1.0, 2.0, 3.0]), np.array([4.0, 5.0, 6.0, 7.0]), outcome())
+ORBIT = Orbit(
+    hops=1,
+    period_s=0.5,
+    apex_height_m=np.array([1.2]),
+    apex_phase_rad=np.array([2.0]),
+    time_s=np.linspace(0.0, 0.5, 50, endpoint=False),
+    height_m=1.0 + 0.2 * np.cos(np.linspace(0.0, 2 * np.pi, 50, endpoint=False)),
+    velocity_m_per_s=-np.sin(np.linspace(0.0, 2 * np.pi, 50, endpoint=False)),
+    phase_rad=np.linspace(2.0, 2.0 + 2 * np.pi, 50, endpoint=False) % (2 * np.pi),
+    spring_force_n=np.linspace(0.0, 1.0, 50),
+    feedback_rad_per_s=np.linspace(-1.0, 0.0, 50),
+    actuator_force_n=np.linspace(0.0, 2.0, 50),
+)
+
+
+def meshes(figure: Figure, panel: int) -> list[np.ndarray]:
+    """The masked arrays of a panel's colour meshes, in the order of drawing."""
+    drawn = [c for c in figure.axes[panel].collections if isinstance(c, QuadMesh)]
+    return [np.ma.asarray(mesh.get_array()) for mesh in drawn]
+
+
+def rows(path: Path) -> list[dict[str, str]]:
+    with path.open() as stream:
+        return list(csv.DictReader(stream))
+
+
+# The data beside a figure.
+
+
+def test_a_long_table_has_one_row_per_cell():
+    table = long_table(
+        ("a", np.array([1.0, 2.0])),
+        ("b", np.array([3.0, 4.0, 5.0])),
+        {"c": np.arange(6).reshape(2, 3)},
+    )
+    assert table["a"].tolist() == [1, 1, 1, 2, 2, 2]
+    assert table["b"].tolist() == [3, 4, 5, 3, 4, 5]
+    assert table["c"].tolist() == [0, 1, 2, 3, 4, 5]
+
+
+def test_tables_are_joined_under_their_names():
+    whole = joined({"x": {"a": np.array([1.0])}, "y": {"a": np.array([2.0, 3.0])}}, "which")
+    assert whole["which"].tolist() == ["x", "y", "y"]
+    assert whole["a"].tolist() == [1.0, 2.0, 3.0]
+
+
+def test_tables_are_written_beside_the_figure_with_undefined_values_empty(tmp_path):
+    tables = {
+        "": {"x": np.array([1.0, np.nan]), "name": np.array(["p", "q"])},
+        "more": {"z": 1 / 3},
+    }
+    written = write_tables(tmp_path / "map.pdf", tables)
+    assert [path.name for path in written] == ["map.csv", "map.more.csv"]
+    assert rows(written[0]) == [{"x": "1", "name": "p"}, {"x": "", "name": "q"}]
+    assert float(rows(written[1])[0]["z"]) == pytest.approx(1 / 3, rel=1e-8)
+
+
+# What is drawn.
+
+
+def test_the_gain_map_draws_a_number_only_where_there_is_a_limit_cycle():
+    ridges = {"sector": one_to_one_ridge(SWEEP)}
+    figure = gain_map_figure({"sector": SWEEP}, ridges)
+    assert figure.get_figwidth() == COLUMN_IN
+    for panel, value in ((0, SWEEP.outcome.cot_inverse), (1, SWEEP.outcome.cot_inverse_total)):
+        *others, shown = meshes(figure, panel)
+        settled = SWEEP.outcome.regime == LIMIT_CYCLE
+        assert (~np.ma.getmaskarray(shown) == settled).all()
+        assert shown.compressed().tolist() == value[settled].tolist()
+        # Each cell without has a colour of its own, and exactly one.
+        covers = sum((~np.ma.getmaskarray(other)).astype(int) for other in others)
+        assert (covers == ~settled).all()
+    labels = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert {"at rest", "no limit cycle", "failed"} <= set(labels)
+    assert "[m/J]" in "".join(axes.get_xlabel() for axes in figure.axes)
+
+
+def test_best_gains_at_the_edge_of_the_map_stand_out_and_are_counted():
+    hill = np.array([[0.1, 0.1, 0.1, 0.9], [0.9, 0.9, 0.1, 0.1], [0.1, 0.1, 0.9, 0.1]])
+    ridge = find_ridge(SWEEP.sigma, SWEEP.omega, hill)
+    assert ridge.sigma.tolist() == [2.0, 2.0, 3.0, 1.0]
+    figure = gain_map_figure({"sector": SWEEP}, {"sector": ridge})
+    lines = {line.get_marker(): line for line in figure.axes[0].lines}
+    assert lines["."].get_ydata().tolist() == ridge.sigma[:2].tolist()
+    assert lines["o"].get_ydata().tolist() == ridge.sigma[2:].tolist()
+    labels = " ".join(text.get_text() for text in figure.legends[0].get_texts())
+    assert "at the map's edge, not fitted\n(sector 2 frequencies)" in labels
+    table = gain_map_tables({"sector": SWEEP}, {"sector": ridge})["ridge"]
+    assert table["censored"].tolist() == [0, 0, 1, 1]
+
+
+def test_the_gain_map_of_a_body_that_never_hops_is_drawn_without_a_ridge():
+    never = outcome()._replace(
+        regime=np.full((3, 4), AT_REST),
+        cot_inverse=np.zeros((3, 4)),
+        cot_inverse_total=np.zeros((3, 4)),
+    )
+    sweep = GainSweep(SWEEP.sigma, SWEEP.omega, never)
+    figure = gain_map_figure({"reflex": sweep}, {"reflex": one_to_one_ridge(sweep)})
+    assert meshes(figure, 0)[-1].count() == 0
+    assert len(figure.legends[0].get_texts()) == 3  # two of the ridge, and at rest
+
+
+def test_the_gain_map_tables_hold_every_cell_and_the_ridge():
+    ridges = {"sector": one_to_one_ridge(SWEEP), "reflex": one_to_one_ridge(SWEEP)}
+    tables = gain_map_tables({"sector": SWEEP, "reflex": SWEEP}, ridges)
+    cells = tables[""]
+    assert len(cells["actuation"]) == 2 * 12
+    assert cells["regime"][:4].tolist() == ["failed", "at rest", "no limit cycle", "limit cycle"]
+    best = [*ridges["sector"].sigma, *ridges["reflex"].sigma]
+    assert tables["ridge"]["best_sigma_rad_per_s_n"].tolist() == best
+
+
+def test_the_phase_locking_map_names_its_ratios_and_shows_the_nearest_cut():
+    figure = phase_locking_figure(SWEEP, 2.2)
+    labels = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert labels[:2] == ["1:1 turns : hops", "2:1 turns : hops"]
+    assert "σ = 2" in figure.axes[1].get_ylabel()
+    by_label = {line.get_label(): line for line in figure.axes[1].lines}
+    phase_rate = by_label["mean phase rate"].get_ydata()
+    np.testing.assert_allclose(phase_rate, SWEEP.outcome.phase_rate[1])
+    np.testing.assert_allclose(by_label["hopping frequency"].get_ydata(), SWEEP.outcome.hop_rate[1])
+
+
+def test_the_phase_locking_table_says_the_ratio_of_limit_cycles_only():
+    table = phase_locking_table(SWEEP)
+    assert table["turns_to_hops"][:4].tolist() == ["", "", "", "2:1"]
+    assert table["turns_to_hops"][4] == "1:1"
+
+
+def surface_of(phase: bool) -> Surface:
+    columns = np.linspace(0.0, 2 * np.pi, 4) if phase else np.linspace(-1.0, 1.0, 4)
+    force = np.arange(12.0).reshape(3, 4)
+    return Surface(
+        phase_rad=columns if phase else None,
+        velocity_m_per_s=np.array([0.5]) if phase else columns,
+        spring_force_n=np.array([0.0, 0.5, 1.0]),
+        actuator_force_n=force,
+        feedback_rad_per_s=-force,
+    )
+
+
+@pytest.mark.parametrize(
+    ("force_n", "top_n", "words"),
+    [
+        (4.0, 4.0, "up to α = 4 N"),
+        (0.5, 0.5, "at most 0.5, α = 4 N"),
+        (0.001, 4.0, "next to none, α = 4 N"),
+        (0.0, 4.0, "next to none, α = 4 N"),
+    ],
+)
+def test_colours_span_the_forces_that_there_are_and_name_alpha(force_n, top_n, words):
+    shape = surface_of(True)
+    surface = dataclasses.replace(shape, actuator_force_n=shape.actuator_force_n / 11.0 * force_n)
+    figure = surface_figure(surface, None, max_force_n=4.0)
+    mesh = next(c for c in figure.axes[0].collections if isinstance(c, QuadMesh))
+    assert mesh.get_clim() == (0.0, pytest.approx(top_n))
+    assert words in figure.axes[1].get_xlabel()
+
+
+def test_a_feedback_that_is_next_to_nothing_looks_like_it():
+    orbit = dataclasses.replace(ORBIT, feedback_rad_per_s=np.linspace(-1e-4, 1e-4, 50))
+    other = surface_figure(surface_of(True), orbit, max_force_n=11.0).axes[-1]
+    assert other.get_ylabel() == "feedback f [rad/s]"
+    low, high = other.get_ylim()
+    assert low <= -0.1 < 0.1 <= high
+
+
+@pytest.mark.parametrize("phase", [True, False], ids=("phase", "velocity"))
+def test_the_surface_is_drawn_with_the_limit_cycle_on_it(phase):
+    figure = surface_figure(surface_of(phase), ORBIT, max_force_n=11.0, note="title")
+    top, below, *_ = figure.axes
+    np.testing.assert_array_equal(meshes(figure, 0)[0], surface_of(phase).actuator_force_n)
+    np.testing.assert_array_equal(top.lines[0].get_ydata(), ORBIT.spring_force_n)
+    np.testing.assert_array_equal(below.lines[0].get_ydata(), ORBIT.actuator_force_n)
+    assert top.get_xlabel() == ("phase φ [rad]" if phase else "velocity ẏ [m/s]")
+    tables = surface_tables(surface_of(phase), ORBIT)
+    assert tables[""]["actuator_force_n"].tolist() == list(range(12))
+    assert tables["cycle"]["feedback_rad_per_s"].tolist() == ORBIT.feedback_rad_per_s.tolist()
+
+
+def test_the_path_of_a_phase_that_wraps_does_not_cross_the_panel():
+    figure = surface_figure(surface_of(True), ORBIT, max_force_n=11.0)
+    x = figure.axes[0].lines[0].get_xdata()
+    assert np.isnan(x).sum() == 1
+    assert np.nanmax(np.abs(np.diff(x))) < 1.0
+
+
+def test_a_controller_without_limit_cycle_has_a_surface_alone():
+    figure = surface_figure(surface_of(True), None, max_force_n=11.0)
+    assert len(figure.axes[0].lines) == 0
+    assert list(surface_tables(surface_of(True), None)) == [""]
+
+
+def test_the_phase_response_is_drawn_per_push_with_gaps_where_it_wraps():
+    response = PhaseResponse(
+        cycle_phase_rad=np.linspace(0.0, 2 * np.pi, 5, endpoint=False),
+        push_ns=np.array([0.01, -0.01]),
+        shift_rad=np.array([[0.1, 3.1, -3.1, np.nan, 0.0], [0.0, 0.1, 0.2, 0.1, 0.0]]),
+        stance=np.array([False, True, True, False, False]),
+        oscillator_phase_rad=np.arange(5.0),
+    )
+    figure = phase_response_figure(response)
+    lines = [line for line in figure.axes[0].lines if "push" in str(line.get_label())]
+    assert len(lines) == 2
+    np.testing.assert_array_equal(lines[1].get_ydata(), response.shift_rad[1])
+    assert np.isnan(lines[0].get_ydata()[[2, 3]]).all()
+    table = phase_response_table(response)
+    np.testing.assert_array_equal(table["shift_rad"], response.shift_rad.ravel())
+    assert table["push_ns"].tolist() == [0.01] * 5 + [-0.01] * 5
+
+
+@pytest.mark.parametrize(
+    ("largest", "words"),
+    [
+        (0.0006, "negligible response: at most 0.0006 rad,\n0.0001 of a period"),
+        (0.02, ""),
+        (np.nan, "the gait never returns to its limit cycle"),
+    ],
+)
+def test_a_response_that_is_negligible_looks_flat_and_is_called_so(largest, words):
+    response = PhaseResponse(
+        cycle_phase_rad=np.linspace(0.0, 2 * np.pi, 5, endpoint=False),
+        push_ns=np.array([0.01]),
+        shift_rad=largest * np.array([[0.0, 1.0, -1.0, 0.5, 0.0]]),
+        stance=np.zeros(5, bool),
+        oscillator_phase_rad=np.arange(5.0),
+    )
+    axes = phase_response_figure(response).axes[0]
+    assert " ".join(text.get_text() for text in axes.texts) == words
+    low, high = axes.get_ylim()
+    assert low <= -0.02 < 0.02 <= high
+
+
+@pytest.mark.parametrize("dimension", [1, 2])
+def test_the_section_shows_the_decay_beside_that_of_the_linear_map(dimension):
+    matrix = np.diag([0.5, 0.2][:dimension])
+    star = np.array([1.2, 2.0])[:dimension]
+    found = Poincare(
+        fixed_point=star,
+        refined=True,
+        jacobian=matrix,
+        multipliers=np.diag(matrix).astype(complex),
+        hops=1,
+        period_s=0.8,
+        nudged=star + 0.01 * 0.5 ** np.arange(6)[:, None] * np.eye(dimension)[:1],
+        distance=0.01 * 0.5 ** np.arange(6),
+        observed=0.5,
+    )
+    np.testing.assert_allclose(predicted(found), found.distance)
+    apexes = np.tile(star, (4, 1)) + np.array([0.1, 0.05, 0.01, 0.0])[:, None]
+    figure = poincare_figure(found, apexes)
+    assert figure.get_figwidth() == PAGE_IN
+    _, decay, plane = figure.axes
+    simulated = {line.get_label(): line for line in decay.lines}["simulated"]
+    np.testing.assert_allclose(simulated.get_ydata(), found.distance)
+    assert plane.lines[-1].get_xdata().tolist() == np.diag(matrix).tolist()
+    tables = poincare_tables(found, apexes)
+    assert tables["multipliers"]["modulus"].tolist() == np.diag(matrix).tolist()
+    assert ("apex_phase_rad" in tables["transient"]) is (dimension == 2)
+
+
+def basin_of(number: int) -> Basin:
+    attractors = tuple(Attractor(1, 1, 1.1 + n, 0.5, 1 / 12) for n in range(number))
+    index = np.full((3, 4), -1)
+    index[outcome().regime == LIMIT_CYCLE] = np.arange(9) % number
+    return Basin(
+        np.array([1.0, 1.1, 1.2]),
+        np.linspace(0.0, 2 * np.pi, 4),
+        np.zeros(1),
+        outcome(),
+        index,
+        attractors,
+    )
+
+
+def test_the_basin_colours_each_limit_cycle_and_tells_how_common_it_is():
+    figure = basin_figure(basin_of(2))
+    shown = meshes(figure, 0)[-1]
+    np.testing.assert_array_equal(shown.compressed(), np.arange(9) % 2)
+    labels = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert labels[0] == "1 hop, 1 turn, apex 1.10 m (8.3%)"
+    tables = basin_tables(basin_of(2))
+    assert tables["cycles"]["share"].tolist() == [1 / 12] * 2
+    assert (tables[""]["limit_cycle"] == -1).sum() == 3
+
+
+def test_limit_cycles_beyond_the_fifth_share_a_colour():
+    figure = basin_figure(basin_of(8))
+    labels = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert "3 other limit cycles (25.0%)" in labels
+    assert meshes(figure, 0)[-1].max() == 5
+
+
+# Files.
+
+
+@pytest.mark.parametrize("ending", ["png", "pdf", "svg"])
+def test_figures_are_written_in_formats_for_print(ending, tmp_path):
+    path = save_figure(phase_locking_figure(SWEEP, 2.0), tmp_path / "new" / f"f.{ending}")
+    begins = {"png": b"\x89PNG", "pdf": b"%PDF", "svg": b"<?xml"}[ending]
+    assert path.read_bytes().startswith(begins)
+
+
+def test_a_figure_is_written_whole_or_not_at_all(tmp_path):
+    path = tmp_path / "f.png"
+    path.write_bytes(b"the figure before")
+
+    class Halfway(Figure):
+        def savefig(self, fname, **how):
+            fname.write(b"half a figure")
+            raise OSError(28, "No space left on device")
+
+    with pytest.raises(OSError, match="No space"):
+        save_figure(Halfway(), path)
+    assert path.read_bytes() == b"the figure before"
+    save_figure(Figure(), path)
+    assert path.read_bytes().startswith(b"\x89PNG")
+    assert [p.name for p in tmp_path.iterdir()] == ["f.png"]
+
+
+@pytest.mark.parametrize("name", ["figure", "figure.xyz", "figure.csv"])
+def test_a_figure_of_no_known_format_is_refused_before_any_work(name, tmp_path):
+    with pytest.raises(TegotaeError, match=r"use an ending such as \.png, \.pdf or \.svg"):
+        figure_file(tmp_path / name)
+
+
+# Commands.
+
+QUICK = {
+    "gain-map": ("--resolution", "3", "--duration", "8"),
+    "phase-locking": ("--resolution", "3", "--duration", "8"),
+    "surface": ("--actuation", "reflex", "--omega", "8", "--sigma", "2", "--resolution", "5"),
+    "phase-response": ("--actuation", "reflex", "--omega", "8", "--sigma", "2", "--points", "4"),
+    "poincare": ("--actuation", "reflex", "--omega", "8", "--sigma", "2", "--turns", "5"),
+    "basin": ("--actuation", "reflex", "--omega", "8", "--sigma", "2", "--resolution", "2"),
+}
+FILES = {
+    "gain-map": {"f.csv", "f.ridge.csv"},
+    "phase-locking": {"f.csv"},
+    "surface": {"f.csv", "f.cycle.csv"},
+    "phase-response": {"f.csv"},
+    "poincare": {"f.csv", "f.transient.csv", "f.multipliers.csv"},
+    "basin": {"f.csv", "f.cycles.csv"},
+}
+
+
+@pytest.mark.parametrize("name", QUICK)
+def test_every_figure_command_writes_its_figure_and_its_data(name, tmp_path, capsys):
+    out = tmp_path / "f.svg"
+    assert main(["figure", name, *QUICK[name], "--out", str(out)]) == 0
+    assert {path.name for path in tmp_path.iterdir()} == {"f.svg", *FILES[name]}
+    said, wrong = capsys.readouterr()
+    assert wrong == ""
+    assert said.splitlines()[-1].startswith(f"wrote {out}")
+    for path in tmp_path.glob("*.csv"):
+        table = rows(path)
+        assert table
+        assert all(len(row) == len(table[0]) for row in table)
+
+
+def test_a_controller_file_is_drawn_like_options(tmp_path, capsys):
+    saved = SavedController.of(build("V-reflex-w8"), np.array([2.0]), 8.0)
+    controller_file.save(saved, tmp_path / "c.json")
+    for out, what in (("a.svg", [str(tmp_path / "c.json")]), ("b.svg", list(QUICK["surface"][:6]))):
+        arguments = ["figure", "surface", *what, "--resolution", "5", "--out", str(tmp_path / out)]
+        assert main(arguments) == 0
+    assert (tmp_path / "a.csv").read_text() == (tmp_path / "b.csv").read_text()
+    assert (tmp_path / "a.cycle.csv").read_text() == (tmp_path / "b.cycle.csv").read_text()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["gain-map", "--omega", "5", "4"], "omega goes from 5 to 4"),
+        (["gain-map", "--resolution", "1"], "points along sigma is 1"),
+        (["gain-map", "--energy", "heat"], "work is 'heat'; it must be one of"),
+        (["gain-map", "--mass", "-1"], "mass_kg is -1; it must be greater than 0"),
+        (["phase-locking", "--actuation", "refex"], "did you mean reflex"),
+        (["phase-locking", "--cut", "nan"], "cut is nan"),
+        (["surface", "nowhere.json"], "no controller file at nowhere.json"),
+        (["surface", "--resolution", "0"], "resolution is 0"),
+        (["poincare", "--sigma", "0", "--actuation", "reflex"], "has no limit cycle after 60 s"),
+        (["phase-response", "--sigma", "inf"], "sigma is inf"),
+        (["basin", "--height", "2", "1"], "height goes from 2 to 1"),
+    ],
+    ids=lambda x: x[0] + "".join(x[1:2]) if isinstance(x, list) else "",
+)
+def test_bad_input_is_one_line(arguments, message, tmp_path, capsys):
+    assert main(["figure", *arguments, "--out", str(tmp_path / "f.png")]) == 2
+    said = capsys.readouterr().err
+    assert message in said
+    assert len(said.splitlines()) == 1
+    assert not (tmp_path / "f.png").exists()
+
+
+def test_a_file_that_cannot_be_written_is_known_before_the_work(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(
+        "tegotae.simulation.rollout.Engine.run", lambda *_, **__: pytest.fail("worked first")
+    )
+    for name in QUICK:
+        assert main(["figure", name, "--out", str(tmp_path / "f.xyz")]) == 2
+        assert "use an ending such as .png" in capsys.readouterr().err
+
+
+# Documentation.
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+def test_the_commands_and_pictures_of_a_page_exist(page):
+    text = page.read_text(encoding="utf-8")
+    for block in re.findall(r"^```console\n(.*?)^```$", text, re.MULTILINE | re.DOTALL):
+        for line in block.replace("\\\n", " ").splitlines():
+            if line.startswith("tegotae "):
+                parsed(shlex.split(line, comments=True)[1:])
+    for picture in re.findall(r"\.\./_static/figures/[\w.-]+", text):
+        assert (page.parent / picture).exists(), picture

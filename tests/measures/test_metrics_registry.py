@@ -1,0 +1,233 @@
+"""One file makes a metric known everywhere; what is asked for is computed, and no more."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+
+import numpy as np
+import pytest
+from test_figures_study import table
+
+import peak_force
+from tegotae import TegotaeError, build, find
+from tegotae.cli import main
+from tegotae.figures.study import architectures_figure
+from tegotae.measures import evaluation
+from tegotae.measures.evaluation import Protocol, evaluate
+from tegotae.measures.hopping import (
+    Conditions,
+    Derivation,
+    DerivedMetric,
+    GaitMetric,
+    metrics,
+    register,
+)
+from tegotae.measures.hopping import registry as there
+from tegotae.measures.hopping.check import check_metric
+from tegotae.parts.bodies import Hopper
+from tegotae.studies.paper.export import csv_of, read_csv
+
+SHORT = Protocol(undisturbed_s=15.0, disturbed_s=10.0, offsets=(0.0,))
+PEAK, IN_WEIGHTS = peak_force.peak_force, peak_force.peak_force_in_weights
+
+
+@pytest.fixture
+def registered():
+    """The two metrics of the user's file, for one test."""
+    yield register(PEAK), register(IN_WEIGHTS)
+    for metric in (PEAK, IN_WEIGHTS):
+        there.forget(metric.name)
+
+
+def rolled_out(monkeypatch) -> list[str]:
+    """Which rollouts an evaluation makes, as it makes them, without making them."""
+    made: list[str] = []
+
+    class StopHereError(Exception):
+        pass
+
+    def made_up(name):
+        def rollouts(*_):
+            made.append(name)
+            raise StopHereError
+
+        return rollouts
+
+    for name in ("disturbed_rollout", "_undisturbed", "clamped_rollouts"):
+        monkeypatch.setattr(evaluation, name, made_up(name))
+    for asked in ("cot_inverse", "optimum_share", "t1_s", "recovery_share", "cpgu"):
+        with pytest.raises(StopHereError):
+            evaluate(build("V-reflex-w8"), [[2.0]], 8.0, protocol=SHORT, metrics=[asked])
+    return made
+
+
+def test_what_no_metric_asked_for_needs_is_not_rolled_out(monkeypatch):
+    assert rolled_out(monkeypatch) == [
+        *("_undisturbed", "_undisturbed"),
+        *("disturbed_rollout", "disturbed_rollout"),
+        "clamped_rollouts",
+    ]
+
+
+def test_a_users_metric_is_evaluated_beside_the_packages_own(registered):
+    asked = ["peak_force_in_weights", "cot_inverse", "peak_force_n"]
+    found = evaluate(build("V-reflex-w8"), [[2.0]], 8.0, protocol=SHORT, metrics=asked)
+    assert list(found.episodes) == ["cot_inverse", "peak_force_n", "peak_force_in_weights"]
+    force_n = found.episodes["peak_force_n"][0, 0]
+    assert 1.0 < force_n <= Hopper().max_force_n
+    weights = found.summary()["peak_force_in_weights"].mean
+    assert weights == pytest.approx(force_n / Hopper().weight_n)
+    assert found.to_dict()["peak_force_n"] == force_n
+
+
+def test_a_users_metric_is_in_tables_and_figures(registered):
+    made_up = table(peak_force_n=np.linspace(1.0, 2.0, 5))
+    assert "peak_force_n" in made_up.metrics
+    panels = {axes.get_ylabel() for axes in architectures_figure(made_up).axes}
+    assert r"$F_\mathrm{a,max}$ [N]" in panels
+
+
+def test_a_table_of_a_metric_that_is_not_registered_here_stays_readable(registered, tmp_path):
+    path = tmp_path / "table.csv"
+    path.write_text(csv_of(table(peak_force_n=np.linspace(1.0, 2.0, 5))), encoding="utf-8")
+    there.forget(PEAK.name)
+    there.forget(IN_WEIGHTS.name)
+    again = read_csv(path)
+    assert again["peak_force_n"][0] == 1.0
+    assert csv_of(again) == path.read_text(encoding="utf-8")
+    assert PEAK.name not in {metric.name for metric in again.shown("figure")}
+
+
+def test_the_command_line_takes_a_users_metric_from_its_file(monkeypatch, capsys):
+    def made_up(controller, weights, omega_t, body, protocol, metrics):
+        episodes = {metric.name: np.array([[2.5]]) for metric in metrics}
+        return evaluation.Evaluation(protocol, np.array([8.0]), episodes)
+
+    monkeypatch.setattr("tegotae.cli.evaluate.evaluate", made_up)
+    monkeypatch.setattr("tegotae.training.collection.best_gain", lambda *_: (2.0, 0.4))
+    try:
+        arguments = ["evaluate", "V-reflex-w8", "--metric", "cot_inverse", "peak_force:peak_force"]
+        assert main(arguments) == 0
+        said = capsys.readouterr().out
+        assert "peak force [N]" in said
+        assert "CoT⁻¹ [m/J]" in said
+        assert "T0 [s]" not in said
+        assert main([*arguments, "--json"]) == 0
+        (document,) = json.loads(capsys.readouterr().out)["controllers"]
+        assert document["peak_force_n"] == 2.5
+    finally:
+        for metric in (PEAK, IN_WEIGHTS):  # all of the file's
+            there.forget(metric.name)
+
+
+@pytest.mark.parametrize(
+    ("asked", "says"),
+    [
+        ("cot_invers", "no metric is called 'cot_invers'; did you mean cot_inverse"),
+        ("no_such_file.py:metric", "there is no file no_such_file.py"),
+        ("peak_force:nothing", "no object of peak_force is called"),
+        ("peak_force:_peak_force", "is no metric"),
+    ],
+)
+def test_a_metric_that_is_not_there_is_told_before_anything_is_simulated(
+    asked, says, one_line_error
+):
+    assert says in one_line_error("evaluate", "V-reflex-w8", "--metric", asked)
+
+
+def test_names_of_the_package_and_of_other_files_are_taken(registered):
+    with pytest.raises(TegotaeError, match="'cpgu' is taken by the package"):
+        register(dataclasses.replace(PEAK, name="cpgu"))
+    with pytest.raises(TegotaeError, match="two metrics named 'peak_force_n'"):
+        register(dataclasses.replace(PEAK, compute=lambda episode: episode.start_s))
+    again = dataclasses.replace(PEAK, label="peak")  # its own file, run anew
+    assert register(again) in metrics()
+    assert PEAK not in metrics()
+
+
+def test_a_metric_derived_from_what_is_not_there_is_refused():
+    with pytest.raises(TegotaeError, match="no metric is called 'peak_force_n'"):
+        register(IN_WEIGHTS)
+
+
+def test_a_metric_that_is_not_registered_is_not_evaluated():
+    with pytest.raises(TegotaeError, match="no metric is called 'peak_force_n'"):
+        evaluate(build("V-reflex-w8"), [[2.0]], 8.0, metrics=[PEAK])
+
+
+def test_what_was_measured_before_there_was_a_metric_has_it_where_it_follows():
+    values = {
+        "cot_inverse": np.array([0.6, 0.6, 0.6, 0.0]),
+        "w_peak": np.array([4.0, 4.0, 4.0, np.nan]),
+        "a_peak": np.array([0.98, 0.98, 0.6, np.nan]),
+        "limit_cycle_period": np.array([1.0, 2.0, 1.0, np.nan]),
+    }
+    found = there.derived(values, Conditions(Hopper()))
+    assert found["optimum_share"][0] == pytest.approx(0.6 / 1.212, abs=1e-3)
+    # The spectrum does not tell the hop rate of a longer period, or one that is lost in harmonics;
+    # at rest there is none.
+    assert np.isnan(found["optimum_share"][1:]).all()
+    heavy = there.derived(values, Conditions(Hopper(mass_kg=0.11)))
+    assert np.isnan(heavy["optimum_share"]).all()
+    assert there.derived({"cot_inverse": values["cot_inverse"]}, Conditions(Hopper())) == {}
+
+
+def test_the_built_in_metrics_say_what_they_are():
+    assert [metric.name for metric in there.built_in()][:2] == ["cot_inverse", "optimum_share"]
+    assert len({metric.label for metric in there.built_in()}) == len(there.built_in())
+
+
+@pytest.mark.parametrize("name", ["limit_cycle_share", "optimum_share", "cpgu", "t0_s"])
+def test_metrics_of_each_kind_pass_the_check(name):
+    check_metric(there.find(name))
+
+
+def test_a_users_metric_passes_the_check(registered):
+    check_metric(PEAK)
+    check_metric(IN_WEIGHTS)
+
+
+@pytest.mark.parametrize(
+    ("changed", "says"),
+    [
+        ({"name": "peak force"}, "it becomes the column of a table"),
+        ({"about": "two\nlines"}, "it must be one line of text"),
+        ({"label": ""}, "it must be one line of text"),
+        ({"math": "$x$$"}, "math cannot be drawn"),
+        ({"range": (1.0, 0.0)}, "its first number must be the smaller"),
+        ({"range": (0.0, 0.1)}, "outside of the range"),
+        ({"more_is_better": "yes"}, "it must be True, False, or None"),
+        ({"shown": ("poster",)}, "names 'poster'; the places are table, figure, report"),
+        ({"channels": ("force",)}, "reads the channel 'actuator_force_n' but does not declare it"),
+        ({"channels": "force"}, "it must be a tuple of names"),
+        ({"channels": ()}, "reads the channel 'actuator_force_n' but does not declare it"),
+        ({"compute": lambda episode: 3.0}, "it must have the shape of the lanes"),
+        ({"compute": lambda episode: episode.hops.time_s}, r"has shape \(700, 6\)"),
+        (
+            {"compute": lambda episode: episode.start_s + episode.start_s.mean()},
+            "lets one lane change another",
+        ),
+        ({"compute": lambda episode: 1 / 0}, "raised ZeroDivisionError"),
+    ],
+    ids=lambda changed: next(iter(changed)) if isinstance(changed, dict) else None,
+)
+def test_the_check_says_what_is_wrong_with_a_metric(changed, says):
+    with pytest.raises(TegotaeError, match=says):
+        check_metric(dataclasses.replace(PEAK, **changed))
+
+
+def test_the_check_refuses_what_is_no_metric():
+    with pytest.raises(TegotaeError, match="GaitMetric is a class; check an instance"):
+        check_metric(GaitMetric)
+    with pytest.raises(TegotaeError, match="is no Metric"):
+        check_metric(find("ART"))
+    wrong = DerivedMetric(
+        name="half_t0",
+        label="half",
+        about="half of T0",
+        more_is_better=False,
+        derivation=Derivation(("t0",), lambda values, conditions: values["t0"] / 2.0),
+    )
+    with pytest.raises(TegotaeError, match="no metric is called 't0'; did you mean"):
+        check_metric(wrong)

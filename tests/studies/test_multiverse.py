@@ -1,0 +1,388 @@
+"""The claims over what the paper leaves open: readings, verdicts under them, what decides them."""
+
+from __future__ import annotations
+
+import math
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from test_study_claims import results
+
+import studies
+from tegotae._support.errors import TegotaeError
+from tegotae.cli import main
+from tegotae.figures.multiverse import curve_figure, overview_figure
+from tegotae.figures.report.multiverse import shares_table
+from tegotae.measures.hopping.statistics import Interval
+from tegotae.parts.bodies import Hopper
+from tegotae.studies.paper import runner
+from tegotae.studies.paper.claims import (
+    FAILS,
+    HOLDS,
+    UNDECIDED,
+    Part,
+    Verdict,
+)
+from tegotae.studies.paper.multiverse.folder import MultiverseFolder
+from tegotae.studies.paper.multiverse.influence import decisive, influences
+from tegotae.studies.paper.multiverse.plan import multiverse
+from tegotae.studies.paper.multiverse.readings import (
+    CHOICES,
+    PLATEAU,
+    Reading,
+    sample,
+)
+from tegotae.studies.paper.multiverse.tables import read_tables, write_tables
+from tegotae.studies.paper.multiverse.verdicts import (
+    Judged,
+    judge,
+    margin,
+    of_claim,
+    share,
+    shares,
+)
+from tegotae.systems.models import find
+from tegotae.training.stopping import CAP
+
+# Readings.
+
+
+def test_the_first_reading_is_the_study():
+    reading = sample(1)[0]
+    assert reading == Reading()
+    hopper, standard = reading.hopper, Hopper()
+    for name in ("stiffness_n_per_m", "damping_ns_per_m", "max_force_n", "mass_kg"):
+        assert getattr(hopper, name) == pytest.approx(getattr(standard, name), rel=0.0)
+    assert (reading.parameters, reading.episodes) == (96, PLATEAU)
+
+
+def test_more_readings_are_added_to_those_that_were_there():
+    assert sample(5) == sample(64)[:5]
+
+
+def test_readings_fill_the_space_evenly():
+    """In each choice alone, every sixteenth of its range holds one of 32 readings or more."""
+    readings = sample(33)[1:]
+    for choice in CHOICES:
+        places = [choice.place(getattr(reading, choice.name)) for reading in readings]
+        if choice.levels:
+            counts = [places.count(place) for place in sorted(set(places))]
+            assert len(counts) == len(choice.values)
+            assert max(counts) - min(counts) <= 2
+        else:
+            assert set(np.minimum(np.array(places) * 16, 15).astype(int)) == set(range(16))
+
+
+def test_every_reading_in_the_ranges_is_one_that_the_body_allows():
+    for reading in sample(512):
+        hopper = reading.hopper
+        assert hopper.max_force_n > hopper.weight_n
+        assert reading.deepest_compression < 0.8
+        hopper.check_tick(0.002)
+
+
+def test_the_body_has_the_ratios_that_it_was_made_of():
+    hopper = Reading(natural_frequency=2.5, damping_ratio=0.2, force_ratio=3.0).hopper
+    assert hopper.natural_frequency_rad_per_s * math.sqrt(1.0 / 9.81) == pytest.approx(2.5)
+    critical = 2.0 * math.sqrt(hopper.stiffness_n_per_m * hopper.mass_kg)
+    assert hopper.damping_ns_per_m / critical == pytest.approx(0.2)
+    assert hopper.max_force_n / hopper.weight_n == pytest.approx(3.0)
+
+
+@pytest.mark.parametrize(
+    ("choice", "says"),
+    [
+        ({"force_ratio": 0.9}, "force_ratio is 0.9; an actuator that is to lift the body needs"),
+        ({"natural_frequency": 0.9}, "natural_frequency is 0.9; this leg has no length left"),
+        ({"release": 2.5}, r"the fall presses the leg by 1\.\d+ of its length"),
+        ({"drop": 2.0}, "the fall presses the leg"),
+        ({"damping_ratio": -0.1}, "damping_ratio is -0.1"),
+        ({"tolerance": 0.0}, "tolerance is 0; it must be greater than 0"),
+        ({"episodes": 0}, "episodes is 0; it must be at least 1"),
+        ({"work": "electric"}, "electric"),
+    ],
+)
+def test_readings_that_the_body_does_not_allow_are_refused(choice, says):
+    with pytest.raises(TegotaeError, match=says) as raised:
+        Reading(**choice)
+    assert len(str(raised.value).splitlines()) == 1
+
+
+# The work.
+
+
+def test_a_reading_is_in_every_unit_that_it_is_about():
+    plan = multiverse("full", 9)
+    for reading, units in plan.by_reading:
+        assert list(units) == list(plan.models)
+        for unit in units.values():
+            experiment, protocol = unit.run.experiment, unit.run.experiment.protocol
+            assert experiment.body == reading.hopper
+            assert experiment.objective.work == reading.work
+            assert experiment.objective.follow_omega == reading.follow_omega
+            model = find(experiment.name)
+            assert experiment.controller == model.controller(reading.parameters)
+            assert experiment.system.release.height_m == reading.release
+            assert (protocol.work, protocol.drop_m) == (reading.work, reading.drop)
+            assert protocol.release_m == reading.release
+            assert protocol.limit_cycle.height_tolerance_m == 0.005 * reading.tolerance
+            assert protocol.limit_cycle.phase_tolerance_rad == 0.05 * reading.tolerance
+
+
+def test_a_budget_of_training_is_spent_to_its_end_or_to_the_plateau():
+    plan = multiverse("full", 16)
+    for reading, units in plan.by_reading:
+        run = next(iter(units.values())).run
+        most = run.stopping.generations * run.algorithm.population
+        rising = np.arange(run.stopping.generations, dtype=float)
+        assert run.stopping.reason(rising) == CAP
+        if reading.episodes == PLATEAU:
+            assert most == pytest.approx(plan.cap, abs=run.algorithm.population)
+            assert run.stopping.reason(np.zeros(len(rising) - 1)) == "plateau"
+        else:
+            assert most == reading.episodes
+            assert run.stopping.reason(np.zeros(len(rising) - 1)) == ""
+
+
+def test_every_claim_has_the_models_that_it_is_about():
+    found = judge({0: results({}).where(model=multiverse("full").models)})
+    for omega in ("all", "4", "8"):
+        for verdict in found[0][omega]:
+            claimed = [part for part in verdict.parts if part.verdict]
+            assert all(np.isfinite(part.effect.mean) for part in claimed), verdict.claim
+
+
+def test_units_of_one_program_are_done_together_in_bundles_of_a_few():
+    units = multiverse("full", 8).units
+    bundles = runner.bundles(units, 6)
+    assert [unit for bundle in bundles for unit in bundle] == units
+    assert max(map(len, bundles)) <= 6
+    assert all(len({unit.run.program for unit in bundle}) == 1 for bundle in bundles)
+
+
+def test_more_readings_go_on_in_the_same_folder():
+    few, many = multiverse("smoke", 2), multiverse("smoke", 5)
+    assert few.document == many.document
+    assert {unit.key for unit in few.units} < {unit.key for unit in many.units}
+
+
+# Verdicts.
+
+
+def made_up(effect_of, count: int = 32) -> tuple[list[Reading], Judged]:
+    """Readings, and verdicts on runs whose effects a reading decides."""
+    readings = sample(count)
+    models = multiverse("full").models
+    tables = {
+        i: results(effect_of(reading), noise=0.05, seed=100 + i).where(model=models)
+        for i, reading in enumerate(readings)
+    }
+    return readings, judge(tables)
+
+
+@pytest.fixture(scope="module")
+def trained() -> tuple[list[Reading], Judged]:
+    """ART is better than AR only where training goes on long enough."""
+    better = {1280: -0.4, 5120: 0.0, PLATEAU: 0.5}
+    return made_up(lambda reading: {"ART": {"cot_inverse": better[reading.episodes]}}, 24)
+
+
+def test_shares_count_the_readings_in_which_a_claim_holds_and_fails(trained):
+    readings, judged = trained
+    early = sum(reading.episodes == 1280 for reading in readings)
+    late = sum(reading.episodes == PLATEAU for reading in readings)
+    for omega in ("all", "4", "8"):
+        found = shares(of_claim(judged, 5, omega).values())
+        assert (found[FAILS].count, found[HOLDS].count) == (early, late)
+        assert sum(each.count for each in found.values()) == len(readings)
+
+
+def test_the_choice_that_decides_a_claim_is_found_and_no_other(trained):
+    readings, judged = trained
+    found = decisive(influences(readings, of_claim(judged, 5, "all")))
+    assert [influence.choice.name for influence in found] == ["episodes"]
+    assert found[0].correlation > 0.8
+    assert found[0].p < 0.001
+
+
+def test_where_nothing_decides_chance_seldom_does():
+    """Of claims on noise, at most one in twenty has a choice that passes for decisive."""
+    random = np.random.default_rng(0)
+    readings = sample(32)
+
+    def noise() -> dict[int, Verdict]:
+        return {i: verdict_of(random.normal(), 1.0) for i in range(32)}
+
+    false = sum(bool(decisive(influences(readings, noise()))) for _ in range(60))
+    assert false <= 8  # 3 expected; more than 8 has a chance of 1 in 250
+
+
+def verdict_of(mean: float, half: float, low: float = 0.0, high: float = math.inf) -> Verdict:
+    effect = Interval(mean, half, mean - half, mean + half, 4, 0)
+    return Verdict(5, "", (Part("effect", effect, low, high),))
+
+
+@pytest.mark.parametrize("mean", [-3.0, -1.01, -0.5, 0.0, 0.5, 1.01, 3.0])
+@pytest.mark.parametrize("bounds", [(0.0, math.inf), (-math.inf, 0.0), (-2.0, 2.0)])
+def test_a_margin_says_what_the_verdict_says(mean, bounds):
+    verdict = verdict_of(mean, 1.0, *bounds)
+    value = margin(verdict)
+    assert (value >= 1.0) == (verdict.verdict == HOLDS)
+    assert (value < -1.0) == (verdict.verdict == FAILS)
+
+
+def test_the_weakest_part_is_the_margin_of_a_claim():
+    strong, weak = verdict_of(5.0, 1.0), verdict_of(-2.0, 1.0)
+    assert margin(Verdict(5, "", strong.parts + weak.parts)) == -2.0
+    unknown = Part("effect", Interval(math.nan, math.nan, math.nan, math.nan, 0, 4), 0.0)
+    assert margin(Verdict(5, "", (*weak.parts, unknown))) == -2.0
+    assert math.isnan(margin(Verdict(5, "", (*strong.parts, unknown))))
+
+
+def test_an_interval_of_a_share_stays_within_the_possible():
+    none, all_of_them, half = share(0, 10), share(10, 10), share(5, 10)
+    assert none.low == 0.0
+    assert 1.0 - 1e-12 < all_of_them.high <= 1.0
+    assert none.high == pytest.approx(0.2775, abs=1e-3)  # Wilson (1927), 0 of 10
+    assert half.low == pytest.approx(1.0 - half.high) == pytest.approx(0.2366, abs=1e-3)
+    assert math.isnan(share(0, 0).mean)
+
+
+# Tables and figures.
+
+
+def test_tables_hold_readings_and_verdicts(trained, tmp_path):
+    readings, judged = trained
+    write_tables(readings, judged, tmp_path)
+    again, found = read_tables(tmp_path)
+    assert again == readings
+    for number, by_omega in judged.items():
+        for omega, each in by_omega.items():
+            said = [(v.number, v.verdict) for v in found[number][omega]]
+            assert said == [(v.number, v.verdict) for v in each]
+
+
+@pytest.mark.parametrize("name", ["readings.csv", "verdicts.csv"])
+@pytest.mark.parametrize("content", ["", "a,b\n1,2\n"])
+def test_what_is_no_table_is_refused(trained, tmp_path, one_line_error, name, content):
+    readings, judged = trained
+    write_tables(readings, judged, tmp_path)
+    (tmp_path / name).write_text(content)
+    words = ["study", "multiverse", "figures", str(tmp_path), "--out", str(tmp_path / "out")]
+    assert f"{tmp_path / name} is no table that" in one_line_error(*words)
+
+
+def test_the_table_of_shares_names_what_decides(trained):
+    readings, judged = trained
+    rows = shares_table(readings, judged).splitlines()[2:]
+    five = next(row for row in rows if row.startswith("| 5 |"))
+    assert "| training (+0." in five
+    assert " of 24 [" in five
+
+
+def test_figures_show_every_claim_and_every_reading(trained):
+    readings, judged = trained
+    overview = overview_figure(readings, judged)
+    assert len(overview.axes[0].get_yticks()) == 8
+    curve = curve_figure(readings, judged, 5)
+    strip, effect, choices = curve.axes
+    assert len(strip.patches) == len(readings)
+    means = [float(np.ravel(x.get_ydata())[0]) for x in effect.lines if x.get_marker() == "o"]
+    assert means == sorted(means)
+    assert len(choices.get_yticks()) == len(CHOICES)
+
+
+# From the command line: killed, resumed, misused.
+
+
+def start(folder: Path) -> subprocess.Popen[str]:
+    words = ["study", "multiverse", "run", "--dir", str(folder), "--scale", "smoke"]
+    return subprocess.Popen(
+        [sys.executable, "-m", "tegotae", *words, "--readings", "2", "--workers", "1"],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+
+
+@pytest.mark.thorough
+def test_a_killed_multiverse_goes_on_and_loses_nothing(tmp_path, capsys):
+    folder = tmp_path / "multiverse"
+    process = start(folder)
+    studies.wait_for(lambda: studies.records(folder), "a record", process)
+    workers = studies.workers(process)
+    os.kill(process.pid, signal.SIGKILL)
+    process.communicate(timeout=900)
+    studies.assert_ended(workers)
+    kept = {path.name: path.read_bytes() for path in studies.records(folder)}
+    words = ["study", "multiverse", "status", "--dir", str(folder), "--readings", "2"]
+    if len(kept) < 4:
+        assert main(words) == 0
+        assert f"{len(kept)} of 4 models done" in capsys.readouterr().out
+    out, _ = studies.finish(start(folder))
+    assert out.startswith(f"4 records in {folder}")
+    now = {path.name: path.read_bytes() for path in studies.records(folder)}
+    assert kept.items() <= now.items()
+    assert set(now) == {f"{u.key}.record.npz" for u in multiverse("smoke", 2).units}
+    assert main(words) == 0
+    said = capsys.readouterr().out
+    assert said == "scale smoke: 4 of 4 models done, 2 of 2 readings whole\n"
+    # Readings that are not whole are left out, and that is said.
+    out = tmp_path / "out"
+    assert main(["study", "multiverse", "export", "--dir", str(folder), "--out", str(out)]) == 0
+    assert "2 of 3 readings are whole" in capsys.readouterr().out
+    assert main(["study", "multiverse", "figures", str(out), "--out", str(out)]) == 0
+    assert {"multiverse.png", "multiverse.md"} <= set(os.listdir(out))
+
+
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        (["run", "--scale", "huge", "--dir", "new"], "no scale is called 'huge'"),
+        (["run", "--readings", "0", "--dir", "new"], "readings is 0"),
+        (["status", "--dir", "new"], "holds no study"),
+        (["export", "--dir", "new", "--out", "out"], "holds no study"),
+    ],
+)
+def test_what_cannot_be_is_refused_before_any_work(
+    tmp_path, monkeypatch, one_line_error, words, says
+):
+    monkeypatch.chdir(tmp_path)
+    assert says in one_line_error("study", "multiverse", *words)
+    assert os.listdir(tmp_path) == []
+
+
+def test_a_study_is_no_multiverse_and_a_multiverse_no_study(smoke_study, tmp_path, one_line_error):
+    said = one_line_error("study", "multiverse", "status", "--dir", str(smoke_study))
+    assert "is a folder of tegotae study; look at it with that" in said
+    folder = MultiverseFolder(tmp_path / "multiverse")
+    with folder.claimed(multiverse("smoke")):
+        pass
+    said = one_line_error("study", "status", "--dir", str(folder.path))
+    assert "is a folder of tegotae study multiverse; look at it with that" in said
+
+
+def test_an_unknown_frequency_is_refused(trained, tmp_path, one_line_error):
+    readings, judged = trained
+    write_tables(readings, judged, tmp_path)
+    words = ["study", "multiverse", "figures", str(tmp_path), "--out", str(tmp_path / "out")]
+    assert "omega is '5'; it must be one of 4, 8, all" in one_line_error(*words, "--omega", "5")
+
+
+def test_the_number_of_undecided_readings_is_what_is_left(trained):
+    found = shares(of_claim(trained[1], 2, "all").values())
+    assert found[UNDECIDED].count == 24 - found[HOLDS].count - found[FAILS].count
+
+
+def test_a_claim_without_runs_has_no_share():
+    table = results({}).where(architecture=("V", "VG"))
+    judged = judge({0: table, 1: table})
+    assert of_claim(judged, 5, "all") == {}
+    assert len(of_claim(judged, 2, "all")) == 2
+    assert shares(())[HOLDS].of == 0

@@ -1,0 +1,171 @@
+"""Claims at each ω_t, after each budget of training, and how the runs behind them ended."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from test_study_claims import results
+
+from tegotae._support.errors import TegotaeError
+from tegotae.figures.report.markdown import claims_table, endings_table, verdicts_table
+from tegotae.studies.paper.claims import (
+    FAILS,
+    HOLDS,
+    verdicts,
+    verdicts_by_budget,
+    verdicts_by_omega,
+)
+from tegotae.studies.paper.endings import endings, endings_by_architecture
+from tegotae.studies.paper.table import Table
+
+ART_BETTER = {"ART": {"cot_inverse": 0.5}}
+
+
+def where(table: Table, keep: np.ndarray) -> Table:
+    return Table({name: column[keep] for name, column in table.columns.items()})
+
+
+def stacked(*tables: Table) -> Table:
+    return Table({n: np.concatenate([t[n] for t in tables]) for n in tables[0].columns})
+
+
+def after(table: Table, episodes: float) -> Table:
+    return Table({**table.columns, "training_budget": np.full(len(table), episodes)})
+
+
+def judge(found: list, number: int) -> str:
+    return next(v.verdict for v in found if v.number == number)
+
+
+# By ω_t.
+
+
+def test_a_ceiling_at_one_frequency_hides_nothing_at_the_other():
+    """ART is better at 4 rad/s; at 8 rad/s nothing differs, and wide noise hides the mean."""
+    table = results({})
+    at_8 = table["omega_t"] == 8.0
+    better = (table["architecture"] == "ART") & (table["omega_t"] == 4.0)
+    table["cot_inverse"][better] += 0.3
+    table["cot_inverse"][at_8] += np.random.default_rng(0).normal(0.0, 3.0, at_8.sum())
+    found = verdicts_by_omega(table)
+    assert list(found) == ["all", "4", "8"]
+    assert judge(found["4"], 5) == HOLDS
+    assert judge(found["8"], 5) != HOLDS
+    assert judge(found["all"], 5) != HOLDS
+
+
+def test_all_frequencies_together_are_what_the_study_says():
+    table = results(ART_BETTER)
+    assert verdicts_by_omega(table)["all"] == verdicts(table)
+
+
+def test_a_single_network_goes_with_each_frequency():
+    table = results({"T/F": {"limit_cycle_share": -1.0}}, noise=0.01)
+    table["t0_s"][(table["architecture"] == "ART") & (table["omega_t"] == 4.0)] -= 0.5
+    table["t0_s"][(table["architecture"] == "ART") & (table["omega_t"] == 8.0)] += 0.5
+    found = verdicts_by_omega(table)
+    assert judge(found["4"], 7) == HOLDS  # T's transients are longer than ART's there ...
+    assert judge(found["8"], 7) == FAILS  # ... and shorter here
+
+
+# By the budget of training.
+
+
+def test_one_sees_when_a_verdict_turns():
+    table = stacked(after(results({}), 1280.0), after(results(ART_BETTER), 5120.0))
+    found = verdicts_by_budget(table)
+    assert list(found) == [1280.0, 5120.0]
+    assert judge(found[1280.0], 5) != HOLDS
+    assert judge(found[5120.0], 5) == HOLDS
+
+
+def test_the_end_of_training_stands_last():
+    found = verdicts_by_budget(after(results({}), 1280.0), results(ART_BETTER))
+    assert list(found) == [1280.0, "plateau"]
+    assert judge(found["plateau"], 5) == HOLDS
+
+
+def test_a_run_that_had_ended_counts_as_it_ended():
+    early = after(results({}), 1280.0)
+    late = after(results(ART_BETTER), 5120.0)
+    goes_on = late["architecture"] == "ART"
+    found = verdicts_by_budget(stacked(early, where(late, goes_on)))
+    whole = verdicts_by_budget(stacked(early, where(early, ~goes_on), where(late, goes_on)))
+    assert found[5120.0] == whole[5120.0]
+    assert judge(found[5120.0], 5) == HOLDS
+
+
+def test_a_run_without_a_budget_counts_at_each():
+    table = results({"VG": {"cot_inverse": 1.0, "t0_s": 1.0, "t1_s": 1.0}})
+    searched = table["architecture"] == "V"
+    v = after(where(table, searched), np.nan)
+    trained = where(table, ~searched)
+    found = verdicts_by_budget(stacked(v, after(trained, 1280.0), after(trained, 2560.0)))
+    assert list(found) == [1280.0, 2560.0]
+    assert all(judge(each, 2) == HOLDS for each in found.values())
+
+
+@pytest.mark.parametrize("budget", [None, np.nan])
+def test_runs_of_unknown_budget_are_refused(budget):
+    table = results({}) if budget is None else after(results({}), budget)
+    with pytest.raises(TegotaeError, match="has no training_budget"):
+        verdicts_by_budget(table)
+
+
+# How training ended.
+
+
+def ended(fitness: Any, why: Any, share: Any = 1.0) -> Table:
+    """The three runs of one model."""
+    table = results({}).where(model="ART-rF-tphif-w8")
+    columns = {"best_fitness": fitness, "ended": why, "limit_cycle_share": share}
+    return Table(
+        {**table.columns, **{n: np.broadcast_to(np.array(v), (3,)) for n, v in columns.items()}}
+    )
+
+
+def test_a_plateau_below_nine_tenths_of_the_best_run_is_a_local_optimum():
+    found = endings(ended([1.0, 0.91, 0.89], "plateau"))
+    assert (found.runs, found.local_optimum, found.at_cap, found.never_hop) == (3, 1, 0, 0)
+
+
+def test_a_run_at_the_cap_is_no_local_optimum_however_low():
+    found = endings(ended([1.0, 0.1, 0.1], ["plateau", "cap", "plateau"]))
+    assert (found.local_optimum, found.at_cap) == (1, 1)
+
+
+def test_a_run_that_never_hops_is_counted_as_that_alone():
+    found = endings(ended([1.0, -65.0, 0.2], "plateau", [1.0, 0.0, 0.0]))
+    assert (found.never_hop, found.local_optimum, found.without_cycle) == (1, 1, 2)
+
+
+def test_where_nothing_was_found_nothing_was_missed():
+    assert endings(ended([-0.1, -1.0, -65.0], "plateau")).local_optimum == 0
+
+
+def test_a_table_that_does_not_say_how_training_ended_leaves_that_open():
+    found = endings(results({}))
+    assert found.local_optimum is None
+    assert found.at_cap is None
+    assert "| all | 654 | 0 | – | – | 0 |" in endings_table({"all": found})
+
+
+def test_architectures_are_counted_apart_and_together():
+    found = endings_by_architecture(results({}))
+    assert sum(each.runs for name, each in found.items() if name != "all") == found["all"].runs
+
+
+# As tables.
+
+
+def test_verdicts_of_other_data_stand_in_columns_beside():
+    ours, theirs = verdicts(results(ART_BETTER)), verdicts(results({"AR": {"cot_inverse": 0.5}}))
+    head, _, *rows = claims_table(ours, {"before": theirs}).splitlines()
+    assert head == "| | Claim | Verdict | before | Effects: mean [95 % interval] |"
+    five = next(row for row in rows if row.startswith("| 5 |"))
+    assert "| **holds** | fails |" in five
+    head, _, *rows = verdicts_table({"before": theirs, "now": ours}).splitlines()
+    assert head == "| | Claim | before | now |"
+    assert next(row for row in rows if row.startswith("| 5 |")).endswith("| fails | holds |")

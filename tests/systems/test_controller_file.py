@@ -1,0 +1,474 @@
+"""A controller file is read back as it was written, or refused in one line."""
+
+from __future__ import annotations
+
+import copy
+import dataclasses
+import json
+import math
+import pickle
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from places import TESTS
+from tegotae import (
+    Hopper,
+    Release,
+    TegotaeError,
+    Timing,
+    all_models,
+    build,
+    find,
+)
+from tegotae.measures.objectives.fitness import Fitness
+from tegotae.measures.objectives.walking import Walking
+from tegotae.parts.bodies import Bar, Walker
+from tegotae.parts.couplings import LearnedCoupling
+from tegotae.parts.oscillators import PhaseOscillator
+from tegotae.parts.terms import VanillaReaction
+from tegotae.simulation.integrators import Hold
+from tegotae.simulation.world import Uniform
+from tegotae.systems import controller_file
+from tegotae.systems.controller_file import SavedController, load, save
+
+
+def example(name: str = "ART-rFv-tphif-w8", budget: int = 30) -> SavedController:
+    """A controller with random weights and something in every entry."""
+    model = find(name)
+    controller = model.controller(budget)
+    weights = np.random.default_rng(0).normal(size=controller.n_weights)
+    return SavedController.of(
+        controller,
+        weights.astype("float32"),
+        model.omega_t,
+        Hopper(mass_kg=0.2, flight_damping_ns_per_m=0.1),
+        name=model.name,
+        training={"seed": 3, "best_fitness": 1.25, "seeds": [0, 3], "note": None},
+        software={"tegotae": "0.1.0"},
+    )
+
+
+def assert_same(one: SavedController, other: SavedController) -> None:
+    np.testing.assert_array_equal(np.asarray(one.weights, "float64"), other.weights)
+    for field in dataclasses.fields(SavedController):
+        if field.name != "weights":
+            assert getattr(one, field.name) == getattr(other, field.name), field.name
+
+
+# Written and read.
+
+
+def test_every_model_is_read_back_as_it_was_written(tmp_path):
+    for name in all_models():
+        saved = example(name)
+        save(saved, tmp_path / "controller.json")
+        assert_same(saved, load(tmp_path / "controller.json"))
+
+
+def test_what_no_model_of_the_study_has_is_read_back_too(tmp_path):
+    saved = example()
+    assert saved.controller.tegotae is not None
+    limited = dataclasses.replace(saved.controller.tegotae, limit_rad_per_s=4.0)
+    floored = PhaseOscillator(slowest_rad_per_s=0.5)
+    controller = dataclasses.replace(saved.controller, oscillator=floored, tegotae=limited)
+    saved = dataclasses.replace(saved.replaced(controller=controller), name=None)
+    save(saved, tmp_path / "controller.json")
+    assert_same(saved, load(tmp_path / "controller.json"))
+
+
+def test_weights_of_double_precision_lose_no_digit(tmp_path):
+    saved = dataclasses.replace(
+        example("V-sector-w4"), weights=np.array([math.nextafter(2.753, 3.0)])
+    )
+    save(saved, tmp_path / "controller.json")
+    assert load(tmp_path / "controller.json").weights[0] == saved.weights[0]
+
+
+def test_the_file_is_plain_json_that_says_what_it_is(tmp_path):
+    save(example(), tmp_path / "controller.json")
+    document = json.loads((tmp_path / "controller.json").read_text())
+    assert (document["format"], document["version"]) == ("tegotae controller", 4)
+    assert document["name"] == "ART-rFv-tphif-w8"
+    assert document["system"]["omega"] == 8.0
+    assert document["system"]["body"]["mass_kg"] == 0.2
+    assert document["system"]["release"]["height_m"] == 1.2
+    assert document["training"]["best_fitness"] == 1.25
+    assert document["software"] == {"tegotae": "0.1.0"}
+    neurons = document["weights"]["reaction"]["neuron"]
+    assert list(neurons[0]) == ["spring_force", "velocity", "bias", "output"]
+
+
+def test_weights_stand_in_the_file_under_their_names(tmp_path):
+    saved = example()
+    save(saved, tmp_path / "controller.json")
+    weights = json.loads((tmp_path / "controller.json").read_text())["weights"]
+    assert list(weights) == ["action", "reaction", "gain", "actuation"]
+    assert weights["gain"] == {"sigma": saved.weights[saved.controller.layout["gain"]][0]}
+    first = saved.weights[saved.controller.layout["action"]][:4]
+    assert list(weights["action"]["neuron"][0].values()) == first.tolist()
+
+
+def test_weights_of_several_sets_and_a_coupling_come_back_in_their_order(tmp_path):
+    controller = dataclasses.replace(
+        build("V-reflex-w8"), limbs=2, sharing=(0, 1), coupling=LearnedCoupling()
+    )
+    saved = SavedController.of(controller, np.arange(6.0), 8.0, Bar())
+    save(saved, tmp_path / "controller.json")
+    document = json.loads((tmp_path / "controller.json").read_text())
+    assert document["weights"] == {
+        "set": [{"gain": {"sigma": 0.0}}, {"gain": {"sigma": 1.0}}],
+        "coupling": {"pair": [{"a": 2.0, "b": 3.0}, {"a": 4.0, "b": 5.0}]},
+    }
+    assert_same(saved, load(tmp_path / "controller.json"))
+
+
+def test_a_plain_list_of_weights_is_still_read(tmp_path):
+    saved, path = example(), tmp_path / "controller.json"
+    save(saved, path)
+    document = json.loads(path.read_text())
+    document.update(weights=saved.weights.tolist())
+    path.write_text(json.dumps(document))
+    assert_same(saved, load(path))
+
+
+NAMED: dict[str, tuple[Callable[[dict], Any], str]] = {
+    "one missing": (lambda w: w["gain"].pop("sigma"), r"its weights lack gain\.sigma$"),
+    "one too many": (
+        lambda w: w["gain"].update(tau=1.0),
+        r"its weights have gain\.tau, which the controller has not$",
+    ),
+    "a text": (
+        lambda w: w["action"]["neuron"][1].update(bias="1"),
+        r"its weights\.action\.neuron\[1\]\.bias is '1'; it must be a number$",
+    ),
+    "no number": (lambda w: w["gain"].update(sigma=True), r"weights\.gain\.sigma is True"),
+    "an infinite one": (lambda w: w["gain"].update(sigma=math.inf), "1 weights are not finite$"),
+    "one beyond all floats": (lambda w: w["gain"].update(sigma=10**400), "too large"),
+}
+
+
+@pytest.mark.parametrize("case", NAMED)
+def test_weights_that_do_not_go_with_the_controller_are_refused_by_name(tmp_path, case):
+    change, said = NAMED[case]
+    save(example(), tmp_path / "controller.json")
+    document = json.loads((tmp_path / "controller.json").read_text())
+    change(document["weights"])
+    (tmp_path / "controller.json").write_text(json.dumps(document))
+    with pytest.raises(TegotaeError, match=said):
+        load(tmp_path / "controller.json")
+
+
+# Not to be written.
+
+
+@dataclass(frozen=True)
+class MyReaction(VanillaReaction):
+    """A user's own term."""
+
+
+def test_a_part_that_is_not_of_this_package_cannot_be_saved(tmp_path):
+    saved = example("V-sector-w4")
+    assert saved.controller.tegotae is not None
+    own = dataclasses.replace(saved.controller.tegotae, reaction=MyReaction())
+    controller = dataclasses.replace(saved.controller, tegotae=own)
+    with pytest.raises(
+        TegotaeError,
+        match=r"^a MyReaction cannot be saved: it is not registered; call tegotae\.register",
+    ):
+        save(saved.replaced(controller=controller), tmp_path / "controller.json")
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("weights", "said"),
+    [([1.0, 2.0], "has 1 weights"), ([[1.0]], "has 1 weights"), ([math.inf], "1 weights are not")],
+)
+def test_weights_that_could_not_be_read_back_are_not_written(tmp_path, weights, said):
+    saved = dataclasses.replace(example("V-sector-w4"), weights=np.array(weights))
+    with pytest.raises(TegotaeError, match=said):
+        save(saved, tmp_path / "controller.json")
+    assert not list(tmp_path.iterdir())
+
+
+# Of earlier versions.
+
+KEPT = TESTS / "kept" / "controllers"
+"""Files that version 3 wrote: of trainings of the engine, a search, an agent, an environment."""
+
+
+def test_a_training_of_version_3_is_read_as_the_experiment_that_it_was():
+    saved = load(KEPT / "hopper-v3.json")
+    trained = saved.experiment
+    assert trained is not None
+    assert (saved.name, trained.name) == ("ART-rF-tphif-w8", "ART-rF-tphif-w8")
+    assert trained.system == saved.system
+    assert saved.system.release == Release(height_m=1.3)
+    assert saved.system.timing == Timing(duration_s=3.0, tick_s=0.004)
+    assert saved.system.integrator == Hold()
+    assert trained.objective == Fitness(settle_s=1.0)
+    assert trained.protocol.release_m == 1.3
+    assert saved.training["algorithm"]["name"] == "pgpe"
+
+
+def test_a_walker_of_version_3_keeps_its_release_conditions_and_timing():
+    saved = load(KEPT / "quadruped-v3.json")
+    assert isinstance(saved.body, Walker)
+    assert len(saved.system.release.phase_rad) == 4
+    assert saved.system.timing.duration_s == 31.0
+    assert saved.experiment is not None
+    assert saved.experiment.conditions == (Uniform("mass_kg", low=0.9, high=1.1),)
+    assert isinstance(saved.experiment.objective, Walking)
+
+
+def test_a_search_and_an_agent_of_version_3_are_read():
+    assert load(KEPT / "searched-v3.json").training["ended"] == "search"
+    agent = load(KEPT / "agent-v3.json")
+    assert agent.controller.tegotae is not None
+    assert agent.controller.tegotae.limit_rad_per_s == 40.0
+    assert agent.experiment is not None
+
+
+def test_a_training_on_an_environment_of_version_3_keeps_its_wiring():
+    saved = load(KEPT / "environment-v3.json")
+    assert saved.experiment is None
+    assert saved.training["experiment"]["place"]["env"] == "leg"
+
+
+@pytest.mark.parametrize("name", ["hopper", "quadruped", "searched", "agent", "environment"])
+def test_what_was_read_is_written_as_of_this_version_and_read_again(tmp_path, name):
+    saved = load(KEPT / f"{name}-v3.json")
+    save(saved, tmp_path / "controller.json")
+    assert_same(saved, load(tmp_path / "controller.json"))
+
+
+# Not to be read.
+
+
+@cache
+def text() -> str:
+    """A sound file."""
+    saved = example()
+    document: dict[str, Any] = {
+        "format": controller_file.FORMAT,
+        "version": 1,
+        "model": saved.name,
+        "omega_rad_per_s": saved.omega,
+        "controller": {
+            "action": {"kind": "Network", "inputs": ["phase"], "hidden": 1},
+            "reaction": {"kind": "VanillaReaction"},
+            "gain": {"kind": "ConstantGain", "start": 1.0},
+            "actuation": {"kind": "Sector", "start_rad": 5.5, "width_rad": 0.3, "duration_s": 0.0},
+            "oscillator": {"kind": "PhaseOscillator", "slowest_rad_per_s": None},
+            "limit_rad_per_s": None,
+        },
+        "weights": [0.5, -1, 2.0, 0.25, 3.0],
+        "body": {"kind": "Hopper", **dataclasses.asdict(Hopper())},
+        "training": {"seed": 0},
+        "software": {},
+    }
+    return json.dumps(document, indent=1) + "\n"
+
+
+def refusal(path) -> str:
+    """Why a file is refused."""
+    with pytest.raises(TegotaeError) as raised:
+        load(path)
+    assert "\n" not in str(raised.value)
+    assert str(path) in str(raised.value)
+    return str(raised.value)
+
+
+def test_the_sound_file_is_sound(tmp_path):
+    path = tmp_path / "controller.json"
+    path.write_text(text())
+    np.testing.assert_array_equal(load(path).weights, [0.5, -1.0, 2.0, 0.25, 3.0])
+
+
+def test_a_file_cut_off_anywhere_is_refused(tmp_path):
+    path = tmp_path / "controller.json"
+    for length in range(len(text().rstrip())):
+        path.write_text(text()[:length])
+        said = refusal(path)
+        if length > 200:
+            assert said == f"{path} is damaged: it is cut short, or no JSON"
+
+
+CHANGES: dict[str, tuple[Callable[[dict], Any], str]] = {
+    "a later version": (
+        lambda d: d.update(version=5),
+        "is of version 5; .* reads versions 1 to 4",
+    ),
+    "no version": (lambda d: d.pop("version"), "is of version None"),
+    "of another program": (lambda d: d.update(format="other"), "is not a controller file"),
+    "too few weights": (lambda d: d["weights"].pop(), "has 5 weights, not shape \\(4,\\)"),
+    "too many weights": (lambda d: d["weights"].append(1.0), "has 5 weights, not shape \\(6,\\)"),
+    "no weights": (lambda d: d.update(weights=None), "its weights is None"),
+    "a weight that is null": (
+        lambda d: d["weights"].__setitem__(0, None),
+        "its weights\\[0\\] is None; it must be a number",
+    ),
+    "a weight that is text": (
+        lambda d: d["weights"].__setitem__(0, "1"),
+        "its weights\\[0\\] is '1'; it must be a number",
+    ),
+    "a weight that is NaN": (lambda d: d["weights"].__setitem__(0, math.nan), "not finite"),
+    "a weight that is infinite": (lambda d: d["weights"].__setitem__(0, math.inf), "not finite"),
+    "a weight beyond all floats": (lambda d: d["weights"].__setitem__(0, 10**400), "too large"),
+    "weights in rows": (lambda d: d.update(weights=[[1.0] * 5]), "its weights\\[0\\] is"),
+    "no controller": (lambda d: d.pop("controller"), "no entry 'controller'"),
+    "a controller that is a list": (lambda d: d.update(controller=[]), "its controller is \\[\\]"),
+    "half the feedback": (lambda d: d["controller"].pop("gain"), "no entry 'gain'"),
+    "no actuation": (lambda d: d["controller"].pop("actuation"), "no entry 'actuation'"),
+    "no oscillator": (lambda d: d["controller"].pop("oscillator"), "reads 'sin_phase'"),
+    "a term that is null": (lambda d: d["controller"].update(action=None), "its action is None"),
+    "a term of no kind": (lambda d: d["controller"]["action"].pop("kind"), "no entry 'kind'"),
+    "a term that nobody knows": (
+        lambda d: d["controller"]["action"].update(kind="Magic"),
+        "its action is a 'Magic'",
+    ),
+    "a body for a term": (
+        lambda d: d["controller"].update(action=d["body"]),
+        "its action is a 'Hopper', which is no term",
+    ),
+    "a term for an oscillator": (
+        lambda d: d["controller"].update(oscillator=d["controller"]["gain"]),
+        "which is no oscillator",
+    ),
+    "a reaction that cannot actuate": (
+        lambda d: d["controller"].update(actuation=d["controller"]["reaction"]),
+        "which is no actuation",
+    ),
+    "half a neuron": (lambda d: d["controller"]["action"].update(hidden=1.5), "its hidden is 1.5"),
+    "no neuron": (lambda d: d["controller"]["action"].update(hidden=0), "hidden is 0"),
+    "inputs that are text": (
+        lambda d: d["controller"]["action"].update(inputs="phase"),
+        "its inputs is 'phase'",
+    ),
+    "an input that nothing provides": (
+        lambda d: d["controller"]["action"].update(inputs=["phase", "smell"]),
+        "reads 'smell'",
+    ),
+    "a setting that no term has": (
+        lambda d: d["controller"]["reaction"].update(colour=1),
+        "a VanillaReaction has no 'colour'",
+    ),
+    "a sector that is no number": (
+        lambda d: d["controller"]["actuation"].update(start_rad=math.nan),
+        "start_rad is nan",
+    ),
+    "a limit that is negative": (
+        lambda d: d["controller"].update(limit_rad_per_s=-1.0),
+        "limit_rad_per_s is -1",
+    ),
+    "no frequency": (lambda d: d.update(omega_rad_per_s=None), "its omega_rad_per_s is None"),
+    "a frequency that is text": (lambda d: d.update(omega_rad_per_s="8"), "omega_rad_per_s is '8'"),
+    "an infinite frequency": (
+        lambda d: d.update(omega_rad_per_s=math.inf),
+        "omega is inf; it must be finite",
+    ),
+    "no body": (lambda d: d.update(body=None), "its body is None"),
+    "a mass that is text": (lambda d: d["body"].update(mass_kg="0.1"), "its mass_kg is '0.1'"),
+    "a mass that is true": (lambda d: d["body"].update(mass_kg=True), "its mass_kg is True"),
+    "a mass that is null": (lambda d: d["body"].update(mass_kg=None), "its mass_kg is None"),
+    "a mass that is negative": (lambda d: d["body"].update(mass_kg=-0.1), "mass_kg is -0.1"),
+    "a mass beyond all floats": (lambda d: d["body"].update(mass_kg=10**400), "too large"),
+    "a model that is a number": (lambda d: d.update(model=3), "its name is 3"),
+    "a training that is null": (lambda d: d.update(training=None), "its training is None"),
+    "no software": (lambda d: d.pop("software"), "no entry 'software'"),
+}
+
+
+@pytest.mark.parametrize("change", CHANGES)
+def test_a_file_with_a_wrong_entry_is_refused_with_what_is_wrong(tmp_path, change, one_line_error):
+    alter, said = CHANGES[change]
+    document = json.loads(text())
+    alter(document)
+    path = tmp_path / "controller.json"
+    path.write_text(json.dumps(document))
+    with pytest.raises(TegotaeError, match=said):
+        load(path)
+    assert refusal(path) in one_line_error("simulate", "--controller", str(path))
+
+
+BYTES = {
+    "empty": b"",
+    "binary": bytes(range(256)) * 4,
+    "a picture": b"\x89PNG\r\n\x1a\n" + b"\x00" * 64,
+    "a pickle": pickle.dumps({"format": "tegotae controller", "version": 1}),
+    "in another encoding": text().encode("utf-16"),
+    "a list": b"[]",
+    "null": b"null",
+    "a number": b"1",
+    "other JSON": b'{"configuration": {}}',
+    "nested too deep": b"[" * 100_000,
+    "too many digits": b"1" * 100_000,
+    "a table": b"generation,seed\n0,0\n",
+}
+
+
+@pytest.mark.parametrize("name", BYTES)
+def test_what_is_no_controller_file_is_called_none(tmp_path, name, one_line_error):
+    path = tmp_path / "controller.json"
+    path.write_bytes(BYTES[name])
+    assert refusal(path) == f"{path} is not a controller file of tegotae"
+    assert refusal(path) in one_line_error("simulate", "--controller", str(path))
+
+
+def test_a_missing_file_is_called_missing(tmp_path, one_line_error):
+    path = tmp_path / "controller.json"
+    assert refusal(path) == f"no controller file at {path}"
+    assert refusal(path) in one_line_error("simulate", "--controller", str(path))
+
+
+def test_what_cannot_be_read_is_refused(tmp_path, one_line_error):
+    (tmp_path / "file").touch()
+    for path in (tmp_path, tmp_path / "file" / "controller.json"):
+        assert refusal(path).startswith(f"cannot read {path}: ")
+        assert refusal(path) in one_line_error("simulate", "--controller", str(path))
+
+
+def places(value: Any, path: tuple = ()) -> Iterator[tuple]:
+    """Where in a document something could be wrong."""
+    yield path
+    if isinstance(value, (dict, list)):
+        for key, entry in value.items() if isinstance(value, dict) else enumerate(value):
+            yield from places(entry, (*path, key))
+
+
+JSON = st.recursive(
+    st.none()
+    | st.booleans()
+    | st.integers()
+    | st.floats()
+    | st.text(max_size=5)
+    | st.sampled_from(["Network", "Sector", "Hopper", "phase", 10**400]),
+    lambda inner: (
+        st.lists(inner, max_size=3)
+        | st.dictionaries(st.sampled_from(["kind", "inputs", "hidden", "x"]), inner, max_size=3)
+    ),
+    max_leaves=5,
+)
+
+
+@given(st.sampled_from(list(places(json.loads(text())))), JSON)
+def test_whatever_stands_in_a_file_it_is_read_or_refused_in_one_line(tmp_path_factory, at, value):
+    document = {"": copy.deepcopy(json.loads(text()))}
+    inside: Any = document
+    for key in ("", *at)[:-1]:
+        inside = inside[key]
+    inside[("", *at)[-1]] = value
+    path = tmp_path_factory.mktemp("any") / "controller.json"
+    path.write_text(json.dumps(document[""]))
+    try:
+        saved = load(path)
+    except TegotaeError:
+        assert refusal(path)
+    else:
+        assert np.isfinite(saved.weights).all()

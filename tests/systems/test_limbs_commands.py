@@ -1,0 +1,205 @@
+"""Controllers with several limbs on the command line: trained and kept, refused by what is for one.
+
+The metrics of hopping are those of one leg. Whatever needs them says so before any work.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from places import TESTS
+from tegotae import (
+    Engine,
+    Experiment,
+    Scenario,
+    TegotaeError,
+    Timing,
+    build,
+)
+from tegotae.cli import main
+from tegotae.envs import Limb, Wiring, check_wiring
+from tegotae.envs.settings import HopperSettings
+from tegotae.measures.hopping.gait import GaitSummary
+from tegotae.measures.optimum import best
+from tegotae.parts.bodies import Bar
+from tegotae.studies.analysis import find_orbit, map_basin
+from tegotae.systems import controller_file
+from tegotae.systems.controller_file import SavedController
+from tegotae.systems.simulation import Simulation
+from tegotae.systems.user_objects import imported
+
+FILE = TESTS / "users" / "two_legs.py"
+EXPERIMENT = f"{FILE}:experiment"
+ONE_LIMB = "is made for bodies of one limb; a Bar has 2"
+
+
+@pytest.fixture(scope="module")
+def experiment() -> Experiment:
+    return imported(str(FILE)).experiment
+
+
+@pytest.fixture(scope="module")
+def saved(experiment) -> SavedController:
+    weights = np.random.default_rng(0).normal(size=experiment.controller.n_weights)
+    return SavedController.of(experiment.controller, weights, experiment.omega, experiment.body)
+
+
+@pytest.fixture
+def kept(saved, tmp_path, monkeypatch) -> str:
+    """Its file, in the current folder."""
+    monkeypatch.chdir(tmp_path)
+    controller_file.save(saved, "legs.json")
+    return "legs.json"
+
+
+# What is kept
+
+
+def test_a_file_holds_limbs_coupling_sharing_and_wiring(saved, kept):
+    loaded = controller_file.load(kept)
+    assert (loaded.controller, loaded.body) == (saved.controller, saved.body)
+    assert loaded.controller.sharing == (0, 1)
+    assert loaded.controller.wiring == (1, 0)
+    np.testing.assert_array_equal(loaded.weights, saved.weights)
+
+
+def test_a_document_of_the_experiment_is_read_back(experiment):
+    document = json.loads(json.dumps(experiment.document))
+    assert document["system"]["controller"]["coupling"] == {"kind": "LearnedCoupling"}
+    assert document["system"]["release"]["phase_rad"] == [0.0, 2.0]
+    assert document["system"]["release"]["initial_pose"] == [["pitch_rad", 0.05]]
+    assert Experiment.of(document) == experiment
+
+
+@pytest.mark.thorough
+def test_an_episode_of_training_starts_the_limbs_apart(experiment):
+    engine = Engine(controller=experiment.controller, timing=Timing(duration_s=0.1))
+    weights = np.zeros(experiment.controller.n_weights)
+    path = engine.run(weights, experiment.scenario, experiment.body)
+    first = path.phase_rad[0, :, 0] - 8.0 * path.time_s[0, 0]
+    np.testing.assert_allclose(first, [0.0, 2.0], atol=1e-5)
+    assert path.pitch_rad[0, 0] == pytest.approx(0.05)
+
+
+@pytest.mark.parametrize(
+    ("changed", "said"),
+    [
+        ({"phase_rad": (0.0, 1.0, 2.0)}, "the release has 3 phases, one a limb; the body has 2"),
+        ({"phase_rad": (0.0, math.nan)}, "phase_rad is nan"),
+        (
+            {"initial_pose": (("roll_rad", 0.1),)},
+            "Bar knows no posture 'roll_rad'; it takes pitch_rad",
+        ),
+        ({"initial_pose": (("pitch_rad", math.inf),)}, "pitch_rad is inf"),
+    ],
+)
+def test_a_start_that_the_body_cannot_take_is_refused(experiment, changed, said):
+    with pytest.raises(TegotaeError, match=said):
+        experiment.replaced(**changed)
+
+
+@pytest.mark.thorough
+def test_a_training_that_goes_on_ends_in_the_numbers_of_one_that_was_not_stopped(tmp_path):
+    def train(out: str, generations: int) -> list[np.ndarray]:
+        words = ["--seeds", "2", "--population", "4", "--generations", str(generations), "--to-cap"]
+        assert main(["train", EXPERIMENT, *words, "--out", str(tmp_path / out)]) == 0
+        files = [tmp_path / out / f"two-legs-seed{seed}.json" for seed in range(2)]
+        return [controller_file.load(path).weights for path in files]
+
+    begun, ended = train("stopped", 1), train("stopped", 3)
+    np.testing.assert_array_equal(ended, train("whole", 3))
+    assert np.shape(begun) == np.shape(ended)
+
+
+# What is for one limb
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["evaluate", "legs.json"],
+        ["compare", "V-reflex-w8", "legs.json"],
+        ["study", "run", "--dir", "new", "--models", "", "--experiments", EXPERIMENT],
+        ["train", EXPERIMENT, "--algorithm", "sac", "--out", "new"],
+    ],
+    ids=lambda words: words[0],
+)
+def test_what_measures_hopping_is_refused_before_any_work(kept, words, one_line_error):
+    assert ONE_LIMB in one_line_error(*words)
+    assert [path.name for path in Path().iterdir()] == [kept]
+
+
+@pytest.mark.parametrize("figure", ["surface", "phase-response", "basin", "poincare"])
+def test_figures_of_a_hopper_say_for_what_they_are(kept, figure, one_line_error):
+    said = one_line_error("figure", figure, kept, "--out", "x.png")
+    assert "legs.json is for a Bar, and this command is for hoppers" in said
+
+
+def test_a_simulation_and_the_optimum_say_it_too(kept, one_line_error):
+    assert "is for a Bar" in one_line_error("simulate", "--controller", kept)
+    words = ["figure", "optimum", "--controller", kept, "--out", "x.png"]
+    assert "another body than the paper's hopper" in one_line_error(*words)
+
+
+@pytest.mark.parametrize(
+    "analysis",
+    [
+        find_orbit,
+        lambda saved: map_basin(saved, np.array([1.2]), np.array([0.0])),
+        lambda saved: HopperSettings(body=saved.body),
+        lambda saved: Simulation(saved.controller, saved.weights, Scenario(8.0), saved.body),
+    ],
+    ids=["orbit", "basin", "environment", "simulation"],
+)
+def test_from_python_one_line_says_so(saved, analysis):
+    with pytest.raises(TegotaeError, match=ONE_LIMB):
+        analysis(saved)
+
+
+def test_metrics_of_a_rollout_are_refused_while_it_is_compiled(saved):
+    engine = Engine(
+        controller=saved.controller, timing=Timing(duration_s=1.0), summary=GaitSummary()
+    )
+    with pytest.raises(TegotaeError, match="bodies of one limb; this recording has 2"):
+        engine.run(saved.weights, Scenario(8.0), saved.body)
+
+
+def test_the_optimum_is_a_hoppers():
+    with pytest.raises(TegotaeError, match="the optimum is known for Hopper; the body is a Bar"):
+        best(Bar(), 4.0)
+
+
+def test_a_wrapper_has_a_unit_a_limb_of_its_own():
+    import gymnasium
+
+    controller = dataclasses.replace(build("V-reflex-w8"), limbs=2)
+    limb = Limb(senses={"spring_force": "x"}, drives="y")
+    wiring = Wiring(limbs=[limb], weights=[2.0], omega=8.0, controller=controller)
+    problems = check_wiring(gymnasium.make("Pendulum-v1"), wiring, steps=0)
+    assert any("the controller has 2 units and the wiring 1 limbs" in p for p in problems)
+
+
+# Bodies that do not fit
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["evaluate", "V-reflex-w8", "--body", f"{FILE}:Bar"], "drives 1 limbs, and a Bar has 2"),
+        (["train", "ART", "--body", f"{FILE}:Bar"], "drives 1 limbs, and a Bar has 2"),
+        (["evaluate", "legs.json", "--flight-damping", "0.1"], "a Bar has no flight_damping_ns"),
+        (
+            ["train", EXPERIMENT, "--mass", "0.5"],
+            "as a leg of this bar, this hopper cannot hop: its actuator pushes with 4 N at most",
+        ),
+    ],
+)
+def test_a_body_that_does_not_fit_is_told_in_one_line(kept, words, said, one_line_error):
+    assert said in one_line_error(*words)
+    assert [path.name for path in Path().iterdir()] == [kept]

@@ -1,0 +1,487 @@
+"""A user's own parts, from a file outside the package, are trained, kept, judged and studied."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import os
+import signal
+import subprocess
+import sys
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from places import ROOT, TESTS
+from tegotae import TegotaeError, find, register
+from tegotae.cli import main
+from tegotae.measures.evaluation import evaluate
+from tegotae.measures.hopping import registry as metrics
+from tegotae.measures.objectives.fitness import Fitness
+from tegotae.parts.terms import Network, Term
+from tegotae.studies.paper.folder import Folder
+from tegotae.studies.paper.table import tabulate
+from tegotae.systems import controller_file, registry
+from tegotae.systems.experiment import Experiment
+from tegotae.systems.registry import kinds
+from tegotae.systems.user_objects import imported, named
+from tegotae.training.algorithms import PGPE, Algorithm
+from tegotae.training.collection import read
+from tegotae.training.evolve import start
+from tegotae.training.run import Run, train
+from tegotae.training.stopping import Stopping
+
+FILE = TESTS / "users" / "my_parts.py"
+EXPERIMENT, ALGORITHM = f"{FILE}:experiment", f"{FILE}:Climb"
+NAMES = {"HarmonicAction", "DriftingPhase", "LoadedHopper", "Height", "climb"}
+
+
+@pytest.fixture(scope="module")
+def parts():
+    """The user's module, its parts registered."""
+    return imported(str(FILE))
+
+
+def run_of(parts, generations: int = 3) -> Run:
+    return Run(
+        experiment=parts.experiment,
+        seeds=(0, 1),
+        stopping=Stopping.after(generations),
+        algorithm=parts.Climb(),
+    )
+
+
+@pytest.fixture(scope="module")
+def trained(parts, tmp_path_factory) -> Path:
+    """A finished training on disk, by the command."""
+    out = tmp_path_factory.mktemp("mine") / "training"
+    words = ["--algorithm", ALGORITHM, "--seeds", "2", "--generations", "3", "--to-cap"]
+    assert main(["train", EXPERIMENT, *words, "--out", str(out)]) == 0
+    return out
+
+
+# Documents.
+
+
+def test_naming_a_file_registers_the_parts_in_it_and_no_others(parts):
+    assert kinds().keys() >= NAMES
+    assert "ConstantGain" in kinds()
+    assert kinds()["ConstantGain"].__module__ == "tegotae.parts.terms.gain"
+
+
+def test_an_experiment_of_own_parts_is_read_back_from_its_document(parts):
+    document = json.loads(json.dumps(parts.experiment.document))
+    assert document["system"]["body"]["kind"] == "LoadedHopper"
+    assert Experiment.of(document) == parts.experiment
+
+
+def test_all_models_experiments_are_read_back_from_their_documents():
+    for name in ("V-sector-w4", "ARGT-rFv-gFv-tphif-w8", "T-Fv"):
+        experiment = find(name).experiment()
+        assert Experiment.of(json.loads(json.dumps(experiment.document))) == experiment
+
+
+# Training.
+
+
+def test_python_and_the_command_train_to_the_same_numbers(parts, trained, tmp_path):
+    paths = train(run_of(parts), tmp_path)
+    for path in paths:
+        one, other = controller_file.load(path), controller_file.load(trained / path.name)
+        np.testing.assert_array_equal(one.weights, other.weights)
+        assert one.controller == other.controller == parts.experiment.controller
+        assert one.body == parts.experiment.body
+
+
+def test_the_search_finds_something_better_than_it_began_with(trained):
+    for path in trained.glob("mine-seed*.json"):
+        training = controller_file.load(path).training
+        assert training["algorithm"]["name"] == "climb"
+        assert training["generations"] == 3
+        assert training["best_fitness"] > 1.0
+
+
+KILLED = """
+import os, signal, sys
+from pathlib import Path
+import conftest  # the tests' promotion rules: with others XLA may round otherwise
+from tegotae.systems.user_objects import imported
+parts = imported(sys.argv[1])
+from test_users_parts import run_of
+from tegotae.training.run import train
+
+def kill(done, curves):
+    if done == 2:
+        os.kill(os.getpid(), signal.SIGKILL)
+
+train(run_of(parts), Path(sys.argv[2]), on_generation=kill)
+"""
+
+
+def test_a_killed_training_goes_on_and_ends_in_the_same_numbers(parts, trained, tmp_path):
+    tests = [str(FILE.parents[1]), *sys.path]
+    killed = subprocess.run(
+        [sys.executable, "-c", KILLED, str(FILE), str(tmp_path)],
+        env={**os.environ, "PYTHONPATH": os.pathsep.join(tests)},
+        capture_output=True,
+    )
+    assert killed.returncode == -signal.SIGKILL, killed.stderr
+    assert (tmp_path / "checkpoint.npz").exists()
+    for path in train(run_of(parts), tmp_path):
+        whole = controller_file.load(trained / path.name)
+        np.testing.assert_array_equal(controller_file.load(path).weights, whole.weights)
+
+
+def test_options_change_what_they_name_and_nothing_else(parts, tmp_path):
+    words = ["--algorithm", ALGORITHM, "--seeds", "1", "--generations", "1", "--to-cap"]
+    more = ["--body", f"{FILE}:LoadedHopper", "--mass", "0.12", "--release", "1.3"]
+    assert main(["train", EXPERIMENT, *words, *more, "--out", str(tmp_path)]) == 0
+    (path,) = tmp_path.glob("mine-seed0.json")
+    assert controller_file.load(path).body == parts.LoadedHopper(mass_kg=0.12)
+    document = json.loads((tmp_path / "run.json").read_text())["configuration"]["experiment"]
+    wanted = parts.experiment.replaced(
+        body=parts.LoadedHopper(mass_kg=0.12),
+        height_m=1.3,
+        protocol=dataclasses.replace(parts.experiment.protocol, release_m=1.3),
+    )
+    assert Experiment.of(document) == wanted
+
+
+# Evaluation, tuning, study.
+
+
+def test_what_was_trained_is_evaluated(parts, trained):
+    (runs,) = read(trained)
+    found = evaluate(runs.controller, runs.weights, runs.omega_t, runs.body, _protocol(parts))
+    assert found.n_runs == 2
+    assert np.isfinite(found.episodes["failed_share"]).all()
+
+
+def test_a_controller_is_evaluated_on_another_body_than_it_was_trained_on(
+    parts, trained, monkeypatch
+):
+    asked = []
+
+    def evaluate_all(sets, protocol, *rest):
+        asked.append((sets[0].body, protocol.work))
+        return []
+
+    monkeypatch.setattr("tegotae.cli.evaluate.evaluate_all", evaluate_all)
+    words = ["evaluate", str(trained), "--mass", "0.12"]
+    assert main([*words, "--work", "positive"]) == 0
+    assert main([*words, "--body", f"{FILE}:Hopper", "--energy", "net"]) == 0
+    heavier = parts.LoadedHopper(mass_kg=0.12), parts.Hopper(mass_kg=0.12)
+    assert asked == [(heavier[0], "positive"), (heavier[1], "net")]
+
+
+def _protocol(parts):
+    return parts.experiment.protocol
+
+
+def test_its_algorithm_is_tuned(parts, tmp_path, capsys):
+    pytest.importorskip("optuna")
+    words = ["--algorithm", ALGORITHM, "--trials", "1", "--seeds", "1", "--confirm", "0"]
+    storage, keep = tmp_path / "journal", tmp_path / "kept.json"
+    words += ["--budget-s", "16", "--storage", str(storage), "--keep", str(keep)]
+    assert main(["tune", EXPERIMENT, *words]) == 0
+    kept = json.loads(keep.read_text())
+    assert (kept["algorithm"], kept["settings"]) == ("climb", {"population": 4, "step": 0.2})
+
+
+@pytest.mark.thorough
+def test_it_stands_beside_the_papers_models_in_a_study(parts, tmp_path, monkeypatch):
+    """Done in worker processes, which know nothing of the file but what they are sent."""
+    words = ["--dir", str(tmp_path), "--scale", "smoke", "--models", "V-*", "--workers", "1"]
+    assert main(["study", "run", *words, "--experiments", EXPERIMENT]) == 0
+    records, wrong = Folder(tmp_path).all()
+    assert (wrong, [record.model for record in records]) == ([], ["V-sector-w8", "mine"])
+    assert records[1].experiment == parts.experiment
+    table = tabulate(records).where(model="mine")
+    assert table["architecture"].tolist() == ["mine", "mine"]
+    assert table["observation"].tolist() == ["F", "F"]
+    assert table["omega_t"].tolist() == [8.0, 8.0]
+    out = tmp_path / "table.csv"
+    assert main(["study", "export", "--dir", str(tmp_path), "--out", str(out)]) == 0
+    assert "\nmine,mine," in out.read_text()
+    monkeypatch.setattr("tegotae.figures.report.best._surface", lambda saved: {})  # which take long
+    monkeypatch.setattr("tegotae.figures.report.best._hop", lambda saved: {})
+    assert main(["study", "report", "--dir", str(tmp_path)]) == 0
+    page = (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert '["mine", "mine", "F_k", "its own", 8.0,' in page
+    assert '"mine": {"model": "mine", "run":' in page
+
+
+def test_an_agent_learns_a_term_that_torch_does_not_know(parts):
+    """Its value and its gradient are those of JAX."""
+    torch = pytest.importorskip("torch")
+    pytest.importorskip("stable_baselines3")
+    from tegotae.training.agents import PPOSettings
+    from tegotae.training.agents.learner import AgentTraining, make_agent
+
+    settings = PPOSettings(n_steps=60, batch_size=120, n_envs=2)  # long enough to land
+    training = AgentTraining.of(
+        dataclasses.replace(parts.experiment, objective=Fitness(settle_s=0.5)),
+        settings,
+    )
+    agent, feedback = make_agent(training, seed=0)
+    before = feedback.flat()
+    agent.learn(120)
+    assert feedback.flat().shape == before.shape == (5,)
+    assert (feedback.flat() != before).any()
+    observations = torch.randn(7, len(training.environment.observed))
+    feedback.zero_grad()
+    feedback(observations).sum().backward()
+    gradient = feedback.terms[0].weights.grad.numpy()
+    step = np.zeros(4, "float32")
+    step[2] = 1e-2
+    with torch.no_grad():
+        low = feedback(observations).sum().item()
+        feedback.terms[0].weights += torch.from_numpy(step)
+        high = feedback(observations).sum().item()
+    assert (high - low) / 1e-2 == pytest.approx(gradient[2], rel=1e-2, abs=1e-4)
+
+
+# The pages under Extending: files to copy.
+
+PAGES = ROOT / "docs" / "extending" / "examples"
+QUICK = ["--duration", "2", "--tick", "0.004", "--seeds", "1", "--generations", "1", "--to-cap"]
+
+
+@pytest.mark.parametrize("name", sorted(path.name for path in PAGES.glob("*.py")))
+def test_a_file_of_the_pages_is_imported_and_its_experiment_read_back(name):
+    module = imported(str(PAGES / name))
+    if hasattr(module, "experiment"):
+        document = json.loads(json.dumps(module.experiment.document))
+        assert Experiment.of(document) == module.experiment
+
+
+def test_the_files_of_the_pages_train_together(tmp_path):
+    """Term, body, fitness and algorithm of four files in one training."""
+    words = ["--body", f"{PAGES / 'rubber_hopper.py'}:RubberHopper"]
+    words += ["--fitness", f"{PAGES / 'jump.py'}:Jump"]
+    words += ["--algorithm", f"{PAGES / 'hill_climb.py'}:HillClimb", "--population", "4"]
+    place = f"{PAGES / 'fourier_action.py'}:experiment"
+    assert main(["train", place, *words, *QUICK, "--out", str(tmp_path)]) == 0
+    saved = controller_file.load(tmp_path / "fourier-seed0.json")
+    assert type(saved.body).__name__ == "RubberHopper"
+    assert type(saved.experiment.objective).__name__ == "Jump"
+
+
+# Misuse: one line each.
+
+
+@dataclass(frozen=True)
+class Unregistered(Network):
+    """A term that nobody registered."""
+
+
+def test_a_part_that_is_not_registered_is_refused_before_the_training(tmp_path):
+    whole = find("AR").experiment()
+    own = dataclasses.replace(whole.controller.tegotae, reaction=Unregistered(("spring_force",), 2))
+    experiment = whole.replaced(controller=dataclasses.replace(whole.controller, tegotae=own))
+    said = r"^a Unregistered cannot be saved: it is not registered; call tegotae\.register"
+    with pytest.raises(TegotaeError, match=said):
+        train(Run(experiment=experiment), tmp_path / "new")
+    assert not (tmp_path / "new").exists()
+
+
+@dataclass(frozen=True)
+class Spline(Network):
+    """A term with a field that no file can hold."""
+
+    knots: object = print
+
+
+@dataclass(frozen=True)
+class Rounded(Network):
+    """A term with a field that a file holds, and that is not read again as its annotation says."""
+
+    knots: np.ndarray | None = None
+
+
+@pytest.mark.parametrize(
+    ("part", "says"),
+    [
+        (Spline, "a Spline cannot be saved and read again: Object of type .* is not JSON"),
+        (partial(Rounded, knots=np.arange(3.0)), "a Rounded cannot be saved and read again"),
+    ],
+)
+def test_a_part_that_no_file_can_hold_is_refused_before_the_training(tmp_path, part, says):
+    kind = part.func if isinstance(part, partial) else part
+    register(kind)
+    try:
+        whole = find("AR").experiment()
+        own = dataclasses.replace(whole.controller.tegotae, reaction=part(("spring_force",), 2))
+        experiment = whole.replaced(controller=dataclasses.replace(whole.controller, tegotae=own))
+        with pytest.raises(TegotaeError, match=says) as refusal:
+            train(Run(experiment=experiment), tmp_path / "new")
+        assert "\n" not in str(refusal.value)
+        assert not (tmp_path / "new").exists()
+    finally:
+        registry._registered.pop(kind.__name__)
+
+
+def test_a_loop_of_ones_own_is_warned_that_it_could_not_save_what_it_learns():
+    whole = find("AR").experiment()
+    own = dataclasses.replace(whole.controller.tegotae, reaction=Unregistered(("spring_force",), 2))
+    controller = dataclasses.replace(whole.controller, tegotae=own)
+    with pytest.warns(
+        UserWarning, match=r"could not be saved: .*tegotae\.register\(Unregistered\)"
+    ):
+        start(PGPE(), controller, [0])
+
+
+STRANGER = """
+import sys
+from tegotae.cli import main
+sys.exit(main(sys.argv[1:]))
+"""
+
+
+def test_a_file_that_names_a_part_nobody_registered_is_refused_and_nothing_is_imported(trained):
+    """A process of its own: this one knows the parts."""
+    path = trained / "mine-seed0.json"
+    words = ["simulate", "--controller", str(path), "--duration", "2", "--json"]
+
+    def call(*more: str) -> subprocess.CompletedProcess:
+        command = [sys.executable, "-c", STRANGER, *words, *more]
+        return subprocess.run(command, capture_output=True, text=True)
+
+    refused = call()
+    assert refused.returncode == 2
+    assert refused.stderr == (
+        f"tegotae: {path} is damaged: its oscillator is a 'DriftingPhase', which is no "
+        "oscillator known here; a part of your own must be registered first\n"
+    )
+    assert call("--parts", str(FILE)).returncode == 0
+
+
+def test_what_is_no_part_cannot_be_registered():
+    with pytest.raises(TegotaeError, match="dict is no part: a part is a subclass of one of Body"):
+        register(dict)
+
+    class Loose(Algorithm):
+        pass
+
+    with pytest.raises(TegotaeError, match="Loose cannot be registered: it is no frozen dataclass"):
+        register(Loose)
+
+    @dataclass(frozen=True, kw_only=True)
+    class PGPE(Algorithm):
+        NAME = "pgpe"
+
+        def make(self, n_weights):
+            raise NotImplementedError
+
+    with pytest.raises(TegotaeError, match="has a part called pgpe already"):
+        register(PGPE)
+
+
+FILES = {
+    "from nowhere import x": "cannot be imported, line 1: ModuleNotFoundError",
+    "\n\n1/0": "cannot be imported, line 3: ZeroDivisionError: division by zero",
+    "def f(:": "cannot be imported, line 1: SyntaxError",
+    "import sys\n\nsys.exit(0)": "cannot be imported, line 3: SystemExit: it ends the program",
+}
+
+
+@pytest.mark.parametrize("text", FILES)
+def test_a_file_that_cannot_be_imported_is_told_with_its_line(tmp_path, text, one_line_error):
+    path = tmp_path / f"broken_{len(text)}.py"
+    path.write_text(text)
+    assert FILES[text] in one_line_error("train", f"{path}:experiment")
+
+
+LEAVING = """
+import sys
+from dataclasses import dataclass
+from tegotae.parts.terms import VanillaAction
+from tegotae.measures.objectives.objective import Objective
+
+@dataclass(frozen=True)
+class Leaving(VanillaAction):
+    def __post_init__(self):
+        sys.exit(0)
+
+@dataclass(frozen=True, kw_only=True)
+class LeavingLate(Objective):
+    def score(self, trajectory, scenario, body, timing):
+        sys.exit(0)
+
+def environment():
+    sys.exit(0)
+"""
+"""Code that ends the program wherever it is called."""
+
+
+def test_code_of_a_part_does_not_end_a_command_as_if_it_had_done_its_work(tmp_path, one_line_error):
+    path = tmp_path / "leaving.py"
+    path.write_text(LEAVING)
+    with pytest.raises(TegotaeError, match="cannot be made: SystemExit: it ends the program"):
+        named(f"{path}:Leaving", Term, "term")
+    assert "it ends the program" in one_line_error("train-env", f"{path}:environment")
+    words = ["--generations", "1", "--seeds", "1", "--out", str(tmp_path / "out")]
+    said = one_line_error("train", "V-sector-w8", "--fitness", f"{path}:LeavingLate", *words)
+    assert "code of a part ended the command" in said
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["train", "nowhere.py:experiment"], "there is no file nowhere.py"),
+        (["train", "no_such_module:experiment"], "there is no module no_such_module"),
+        (["train", f"{FILE}:experimnt"], "did you mean experiment"),
+        (["train", f"{FILE}:Height"], "is no experiment: it is a Height, no Experiment"),
+        (["train", EXPERIMENT, "--budget", "20"], "--budget sizes the networks of the paper's"),
+        (["train", EXPERIMENT, "--cot-only"], "--cot-only belongs to the paper's fitness"),
+        (["train", EXPERIMENT, "--body", f"{FILE}:Height"], "is no body: "),
+        (["train", "ART", "--algorithm", f"{FILE}:Height"], "is no algorithm: "),
+        (["tune", "ART", "--algorithm", f"{FILE}:Height", "--storage", "s"], "is no algorithm: "),
+        (["train", "--parts"], "--parts names no file"),
+    ],
+)
+def test_a_wrong_reference_is_told_in_one_line(words, said, one_line_error, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert said in one_line_error(*words)
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_name_that_another_module_has_is_refused(tmp_path):
+    path = tmp_path / "json.py"
+    path.write_text("x = 1\n")
+    with pytest.raises(TegotaeError, match="there is a module json already"):
+        imported(str(path))
+
+
+def test_an_experiments_name_is_one_of_a_file():
+    with pytest.raises(TegotaeError, match="its name may have letters"):
+        dataclasses.replace(find("AR").experiment(), name="../x")
+
+
+def test_a_frequency_and_an_oscillator_go_together():
+    with pytest.raises(TegotaeError, match=r"no oscillator, but omega is 8\.0 rad/s"):
+        find("T").experiment().replaced(omega=8.0)
+    with pytest.raises(TegotaeError, match="has an oscillator; give omega"):
+        find("AR").experiment().replaced(omega=None)
+
+
+def test_a_class_stands_for_an_instance_with_its_defaults(parts):
+    assert named(ALGORITHM, Algorithm, "algorithm") == parts.Climb()
+
+
+def test_a_metric_of_a_users_file_is_known_by_its_name(tmp_path):
+    path = tmp_path / "my_own_metric.py"
+    path.write_text(
+        "import jax.numpy as jnp\n"
+        "from tegotae.measures.hopping.metric import GaitMetric\n"
+        "mine = GaitMetric(name='my_apex', label='my apex', unit='m', about='an apex',\n"
+        "    more_is_better=True, compute=lambda e: jnp.nanmean(e.hops.height_m, axis=0))\n"
+    )
+    try:
+        module = imported(str(path))
+        assert metrics.find("my_apex") is register(module.mine)
+    finally:
+        metrics.forget("my_apex")

@@ -1,0 +1,390 @@
+"""Training on anyone's environment: the same runs, files and ends, whatever goes wrong in it."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import math
+from pathlib import Path
+
+import jax
+import numpy as np
+import pytest
+
+from places import TESTS
+
+pytest.importorskip("gymnasium")
+
+from tegotae import TegotaeError, find
+from tegotae.cli import main
+from tegotae.envs import Limb, TegotaeWrapper, Wiring, save_wiring
+from tegotae.measures.objectives.objective import FAILED_FITNESS
+from tegotae.systems import controller_file
+from tegotae.training.algorithms import PGPE, OpenES
+from tegotae.training.environments.env_spec import EnvSpec
+from tegotae.training.environments.evaluator import SampleWarning
+from tegotae.training.environments.experiment import EnvExperiment
+from tegotae.training.environments.objectives import Hopping, UserObjective
+from tegotae.training.environments.rollouts import EnvRollouts
+from tegotae.training.environments.worker_pool import WorkerPool
+from tegotae.training.evaluator import Round
+from tegotae.training.run import Run, train
+from tegotae.training.stopping import Stopping
+
+HERE = TESTS
+ENV = f"{HERE / 'wired_env.py'}:Scales"
+WIRING = Wiring(
+    limbs=[Limb(senses={"spring_force": "load"}, drives="action[0]", rest=0.0)],
+    scales={"spring_force": 1.0, "feedback": 3.0},
+)
+GENERATIONS = 3
+ALL = Round.alike()
+
+
+def experiment(model: str = "AR", *, env: str = ENV, budget: int = 12, **settings):
+    """A model on the scales."""
+    made = tuple(settings.pop("made", {}).items())
+    wiring = settings.pop("wiring", WIRING)
+    return EnvExperiment.of_model(
+        find(model),
+        EnvSpec(env=env, settings=made),
+        wiring,
+        **{"budget": budget, "duration_s": 0.8, **settings},
+    )
+
+
+def run_of(generations: int = GENERATIONS, **changes) -> Run:
+    """A small training in this process."""
+    return Run(
+        **{
+            "experiment": experiment(),
+            "seeds": (0, 1),
+            "stopping": Stopping.after(generations),
+            "algorithm": PGPE(population=4),
+            "workers": 0,
+            **changes,
+        }
+    )
+
+
+def learned(folder: Path) -> list:
+    files = sorted(folder.glob("*-seed*.json"))
+    weights = [controller_file.load(file).weights.tolist() for file in files]
+    return [weights, (folder / "curves.csv").read_text()]
+
+
+def test_the_frequency_is_the_one_given_or_the_wirings_or_else_the_models():
+    wired = dataclasses.replace(WIRING, omega=9.0)
+    assert experiment(wiring=wired, omega=7.0).omega == 7.0
+    assert experiment(wiring=wired).omega == 9.0
+    assert experiment().omega == 8.0
+
+
+@pytest.mark.parametrize("omega", [math.nan, -4.0, 1e9])
+@pytest.mark.parametrize("given", [None, 8.0])
+def test_a_wiring_whose_frequency_is_none_is_not_trained(omega, given):
+    with pytest.raises(TegotaeError, match="the wiring's omega is "):
+        experiment(wiring=dataclasses.replace(WIRING, omega=omega), omega=given)
+
+
+@pytest.fixture(scope="module")
+def trained(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("trained")
+    return folder, train(run_of(), folder)
+
+
+# The same runs and files as on the hopper.
+
+
+def test_a_training_leaves_controllers_curves_and_an_account_of_itself(trained):
+    folder, paths = trained
+    assert [path.name for path in paths] == [
+        "AR-rF-reflex-w8-seed0.json",
+        "AR-rF-reflex-w8-seed1.json",
+    ]
+    assert {p.name for p in folder.iterdir()} >= {"run.json", "curves.csv", "checkpoint.npz"}
+    saved = controller_file.load(paths[0])
+    assert saved.training["generations"] == GENERATIONS
+    assert saved.training["experiment"]["environment"] == {"env": ENV, "settings": {}}
+    assert saved.body.scales == (1.0,)
+    document = json.loads((folder / "run.json").read_text())["configuration"]
+    assert document["experiment"]["objective"] == {"kind": "Return"}
+
+
+def test_the_best_fitness_is_that_of_the_kept_weights_and_the_return_of_their_episode(trained):
+    _, paths = trained
+    saved = controller_file.load(paths[0])
+    with experiment().evaluator(0) as evaluator:
+        verdict = evaluator.evaluate(saved.weights[None, None], ALL)
+    assert verdict.fitness[0, 0] == pytest.approx(saved.training["best_fitness"], abs=1e-4)
+    assert np.isnan(verdict.cot_inverse).all()
+    env = TegotaeWrapper(experiment().spec.make(), Wiring.from_controller(paths[0]))
+    env.reset()
+    total, over = 0.0, False
+    while not over:
+        _, reward, _, over, _ = env.step(np.zeros(1, np.float32))
+        total += reward
+    assert total == pytest.approx(saved.training["best_fitness"], abs=1e-3)
+
+
+@pytest.mark.parametrize("generation", [1, 2])
+def test_an_interrupted_training_goes_on_and_ends_in_the_same_numbers(
+    trained, tmp_path, generation
+):
+    def stop(done, _):
+        if done == generation:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        train(run_of(), tmp_path, on_generation=stop)
+    train(run_of(), tmp_path)
+    assert learned(tmp_path) == learned(trained[0])
+
+
+def test_a_folder_of_another_wiring_is_refused(trained):
+    other = dataclasses.replace(WIRING, scales={"spring_force": 2.0, "feedback": 3.0})
+    with pytest.raises(TegotaeError, match=r"differs in .*wiring"):
+        train(run_of(experiment=experiment(wiring=other)), trained[0])
+
+
+def test_a_folder_whose_environment_or_fitness_was_rewritten_since_is_refused(tmp_path):
+    ours = tmp_path / "rewritten_env.py"
+    ours.write_text((HERE / "wired_env.py").read_text())
+
+    def run() -> Run:
+        own = experiment("V-reflex-w8", budget=96, env=f"{ours}:Scales")
+        return run_of(
+            experiment=dataclasses.replace(own, objective=UserObjective(f"{ours}:pushes"))
+        )
+
+    train(run(), tmp_path / "out")
+    train(run(), tmp_path / "out")
+    ours.write_text(ours.read_text() + "STEPS = 30\n")
+    with pytest.raises(TegotaeError, match="differs in code of environment, code of fitness"):
+        train(run(), tmp_path / "out")
+
+
+@pytest.mark.thorough
+def test_other_evolution_strategies_learn_there(tmp_path):
+    with jax.numpy_dtype_promotion("standard"):  # which evosax counts on
+        (path,) = train(run_of(1, algorithm=OpenES(population=4), seeds=(0,)), tmp_path)
+    assert math.isfinite(controller_file.load(path).training["best_fitness"])
+
+
+def test_the_gain_of_a_vanilla_model_is_searched_for(tmp_path):
+    own = experiment("V-reflex-w8", budget=96)
+    (path,) = train(run_of(experiment=own), tmp_path)
+    saved = controller_file.load(path)
+    assert saved.training["ended"] == "search"
+    with own.evaluator(0) as evaluator:
+        fitness = evaluator.evaluate(own.gains[None, :, None], ALL).fitness[0]
+    assert saved.weights[0] == pytest.approx(own.gains[np.argmax(fitness)])
+    # Both ends of the grid are tried, and the best is worth more than no feedback at all.
+    assert fitness.max() > fitness[0]
+
+
+def test_a_figure_of_efficiency_says_where_none_was_measured(trained, one_line_error, tmp_path):
+    words = ("figure", "learning-curves", str(trained[0]), "--out", str(tmp_path / "curves.png"))
+    assert "measured no CoT⁻¹" in one_line_error(*words)
+
+
+# By what is judged.
+
+
+def test_height_and_work_make_a_hopping_fitness_as_on_the_engine():
+    known = dataclasses.replace(WIRING, height="height", work="work", rest_length_m=1.0)
+    own = experiment("V-reflex-w8", budget=96, wiring=known, duration_s=24.0)
+    assert own.objective == Hopping(settle_s=12.0)
+    with pytest.raises(TegotaeError, match="the wiring does not say height"):
+        dataclasses.replace(experiment(), objective=Hopping(settle_s=0.1)).check()
+
+
+def test_a_function_of_ones_own_judges_an_episode():
+    own = dataclasses.replace(
+        experiment("V-reflex-w8", budget=96),
+        objective=UserObjective(f"{HERE / 'wired_env.py'}:pushes"),
+    )
+    with own.evaluator(0) as evaluator:
+        lazy, busy = evaluator.evaluate(np.array([[[0.0], [8.0]]]), ALL).fitness[0]
+    assert lazy == 0.0
+    assert busy > 0.05
+
+
+def test_a_function_of_ones_own_is_asked_about_episodes_that_were_played_alone():
+    own = dataclasses.replace(
+        experiment("V-reflex-w8", budget=96),
+        objective=UserObjective(f"{HERE / 'wired_env.py'}:last_push"),
+    )
+    rollouts = EnvRollouts(own, 3)
+    trials = rollouts.try_out(np.array([[8.0], [8.0]]), np.array([True, False]))
+    assert trials.fitness[0] > 0.0  # the second is left out, and the third lane is spare
+    absent = EnvSpec(env=ENV, settings=(("fail", "reset"),))
+    absent = dataclasses.replace(own, spec=absent, seed=1)
+    with (
+        absent.evaluator(0) as evaluator,
+        pytest.warns(SampleWarning, match="nobody is at home"),
+        pytest.raises(TegotaeError, match="fails with every sample"),
+    ):
+        evaluator.evaluate(np.zeros((1, 1, 1)), ALL)
+
+
+@pytest.mark.parametrize(
+    ("function", "said"),
+    [
+        ("text", r"text returned 'much'; it must return one number"),
+        ("divides", "divides failed on an episode of 40 steps: ZeroDivisionError"),
+        ("of_no_entry", "no entry of the observation is called 'lod'; did you mean load"),
+    ],
+)
+def test_what_goes_wrong_in_a_function_of_ones_own_is_said_of_the_function(function, said):
+    own = dataclasses.replace(
+        experiment("V-reflex-w8", budget=96),
+        objective=UserObjective(f"{HERE / 'wired_env.py'}:{function}"),
+    )
+    with own.evaluator(0) as evaluator, pytest.raises(TegotaeError, match=said) as refusal:
+        evaluator.evaluate(np.zeros((1, 1, 1)), ALL)
+    assert "\n" not in str(refusal.value)
+
+
+def test_a_fitness_that_is_no_number_for_any_candidate_ends_the_training():
+    own = dataclasses.replace(
+        experiment("V-reflex-w8", budget=96),
+        objective=UserObjective(f"{HERE / 'wired_env.py'}:undefined"),
+    )
+    with (
+        own.evaluator(0) as evaluator,
+        pytest.warns(SampleWarning, match="its fitness was not finite"),
+        pytest.raises(TegotaeError, match="every sample: its fitness was not finite"),
+    ):
+        evaluator.evaluate(np.zeros((1, 1, 1)), ALL)
+
+
+# What goes wrong.
+
+LAZY, BUSY = 0.0, 8.0
+
+
+@pytest.mark.parametrize(
+    ("fail", "said"),
+    [
+        ("raise", "it raised RuntimeError: the motor is on fire"),
+        ("leave", "it raised SystemExit: it ends the program"),
+        ("nan", "its observation was not finite"),
+        ("pay", "its reward was inf"),
+        ("shape", r"its observation has shape \(2,\); its space said \(3,\)"),
+    ],
+)
+def test_a_sample_whose_environment_fails_is_the_worst_and_the_others_are_as_without_it(fail, said):
+    own = experiment("V-reflex-w8", budget=96, made={"fail": fail})
+    with (
+        own.evaluator(0) as evaluator,
+        pytest.warns(SampleWarning, match=f"{said}; 1 of 3 samples"),
+    ):
+        verdict = evaluator.evaluate(np.array([[[LAZY], [BUSY], [LAZY]]]), ALL)
+    assert verdict.failed.tolist() == [[False, True, False]]
+    assert verdict.fitness[0, 1] == FAILED_FITNESS
+    assert verdict.fitness[0, 0] == verdict.fitness[0, 2] == 0.0
+
+
+def test_an_episode_that_ends_at_once_is_marked():
+    ends = f"{HERE / 'wired_env.py'}:AtOnce"
+    own = experiment("V-both-w8", budget=96, env=ends)
+    phase = dataclasses.replace(WIRING.limbs[0], phase_rad=1.8 * math.pi)
+    own = dataclasses.replace(own, wiring=dataclasses.replace(own.wiring, limbs=[phase]))
+    said = "fails with every sample: it ended at its first step"
+    with (
+        own.evaluator(0) as evaluator,
+        pytest.warns(SampleWarning, match="it ended at its first step"),
+        pytest.raises(TegotaeError, match=said),
+    ):
+        evaluator.evaluate(np.array([[[LAZY]]]), ALL)
+
+
+def test_of_an_environment_that_dies_or_hangs_in_a_worker_one_sample_is_lost():
+    weights = np.array([[LAZY], [BUSY], [LAZY]])
+    for fail, said in (
+        ("exit", r"it ended its process \(status 3\)"),
+        ("hang", "a step of it took longer than 4 s"),
+    ):
+        own = experiment("V-reflex-w8", budget=96, made={"fail": fail}, limit_s=4.0)
+        with WorkerPool(own, 1, 3, own.limit_s) as pool:
+            trials = pool.try_out(weights)
+        assert trials.failed.tolist() == [False, True, False]
+        assert trials.fitness.tolist() == [0.0, FAILED_FITNESS, 0.0]
+        assert trials.troubles[0] is trials.troubles[2] is None
+        assert said.split("\\")[0].split("(")[0].strip() in (trials.troubles[1] or "")
+
+
+# What is refused before anything is tried.
+
+
+@pytest.mark.parametrize(
+    ("env", "said"),
+    [
+        ("NoSuch-v0", "no environment is called 'NoSuch-v0'"),
+        ("nowhere.py:make", r"there is no file nowhere\.py"),
+        (f"{HERE / 'wired_env.py'}:nothing", "made a int; it must make a Gymnasium environment"),
+        ("nowhere.xml", r"there is no file nowhere\.xml"),
+    ],
+)
+def test_an_environment_that_cannot_be_made_is_refused(env, said):
+    with pytest.raises(TegotaeError, match=said):
+        experiment(env=env).check()
+
+
+def test_a_wiring_that_lacks_something_is_refused_with_all_that_it_lacks():
+    limb = Limb(senses={"spring_force": "lod"}, drives="knee")
+    with pytest.raises(TegotaeError, match=r"did you mean load.*; limb 0: no action"):
+        experiment(wiring=Wiring(limbs=[limb])).check()
+
+
+def test_a_model_without_an_oscillator_is_refused():
+    with pytest.raises(TegotaeError, match="has no oscillator"):
+        experiment("T", budget=96)
+
+
+def test_a_saved_controllers_body_cannot_be_simulated_here_and_says_so(trained):
+    saved = controller_file.load(trained[1][0])
+    with pytest.raises(TegotaeError, match="its body is not here; use Wiring"):
+        saved.body.check_release(1.2)
+
+
+# From the command line.
+
+
+def test_the_command_trains_and_the_same_command_goes_on(tmp_path, capsys):
+    wiring = tmp_path / "scales.toml"
+    save_wiring(WIRING, wiring)
+    words = ["train-env", ENV, "--wiring", str(wiring), "--model", "AR", "--budget", "12"]
+    words += ["--duration", "0.8", "--workers", "0", "--seeds", "2", "--population", "4"]
+    words += ["--algorithm", "pgpe", "--out", str(tmp_path / "out"), "--fitness", "return"]
+    assert main([*words, "--generations", "1"]) == 0
+    assert main([*words, "--generations", "2"]) == 0
+    assert "AR-rF-reflex-w8-seed1.json" in capsys.readouterr().out
+    assert len((tmp_path / "out" / "curves.csv").read_text().splitlines()) == 1 + 2 * 2
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        ([ENV], "no wiring is given"),
+        (["hopper", "--fitness", "speed"], "no fitness is called 'speed'"),
+        (["hopper", "--settings", "mass"], "is no NAME=VALUE"),
+        (["hopper", "--settings", "mass=3"], "has no setting 'mass'"),
+        ([ENV, "--wiring", "hopper", "--control", "0.01"], "--control belongs to MuJoCo models"),
+        (["hopper", "--workers", "-1"], "workers is -1"),
+        (["hoper"], "no environment is called 'hoper'; did you mean hopper"),
+        (["my_robot.py"], "my_robot.py:FUNCTION"),
+        (
+            ["hopper", "--control", "0.02", "--settings", "control_s=0.01"],
+            "control_s is given twice",
+        ),
+        (["hopper", "--episodes", "4"], "the 4 episodes on hopper would be alike"),
+        (["hopper", "--settings", "duration_s=9"], "the experiment's duration_s is 24"),
+        (["hopper", "--model", "ARTT"], "did you mean ART"),
+        (["hopper", "--algorithm", "sac"], "needs an evolution strategy"),
+    ],
+)
+def test_what_the_command_cannot_do_it_says_in_one_line(one_line_error, words, said, tmp_path):
+    pytest.importorskip("mujoco")
+    assert said in one_line_error("train-env", *words, "--out", str(tmp_path / "out"))
