@@ -6,6 +6,7 @@ import dataclasses
 import math
 import sys
 from fractions import Fraction
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -20,6 +21,7 @@ from tegotae import (
     build,
 )
 from tegotae.cli import main
+from tegotae.cli.figure.optimum import called
 from tegotae.measures.evaluation import Protocol, evaluate
 from tegotae.measures.hopping import GaitSummary
 from tegotae.measures.hopping.gait import LIMIT_CYCLE
@@ -469,3 +471,11 @@ def test_the_figure_comes_with_its_numbers(tmp_path):
     header = out.with_suffix(".csv").read_text().splitlines()[0]
     assert header.startswith("omega,cot_inverse,upper_bound")
     assert out.with_suffix(".stances.csv").exists()
+
+
+def test_a_controller_in_the_figure_is_called_by_its_model_not_by_its_file():
+    kept = ROOT / "docs" / "_static" / "figures" / "optimum-ART-w8.json"
+    saved = controller_file.load(kept)
+    assert called(saved, kept, []) == "ART-rF-tphif-w8"
+    assert called(saved, Path("twin.json"), ["ART-rF-tphif-w8"]) == "ART-rF-tphif-w8 (twin)"
+    assert called(dataclasses.replace(saved, model=None), kept, []) == "optimum-ART-w8"

@@ -11,7 +11,7 @@ import pytest
 from tegotae._support.errors import TegotaeError
 from tegotae.measures.hopping.registry import names, range_of
 from tegotae.studies.paper import runner
-from tegotae.studies.paper.export import merge, write_csv
+from tegotae.studies.paper.export import merge, read_csv, write_csv
 from tegotae.studies.paper.folder import Folder
 from tegotae.studies.paper.plan import plan
 from tegotae.studies.paper.record import (
@@ -74,6 +74,17 @@ def test_a_record_reads_back_as_it_was_written(tmp_path: Path) -> None:
     record = made_up(plan("smoke").units[0])
     write(record, tmp_path / "a.npz")
     assert same(read(tmp_path / "a.npz"), record)
+
+
+def test_a_table_says_how_many_numbers_a_model_learns(folder: Folder, tmp_path: Path) -> None:
+    table = tabulate(folder.all()[0])
+    learned = {name: find(name).controller().n_weights for name in table["model"].tolist()}
+    assert table["parameters"].tolist() == [learned[name] for name in table["model"].tolist()]
+    assert "parameters" not in table.metrics
+    write_csv(table, tmp_path / "table.csv")
+    again = read_csv(tmp_path / "table.csv")
+    assert again["parameters"].tolist() == table["parameters"].tolist()
+    assert again["parameters"].dtype.kind == "i"
 
 
 @pytest.mark.parametrize("damage", ["cut", "flipped", "foreign", "empty"])

@@ -1,4 +1,4 @@
-"""`python -m tegotae.measures.optimum`: make the kept table of the default hopper anew."""
+"""`python -m tegotae.cli.optimum_table`: make the kept table of the default hopper anew."""
 
 import tyro
 

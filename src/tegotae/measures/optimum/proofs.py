@@ -1,7 +1,7 @@
 """The certificates behind the kept table's bounds: kept beside it, and checked without a solver.
 
-    python -m tegotae.measures.optimum.proofs            # check every row, in rational arithmetic
-    python -m tegotae.measures.optimum.proofs --make     # prove the table's rows anew
+    python -m tegotae.cli.optimum_proofs            # check every row, in rational arithmetic
+    python -m tegotae.cli.optimum_proofs --make     # prove the table's rows anew
 
 A bound holds for all faster hops too, so that a row may stand on the certificates of a row before.
 """
@@ -23,7 +23,6 @@ import numpy as np
 from tegotae._support.arrays import read_arrays
 from tegotae._support.errors import TegotaeError
 from tegotae._support.files import write_atomically
-from tegotae._support.optional_dependencies import require
 from tegotae._support.progress import reporting
 from tegotae._support.tables import write_csv
 from tegotae.measures.optimum.certificate import Certificate, certify, upper_certificates
@@ -246,35 +245,3 @@ def write_bounds(columns: dict[str, np.ndarray], folder: Path) -> None:
     write(certificates, folder / FILE.name)
     table = {name: {**columns, **proved}[name] for name in COLUMNS}
     write_csv(folder / "curve.csv", table, digits=DIGITS)
-
-
-@dataclass(frozen=True)
-class CheckProofs:
-    """Check every bound of the kept table by its certificates, in rational arithmetic."""
-
-    make: bool = False
-    """Prove the table's rows anew first; its gaits stay as they are."""
-
-    def run(self) -> None:
-        """Check, a line a row."""
-        if self.make:
-            require("casadi", "optimum")
-            write_bounds(curve().columns, FILE.parent)
-            curve.cache_clear()
-        certificates = read()
-        for row in rows():
-            check_row(row, certificates)
-            print(
-                f"{row.omega:8.4g} rad/s: at most {row.upper_bound:.7g} m/J in period 1, "
-                f"{row.upper_bound_any:.7g} m/J in any: proved"
-            )
-        largest = verify(certificates[0], Hopper())
-        print(f"any frequency of at least a hop a minute: at most {float(largest):.7g} m/J: proved")
-
-
-if __name__ == "__main__":
-    import tyro
-
-    from tegotae.cli.status import exit_status
-
-    raise SystemExit(exit_status(tyro.cli(CheckProofs).run))

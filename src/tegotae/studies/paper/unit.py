@@ -18,6 +18,7 @@ from tegotae._support.errors import TegotaeError, require_count
 from tegotae.measures.evaluation import drawn_releases, evaluate
 from tegotae.measures.hopping.metric import Metric
 from tegotae.measures.hopping.registry import built_in, code_noted
+from tegotae.studies.paper import best_gait
 from tegotae.studies.paper.record import Record
 from tegotae.systems.experiment import Experiment
 from tegotae.systems.registry import CODE
@@ -123,6 +124,7 @@ def work(unit: Unit) -> Record:
         protocol,
         releases,
         (*built_in(), *unit.metrics),
+        recorded=best_gait.CHANNELS,
     )
 
     def at(number: int) -> dict[str, np.ndarray]:
@@ -149,6 +151,7 @@ def work(unit: Unit) -> Record:
             for name in found.episodes
             if budgets
         },
+        gait=best_gait.kept(found, learned.fitness, experiment.omega),
     )
 
 

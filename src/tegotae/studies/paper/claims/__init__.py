@@ -1,8 +1,8 @@
 """The paper's claims, each a function from results to a verdict.
 
 A claim is made of parts, each an effect with its 95 % interval. It holds if every part does, fails
-if the interval of any part lies on the wrong side, and is undecided otherwise. Parts without bounds
-are for information.
+if the interval of any part lies on the wrong side, and is undecided otherwise; without any data it
+is not measured. Parts without bounds are for information.
 
 A gait without a limit cycle has no CoT⁻¹ and no transients, and is left out of those and counted
 beside them; a body at rest has a CoT⁻¹ of zero. T0 and T1 are thus of those that settle and
@@ -20,6 +20,7 @@ from pathlib import Path
 from tegotae.studies.paper.claims.architectures import (
     CLAIMS,
     FAR,
+    MODELS,
     NEAR,
     correlation,
     designs,
@@ -64,6 +65,7 @@ __all__ = [
     "FAR",
     "HOLDS",
     "INFORMATION",
+    "MODELS",
     "NEAR",
     "NOT_MEASURED",
     "UNDECIDED",

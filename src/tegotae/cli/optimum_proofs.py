@@ -1,0 +1,42 @@
+"""`python -m tegotae.cli.optimum_proofs`: check the proofs behind the kept table of the optimum."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import tyro
+
+from tegotae._support.optional_dependencies import require
+from tegotae.cli.status import exit_status
+from tegotae.measures.optimum import proofs
+from tegotae.measures.optimum.exact import verify
+from tegotae.measures.optimum.table import curve
+from tegotae.parts.bodies import Hopper
+
+
+@dataclass(frozen=True)
+class CheckProofs:
+    """Check every bound of the kept table by its certificates, in rational arithmetic."""
+
+    make: bool = False
+    """Prove the table's rows anew first; its gaits stay as they are."""
+
+    def run(self) -> None:
+        """Check, a line a row."""
+        if self.make:
+            require("casadi", "optimum")
+            proofs.write_bounds(curve().columns, proofs.FILE.parent)
+            curve.cache_clear()
+        certificates = proofs.read()
+        for row in proofs.rows():
+            proofs.check_row(row, certificates)
+            print(
+                f"{row.omega:8.4g} rad/s: at most {row.upper_bound:.7g} m/J in period 1, "
+                f"{row.upper_bound_any:.7g} m/J in any: proved"
+            )
+        largest = verify(certificates[0], Hopper())
+        print(f"any frequency of at least a hop a minute: at most {float(largest):.7g} m/J: proved")
+
+
+if __name__ == "__main__":
+    raise SystemExit(exit_status(tyro.cli(CheckProofs).run))
