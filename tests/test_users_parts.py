@@ -205,8 +205,8 @@ def test_it_stands_beside_the_papers_models_in_a_study(parts, tmp_path, monkeypa
     out = tmp_path / "table.csv"
     assert main(["study", "export", "--dir", str(tmp_path), "--out", str(out)]) == 0
     assert "\nmine,mine," in out.read_text()
-    monkeypatch.setattr("tegotae.report.best._surface", lambda saved: {})  # which take long
-    monkeypatch.setattr("tegotae.report.best._hop", lambda saved: {})
+    monkeypatch.setattr("tegotae.report.best._surface", lambda *_: {})  # which take long
+    monkeypatch.setattr("tegotae.report.best._hop", lambda *_: {})
     assert main(["study", "report", "--dir", str(tmp_path)]) == 0
     page = (tmp_path / "report.html").read_text(encoding="utf-8")
     assert '["mine", "mine", "F_k", "its own", 8.0,' in page

@@ -138,11 +138,14 @@ class Evaluation:
         protocol: how it was found.
         omega: frequencies of the episodes [rad/s], shape [episodes]; NaN without an oscillator.
         episodes: the metrics that were asked for, by name, shape [runs, episodes].
+        recording: the channels that were asked for, of the undisturbed part, [frames, runs,
+            episodes]; empty if none were.
     """
 
     protocol: Protocol
     omega: np.ndarray
     episodes: dict[str, np.ndarray]
+    recording: dict[str, np.ndarray] = field(default_factory=dict)
 
     @property
     def n_runs(self) -> int:
@@ -192,6 +195,7 @@ def evaluate(
     protocol: Protocol | None = None,
     releases: Releases | None = None,
     metrics: Iterable[str | Metric] | None = None,
+    recorded: Sequence[str] = (),
 ) -> Evaluation:
     """Evaluate runs of a controller as the paper does (IV-B): every run at every frequency.
 
@@ -211,10 +215,11 @@ def evaluate(
         protocol: episodes, drop, tolerances.
         releases: from where each run is released; the protocol's release for all by default.
         metrics: names of the metrics that are asked for; all that there are by default.
+        recorded: names of channels whose undisturbed part is returned, too; none by default.
 
     Raises:
         TegotaeError: for weights of the wrong shape or not finite, a missing or non-positive
-            frequency, releases of another number, a metric that is not there, or what
+            frequency, releases of another number, a metric or channel that is not there, or what
             `require_evaluable` refuses.
 
     Example:
@@ -249,12 +254,16 @@ def evaluate(
     )
 
     values: dict[str, np.ndarray] = {}
+    recording: dict[str, np.ndarray] = {}
     needed = with_needed(asked)
     of_gait = [metric for metric in needed if isinstance(metric, GaitMetric)]
     derived = [metric for metric in needed if isinstance(metric, DerivedMetric)]
     of_clamped = [metric for metric in needed if isinstance(metric, ClampedMetric)]
-    if of_gait or derived:
-        values |= _of_gait(controller, lanes, scenario, body, protocol, of_gait)
+    if of_gait or derived or recorded:
+        of_lanes, recording = _of_gait(
+            controller, lanes, scenario, body, protocol, of_gait, recorded
+        )
+        values |= of_lanes
     if of_clamped:
         values |= _of_clamped(controller, lanes, scenario, body, protocol, of_clamped)
     conditions = Conditions(body, protocol.work, protocol.drop_m)
@@ -266,6 +275,7 @@ def evaluate(
         protocol,
         omegas,
         {name: value.reshape(runs, episodes) for name, value in episodes_of.items()},
+        {name: value.reshape(-1, runs, episodes) for name, value in recording.items()},
     )
 
 
@@ -290,13 +300,17 @@ def _of_gait(
     body: Body,
     protocol: Protocol,
     metrics: Sequence[GaitMetric],
-) -> dict[str, np.ndarray]:
-    """Metrics of every lane's recording, [lanes] each by name, and the regime.
+    recorded: Sequence[str],
+) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
+    """Metrics of every lane's recording, [lanes] each by name, and the regime; some channels of it.
 
-    Where one of them is about it, the ground drops at the first apex after the undisturbed time.
+    The channels are those of the undisturbed part, [frames, lanes]. Where a metric is about it, the
+    ground drops at the first apex after that.
     """
     own = built_in_gait()
     channels = channels_of((*own, *metrics))
+    if channels is not None:
+        channels = tuple(dict.fromkeys((*channels, *recorded)))
     given = controller, weights, scenario, body, protocol, channels
     if any(metric.disturbed for metric in metrics):
         trajectory, drop_time_s = disturbed_rollout(*given)
@@ -321,7 +335,9 @@ def _of_gait(
             metrics=together,
         )
         found |= {name: np.asarray(value, float) for name, value in measured.values.items()}
-    return {name: found[name] for name in (REGIME, *(metric.name for metric in metrics))}
+    values = {name: found[name] for name in (REGIME, *(metric.name for metric in metrics))}
+    undisturbed = slice(round(protocol.undisturbed_s / Timing().frame_s))
+    return values, {name: getattr(trajectory, name)[undisturbed] for name in recorded}
 
 
 def _per_lane(metric: Metric, values: np.ndarray, lanes: int) -> np.ndarray:

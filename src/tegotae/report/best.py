@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
-from tegotae.analysis.orbit import NoLimitCycleError, find_orbit
+from tegotae.analysis.orbit import NoLimitCycleError, Orbit, find_orbit
 from tegotae.analysis.surface import actuation_surface
 from tegotae.bodies import Hopper
 from tegotae.controller_file import SavedController
@@ -16,12 +17,11 @@ from tegotae.metrics.statistics import mean_defined
 from tegotae.report.values import embedded_figure, number
 from tegotae.rollout import Scenario, Timing
 from tegotae.simulation import Simulation
+from tegotae.study.best_gait import LAST_S, best_run, orbit_of
 from tegotae.study.record import Record
 from tegotae.study.table import Table, with_derived
 
-_HOP_S = 8.0
 _UNTIL_S = 30.0
-_FRAMES_PER_S = 50
 
 
 def best_controllers(
@@ -39,14 +39,19 @@ def best_controllers(
     found = {}
     for architecture in architectures(table):
         row = best_row(table, architecture)
-        saved = None if row is None else _controller(records, table, row)
-        if row is not None and saved is not None and isinstance(saved.body, Hopper):
+        if row is None:
+            continue
+        name, run = str(table["model"][row]), int(table["run"][row])
+        record = next(record for record in records if record.model == name)
+        saved = _controller(record, run)
+        if isinstance(saved.body, Hopper):
+            orbit, gait = _gait(record, run, saved)
             found[architecture] = {
                 "model": saved.model,
-                "run": int(table["run"][row]),
+                "run": run,
                 "metrics": [number(float(table[name][row])) for name in metrics],
-                "surface": _surface(saved),
-                "hop": _hop(saved),
+                "surface": _surface(saved, orbit),
+                "hop": _hop(saved, gait),
             }
     return found
 
@@ -73,9 +78,7 @@ def gaits_of_best_run(record: Record) -> tuple[np.ndarray, np.ndarray]:
     return rate[known], cot[known]
 
 
-def _controller(records: list[Record], table: Table, row: int) -> SavedController:
-    name, run = str(table["model"][row]), int(table["run"][row])
-    record = next(record for record in records if record.model == name)
+def _controller(record: Record, run: int) -> SavedController:
     experiment = record.experiment
     return SavedController(
         experiment.controller,
@@ -83,43 +86,56 @@ def _controller(records: list[Record], table: Table, row: int) -> SavedControlle
         experiment.omega,
         experiment.body,
         experiment.name,
-        {"seed": run, "best_fitness": float(table["best_fitness"][row])},
+        {"seed": run, "best_fitness": float(record.best_fitness[run])},
         record.software,
     )
 
 
-def _surface(saved: SavedController) -> dict[str, Any]:
+def _gait(
+    record: Record, run: int, saved: SavedController
+) -> tuple[Orbit | None, Mapping[str, np.ndarray]]:
+    """The run's limit cycle, if there is one, and the channels of its last seconds.
+
+    Records of earlier versions do not hold them: it is rolled out again.
+    """
     assert isinstance(saved.body, Hopper)
+    if record.gait and run == best_run(record.best_fitness):
+        return orbit_of(record), record.gait
     try:
         orbit = find_orbit(saved)
-        most = 1.1 * float(orbit.spring_force_n.max())
     except NoLimitCycleError:
-        orbit, most = None, 3.5 * saved.body.weight_n
+        orbit = None
+    timing = Timing(duration_s=_UNTIL_S)
+    scenario = Scenario.of(saved.omega)
+    result = Simulation(saved.controller, saved.weights, scenario, saved.body, timing).run()
+    last = slice(-round(LAST_S / timing.frame_s), None)
+    return orbit, {name: x[last] for name, x in result.trajectory.channels.items()}
+
+
+def _surface(saved: SavedController, orbit: Orbit | None) -> dict[str, Any]:
+    assert isinstance(saved.body, Hopper)
+    largest = None if orbit is None else float(orbit.spring_force_n.max())
+    most = 3.5 * saved.body.weight_n if largest is None else 1.1 * largest
     most = min(most, saved.body.stiffness_n_per_m * saved.body.rest_length_m)
     surface = actuation_surface(saved, np.linspace(0.0, most, 120))
     figure = surface_figure(surface, orbit, max_force_n=saved.body.max_force_n)
     return embedded_figure(figure) | {"has_cycle": orbit is not None}
 
 
-def _hop(saved: SavedController) -> dict[str, Any]:
-    """The last seconds of a rollout, for the page's canvas."""
+def _hop(saved: SavedController, gait: Mapping[str, np.ndarray]) -> dict[str, Any]:
+    """The last seconds of a gait, for the page's canvas."""
     assert isinstance(saved.body, Hopper)
-    timing = Timing(duration_s=_UNTIL_S, frame_s=1.0 / _FRAMES_PER_S)
-    result = Simulation(
-        saved.controller, saved.weights, Scenario.of(saved.omega), saved.body, timing
-    ).run()
-    last = slice(-int(_HOP_S * _FRAMES_PER_S), None)
-    t = result.trajectory
+    frame_s = Timing().frame_s
 
-    def rounded(values: np.ndarray) -> list[float]:
-        return np.round(values[last].astype(float), 4).tolist()
+    def rounded(name: str) -> list[float]:
+        return np.round(gait[name].astype(float), 4).tolist()
 
     return {
-        "per_s": _FRAMES_PER_S,
-        "from_s": _UNTIL_S - _HOP_S,
+        "per_s": round(1.0 / frame_s),
+        "from_s": round(float(gait["time_s"][0]) - frame_s, 3),
         "rest_length": saved.body.rest_length_m,
         "max_force": saved.body.max_force_n,
-        "height": rounded(t.height_m),
-        "force": rounded(t.actuator_force_n),
-        "phase": None if saved.controller.oscillator is None else rounded(t.phase_rad),
+        "height": rounded("height_m"),
+        "force": rounded("actuator_force_n"),
+        "phase": None if saved.controller.oscillator is None else rounded("phase_rad"),
     }

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import io
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -24,7 +24,12 @@ MOST_BYTES = 2**28
 
 _PLAIN = ("weights", "best_fitness", "generations", "ended", "omega")
 """Entries of a record that are arrays."""
-_NAMED = {"curve_": "curves", "metric_": "episodes", "budget_": "at_budgets"}
+_NAMED = {
+    "curve_": "curves",
+    "metric_": "episodes",
+    "budget_": "at_budgets",
+    "gait_": "gait",
+}
 """Entries that are arrays by name, by what their names begin with in a file."""
 
 
@@ -60,6 +65,7 @@ class Record:
     omega: np.ndarray
     episodes: dict[str, np.ndarray]
     at_budgets: dict[str, np.ndarray]
+    gait: dict[str, np.ndarray] = field(default_factory=dict)
 
     @property
     def model(self) -> str:
@@ -174,6 +180,7 @@ def _require_shapes(record: Record) -> None:
     """
     runs, episodes = len(record.best_fitness), len(record.omega)
     generations = len(next(iter(record.curves.values()), []))
+    frames = len(next(iter(record.gait.values()), []))
     expected = {
         "weights": ("f", (runs, record.weights.shape[-1] if record.weights.ndim else 0)),
         "best_fitness": ("f", (runs,)),
@@ -183,6 +190,7 @@ def _require_shapes(record: Record) -> None:
         "curves": ("f", (generations, runs)),
         "episodes": ("f", (runs, episodes)),
         "at_budgets": ("f", (len(record.budgets), runs, episodes)),
+        "gait": ("f", (frames,)),
     }
     if runs == 0:
         raise ValueError("it has no runs")

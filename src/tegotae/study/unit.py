@@ -20,6 +20,7 @@ from tegotae.experiment import Experiment
 from tegotae.metrics.metric import Metric
 from tegotae.metrics.registry import built_in, code_noted
 from tegotae.registry import CODE
+from tegotae.study import best_gait
 from tegotae.study.record import Record
 from tegotae.training.evolve import Curves
 from tegotae.training.run import Run, ends, software
@@ -123,6 +124,7 @@ def work(unit: Unit) -> Record:
         protocol,
         releases,
         (*built_in(), *unit.metrics),
+        recorded=best_gait.CHANNELS,
     )
 
     def at(number: int) -> dict[str, np.ndarray]:
@@ -149,6 +151,7 @@ def work(unit: Unit) -> Record:
             for name in found.episodes
             if budgets
         },
+        gait=best_gait.kept(found, learned.fitness, experiment.omega),
     )
 
 
