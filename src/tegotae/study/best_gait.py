@@ -54,8 +54,8 @@ def kept(found: Evaluation, fitness: np.ndarray, omega: float | None) -> dict[st
 def orbit_of(record: Record) -> Orbit | None:
     """The limit cycle that is kept: its last repeats, laid over each other.
 
-    Frames lie elsewhere in each cycle, so that together they show it more finely than any of them.
-    None if the gait has no limit cycle.
+    Frames lie elsewhere in each cycle, so that together they show more of it than one would. None
+    if the gait has no limit cycle.
     """
     gait, experiment = record.gait, record.experiment
     episode = _episode(record.omega, experiment.omega)
