@@ -84,7 +84,7 @@ def test_a_users_metric_is_in_the_report_and_in_the_figure(study, monkeypatch):
     monkeypatch.setattr("tegotae.report.best._surface", lambda *_: {})  # which take long
     monkeypatch.setattr("tegotae.report.best._hop", lambda *_: {})
     assert main(["study", "report", "--dir", str(study), "--parts", FILE]) == 0
-    assert '"label": "peak GRF", ' in page.read_text(encoding="utf-8")
+    assert '"label":"peak GRF",' in page.read_text(encoding="utf-8")
     monkeypatch.setattr("tegotae.figures.study.architectures_figure", figure)
     words = ["study", "figures", str(study), "--out", str(study), "--parts", FILE]
     assert main(words) == 2
