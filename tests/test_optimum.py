@@ -13,6 +13,7 @@ import pytest
 
 from tegotae import Engine, Hopper, Scenario, TegotaeError, Timing, build, controller_file
 from tegotae.cli import main
+from tegotae.cli.figure.optimum import called
 from tegotae.evaluation import Protocol, evaluate
 from tegotae.metrics import GaitSummary
 from tegotae.metrics.gait import LIMIT_CYCLE
@@ -461,3 +462,11 @@ def test_the_figure_comes_with_its_numbers(tmp_path):
     header = out.with_suffix(".csv").read_text().splitlines()[0]
     assert header.startswith("omega,cot_inverse,upper_bound")
     assert out.with_suffix(".stances.csv").exists()
+
+
+def test_a_controller_in_the_figure_is_called_by_its_model_not_by_its_file():
+    kept = Path(__file__).parents[1] / "docs" / "_static" / "figures" / "optimum-ART-w8.json"
+    saved = controller_file.load(kept)
+    assert called(saved, kept, []) == "ART-rF-tphif-w8"
+    assert called(saved, Path("twin.json"), ["ART-rF-tphif-w8"]) == "ART-rF-tphif-w8 (twin)"
+    assert called(dataclasses.replace(saved, model=None), kept, []) == "optimum-ART-w8"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Container
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -56,8 +57,9 @@ class Optimum(Output):
             if not has_table(saved.body):
                 raise TegotaeError(f"{path} is for another body than the paper's hopper")
             orbit, gait = find_orbit(saved), _gait(saved)
-            points[path.stem] = (np.array([gait.hop_rate]), np.array([gait.cot_inverse]))
-            stances[f"{path.stem}, {gait.hop_rate:.2g} rad/s"] = _stance(orbit)
+            name = called(saved, path, points)
+            points[name] = (np.array([gait.hop_rate]), np.array([gait.cot_inverse]))
+            stances[f"{name}, {gait.hop_rate:.2g} rad/s"] = _stance(orbit)
             reached = share(gait.cot_inverse, gait.hop_rate, gait.limit_cycle_period)
             print(
                 f"{path.stem}: {gait.cot_inverse:.3f} m/J at {gait.hop_rate:.2f} rad/s, period "
@@ -65,6 +67,13 @@ class Optimum(Output):
             )
         figure = optimum_figure(found, points, stances, max_force_n=Hopper().max_force_n)
         self.write(figure, optimum_tables(found, points, stances))
+
+
+def called(saved: SavedController, path: Path, taken: Container[str]) -> str:
+    """What a controller is called: as its model, and by its file where that is taken or unknown."""
+    if saved.model is None:
+        return path.stem
+    return f"{saved.model} ({path.stem})" if saved.model in taken else saved.model
 
 
 def _of_table(table: Table) -> dict[str, tuple[np.ndarray, np.ndarray]]:
