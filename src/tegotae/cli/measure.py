@@ -55,6 +55,9 @@ class Measure(WorkOption):
     """Samples a second [Hz], where there is no column of times."""
     resample: Given = None
     """Resample by linear interpolation to so many a second first [Hz], where times are uneven."""
+    lowpass: Given = None
+    """Cutoff of the zero-phase low-pass of the height [Hz]; inf to filter nothing. By default a
+    height with noise is filtered at the cutoff of least expected error, and said to be."""
     rest_length: Given = None
     """Height over ground at which the foot leaves it, l0 [m]."""
     omega: Given = None
@@ -104,6 +107,7 @@ class Measure(WorkOption):
             limit_cycle=LimitCycle(
                 height_tolerance_m=self.height_tolerance, phase_tolerance_rad=self.phase_tolerance
             ),
+            lowpass_hz=self.lowpass,
             work=self.work,
             body=body,
         )

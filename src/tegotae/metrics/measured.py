@@ -13,6 +13,8 @@ import numpy as np
 from tegotae.bodies import Body
 from tegotae.devices import set_up
 from tegotae.errors import TegotaeError, require_finite
+from tegotae.metrics.contradictions import contradictions
+from tegotae.metrics.denoised import denoised
 from tegotae.metrics.efficiency import check_work, cot_inverse, work_total
 from tegotae.metrics.gait import Gait, gait
 from tegotae.metrics.hopping import Hops, hops
@@ -79,7 +81,8 @@ class Measured(Gait):
     omega: float
     """Prescribed frequency ω [rad/s]; NaN if it is not known."""
     notes: tuple[str, ...]
-    """What else is to be known of the numbers, a sentence each."""
+    """What else is to be known of the numbers, a sentence each: which are the recorder's own, what
+    noise there is and what was done about it, and what contradicts each other."""
 
     def __init__(
         self,
@@ -112,6 +115,7 @@ def measure(
     max_force_n: float | None = None,
     disturbed_at_s: float | None = None,
     limit_cycle: LimitCycle | None = None,
+    lowpass_hz: float | None = None,
     work: str = "absolute",
     body: Body | None = None,
 ) -> Measured:
@@ -137,7 +141,11 @@ def measure(
         climb_m: running total of all heights climbed [m], [samples], likewise.
         max_force_n: largest actuator force α [N].
         disturbed_at_s: when a disturbance, such as a drop of the ground, took place [s].
-        limit_cycle: what counts as settled; its tolerances are for a leg of 1 m.
+        limit_cycle: what counts as settled; its tolerances are for a leg of 1 m, and are widened as
+            far as noise hides smaller differences.
+        lowpass_hz: cutoff of the zero-phase low-pass of the height [Hz]; infinite to filter
+            nothing. By default a height with noise is filtered at the cutoff of least expected
+            error, and one without noise is not (`tegotae.metrics.noise`).
         work: definition of work, one of "absolute", "positive", "net".
         body: the body, for metrics that take it, such as the share of its optimum.
 
@@ -163,20 +171,28 @@ def measure(
     if max_force_n is not None:
         require_finite("max_force_n", max_force_n, above=0.0, most=1e9)
     check_work(work)
-    limit_cycle = limit_cycle or LimitCycle()
     _check_rate(time_s)
-    frames = from_samples(
-        time_s,
-        height_m,
+    columns = {
+        "time_s": time_s,
+        "height_m": height_m,
+        "ground_m": ground_m,
+        "phase_rad": phase_rad,
+        "force_n": force_n,
+        "work_j": work_j,
+        "climb_flight_m": climb_flight_m,
+        "climb_m": climb_m,
+    }
+    as_frames = partial(from_samples, rest_length_m=rest_length_m, frame_s=FORCE_PERIOD_S)
+    as_frames(**columns)  # what cannot be used is refused before it is filtered
+    clean = denoised(
+        columns,
         rest_length_m=rest_length_m,
-        ground_m=ground_m,
-        phase_rad=phase_rad,
-        force_n=force_n,
-        work_j=work_j,
-        climb_flight_m=climb_flight_m,
-        climb_m=climb_m,
-        frame_s=FORCE_PERIOD_S,
+        limit_cycle=limit_cycle or LimitCycle(),
+        work=work,
+        lowpass_hz=lowpass_hz,
     )
+    frames = as_frames(**clean.columns, prominence_m=clean.prominence_m)
+    limit_cycle = clean.limit_cycle
     at_s = _since_release(disturbed_at_s, time_s, frames)
     with jax.enable_x64(True):
         found = gait(
@@ -219,6 +235,7 @@ def measure(
         if not isinstance(metric, GaitMetric | DerivedMetric) or np.isnan(values[metric.name])
     }
     efficiency = None if span is None else _efficiency(frames, table, span, work, has_cycle)
+    at_odds = () if span is None else contradictions(frames, table, span, float(rest_length_m))
     counted = {"work_j": work_j, "climb_flight_m": climb_flight_m, "climb_m": climb_m}
     return Measured(
         values,
@@ -227,7 +244,7 @@ def measure(
         frames,
         table,
         np.nan if omega is None else float(omega),
-        _counted([name for name, total in counted.items() if total is not None]),
+        (*_counted([n for n, x in counted.items() if x is not None]), *clean.notes, *at_odds),
     )
 
 

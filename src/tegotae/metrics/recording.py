@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from scipy.signal import peak_prominences
 
 from tegotae.errors import TegotaeError, require_finite
 from tegotae.rollout import Trajectory
@@ -25,6 +26,7 @@ def from_samples(
     work_j: Any = None,
     climb_flight_m: Any = None,
     climb_m: Any = None,
+    prominence_m: float = 0.0,
     frame_s: float = 0.02,
 ) -> Trajectory:
     """A recording of one gait as frames, in the form in which `Engine` records its own.
@@ -46,6 +48,8 @@ def from_samples(
             stands for all. None if not recorded. Without it and the force, work is NaN.
         climb_flight_m: running total of the heights climbed in flight [m], [samples].
         climb_m: running total of all heights climbed [m], [samples].
+        prominence_m: how far an apex must stand out from the lowest heights on either side, up to
+            the next that is higher [m], not to be taken for noise.
         frame_s: period of the frames [s], not below that of the samples.
 
     Returns:
@@ -119,7 +123,7 @@ def from_samples(
         column[frame[inside], 0] = value[inside]
         return column
 
-    apex_time, apex_height = _apexes(height, height - rest_length_m - ground, step)
+    apex_time, apex_height = _apexes(height, height - rest_length_m - ground, step, prominence_m)
     touchdown = _touchdowns(height - rest_length_m - ground, step)
     nothing = np.full((frames, 1), np.nan)
     return Trajectory(
@@ -229,7 +233,7 @@ def _checked_time(time_s: Any) -> np.ndarray:
 
 
 def _apexes(
-    height: np.ndarray, clearance: np.ndarray, step: float
+    height: np.ndarray, clearance: np.ndarray, step: float, prominence_m: float
 ) -> tuple[np.ndarray, np.ndarray]:
     """Times [s] and heights [m] of the highest point of every flight that rises and falls."""
     flies = np.concatenate([[False], clearance >= 0.0, [False]])
@@ -238,6 +242,10 @@ def _apexes(
         [start + np.argmax(height[start:end]) for start, end in zip(starts, ends, strict=True)], int
     )
     highest = highest[(highest > 0) & (highest < len(height) - 1)]
+    if prominence_m > 0.0 and len(highest):
+        # What comes after the end is not known: an apex there has to rise from the left alone.
+        ended = np.append(height, height.min())
+        highest = highest[peak_prominences(ended, highest)[0] >= prominence_m]
     left, top, right = height[highest - 1], height[highest], height[highest + 1]
     curvature = left - 2.0 * top + right
     shift = np.where(

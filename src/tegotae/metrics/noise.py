@@ -1,0 +1,223 @@
+"""Noise in recorded samples: how much there is, and the low-pass that leaves the least error."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.signal import butter, sosfiltfilt, sosfreqz
+from scipy.special import comb
+
+from tegotae.errors import TegotaeError, require_finite
+
+FLOOR = 2e-4
+"""Noise of a smaller share of the rest length, or of the largest force, counts as none."""
+
+SURE = 4.0
+"""Beyond so many standard deviations something is no noise."""
+
+_LEAST_SAMPLES = 50
+_ORDERS = range(3, 9)  # of the differences in which smooth signals vanish and noise does not
+_BUTTERWORTH = 4
+_CUTOFFS = 48
+_BINS = 2048
+
+
+def noise_std(samples: np.ndarray) -> float:
+    """Standard deviation of white noise in samples of a signal that is smooth between most of them.
+
+    The k-th differences of white noise of deviation σ deviate by `σ √C(2k, k)`, those of a smooth
+    signal vanish as k grows. The least estimate of k = 3 ... 8 is taken, each from the median of
+    their magnitudes, so that single jumps do not count.
+
+    Args:
+        samples: at uniform times, shape [samples].
+
+    Returns:
+        σ, in the unit of the samples; 0 for fewer than 50 samples.
+
+    Example:
+        >>> wave = np.sin(0.05 * np.arange(2000))
+        >>> noise = 0.1 * np.random.default_rng(0).standard_normal(2000)
+        >>> f"{noise_std(wave):.3f} {noise_std(wave + noise):.3f}"
+        '0.000 0.096'
+    """
+    if len(samples) < _LEAST_SAMPLES:
+        return 0.0
+    return min(
+        1.4826 * float(np.median(np.abs(np.diff(samples, k)))) / math.sqrt(comb(2 * k, k))
+        for k in _ORDERS
+    )
+
+
+@dataclass(frozen=True)
+class LowPass:
+    """A Butterworth filter of fourth order, run forward and backward: no phase is shifted.
+
+    Args:
+        cutoff_hz: where a pass halves the power [Hz]; together they halve the amplitude.
+        step_s: sampling period [s].
+
+    Raises:
+        TegotaeError: for a cutoff that is not between zero and half of the sampling rate.
+
+    Example:
+        >>> times = np.arange(500) * 0.01
+        >>> slow, fast = np.sin(6.0 * times), np.sin(200.0 * times)
+        >>> f"{np.abs(LowPass(8.0, 0.01)(slow + fast) - slow)[50:-50].max():.3f}"
+        '0.000'
+    """
+
+    cutoff_hz: float
+    step_s: float
+
+    def __post_init__(self) -> None:
+        require_finite("lowpass", self.cutoff_hz, above=0.0)
+        if not self.cutoff_hz < 0.5 / self.step_s:
+            raise TegotaeError(
+                f"lowpass is {self.cutoff_hz:g} Hz; it must be below half of the sampling rate, "
+                f"{0.5 / self.step_s:g} Hz (inf to filter nothing)"
+            )
+
+    def __call__(self, samples: np.ndarray) -> np.ndarray:
+        """The samples without what is faster, [samples]."""
+        reach = round(2.0 / (self.cutoff_hz * self.step_s))
+        # Mirrored at its ends: turned about them, too, it would hang on two noisy samples.
+        padding = min(len(samples) - 1, reach)
+        return sosfiltfilt(self._sections, samples, padtype="even", padlen=padding)
+
+    @property
+    def _sections(self) -> Any:
+        return butter(_BUTTERWORTH, self.cutoff_hz, fs=1.0 / self.step_s, output="sos")
+
+    def gain(self) -> tuple[np.ndarray, np.ndarray]:
+        """Angular frequencies up to half of the sampling rate [rad/s], and the amplitude's gain."""
+        frequency, response = sosfreqz(self._sections, _BINS, fs=2.0 * np.pi / self.step_s)
+        return np.asarray(frequency), np.abs(np.asarray(response)) ** 2
+
+
+@dataclass(frozen=True)
+class Cleaned:
+    """Samples after a low-pass, and what noise is left in them."""
+
+    samples: np.ndarray
+    """[samples]."""
+    noise: float
+    """Standard deviation of the noise that was found."""
+    left: float
+    """Standard deviation of what is left of it."""
+    rate_left: float
+    """The same of their rate of change [1/s]."""
+    cutoff_hz: float
+    """Cutoff of the low-pass [Hz]; infinite if there was none."""
+
+
+def cleaned(
+    samples: np.ndarray, step_s: float, *, floor: float, cutoff_hz: float | None = None
+) -> Cleaned:
+    """Samples after the low-pass that leaves the least error, as far as they hold noise.
+
+    Of all cutoffs that is taken which has the least expected square error, by Stein's estimate,
+
+        mean (y - ŷ)² + 2 σ² mean G,
+
+    with the noise σ as `noise_std` tells it, and the gain G of forward and backward pass over the
+    frequencies. Too low a cutoff shows in the first term, too high a one in the second.
+
+    Args:
+        samples: at uniform times, shape [samples].
+        step_s: sampling period [s].
+        floor: noise of a smaller standard deviation counts as none.
+        cutoff_hz: the cutoff [Hz], whether there is noise or not; infinite to filter nothing.
+
+    Raises:
+        TegotaeError: for a cutoff that is not below half of the sampling rate, or too few samples
+            for it.
+
+    Source:
+        C. M. Stein, Estimation of the mean of a multivariate normal distribution, Ann. Statist. 9
+        (1981).
+
+    Example:
+        >>> wave = np.sin(0.05 * np.arange(2000))
+        >>> noisy = wave + 0.1 * np.random.default_rng(0).standard_normal(2000)
+        >>> clean = cleaned(noisy, 0.01, floor=1e-4)
+        >>> f"{np.std(noisy - wave):.3f} {np.std(clean.samples - wave):.3f}"
+        '0.100 0.024'
+    """
+    noise = noise_std(samples)
+    noise = noise if noise > floor else 0.0
+    if cutoff_hz is None and noise == 0.0:
+        return Cleaned(samples, 0.0, 0.0, 0.0, math.inf)
+    if cutoff_hz is not None and math.isinf(cutoff_hz) and cutoff_hz > 0.0:
+        return Cleaned(samples, noise, noise, noise * math.pi / step_s / math.sqrt(3.0), math.inf)
+    if cutoff_hz is not None and len(samples) < _LEAST_SAMPLES:
+        raise TegotaeError(
+            f"lowpass takes at least {_LEAST_SAMPLES} samples; the recording has {len(samples)}"
+        )
+    chosen = _best(samples, step_s, noise) if cutoff_hz is None else LowPass(cutoff_hz, step_s)
+    frequency, gain = chosen.gain()
+    return Cleaned(
+        chosen(samples),
+        noise,
+        noise * math.sqrt(np.mean(gain**2)),
+        noise * math.sqrt(np.mean((gain * frequency) ** 2)),
+        chosen.cutoff_hz,
+    )
+
+
+def _best(samples: np.ndarray, step_s: float, noise: float) -> LowPass:
+    """The low-pass of least expected error."""
+
+    def risk(of: LowPass) -> float:
+        error = float(np.mean((samples - of(samples)) ** 2))
+        return error + 2.0 * noise**2 * float(np.mean(of.gain()[1]))
+
+    cutoffs = np.geomspace(2.0 / (len(samples) * step_s), 0.45 / step_s, _CUTOFFS)
+    return min((LowPass(float(cutoff), step_s) for cutoff in cutoffs), key=risk)
+
+
+def work_under_noise(
+    force_n: np.ndarray, height_m: np.ndarray, direction: np.ndarray, step_s: float, definition: str
+) -> np.ndarray:
+    """Running total of the work, in which noise averages out [J], [samples].
+
+    |F̄ Δy| of noise is work. So the signs that a definition wants are told apart from the sizes:
+    that of the velocity from a smoother height, that of the force from its own low-pass, where a
+    force within four deviations of what that leaves keeps the sign that it had before. Given its
+    signs, `Σ ± F̄ Δy` is linear in force and height, and noise of theirs has no mean.
+
+    Args:
+        force_n: actuator force [N], [samples].
+        height_m: the height [m], [samples].
+        direction: the sign of the velocity between samples, [samples - 1].
+        step_s: sampling period [s].
+        definition: of the work, one of "absolute", "positive", "net".
+
+    Example:
+        >>> times = np.arange(400) * 0.01
+        >>> height, push = 1.0 + 0.1 * np.sin(6.0 * times), np.full(400, 2.0)
+        >>> up = np.sign(np.diff(height))
+        >>> f"{work_under_noise(push, height, up, 0.01, 'absolute')[-1]:.2f} J"
+        '3.01 J'
+    """
+    steps = 0.5 * (force_n[1:] + force_n[:-1]) * np.diff(height_m)
+    if definition != "net":
+        smooth = cleaned(force_n, step_s, floor=FLOOR * float(np.abs(force_n).max()))
+        between = 0.5 * (smooth.samples[1:] + smooth.samples[:-1])
+        sign = _last_known_sign(between, SURE * smooth.left) * direction
+        steps = sign * steps if definition == "absolute" else np.where(sign > 0.0, steps, 0.0)
+    return np.concatenate([[0.0], np.cumsum(steps)])
+
+
+def _last_known_sign(values: np.ndarray, least: float) -> np.ndarray:
+    """Sign of the values, where they are within `least` that of the last beyond it."""
+    if least == 0.0:
+        return np.sign(values)
+    known = np.abs(values) > least
+    if not known.any():
+        return np.full(len(values), np.sign(values.mean()))
+    last = np.maximum.accumulate(np.where(known, np.arange(len(values)), -1))
+    return np.sign(values[np.where(last < 0, int(np.argmax(known)), last)])
