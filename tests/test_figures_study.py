@@ -10,7 +10,10 @@ from tegotae.figures.study import (
     architecture_metrics,
     architectures,
     architectures_figure,
+    correlation_figure,
+    correlations,
     frequencies,
+    pictograms_figure,
 )
 from tegotae.metrics.registry import names
 from tegotae.models import all_models
@@ -142,3 +145,48 @@ def test_an_experiment_beside_the_models_decides_no_claim_about_them():
 def test_a_table_of_one_frequency_has_bars_of_one():
     (legend,) = architectures_figure(table().where(omega_t=4.0)).legends
     assert len(legend.get_texts()) == 3  # bars, their intervals, the optimum
+
+
+def some(*models: str, runs: int = 2) -> Table:
+    """A few runs of these models, each metric one."""
+    values = {metric: np.ones(runs) for metric in names()}
+    known = all_models()
+    return of_runs(
+        (design(known[each]), {"best_fitness": np.zeros(runs)}, values) for each in models
+    )
+
+
+@pytest.mark.parametrize("name", [name for name in all_models() if name.endswith("w8")][::7])
+def test_every_model_of_a_table_is_drawn(name):
+    rows = some("V-sector-w8", name)
+    (architecture,) = set(rows.where(model=name)["architecture"].tolist())
+    assert architecture in architectures(rows)
+    of_it = [key for key in architecture_metrics(rows) if key[2] == architecture]
+    assert of_it
+    assert {key[1] for key in of_it} == {metric.name for metric in rows.shown("figure")}
+
+
+def test_models_that_learn_one_term_stand_behind_those_that_the_paper_shows():
+    rows = some("V-sector-w8", "A-sector-w8")
+    assert architectures(rows) == (*ARCHITECTURES, "A")
+    drawn = architectures_figure(rows).axes[-1]
+    assert [label.get_text() for label in drawn.get_xticklabels()][-1] == "A"
+    heights = [bar.get_height() for bar in panel(architectures_figure(rows), "t0_s", 0).patches]
+    assert heights == [1.0, 1.0]
+    pictures = pictograms_figure(rows).axes
+    assert [p.get_title() for p in pictures if p.get_visible()] == [*ARCHITECTURES, "A"]
+
+
+def test_a_metric_that_one_of_two_runs_defines_is_drawn_without_an_interval():
+    rows = some("AR-rF-sector-w8")
+    rows["t0_s"][0] = np.nan
+    found = architecture_metrics(rows)["F", "t0_s", "AR", 8.0]
+    assert (found.mean, found.count, found.undefined) == (1.0, 1, 1)
+    assert np.isnan(found.low)
+
+
+def test_of_too_few_models_the_figure_draws_no_correlation_and_says_so():
+    rows = some("V-sector-w8", "AR-rF-sector-w8", "T-Fv")
+    found = correlations(rows)
+    assert np.isnan(found[~np.eye(len(found), dtype=bool)]).all()
+    assert "fewer than 10 models" in correlation_figure(rows).axes[0].get_xlabel()

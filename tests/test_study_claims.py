@@ -17,6 +17,7 @@ from tegotae.study.claims import (
     FAILS,
     HOLDS,
     INFORMATION,
+    MODELS,
     NOT_MEASURED,
     UNDECIDED,
     claim_1,
@@ -136,18 +137,55 @@ def test_runs_without_a_limit_cycle_are_counted_and_left_out() -> None:
     assert claim.verdict == HOLDS
 
 
-def test_without_results_every_claim_is_undecided() -> None:
+def test_without_results_no_claim_is_measured() -> None:
     empty = Table({name: column[:0] for name, column in results({}).columns.items()})
-    assert {v.verdict for v in verdicts(empty)} == {UNDECIDED}
+    assert {v.verdict for v in verdicts(empty)} == {NOT_MEASURED}
+
+
+def test_a_claim_that_compares_with_what_was_not_run_is_not_measured() -> None:
+    """Three models: what is said of others is left to who measures them."""
+    three = results({}).where(model=("V-sector-w8", "ART-rF-tphif-w8", "T-Fv"))
+    assert {v.verdict for v in verdicts(three)} == {NOT_MEASURED}
+    comparison = next(v for v in verdicts(three) if v.number == 5).parts[0]
+    assert (comparison.verdict, comparison.n) == (NOT_MEASURED, 0)
+
+
+def test_a_claim_of_which_a_part_was_not_measured_is_undecided_or_fails() -> None:
+    parts = {"ARG": {"cot_inverse": -0.5}, "ART": {"cot_inverse": 0.5}}
+    table = results(parts)
+    half = table.where(architecture=("V", "ARG"))
+    claim = next(v for v in verdicts(half) if v.number == 6)
+    assert [part.verdict for part in claim.parts] == [HOLDS, NOT_MEASURED]
+    assert claim.verdict == UNDECIDED
+    against = results({"ARG": {"cot_inverse": 0.5}}).where(architecture=("V", "ARG"))
+    assert verdict(against, 6) == FAILS
+
+
+def test_runs_that_never_settle_are_data_and_leave_a_claim_undecided() -> None:
+    table = results({})
+    table["cot_inverse"][:] = np.nan
+    table["limit_cycle_share"][:] = 0.0
+    assert verdict(table, 5) == UNDECIDED
+
+
+@pytest.mark.parametrize("models", [3, MODELS - 1, MODELS])
+def test_a_correlation_needs_enough_models(models: int) -> None:
+    table = results({"VG": {"cot_inverse": 1.0, "t0_s": 1.0, "t1_s": 1.0}})
+    some = table.where(model=tuple(dict.fromkeys(table["model"].tolist()))[:models])
+    found = correlation(some.per_model(), "cot_inverse", "t0_s")
+    assert np.isfinite(found.mean) == (models >= MODELS)
+    claim = next(v for v in verdicts(some) if v.number == 9)
+    assert (claim.verdict == NOT_MEASURED) == (models < MODELS)
+    assert "at least 10 models" in claim.note
 
 
 def test_the_correlation_of_a_line_is_one_and_its_interval_knows_its_sample() -> None:
-    x = np.arange(10.0)
+    x = np.arange(20.0)
     line = Table({"a": x, "b": 2.0 * x + 1.0})
     assert correlation(line, "a", "b").mean == pytest.approx(1.0)
     with_holes = Table({"a": x, "b": np.where(x < 2, np.nan, x)})
     found = correlation(with_holes, "a", "b")
-    assert (found.count, found.undefined) == (8, 2)
+    assert (found.count, found.undefined) == (18, 2)
 
 
 def test_an_architecture_that_settles_at_one_frequency_alone_is_judged_there() -> None:

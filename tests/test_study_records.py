@@ -12,7 +12,7 @@ from tegotae.errors import TegotaeError
 from tegotae.metrics.registry import names, range_of
 from tegotae.models import find
 from tegotae.study import runner
-from tegotae.study.export import merge, write_csv
+from tegotae.study.export import merge, read_csv, write_csv
 from tegotae.study.folder import Folder
 from tegotae.study.plan import plan
 from tegotae.study.record import DamagedRecordError, Record, read, write
@@ -69,6 +69,17 @@ def test_a_record_reads_back_as_it_was_written(tmp_path: Path) -> None:
     record = made_up(plan("smoke").units[0])
     write(record, tmp_path / "a.npz")
     assert same(read(tmp_path / "a.npz"), record)
+
+
+def test_a_table_says_how_many_numbers_a_model_learns(folder: Folder, tmp_path: Path) -> None:
+    table = tabulate(folder.all()[0])
+    learned = {name: find(name).controller().n_weights for name in table["model"].tolist()}
+    assert table["parameters"].tolist() == [learned[name] for name in table["model"].tolist()]
+    assert "parameters" not in table.metrics
+    write_csv(table, tmp_path / "table.csv")
+    again = read_csv(tmp_path / "table.csv")
+    assert again["parameters"].tolist() == table["parameters"].tolist()
+    assert again["parameters"].dtype.kind == "i"
 
 
 @pytest.mark.parametrize("damage", ["cut", "flipped", "foreign", "empty"])

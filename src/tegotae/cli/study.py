@@ -206,7 +206,7 @@ class StudyFigures:
         beside = {path.stem: read_csv(path) for path in self.beside}
         texts = judged(table, self.experiments, budgets, beside)
         figures = {
-            "architectures.png": pictograms_figure(),
+            "architectures.png": pictograms_figure(table),
             "metrics.png": architectures_figure(table),
             "correlations.png": correlation_figure(table),
         }

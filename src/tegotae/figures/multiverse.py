@@ -156,7 +156,7 @@ def _effects(panel, parts: list[Part]) -> None:
     for bound in bounds:
         panel.axhline(bound, color="0.5", lw=0.6)
     for x, part in enumerate(parts):
-        effect, colour = part.effect, VERDICT_COLOURS[part.verdict]
+        effect, colour = part.effect, VERDICT_COLOURS.get(part.verdict, "0.9")
         if math.isnan(effect.mean):
             panel.text(x, low, "–", ha="center", va="bottom", color="0.5")
             continue

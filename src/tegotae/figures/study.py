@@ -17,9 +17,9 @@ from matplotlib.ticker import FixedLocator, Locator, MaxNLocator
 from tegotae.figures.style import COLOURS, COLUMN_IN, DIVERGING, PAGE_IN, new_figure, styled
 from tegotae.metrics.metric import FIGURE, Metric
 from tegotae.metrics.registry import range_of
-from tegotae.metrics.statistics import Interval, balanced_difference
+from tegotae.metrics.statistics import Interval, balanced_difference, mean_defined
 from tegotae.optimum.table import curve
-from tegotae.study.claims import correlation, designs
+from tegotae.study.claims import MODELS, correlation, designs
 from tegotae.study.table import ARCHITECTURES, Table
 
 OBSERVATIONS = {"F": "$s = [F_k]$", "Fv": r"$s = [F_k, \dot y]$"}
@@ -42,12 +42,18 @@ _LESS = 0.005
 """Share of runs without the metric that is too small to be told."""
 
 
-def architectures(table: Table) -> tuple[str, ...]:
-    """What the figure has places for: the paper's architectures, then experiments beside them.
+_OF_FORCE_ALONE = ("V", "VT", "A", "AT")
+"""Architectures whose learned terms, if any, sense nothing but F_k."""
 
-    A table without any of the paper's has the others alone.
+
+def architectures(table: Table) -> tuple[str, ...]:
+    """What the figure has places for: what the paper shows, then all else that the table holds.
+
+    That is models that learn A or R alone, and experiments beside the models. A table of these
+    experiments alone has no places for the paper's architectures.
     """
-    others = tuple(dict.fromkeys(table.beside_the_paper()["architecture"].tolist()))
+    held = dict.fromkeys(table["architecture"].tolist())
+    others = tuple(name for name in held if name not in ARCHITECTURES)
     return (*ARCHITECTURES, *others) if len(table.of_the_paper()) or not others else others
 
 
@@ -66,15 +72,16 @@ def architecture_metrics(
 
     A value of ω_t stands for itself, as a body that can do little at one of them would hide what
     differs at another; the single network has none. Architectures that sense nothing but F_k (V and
-    VT) stand in both columns, as in the paper, and so does what senses something else. What a table
-    does not hold has no entry.
+    VT, A and AT) stand in both columns, as in the paper, and so does what senses something else.
+    What a table does not hold has no entry. Where too few runs define a metric for an interval, it
+    is their mean alone.
     """
     shown = [metric.name for metric in table.shown(FIGURE)]
     found = {}
     for observation in OBSERVATIONS:
         for architecture in architectures(table):
             rows = table.where(architecture=architecture)
-            if architecture not in ("V", "VT"):
+            if architecture not in _OF_FORCE_ALONE:
                 rows = rows.where(observation=(observation, ""))
             for omega_t in frequencies(rows):
                 own = rows if omega_t is None else rows.where(omega_t=omega_t)
@@ -83,6 +90,8 @@ def architecture_metrics(
                     within = range_of(metric)
                     mean = balanced_difference(values, single_is_exact=True, within=within)
                     undefined = int(np.isnan(own[metric]).sum())
+                    if np.isnan(mean.mean):
+                        mean = dataclasses.replace(mean, mean=float(mean_defined(own[metric])))
                     found[observation, metric, architecture, omega_t] = dataclasses.replace(
                         mean, count=len(own) - undefined, undefined=undefined
                     )
@@ -97,7 +106,7 @@ def architectures_figure(table: Table) -> Figure:
     found = architecture_metrics(table)
     shown = table.shown(FIGURE)
     omegas, names = frequencies(table), architectures(table)
-    own = set(names).difference(ARCHITECTURES)
+    own = set(table.beside_the_paper()["architecture"].tolist())
     colours = dict(zip(omegas, _colours(omegas), strict=True))
     with styled():
         figure = new_figure(PAGE_IN, _LEGEND_IN + _PANEL_IN * len(shown))
@@ -125,7 +134,7 @@ def architectures_figure(table: Table) -> Figure:
             panel.tick_params(axis="x", length=0)
         for panel in panels[-1]:
             panel.set_xticks(range(len(names)), names)
-            if own:  # whose names may be long
+            if len(names) > len(ARCHITECTURES):  # there may be many, and long ones
                 panel.tick_params(axis="x", labelrotation=90)
         figure.align_ylabels(panels[:, 0])
         named: list[Artist] = [
@@ -252,6 +261,8 @@ def correlation_figure(table: Table) -> Figure:
                     fontsize=7,
                     color="white" if dark else "black",
                 )
+        if np.isnan(values).any():
+            panel.set_xlabel(f"–: fewer than {MODELS} models define both, or all alike", fontsize=7)
         panel.spines[:].set_visible(False)
         panel.tick_params(length=0)
         bar = figure.colorbar(image, label="correlation", ticks=(-1.0, -0.5, 0.0, 0.5, 1.0))
@@ -259,13 +270,23 @@ def correlation_figure(table: Table) -> Figure:
     return figure
 
 
-def pictograms_figure() -> Figure:
-    """Fig. 2, I: the architectures; vanilla terms in outline, learned ones filled."""
+def pictograms_figure(table: Table | None = None) -> Figure:
+    """Fig. 2, I: the architectures; vanilla terms in outline, learned ones filled.
+
+    Args:
+        table: the study's runs; of the paper's models, those that it holds beside the paper's
+            figure are drawn, too.
+    """
+    held = [] if table is None else table.of_the_paper()["architecture"].tolist()
+    names = tuple(dict.fromkeys((*ARCHITECTURES, *held)))
+    rows = -(-len(names) // len(ARCHITECTURES))
     with styled():
-        figure = new_figure(PAGE_IN, 2.2)
-        panels = figure.subplots(1, len(ARCHITECTURES))
-        for panel, name in zip(panels, ARCHITECTURES, strict=True):
+        figure = new_figure(PAGE_IN, 2.2 * rows)
+        panels = figure.subplots(rows, len(ARCHITECTURES)).flat
+        for panel, name in zip(panels, names, strict=False):
             _pictogram(panel, name)
+        for panel in panels[len(names) :]:
+            panel.set_visible(False)
     return figure
 
 

@@ -23,6 +23,7 @@ from tegotae.report.values import embedded_figure, embedded_file, number
 from tegotae.study.claims import (
     ALL,
     EXPERIMENTS,
+    MODELS,
     Part,
     Verdict,
     all_verdicts,
@@ -39,6 +40,7 @@ _DESIGN = {
     "observation": ("Senses", "what is sensed: F_k, the spring force, and ẏ, the velocity"),
     "actuation": ("Actuation", "what the actuator force follows"),
     "omega_t": ("ω_t", "frequency in training [rad/s]"),
+    "parameters": ("Parameters", "numbers that are learned"),
 }
 _FITNESS = {"best_fitness": ("Fitness", "of the best distribution in training")}
 _COUNTS = {
@@ -103,7 +105,7 @@ def _figures(table: Table) -> list[dict[str, Any]]:
     return [
         one(
             "I. The architectures. Filled terms are learned networks, outlined ones are vanilla.",
-            pictograms_figure(),
+            pictograms_figure(table),
         ),
         one(
             "II. Each metric per architecture and training frequency ω_t, with 95 % intervals over "
@@ -111,7 +113,10 @@ def _figures(table: Table) -> list[dict[str, Any]]:
             "define the metric, because they do not settle or recover.",
             architectures_figure(table),
         ),
-        one("III. Correlation of the metrics over all models.", correlation_figure(table)),
+        one(
+            f"III. Correlation of the metrics over all models; at least {MODELS} must define both.",
+            correlation_figure(table),
+        ),
     ]
 
 

@@ -23,7 +23,7 @@ alone have others, and a user's experiment one of its own, by its name."""
 
 _DESIGN = (
     *("model", "architecture", "learned", "reaction", "gain", "actuation", "observation"),
-    *("omega_t", "run"),
+    *("omega_t", "parameters", "run"),
 )
 _TRAINING = ("best_fitness", "episodes_trained", "ended", "training_budget")
 
@@ -34,8 +34,9 @@ class Table:
 
     Args:
         columns: by name: `model`, `architecture`, `learned`, `reaction`, `gain`, `actuation`,
-            `observation`, `omega_t` [rad/s], `run`, `best_fitness`, `episodes_trained`, `ended`,
-            and the metrics that it holds; in a table of budgets also `training_budget` [episodes].
+            `observation`, `omega_t` [rad/s], `parameters` (how many are learned), `run`,
+            `best_fitness`, `episodes_trained`, `ended`, and the metrics that it holds; in a table
+            of budgets also `training_budget` [episodes].
     """
 
     columns: dict[str, np.ndarray]
@@ -193,14 +194,15 @@ def of_runs(
 def place(record: Record) -> dict[str, Any]:
     """Where a record's experiment stands in the study's design; if in none, in a row of its own."""
     name, omega = record.model, record.configuration["experiment"]["omega"]
+    parameters = record.weights.shape[-1]
     if name in all_models():
-        return design(all_models()[name])
+        return {**design(all_models()[name]), "parameters": parameters}
     own = dict.fromkeys(("learned", "reaction", "gain", "actuation"), "")
     observation = _OBSERVATIONS.get(_senses(record.experiment), "")
     omega_t = np.nan if omega is None else omega
     return {
         **{"model": name, "architecture": name, **own},
-        **{"observation": observation, "omega_t": omega_t},
+        **{"observation": observation, "omega_t": omega_t, "parameters": parameters},
     }
 
 

@@ -1,8 +1,8 @@
 """The paper's claims, each a function from results to a verdict.
 
 A claim is made of parts, each an effect with its 95 % interval. It holds if every part does, fails
-if the interval of any part lies on the wrong side, and is undecided otherwise. Parts without bounds
-are for information.
+if the interval of any part lies on the wrong side, and is undecided otherwise; without any data it
+is not measured. Parts without bounds are for information.
 
 A gait without a limit cycle has no CoT⁻¹ and no transients, and is left out of those and counted
 beside them; a body at rest has a CoT⁻¹ of zero. T0 and T1 are thus of those that settle and
@@ -17,7 +17,15 @@ Claims 2 to 9 are decided by the study's table (`verdicts`), of all runs, at eac
 
 from pathlib import Path
 
-from tegotae.study.claims.architectures import CLAIMS, FAR, NEAR, correlation, designs, verdicts
+from tegotae.study.claims.architectures import (
+    CLAIMS,
+    FAR,
+    MODELS,
+    NEAR,
+    correlation,
+    designs,
+    verdicts,
+)
 from tegotae.study.claims.experiments import (
     EXPERIMENTS,
     KeptExperiment,
@@ -57,6 +65,7 @@ __all__ = [
     "FAR",
     "HOLDS",
     "INFORMATION",
+    "MODELS",
     "NEAR",
     "NOT_MEASURED",
     "UNDECIDED",

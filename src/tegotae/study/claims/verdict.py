@@ -25,6 +25,7 @@ class Part:
         unit: what the interval is over: "runs", "models" or "frequencies".
         without_cycle: how many of these have no limit cycle in any episode; None where that is
             no question.
+        least: so many of these must define the effect for it to be measured at all.
     """
 
     what: str
@@ -33,6 +34,7 @@ class Part:
     high: float = np.inf
     unit: str = "runs"
     without_cycle: int | None = None
+    least: int = 0
 
     @property
     def n(self) -> int:
@@ -41,10 +43,15 @@ class Part:
 
     @property
     def verdict(self) -> str:
-        """Whether the interval lies inside the bounds, outside, or across one."""
+        """Whether the interval lies inside the bounds, outside, or across one.
+
+        An effect that no run is behind is not measured; one that no run defines is undecided.
+        """
         e = self.effect
         if self.low == -np.inf and self.high == np.inf:
             return INFORMATION
+        if self.n == 0 or e.count < self.least:
+            return NOT_MEASURED
         if np.isnan([e.low, e.high, self.low, self.high]).any():
             return UNDECIDED
         if self.low <= e.low and e.high <= self.high:
@@ -56,7 +63,7 @@ class Part:
 
 @dataclass(frozen=True)
 class Verdict:
-    """A claim and what the results say about it; without parts it is not measured."""
+    """A claim and what the results say about it; without parts or data it is not measured."""
 
     number: int
     claim: str
@@ -67,7 +74,7 @@ class Verdict:
     def verdict(self) -> str:
         """holds, fails, undecided, or not measured."""
         each = [part.verdict for part in self.parts if part.verdict != INFORMATION]
-        if not each:
+        if all(verdict == NOT_MEASURED for verdict in each):
             return NOT_MEASURED
         if FAILS in each:
             return FAILS
