@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import jax
 import jax.numpy as jnp
@@ -20,7 +21,7 @@ from tegotae.measures.hopping.spectrum import (
     spectrum,
 )
 from tegotae.measures.objectives.fitness import EPISODE, SETTLE_S, Fitness
-from tegotae.measures.objectives.objective import FAILED_FITNESS
+from tegotae.measures.objectives.objective import FAILED_FITNESS, Objective
 from tegotae.simulation.recorder import COMMON
 
 TIMING = Timing(duration_s=20.0)
@@ -329,3 +330,68 @@ def test_an_episode_that_leaves_nothing_to_judge_is_refused():
     with pytest.raises(TegotaeError, match=r"^an episode of 4.5 s leaves less than 1 s") as raised:
         Fitness(settle_s=4.0).check(Timing(duration_s=4.5))
     assert "\n" not in str(raised.value)
+
+
+# An objective of one's own.
+
+
+@dataclass(frozen=True)
+class _Highest(Objective):
+    """The greatest height [m]."""
+
+    needs = ("height_m",)
+
+    def outcome(self, trajectory, scenario, body, timing):
+        return trajectory.height_m.max(axis=0)
+
+
+@dataclass(frozen=True)
+class _Priced(_Highest):
+    """A height at a price that is data."""
+
+    price: float = 1.0
+
+    @property
+    def program(self) -> _Priced:
+        return _Priced()
+
+    @property
+    def data(self) -> np.float32:
+        return np.float32(self.price)
+
+    def score(self, outcome, data):
+        return {"fitness": data * outcome, "height_m": outcome}
+
+
+def test_an_outcome_alone_is_a_fitness_and_a_failure_is_below_all_others():
+    falls = np.stack([np.zeros(len(TIME)), TIME > 10.0], axis=1) > 0.5
+    out = judge(trajectory(sinusoid(5.0, 5.0), failed=falls), fitness=_Highest())
+    assert out["fitness"][0] == pytest.approx(1.5, abs=1e-3)
+    assert FAILED_FITNESS < out["fitness"][1] < FAILED_FITNESS + 1.0
+    assert np.isnan(out["cot_inverse"]).all()
+    assert list(out["failed"]) == [False, True]
+
+
+def test_a_score_reads_its_settings_as_data_of_one_program():
+    out = judge(trajectory(sinusoid(5.0)), fitness=_Priced(price=2.0))
+    assert out["fitness"][0] == pytest.approx(2.0 * out["height_m"][0])
+    assert _Priced(price=2.0).program == _Priced(price=3.0).program
+
+
+def test_a_fitness_that_is_not_one_number_per_lane_is_refused():
+    @dataclass(frozen=True)
+    class Whole(_Highest):
+        def outcome(self, trajectory, scenario, body, timing):
+            return trajectory.height_m
+
+    with pytest.raises(TegotaeError, match=r"Whole.outcome returned .* one number per lane"):
+        judge(trajectory(sinusoid(5.0)), fitness=Whole())
+
+
+def test_an_objective_of_an_earlier_version_is_refused_with_what_to_rename():
+    said = r"Old has a method score and no method outcome.*rename"
+    with pytest.raises(TegotaeError, match=said):
+
+        class Old(Objective):
+            def score(self, trajectory, scenario, body, timing):
+                return trajectory.height_m[-1]

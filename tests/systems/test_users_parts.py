@@ -408,7 +408,7 @@ class Leaving(VanillaAction):
 
 @dataclass(frozen=True, kw_only=True)
 class LeavingLate(Objective):
-    def score(self, trajectory, scenario, body, timing):
+    def outcome(self, trajectory, scenario, body, timing):
         sys.exit(0)
 
 def environment():

@@ -96,7 +96,7 @@ class Height(Objective):
 
     last_s: float = 1.0
 
-    def score(self, trajectory: Any, scenario: Any, body: Any, timing: Timing) -> jax.Array:
+    def outcome(self, trajectory: Any, scenario: Any, body: Any, timing: Timing) -> jax.Array:
         frames = round(self.last_s / timing.frame_s)
         return trajectory.height_m[-frames:].max(axis=0)
 

@@ -29,7 +29,7 @@ class Jump(Objective):
                 "count; make it longer"
             )
 
-    def score(self, trajectory, scenario, body, timing) -> jax.Array:
+    def outcome(self, trajectory, scenario, body, timing) -> jax.Array:
         """One number per lane: the larger, the better."""
         frames = round(self.last_s / timing.frame_s)
         return trajectory.height_m[-frames:].max(axis=0)

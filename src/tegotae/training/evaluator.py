@@ -13,7 +13,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from tegotae._support.devices import on_every_device
-from tegotae.measures.objectives.objective import Objective
+from tegotae.measures.objectives.objective import EpisodeSummary, Objective, scores
 from tegotae.parts.bodies import Body
 from tegotae.simulation.loop import check_senses
 from tegotae.simulation.rollout import Engine
@@ -108,7 +108,11 @@ class EngineEvaluator(Evaluator):
     def program(self) -> tuple[Engine, Objective, int]:
         """What is compiled: settings of the fitness are data."""
         fitness = self.fitness.program
-        return dataclasses.replace(self.engine, summary=fitness.judged), fitness, self.episodes
+        return (
+            dataclasses.replace(self.engine, summary=EpisodeSummary(fitness)),
+            fitness,
+            self.episodes,
+        )
 
     def evaluate(self, candidates: np.ndarray, who: Round) -> Scores:
         """The verdict on every candidate; ended seeds cost nothing, but for a block's rest."""
@@ -184,7 +188,7 @@ def _judged(
 
     each = jax.tree.map(of_lanes, scenario)
     wanted = going.sum() * per_seed
-    outcome = fitness.weigh(engine.trace(everyone, each, body, wanted), data)
+    outcome = scores(fitness, engine.trace(everyone, each, body, wanted), data)
     back = jnp.argsort(order)
     return {
         name: _together(name, x.reshape(n_seeds, -1, episodes)[back])

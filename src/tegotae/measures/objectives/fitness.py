@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
@@ -24,7 +24,7 @@ from tegotae.measures.hopping.spectrum import (
     rest_delta_omega,
     spectrum,
 )
-from tegotae.measures.objectives.objective import Objective, with_failures
+from tegotae.measures.objectives.objective import Objective
 from tegotae.parts.bodies import Body
 from tegotae.simulation.rollout import Scenario, Timing, Trajectory
 
@@ -42,44 +42,88 @@ STRIDE = 2
 """Frames per sample of the spectrum: 40 ms are 30 samples of the quickest hop and more."""
 
 
-class Outcome(NamedTuple):
-    """What an episode is judged by, whatever the definition of fitness: shape [lanes] each."""
+class HopOutcome(NamedTuple):
+    """What of an episode of hopping counts, whatever the definition of work."""
 
     cot_inverse: Any
     """CoT⁻¹ over whole hops [m/J] by each definition of `WORK`, shape [definitions, lanes]."""
     delta_omega: Any
-    """ΔΩ (equation 13)."""
+    """ΔΩ (equation 13), [lanes]."""
     climb_m: Any
-    """Height climbed in the whole episode [m]."""
-    survived: Any
-    """Share of the episode before the rollout failed; 1 if it did not."""
-    failed: Any
-    """Whether it failed."""
+    """Height climbed in the whole episode [m], [lanes]."""
+
+
+class FitnessData(NamedTuple):
+    """Settings that make a fitness of an outcome: data of a compiled program."""
+
+    definition: Any
+    """1 at the definition of work that counts, 0 elsewhere, in the order of `WORK`."""
+    follow_omega: Any
+    """1 if ΔΩ counts, else 0."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class Judged:
-    """What of an episode counts: an `Engine`'s summary that returns an `Outcome`.
+class Fitness(Objective):
+    """`fitness = CoT⁻¹ + ΔΩ` over the settled part of an episode (paper equations 11-13).
 
-    CoT⁻¹ is taken over the last whole hops of the settled part
-    (`tegotae.measures.hopping.whole_hops`).
+    In training the settled part is what follows `settle_s`; of that, CoT⁻¹ is over the last whole
+    hops (`tegotae.measures.hopping.whole_hops`) and ΔΩ over all of it. A gait that has died out by
+    the end has a CoT⁻¹ of zero, as in `metrics.gait`.
+
+    Among controllers of equal fitness, such as those of early generations that do nothing at all,
+    the one that climbs more in the whole episode is better, by less than 1e-3: without this nothing
+    could be learned from them.
 
     Args:
         settle_s: time left to settle [s].
+        work: definition of work, one of "absolute", "positive", "net".
+        follow_omega: whether ΔΩ counts; it does not without an oscillator, nor in the paper's
+            comparison of algorithms (Fig. 3).
+
+    Raises:
+        TegotaeError: for an unknown definition or a negative settling time.
     """
 
     settle_s: float = SETTLE_S
+    work: str = "absolute"
+    follow_omega: bool = True
 
-    needs: ClassVar[tuple[str, ...]] = (
+    needs = (
         *("time_s", "height_m", "ground_m", "apex_height_m", "climb_flight_m", "climb_m"),
         *("work_absolute_j", "work_positive_j", "work_net_j", "failed"),
     )
-    """The channels that it reads."""
 
-    def __call__(
+    def __post_init__(self) -> None:
+        require_finite("settle_s", self.settle_s, least=0.0)
+        check_work(self.work)
+
+    def check(self, timing: Timing) -> None:
+        """Raise `TegotaeError` if an episode leaves too little after settling."""
+        if timing.duration_s - self.settle_s < 1.0:
+            raise TegotaeError(
+                f"an episode of {timing.duration_s:g} s leaves less than 1 s after settling for "
+                f"{self.settle_s:g} s; make it at least {self.settle_s + 1.0:g} s"
+            )
+
+    def without_frequency(self) -> Fitness:
+        """The same without ΔΩ."""
+        return dataclasses.replace(self, follow_omega=False)
+
+    @property
+    def program(self) -> Fitness:
+        """The settling time alone: everything else is data."""
+        return Fitness(settle_s=self.settle_s)
+
+    @property
+    def data(self) -> FitnessData:
+        """The definition of work, and whether ΔΩ counts."""
+        chosen = [float(definition == self.work) for definition in WORK]
+        return FitnessData(np.array(chosen, "float32"), np.float32(self.follow_omega))
+
+    def outcome(
         self, trajectory: Trajectory, scenario: Scenario, body: Body, timing: Timing
-    ) -> Outcome:
-        """The outcome of every lane."""
+    ) -> HopOutcome:
+        """CoT⁻¹ by every definition of work, ΔΩ and the climb of every lane."""
         first = round(self.settle_s / timing.frame_s)
         hops = whole_hops(
             trajectory.apex_height_m[first:], trajectory.ground_m[first:], body.rest_length_m
@@ -100,110 +144,17 @@ class Judged:
             rest_delta_omega(scenario.omega),
             delta_omega(scenario.omega, w_peak, a_peak),
         )
-        return Outcome(
+        return HopOutcome(
             cot_inverse=jnp.stack([cot_inverse(climb, each) for each in work]),
             delta_omega=gap,
             climb_m=trajectory.climb_m[-1],
-            survived=jnp.mean(jnp.where(trajectory.failed, 0.0, 1.0), axis=0),
-            failed=trajectory.failed[-1],
         )
 
-
-class Weighing(NamedTuple):
-    """What makes a fitness of an outcome: data of a compiled program."""
-
-    definition: Any
-    """1 at the definition of work that counts, 0 elsewhere, in the order of `WORK`."""
-    follow_omega: Any
-    """1 if ΔΩ counts, else 0."""
-
-
-def weigh(outcome: Outcome, by: Weighing) -> dict[str, Any]:
-    """Fitness and its parts, each of shape [lanes].
-
-    Among controllers of equal fitness, such as those of early generations that do nothing at all,
-    the one that climbs more in the whole episode is better, by less than 1e-3: without this nothing
-    could be learned from them.
-    """
-    shares = jnp.asarray(by.definition, outcome.cot_inverse.dtype)
-    cot = (shares[:, None] * outcome.cot_inverse).sum(axis=0)
-    # A failed lane may hold anything; what is not asked for must not spoil what is.
-    gap = jnp.where(by.follow_omega > 0.0, outcome.delta_omega, 0.0)
-    fitness = cot + gap + TIE_BREAK * jnp.tanh(outcome.climb_m)
-    return {
-        "fitness": with_failures(fitness, outcome.failed, outcome.survived),
-        "cot_inverse": jnp.where(outcome.failed, 0.0, cot),
-        "delta_omega": gap,
-        "failed": outcome.failed,
-    }
-
-
-@dataclass(frozen=True, kw_only=True)
-class Fitness(Objective):
-    """`fitness = CoT⁻¹ + ΔΩ` over the settled part of an episode (paper equations 11-13).
-
-    In training the settled part is what follows `settle_s`; of that, CoT⁻¹ is over whole hops
-    (`Judged`) and ΔΩ over all of it. A gait that has died out by the end has a CoT⁻¹ of zero, as in
-    `metrics.gait`.
-
-    Args:
-        settle_s: time left to settle [s].
-        work: definition of work, one of "absolute", "positive", "net".
-        follow_omega: whether ΔΩ counts; it does not without an oscillator, nor in the paper's
-            comparison of algorithms (Fig. 3).
-
-    Raises:
-        TegotaeError: for an unknown definition or a negative settling time.
-    """
-
-    settle_s: float = SETTLE_S
-    work: str = "absolute"
-    follow_omega: bool = True
-
-    needs = Judged.needs
-
-    def __post_init__(self) -> None:
-        require_finite("settle_s", self.settle_s, least=0.0)
-        check_work(self.work)
-
-    def check(self, timing: Timing) -> None:
-        """Raise `TegotaeError` if an episode leaves too little after settling to be judged."""
-        if timing.duration_s - self.settle_s < 1.0:
-            raise TegotaeError(
-                f"an episode of {timing.duration_s:g} s leaves less than 1 s after settling for "
-                f"{self.settle_s:g} s; make it at least {self.settle_s + 1.0:g} s"
-            )
-
-    def without_frequency(self) -> Fitness:
-        """The same without ΔΩ."""
-        return dataclasses.replace(self, follow_omega=False)
-
-    @property
-    def program(self) -> Fitness:
-        """The settling time alone: everything else is data."""
-        return Fitness(settle_s=self.settle_s)
-
-    @property
-    def data(self) -> Weighing:
-        """How an outcome makes a fitness."""
-        chosen = [float(definition == self.work) for definition in WORK]
-        return Weighing(np.array(chosen, "float32"), np.float32(self.follow_omega))
-
-    @property
-    def judged(self) -> Judged:
-        """What of an episode counts."""
-        return Judged(settle_s=self.settle_s)
-
-    def score(self, trajectory: Trajectory, scenario: Scenario, body: Body, timing: Timing) -> Any:
-        """The fitness of every lane, [lanes]."""
-        return self(trajectory, scenario, body, timing)["fitness"]
-
-    def weigh(self, judged: Outcome, data: Weighing) -> dict[str, Any]:
-        """Fitness and its parts, each of shape [lanes]."""
-        return weigh(judged, data)
-
-    def __call__(
-        self, trajectory: Trajectory, scenario: Scenario, body: Body, timing: Timing
-    ) -> dict[str, Any]:
-        """Fitness and its parts, each of shape [lanes]: an `Engine`'s summary."""
-        return self.weigh(self.judged(trajectory, scenario, body, timing), self.data)
+    def score(self, outcome: HopOutcome, data: FitnessData) -> dict[str, Any]:
+        """`fitness`, `cot_inverse` [m/J] and `delta_omega`, [lanes] each."""
+        shares = jnp.asarray(data.definition, outcome.cot_inverse.dtype)
+        cot = (shares[:, None] * outcome.cot_inverse).sum(axis=0)
+        # A failed lane may hold anything; what is not asked for must not spoil what is.
+        gap = jnp.where(data.follow_omega > 0.0, outcome.delta_omega, 0.0)
+        fitness = cot + gap + TIE_BREAK * jnp.tanh(outcome.climb_m)
+        return {"fitness": fitness, "cot_inverse": cot, "delta_omega": gap}

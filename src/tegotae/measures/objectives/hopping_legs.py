@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -17,14 +17,21 @@ from tegotae.measures.hopping.spectrum import (
     rest_delta_omega,
     spectrum,
 )
-from tegotae.measures.objectives.fitness import SETTLE_S
-from tegotae.measures.objectives.objective import Objective, with_failures
+from tegotae.measures.objectives.fitness import SETTLE_S, STRIDE, TIE_BREAK
+from tegotae.measures.objectives.objective import Objective
 from tegotae.parts.bodies import Body
 from tegotae.simulation.rollout import Scenario, Timing, Trajectory
 
-_TIE_BREAK = 1e-3
-_STRIDE = 2
-"""Frames a sample of the spectrum, as in the hopper's fitness."""
+
+class HoppingLegsOutcome(NamedTuple):
+    """What of an episode of hopping legs counts, [lanes] each."""
+
+    cot_inverse: Any
+    """CoT⁻¹ of all legs together [m/J]."""
+    delta_omega: Any
+    """ΔΩ (equation 13), the mean over the legs; 0 if it does not count."""
+    climb_m: Any
+    """What the middle of the body climbs in the whole episode [m]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -63,7 +70,7 @@ class HoppingLegs(Objective):
         require_finite("settle_s", self.settle_s, least=0.0)
 
     def check(self, timing: Timing) -> None:
-        """Raise `TegotaeError` if an episode leaves too little after settling to be judged."""
+        """Raise `TegotaeError` if an episode leaves too little after settling."""
         if timing.duration_s - self.settle_s < 1.0:
             raise TegotaeError(
                 f"an episode of {timing.duration_s:g} s leaves less than 1 s after settling for "
@@ -74,14 +81,10 @@ class HoppingLegs(Objective):
         """The same without ΔΩ."""
         return HoppingLegs(settle_s=self.settle_s, follow_omega=False)
 
-    def score(self, trajectory: Trajectory, scenario: Scenario, body: Body, timing: Timing) -> Any:
-        """The fitness of every lane, [lanes]."""
-        return self(trajectory, scenario, body, timing)["fitness"]
-
-    def __call__(
+    def outcome(
         self, trajectory: Trajectory, scenario: Scenario, body: Body, timing: Timing
-    ) -> dict[str, Any]:
-        """Fitness and its parts, each of shape [lanes]: an `Engine`'s summary."""
+    ) -> HoppingLegsOutcome:
+        """CoT⁻¹, ΔΩ and the climb of every lane."""
         t = trajectory
         first = round(self.settle_s / timing.frame_s)
         hips, ground = t.hip_m[first:], t.ground_m[first:, None]
@@ -91,15 +94,13 @@ class HoppingLegs(Objective):
         gap = jnp.zeros_like(cot)
         if self.follow_omega:
             gap = _gap(hips, scenario.omega, timing.frame_s)
-        failed = t.failed[-1]
-        survived = jnp.mean(jnp.where(t.failed, 0.0, 1.0), axis=0)
-        fitness = cot + gap + _TIE_BREAK * jnp.tanh(t.climb_m[-1])
-        return {
-            "fitness": with_failures(fitness, failed, survived),
-            "cot_inverse": jnp.where(failed, 0.0, cot),
-            "delta_omega": gap,
-            "failed": failed,
-        }
+        return HoppingLegsOutcome(cot, gap, t.climb_m[-1])
+
+    def score(self, outcome: HoppingLegsOutcome, data: Any) -> dict[str, Any]:
+        """`fitness`, `cot_inverse` [m/J] and `delta_omega`, [lanes] each."""
+        cot, gap, climb_m = outcome
+        fitness = cot + gap + TIE_BREAK * jnp.tanh(climb_m)
+        return {"fitness": fitness, "cot_inverse": cot, "delta_omega": gap}
 
 
 def climb_in_flight(hips_m: jax.Array, rest_m: Any) -> jax.Array:
@@ -123,9 +124,9 @@ def climb_in_flight(hips_m: jax.Array, rest_m: Any) -> jax.Array:
 def _gap(hips: jax.Array, omega: Any, frame_s: float) -> jax.Array:
     """ΔΩ, the mean over the legs, [lanes]."""
     limbs, lanes = hips.shape[1:]
-    heights = hips[::_STRIDE].reshape(-1, limbs * lanes)
+    heights = hips[::STRIDE].reshape(-1, limbs * lanes)
     wanted = jnp.broadcast_to(omega, (limbs, lanes)).reshape(-1)
-    w_peak, a_peak = peak(spectrum(heights, _STRIDE * frame_s))
+    w_peak, a_peak = peak(spectrum(heights, STRIDE * frame_s))
     rests = heights.max(axis=0) - heights.min(axis=0) < REST_RANGE_M
     each = jnp.where(rests, rest_delta_omega(wanted), delta_omega(wanted, w_peak, a_peak))
     return each.reshape(limbs, lanes).mean(axis=0)

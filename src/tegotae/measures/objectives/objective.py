@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
-from typing import Any, ClassVar
+from dataclasses import dataclass
+from typing import Any, ClassVar, NamedTuple
 
 import jax.numpy as jnp
 
@@ -22,10 +22,18 @@ def with_failures(fitness: Any, failed: Any, survived: Any) -> Any:
 
 
 class Objective(ABC):
-    """The measure by which an episode is judged, a frozen dataclass of its settings.
+    """The measure by which an episode is evaluated, a frozen dataclass of its settings.
 
-    An objective of your own has one method, `score`. `Fitness` is the paper's; it does more, so
-    that its settings are data of the compiled program and another value compiles nothing anew.
+    It has two methods: `outcome` reduces the trajectory of an episode to what counts, and `score`
+    makes the fitness of that:
+
+        fitness = score(outcome(trajectory, scenario, body, timing), data).
+
+    An objective of your own needs `outcome` alone, if that returns the fitness. Rollouts that
+    failed are put below all others afterwards, whatever the objective.
+
+    Settings that `score` reads are `data` of the compiled program, so that another value compiles
+    nothing anew; those that `outcome` reads are the `program`.
     """
 
     needs: ClassVar[tuple[str, ...] | None] = None
@@ -36,12 +44,19 @@ class Objective(ABC):
 
     def __init_subclass__(cls) -> None:
         super().__init_subclass__()
+        if "score" in vars(cls) and cls.outcome is Objective.outcome:
+            raise TegotaeError(
+                f"{cls.__name__} has a method score and no method outcome; what is computed of a "
+                "trajectory is called outcome(trajectory, scenario, body, timing): rename it"
+            )
         if cls.needs is not None and "failed" not in cls.needs:
             cls.needs = (*cls.needs, "failed")  # by which failures are put below all others
 
     @abstractmethod
-    def score(self, trajectory: Trajectory, scenario: Scenario, body: Body, timing: Timing) -> Any:
-        """The fitness of every lane, [lanes]: the larger, the better.
+    def outcome(
+        self, trajectory: Trajectory, scenario: Scenario, body: Body, timing: Timing
+    ) -> Any:
+        """What of an episode counts: the fitness, [lanes], or all that `score` makes it of.
 
         Args:
             trajectory: arrays of shape [frames, lanes].
@@ -50,12 +65,17 @@ class Objective(ABC):
             timing: of the episode.
         """
 
-    def check(self, timing: Timing) -> None:  # noqa: B027 - optional
-        """Raise `TegotaeError` if an episode of this timing cannot be judged."""
+    def score(self, outcome: Any, data: Any) -> dict[str, Any]:
+        """The fitness and its parts, each of shape [lanes]: the larger, the better.
 
-    def without_frequency(self) -> Objective:
-        """The same for what has no prescribed frequency."""
-        return self
+        Args:
+            outcome: of the episode, from `outcome`.
+            data: the settings, from `data`; arrays of a compiled program.
+
+        Returns:
+            `fitness`; `cot_inverse` where it is measured; and whatever else is worth a name.
+        """
+        return {"fitness": outcome}
 
     @property
     def program(self) -> Objective:
@@ -67,29 +87,89 @@ class Objective(ABC):
         """The part that is data of the compiled program: arrays."""
         return ()
 
-    @property
-    def judged(self) -> Callable[[Trajectory, Scenario, Body, Timing], Any]:
-        """What of an episode counts: an `Engine`'s summary, of what `weigh` is given then."""
-        return self
+    def check(self, timing: Timing) -> None:  # noqa: B027 - optional
+        """Raise `TegotaeError` if an episode of this timing cannot be evaluated."""
 
-    def weigh(self, judged: Any, data: Any) -> dict[str, Any]:
-        """`fitness`, `cot_inverse` (NaN where it is not measured) and `failed`, each [lanes]."""
-        return judged
+    def without_frequency(self) -> Objective:
+        """The same for what has no prescribed frequency."""
+        return self
 
     def __call__(
         self, trajectory: Trajectory, scenario: Scenario, body: Body, timing: Timing
     ) -> dict[str, Any]:
-        """Fitness and its parts, each of shape [lanes]: an `Engine`'s summary."""
-        failed = trajectory.failed[-1]
-        survived = jnp.mean(jnp.where(trajectory.failed, 0.0, 1.0), axis=0)
-        fitness = self.score(trajectory, scenario, body, timing)
-        if jnp.shape(fitness) != jnp.shape(failed):
-            raise TegotaeError(
-                f"{type(self).__name__}.score returned shape {jnp.shape(fitness)}; it must be one "
-                f"number per lane, {jnp.shape(failed)}"
-            )
-        return {
-            "fitness": with_failures(fitness, failed, survived),
-            "cot_inverse": jnp.full_like(fitness, jnp.nan),
-            "failed": failed,
-        }
+        """The scores of every episode (`scores`), [lanes]: an `Engine`'s summary."""
+        episode = EpisodeSummary(self)(trajectory, scenario, body, timing)
+        return scores(self, episode, self.data)
+
+
+class EpisodeOutcome(NamedTuple):
+    """What an objective takes of an episode, and whether it was one."""
+
+    outcome: Any
+    """From `Objective.outcome`."""
+    survived: Any
+    """Share of the episode before the rollout failed, [lanes]; 1 if it did not."""
+    failed: Any
+    """Whether it failed, [lanes]."""
+
+
+@dataclass(frozen=True)
+class EpisodeSummary:
+    """What an objective takes of an episode, as an `Engine`'s summary: an `EpisodeOutcome`.
+
+    Args:
+        objective: the objective; two are one program if their `Objective.program` is equal.
+    """
+
+    objective: Objective
+
+    @property
+    def needs(self) -> tuple[str, ...] | None:
+        """The channels that it reads."""
+        return self.objective.needs
+
+    def __call__(
+        self, trajectory: Trajectory, scenario: Scenario, body: Body, timing: Timing
+    ) -> EpisodeOutcome:
+        """The outcome of every lane."""
+        return EpisodeOutcome(
+            outcome=self.objective.outcome(trajectory, scenario, body, timing),
+            survived=jnp.mean(jnp.where(trajectory.failed, 0.0, 1.0), axis=0),
+            failed=trajectory.failed[-1],
+        )
+
+
+def scores(objective: Objective, episode: EpisodeOutcome, data: Any) -> dict[str, Any]:
+    """`Objective.score` of episodes, with those that failed below all others, [lanes] each.
+
+    Args:
+        objective: the objective.
+        episode: from its `EpisodeSummary`.
+        data: its settings (`Objective.data`).
+
+    Returns:
+        the parts of the score; always `fitness`, `failed` and `cot_inverse`, which is NaN where it
+        is not measured and 0 of an episode that failed.
+
+    Raises:
+        TegotaeError: for a fitness that is not one number per lane.
+    """
+    failed = episode.failed
+    found = objective.score(episode.outcome, data)
+    fitness = found["fitness"]
+    if jnp.shape(fitness) != jnp.shape(failed):
+        method = "outcome" if type(objective).score is Objective.score else "score"
+        raise TegotaeError(
+            f"{type(objective).__name__}.{method} returned a fitness of shape "
+            f"{jnp.shape(fitness)}; it must be one number per lane, {jnp.shape(failed)}"
+        )
+    if "cot_inverse" in found:
+        cot_inverse = jnp.where(failed, 0.0, found["cot_inverse"])
+    else:
+        cot_inverse = jnp.full_like(fitness, jnp.nan)
+    return {
+        **found,
+        "fitness": with_failures(fitness, failed, episode.survived),
+        "cot_inverse": cot_inverse,
+        "failed": failed,
+    }
