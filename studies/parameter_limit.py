@@ -35,7 +35,8 @@ from tegotae.cli.status import exit_status
 from tegotae.figures.style import PAGE_IN, new_figure, save_figure, styled
 from tegotae.measures.hopping.statistics import Interval, difference, interval
 from tegotae.measures.objectives.objective import FAILED_FITNESS
-from tegotae.systems.models import BUDGET, find
+from tegotae.systems.grammar import BUDGET
+from tegotae.systems.models import find
 from tegotae.training.algorithms import PGPE
 from tegotae.training.run import Run, train
 from tegotae.training.settings import configuration

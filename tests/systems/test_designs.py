@@ -23,7 +23,7 @@ from tegotae.studies.gaits import system
 from tegotae.studies.gaits.judge import MEASURES, judge
 from tegotae.systems import controller_file
 from tegotae.systems.designs import all_designs, design, is_design
-from tegotae.systems.models import BUDGET
+from tegotae.systems.grammar import BUDGET
 from tegotae.training.run import Run, train
 from tegotae.training.settings import tuned
 from tegotae.training.stopping import Stopping

@@ -12,7 +12,7 @@ import pytest
 
 from tegotae import Controller, Engine, Scenario, TegotaeError, Timing, all_models, build, find
 from tegotae.parts.terms import Network, Signals
-from tegotae.systems.models import BUDGET, hidden_sizes
+from tegotae.systems.grammar import BUDGET, hidden_sizes
 
 MODELS = all_models()
 BUDGETS = (32, 96, 128, 1024, 4096)

@@ -14,7 +14,7 @@ from rich.table import Table
 from tegotae._support.errors import TegotaeError, require_count
 from tegotae._support.limits import require_memory
 from tegotae.simulation.rollout import Timing
-from tegotae.systems.models import BUDGET
+from tegotae.systems.grammar import BUDGET
 
 
 @dataclass(frozen=True)

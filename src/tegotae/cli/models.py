@@ -12,7 +12,8 @@ import tyro
 from tegotae._support.errors import unknown
 from tegotae.cli.tables import print_rows
 from tegotae.systems.designs import Design, all_designs
-from tegotae.systems.models import BUDGET, Model, all_models
+from tegotae.systems.grammar import BUDGET
+from tegotae.systems.models import Model, all_models
 
 
 @dataclass(frozen=True)

@@ -24,7 +24,8 @@ from tegotae.systems import controller_file
 from tegotae.systems.controller_file import SavedController
 from tegotae.systems.designs import design, is_design
 from tegotae.systems.experiment import Experiment
-from tegotae.systems.models import BUDGET, all_models, find
+from tegotae.systems.grammar import BUDGET
+from tegotae.systems.models import all_models, find
 from tegotae.systems.presets import preset
 from tegotae.systems.user_objects import is_reference, named
 from tegotae.training.settings import tuned

@@ -19,7 +19,7 @@ from tegotae.cli.tables import print_rows
 from tegotae.measures.hopping.statistics import mean_defined
 from tegotae.measures.objectives.objective import FAILED_FITNESS
 from tegotae.systems.experiment import Experiment
-from tegotae.systems.models import BUDGET
+from tegotae.systems.grammar import BUDGET
 from tegotae.systems.registry import name_of
 from tegotae.training.agents import AgentRun, AgentSettings, train_agents
 from tegotae.training.algorithms import Algorithm

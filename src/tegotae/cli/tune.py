@@ -14,7 +14,7 @@ from tegotae._support.errors import require_count
 from tegotae._support.files import output_file, write_atomically
 from tegotae.cli.options import UNSET, ExperimentOptions, experiment_named, settings_named
 from tegotae.cli.tables import print_rows
-from tegotae.systems.models import BUDGET
+from tegotae.systems.grammar import BUDGET
 from tegotae.systems.registry import name_of
 from tegotae.systems.user_objects import is_reference
 from tegotae.training.agents import AgentSettings

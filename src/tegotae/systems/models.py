@@ -30,22 +30,17 @@ from tegotae.parts.terms import (
     Actuation,
     ConstantGain,
     LearnedActuation,
-    Network,
     Reflex,
     Sector,
     SectorAndReflex,
-    Term,
     VanillaAction,
     VanillaReaction,
 )
 from tegotae.systems.experiment import Experiment
+from tegotae.systems.grammar import BUDGET, LearnedTerms, learned_terms, networks, with_networks
 from tegotae.systems.system import System
 
-BUDGET = 96
-"""Trained numbers per controller in the paper."""
-
 _OBSERVATIONS = {"F": ("spring_force",), "Fv": ("spring_force", "velocity")}
-_ACTUATION_INPUTS = {"phi": ("phase",), "f": ("feedback",), "phif": ("phase", "feedback")}
 _VANILLA_ACTUATION: dict[str, tuple[str, Actuation]] = {
     "phi": ("sector", Sector()),
     "f": ("reflex", Reflex()),
@@ -92,12 +87,19 @@ class Model:
         return self.omega_t is None
 
     @property
+    def terms(self) -> LearnedTerms:
+        """Which terms are learned beside an oscillator."""
+        return LearnedTerms(
+            action=self.learned_action,
+            reaction=self.reaction,
+            gain=self.gain,
+            actuation=self.actuation if self.learned_actuation else None,
+        )
+
+    @property
     def architecture(self) -> str:
         """The paper's name of the architecture: V, VG, VT, VGT, AR, ..., ARGT, or T."""
-        if self.is_single_network:
-            return "T"
-        feedback = "A" * self.learned_action + "R" * (self.reaction is not None)
-        return (feedback or "V") + "G" * (self.gain is not None) + "T" * self.learned_actuation
+        return "T" if self.is_single_network else self.terms.architecture
 
     @property
     def actuation_name(self) -> str:
@@ -111,24 +113,14 @@ class Model:
         """The stable name."""
         if self.is_single_network:
             return f"T-{self.actuation}"
-        parts = [self.architecture]
-        parts += [f"r{self.reaction}"] if self.reaction else []
-        parts += [f"g{self.gain}"] if self.gain else []
-        name = "-".join([*parts, self.actuation_name, f"w{self.omega_t:g}"])
+        given = "" if self.learned_actuation else f"-{self.actuation_name}"
+        name = f"{self.terms.name}{given}-w{self.omega_t:g}"
         return name if self.oscillator == PHASE else f"{name}+{self.oscillator}"
 
     @property
     def learned_terms(self) -> tuple[str, ...]:
         """Which of A, R, G, T are networks."""
-        if self.is_single_network:
-            return ("T",)
-        flags = {
-            "A": self.learned_action,
-            "R": self.reaction is not None,
-            "G": self.gain is not None,
-            "T": self.learned_actuation,
-        }
-        return tuple(term for term, learned in flags.items() if learned)
+        return ("T",) if self.is_single_network else self.terms.learned
 
     @property
     def observation(self) -> tuple[str, ...]:
@@ -148,35 +140,22 @@ class Model:
             TegotaeError: for a budget too small for one neuron per network.
         """
         require_count("budget", budget, most=MOST_WEIGHTS)
-        inputs = self._network_inputs()
-        constant_gain = not self.is_single_network and self.gain is None
-        n_inputs = [len(Network(i, 1).reads) for i in inputs.values()]
         oscillator = oscillator_named(self.oscillator)
-        others = constant_gain + oscillator.n_weights
-        least = sum(n + 2 for n in n_inputs) + others
-        if budget < least:
-            raise TegotaeError(
-                f"budget is {budget}, too small: {self.name} has at least {least} weights"
-            )
-        sizes = hidden_sizes(n_inputs, budget - others)
-        hidden = dict(zip(inputs, sizes, strict=True))
-
-        def network(role: str) -> Term:
-            return Network(inputs[role], hidden[role])
-
-        actuation = (
-            LearnedActuation(inputs["T"], hidden["T"])
-            if "T" in inputs
-            else _VANILLA_ACTUATION[self.actuation][1]
-        )
+        others = oscillator.n_weights
+        if self.is_single_network:
+            inputs = {"T": _OBSERVATIONS[self.actuation]}
+        else:
+            inputs = self.terms.inputs(_OBSERVATIONS.__getitem__)
+            others += self.gain is None
+        learned = networks(self.name, inputs, budget, others=others)
+        if "T" in learned:
+            actuation = LearnedActuation(learned["T"].inputs, learned["T"].hidden)
+        else:
+            actuation = _VANILLA_ACTUATION[self.actuation][1]
         if self.is_single_network:
             return Controller(actuation)
-        tegotae = Tegotae(
-            network("A") if "A" in inputs else VanillaAction(),
-            network("R") if "R" in inputs else VanillaReaction(),
-            network("G") if "G" in inputs else ConstantGain(),
-        )
-        return Controller(actuation, oscillator, tegotae)
+        vanilla = Tegotae(VanillaAction(), VanillaReaction(), ConstantGain())
+        return Controller(actuation, oscillator, with_networks(vanilla, learned))
 
     def experiment(self, *, budget: int = BUDGET, **settings: Any) -> Experiment:
         """The training and evaluation of this model, as in the paper but for what is given.
@@ -195,57 +174,6 @@ class Model:
         """
         system = System(controller=self.controller(budget), omega=self.omega_t, timing=EPISODE)
         return Experiment(name=self.name, system=system).replaced(**settings)
-
-    def _network_inputs(self) -> dict[str, tuple[str, ...]]:
-        if self.is_single_network:
-            return {"T": _OBSERVATIONS[self.actuation]}
-        inputs: dict[str, tuple[str, ...]] = {}
-        if self.learned_action:
-            inputs["A"] = ("phase",)
-        if self.reaction:
-            inputs["R"] = _OBSERVATIONS[self.reaction]
-        if self.gain:
-            inputs["G"] = ("phase", *_OBSERVATIONS[self.gain])
-        if self.learned_actuation:
-            inputs["T"] = _ACTUATION_INPUTS[self.actuation]
-        return inputs
-
-
-def hidden_sizes(n_inputs: list[int], budget: int) -> list[int]:
-    """Hidden neurons per network: the most weights within the budget, as evenly as possible.
-
-    A network with n inputs and h neurons has h·(n + 2) weights. Starting from equal h, neurons are
-    added so that the total is the largest possible not above the budget; of equal totals the most
-    even split is taken, then the first in the order of the networks.
-
-    Raises:
-        TegotaeError: for a budget that does not give every network a neuron.
-
-    Example:
-        >>> hidden_sizes([2, 1, 3], 96)
-        [8, 8, 8]
-    """
-    if not n_inputs:
-        return []
-    require_count("budget", budget)
-    costs = [n + 2 for n in n_inputs]
-    equal = budget // sum(costs)
-    if equal < 1:
-        raise TegotaeError(
-            f"a budget of {budget} weights is too small for networks that need "
-            f"{sum(costs)} weights with one neuron each"
-        )
-    best: tuple[int, int, list[int]] | None = None
-    for extra in itertools.product(range(-2, 4), repeat=len(costs)):
-        sizes = [equal + e for e in extra]
-        total = sum(h * cost for h, cost in zip(sizes, costs, strict=True))
-        if min(sizes) < 1 or total > budget:
-            continue
-        rank = (total, min(sizes) - max(sizes))
-        if best is None or rank > best[:2]:
-            best = (*rank, sizes)
-    assert best is not None  # extra = 0 is within the budget
-    return best[2]
 
 
 @cache
@@ -285,11 +213,13 @@ def find(name: str) -> Model:
         return models[name]
     if name == "T":
         return models["T-F"]
-    for model in models.values():
-        plain = model.observation == _OBSERVATIONS["F"] and model.omega_t == 8.0
-        usual = model.actuation == ("phif" if model.learned_actuation else "f")
-        if plain and usual and model.architecture == name:
-            return model
+    if (terms := learned_terms(name)) is not None:
+        actuation = terms.actuation or "f"
+        model = Model(
+            terms.action, terms.reaction, terms.gain, "T" in terms.learned, actuation, 8.0
+        )
+        if model.name in models:
+            return models[model.name]
     raise unknown("model", name, [*{m.architecture: 0 for m in models.values()}, *models])
 
 

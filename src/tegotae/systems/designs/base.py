@@ -8,7 +8,6 @@ from typing import Any
 from tegotae._support.errors import TegotaeError
 from tegotae.parts.controller import Controller
 from tegotae.systems.legged import Legged
-from tegotae.systems.models import hidden_sizes
 
 
 class Family(ABC):
@@ -40,29 +39,6 @@ class Family(ABC):
         Raises:
             TegotaeError: for a budget too small, or a system that does not sense what is read.
         """
-
-
-def shared_out(called: str, costs: dict[str, int], others: int, budget: int) -> dict[str, int]:
-    """Hidden neurons of each network, as evenly as the budget allows (`models.hidden_sizes`).
-
-    Args:
-        called: whose networks they are, for an error.
-        costs: weights of a hidden neuron, by network.
-        others: trained numbers beside the networks.
-        budget: largest number of weights in all.
-
-    Raises:
-        TegotaeError: for a budget that does not give every network a neuron.
-
-    Example:
-        >>> shared_out("ART", {"A": 4, "R": 3, "T": 10}, 1, 96)
-        {'A': 5, 'R': 5, 'T': 6}
-    """
-    least = sum(costs.values()) + others
-    if budget < least:
-        raise TegotaeError(f"budget is {budget}, too small: {called} has at least {least} weights")
-    sizes = hidden_sizes([cost - 2 for cost in costs.values()], budget - others)
-    return dict(zip(costs, sizes, strict=True))
 
 
 def require_system(legged: Any) -> Legged:

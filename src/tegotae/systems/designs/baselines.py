@@ -10,13 +10,12 @@ from tegotae.parts.commands import FOOT
 from tegotae.parts.controller import Controller, Tegotae
 from tegotae.parts.terms import (
     ConstantGain,
-    Network,
     OffsetAction,
     VanillaReaction,
     WholeBody,
     WholeBodyFoot,
 )
-from tegotae.systems.designs.base import Family, require_system, shared_out
+from tegotae.systems.designs.base import Family, require_system
 from tegotae.systems.designs.senses import (
     OBSERVATIONS,
     all_of,
@@ -24,6 +23,7 @@ from tegotae.systems.designs.senses import (
     of_leg,
 )
 from tegotae.systems.designs.tegotae import learned_actuation, reach_m, usual_gain
+from tegotae.systems.grammar import networks, shared_out
 from tegotae.systems.legged import Legged
 
 COSINE = "cos"
@@ -92,9 +92,9 @@ class NetworkPerLeg(Family):
     def controller(self, legged: Legged, budget: int) -> Controller:
         """The networks alone."""
         inputs = all_of(self.observation, legged.body)
-        cost = (len(Network(inputs, 1).reads) + 2) * len(legged.controller.actuation.COMMANDS)
-        hidden = shared_out(self.name, {"T": cost}, 0, budget)["T"]
-        return Controller(learned_actuation(legged, inputs, hidden), limbs=legged.body.limbs)
+        commands = len(legged.controller.actuation.COMMANDS)
+        found = networks(self.name, {"T": inputs}, budget, commands=commands)["T"]
+        return Controller(learned_actuation(legged, inputs, found.hidden), limbs=legged.body.limbs)
 
 
 @dataclass(frozen=True, kw_only=True)

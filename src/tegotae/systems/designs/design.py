@@ -19,8 +19,8 @@ from tegotae.simulation.rollout import Timing
 from tegotae.systems.designs.base import Family
 from tegotae.systems.designs.tegotae import nominal_speed_m_per_s
 from tegotae.systems.experiment import Experiment
+from tegotae.systems.grammar import BUDGET
 from tegotae.systems.legged import Legged, random_phases
-from tegotae.systems.models import BUDGET
 
 EPISODE_SHARE = 0.3
 """Length of a walker's episode of training, as a share of the time of its gait commands."""

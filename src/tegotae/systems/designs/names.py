@@ -2,10 +2,9 @@
 
 FAMILY is one of
 
-- `ARCHITECTURE[-rOBS][-gOBS][-tIN]`, the paper's architectures with a unit a leg. OBS is what a
-  learned R or G senses (`F` a leg's load, `Fv` its rate, too, `Fa` the body's angles, too), and IN
-  what a learned T depends on (`phi`, `f` or `phif`; with a `+` before it, T is added to the
-  system's own); left out, they are `F` and `phif`;
+- `ARCHITECTURE[-rOBS][-gOBS][-tIN]`, the paper's architectures with a unit a leg
+  (`tegotae.systems.grammar`). OBS is `F` a leg's load, `Fv` its rate, too, or `Fa` the body's
+  angles, too;
 - `cos`, the cosine law;
 - `T-OBS`, a network a leg without oscillators;
 - `W-OBS` and `Wphi-OBS`, one network for the whole body, without and with a clock;
@@ -27,6 +26,7 @@ from tegotae.systems.designs.baselines import (
 )
 from tegotae.systems.designs.design import Design
 from tegotae.systems.designs.tegotae import TegotaeFamily
+from tegotae.systems.grammar import learned_terms
 from tegotae.systems.legged_systems import SYSTEMS, system
 
 FAMILIES: tuple[Family, ...] = (
@@ -46,10 +46,6 @@ FAMILIES: tuple[Family, ...] = (
 )
 """The families that are listed; there are more by other senses."""
 
-_TEGOTAE = re.compile(
-    r"(?P<feedback>V|A|R|AR)(?P<G>G?)(?P<T>T?)"
-    r"(?:-r(?P<r>[A-Za-z]+))?(?:-g(?P<g>[A-Za-z]+))?(?:-t(?P<t>\+?[a-z]+))?"
-)
 _NETWORK = re.compile(r"(?P<kind>T|W|Wphi)-(?P<observation>[A-Za-z]+)")
 _OMEGA = re.compile(r"(?P<family>.+?)(?:-w(?P<omega>[0-9.]+))?")
 
@@ -108,20 +104,14 @@ def family_named(name: str) -> Family:
         if found["kind"] == "T":
             return NetworkPerLeg(observation=found["observation"])
         return NetworkOfBody(observation=found["observation"], clock=found["kind"] == "Wphi")
-    found = _TEGOTAE.fullmatch(name)
-    if found is None:
+    terms = learned_terms(name)
+    if terms is None:
         raise unknown("family", name, [family.name for family in FAMILIES])
-    learned = {"r": "R" in found["feedback"], "g": bool(found["G"]), "t": bool(found["T"])}
-    for term, given in learned.items():
-        if found[term] and not given:
-            raise TegotaeError(f"{name} says what {term.upper()} senses, and it is not learned")
-    usual = {"r": "F", "g": "F", "t": "phif"}
-    chosen = {term: found[term] or usual[term] for term, given in learned.items() if given}
     return TegotaeFamily(
-        action="A" in found["feedback"],
-        reaction=chosen.get("r"),
-        gain=chosen.get("g"),
-        actuation=chosen.get("t"),
+        action=terms.action,
+        reaction=terms.reaction,
+        gain=terms.gain,
+        actuation=terms.actuation,
     )
 
 

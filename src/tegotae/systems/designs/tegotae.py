@@ -6,117 +6,61 @@ import dataclasses
 import math
 from dataclasses import dataclass
 
-from tegotae._support.errors import TegotaeError, unknown
+from tegotae._support.errors import TegotaeError
 from tegotae.parts.commands import FOOT
-from tegotae.parts.controller import Controller, Tegotae
+from tegotae.parts.controller import Controller
 from tegotae.parts.terms import (
     ConstantGain,
     CorrectedFoot,
     EllipticFoot,
     LearnedActuation,
     LearnedFoot,
-    Network,
 )
 from tegotae.parts.terms.actuation import Actuation
-from tegotae.systems.designs.base import Family, require_system, shared_out
+from tegotae.systems.designs.base import Family, require_system
 from tegotae.systems.designs.senses import all_of
+from tegotae.systems.grammar import ADDED, LearnedTerms, networks, with_networks
 from tegotae.systems.legged import Legged
-
-ACTUATION_INPUTS = {"phi": ("phase",), "f": ("feedback",), "phif": ("phase", "feedback")}
-"""What a learned actuation may depend on, by its short name."""
-ADDED = "+"
-"""Before that name: what is learned is added to the system's own actuation."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class TegotaeFamily(Family):
+class TegotaeFamily(LearnedTerms, Family):
     """Tegotae feedback, some of its terms learned: V, VG, AR, ART, ARG, ARGT and the others.
 
-    Args:
-        action: whether A is learned.
-        reaction: what a learned R senses, "F", "Fv" or "Fa"; None for the vanilla R.
-        gain: what a learned G senses besides φ; None for a constant gain.
-        actuation: what a learned T depends on, "phi", "f" or "phif"; None for the system's own.
-            With a + before it, what is learned is added to the system's own, an ellipse.
-
-    Raises:
-        TegotaeError: for an unknown input of T.
+    A leg senses "F" its load, "Fv" its rate, too, or "Fa" the body's angles, too. A learned T with
+    a + before its input is added to the system's own, an ellipse.
 
     Example:
         >>> TegotaeFamily(action=True, reaction="F", actuation="phif").name
         'ART-rF-tphif'
     """
 
-    action: bool = False
-    reaction: str | None = None
-    gain: str | None = None
-    actuation: str | None = None
-
-    def __post_init__(self) -> None:
-        if self.actuation is not None and self._foot_inputs not in ACTUATION_INPUTS:
-            raise unknown("input of a learned actuation", self.actuation, ACTUATION_INPUTS)
-
-    @property
-    def _foot_inputs(self) -> str:
-        return (self.actuation or "").removeprefix(ADDED)
-
-    @property
-    def architecture(self) -> str:
-        """The paper's name: V, VG, VT, VGT, AR, ..., ARGT."""
-        feedback = "A" * self.action + "R" * (self.reaction is not None)
-        learned_gain, learned_foot = self.gain is not None, self.actuation is not None
-        return (feedback or "V") + "G" * learned_gain + "T" * learned_foot
-
-    @property
-    def name(self) -> str:
-        """The architecture, and what its terms sense."""
-        given = {"r": self.reaction, "g": self.gain, "t": self.actuation}
-        return "-".join([self.architecture, *(f"{k}{x}" for k, x in given.items() if x)])
-
     @property
     def about(self) -> str:
         """Which terms are learned."""
         if self.architecture == "V":
             return "vanilla Tegotae: its gain σ alone"
-        learned = self.architecture.replace("V", "")
-        return f"Tegotae with {', '.join(learned)} learned, a unit a leg"
+        return f"Tegotae with {', '.join(self.learned)} learned, a unit a leg"
 
     def controller(self, legged: Legged, budget: int) -> Controller:
         """The system's controller with networks in place of the learned terms."""
         own = require_system(legged).controller
         if self.architecture == "V":
             return own
-        inputs = self._inputs(legged)
-        cost = {role: len(Network(names, 1).reads) + 2 for role, names in inputs.items()}
-        if "T" in cost:
-            cost["T"] *= len(own.actuation.COMMANDS)
-        constant = self.gain is None
-        hidden = shared_out(self.name, cost, int(constant), budget)
-        networks = {role: Network(inputs[role], size) for role, size in hidden.items()}
         assert own.tegotae is not None  # require_system
-        terms = Tegotae(
-            networks.get("A", own.tegotae.action),
-            networks.get("R", own.tegotae.reaction),
-            networks.get("G", ConstantGain(start=usual_gain(legged))),
-            own.tegotae.limit_rad_per_s,
+        learned = networks(
+            self.name,
+            self.inputs(lambda observation: all_of(observation, legged.body)),
+            budget,
+            commands=len(own.actuation.COMMANDS),
+            others=int(self.gain is None),
         )
+        vanilla = dataclasses.replace(own.tegotae, gain=ConstantGain(start=usual_gain(legged)))
         foot = own.actuation
         if self.actuation is not None:
             learn = corrected if self.actuation.startswith(ADDED) else learned_actuation
-            foot = learn(legged, inputs["T"], hidden["T"])
-        return dataclasses.replace(own, actuation=foot, tegotae=terms)
-
-    def _inputs(self, legged: Legged) -> dict[str, tuple[str, ...]]:
-        inputs: dict[str, tuple[str, ...]] = {}
-        if self.action:
-            inputs["A"] = ("phase",)
-        if self.reaction is not None:
-            inputs["R"] = all_of(self.reaction, legged.body)
-        if self.gain is not None:
-            inputs["G"] = ("phase", *all_of(self.gain, legged.body))
-        if self.actuation is not None:
-            inputs["T"] = ACTUATION_INPUTS[self._foot_inputs]
-        return inputs
+            foot = learn(legged, learned["T"].inputs, learned["T"].hidden)
+        return dataclasses.replace(own, actuation=foot, tegotae=with_networks(vanilla, learned))
 
 
 def usual_gain(legged: Legged) -> float:

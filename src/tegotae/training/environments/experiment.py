@@ -20,7 +20,8 @@ from tegotae.parts.bodies import Body, ExternalLimbs
 from tegotae.parts.controller import Controller
 from tegotae.systems.descriptions import describe
 from tegotae.systems.experiment import require_name
-from tegotae.systems.models import BUDGET, Model
+from tegotae.systems.grammar import BUDGET
+from tegotae.systems.models import Model
 from tegotae.training.environments.env_spec import EnvSpec
 from tegotae.training.environments.evaluator import EnvEvaluator
 from tegotae.training.environments.objectives import EnvObjective, Hopping, Return

@@ -12,7 +12,7 @@ import numpy as np
 from tegotae._support.errors import TegotaeError, require_count, require_finite
 from tegotae.measures.hopping.efficiency import check_work
 from tegotae.parts.bodies import Hopper
-from tegotae.systems.models import BUDGET
+from tegotae.systems.grammar import BUDGET
 
 PLATEAU = math.inf
 """A training budget without a number: until training has converged."""

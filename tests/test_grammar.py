@@ -1,0 +1,57 @@
+"""The grammar of learned controllers, one for the hopper's models and for designs of legs."""
+
+from __future__ import annotations
+
+import hashlib
+
+import pytest
+
+from tegotae import TegotaeError
+from tegotae.systems.designs import all_designs, design
+from tegotae.systems.grammar import learned_terms
+from tegotae.systems.models import all_models, find
+
+
+def digest(found) -> str:
+    """A hash of names, and of the weights of each term."""
+
+    def sizes(controller):
+        return [(term, each.n_weights) for term, each in sorted(controller.terms.items())]
+
+    lines = [f"{name} {sizes(each.controller())}" for name, each in found.items()]
+    return hashlib.sha256("\n".join(lines).encode()).hexdigest()
+
+
+def test_names_and_sizes_of_the_models_never_change():
+    assert digest(all_models()) == (
+        "ed78c52f01d5a0c3afa001027008c6357bc19f0139d65968e8954b8a73630454"
+    )
+
+
+def test_names_and_sizes_of_the_listed_designs_never_change():
+    assert digest(all_designs()) == (
+        "3a52367d63b2662da6eb1f27c8dcc189a2b0dcf4d333d4b01430472df54dd106"
+    )
+
+
+@pytest.mark.parametrize("name", ["V", "VG", "AR", "ART", "ARG", "ARGT", "R-rFv", "VT-tphi"])
+def test_a_name_means_the_same_terms_for_the_hopper_and_for_legs(name):
+    terms = learned_terms(name)
+    assert terms is not None
+    assert find(name).terms == terms
+    assert design(f"{name}@plate-light-pitch").family.learned == terms.learned
+
+
+def test_a_name_gives_its_terms_back():
+    for model in all_models().values():
+        if not model.is_single_network:
+            assert learned_terms(model.terms.name) == model.terms
+
+
+def test_what_is_no_name_has_no_terms():
+    assert [learned_terms(name) for name in ("", "RA", "T-F", "ART_rF", "ARTG")] == [None] * 5
+
+
+def test_a_sense_of_a_term_that_is_not_learned_is_refused():
+    with pytest.raises(TegotaeError, match="says what G senses, and it is not learned"):
+        learned_terms("AR-gF")
