@@ -376,6 +376,13 @@ def test_any_number_of_lanes_that_fills_as_many_blocks_has_the_same_program():
     np.testing.assert_array_equal(height_m[1], height_m[100][:, :1])
 
 
+def test_lanes_of_several_blocks_come_back_in_the_order_they_were_given_in():
+    engine = Engine(controller=build("V-reflex-w8"), timing=Timing(duration_s=0.06))
+    release_m = np.linspace(1.1, 1.2, 300)
+    falling = engine.run([2.0], Scenario(omega=8.0, height_m=release_m)).height_m
+    assert (np.diff(falling, axis=1) > 0.0).all()
+
+
 def test_a_lane_does_not_depend_on_how_many_go_with_it():
     weights = art_weights(200)
     together = ART.run(weights, Scenario(omega=6.0))

@@ -8,7 +8,7 @@ import reprlib
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
-from typing import Any, cast
+from typing import Any, NamedTuple, cast
 
 import jax
 import jax.numpy as jnp
@@ -165,10 +165,10 @@ class Engine:
             lanes = weights.shape[-1]
             _require_room(self, body, lanes, weights.dtype.itemsize)
             # Whole blocks: any other number of lanes that fills as many has the same program.
-            given = jax.tree.map(partial(_filled, lanes=_whole_lanes(lanes)), (weights, scenario))
+            given = jax.tree.map(partial(_filled, lanes=_Deal.of(lanes).total), (weights, scenario))
             body = jax.tree.map(lambda x: jnp.asarray(x, dtype), body)
             found = _run(self, *jax.tree.map(jnp.asarray, given), body, np.int32(lanes))
-            return jax.tree.map(lambda x: np.array(np.asarray(x)[..., :lanes]), found)
+            return jax.tree.map(partial(_lanes_of, at=_Deal.of(lanes).place[:lanes]), found)
 
     def trace(
         self,
@@ -187,22 +187,32 @@ class Engine:
                 others cost nothing, and their summary is zero.
         """
         n_lanes = weights.shape[-1]
-        devices = lane_devices()
-        per_device = -(-n_lanes // len(devices))
-        block = _lanes_per_block() if on_cpu() else per_device
-        blocks = -(-per_device // block)
-        total = block * blocks * len(devices)
+        deal = _Deal.of(n_lanes)
+
+        def gathered(x: jax.Array) -> jax.Array:
+            x = x.reshape(*x.shape[:-1], deal.devices, deal.blocks, deal.block).swapaxes(-2, -3)
+            return x.reshape(*x.shape[:-3], deal.total)[..., :n_lanes]
+
+        return jax.tree.map(gathered, self._dealt(weights, scenario, body, wanted))
+
+    def _dealt(
+        self,
+        weights: jax.Array,
+        scenario: Scenario,
+        body: Body,
+        wanted: jax.Array | int | None = None,
+    ) -> Any:
+        """As `trace`, but the lanes are as they were dealt out to the devices, and fill blocks."""
+        n_lanes = weights.shape[-1]
+        deal = _Deal.of(n_lanes)
+        devices, blocks, block = lane_devices(), deal.blocks, deal.block
 
         def dealt(x: jax.Array) -> jax.Array:
             """Whole blocks, dealt out to the devices in turn."""
-            fill = jnp.broadcast_to(x[..., -1:], (*x.shape[:-1], total - n_lanes))
+            fill = jnp.broadcast_to(x[..., -1:], (*x.shape[:-1], deal.total - n_lanes))
             x = jnp.concatenate([x, fill], axis=-1)
             x = x.reshape(*x.shape[:-1], blocks, len(devices), block)
-            return x.swapaxes(-2, -3).reshape(*x.shape[:-3], total)
-
-        def gathered(x: jax.Array) -> jax.Array:
-            x = x.reshape(*x.shape[:-1], len(devices), blocks, block).swapaxes(-2, -3)
-            return x.reshape(*x.shape[:-3], total)[..., :n_lanes]
+            return x.swapaxes(-2, -3).reshape(*x.shape[:-3], deal.total)
 
         def on_device(weights: jax.Array, scenario: Scenario, wanted: jax.Array, body: Body) -> Any:
             def lanes_of(x: jax.Array, at: jax.Array) -> jax.Array:
@@ -243,21 +253,53 @@ class Engine:
             check_vma=False,
         )
         count = jnp.asarray(n_lanes if wanted is None else wanted, "int32")
-        result = sharded(dealt(weights), jax.tree.map(dealt, scenario), count, body)
-        return jax.tree.map(gathered, result)
+        return sharded(dealt(weights), jax.tree.map(dealt, scenario), count, body)
 
 
 @partial(jax.jit, static_argnums=0)
 def _run(
     engine: Engine, weights: jax.Array, scenario: Scenario, body: Body, wanted: jax.Array
 ) -> Any:
-    return engine.trace(weights, scenario, body, wanted)
+    return engine._dealt(weights, scenario, body, wanted)
 
 
-def _whole_lanes(lanes: int) -> int:
-    """So many lanes, and those that fill up blocks on all devices; a GPU's block is of any size."""
-    whole = _lanes_per_block() * len(lane_devices()) if on_cpu() else 1
-    return -(-lanes // whole) * whole
+class _Deal(NamedTuple):
+    """How lanes are dealt out: whole blocks in turn, as many to each device."""
+
+    devices: int
+    blocks: int
+    """Blocks of a device."""
+    block: int
+    """Lanes of a block."""
+
+    @classmethod
+    def of(cls, lanes: int) -> _Deal:
+        devices = len(lane_devices())
+        per_device = -(-lanes // devices)
+        block = _lanes_per_block() if on_cpu() else per_device
+        return cls(devices, -(-per_device // block), block)
+
+    @property
+    def total(self) -> int:
+        """Lanes with those that fill up blocks."""
+        return self.devices * self.blocks * self.block
+
+    @property
+    def place(self) -> np.ndarray:
+        """Where each lane is after it was dealt out, [total]."""
+        places = np.arange(self.total).reshape(self.devices, self.blocks, self.block)
+        return places.swapaxes(0, 1).reshape(self.total)
+
+
+def _lanes_of(x: jax.Array, at: np.ndarray) -> np.ndarray:
+    """Some lanes of an array that lies on several devices; no others are copied."""
+    found = np.empty((*x.shape[:-1], len(at)), x.dtype)
+    for shard in x.addressable_shards:
+        first, last, _ = shard.index[-1].indices(x.shape[-1])
+        here = (first <= at) & (at < last)
+        if shard.replica_id == 0:
+            found[..., here] = np.asarray(shard.data)[..., at[here] - first]
+    return found
 
 
 def _filled(x: np.ndarray, lanes: int) -> np.ndarray:
@@ -284,11 +326,9 @@ def _require_room(engine: Engine, body: Body, lanes: int, itemsize: int) -> None
     """
     limbs = math.prod(engine.controller.limb_shape)
     frame = float(itemsize) * len(engine.recorder(body).channels) * limbs
-    devices = len(lane_devices())
-    block = _lanes_per_block() if on_cpu() else -(-lanes // devices)
-    at_work = block * min(devices, -(-lanes // block))
-    whole = block * -(-lanes // (block * devices)) * devices  # with those that fill blocks up
-    kept = 2 * whole if engine.summary is whole_trajectory else 0
+    deal = _Deal.of(lanes)
+    at_work = deal.block * min(deal.devices, -(-lanes // deal.block))
+    kept = 2 * deal.total if engine.summary is whole_trajectory else 0
     require_memory(
         (at_work + kept) * engine.timing.n_frames * frame,
         f"a rollout of {lanes} lanes and {engine.timing.n_frames} frames",
