@@ -2,7 +2,7 @@
 
     python docs/guides/noisy_recordings.py
 
-writes `noise.csv` to `docs/_static/guides`, in about two minutes.
+writes `noise.csv` to `docs/_static/guides`, in some minutes.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ class Noisy:
     levels: tuple[float, ...] = LEVELS
     """Deviations of the noise: shares of the height's range, or of the rest length if that is more,
     and of the largest force."""
-    seeds: int = 10
+    seeds: int = 20
     """Recordings of each gait at each level."""
 
     def run(self) -> None:
