@@ -14,7 +14,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from compiled import FLAGS, SANITIZERS, needs_gcc
+from compiled import FLAGS, SANITIZERS, Compiled, needs_gcc
 from tegotae import Hopper, TegotaeError, build, cli, controller_file, find
 from tegotae.controller_file import SavedController
 from tegotae.designs import design
@@ -107,6 +107,43 @@ def test_the_golden_vectors_pass_under_sanitizers(written, tmp_path):
     assert done.returncode == 0, done.stdout + done.stderr
     assert "1000 golden vectors" in done.stdout
     assert "bounded" in done.stdout
+
+
+@pytest.mark.skipif(shutil.which("g++") is None, reason="g++ is not installed")
+def test_a_program_in_cpp_calls_it(written, tmp_path):
+    out, _ = written
+    sketch = tmp_path / "sketch.cpp"
+    sketch.write_text(
+        '#include "leg.h"\nint main() { leg_state s; leg_inputs in = {}; leg_outputs out;\n'
+        "leg_init(&s, 1.0f); leg_step(&s, &in, &out); return out.fault ? 1 : 0; }\n"
+    )
+    subprocess.run(["gcc", "-c", out / "leg.c", "-o", tmp_path / "leg.o"], check=True)
+    program = tmp_path / "sketch"
+    flags = ("-Wall", "-Wextra", "-Werror", f"-I{out}")
+    command = ["g++", *flags, sketch, tmp_path / "leg.o", "-lm", "-o", program]
+    subprocess.run(command, check=True)
+    assert subprocess.run([program]).returncode == 0
+
+
+@needs_gcc
+@pytest.mark.parametrize("limbs", [1, 2])
+def test_a_start_keeps_any_finite_phase_and_counts_any_other_as_a_fault(tmp_path, limbs):
+    one = saved("V-reflex-w8")
+    one = dataclasses.replace(one, controller=dataclasses.replace(one.controller, limbs=limbs))
+    leg = Compiled(Export(one), tmp_path)
+    for phase in np.float32([0.0, 1.0, -1.0, 6.2831853, 100.0, -12345.678, 1e6, -3e37, 3.4e38]):
+        leg.init(phase if limbs == 1 else [phase] * limbs)
+        found = leg.oscillators[:, 0]
+        assert (found >= 0.0).all()
+        assert (found < 2.0 * np.pi).all()
+        if abs(phase) < 1e7:
+            apart = np.angle(np.exp(1j * (found.astype(float) - float(phase))))
+            np.testing.assert_allclose(apart, 0.0, atol=1e-6)
+        assert leg.faults == 0
+    for phase in (np.nan, np.inf, -np.inf):
+        leg.init(phase if limbs == 1 else [0.5] * (limbs - 1) + [phase])
+        assert leg.oscillators[-1, 0] == 0.0
+        assert leg.faults == 1
 
 
 @needs_gcc
@@ -207,7 +244,13 @@ def test_a_prefix_that_is_no_name_in_c_is_refused(prefix):
 
 @pytest.mark.parametrize(
     ("tick", "said"),
-    [(0.0, "must be greater than 0"), (float("nan"), "must be finite"), (5.0, "is too long")],
+    [
+        (0.0, "must be greater than 0"),
+        (float("nan"), "must be finite"),
+        (5.0, "is too long"),
+        (1e-30, "tick is 1e-30; the period of a robot's control loop is from 1e-05 to 1 s"),
+        (1e-6, "from 1e-05 to 1 s"),
+    ],
 )
 def test_a_period_that_no_loop_can_have_is_refused(tick, said):
     with pytest.raises(TegotaeError, match=said):

@@ -29,10 +29,25 @@ def header(export: Export) -> str:
         _state(export),
         _inputs(export),
         _outputs(export),
+        _LINKAGE,
         _functions(export),
+        _LINKAGE_ENDS,
         f"#endif /* {guard} */\n",
     ]
     return "\n".join(blocks)
+
+
+_LINKAGE = """\
+#ifdef __cplusplus
+extern "C" {
+#endif
+"""
+"""C++, that of an Arduino too, calls the functions by their names in C."""
+_LINKAGE_ENDS = """\
+#ifdef __cplusplus
+}
+#endif
+"""
 
 
 def index(export: Export) -> str:
@@ -86,7 +101,9 @@ def _state(export: Export) -> str:
     if names:
         fields += f"    {prefix}_oscillator oscillator{index(export)};\n"
         fields += "    float omega_rad_per_s; /* frequency; may be changed between steps */\n"
-    fields += "    uint32_t faults; /* steps that met what is no finite number */\n"
+    fields += (
+        "    uint32_t faults; /* steps that met what is no finite number; 1 from such a start */\n"
+    )
     text += "/* All that one step hands to the next. */\n"
     return text + f"typedef struct {{\n{fields}}} {prefix}_state;\n"
 
@@ -133,7 +150,12 @@ def prototypes(export: Export) -> dict[str, tuple[str, str]]:
         "init": (
             f"void {prefix}_init({prefix}_state *state{parameter})",
             "Make the state that a run begins with"
-            + (", at these phases [rad]." if parameter else "."),
+            + (
+                ", at these phases [rad], which count modulo 2 pi; one that is no finite number "
+                "counts as 0, and as a fault."
+                if parameter
+                else "."
+            ),
         ),
         "step": (
             f"void {prefix}_step({prefix}_state *state, const {prefix}_inputs *in, "

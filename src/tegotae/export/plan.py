@@ -19,6 +19,7 @@ from tegotae.export.trace import Piece, Tracer
 from tegotae.terms import WholeBody
 
 MOST_LIMBS = 32
+LEAST_TICK_S, MOST_TICK_S = 1e-5, 1.0
 
 
 @dataclass(frozen=True)
@@ -34,7 +35,7 @@ class Export:
         prefix: what all names in C begin with.
 
     Raises:
-        TegotaeError: for a period that is not positive or too long for the body, a prefix that
+        TegotaeError: for a period that no control loop or that body can have, a prefix that
             is no name in C, or a controller that is not made of a unit a limb.
 
     Example:
@@ -56,6 +57,12 @@ class Export:
                 "with letters, digits and underscores, such as left_leg (31 at most)"
             )
         self.saved.body.check_tick(self.tick_s)
+        if not LEAST_TICK_S <= self.tick_s <= MOST_TICK_S:
+            raise TegotaeError(
+                f"tick is {self.tick_s:g}; the period of a robot's control loop is from "
+                f"{LEAST_TICK_S:g} to {MOST_TICK_S:g} s (a phase in float32 does not advance "
+                "evenly in shorter ones)"
+            )
         if self.limbs > MOST_LIMBS:
             raise TegotaeError(
                 f"the controller has {self.limbs} limbs; at most {MOST_LIMBS} can be exported"

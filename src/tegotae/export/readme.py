@@ -60,12 +60,15 @@ def readme(export: Export) -> str:
     if export.tracer.state_names:
         sections.append(
             "**Phase at start** may be any: the oscillator locks to the body within a few hops or "
-            "steps, if it does at all. `state.omega_rad_per_s` may be changed between two steps.\n"
+            "steps, if it does at all. It counts modulo 2π; one that is no finite number counts as "
+            "0, and `state.faults` is 1. `state.omega_rad_per_s` may be changed between two "
+            "steps.\n"
         )
     sections += [
         "**Inputs that are no finite numbers** count as 0, and an oscillator that would leave the "
         "finite numbers stays as it is. Either sets `out.fault` and counts in `state.faults`; "
         f"{'the force is in [0, α]' if force else 'commands are finite'} all the same.\n",
+        f"**From C++**, an Arduino sketch too, include `{prefix}.h`; `{prefix}.c` stays C.\n",
         "**Check it**, on the desk and on the target:\n\n```sh\n"
         f"cc -std=c99 -O2 {prefix}.c test_{prefix}.c -lm -o test_{prefix} && ./test_{prefix}\n"
         "cmake -B build && cmake --build build && ctest --test-dir build   # or so\n```\n",

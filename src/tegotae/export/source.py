@@ -14,7 +14,7 @@ from tegotae.export.trace import Piece, scale_name
 _NAMES = """
 signals rhythm_result checked bounded WEIGHTS COUPLING_WEIGHTS SETS UNITS SET LIMB unit limb state
 in out heard sound said next felt smooth feedback phase omega pull pulls pulled action reaction
-gain most result oscillator unit_weights
+gain most result oscillator unit_weights turned left over turns turn
 """
 _OWN = _NAMES.split()
 """Names of the code around the traced functions."""
@@ -67,7 +67,8 @@ def source(export: Export) -> str:
         *library.helper_texts(),
         *library.procedures,
         *(each.text for each in functions.values()),
-        _CHECKED if export.senses else "",
+        _CHECKED if export.senses or export.tracer.state_names else "",
+        _TURNED if export.tracer.state_names else "",
         _BOUNDED if export.commands == ("force",) else _BOUNDED_PLACE,
         _init(export, functions),
         _step(export, functions),
@@ -83,6 +84,29 @@ static float checked(float x, bool *sound)
     const bool known = is_finite(x);
     *sound = *sound && known;
     return known ? x : 0.0f;
+}
+"""
+_TURNED = """\
+/* The small angle of a finite one, which whole turns are taken from. A turn is a little less than
+   its float. fmodf would do, but takes two kilobytes of a small controller's flash. */
+static float turned(float phase)
+{
+    const float turn = 6.28318548f;
+    float left = fabsf(phase);
+    float over = 0.0f;
+    float turns = turn;
+    while (turns <= 0.5f * left) {
+        turns *= 2.0f;
+    }
+    while (turns >= turn) {
+        if (left >= turns) {
+            left -= turns;
+            over += 2.78275e-8f * turns;
+        }
+        turns *= 0.5f;
+    }
+    left += over;
+    return (phase < 0.0f) ? -left : left;
 }
 """
 _BOUNDED = """\
@@ -243,21 +267,26 @@ def _comment(export: Export, name: str) -> str:
 
 def _init(export: Export, functions: dict[str, Function]) -> str:
     lines = [prototypes(export)["init"][0], "{"]
+    upper, faults = export.prefix.upper(), "0u"
     if export.tracer.state_names:
-        one = export.limbs == 1
-        call = functions["started"].call(phase="is_finite({0}) ? {0} : 0.0f")
-        if one:
-            lines.append(f"    state->oscillator = started({call.format('phase_rad')});")
+        call = functions["started"].call(phase="turned(checked({}, &sound))")
+        lines.append("    bool sound = true;")
+        if export.limbs == 1:
+            lines.append(f"    state->oscillator = {_started(call, 'phase_rad')};")
         else:
-            each = call.format("phase_rad[unit]")
             lines += [
-                f"    for (int unit = 0; unit < {export.prefix.upper()}_LIMBS; ++unit) {{",
-                f"        state->oscillator[unit] = started({each});",
+                f"    for (int unit = 0; unit < {upper}_LIMBS; ++unit) {{",
+                f"        state->oscillator[unit] = {_started(call, 'phase_rad[unit]')};",
                 "    }",
             ]
-        lines.append(f"    state->omega_rad_per_s = {export.prefix.upper()}_OMEGA_RAD_PER_S;")
-    lines += ["    state->faults = 0u;", "}", ""]
+        lines.append(f"    state->omega_rad_per_s = {upper}_OMEGA_RAD_PER_S;")
+        faults = "sound ? 0u : 1u"
+    lines += [f"    state->faults = {faults};", "}", ""]
     return "\n".join(lines)
+
+
+def _started(call: str, phase: str) -> str:
+    return f"started({call.format(phase)})"
 
 
 def _step(export: Export, functions: dict[str, Function]) -> str:
