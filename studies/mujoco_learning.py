@@ -27,6 +27,7 @@ from stable_baselines3.common.vec_env import VecEnv
 from kept import write_rows, write_text
 from tegotae import build, find
 from tegotae.envs import load_wiring
+from tegotae.envs.env_spec import EnvSpec
 from tegotae.envs.mujoco.sensing import sensing
 from tegotae.envs.pilot import Pilot
 from tegotae.figures.style import COLOURS, COLUMN_IN, new_figure, save_figure, styled
@@ -34,7 +35,6 @@ from tegotae.measures.hopping.statistics import interval
 from tegotae.parts.controller import Controller
 from tegotae.training.agents.actor import Feedback, Observed
 from tegotae.training.agents.policy import agent_controller, initial_weights
-from tegotae.training.environments.env_spec import EnvSpec
 from tegotae.training.environments.experiment import EnvExperiment
 from tegotae.training.environments.lanes import ModelLanes
 from tegotae.training.environments.objectives import Hopping

@@ -24,11 +24,11 @@ import numpy as np
 from kept import write_rows, write_text
 from tegotae import find
 from tegotae._support.tables import read_csv
+from tegotae.envs.env_spec import EnvSpec
 from tegotae.envs.pilot import Pilot
 from tegotae.envs.wiring_file import load_wiring
 from tegotae.figures.style import COLOURS, new_figure, save_figure, styled
 from tegotae.systems.controller_file import load
-from tegotae.training.environments.env_spec import EnvSpec
 from tegotae.training.environments.episode import EpisodeBatch
 from tegotae.training.environments.experiment import EnvExperiment
 from tegotae.training.environments.objectives import Return, UserObjective

@@ -16,13 +16,13 @@ from gymnasium.utils.env_checker import check_env
 
 from tegotae import Engine, Scenario, TegotaeError, Timing, build, find
 from tegotae.envs import load_wiring
+from tegotae.envs.env_spec import EnvSpec
 from tegotae.envs.mujoco.batch import ModelBatch
 from tegotae.envs.mujoco.env import ModelEnv
 from tegotae.envs.mujoco.sensing import sensing
 from tegotae.envs.pilot import Pilot
 from tegotae.simulation.integrators import Hold
 from tegotae.systems.legged_systems import quadruped_a
-from tegotae.training.environments.env_spec import EnvSpec
 from tegotae.training.environments.experiment import EnvExperiment
 from tegotae.training.environments.objectives import Hopping, Return, UserObjective
 from tegotae.training.environments.rollouts import lanes_of, play

@@ -17,11 +17,11 @@ import mujoco
 
 from tegotae import TegotaeError, find
 from tegotae.envs import Limb, Wiring, load_wiring, save_wiring
+from tegotae.envs.env_spec import EnvSpec
 from tegotae.envs.mujoco.env import ModelEnv
 from tegotae.envs.mujoco.sensing import located, sensing
 from tegotae.envs.pilot import Pilot
 from tegotae.parts.terms import Sector
-from tegotae.training.environments.env_spec import EnvSpec
 from tegotae.training.environments.experiment import EnvExperiment
 from tegotae.training.environments.objectives import UserObjective
 from tegotae.training.environments.rollouts import lanes_of, play

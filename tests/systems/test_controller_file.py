@@ -29,7 +29,7 @@ from tegotae import (
 )
 from tegotae.measures.objectives.fitness import Fitness
 from tegotae.measures.objectives.walking import Walking
-from tegotae.parts.bodies import Bar, Walker
+from tegotae.parts.bodies import Bar, ExternalLimbs, Interface, Walker
 from tegotae.parts.couplings import LearnedCoupling
 from tegotae.parts.oscillators import PhaseOscillator
 from tegotae.parts.terms import VanillaReaction
@@ -238,7 +238,27 @@ def test_a_search_and_an_agent_of_version_3_are_read():
 def test_a_training_on_an_environment_of_version_3_keeps_its_wiring():
     saved = load(KEPT / "environment-v3.json")
     assert saved.experiment is None
-    assert saved.training["experiment"]["place"]["env"] == "leg"
+    assert "experiment" not in saved.training
+    assert saved.task is not None
+    assert (saved.task.env, saved.task.duration_s) == ("leg", 2.0)
+    assert saved.task.objective == {"kind": "Hopping", "settle_s": 1.0, "follow_omega": True}
+    assert [limb.drives for limb in saved.task.wiring.limbs] == ["knee", "hip"]
+    assert saved.body == ExternalLimbs(
+        interface=Interface(
+            scales=(14.2,), limbs=2, max_force_n=4.0, rest_length_m=0.386, feedback_scale=5.2
+        )
+    )
+
+
+def test_what_version_3_wrote_as_1_because_nobody_knew_it_is_not_known(tmp_path):
+    document = json.loads((KEPT / "environment-v3.json").read_text())
+    wiring = document["training"]["experiment"]["wiring"]
+    del wiring["rest_length_m"]
+    wiring["scales"] = {"spring_force": 1.0}
+    document["body"] |= {"scales": [1.0], "rest_length_m": 1.0, "feedback_scale": 1.0}
+    (tmp_path / "controller.json").write_text(json.dumps(document))
+    body = load(tmp_path / "controller.json").body
+    assert body == ExternalLimbs(interface=Interface(scales=(1.0,), limbs=2, max_force_n=4.0))
 
 
 @pytest.mark.parametrize("name", ["hopper", "quadruped", "searched", "agent", "environment"])

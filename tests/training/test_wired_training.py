@@ -18,10 +18,12 @@ pytest.importorskip("gymnasium")
 from tegotae import TegotaeError, find
 from tegotae.cli import main
 from tegotae.envs import Limb, TegotaeWrapper, Wiring, save_wiring
+from tegotae.envs.env_spec import EnvSpec
 from tegotae.measures.objectives.objective import FAILED_FITNESS
 from tegotae.systems import controller_file
+from tegotae.systems.controller_file import SavedController
 from tegotae.training.algorithms import PGPE, OpenES
-from tegotae.training.environments.env_spec import EnvSpec
+from tegotae.training.environments.episode import EpisodeBatch
 from tegotae.training.environments.evaluator import SampleWarning
 from tegotae.training.environments.experiment import EnvExperiment
 from tegotae.training.environments.objectives import Hopping, UserObjective
@@ -31,7 +33,7 @@ from tegotae.training.evaluator import Round
 from tegotae.training.run import Run, train
 from tegotae.training.stopping import Stopping
 
-HERE = TESTS
+HERE = TESTS / "helpers"
 ENV = f"{HERE / 'wired_env.py'}:Scales"
 WIRING = Wiring(
     limbs=[Limb(senses={"spring_force": "load"}, drives="action[0]", rest=0.0)],
@@ -105,8 +107,9 @@ def test_a_training_leaves_controllers_curves_and_an_account_of_itself(trained):
     assert {p.name for p in folder.iterdir()} >= {"run.json", "curves.csv", "checkpoint.npz"}
     saved = controller_file.load(paths[0])
     assert saved.training["generations"] == GENERATIONS
-    assert saved.training["experiment"]["environment"] == {"env": ENV, "settings": {}}
-    assert saved.body.scales == (1.0,)
+    assert saved.task is not None
+    assert (saved.task.env, saved.task.settings) == (ENV, {})
+    assert saved.body.interface.known_scales == {"spring_force": 1.0, "feedback": 3.0}
     document = json.loads((folder / "run.json").read_text())["configuration"]
     assert document["experiment"]["objective"] == {"kind": "Return"}
 
@@ -197,6 +200,43 @@ def test_height_and_work_make_a_hopping_fitness_as_on_the_engine():
     assert own.objective == Hopping(settle_s=12.0)
     with pytest.raises(TegotaeError, match="the wiring does not say height"):
         dataclasses.replace(experiment(), objective=Hopping(settle_s=0.1)).check()
+
+
+def test_positive_and_net_work_count_where_they_are_measured_and_are_asked_for_otherwise():
+    known = dataclasses.replace(WIRING, height="height", work="work", rest_length_m=1.0)
+    own = experiment("V-reflex-w8", budget=96, wiring=known, duration_s=24.0)
+    positive = dataclasses.replace(own, objective=Hopping(settle_s=12.0, work="positive"))
+    with pytest.raises(TegotaeError, match="the wiring does not say work_positive, the observ"):
+        positive.check()
+    with pytest.raises(TegotaeError, match="work is 'gross'; it must be one of absolute"):
+        Hopping(work="gross")
+    batch = hops(absolute=2.0, positive=1.5)
+    wired = dataclasses.replace(own.wiring, work_positive="positive")
+    by = {
+        name: Hopping(settle_s=2.0, work=name).score(batch, wired).cot_inverse[0]
+        for name in ("absolute", "positive")
+    }
+    assert by["positive"] == pytest.approx(by["absolute"] * 2.0 / 1.5, rel=1e-5)
+    with pytest.raises(TegotaeError, match="the wiring does not say work_net, the observation"):
+        Hopping(settle_s=2.0, work="net").score(batch, wired)
+
+
+def hops(**power_w) -> EpisodeBatch:
+    """Eight seconds of hops whose work rises steadily by each definition."""
+    time = 0.02 * np.arange(1, 401)
+    height = 1.0 + 0.2 * np.sin(8.0 * time)
+    entries = [height, power_w["absolute"] * time, power_w["positive"] * time]
+    return EpisodeBatch(
+        step_s=0.02,
+        names=("height", "work", "positive"),
+        observation=np.stack(entries, axis=1)[:, None],
+        action=np.zeros((0, 1, 1)),
+        reward=np.zeros((400, 1)),
+        phase_rad=np.zeros((0, 1, 1)),
+        ended=np.array([400]),
+        steps=400,
+        sound=np.ones(1, bool),
+    )
 
 
 def test_a_function_of_ones_own_judges_an_episode():
@@ -347,6 +387,36 @@ def test_a_saved_controllers_body_cannot_be_simulated_here_and_says_so(trained):
     saved = controller_file.load(trained[1][0])
     with pytest.raises(TegotaeError, match="its body is not here; use Wiring"):
         saved.body.check_release(1.2)
+
+
+def test_what_the_wiring_does_not_say_is_not_known_of_the_limbs(tmp_path):
+    own = experiment(wiring=dataclasses.replace(WIRING, scales={}))
+    assert own.interface.scales == (None,)
+    assert own.interface.rest_length_m is own.interface.feedback_scale is None
+    saved = SavedController(own.system, np.zeros(own.controller.n_weights), own.name, task=own.task)
+    controller_file.save(saved, tmp_path / "limbs.json")
+    text = json.loads((tmp_path / "limbs.json").read_text())
+    assert text["system"].keys() == {"controller", "body", "omega"}
+    again = controller_file.load(tmp_path / "limbs.json")
+    assert again.body == own.body
+    assert Wiring.from_controller(tmp_path / "limbs.json").scales == {}
+    with pytest.raises(TegotaeError, match="rest_length_m of these limbs is not known; give the h"):
+        _ = again.body.touching_height_m
+
+
+def test_a_file_says_in_which_experiment_its_controller_was_trained(trained):
+    saved = controller_file.load(trained[1][0])
+    assert EnvExperiment.of(saved).document == experiment().document
+    with pytest.raises(TegotaeError, match="was not trained on an environment"):
+        EnvExperiment.of(dataclasses.replace(saved, task=None))
+
+
+def test_a_task_that_no_file_can_have_is_refused(trained, tmp_path):
+    document = json.loads(trained[1][0].read_text())
+    document["task"]["wiring"]["limbs"][0]["drives"] = 3
+    (tmp_path / "edited.json").write_text(json.dumps(document))
+    with pytest.raises(TegotaeError, match=r"task\.wiring\.limbs\[0\]\.drives is 3"):
+        controller_file.load(tmp_path / "edited.json")
 
 
 # From the command line.

@@ -96,8 +96,8 @@ class TrainEnv(EvolutionOptions):
             MissingExtraError: without Gymnasium, or MuJoCo where it is needed.
         """
         require("gymnasium", "gym")
+        from tegotae.envs.env_spec import EnvSpec
         from tegotae.envs.wiring_file import load_wiring, packaged
-        from tegotae.training.environments.env_spec import EnvSpec
         from tegotae.training.environments.experiment import EnvExperiment
         from tegotae.training.environments.objectives import Hopping, env_objective_named
 
@@ -139,7 +139,7 @@ class TrainEnv(EvolutionOptions):
             TegotaeError: for a setting that is no NAME=VALUE, or options of a MuJoCo model for
                 something else.
         """
-        from tegotae.training.environments.env_spec import EnvSpec
+        from tegotae.envs.env_spec import EnvSpec
 
         is_model = EnvSpec(env=self.env).is_model
         found: dict[str, Any] = {}

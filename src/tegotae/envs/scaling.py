@@ -81,11 +81,10 @@ def body_scales(body: Body) -> dict[str, float]:
         height 1.000
         feedback 3.132
     """
+    if isinstance(body, ExternalLimbs):
+        return body.interface.known_scales
     still = ground_m = jnp.zeros(1)
-    if isinstance(body, ExternalLimbs):  # whose state is what is handed in
-        state: Any = {}
-    else:
-        state = body.release(still + body.touching_height_m, still)
+    state = body.release(still + body.touching_height_m, still)
     found = {**body.sense(state, ground_m).scales, "feedback": body.rate_scale}
     values = {name: np.unique(np.asarray(scale)) for name, scale in found.items()}
     return {name: float(scale[0]) for name, scale in values.items() if scale.size == 1}

@@ -116,7 +116,7 @@ def look_up(env: gymnasium.Env[Any, Any], wiring: Wiring) -> tuple[Wires | None,
     for name in sorted(set(entries)):
         if entries.count(name) > 1:
             problems.append(f"several limbs drive {name!r}; an action entry takes one limb")
-    for what in ("height", "work"):
+    for what in ("height", "work", "work_positive", "work_net"):
         name = getattr(wiring, what)
         if name is not None and name not in observed:
             problems.append(f"{what}: {unknown_entry('observation', name, observed)}")

@@ -56,7 +56,7 @@ class Wiring:
     own senses, and the controller's actuation makes of them a force in [0, α], which becomes the
     action `rest + (push - rest) · F_a / α`.
 
-    A wiring without weights is one that is to be trained (`tegotae train-env`). `tegotae.envs`
+    A wiring without weights is one that is to be trained (`tegotae train --env`). `tegotae.envs`
     reads and writes wirings as files: `load_wiring`, `save_wiring`.
 
     Raises:
@@ -97,6 +97,10 @@ class Wiring:
     """The observation entry that is the body's height [m]; with `work` CoT⁻¹ and ΔΩ are known."""
     work: str | None = None
     """The observation entry that is the actuators' work since the reset [J], counted absolutely."""
+    work_positive: str | None = None
+    """The one that is their positive work alone [J], if it is measured."""
+    work_net: str | None = None
+    """The one that is their signed work [J], if it is measured."""
     rest_length_m: float | None = None
     """The height at which the feet touch and leave the ground, in `height`'s terms [m]."""
 
@@ -122,13 +126,13 @@ class Wiring:
     ) -> Wiring:
         """The wiring of a controller file.
 
-        A controller that was trained on an environment brings the wiring that it was trained with.
+        A controller that was trained on an environment has the wiring that it was trained with.
         Another one, such as the hopper's, needs a wiring, for what its limbs are elsewhere. Its
         networks go on seeing signals over the scales of the body that it was trained on; those that
         the wiring gives go before, such as another body's of `with_scales`.
 
         Args:
-            file: what `tegotae train` or `tegotae train-env` wrote.
+            file: what `tegotae train` wrote.
             wiring: limbs, scales and names, or a file of them; the controller's own by default.
             changes: fields of the wiring to set otherwise, such as `scales`.
 
@@ -146,13 +150,12 @@ class Wiring:
         if isinstance(wiring, (str, Path)):
             wiring = load_wiring(wiring)
         if wiring is None:
-            document = saved.training.get("experiment", {}).get("wiring")
-            if document is None:
+            if saved.task is None:
                 raise TegotaeError(
                     f"{file} was not trained on an environment, so that it does not say what its "
                     "limbs are wired to; give a wiring"
                 )
-            wiring = wiring_of(document)
+            wiring = wiring_of(saved.task.wiring)
         return dataclasses.replace(wiring.holding(saved), **changes)
 
     def holding(self, saved: SavedController) -> Wiring:

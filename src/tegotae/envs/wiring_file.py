@@ -8,7 +8,6 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
-import msgspec
 import numpy as np
 
 from tegotae._support import documents
@@ -17,47 +16,16 @@ from tegotae._support.errors import TegotaeError, unknown
 from tegotae._support.files import write_atomically
 from tegotae.envs.wiring import Limb, Wiring
 from tegotae.systems import controller_file
+from tegotae.systems.env_task import WIRING_FORMAT, WiringDocument
 
-FORMAT = "tegotae wiring"
 _MOST_BYTES = 2**20
-
-
-class LimbDocument(msgspec.Struct, forbid_unknown_fields=True):
-    """A limb in a file; see `Limb`."""
-
-    senses: dict[str, str]
-    drives: str | list[str]
-    rest: float | None = None
-    push: float | None = None
-    phase_rad: float = 0.0
-
-
-class WiringDocument(msgspec.Struct, forbid_unknown_fields=True):
-    """A wiring in a file; see `Wiring`."""
-
-    limbs: list[LimbDocument]
-    format: str = FORMAT
-    scales: dict[str, float] = {}
-    max_force: float = 4.0
-    max_feedback_rad_per_s: float = 10.0
-    sector_rad: list[float] | None = None
-    step_s: float | None = None
-    observation_names: list[str] | None = None
-    action_names: list[str] | None = None
-    contact_bodies: list[str] = []
-    height: str | None = None
-    work: str | None = None
-    rest_length_m: float | None = None
-    controller: str | None = None
-    """A controller file, relative to this one."""
-    weights: list[float] | None = None
-    """Of the vanilla controller: σ alone."""
-    omega: float | None = None
 
 
 _OWN = (
     "height",
     "work",
+    "work_positive",
+    "work_net",
     "rest_length_m",
     "max_force",
     "max_feedback_rad_per_s",
@@ -135,7 +103,7 @@ def wiring_document(wiring: Wiring) -> dict[str, Any]:
     numbers = {name: getattr(wiring, name) for name in _OWN}
     lists = {name: getattr(wiring, name) for name in _LISTS}
     return {
-        "format": FORMAT,
+        "format": WIRING_FORMAT,
         **_given(numbers),
         **{name: list(each) for name, each in lists.items() if each},
         "scales": {name: float(scale) for name, scale in wiring.scales.items()},
@@ -154,9 +122,11 @@ def wiring_of(document: Any, folder: Path | None = None) -> Wiring:
         DamagedDocumentError: for values that are no wiring's.
         TegotaeError: for a controller file that cannot be read.
     """
-    found = documents.fitted(documents.checked(document), WiringDocument)
-    if found.format != FORMAT:
-        raise DamagedDocumentError(f"its format is {found.format!r}; it must be {FORMAT!r}")
+    found = document
+    if not isinstance(document, WiringDocument):
+        found = documents.fitted(documents.checked(document), WiringDocument)
+    if found.format != WIRING_FORMAT:
+        raise DamagedDocumentError(f"its format is {found.format!r}; it must be {WIRING_FORMAT!r}")
     limbs = tuple(
         Limb(
             senses=each.senses,

@@ -16,7 +16,7 @@ from tegotae._support import documents
 from tegotae._support.documents import DamagedDocumentError
 from tegotae._support.errors import TegotaeError
 from tegotae._support.files import write_atomically
-from tegotae.parts.bodies import Body, Hopper
+from tegotae.parts.bodies import Body, ExternalLimbs, Hopper
 from tegotae.parts.controller import Controller
 from tegotae.parts.weight_names import flat, nested, spelled
 from tegotae.systems.descriptions import (
@@ -26,6 +26,7 @@ from tegotae.systems.descriptions import (
     restore,
 )
 from tegotae.systems.earlier_files import of_earlier_version, usual_system
+from tegotae.systems.env_task import EnvTask
 from tegotae.systems.experiment import Experiment
 from tegotae.systems.system import System
 
@@ -42,6 +43,7 @@ class SavedController:
         weights: shape [n_weights].
         name: the experiment's or model's name; None if it has none.
         experiment: what was trained, and how it is evaluated; None where the file does not say.
+        task: what was trained on an environment; None of a training on the engine.
         training: how it was trained and how well that went; numbers, strings and lists only.
         software: versions of the programs that made it.
 
@@ -53,6 +55,7 @@ class SavedController:
     weights: np.ndarray
     name: str | None = None
     experiment: Experiment | None = None
+    task: EnvTask | None = None
     training: dict[str, Any] = field(default_factory=dict)
     software: dict[str, str] = field(default_factory=dict)
 
@@ -121,13 +124,22 @@ def save(saved: SavedController, path: Path | str) -> None:
         "format": FORMAT,
         "version": VERSION,
         "name": saved.name,
-        "system": describe(saved.system),
+        "system": _system(saved.system),
         "weights": nested(saved.controller.weight_names, weights.tolist()),
         "experiment": _beside_system(saved),
+        "task": None if saved.task is None else msgspec.to_builtins(saved.task),
         "training": saved.training,
         "software": saved.software,
     }
     write_atomically(Path(path), json.dumps(document, indent=1) + "\n")
+
+
+def _system(system: System) -> dict[str, Any]:
+    """A system's document; without release and times on limbs elsewhere, which has them."""
+    document = describe(system)
+    if not isinstance(system.body, ExternalLimbs):
+        return document
+    return {name: document[name] for name in ("controller", "body", "omega")}
 
 
 def _beside_system(saved: SavedController) -> dict[str, Any] | None:
@@ -184,7 +196,13 @@ def load(path: Path | str) -> SavedController:
         raise TegotaeError(f"{path} is damaged: {error}") from None
     _check_weights(system.controller, weights, str(path))
     return SavedController(
-        system, weights, entries.name, experiment, entries.training, entries.software
+        system,
+        weights,
+        entries.name,
+        experiment,
+        entries.task,
+        entries.training,
+        entries.software,
     )
 
 
@@ -203,6 +221,7 @@ class _Document(msgspec.Struct):
     experiment: dict[str, Any] | None
     training: dict[str, Any]
     software: dict[str, str]
+    task: EnvTask | None = None
 
 
 def _in_order(controller: Controller, weights: dict[str, Any] | list[float]) -> list[float]:

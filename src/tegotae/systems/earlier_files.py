@@ -23,8 +23,6 @@ WALKING = 200.0
 
 _RENAMED = {"fitness": "objective"}
 """Entries of an earlier experiment by other names."""
-_RENAMED_KINDS = {"WiredLimbs": "ExternalLimbs"}
-"""Parts by other names."""
 _OF_SYSTEM = ("timing", "integrator")
 _OF_RELEASE = {"release_m": "height_m", "phase_rad": "phase_rad", "posture": "initial_pose"}
 _OWN = ("conditions", "episodes", "objective", "protocol")
@@ -63,15 +61,19 @@ def of_earlier_version(document: Mapping[str, Any]) -> dict[str, Any]:
     """
     if document["version"] == 1:
         document = _of_version_1(document)
-    own = dict(entry(document, "body", dict))
-    own["kind"] = _RENAMED_KINDS.get(own["kind"], own["kind"])
+    training = dict(entry(document, "training", dict))
+    earlier = training.get("experiment")
+    on_engine = isinstance(earlier, Mapping) and ("fitness" in earlier or "protocol" in earlier)
+    on_env = isinstance(earlier, Mapping) and "wiring" in earlier
+    task = _task(training.pop("experiment")) if on_env else None
+    own = entry(document, "body", dict)
+    if own["kind"] == "WiredLimbs":
+        own = _external_limbs(own, {} if task is None else task["wiring"])
     controller, body = entry(document, "controller", Controller), restore(own, Body, "body")
     omega = entry(document, "omega_rad_per_s", float | None)
     system = describe(usual_system(controller, body, None if omega is None else float(omega)))
-    training = dict(entry(document, "training", dict))
-    earlier = training.get("experiment")
     experiment = None
-    if isinstance(earlier, Mapping) and ("fitness" in earlier or "protocol" in earlier):
+    if on_engine:
         experiment = {"name": document["model"], **_nested(training.pop("experiment"))}
         ours = experiment.pop("system")
         system |= {name: ours[name] for name in _OF_SYSTEM if name in ours}
@@ -83,6 +85,7 @@ def of_earlier_version(document: Mapping[str, Any]) -> dict[str, Any]:
         "system": system,
         "weights": document["weights"],
         "experiment": experiment,
+        "task": task,
         "training": training,
         "software": document["software"],
     }
@@ -107,6 +110,49 @@ def _nested(document: Mapping[str, Any]) -> dict[str, Any]:
     system: dict[str, Any] = {name: named[name] for name in _OF_SYSTEM if name in named}
     own = {name: named[name] for name in _OWN if name in named}
     return {"system": {**system, "release": release}, **own}
+
+
+def _task(document: Mapping[str, Any]) -> dict[str, Any]:
+    """The task on an environment, which lay in the untyped entry of the training."""
+    place, objective = entry(document, "place", dict), dict(entry(document, "measure", dict))
+    if objective["kind"] == "Own":
+        objective["kind"] = "UserObjective"
+    others = ("wiring", "episodes", "seed", "sha256")
+    return {
+        "env": place["env"],
+        "settings": place.get("settings", {}),
+        "objective": objective,
+        "duration_s": entry(document, "timing", dict)["duration_s"],
+        **{name: document[name] for name in others if name in document},
+    }
+
+
+def _external_limbs(body: Mapping[str, Any], wiring: Mapping[str, Any]) -> dict[str, Any]:
+    """Limbs on an environment, whose scales and rest length were 1 where nobody knew them.
+
+    Args:
+        body: an earlier `WiredLimbs`.
+        wiring: what was known of them; empty if the file does not say.
+    """
+    known = wiring.get("scales", {})
+
+    def of(name: str, value: Any) -> Any:
+        return value if not wiring or name in known or value != 1.0 else None
+
+    senses = body.get("senses", ["spring_force"])
+    rest_m = body.get("rest_length_m")
+    if wiring and wiring.get("rest_length_m") is None:
+        rest_m = None
+    interface = {
+        "senses": senses,
+        "scales": [of(*each) for each in zip(senses, body.get("scales", [1.0]), strict=True)],
+        "limbs": body.get("count", 1),
+        "commands": body.get("commands", ["force"]),
+        "max_force_n": body.get("max_force_n"),
+        "rest_length_m": rest_m,
+        "feedback_scale": of("feedback", body.get("feedback_scale")),
+    }
+    return {"kind": "ExternalLimbs", "interface": interface}
 
 
 def _of_version_1(document: Mapping[str, Any]) -> dict[str, Any]:

@@ -159,6 +159,11 @@ class Experiment:
         return self.controller.has_a_gain_alone
 
     @property
+    def task(self) -> None:
+        """None: what is learned on an environment is a task of its own (`EnvTask`)."""
+        return None
+
+    @property
     def cot_unit(self) -> str:
         """The unit of CoT⁻¹ in which its objective measures it."""
         return self.objective.COT_UNIT

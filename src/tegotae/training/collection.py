@@ -9,6 +9,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import numpy as np
 
 from tegotae._support import documents
@@ -133,7 +134,6 @@ def _differences(sets: list[list[tuple[Path, SavedController]]]) -> list[str]:
 def _document(saved: SavedController) -> dict[str, Any]:
     """All that decides what a controller became, but for its seed, as JSON values."""
     training = {name: value for name, value in saved.training.items() if name not in _OF_A_RUN}
-    environment = training.pop("experiment", {})  # of a training on one
     about = {} if saved.experiment is None else describe(saved.experiment)
     about.pop("system", None)
     about.pop("name", None)
@@ -142,7 +142,7 @@ def _document(saved: SavedController) -> dict[str, Any]:
         **describe(saved.system),
         **training,
         **about,
-        **environment,
+        **({} if saved.task is None else msgspec.to_builtins(saved.task)),
     }
     return json.loads(json.dumps(whole))
 

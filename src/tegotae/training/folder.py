@@ -93,16 +93,14 @@ def save_controller(
     """
     path = out / f"{experiment.name}-seed{outcome['seed']}.json"
     training = {name: each for name, each in configuration.items() if name != "experiment"}
-    if isinstance(experiment, Experiment):
-        system = dataclasses.replace(experiment.system, controller=controller)
-        saved = SavedController(system, weights, experiment.name, experiment)
-    else:  # the environment that it was trained on, which has no file entry of its own yet
-        saved = SavedController.of(
-            controller, weights, experiment.omega, experiment.body, name=experiment.name
-        )
-        own = ("name", "controller", "omega", "body")
-        about = {n: x for n, x in configuration["experiment"].items() if n not in own}
-        training["experiment"] = about
-    saved = dataclasses.replace(saved, training={**training, **outcome}, software=dict(versions))
+    saved = SavedController(
+        dataclasses.replace(experiment.system, controller=controller),
+        weights,
+        name=experiment.name,
+        experiment=experiment if isinstance(experiment, Experiment) else None,
+        task=experiment.task,
+        training={**training, **outcome},
+        software=dict(versions),
+    )
     controller_file.save(saved, path)
     return path

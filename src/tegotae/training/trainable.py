@@ -6,8 +6,9 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from tegotae.parts.bodies import Body
 from tegotae.parts.controller import Controller
+from tegotae.systems.env_task import EnvTask
+from tegotae.systems.system import System
 
 
 class Trainable(Protocol):
@@ -29,8 +30,13 @@ class Trainable(Protocol):
         ...
 
     @property
-    def body(self) -> Body:
-        """What is driven, as controller files have it."""
+    def system(self) -> System:
+        """The closed loop, as controller files have it."""
+        ...
+
+    @property
+    def task(self) -> EnvTask | None:
+        """What is learned on an environment; None on the engine."""
         ...
 
     @property

@@ -85,8 +85,8 @@ def _controller(record: Record, run: int) -> SavedController:
         np.asarray(record.weights[run], float),
         experiment.name,
         experiment,
-        {"seed": run, "best_fitness": float(record.best_fitness[run])},
-        record.software,
+        training={"seed": run, "best_fitness": float(record.best_fitness[run])},
+        software=record.software,
     )
 
 

@@ -13,6 +13,7 @@ from tegotae.parts.bodies.base import (
 from tegotae.parts.bodies.blows import Blows, BlowsState
 from tegotae.parts.bodies.external import ExternalLimbs
 from tegotae.parts.bodies.hopper import Hopper, HopperState
+from tegotae.parts.bodies.interface import Interface
 from tegotae.parts.bodies.plate import Plate
 from tegotae.parts.bodies.sensors import Sensors, SensorsState
 from tegotae.parts.bodies.upright import UprightState
@@ -31,6 +32,7 @@ __all__ = [
     "ExternalLimbs",
     "Hopper",
     "HopperState",
+    "Interface",
     "Plate",
     "Push",
     "Sensation",

@@ -7,81 +7,65 @@ from typing import Any, NoReturn
 
 import jax.numpy as jnp
 
-from tegotae._support.errors import TegotaeError, require_count, require_finite
+from tegotae._support.errors import TegotaeError
 from tegotae.parts.bodies.base import Body, Sensation
-from tegotae.parts.commands import FORCE
-from tegotae.parts.parameters import STATIC, traceable
+from tegotae.parts.bodies.interface import Interface
+from tegotae.parts.parameters import traceable
 
 
 @traceable
 @dataclass(frozen=True, kw_only=True)
 class ExternalLimbs(Body):
-    """Limbs that feel and push, and whose mechanics are not here.
+    """Limbs of which only the interface is known: their mechanics are elsewhere.
 
-    A controller that was trained on an environment belongs to such a body: it says what signals
-    there are, what they are measured against, and how hard the actuators push. What would move it
-    is refused in one line.
+    A controller that was trained on an environment belongs to such a body. Whatever needs the
+    mechanics is refused in one line.
 
     Args:
-        senses: names of the signals.
-        scales: what a network divides each of them by.
-        count: how many limbs.
-        commands: what is commanded (`tegotae.parts.commands`).
-        max_force_n: the force α at which the action is at full push.
-        rest_length_m: height at which the feet touch the ground [m].
-        feedback_scale: √(g / l), by which a network sees the feedback [rad/s].
-
-    Raises:
-        TegotaeError: for a number out of its range, or scales of another number than senses.
+        interface: what the controller sees of them.
 
     Example:
-        >>> limbs = ExternalLimbs(senses=("spring_force",), scales=(9.81,), count=2)
+        >>> limbs = ExternalLimbs(interface=Interface(limbs=2, max_force_n=4.0))
         >>> limbs.SENSES, limbs.limbs
         (('spring_force',), 2)
     """
 
-    senses: tuple[str, ...] = field(default=("spring_force",), metadata=STATIC)
-    scales: tuple[float, ...] = (1.0,)
-    count: int = field(default=1, metadata=STATIC)
-    commands: tuple[str, ...] = field(default=FORCE, metadata=STATIC)
-    max_force_n: float = 4.0
-    rest_length_m: float = 1.0
-    feedback_scale: float = 1.0
-
-    def __post_init__(self) -> None:
-        require_count("count", self.count)
-        for name in ("max_force_n", "rest_length_m", "feedback_scale"):
-            require_finite(name, getattr(self, name), above=0.0)
-        if len(self.scales) != len(self.senses):
-            raise TegotaeError(
-                f"there are {len(self.scales)} scales for {len(self.senses)} senses; give one each"
-            )
-        for name, scale in zip(self.senses, self.scales, strict=True):
-            require_finite(f"the scale of {name}", scale, above=0.0)
+    interface: Interface = field(default_factory=Interface)
 
     @property
     def SENSES(self) -> tuple[str, ...]:  # type: ignore[override]  # noqa: N802 - of every body
         """Names of the signals."""
-        return self.senses
+        return self.interface.senses
 
     @property
     def COMMANDS(self) -> tuple[str, ...]:  # type: ignore[override]  # noqa: N802 - of every body
-        """What the actuators are told."""
-        return self.commands
+        """Commands of the actuators."""
+        return self.interface.commands
 
     @property
     def limbs(self) -> int:
         """How many limbs there are."""
-        return self.count
+        return self.interface.limbs
+
+    @property
+    def max_force_n(self) -> Any:  # type: ignore[override]
+        """The force α at full push [N]."""
+        return self._known("max_force_n", "the force at which the actuators are at full push")
+
+    @property
+    def rest_length_m(self) -> Any:  # type: ignore[override]
+        """Height at which the feet touch the ground [m]."""
+        return self._known("rest_length_m", "the height at which the feet touch the ground [m]")
 
     @property
     def rate_scale(self) -> Any:
         """√(g / l) [rad/s]."""
-        return jnp.asarray(self.feedback_scale)
+        return jnp.asarray(self._known("feedback_scale", "the scale of the feedback [rad/s]"))
 
     def sense(self, state: Any, ground_m: Any) -> Sensation:
-        """What is felt is what was handed in: a value by the name of each signal."""
-        return Sensation(dict(state), dict(zip(self.senses, self.scales, strict=True)))
+        """The signals that were handed in, by their names, with the scales that are known."""
+        scales = self.interface.known_scales
+        return Sensation(dict(state), {n: scales[n] for n in self.SENSES if n in scales})
 
     def check_release(self, height_m: float) -> None:
         """Raise `TegotaeError`: it cannot be released here."""
@@ -114,6 +98,12 @@ class ExternalLimbs(Body):
     def energy(self, state: Any, ground_m: Any) -> Any:
         """Refused."""
         self._elsewhere()
+
+    def _known(self, name: str, what: str) -> Any:
+        value = getattr(self.interface, name)
+        if value is None:
+            raise TegotaeError(f"{name} of these limbs is not known; give {what}")
+        return value
 
     def _elsewhere(self) -> NoReturn:
         raise TegotaeError(

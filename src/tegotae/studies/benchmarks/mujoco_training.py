@@ -14,11 +14,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from tegotae._support.optional_dependencies import require
+from tegotae.envs.env_spec import EnvSpec
 from tegotae.envs.mujoco.env import ModelEnv
 from tegotae.envs.pilot import Pilot
 from tegotae.envs.wiring_file import load_wiring
 from tegotae.systems.models import find
-from tegotae.training.environments.env_spec import EnvSpec
 from tegotae.training.environments.experiment import EnvExperiment
 from tegotae.training.environments.lanes import GymLanes, ModelLanes
 

@@ -86,6 +86,10 @@ class Subject:
             )
 
     def _check_body(self) -> None:
+        try:
+            self.body.check_release(self.height_m)
+        except TegotaeError as error:
+            raise TegotaeError(f"{self.name} cannot be tried: {error}") from None
         own = {"rest_length_m": hasattr(self.bare, "rest_length_m")}
         if not self.hops:  # whose cost of transport is told
             own["mass_kg"] = has_mass(self.bare)
@@ -94,10 +98,6 @@ class Subject:
             if not there:
                 kind = type(self.bare).__name__
                 raise TegotaeError(f"{self.name} cannot be tried: a {kind} has no {field}")
-        try:
-            self.body.check_release(self.height_m)
-        except TegotaeError as error:
-            raise TegotaeError(f"{self.name} cannot be tried: {error}") from None
 
     @classmethod
     def of(cls, runs: ControllerSet, starts: int = 4) -> Subject:

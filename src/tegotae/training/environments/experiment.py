@@ -9,22 +9,31 @@ from typing import Any
 
 import numpy as np
 
+from tegotae._support.documents import fitted
 from tegotae._support.errors import TegotaeError, require_count, require_finite
 from tegotae._support.limits import MOST_RAD_PER_S
 from tegotae._support.part_code import code_of_file
 from tegotae.envs.contact import with_contact
+from tegotae.envs.env_spec import EnvSpec
 from tegotae.envs.wires import Wires, controller_of, look_up, read_by
 from tegotae.envs.wiring import Wiring
-from tegotae.envs.wiring_file import wiring_document
-from tegotae.parts.bodies import Body, ExternalLimbs
+from tegotae.envs.wiring_file import wiring_document, wiring_of
+from tegotae.parts.bodies import ExternalLimbs, Interface
 from tegotae.parts.controller import Controller
+from tegotae.systems.controller_file import SavedController
 from tegotae.systems.descriptions import describe
+from tegotae.systems.env_task import EnvTask, WiringDocument
 from tegotae.systems.experiment import require_name
 from tegotae.systems.grammar import BUDGET
 from tegotae.systems.models import Model
-from tegotae.training.environments.env_spec import EnvSpec
+from tegotae.systems.system import System
 from tegotae.training.environments.evaluator import EnvEvaluator
-from tegotae.training.environments.objectives import EnvObjective, Hopping, Return
+from tegotae.training.environments.objectives import (
+    EnvObjective,
+    Hopping,
+    Return,
+    objective_of,
+)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -130,18 +139,73 @@ class EnvExperiment:
         return self.wiring.omega
 
     @property
-    def body(self) -> Body:
-        """What controller files have as their body."""
+    def interface(self) -> Interface:
+        """What the controller sees of the limbs; None for what the wiring does not say."""
         controller, wiring = self.controller, self.wiring
-        senses = tuple(read_by(controller)) or ("spring_force",)
-        return ExternalLimbs(
+        senses = tuple(read_by(controller))
+        scales = {name: float(scale) for name, scale in wiring.scales.items()}
+        rest_m = wiring.rest_length_m
+        return Interface(
             senses=senses,
-            scales=tuple(float(wiring.scales.get(name, 1.0)) for name in senses),
-            count=controller.limbs,
+            scales=tuple(scales.get(name) for name in senses),
+            limbs=controller.limbs,
             commands=controller.actuation.COMMANDS,
             max_force_n=float(wiring.max_force),
-            rest_length_m=float(wiring.rest_length_m or 1.0),
-            feedback_scale=float(wiring.scales.get("feedback", 1.0)),
+            rest_length_m=None if rest_m is None else float(rest_m),
+            feedback_scale=scales.get("feedback"),
+        )
+
+    @property
+    def body(self) -> ExternalLimbs:
+        """The limbs, whose mechanics are the environment's."""
+        return ExternalLimbs(interface=self.interface)
+
+    @property
+    def system(self) -> System:
+        """The closed loop, as far as it is here: controller, interface and ω."""
+        return System(controller=self.controller, body=self.body, omega=self.omega)
+
+    @property
+    def task(self) -> EnvTask:
+        """The rest: the environment, the wiring, the objective and the episodes."""
+        return EnvTask(
+            env=self.spec.env,
+            settings=dict(self.spec.settings),
+            wiring=fitted(wiring_document(self.wiring), WiringDocument),
+            objective=self.objective.document,
+            duration_s=self.duration_s,
+            episodes=self.episodes,
+            seed=self.seed,
+            sha256=self._sha256,
+        )
+
+    @classmethod
+    def of(cls, saved: SavedController) -> EnvExperiment:
+        """The experiment in which a saved controller was trained.
+
+        Raises:
+            TegotaeError: for a controller that was not trained on an environment.
+
+        Example:
+            >>> from tegotae.systems.controller_file import load
+            >>> EnvExperiment.of(load("leg.json")).spec  # doctest: +SKIP
+            EnvSpec(env='leg', settings=())
+        """
+        task = saved.task
+        if task is None or saved.name is None:
+            raise TegotaeError(
+                f"{saved.name or 'the controller'} was not trained on an environment; give one "
+                "that was (tegotae train --env)"
+            )
+        wiring = wiring_of(task.wiring)
+        return cls(
+            name=saved.name,
+            spec=EnvSpec(env=task.env, settings=tuple(task.settings.items())),
+            wiring=dataclasses.replace(wiring.reading(saved.controller), omega=saved.omega),
+            objective=objective_of(task.objective),
+            duration_s=task.duration_s,
+            episodes=task.episodes,
+            seed=task.seed,
         )
 
     @cached_property

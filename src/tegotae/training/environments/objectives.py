@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import reprlib
 from abc import ABC, abstractmethod
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -16,10 +17,11 @@ import numpy as np
 
 from tegotae._support.errors import TegotaeError, told
 from tegotae.envs.wiring import Wiring
+from tegotae.measures.hopping.efficiency import check_work
 from tegotae.measures.hopping.recording import from_samples
 from tegotae.measures.objectives.fitness import Fitness
 from tegotae.measures.objectives.objective import FAILED_FITNESS
-from tegotae.parts.bodies import ExternalLimbs
+from tegotae.parts.bodies import ExternalLimbs, Interface
 from tegotae.simulation.rollout import Timing, Trajectory
 from tegotae.simulation.world import Scenario
 from tegotae.systems.user_objects import named, source_of
@@ -27,6 +29,8 @@ from tegotae.training.environments.episode import EnvEpisode, EpisodeBatch
 from tegotae.training.evaluator import Scores
 
 _FRAME_S = 0.02
+_ENTRY = {"absolute": "work", "positive": "work_positive", "net": "work_net"}
+"""What of a wiring names the entry of the observation that is the work by each definition."""
 
 
 class EnvObjective(ABC):
@@ -78,16 +82,33 @@ class Hopping(EnvObjective):
     Args:
         settle_s: time left to settle [s].
         follow_omega: whether ΔΩ counts.
+        work: definition of work, one of "absolute", "positive", "net"; the wiring names the entry
+            of the observation that measures it.
+
+    Raises:
+        TegotaeError: for an unknown definition of work.
     """
 
     settle_s: float = 12.0
     follow_omega: bool = True
+    work: str = "absolute"
+
+    def __post_init__(self) -> None:
+        check_work(self.work)
 
     def check(self, wiring: Wiring, duration_s: float) -> None:
         """Raise `TegotaeError` without height, work or the height of touchdown."""
+        self._require_measured(wiring)
+        self._fitness.check(Timing(duration_s=duration_s, frame_s=_FRAME_S, tick_s=_FRAME_S))
+
+    def _require_measured(self, wiring: Wiring) -> None:
+        counted = "" if self.work == "absolute" else f"{self.work} "
         for name, what in (
             ("height", "the observation entry that is the body's height"),
-            ("work", "the observation entry that is the work since the reset"),
+            (
+                _ENTRY[self.work],
+                f"the observation entry that is the {counted}work since the reset",
+            ),
             ("rest_length_m", "the height at which the feet touch the ground [m]"),
         ):
             if getattr(wiring, name) is None:
@@ -95,25 +116,28 @@ class Hopping(EnvObjective):
                     f"CoT⁻¹ cannot be measured: the wiring does not say {name}, {what}; "
                     "say it, or judge by the environment's return"
                 )
-        self._fitness.check(Timing(duration_s=duration_s, frame_s=_FRAME_S, tick_s=_FRAME_S))
 
     def entries(self, wiring: Wiring, names: tuple[str, ...]) -> tuple[str, ...]:
         """Height and work."""
-        return tuple(filter(None, (wiring.height, wiring.work)))
+        work = (getattr(wiring, entry) for entry in _ENTRY.values())
+        return tuple(filter(None, (wiring.height, *work)))
 
     @property
     def _fitness(self) -> Fitness:
-        return Fitness(settle_s=self.settle_s, follow_omega=self.follow_omega)
+        return Fitness(settle_s=self.settle_s, follow_omega=self.follow_omega, work=self.work)
 
     def score(self, record: EpisodeBatch, wiring: Wiring) -> Scores:
-        """Scores of every lane."""
+        """Scores of every lane.
+
+        Raises:
+            TegotaeError: for what is not measured.
+        """
+        self._require_measured(wiring)
         assert wiring.height is not None
-        assert wiring.work is not None
         assert wiring.rest_length_m is not None
         rest, steps = wiring.rest_length_m, len(record.reward)
         time = record.step_s * np.arange(1, steps + 1)
         height = record.entry(wiring.height).astype(float)
-        work = record.entry(wiring.work).astype(float)
         frame_s = max(_FRAME_S, record.step_s)
         lanes = [
             from_samples(time, column, rest_length_m=rest, frame_s=frame_s) for column in height.T
@@ -121,14 +145,18 @@ class Hopping(EnvObjective):
         names = ("time_s", "height_m", "ground_m", "apex_height_m", "climb_flight_m", "climb_m")
         channels = {n: np.concatenate([getattr(one, n) for one in lanes], 1) for n in names}
         at = channels["time_s"][:, 0] + time[0]
-        spent = np.stack([np.interp(at, time, own - own[0]) for own in work.T], axis=1)
-        channels |= {f"work_{kind}_j": spent for kind in ("absolute", "positive", "net")}
+        for kind, entry in _ENTRY.items():
+            name = getattr(wiring, entry)
+            work = np.full(height.shape, np.nan) if name is None else record.entry(name)
+            work = work.astype(float)
+            spent = [np.interp(at, time, own - own[0]) for own in work.T]
+            channels[f"work_{kind}_j"] = np.stack(spent, axis=1)
         begun = record.step_s * record.ended
         fell = record.ended < record.steps
         channels["failed"] = fell & (channels["time_s"] > begun)
         channels["failed"][-1] |= fell
         timing = Timing(duration_s=len(at) * frame_s, frame_s=frame_s, tick_s=frame_s)
-        body = ExternalLimbs(rest_length_m=rest)
+        body = ExternalLimbs(interface=Interface(rest_length_m=rest))
         scenario = Scenario.of(wiring.omega)
         found = _judged(self._fitness, timing, channels, scenario, body)
         return Scores(*(np.asarray(found[name]) for name in Scores._fields))
@@ -217,3 +245,24 @@ def env_objective_named(name: str, **settings: Any) -> EnvObjective:
     raise TegotaeError(
         f"no fitness is called {name!r}; it is hopping, return, FILE.py:FUNCTION or MODULE:FUNCTION"
     )
+
+
+def objective_of(document: Mapping[str, Any]) -> EnvObjective:
+    """The objective of its document.
+
+    Raises:
+        TegotaeError: for a document that is none.
+
+    Example:
+        >>> objective_of({"kind": "Hopping", "settle_s": 4.0}).settle_s
+        4.0
+    """
+    kinds = {each.__name__: each for each in (Return, Hopping, UserObjective)}
+    settings = dict(document)
+    kind = kinds.get(settings.pop("kind", ""))
+    try:
+        if kind is not None:
+            return kind(**settings)
+    except TypeError:
+        pass
+    raise TegotaeError(f"no objective on an environment is {reprlib.repr(dict(document))}")

@@ -1,0 +1,65 @@
+"""The task on an environment, as controller files have it: where, by what objective, how long."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import msgspec
+
+WIRING_FORMAT = "tegotae wiring"
+
+
+class LimbDocument(msgspec.Struct, forbid_unknown_fields=True):
+    """A limb in a file; see `tegotae.envs.Limb`."""
+
+    senses: dict[str, str]
+    drives: str | list[str]
+    rest: float | None = None
+    push: float | None = None
+    phase_rad: float = 0.0
+
+
+class WiringDocument(msgspec.Struct, forbid_unknown_fields=True):
+    """A wiring in a file; see `tegotae.envs.Wiring`."""
+
+    limbs: list[LimbDocument]
+    format: str = WIRING_FORMAT
+    scales: dict[str, float] = {}
+    max_force: float = 4.0
+    max_feedback_rad_per_s: float = 10.0
+    sector_rad: list[float] | None = None
+    step_s: float | None = None
+    observation_names: list[str] | None = None
+    action_names: list[str] | None = None
+    contact_bodies: list[str] = []
+    height: str | None = None
+    work: str | None = None
+    work_positive: str | None = None
+    work_net: str | None = None
+    rest_length_m: float | None = None
+    controller: str | None = None
+    """A controller file, relative to this one."""
+    weights: list[float] | None = None
+    """Of the vanilla controller: σ alone."""
+    omega: float | None = None
+
+
+class EnvTask(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """What a system's weights were to learn on an environment."""
+
+    env: str
+    """The environment's name (`tegotae.envs.env_spec.EnvSpec`)."""
+    settings: dict[str, Any] = {}
+    """What it was made with."""
+    wiring: WiringDocument
+    """What the limbs sense and drive there."""
+    objective: dict[str, Any]
+    """By what an episode was judged: its `kind`, and its settings."""
+    duration_s: float
+    """Length of an episode [s]."""
+    episodes: int = 1
+    """How many episodes each candidate was judged by."""
+    seed: int = 0
+    """Of the first episode's reset."""
+    sha256: dict[str, str] = {}
+    """Of the files that it names, by what each is."""
