@@ -13,7 +13,8 @@ import pytest
 
 from tegotae import Engine, Hopper, Scenario, Timing, build
 from tegotae.measures.evaluation import Protocol, evaluate
-from tegotae.measures.objectives.fitness import Judged
+from tegotae.measures.objectives.fitness import Fitness
+from tegotae.measures.objectives.objective import EpisodeSummary
 from tegotae.parts.oscillators import PhaseOscillator
 from tegotae.parts.tracing import traced
 from tegotae.simulation.loop import ClosedLoop
@@ -58,7 +59,7 @@ def test_a_program_of_all_channels_traces_the_tick_once(controller, ticks):
 
 
 def test_programs_that_differ_in_time_and_summary_share_one_trace(controller, ticks):
-    trace(Engine(controller=controller, summary=Judged()))
+    trace(Engine(controller=controller, summary=EpisodeSummary(Fitness())))
     trace(Engine(controller=controller, timing=Timing(duration_s=80.0)))
     trace(Engine(controller=controller, timing=Timing(duration_s=40.0, frame_s=0.001)))
     assert len(ticks) == 1
