@@ -72,12 +72,12 @@ def a_quadruped_that_loses_a_leg() -> Case:
         "present": Step(np.array([[1.0], [1.0], [1.0], [0.0]]), from_s=2.0),
     }
     phases = np.array([[0.0], [1.0], [2.5], [4.0]])
-    posture = {"pitch_rad": 0.05}
+    initial_pose = {"pitch_rad": 0.05}
     return Case(
         dataclasses.replace(VANILLA.controller, limbs=4),
         VANILLA.weights,
         STANDARD["quadruped"],
-        Scenario(omega=8.0, phase_rad=phases, posture=posture, changes=changes),
+        Scenario(omega=8.0, phase_rad=phases, initial_pose=initial_pose, changes=changes),
         ((1.0, "body.pitch_inertia_ratio", 1.4), (2.0, "body.present", [1.0, 1.0, 1.0, 0.0])),
         4.0,
     )

@@ -78,11 +78,11 @@ class Case:
             "omega": float(scenario.omega),
             "ground_m": 0.0,
             **{f"body.{name}": value for name, value in program.numbers.items()},
-            **{f"release.{name}": 0.0 for name in program.postures},
+            **{f"release.{name}": 0.0 for name in program.pose_names},
             "release.height_m": scenario.height_m,
             "release.velocity_m_per_s": scenario.velocity_m_per_s,
             "release.phase_rad": phases.tolist(),
-            **{f"release.{name}": value for name, value in dict(scenario.posture).items()},
+            **{f"release.{name}": value for name, value in dict(scenario.initial_pose).items()},
             **self.given,
         }
         return {

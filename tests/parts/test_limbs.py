@@ -38,7 +38,9 @@ def run(controller: Controller, weights, body=None, *, timing=SHORT, **scenario)
 def test_uncoupled_units_on_separate_bodies_are_as_many_runs_of_one():
     weights = np.random.default_rng(0).normal(size=(3, ART.n_weights))
     phase = np.array([[0.0, 1.0, 2.0], [3.0, 4.0, 5.0]])
-    both = run(network(ART), weights, SeparateHoppers(), phase_rad=phase, posture={"apart_m": 0.2})
+    both = run(
+        network(ART), weights, SeparateHoppers(), phase_rad=phase, initial_pose={"apart_m": 0.2}
+    )
     for limb, height in enumerate((1.1, 1.3)):
         alone = run(ART, weights, Hopper(), phase_rad=phase[limb], height_m=height)
         np.testing.assert_allclose(both.hoppers_m[:, limb], alone.height_m, atol=1e-12)
@@ -78,8 +80,8 @@ def test_free_units_with_equal_weights_do_what_shared_ones_do():
 def test_a_mirrored_start_gives_the_mirrored_gait():
     bar, legs = Bar(inertia_ratio=0.6), network(ONE)
     phase = np.array([[0.3], [2.0]])
-    ahead = run(legs, [[2.0]], bar, phase_rad=phase, posture={"pitch_rad": 0.1})
-    mirrored = run(legs, [[2.0]], bar, phase_rad=phase[::-1], posture={"pitch_rad": -0.1})
+    ahead = run(legs, [[2.0]], bar, phase_rad=phase, initial_pose={"pitch_rad": 0.1})
+    mirrored = run(legs, [[2.0]], bar, phase_rad=phase[::-1], initial_pose={"pitch_rad": -0.1})
     np.testing.assert_allclose(ahead.height_m, mirrored.height_m, atol=1e-12)
     np.testing.assert_allclose(ahead.pitch_rad, -mirrored.pitch_rad, atol=1e-12)
     np.testing.assert_allclose(ahead.phase_rad, mirrored.phase_rad[:, ::-1], atol=1e-10)
@@ -210,7 +212,7 @@ def test_apexes_are_those_of_an_adaptive_solver(hips, inertia_ratio, reflex, pha
         [2.0],
         Bar(hips_m=hips, inertia_ratio=inertia_ratio),
         phase_rad=np.array(phases)[:, None],
-        posture={"pitch_rad": 0.05},
+        initial_pose={"pitch_rad": 0.05},
     )
     seen = np.isfinite(path.apex_time_s[:, 0])
     assert seen.sum() == len(flown.apex_time) >= 2
@@ -221,7 +223,7 @@ def test_apexes_are_those_of_an_adaptive_solver(hips, inertia_ratio, reflex, pha
 def test_without_damping_and_force_the_bar_keeps_its_energy():
     bar = Bar(damping_ns_per_m=0.0, inertia_ratio=0.5)
     silent = network(build("V-reflex-w8"))
-    path = run(silent, [0.0], bar, posture={"pitch_rad": 0.2, "pitch_rate_rad_per_s": 0.5})
+    path = run(silent, [0.0], bar, initial_pose={"pitch_rad": 0.2, "pitch_rate_rad_per_s": 0.5})
     assert np.ptp(path.energy_j) < 1e-9 * path.energy_j[0, 0]
 
 
@@ -264,19 +266,19 @@ def test_a_light_bar_falls_into_antiphase_and_a_heavy_one_into_phase(inertia_rat
             r"phase_rad has shape \(3, 1\); it must be a number, \[lanes\] or \[2, lanes\]",
         ),
         (
-            lambda: run(ONE, [1.0], posture={"pitch_rad": 1.0}),
-            "Hopper knows no posture 'pitch_rad'; it takes none",
+            lambda: run(ONE, [1.0], initial_pose={"pitch_rad": 1.0}),
+            "Hopper has no initial_pose 'pitch_rad'; it takes none",
         ),
         (
-            lambda: run(network(ONE), [1.0], Bar(), posture={"roll_rad": 1.0}),
-            "Bar knows no posture 'roll_rad'; it takes pitch_rad, pitch_rate_rad_per_s",
+            lambda: run(network(ONE), [1.0], Bar(), initial_pose={"roll_rad": 1.0}),
+            "Bar has no initial_pose 'roll_rad'; it takes pitch_rad, pitch_rate_rad_per_s",
         ),
         (
-            lambda: run(network(ONE), [1.0], Bar(), posture=[1]),
-            r"posture is \[1\]; it must be numbers by name",
+            lambda: run(network(ONE), [1.0], Bar(), initial_pose=[1]),
+            r"initial_pose is \[1\]; it must be numbers by name",
         ),
         (
-            lambda: run(network(ONE), [1.0], Bar(), posture={"pitch_rad": "x"}),
+            lambda: run(network(ONE), [1.0], Bar(), initial_pose={"pitch_rad": "x"}),
             "pitch_rad is 'x'; it must be a number",
         ),
         (lambda: run(ONE, [1.0], 3), "body is 3; it must be a Body"),

@@ -57,7 +57,9 @@ def run(body: Body, phases=PHASES, *, unit: Controller = ONE, gain: float = 1.0,
     )
     weights = np.broadcast_to(gain, (2, unit.n_weights))
     if isinstance(body, Plate):  # the same names in every run: one program for all
-        scenario["posture"] = dict.fromkeys((*TILTED, *SPINNING), 0.0) | scenario.get("posture", {})
+        scenario["initial_pose"] = dict.fromkeys((*TILTED, *SPINNING), 0.0) | scenario.get(
+            "initial_pose", {}
+        )
         phases = np.broadcast_to(phases, (body.limbs, 2))
     return engine.run(weights, Scenario(8.0, phase_rad=phases, **scenario), body, dtype="float64")
 
@@ -116,13 +118,15 @@ def test_legs_that_are_all_alike_are_one_hopper_at_any_ratios():
 
 def test_a_plate_whose_pairs_are_alike_is_a_bar_with_half_the_legs():
     bar = Bar(inertia_ratio=0.6)
-    along = run(Plate(pitch_inertia_ratio=0.6), PHASES[[1, 1, 0, 0]], posture={"pitch_rad": 0.05})
+    along = run(
+        Plate(pitch_inertia_ratio=0.6), PHASES[[1, 1, 0, 0]], initial_pose={"pitch_rad": 0.05}
+    )
     across = run(
         Plate(roll_inertia_ratio=0.6, hips_z_m=(0.5, -0.5, 0.5, -0.5)),
         PHASES[[1, 0, 1, 0]],
-        posture={"roll_rad": 0.05},
+        initial_pose={"roll_rad": 0.05},
     )
-    path = run(bar, PHASES[:2], posture={"pitch_rad": 0.05})
+    path = run(bar, PHASES[:2], initial_pose={"pitch_rad": 0.05})
     for plate, angle in ((along, along.pitch_rad), (across, across.roll_rad)):
         np.testing.assert_allclose(plate.height_m, path.height_m, atol=1e-11)
         np.testing.assert_allclose(angle, path.pitch_rad, atol=1e-11)
@@ -157,7 +161,7 @@ def test_apexes_and_phases_are_those_of_an_adaptive_solver(ratios, stiffness, re
         twist_stiffness_nm_per_rad=stiffness,
     )
     unit = build("V-reflex-w8") if reflex else ONE
-    path = run(plate, NEAR, unit=unit, gain=2.0, posture=SLIGHTLY)
+    path = run(plate, NEAR, unit=unit, gain=2.0, initial_pose=SLIGHTLY)
     seen = np.isfinite(path.apex_time_s[:, 0])
     assert seen.sum() == len(flown.apex_time) >= 1
     np.testing.assert_allclose(path.apex_height_m[seen, 0], flown.apex_height, atol=1e-3)
@@ -170,7 +174,9 @@ def test_apexes_and_phases_are_those_of_an_adaptive_solver(ratios, stiffness, re
 
 def test_without_damping_and_force_the_plate_keeps_its_energy():
     plate = dataclasses.replace(LIMP, damping_ns_per_m=0.0, twist_stiffness_nm_per_rad=0.5)
-    path = run(plate, np.zeros(2), unit=build("V-reflex-w8"), gain=0.0, posture=TILTED | SPINNING)
+    path = run(
+        plate, np.zeros(2), unit=build("V-reflex-w8"), gain=0.0, initial_pose=TILTED | SPINNING
+    )
     assert np.ptp(path.energy_j) < 1e-9 * path.energy_j[0, 0]
     assert np.ptp(path.twist_rad) > 1e-3
 
@@ -185,7 +191,7 @@ def test_a_plate_whose_legs_are_named_in_another_order_moves_the_same():
         hips_x_m=tuple(LIMP.hips_x_m[leg] for leg in order),
         hips_z_m=tuple(LIMP.hips_z_m[leg] for leg in order),
     )
-    path, other = run(LIMP, posture=TILTED), run(named, PHASES[order], posture=TILTED)
+    path, other = run(LIMP, initial_pose=TILTED), run(named, PHASES[order], initial_pose=TILTED)
     np.testing.assert_allclose(path.height_m, other.height_m, atol=1e-12)
     np.testing.assert_allclose(path.phase_rad[:, order], other.phase_rad, atol=1e-10)
 
@@ -196,8 +202,8 @@ def test_a_plate_whose_legs_are_named_in_another_order_moves_the_same():
     ids=["left and right", "fore and hind"],
 )
 def test_a_mirrored_start_gives_the_mirrored_gait(order, flipped):
-    path = run(LIMP, posture=TILTED)
-    mirrored = run(LIMP, PHASES[order], posture=TILTED | {flipped: -TILTED[flipped]})
+    path = run(LIMP, initial_pose=TILTED)
+    mirrored = run(LIMP, PHASES[order], initial_pose=TILTED | {flipped: -TILTED[flipped]})
     np.testing.assert_allclose(path.phase_rad[:, order], mirrored.phase_rad, atol=1e-10)
     np.testing.assert_allclose(path.twist_rad, -mirrored.twist_rad, atol=1e-12)
     for angle in ("pitch_rad", "roll_rad"):
@@ -208,8 +214,8 @@ def test_a_mirrored_start_gives_the_mirrored_gait(order, flipped):
 
 
 def test_no_lane_feels_another():
-    both = run(LIMP, posture=TILTED)
-    twice = run(LIMP, PHASES[:, [1, 1]], posture=TILTED)
+    both = run(LIMP, initial_pose=TILTED)
+    twice = run(LIMP, PHASES[:, [1, 1]], initial_pose=TILTED)
     for name, record in both.channels.items():
         np.testing.assert_array_equal(record[..., 1], twice.channels[name][..., 0], err_msg=name)
 
@@ -261,11 +267,11 @@ def test_every_lane_may_have_a_body_of_its_own():
         "stiffness_n_per_m": [5.0, 6.0],
         "rest_length_m": [1.0, 0.9],
     }
-    path = run(LIMP, posture=TILTED, changes=own | {"hips_z_m": across})
+    path = run(LIMP, initial_pose=TILTED, changes=own | {"hips_z_m": across})
     for lane in (0, 1):
         fields = {name: values[lane] for name, values in own.items()}
         body = dataclasses.replace(LIMP, hips_z_m=tuple(across[:, lane]), **fields)
-        alone = run(body, posture=TILTED)
+        alone = run(body, initial_pose=TILTED)
         np.testing.assert_allclose(path.height_m[:, lane], alone.height_m[:, lane], atol=1e-9)
         np.testing.assert_allclose(path.energy_j[:, lane], alone.energy_j[:, lane], atol=1e-9)
         np.testing.assert_allclose(path.phase_rad[..., lane], alone.phase_rad[..., lane], atol=1e-7)
@@ -351,11 +357,11 @@ def test_a_leg_that_is_lost_bears_nothing_and_the_others_bear_as_they_did():
             "the control tick of 0.001 s is too long for this plate",
         ),
         (
-            lambda: run(Plate(), posture={"yaw_rad": 0.1}),
-            "Plate knows no posture 'yaw_rad'; it takes pitch_rad, .*roll_rate_rad_per_s",
+            lambda: run(Plate(), initial_pose={"yaw_rad": 0.1}),
+            "Plate has no initial_pose 'yaw_rad'; it takes pitch_rad, .*roll_rate_rad_per_s",
         ),
         (
-            lambda: run(Plate(), posture={"twist_rad": 0.1}),
+            lambda: run(Plate(), initial_pose={"twist_rad": 0.1}),
             "the release is twisted, and this plate does not twist",
         ),
         (

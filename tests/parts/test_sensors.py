@@ -90,13 +90,13 @@ def test_limbs_have_noise_of_their_own_and_the_body_behind_can_change():
 
 @pytest.mark.thorough
 def test_a_posture_is_the_one_of_the_body_behind():
-    scenario = {"posture": {"pitch_rad": 0.1}}
+    scenario = {"initial_pose": {"pitch_rad": 0.1}}
     legs = dataclasses.replace(REFLEX, limbs=2)
     engine = Engine(controller=legs, timing=Timing(duration_s=0.1))
     path = run(Sensors(body=Bar()), engine, **scenario)
     np.testing.assert_array_equal(path.pitch_rad, run(Bar(), engine, **scenario).pitch_rad)
-    with pytest.raises(TegotaeError, match="Sensors knows no posture 'posture'"):
-        run(Sensors(body=Bar()), engine, posture={"posture": 0.1})
+    with pytest.raises(TegotaeError, match="Sensors has no initial_pose 'initial_pose'"):
+        run(Sensors(body=Bar()), engine, initial_pose={"initial_pose": 0.1})
 
 
 def test_they_are_written_down_and_read_again():

@@ -136,7 +136,7 @@ def test_angles_and_quaternions_agree():
 
 def test_a_walk_turned_by_any_yaw_is_the_same_walk():
     turned = 1.1
-    path = run(phase_rad=PHASES[:, :1], posture={"yaw_rad": [0.0, turned]})
+    path = run(phase_rad=PHASES[:, :1], initial_pose={"yaw_rad": [0.0, turned]})
     x, y = path.x_m, path.y_m
     np.testing.assert_allclose(path.phase_rad[:, :, 1], path.phase_rad[:, :, 0], atol=1e-6)
     ahead = x[:, 0] * math.cos(turned) - y[:, 0] * math.sin(turned)
@@ -203,7 +203,7 @@ def test_a_body_in_other_units_walks_the_same_walk():
 @pytest.mark.thorough
 def test_lanes_do_not_know_of_each_other_even_if_one_falls():
     falls = np.array([0.0, 1.2, 0.0])  # released on its side
-    path = run(phase_rad=PHASES, posture={"roll_rad": falls})
+    path = run(phase_rad=PHASES, initial_pose={"roll_rad": falls})
     assert path.failed[-1].tolist() == [False, True, False]
     for lane in (0, 2):
         alone = run(phase_rad=PHASES[:, lane : lane + 1])

@@ -117,7 +117,7 @@ def test_a_controller_file_keeps_the_oscillators_own_numbers(tmp_path):
 
 def test_clamped_it_stands_still_in_all_of_its_state():
     engine = Engine(controller=driven(Clamped(Matsuoka())), timing=SHORT)
-    path = engine.run([2.0], Scenario(omega=8.0, phase_rad=1.0, rhythm={"radius": 0.5}))
+    path = engine.run([2.0], Scenario(omega=8.0, phase_rad=1.0, oscillator_state={"radius": 0.5}))
     for name, value in {"phase_rad": 1.0, "radius": 0.5}.items():
         np.testing.assert_allclose(path.channels[name], value, rtol=1e-6)
     assert np.ptp(path.mean_fatigue) == 0.0
@@ -173,7 +173,7 @@ def test_an_amplitude_adds_its_own_multiplier_to_those_of_the_phase_oscillator()
 def test_a_phase_response_starts_with_all_of_the_oscillators_state():
     saved = SavedController.of(driven(VanDerPol(mu=0.5), "V-reflex-w8"), np.array([2.0]), 8.0)
     orbit = find_orbit(saved)
-    assert np.ptp(orbit.rhythm["radius"]) > 0.05
+    assert np.ptp(orbit.oscillator_state["radius"]) > 0.05
     found = measure_phase_response(saved, orbit, np.array([0.0, 0.02]), points=5, cycles=20)
     assert np.isfinite(found.shift_rad).all()
     np.testing.assert_allclose(found.shift_rad[0], 0.0, atol=1e-9)

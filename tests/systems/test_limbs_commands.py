@@ -94,7 +94,7 @@ def test_an_episode_of_training_starts_the_limbs_apart(experiment):
         ({"phase_rad": (0.0, math.nan)}, "phase_rad is nan"),
         (
             {"initial_pose": (("roll_rad", 0.1),)},
-            "Bar knows no posture 'roll_rad'; it takes pitch_rad",
+            "Bar has no initial_pose 'roll_rad'; it takes pitch_rad",
         ),
         ({"initial_pose": (("pitch_rad", math.inf),)}, "pitch_rad is inf"),
     ],

@@ -149,7 +149,7 @@ class Simulate(WorkOption, ControllerOptions):
         scenario: dict[str, float | None] = {
             k: float(v)
             for k, v in simulation.scenario._asdict().items()
-            if k not in ("posture", "rhythm", "changes")
+            if k not in ("initial_pose", "oscillator_state", "changes")
         }
         if simulation.controller.oscillator is None:
             scenario["omega"] = None

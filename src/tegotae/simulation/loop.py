@@ -78,7 +78,9 @@ class ClosedLoop:
         scenario = scenario._replace(
             omega=per_limb(scenario.omega),
             phase_rad=per_limb(scenario.phase_rad),
-            rhythm={name: per_limb(x) for name, x in dict(scenario.rhythm).items()},
+            oscillator_state={
+                name: per_limb(x) for name, x in dict(scenario.oscillator_state).items()
+            },
         )
         return self.controller.spread(weights), scenario
 
@@ -92,11 +94,13 @@ class ClosedLoop:
         """The lane at its release."""
         controller = self.controller
         body, omega = self.meets(body, scenario, jnp.asarray(0), tick_s)
-        state = body.release(scenario.height_m, scenario.velocity_m_per_s, **dict(scenario.posture))
+        state = body.release(
+            scenario.height_m, scenario.velocity_m_per_s, **dict(scenario.initial_pose)
+        )
         oscillator = (
             ()
             if controller.oscillator is None
-            else controller.oscillator.start(scenario.phase_rad, **dict(scenario.rhythm))
+            else controller.oscillator.start(scenario.phase_rad, **dict(scenario.oscillator_state))
         )
         ground = ground_m(scenario, jnp.asarray(0), tick_s)
         said = drive(controller, body, weights, omega, state, oscillator, ground)
@@ -177,8 +181,8 @@ def check_senses(controller: Controller, body: Body) -> None:
             f"{type(body).__name__} takes {' and '.join(body.COMMANDS)}"
         )
     oscillator = controller.oscillator
-    rhythm = set() if oscillator is None else set(oscillator.SIGNALS)
-    known = set(body.SENSES) | rhythm
+    signals = set() if oscillator is None else set(oscillator.SIGNALS)
+    known = set(body.SENSES) | signals
     reads = {f"{role} term": term.reads for role, term in controller.terms.items()}
     if controller.coupling is not None:
         reads["coupling"] = controller.coupling.READS

@@ -42,7 +42,11 @@ from tegotae.simulation.world import (
     whole_run,
 )
 from tegotae.simulation.world.changes import GROUND, OMEGA
-from tegotae.simulation.world.checks import check_changes, check_posture, check_rhythm
+from tegotae.simulation.world.checks import (
+    check_changes,
+    check_initial_pose,
+    check_oscillator_state,
+)
 
 MOST_TICKS = 2**24
 """Control ticks of the longest rollout: up to here float32 counts them exactly."""
@@ -169,9 +173,9 @@ class Engine:
             raise TegotaeError(f"body is {body!r}; it must be a Body, such as Hopper()")
         body.check_tick(self.timing.tick_s)
         check_senses(self.controller, body)
-        check_posture(body, scenario)
+        check_initial_pose(body, scenario)
         check_changes(body, scenario, self.timing.tick_s, self.timing.duration_s)
-        check_rhythm(
+        check_oscillator_state(
             self.controller.oscillator, scenario, self.timing.tick_s, self.timing.duration_s
         )
         self.recorder(body)
@@ -368,13 +372,15 @@ def _as_lanes(
         return _entry(name, value, shape, dtype)
 
     entries = {name: entry(name, x) for name, x in scenario._asdict().items() if name not in _MORE}
-    posture = {name: entry(name, x) for name, x in dict(scenario.posture).items()}
-    rhythm = {name: entry(name, x) for name, x in dict(scenario.rhythm).items()}
+    initial_pose = {name: entry(name, x) for name, x in dict(scenario.initial_pose).items()}
+    oscillator_state = {name: entry(name, x) for name, x in dict(scenario.oscillator_state).items()}
     changes = {
         _path(body, name): map_change(partial(entry, name), change)
         for name, change in dict(scenario.changes).items()
     }
-    whole = Scenario(**entries, posture=posture, rhythm=rhythm, changes=changes)
+    whole = Scenario(
+        **entries, initial_pose=initial_pose, oscillator_state=oscillator_state, changes=changes
+    )
     sizes = [x.shape[-1:] for x in jax.tree.leaves(whole)]
     try:
         (lanes,) = np.broadcast_shapes((len(weights),), *sizes)
@@ -397,7 +403,7 @@ def _path(body: Body, name: str) -> str:
     return name if name in (GROUND, OMEGA) else path_of(body, name)
 
 
-_MORE = ("posture", "rhythm", "changes")
+_MORE = ("initial_pose", "oscillator_state", "changes")
 """Entries of a scenario that are made of several."""
 _OF_BODY = ("height_m", "velocity_m_per_s", "drop_m", "drop_time_s")
 """Entries of which a body has one, however many limbs."""

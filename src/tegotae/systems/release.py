@@ -12,7 +12,7 @@ from tegotae._support.limits import MOST_M
 from tegotae.parts.bodies import Body
 from tegotae.parts.oscillators import Oscillator
 from tegotae.simulation.world import Scenario
-from tegotae.simulation.world.checks import check_posture, check_rhythm
+from tegotae.simulation.world.checks import check_initial_pose, check_oscillator_state
 
 RELEASE_M = 1.2
 """Height of the paper's release [m]."""
@@ -69,8 +69,8 @@ class Release:
                 f"{body.limbs} limb{'s' if body.limbs > 1 else ''}"
             )
         scenario = self.scenario(omega)
-        check_posture(body, scenario)
-        check_rhythm(oscillator, scenario, episode.tick_s, episode.duration_s)
+        check_initial_pose(body, scenario)
+        check_oscillator_state(oscillator, scenario, episode.tick_s, episode.duration_s)
 
     def scenario(self, omega: float | None, **entries: Any) -> Scenario:
         """The scenario of a lane that is released so.
@@ -84,7 +84,7 @@ class Release:
             "height_m": self.height_m,
             "velocity_m_per_s": self.velocity_m_per_s,
             "phase_rad": np.array(self.phase_rad)[:, None] if by_limb else self.phase_rad,
-            "posture": dict(self.initial_pose),
-            "rhythm": dict(self.oscillator_state),
+            "initial_pose": dict(self.initial_pose),
+            "oscillator_state": dict(self.oscillator_state),
         }
         return Scenario.of(omega, **{**own, **entries})

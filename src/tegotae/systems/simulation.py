@@ -193,10 +193,10 @@ class Result:
 
 
 def _numbers(scenario: Scenario) -> dict[str, Any]:
-    """A scenario's numbers by name, those of posture and rhythm among them."""
+    """A scenario's numbers by name, those of its pose and oscillator among them."""
     entries = scenario._asdict()
     del entries["changes"]
-    return {**dict(entries.pop("posture")), **dict(entries.pop("rhythm")), **entries}
+    return {**dict(entries.pop("initial_pose")), **dict(entries.pop("oscillator_state")), **entries}
 
 
 def _finite(value: Any) -> float | None:

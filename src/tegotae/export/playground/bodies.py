@@ -48,7 +48,7 @@ class Shown:
                 f"{type(self.body).__name__}"
             )
 
-    def document(self, postures: tuple[str, ...], numbers: dict[str, Any]) -> dict[str, Any]:
+    def document(self, pose_names: tuple[str, ...], numbers: dict[str, Any]) -> dict[str, Any]:
         """What a page needs to know of it."""
         body = self.body
         turns = body.turns if isinstance(body, Upright) else ()
@@ -71,7 +71,7 @@ class Shown:
                 for turn in turns
             ],
             "numbers": {name: x for name, x in numbers.items() if name != "present"},
-            "postures": list(postures),
+            "pose_names": list(pose_names),
         }
 
 

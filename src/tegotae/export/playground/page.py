@@ -131,7 +131,7 @@ class Page:
 
     def _body(self, name: str, body: Body) -> dict[str, Any]:
         program = Program(_any_controller(body), body)
-        return Shown(name, body).document(program.postures, program.numbers)
+        return Shown(name, body).document(program.pose_names, program.numbers)
 
     def _controller(self, choice: Choice) -> dict[str, Any]:
         saved = choice.saved

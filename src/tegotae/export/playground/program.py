@@ -93,10 +93,10 @@ class Program:
         }
 
     @cached_property
-    def postures(self) -> tuple[str, ...]:
+    def pose_names(self) -> tuple[str, ...]:
         """What else the body is released with: numbers alone, no twist of a plate that has none."""
         takes = inspect.signature(self.body.release).parameters
-        return tuple(name for name in self.body.postures if takes[name].default is not None)
+        return tuple(name for name in self.body.pose_names if takes[name].default is not None)
 
     @cached_property
     def given(self) -> tuple[Entry, ...]:
@@ -109,7 +109,7 @@ class Program:
             Entry("ground_m", 1),
             Entry("tick_s", 1),
             Entry("moving", 1),
-            *(Entry(f"release.{name}", 1) for name in (*RELEASE, *self.postures)),
+            *(Entry(f"release.{name}", 1) for name in (*RELEASE, *self.pose_names)),
             Entry("release.phase_rad", limbs),
         )
 
@@ -164,7 +164,7 @@ class Program:
         body = self.body
         for name in self.numbers:
             body = changed(body, name, lambda _, value=given[f"body.{name}"]: value)
-        posture = {name: given[f"release.{name}"] for name in self.postures}
+        initial_pose = {name: given[f"release.{name}"] for name in self.pose_names}
         scenario = Scenario(
             omega=given["omega"],
             height_m=given["release.height_m"],
@@ -172,7 +172,7 @@ class Program:
             phase_rad=given["release.phase_rad"],
             drop_m=-given["ground_m"],
             drop_time_s=jnp.zeros((1,), jnp.float32),
-            posture=posture,
+            initial_pose=initial_pose,
         )
         loop = ClosedLoop(own, PredictorCorrector())
         weights, scenario = loop.spread(list(given["weights"]), scenario)

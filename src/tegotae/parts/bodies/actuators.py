@@ -75,9 +75,9 @@ class Actuators(Around):
                 f"{weight_n:g} N; it cannot hop"
             )
 
-    def release(self, height_m, velocity_m_per_s, **posture) -> ActuatorsState:
-        """The state at release; a posture is the body's."""
-        state = self.body.release(height_m, velocity_m_per_s, **posture)
+    def release(self, height_m, velocity_m_per_s, **initial_pose) -> ActuatorsState:
+        """The state at release; an initial pose is the body's."""
+        state = self.body.release(height_m, velocity_m_per_s, **initial_pose)
         commands = () if self.COMMANDS == FORCE else (len(self.COMMANDS),)
         shape = (*commands, *self.limb_shape, *jnp.shape(height_m))
         return ActuatorsState(state, jnp.zeros(shape, height_m.dtype))

@@ -106,8 +106,8 @@ class Body(ABC):
         return self.rest_length_m
 
     @property
-    def postures(self) -> tuple[str, ...]:
-        """What its release takes beside height and velocity, by name (`Scenario.posture`)."""
+    def pose_names(self) -> tuple[str, ...]:
+        """What its release takes beside height and velocity, by name (`Scenario.initial_pose`)."""
         return tuple(inspect.signature(self.release).parameters)[2:]
 
     def check_tick(self, tick_s: float) -> None:  # noqa: B027 - optional
@@ -121,7 +121,7 @@ class Body(ABC):
         """The state at release, a tuple of arrays.
 
         A body that needs more to be released takes it by further names, each with a default
-        (`Scenario.posture`).
+        (`Scenario.initial_pose`).
         """
 
     def commanded(self, state: Any, command: jax.Array) -> Any:
@@ -148,14 +148,15 @@ class Body(ABC):
     ) -> tuple[Any, Contact]:
         """The state one tick on under the actuator's push, and what happened on the way."""
 
-    def struck(self, state: Any, impulse_ns: jax.Array) -> Any:
+    def apply_impulse(self, state: Any, impulse_ns: jax.Array) -> Any:
         """The state after a vertical blow on the centre of mass, upwards [N s], [lanes].
 
         Raises:
             TegotaeError: for a body that does not say what a blow does to it.
         """
         raise TegotaeError(
-            f"a {type(self).__name__} cannot be struck; it has no method struck(state, impulse_ns)"
+            f"a {type(self).__name__} takes no impulse; it has no method "
+            "apply_impulse(state, impulse_ns)"
         )
 
     @abstractmethod

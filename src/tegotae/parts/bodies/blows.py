@@ -55,9 +55,9 @@ class Blows(Around):
         if self.at_s != math.inf:
             require_finite("at_s", self.at_s, least=0.0)
 
-    def release(self, height_m, velocity_m_per_s, **posture) -> BlowsState:
-        """The state at release; a posture is the body's."""
-        state = self.body.release(height_m, velocity_m_per_s, **posture)
+    def release(self, height_m, velocity_m_per_s, **initial_pose) -> BlowsState:
+        """The state at release; an initial pose is the body's."""
+        state = self.body.release(height_m, velocity_m_per_s, **initial_pose)
         return BlowsState(state, jnp.zeros_like(height_m))
 
     def commanded(self, state: BlowsState, command: jax.Array) -> BlowsState:
@@ -67,7 +67,7 @@ class Blows(Around):
     def _struck(self, state: BlowsState, tick_s: Any) -> BlowsState:
         now = state.tick == jnp.ceil(self.at_s / tick_s - 1e-3)
         impulse = jnp.where(now, self.impulse_ns, 0.0)
-        return BlowsState(self.body.struck(state.body, impulse), state.tick + 1.0)
+        return BlowsState(self.body.apply_impulse(state.body, impulse), state.tick + 1.0)
 
     def predict(
         self, state: BlowsState, force_n: jax.Array, ground_m: jax.Array, tick_s: jax.Array

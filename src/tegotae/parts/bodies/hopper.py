@@ -259,7 +259,7 @@ class Hopper(Body):
             touchdown_share=jnp.where(crosses & ~stance, before / tick_s, jnp.nan),
         )
 
-    def struck(self, state: HopperState, impulse_ns: jax.Array) -> HopperState:
+    def apply_impulse(self, state: HopperState, impulse_ns: jax.Array) -> HopperState:
         """A blow changes the velocity by impulse / m."""
         return state._replace(velocity=state.velocity + impulse_ns / self.mass_kg)
 

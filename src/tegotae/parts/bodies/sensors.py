@@ -77,9 +77,9 @@ class Sensors(Around):
                 f"the sensors keep {self.most_ticks}: give them more most_ticks"
             )
 
-    def release(self, height_m, velocity_m_per_s, **posture) -> SensorsState:
-        """The state at release; a posture is the body's."""
-        state = self.body.release(height_m, velocity_m_per_s, **posture)
+    def release(self, height_m, velocity_m_per_s, **initial_pose) -> SensorsState:
+        """The state at release; an initial pose is the body's."""
+        state = self.body.release(height_m, velocity_m_per_s, **initial_pose)
         tick = jnp.zeros_like(height_m)
         felt = self.body.sense(state, tick).values
         past = {name: jnp.stack([x] * (self.most_ticks + 1)) for name, x in felt.items()}

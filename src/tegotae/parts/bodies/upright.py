@@ -376,7 +376,7 @@ class Upright(Body):
             apex_height=jnp.where(apex, at.place[0] + 0.5 * climbing * to_apex, before.apex_height),
         )
 
-    def struck(self, state: UprightState, impulse_ns: jax.Array) -> UprightState:
+    def apply_impulse(self, state: UprightState, impulse_ns: jax.Array) -> UprightState:
         """A blow on the middle changes the velocity of the heave by impulse / (n m)."""
         return state._replace(rate=state.rate.at[0].add(impulse_ns / self.total_mass_kg))
 

@@ -86,9 +86,9 @@ class Around(Body):
         return tuple(map(_within, self.body.channels))
 
     @property
-    def postures(self) -> tuple[str, ...]:
+    def pose_names(self) -> tuple[str, ...]:
         """Those of the body within."""
-        return self.body.postures
+        return self.body.pose_names
 
     def check_tick(self, tick_s: float) -> None:
         """As the body within."""
@@ -116,9 +116,9 @@ class Around(Body):
         end, contact = self.body.advance(state.body, push, ground_m, tick_s)
         return state._replace(body=end), contact
 
-    def struck(self, state: Any, impulse_ns: jax.Array) -> Any:
+    def apply_impulse(self, state: Any, impulse_ns: jax.Array) -> Any:
         """As the body within."""
-        return state._replace(body=self.body.struck(state.body, impulse_ns))
+        return state._replace(body=self.body.apply_impulse(state.body, impulse_ns))
 
     def failed(self, state: Any, ground_m: jax.Array) -> jax.Array:
         """As the body within."""

@@ -27,23 +27,23 @@ _NO_FIELDS = {
 """Changes that are none of the body, and what is said of one that is no change."""
 
 
-def check_posture(body: Body, scenario: Scenario) -> None:
-    """Raise `TegotaeError` if the posture names what the body's release does not take."""
-    takes = body.postures
-    _require_names("posture", scenario.posture, '{"pitch_rad": 0.1}')
-    for name in dict(scenario.posture):
+def check_initial_pose(body: Body, scenario: Scenario) -> None:
+    """Raise `TegotaeError` if the initial pose names what the body's release does not take."""
+    takes = body.pose_names
+    _require_names("initial_pose", scenario.initial_pose, '{"pitch_rad": 0.1}')
+    for name in dict(scenario.initial_pose):
         if name not in takes:
             says = f"it takes {', '.join(takes)}" if takes else "it takes none"
-            raise TegotaeError(f"{type(body).__name__} knows no posture {name!r}; {says}")
+            raise TegotaeError(f"{type(body).__name__} has no initial_pose {name!r}; {says}")
 
 
-def check_rhythm(
+def check_oscillator_state(
     oscillator: Oscillator | None, scenario: Scenario, tick_s: float, duration_s: float
 ) -> None:
     """Raise `TegotaeError` if the oscillator has no such state, or is too stiff for the tick."""
-    _require_names("rhythm", scenario.rhythm, '{"radius": 0.5}')
+    _require_names("oscillator_state", scenario.oscillator_state, '{"radius": 0.5}')
     known = () if oscillator is None else oscillator.STATE
-    for name in dict(scenario.rhythm):
+    for name in dict(scenario.oscillator_state):
         if name not in known:
             what = "no oscillator" if oscillator is None else type(oscillator).__name__
             says = f"beside a phase it has {', '.join(known)}" if known else "it has a phase alone"

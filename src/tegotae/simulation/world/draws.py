@@ -19,7 +19,11 @@ from tegotae.parts.fields import (
 )
 from tegotae.parts.oscillators import Oscillator
 from tegotae.simulation.world.changes import OMEGA, Step
-from tegotae.simulation.world.checks import check_changes, check_posture, check_rhythm
+from tegotae.simulation.world.checks import (
+    check_changes,
+    check_initial_pose,
+    check_oscillator_state,
+)
 from tegotae.simulation.world.conditions import Condition
 from tegotae.simulation.world.scenario import Scenario
 
@@ -75,26 +79,26 @@ def met(
         conditions: what is met.
         values: numbers, [lanes] or [limbs, lanes] by the names of the conditions.
         scenario: as it is otherwise.
-        body: which decides what is a posture of its release.
+        body: which decides what is an initial pose of its release.
     """
     if not conditions:
         return scenario
     entries: dict[str, Any] = {}
-    posture, changes = dict(scenario.posture), dict(scenario.changes)
+    initial_pose, changes = dict(scenario.initial_pose), dict(scenario.changes)
     for condition in conditions:
         name, value = condition.name, values[condition.name]
         if name == "drop_m" and condition.from_s > 0.0:
             entries["drop_time_s"] = condition.from_s
         if name in _ENTRIES and (condition.lasts or name != OMEGA):
             entries[name] = value
-        elif name in body.postures:
-            posture[name] = value
+        elif name in body.pose_names:
+            initial_pose[name] = value
         elif condition.lasts:
             changes[path_of(body, name)] = value
         else:
             until_s = np.inf if condition.until_s is None else condition.until_s
             changes[path_of(body, name)] = Step(value, condition.from_s, until_s)
-    return scenario._replace(**entries, posture=posture or (), changes=changes or ())
+    return scenario._replace(**entries, initial_pose=initial_pose or (), changes=changes or ())
 
 
 def check_conditions(
@@ -114,16 +118,16 @@ def check_conditions(
         _check_name(condition, names, body, oscillator)
     if conditions:
         corners = _corners(conditions, scenario, body)
-        check_posture(body, corners)
+        check_initial_pose(body, corners)
         check_changes(body, corners, tick_s, duration_s)
-        check_rhythm(oscillator, corners, tick_s, duration_s)
+        check_oscillator_state(oscillator, corners, tick_s, duration_s)
 
 
 def check_releases(conditions: Sequence[Condition], scenario: Scenario, body: Body) -> None:
     """Raise `TegotaeError` if under some combination of the extremes the body can never hop."""
     lasting = [condition for condition in conditions if condition.lasts]
     for values in _combinations(lasting):
-        fields = {n: x for n, x in values.items() if n not in _ENTRIES and n not in body.postures}
+        fields = {n: x for n, x in values.items() if n not in _ENTRIES and n not in body.pose_names}
         height = values.get("height_m", scenario.height_m)
         try:
             with_fields(body, fields).check_release(float(height))
@@ -140,14 +144,14 @@ def _check_name(
     name = condition.name
     if names.count(name) > 1:
         raise TegotaeError(f"{name} is varied {names.count(name)} times; give it one condition")
-    own_each = name == "phase_rad" or not (name in _ENTRIES or name in body.postures)
+    own_each = name == "phase_rad" or not (name in _ENTRIES or name in body.pose_names)
     if np.ndim(condition.extremes[0]) > 0 and not own_each:
         raise TegotaeError(
             f"{name} is one number for all limbs; write its values without commas between them"
         )
-    if name not in _ENTRIES and name not in body.postures:
+    if name not in _ENTRIES and name not in body.pose_names:
         outer = name.partition(".")[0]
-        own = [*paths_of(body), INNER, *body.postures, *_ENTRIES]
+        own = [*paths_of(body), INNER, *body.pose_names, *_ENTRIES]
         if outer not in own:
             raise unknown(f"condition of a {type(body).__name__}", name, own)
         number_of(body, name)
@@ -177,7 +181,7 @@ def _check_name(
 
 def _of_limbs(name: str, body: Body) -> bool:
     """Whether each limb has one of its own."""
-    if name in _ENTRIES or name in body.postures:
+    if name in _ENTRIES or name in body.pose_names:
         return name == "phase_rad" and body.limbs > 1
     return isinstance(number_of(body, name), tuple)
 

@@ -30,9 +30,9 @@ class Scenario(NamedTuple):
     """How far the ground drops [m]."""
     drop_time_s: Any = math.inf
     """When it drops [s]; at the first control tick not earlier."""
-    posture: Any = ()
+    initial_pose: Any = ()
     """What else the body's release takes, by name: {"pitch_rad": 0.1} for a bar."""
-    rhythm: Any = ()
+    oscillator_state: Any = ()
     """What else than the phase the oscillator starts with, by name: {"radius": 0.5}
     (`Oscillator.STATE`)."""
     changes: Any = ()

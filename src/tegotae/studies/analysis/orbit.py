@@ -53,9 +53,9 @@ class Orbit:
     """Tegotae feedback f [rad/s], [samples]."""
     actuator_force_n: np.ndarray
     """Actuator force F_a [N], [samples]; zero in flight."""
-    apex_rhythm: dict[str, np.ndarray] = field(default_factory=dict)
+    apex_oscillator_state: dict[str, np.ndarray] = field(default_factory=dict)
     """What else the oscillator's state is at its apexes, by name, each of shape [k]."""
-    rhythm: dict[str, np.ndarray] = field(default_factory=dict)
+    oscillator_state: dict[str, np.ndarray] = field(default_factory=dict)
     """What else the oscillator's state is, by name, each [samples]."""
 
 
@@ -120,7 +120,7 @@ def find_orbit(
     first = last - k
     apexes = table.frame[first:last]
     path = jax.tree.map(lambda x: x[table.frame[first] : table.frame[last]], lane)
-    names = rhythm_names(saved)
+    names = oscillator_state_names(saved)
     return Orbit(
         hops=k,
         period_s=float(table.time_s[last] - table.time_s[first]),
@@ -133,12 +133,12 @@ def find_orbit(
         spring_force_n=path.spring_force_n,
         feedback_rad_per_s=path.feedback_rad_per_s,
         actuator_force_n=path.actuator_force_n,
-        apex_rhythm={name: lane.channels[f"apex_{name}"][apexes] for name in names},
-        rhythm={name: path.channels[name] for name in names},
+        apex_oscillator_state={name: lane.channels[f"apex_{name}"][apexes] for name in names},
+        oscillator_state={name: path.channels[name] for name in names},
     )
 
 
-def rhythm_names(saved: SavedController) -> tuple[str, ...]:
+def oscillator_state_names(saved: SavedController) -> tuple[str, ...]:
     """What is known of the oscillator's state beside its phase."""
     oscillator = saved.controller.oscillator
     return () if oscillator is None else oscillator.STATE

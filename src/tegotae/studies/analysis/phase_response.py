@@ -92,7 +92,7 @@ def measure_phase_response(
             height_m=orbit.height_m[point],
             velocity_m_per_s=orbit.velocity_m_per_s[point] + push / body.mass_kg,
             phase_rad=orbit.phase_rad[point],
-            rhythm={name: x[point] for name, x in orbit.rhythm.items()},
+            oscillator_state={name: x[point] for name, x in orbit.oscillator_state.items()},
         ),
         body,
         dtype="float64",

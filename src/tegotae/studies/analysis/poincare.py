@@ -12,7 +12,7 @@ from tegotae._support.errors import TegotaeError, require_count, require_finite
 from tegotae._support.limits import MOST_POINTS
 from tegotae.measures.hopping.hopping import hops
 from tegotae.simulation.rollout import Engine, Scenario, Timing
-from tegotae.studies.analysis.orbit import Orbit, require_enterable, rhythm_names
+from tegotae.studies.analysis.orbit import Orbit, oscillator_state_names, require_enterable
 from tegotae.studies.analysis.outcome import turn
 from tegotae.systems.controller_file import SavedController
 
@@ -101,7 +101,7 @@ def poincare_section(
     start = np.array(
         [
             *[orbit.apex_height_m[0], orbit.apex_phase_rad[0]][: 1 + with_phase],
-            *(orbit.apex_rhythm[name][0] for name in rhythm_names(saved)),
+            *(orbit.apex_oscillator_state[name][0] for name in oscillator_state_names(saved)),
         ]
     )
 
@@ -219,7 +219,7 @@ def _apexes(
         timing=Timing(
             duration_s=(1.5 * cycles + 0.5) * orbit.period_s, tick_s=tick_s, frame_s=20 * tick_s
         ),
-        summary=_Apexes(rhythm_names(saved)),
+        summary=_Apexes(oscillator_state_names(saved)),
     )
     table, *rest = engine.run(
         np.broadcast_to(saved.weights, (len(points), len(saved.weights))),
@@ -227,7 +227,7 @@ def _apexes(
             saved.omega,
             height_m=points[:, 0],
             phase_rad=points[:, 1] if points.shape[1] > 1 else 0.0,
-            rhythm=dict(zip(rhythm_names(saved), points.T[2:], strict=True)),
+            oscillator_state=dict(zip(oscillator_state_names(saved), points.T[2:], strict=True)),
         ),
         saved.body,
         dtype="float64",

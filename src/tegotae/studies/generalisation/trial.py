@@ -179,7 +179,7 @@ class _Trial:
                 name: joined(lambda met, name=name: met.entries.get(name), usual)
                 for name, usual in entries.items()
             },
-            posture=(),
+            initial_pose=(),
             changes={
                 name: joined(lambda met, name=name: met.changes.get(name), usual)
                 for name, usual in changes.items()

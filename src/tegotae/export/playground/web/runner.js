@@ -44,7 +44,7 @@ export class Runner {
 
   release(world) {
     this.meet(world);
-    for (const name of this.body.postures) this.lane.set(`release.${name}`, 0);
+    for (const name of this.body.pose_names) this.lane.set(`release.${name}`, 0);
     this.lane.set("release.height_m", world.height);
     this.lane.set("release.velocity_m_per_s", 0);
     this.lane.set("release.phase_rad", world.phases.slice(0, this.body.limbs));

@@ -300,7 +300,7 @@ class Walker(WalkerNumbers, Body):
             force_n=load_n,
         )
 
-    def struck(self, state: WalkerState, impulse_ns: jax.Array) -> WalkerState:
+    def apply_impulse(self, state: WalkerState, impulse_ns: jax.Array) -> WalkerState:
         """A blow on the centre of mass changes its vertical velocity by impulse / m."""
         return state._replace(velocity=state.velocity.at[2].add(impulse_ns / self.mass_kg))
 
