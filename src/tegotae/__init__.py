@@ -12,7 +12,9 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from tegotae._support.errors import TegotaeError
-    from tegotae.parts.bodies import Body, Hopper
+    from tegotae.measures.evaluation import Protocol, evaluate
+    from tegotae.measures.objectives.fitness import Fitness
+    from tegotae.parts.bodies import Bar, Body, Hopper, Walker
     from tegotae.parts.controller import Controller, Tegotae
     from tegotae.simulation.checks import (
         check_body,
@@ -20,19 +22,13 @@ if TYPE_CHECKING:
         check_oscillator,
         check_term,
     )
-    from tegotae.simulation.rollout import (
-        Engine,
-        Scenario,
-        Timing,
-        Trajectory,
-    )
+    from tegotae.simulation.rollout import Engine, Timing, Trajectory
+    from tegotae.simulation.world import Condition, Scenario, Step
+    from tegotae.systems.controller_file import SavedController, load, save
+    from tegotae.systems.controller_set import ControllerSet
     from tegotae.systems.experiment import Experiment
-    from tegotae.systems.models import (
-        Model,
-        all_models,
-        build,
-        find,
-    )
+    from tegotae.systems.legged import Legged
+    from tegotae.systems.models import Model, all_models, build, find
     from tegotae.systems.registry import register
     from tegotae.systems.release import Release
     from tegotae.systems.system import System
@@ -41,12 +37,17 @@ if TYPE_CHECKING:
 
 _HOMES = {
     "_support.errors": ("TegotaeError",),
-    "parts.bodies": ("Body", "Hopper"),
+    "measures.evaluation": ("Protocol", "evaluate"),
+    "measures.objectives.fitness": ("Fitness",),
+    "parts.bodies": ("Bar", "Body", "Hopper", "Walker"),
     "parts.controller": ("Controller", "Tegotae"),
     "simulation.checks": ("check_body", "check_controller", "check_oscillator", "check_term"),
     "simulation.rollout": ("Engine", "Timing", "Trajectory"),
-    "simulation.world": ("Scenario",),
+    "simulation.world": ("Condition", "Scenario", "Step"),
+    "systems.controller_file": ("SavedController", "load", "save"),
+    "systems.controller_set": ("ControllerSet",),
     "systems.experiment": ("Experiment",),
+    "systems.legged": ("Legged",),
     "systems.models": ("Model", "all_models", "build", "find"),
     "systems.registry": ("register",),
     "systems.release": ("Release",),
@@ -55,27 +56,39 @@ _HOMES = {
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
 
 __all__ = [
+    "Bar",
     "Body",
+    "Condition",
     "Controller",
+    "ControllerSet",
     "Engine",
     "Experiment",
+    "Fitness",
     "Hopper",
+    "Legged",
     "Model",
+    "Protocol",
     "Release",
+    "SavedController",
     "Scenario",
+    "Step",
     "System",
     "Tegotae",
     "TegotaeError",
     "Timing",
     "Trajectory",
+    "Walker",
     "all_models",
     "build",
     "check_body",
     "check_controller",
     "check_oscillator",
     "check_term",
+    "evaluate",
     "find",
+    "load",
     "register",
+    "save",
 ]
 
 

@@ -131,8 +131,8 @@ def test_every_public_name_is_where_type_checkers_see_it():
     assert {*tegotae.__all__, "__version__"} <= set(dir(tegotae))
 
 
-def test_modules_are_there_without_an_import_of_their_own():
-    assert tegotae.systems.presets.preset("paper").hopper == tegotae.Hopper()
+def test_rooms_are_there_without_an_import_of_their_own():
+    assert tegotae.parts.__name__ == "tegotae.parts"
 
 
 @pytest.mark.parametrize("name", ["Enginee", "__wrapped__", "no_such_module"])
