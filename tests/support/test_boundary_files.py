@@ -147,7 +147,7 @@ def test_an_environment_without_a_space_is_told_which(tmp_path, one_line_error, 
     made.write_text(SPACELESS)
     wiring.write_text(WIRING)
     words = ["--wiring", str(wiring), "--out", str(tmp_path / "out"), "--workers", "0"]
-    said = one_line_error("train-env", f"{made}:{kind}", *words)
+    said = one_line_error("train", "ART", "--env", f"{made}:{kind}", *words)
     assert f"the environment has no {space}_space" in said
 
 

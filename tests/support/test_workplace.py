@@ -70,7 +70,7 @@ def test_neither_do_a_multiverse_agents_or_training_on_an_environment(tmp_path, 
     with pytest.raises(TegotaeError, match="holds a study, and is not for a training"):
         train_agents(AgentRun(experiment=find("AR").experiment()), study)
     pytest.importorskip("mujoco")
-    words = ["train-env", "hopper", "--model", "AR", "--omega", "8", "--workers", "0"]
+    words = ["train", "AR", "--env", "hopper", "--omega", "8", "--workers", "0"]
     assert "and is not for a training" in one_line_error(*words, "--out", str(study))
 
 

@@ -422,7 +422,7 @@ def test_code_of_a_part_does_not_end_a_command_as_if_it_had_done_its_work(tmp_pa
     path.write_text(LEAVING)
     with pytest.raises(TegotaeError, match="cannot be made: SystemExit: it ends the program"):
         named(f"{path}:Leaving", Term, "term")
-    assert "it ends the program" in one_line_error("train-env", f"{path}:environment")
+    assert "it ends the program" in one_line_error("train", "ART", "--env", f"{path}:environment")
     words = ["--generations", "1", "--seeds", "1", "--out", str(tmp_path / "out")]
     said = one_line_error("train", "V-sector-w8", "--fitness", f"{path}:LeavingLate", *words)
     assert "code of a part ended the command" in said

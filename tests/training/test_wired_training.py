@@ -425,7 +425,7 @@ def test_a_task_that_no_file_can_have_is_refused(trained, tmp_path):
 def test_the_command_trains_and_the_same_command_goes_on(tmp_path, capsys):
     wiring = tmp_path / "scales.toml"
     save_wiring(WIRING, wiring)
-    words = ["train-env", ENV, "--wiring", str(wiring), "--model", "AR", "--budget", "12"]
+    words = ["train", "AR", "--env", ENV, "--wiring", str(wiring), "--budget", "12"]
     words += ["--duration", "0.8", "--workers", "0", "--seeds", "2", "--population", "4"]
     words += ["--algorithm", "pgpe", "--out", str(tmp_path / "out"), "--fitness", "return"]
     assert main([*words, "--generations", "1"]) == 0
@@ -449,12 +449,31 @@ def test_the_command_trains_and_the_same_command_goes_on(tmp_path, capsys):
             ["hopper", "--control", "0.02", "--settings", "control_s=0.01"],
             "control_s is given twice",
         ),
-        (["hopper", "--episodes", "4"], "the 4 episodes on hopper would be alike"),
+        (["hopper", "--episodes-per-candidate", "4"], "the 4 episodes on hopper would be alike"),
         (["hopper", "--settings", "duration_s=9"], "the experiment's duration_s is 24"),
-        (["hopper", "--model", "ARTT"], "did you mean ART"),
         (["hopper", "--algorithm", "sac"], "needs an evolution strategy"),
+        (["hopper", "--episodes", "4"], "judged by --episodes-per-candidate"),
+        (["hopper", "--mass", "2"], "--mass belongs to this package's engine"),
+        (["hopper", "--work", "positive"], "the wiring does not say work_positive"),
+        (["hopper", "--fitness", "return", "--cot-only"], "--cot-only belongs to the fitness hop"),
     ],
 )
 def test_what_the_command_cannot_do_it_says_in_one_line(one_line_error, words, said, tmp_path):
     pytest.importorskip("mujoco")
-    assert said in one_line_error("train-env", *words, "--out", str(tmp_path / "out"))
+    assert said in one_line_error("train", "ART", "--env", *words, "--out", str(tmp_path))
+
+
+def test_the_command_of_old_names_the_one_of_today(one_line_error):
+    said = one_line_error("train-env", "hopper", "--duration", "8")
+    assert "tegotae train-env is tegotae train MODEL --env ENV now" in said
+
+
+@pytest.mark.parametrize(
+    "words", [("--wiring", "leg.toml"), ("--omega", "8"), ("--feet", "foot"), ("--workers", "0")]
+)
+def test_options_of_environments_are_refused_on_the_engine(one_line_error, words):
+    assert "belongs to environments; give --env, too" in one_line_error("train", "ART", *words)
+
+
+def test_a_model_with_a_slip_is_refused_on_an_environment(one_line_error):
+    assert "did you mean ART" in one_line_error("train", "ARTT", "--env", "hopper")

@@ -9,7 +9,7 @@ from typing import Any
 
 from tegotae._start import end_on_ctrl_c, open_streams, ready
 from tegotae._support.errors import TegotaeError
-from tegotae.cli.commands import COMMANDS, Command, Group, in_name_only
+from tegotae.cli.commands import COMMANDS, MOVED, Command, Group, in_name_only
 from tegotae.cli.console import make_safe
 from tegotae.cli.status import DEBUG, exit_status, leave, warn_in_one_line
 
@@ -80,6 +80,9 @@ def parsed(
         True
     """
     name = words[0] if words else ""
+    before = f"{prog} {name}".removeprefix("tegotae ")
+    if before in MOVED:
+        raise TegotaeError(f"tegotae {before} is tegotae {MOVED[before]} now")
     chosen = commands.get(name)
     if isinstance(chosen, Group):
         return parsed(words[1:], chosen.commands, f"{prog} {name}", chosen.summary)

@@ -67,7 +67,6 @@ def in_name_only(entry: Command | Group) -> Callable[[], Any]:
 COMMANDS: Mapping[str, Command | Group] = {
     "models": Command("models", "Models"),
     "train": Command("train", "Train"),
-    "train-env": Command("train_env", "TrainEnv"),
     "tune": Command("tune", "Tune"),
     "simulate": Command("simulate", "Simulate"),
     "evaluate": Command("evaluate", "Evaluate"),
@@ -130,3 +129,8 @@ COMMANDS: Mapping[str, Command | Group] = {
     "playground": Command("playground", "Playground"),
     "bench": Command("bench", "Bench"),
 }
+
+MOVED: Mapping[str, str] = {
+    "train-env": "train MODEL --env ENV",
+}
+"""Commands that went, and which one answers their question now."""

@@ -175,7 +175,8 @@ class ExperimentOptions(BodyOptions):
     cot_only: bool = False
     """Judge CoT⁻¹ alone, without ΔΩ, as in the paper's comparison of algorithms (agents always)."""
     fitness: Annotated[str | None, OWN] = None
-    """Another measure of an episode: FILE.py:OBJECT or MODULE:OBJECT."""
+    """Another measure of an episode: FILE.py:OBJECT or MODULE:OBJECT. On an environment hopping
+    (CoT⁻¹ + ΔΩ), return (its rewards), or FILE.py:FUNCTION or MODULE:FUNCTION, of an episode."""
     oscillator: Annotated[str | None, OWN] = None
     """Another oscillator: hopf, adaptive-hopf, van-der-pol or matsuoka, with learned- before it to
     train its numbers, too; or FILE.py:OBJECT or MODULE:OBJECT."""

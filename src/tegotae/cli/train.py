@@ -1,7 +1,8 @@
-"""`tegotae train`: learn controllers of one model."""
+"""`tegotae train`: learn controllers of one model, on the engine or on an environment."""
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
@@ -14,6 +15,7 @@ import tyro
 from tegotae._support.errors import TegotaeError, require_count
 from tegotae._support.limits import MOST_SEEDS
 from tegotae._support.optional_dependencies import require
+from tegotae.cli.env_options import EnvOptions
 from tegotae.cli.options import ExperimentOptions, experiment_named, settings_named
 from tegotae.cli.tables import print_rows
 from tegotae.measures.hopping.statistics import mean_defined
@@ -27,10 +29,14 @@ from tegotae.training.evolve import Curves
 from tegotae.training.registry import agents, evolutions
 from tegotae.training.run import Run, train
 from tegotae.training.stopping import CAP, PLATEAU, RUNNING, SEARCH, Stopping
+from tegotae.training.trainable import Trainable
 
 if TYPE_CHECKING:
     from tegotae.training.agents.learner import Point
+    from tegotae.training.environments.experiment import EnvExperiment
 
+_ON_ENVIRONMENTS = {"duration", "settle", "work", "cot_only", "fitness", "episodes_per_candidate"}
+"""Options of an experiment that one on an environment has, too."""
 
 _USUAL = Stopping()
 _CAP_HINT = f"(default: {_USUAL.generations})"
@@ -94,7 +100,7 @@ class EvolutionOptions:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Train(EvolutionOptions, ExperimentOptions):
+class Train(EnvOptions, EvolutionOptions, ExperimentOptions):
     """Train a model's controllers, one per seed; run it again on the same folder to go on."""
 
     model: Annotated[str, tyro.conf.Positional]
@@ -106,11 +112,14 @@ class Train(EvolutionOptions, ExperimentOptions):
 
     def run(self) -> None:
         """Train, and print how it went."""
-        settings = settings_named(self.algorithm, (Algorithm, AgentSettings))
+        on_engine = self.env is None
+        algorithms = (Algorithm, AgentSettings) if on_engine else (Algorithm,)
+        settings = settings_named(self.algorithm, algorithms)
         _ = self.seed_numbers
-        experiment = self.applied(experiment_named(self.model, self.budget), self.budget)
+        experiment = self._on_engine() if on_engine else self._on_environment()
         algorithm = name_of(type(settings))
-        folder = experiment.name if algorithm == "pgpe" else f"{experiment.name}-{algorithm}"
+        called = experiment.name if on_engine else f"{self.called}-{experiment.name}"
+        folder = called if algorithm == "pgpe" else f"{called}-{algorithm}"
         out = Path("runs") / folder if self.out is None else self.out
         learns = isinstance(settings, AgentSettings)
         try:
@@ -122,7 +131,33 @@ class Train(EvolutionOptions, ExperimentOptions):
             ) from None
         summarise(paths, "episode" if learns else "generation")
 
-    def _evolution(self, experiment: Experiment, settings: Any, out: Path) -> list[Path]:
+    def _on_engine(self) -> Experiment:
+        self.require_engine()
+        return self.applied(experiment_named(self.model, self.budget), self.budget)
+
+    def _on_environment(self) -> EnvExperiment:
+        for field in dataclasses.fields(ExperimentOptions):
+            if field.name not in _ON_ENVIRONMENTS and getattr(self, field.name) != field.default:
+                option = field.name.replace("_", "-")
+                raise TegotaeError(f"--{option} belongs to this package's engine; leave --env out")
+        if self.episodes is not None:
+            raise TegotaeError(
+                "--episodes counts those of an agent; on an environment a candidate is judged by "
+                "--episodes-per-candidate"
+            )
+        own = {"episodes": self.episodes_per_candidate, "budget": self.budget}
+        hopping = {"settle_s": self.settle, "work": self.work}
+        if self.cot_only:
+            hopping["follow_omega"] = False
+        return self.experiment_of(
+            self.model,
+            duration_s=24.0 if self.duration is None else self.duration,
+            fitness=self.fitness,
+            hopping={name: value for name, value in hopping.items() if value is not None},
+            **{name: value for name, value in own.items() if value is not None},
+        )
+
+    def _evolution(self, experiment: Trainable, settings: Any, out: Path) -> list[Path]:
         self._refuse("episodes", agents())
         chosen = {} if self.population is None else {"population": self.population}
         run = Run(
@@ -130,11 +165,12 @@ class Train(EvolutionOptions, ExperimentOptions):
             seeds=self.seed_numbers,
             stopping=self.stopping,
             algorithm=replace(settings, **chosen),
+            workers=self.workers,
         )
         log = logger(out) if self.tensorboard else None
         return train(run, out, anew=self.anew, on_generation=log)
 
-    def _agents(self, experiment: Experiment, settings: Any, out: Path) -> list[Path]:
+    def _agents(self, experiment: Any, settings: Any, out: Path) -> list[Path]:
         self._refuse("population", evolutions())
         for option in ("generations", "to_cap", "plateau_share", "plateau_tolerance"):
             self._refuse(option, evolutions())

@@ -1,0 +1,159 @@
+"""Options of a training on an environment: which one, and what of it limbs sense and drive."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import tyro
+
+from tegotae._support.documents import DamagedDocumentError, parse
+from tegotae._support.errors import TegotaeError
+from tegotae._support.optional_dependencies import require
+from tegotae.systems.models import find
+from tegotae.systems.user_objects import is_reference
+
+if TYPE_CHECKING:
+    from tegotae.training.environments.experiment import EnvExperiment
+
+_ENGINE = tyro.conf.arg(help_behavior_hint="(default: this package's engine)")
+_MODELS = tyro.conf.arg(help_behavior_hint="(default: the environment's, if it comes with one)")
+_OWN = tyro.conf.arg(help_behavior_hint="(default: the environment's)")
+_WIRINGS_OMEGA = tyro.conf.arg(help_behavior_hint="(default: the wiring's, or else the model's)")
+_CORES = tyro.conf.arg(help_behavior_hint="(default: one a core)")
+_LIMIT = tyro.conf.arg(help_behavior_hint="(default: 60)")
+
+
+@dataclass(frozen=True, kw_only=True)
+class EnvOptions:
+    """Where limbs are trained, if not on the engine; all but `--env` belong to it."""
+
+    env: Annotated[str | None, _ENGINE] = None
+    """Train limbs on an environment: a Gymnasium id such as Hopper-v5; FILE.py:FUNCTION or
+    MODULE:FUNCTION that makes an environment; a MuJoCo model FILE.xml, or PACKAGE:FILE.xml of an
+    installed package; or one of this package: hopper, leg, quadruped. The options below are for
+    environments."""
+    wiring: Annotated[str | None, _MODELS] = None
+    """What limbs sense and drive: a .toml or .json file."""
+    omega: Annotated[float | None, _WIRINGS_OMEGA] = None
+    """Frequency of the oscillators [rad/s]."""
+    feet: tuple[str, ...] = ()
+    """Of a MuJoCo model FILE.xml, the bodies whose contact forces are observed."""
+    control: Annotated[float | None, _OWN] = None
+    """Of a MuJoCo model, the time for which an action is held [s]."""
+    settings: tuple[str, ...] = ()
+    """What else the environment is made with: NAME=VALUE, values as in JSON."""
+    scales: bool = False
+    """Take scales that the wiring lacks from the MuJoCo model's weight and length."""
+    workers: Annotated[int | None, _CORES] = None
+    """Worker processes that step environments; 0 for none. MuJoCo models need none."""
+    limit: Annotated[float | None, _LIMIT] = None
+    """Longest time that one step of an environment may take [s]; it has hung then."""
+
+    def require_engine(self) -> None:
+        """Raise `TegotaeError` for an option of environments where none is named."""
+        for field in dataclasses.fields(EnvOptions):
+            if getattr(self, field.name) != field.default:
+                raise TegotaeError(f"--{field.name} belongs to environments; give --env, too")
+
+    @property
+    def called(self) -> str:
+        """The environment's part of a folder's name."""
+        from tegotae.envs.env_spec import EnvSpec
+
+        assert self.env is not None
+        function = not EnvSpec(env=self.env).is_model and self.env.rpartition(":")[0]
+        return Path(function or self.env).stem
+
+    def experiment_of(
+        self,
+        model: str,
+        *,
+        duration_s: float,
+        fitness: str | None,
+        hopping: dict[str, Any],
+        **given: Any,
+    ) -> EnvExperiment:
+        """The experiment on the environment.
+
+        Args:
+            model: the controller: a model's name, or an architecture such as ART.
+            duration_s: length of an episode [s].
+            fitness: the objective: hopping, return or a function's reference; hopping where it can
+                be measured if None.
+            hopping: settings of the objective hopping.
+            given: further fields of the experiment.
+
+        Raises:
+            MissingExtraError: without Gymnasium, or MuJoCo where it is needed.
+            TegotaeError: for what does not fit together.
+        """
+        require("gymnasium", "gym")
+        from tegotae.envs.env_spec import EnvSpec
+        from tegotae.envs.wiring_file import load_wiring, packaged
+        from tegotae.training.environments.experiment import EnvExperiment
+        from tegotae.training.environments.objectives import Hopping, env_objective_named
+
+        assert self.env is not None
+        if is_reference(model):
+            raise TegotaeError(
+                f"{model} cannot be trained on an environment; name a model, such as ART"
+            )
+        spec = EnvSpec(env=self.env, settings=self._made_with(EnvSpec(env=self.env).is_model))
+        if self.wiring is None and self.env not in packaged():
+            spec.make().close()  # a name with a slip lacks more than a wiring
+            raise TegotaeError(
+                f"no wiring is given for {self.env}; write --wiring FILE.toml, which says what its "
+                "limbs sense and drive"
+            )
+        wiring = load_wiring(self.env if self.wiring is None else self.wiring)
+        own = find(model)
+        if self.scales:
+            env = spec.make()
+            wiring = wiring.with_scales(env)
+            env.close()
+        given = {"duration_s": duration_s, **given}
+        if self.limit is not None:
+            given["limit_s"] = self.limit
+        experiment = EnvExperiment.of_model(own, spec, wiring, omega=self.omega, **given)
+        if fitness is not None:
+            objective = env_objective_named(fitness, settle_s=0.5 * duration_s)
+            experiment = replace(experiment, objective=objective)
+        if hopping:
+            if not isinstance(experiment.objective, Hopping):
+                option = {"settle_s": "settle", "follow_omega": "cot-only"}
+                name = next(iter(hopping))
+                raise TegotaeError(f"--{option.get(name, name)} belongs to the fitness hopping")
+            objective = replace(experiment.objective, **hopping)
+            experiment = replace(experiment, objective=objective)
+        return experiment
+
+    def _made_with(self, is_model: bool) -> tuple[tuple[str, Any], ...]:
+        """What the environment is made with.
+
+        Raises:
+            TegotaeError: for a setting that is no NAME=VALUE, or options of a MuJoCo model for
+                something else.
+        """
+        found: dict[str, Any] = {}
+        own = {"feet": list(self.feet) or None, "control_s": self.control}
+        for name, value in own.items():
+            if value is None:
+                continue
+            if not is_model:
+                option = "feet" if name == "feet" else "control"
+                raise TegotaeError(f"--{option} belongs to MuJoCo models, FILE.xml")
+            found[name] = value
+        for each in self.settings:
+            name, equals, value = each.partition("=")
+            if not equals or not name.isidentifier():
+                raise TegotaeError(f"--settings {each!r} is no NAME=VALUE")
+            if name in found:
+                raise TegotaeError(f"{name} is given twice; leave --settings {each} out")
+            try:
+                found[name] = parse(value)
+            except DamagedDocumentError:  # not JSON: a text
+                found[name] = value
+        return tuple(found.items())
