@@ -11,7 +11,8 @@ from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from tegotae._support.errors import TegotaeError
+    from tegotae._support.devices import set_up
+    from tegotae._support.errors import TegotaeError, require_count, require_finite
     from tegotae.measures.evaluation import Protocol, evaluate
     from tegotae.measures.objectives.fitness import Fitness
     from tegotae.parts.bodies import Bar, Body, Hopper, Walker
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
         check_term,
     )
     from tegotae.simulation.rollout import Engine, Timing, Trajectory
-    from tegotae.simulation.world import Condition, Scenario, Step
+    from tegotae.simulation.world import Scenario, Step
     from tegotae.systems.controller_file import SavedController, load, save
     from tegotae.systems.controller_set import ControllerSet
     from tegotae.systems.experiment import Experiment
@@ -36,14 +37,15 @@ if TYPE_CHECKING:
     __version__: str
 
 _HOMES = {
-    "_support.errors": ("TegotaeError",),
+    "_support.devices": ("set_up",),
+    "_support.errors": ("TegotaeError", "require_count", "require_finite"),
     "measures.evaluation": ("Protocol", "evaluate"),
     "measures.objectives.fitness": ("Fitness",),
     "parts.bodies": ("Bar", "Body", "Hopper", "Walker"),
     "parts.controller": ("Controller", "Tegotae"),
     "simulation.checks": ("check_body", "check_controller", "check_oscillator", "check_term"),
     "simulation.rollout": ("Engine", "Timing", "Trajectory"),
-    "simulation.world": ("Condition", "Scenario", "Step"),
+    "simulation.world": ("Scenario", "Step"),
     "systems.controller_file": ("SavedController", "load", "save"),
     "systems.controller_set": ("ControllerSet",),
     "systems.experiment": ("Experiment",),
@@ -58,7 +60,6 @@ _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
 __all__ = [
     "Bar",
     "Body",
-    "Condition",
     "Controller",
     "ControllerSet",
     "Engine",
@@ -88,7 +89,10 @@ __all__ = [
     "find",
     "load",
     "register",
+    "require_count",
+    "require_finite",
     "save",
+    "set_up",
 ]
 
 

@@ -84,14 +84,14 @@ def test_the_first_rollout_sets_what_it_needs_and_keeps_its_programs(tmp_path):
     several, told, height = fresh(RUN.format(first=""), tmp_path)
     assert (several, told) == (True, [])
     assert list((tmp_path / "cache").rglob("*-cache"))
-    known = f"import tegotae._support.devices; tegotae._support.devices.set_up(); {JAX_FIRST}"
+    known = f"import tegotae; tegotae.set_up(); {JAX_FIRST}"
     assert fresh(RUN.format(first=known), tmp_path) == [True, [], height]
 
 
 def test_where_jax_has_started_already_a_rollout_says_so_once_and_works(tmp_path):
     several, told, height = fresh(RUN.format(first=JAX_FIRST), tmp_path)
     assert not several
-    assert "call tegotae._support.devices.set_up() before the first use of JAX" in "".join(told)
+    assert "call tegotae.set_up() before the first use of JAX" in "".join(told)
     assert len(told) == 1
     assert 1.1 < height[0] < 1.2
     assert list(tmp_path.iterdir()) == [], "that program's JAX keeps its ways"

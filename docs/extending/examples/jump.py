@@ -4,8 +4,7 @@ from dataclasses import dataclass
 
 import jax
 
-from tegotae import find
-from tegotae._support.errors import TegotaeError, require_finite
+from tegotae import TegotaeError, find, require_finite
 from tegotae.measures.objectives.objective import Objective
 
 

@@ -7,8 +7,7 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 
-from tegotae import find
-from tegotae._support.errors import require_finite
+from tegotae import find, require_finite
 from tegotae.parts.bodies import (
     Body,
     Contact,

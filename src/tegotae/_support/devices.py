@@ -172,7 +172,7 @@ def _warn_of_other_devices() -> None:
     warnings.warn(
         f"JAX was started before tegotae could set it up, on {len(jax.local_devices())} CPU "
         "device(s): rollouts may be slow, and differ in their last bits; call "
-        "tegotae._support.devices.set_up() before the first use of JAX",
+        "tegotae.set_up() before the first use of JAX",
         JaxStartedWarning,
         stacklevel=3,
     )
@@ -260,7 +260,7 @@ def compute_on(count: int) -> None:
         raise TegotaeError(
             f"the worker {socket.gethostname()} (process {os.getpid()}) has started JAX already, "
             f"with {described_devices()}; this work needs {count}: start the worker anew, and call "
-            "tegotae._support.devices.set_up() before anything else there computes with JAX"
+            "tegotae.set_up() before anything else there computes with JAX"
         ) from None
 
 
