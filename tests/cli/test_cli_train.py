@@ -258,7 +258,7 @@ def test_without_tensorboardx_its_option_names_the_extra_at_once(
 # Bad input.
 
 REFUSED = {
-    "ARTX": "no model is called 'ARTX'; did you mean ART",
+    "ARTX": "no model or system is called 'ARTX'; did you mean ART",
     "ART --population 7": "population is 7; PGPE samples pairs, so it must be even",
     "ART --population 0": "population is 0; it must be a whole number of at least 2",
     "ART --population -2": "population is -2",

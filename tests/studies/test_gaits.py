@@ -371,7 +371,7 @@ def test_a_simulation_writes_its_footfalls_lags_and_an_animation(tmp_path, capsy
 @pytest.mark.parametrize(
     ("words", "says"),
     [
-        (["simulate", "bar-lihgt"], "no legged system is called 'bar-lihgt'; did you mean bar-"),
+        (["simulate", "bar-lihgt"], "no model or system is called 'bar-lihgt'; did you mean bar-"),
         (["simulate", "bar-light", "--phases", "0.1"], "1 phases are given; this body has 2 legs"),
         (["simulate", "bar-light", "--set", "mass=1"], "no field of a Bar is called 'mass'"),
         (["simulate", "bar-light", "--set", "mass_kg"], "--set mass_kg sets nothing"),

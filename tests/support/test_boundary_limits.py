@@ -59,7 +59,7 @@ def no_rollout(monkeypatch):
         ("train ART --first-seed 99999999999", "first_seed is 99999999999; it must be at most"),
         ("train ART --budget 1000000000", "budget is 1000000000; it must be at most 1000000"),
         ("train ART --population 1000000000000", "seeds and 96 weights, would need about"),
-        ("train art", "no model is called 'art'; did you mean ART"),
+        ("train art", "no model or system is called 'art'; did you mean ART"),
         ("bench --lanes 1000000000000", "1000000000000 lanes would need about 2.86e+06 GiB"),
         ("tune ART --storage s --workers 99999", "workers is 99999; on this machine of"),
         ("tune ART --storage s --budget-s 1e300", "budget_s is 1e+300; it must be at most 1e+09"),

@@ -434,7 +434,7 @@ def test_code_of_a_part_does_not_end_a_command_as_if_it_had_done_its_work(tmp_pa
         (["train", "nowhere.py:experiment"], "there is no file nowhere.py"),
         (["train", "no_such_module:experiment"], "there is no module no_such_module"),
         (["train", f"{FILE}:experimnt"], "did you mean experiment"),
-        (["train", f"{FILE}:Height"], "is no experiment: it is a Height, no Experiment"),
+        (["train", f"{FILE}:Height"], "is no system: it is a Height, no "),
         (["train", EXPERIMENT, "--budget", "20"], "--budget sizes the networks of the paper's"),
         (["train", EXPERIMENT, "--cot-only"], "--cot-only belongs to the paper's fitness"),
         (["train", EXPERIMENT, "--body", f"{FILE}:Height"], "is no body: "),

@@ -402,7 +402,7 @@ def test_a_configuration_is_of_the_best_trial(toy, tmp_path):
     ("arguments", "said"),
     [
         (("ART", "--algorithm", "pgep"), "no algorithm is called 'pgep'; did you mean pgpe"),
-        (("ARTT",), "no model is called 'ARTT'"),
+        (("ARTT",), "no model or system is called 'ARTT'"),
         ((), "no models to tune for"),
         (("ART", "ART-rF-tphif-w8"), "each may be given only once"),
         (("V-sector-w4",), "V-sector-w4 has no network to train"),

@@ -10,24 +10,26 @@ from typing import Annotated, Any
 import numpy as np
 import tyro
 
-from tegotae._support.documents import DamagedDocumentError, read
 from tegotae._support.errors import TegotaeError
 from tegotae._support.limits import MOST_GAIN, MOST_RAD_PER_S, require_within
 from tegotae.cli.conditions import conditions_named
 from tegotae.measures.objectives.fitness import Fitness
 from tegotae.measures.objectives.objective import Objective
-from tegotae.parts.bodies import Body, Hopper
+from tegotae.parts.bodies import Body, Hopper, WiredLimbs
+from tegotae.parts.fields import unwrapped
 from tegotae.parts.oscillators import Oscillator, oscillator_named
 from tegotae.parts.oscillators.named import PHASE
 from tegotae.simulation.integrators import Hold
-from tegotae.systems import controller_file
 from tegotae.systems.controller_file import SavedController
-from tegotae.systems.designs import design, is_design
 from tegotae.systems.experiment import Experiment
 from tegotae.systems.grammar import BUDGET
 from tegotae.systems.models import all_models, find
 from tegotae.systems.presets import preset
+from tegotae.systems.release import Release
+from tegotae.systems.resolve import Resolved, resolve
+from tegotae.systems.system import System
 from tegotae.systems.user_objects import is_reference, named
+from tegotae.training.collection import controller_of
 from tegotae.training.settings import tuned
 
 FromPreset = Annotated[float | None, tyro.conf.arg(help_behavior_hint="(default: the preset's)")]
@@ -230,24 +232,26 @@ class ExperimentOptions(BodyOptions):
 
 
 def experiment_named(name: str, budget: int | None = None) -> Experiment:
-    """The experiment of a model's name, of an architecture's, or of a user's own file.
+    """The experiment of a name (`tegotae.systems.resolve`).
 
     Args:
         name: such as ART, ART@quadruped-c for a body with legs, or `FILE.py:OBJECT`.
         budget: largest number of trained parameters, of a model; the paper's by default.
 
     Raises:
-        TegotaeError: for an unknown name, or a budget for what is no model of the paper.
+        TegotaeError: for a name without one, or a budget for what is no model of the paper.
     """
-    if is_design(name):
-        return design(name).experiment(**({} if budget is None else {"budget": budget}))
-    if not is_reference(name):
-        return find(name).experiment(**({} if budget is None else {"budget": budget}))
-    if budget is not None:
-        raise TegotaeError(
-            f"--budget sizes the networks of the paper's models; {name} has a controller of its own"
-        )
-    return named(name, Experiment, "experiment")
+    return resolve(name, budget=budget).experiment()
+
+
+def experiments_at(place: str) -> list[Experiment]:
+    """The experiments of a name: one, or a list in a user's own file or a file of documents.
+
+    Raises:
+        TegotaeError: if there are none, or they cannot be read.
+    """
+    found = resolve(place)
+    return list(found.experiments) or [found.experiment()]
 
 
 def with_oscillator(experiment: Experiment, name: str, budget: int | None = None) -> Experiment:
@@ -277,40 +281,6 @@ def _oscillator(name: str) -> Oscillator:
     if is_reference(name):
         return named(name, Oscillator, "oscillator")
     return oscillator_named(name)
-
-
-def experiments_at(place: str) -> list[Experiment]:
-    """The experiments of a user's own file, or of a file of their documents.
-
-    Args:
-        place: `FILE.py:OBJECT`, an experiment or a list of them, or a .json file of one document, a
-            list of them, or what a study's folder has as its study.json.
-
-    Raises:
-        TegotaeError: if they cannot be read.
-    """
-    if not place.endswith(".json"):
-        found = named(place, (Experiment, list, tuple), "experiment")
-        return [found] if isinstance(found, Experiment) else [_experiment(e, place) for e in found]
-    try:
-        document = read(Path(place))
-    except FileNotFoundError:
-        raise TegotaeError(f"there is no file {place}") from None
-    except DamagedDocumentError as error:
-        raise TegotaeError(f"{place} is no JSON document of experiments: {error}") from None
-    if isinstance(document, dict) and isinstance(document.get("experiments"), dict):
-        document = list(document["experiments"].values())
-    documents = document if isinstance(document, list) else [document]
-    try:
-        return [Experiment.of(each) for each in documents]
-    except TegotaeError as error:
-        raise TegotaeError(f"{place}: {error}") from None
-
-
-def _experiment(found: Any, place: str) -> Experiment:
-    if not isinstance(found, Experiment):
-        raise TegotaeError(f"{place} holds a {type(found).__name__}, which is no experiment")
-    return found
 
 
 def settings_named(name: str, algorithms: tuple[type, ...]) -> Any:
@@ -345,39 +315,75 @@ class ControllerOptions(OscillatorOption, HopperOptions):
     sigma: FromPreset = None
     """Gain σ of the vanilla feedback [rad/(s N)]."""
 
-    def chosen(self, file: Path | None) -> SavedController:
-        """The controller, its weights, frequency and hopper.
+    def chosen(self, place: Path | str | None) -> SavedController:
+        """The controller, its weights, frequency and hopper, in the system that it is of.
+
+        Args:
+            place: what is named (`tegotae.systems.resolve`); a vanilla controller if None.
 
         Raises:
-            TegotaeError: for a file that is none, an unknown name, a number that is not finite, or
-                options of a vanilla controller beside a file.
+            TegotaeError: for a name without weights, several controllers or another body than a
+                hopper; an unknown name, a number that is not finite, or options of a vanilla
+                controller beside a name.
         """
-        if self.omega is not None:
-            require_within("omega", self.omega, MOST_RAD_PER_S)
-        if file is None:
-            source = preset(self.preset)
-            sigma = source.sigma if self.sigma is None else self.sigma
-            require_within("sigma", sigma, MOST_GAIN)
-            oscillator = self.rhythm
-            controller = source.controller(
+        if place is None:
+            return self.vanilla()
+        return self.adapted(resolve(place))
+
+    def vanilla(self) -> SavedController:
+        """The vanilla controller of the options."""
+        self._check_omega()
+        source = preset(self.preset)
+        sigma = source.sigma if self.sigma is None else self.sigma
+        require_within("sigma", sigma, MOST_GAIN)
+        oscillator = self.rhythm
+        system = System(
+            controller=source.controller(
                 source.actuation if self.actuation is None else self.actuation, oscillator
-            )
-            return SavedController.of(
-                controller,
-                # A trained oscillator's weights are zero where it is the one that it starts from.
-                np.array([sigma, *[0.0] * oscillator.n_weights]),
-                source.omega_rad_per_s if self.omega is None else self.omega,
-                self.hopper(),
-            )
+            ),
+            body=self.hopper(),
+            omega=source.omega_rad_per_s if self.omega is None else self.omega,
+            release=Release(height_m=source.height_m),
+        )
+        # A trained oscillator's weights are zero where it is the one that it starts from.
+        return SavedController(system, np.array([sigma, *[0.0] * oscillator.n_weights]))
+
+    def adapted(self, found: Resolved) -> SavedController:
+        """The one controller of a name, with the frequency and the hopper that were given."""
+        self._check_omega()
         for name in ("actuation", "sigma", "oscillator"):
             if getattr(self, name) is not None:
                 raise TegotaeError(f"--{name} belongs to vanilla controllers, not to a file")
-        saved = controller_file.load(file)
-        if not isinstance(saved.body, Hopper):
-            raise TegotaeError(
-                f"{file} is for a {type(saved.body).__name__}, and this command is for hoppers"
-            )
+        require_hopper(found)
+        saved = controller_of(found)
+        assert isinstance(saved.body, Hopper)  # require_hopper
         return saved.replaced(
             omega=saved.omega if self.omega is None or saved.omega is None else self.omega,
             body=self.hopper(saved.body),
+        )
+
+    def _check_omega(self) -> None:
+        if self.omega is not None:
+            require_within("omega", self.omega, MOST_RAD_PER_S)
+
+
+def require_hopper(found: Resolved) -> None:
+    """Raise `TegotaeError` unless what was named is on a hopper."""
+    body = found.body
+    if isinstance(body, Hopper):
+        return
+    require_ours(found)
+    legs = "; for several legs there are simulate, evaluate, figure basin and gait"
+    raise TegotaeError(
+        f"{found.name} is for a {type(body).__name__}, and this command is for hoppers"
+        f"{legs if body.limbs > 1 else ''}"
+    )
+
+
+def require_ours(found: Resolved) -> None:
+    """Raise `TegotaeError` for a controller of limbs that a foreign simulator moves."""
+    if isinstance(unwrapped(found.body), WiredLimbs):
+        raise TegotaeError(
+            f"{found.name} drives the limbs of a foreign simulator, whose mechanics are not here; "
+            "run it there: tegotae.envs.load_wiring"
         )

@@ -12,7 +12,8 @@ import tyro
 from tegotae._support.errors import TegotaeError
 from tegotae._support.files import output_file, write_atomically
 from tegotae.export.playground import Choice, Page, standard
-from tegotae.systems import controller_file
+from tegotae.systems.resolve import resolve
+from tegotae.training.collection import controller_of
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -22,8 +23,9 @@ class Playground:
     People can disturb controllers on it, change their bodies, compare them, and let one learn.
     """
 
-    controllers: Annotated[list[Path], tyro.conf.Positional] = field(default_factory=list)
-    """Controller files of `tegotae train`; the vanilla one and three learned ones without."""
+    controllers: Annotated[list[str], tyro.conf.Positional] = field(default_factory=list)
+    """Controller files of `tegotae train`, or other names with weights, such as V-sector-w4; the
+    vanilla one and three learned ones without."""
     out: Path = Path("playground.html")
     """The file that is written."""
 
@@ -32,9 +34,9 @@ class Playground:
         if self.out.suffix.lower() not in (".html", ".htm"):
             raise TegotaeError(f"cannot write a page as {str(self.out)!r}; its name ends in .html")
         path = output_file(self.out)
-        stems = [each.stem for each in self.controllers]
+        stems = [Path(each).stem for each in self.controllers]
         own = [
-            Choice(name if stems.count(name) == 1 else str(each), controller_file.load(each))
+            Choice(name if stems.count(name) == 1 else each, controller_of(resolve(each)))
             for name, each in zip(stems, self.controllers, strict=True)
         ]
         page = Page([*own, *standard()[:1]] if own else standard(), tell)

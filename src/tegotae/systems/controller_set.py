@@ -11,6 +11,7 @@ import numpy as np
 
 from tegotae.parts.bodies import Body
 from tegotae.parts.controller import Controller
+from tegotae.systems.experiment import Experiment
 from tegotae.systems.system import System
 
 
@@ -24,6 +25,7 @@ class ControllerSet:
         weights: shape [runs, n_weights].
         labels: one per run: its seed, or its file's name.
         training: how they were trained, the same for all, as JSON values; empty if not known.
+        experiment: what was trained, and how it is evaluated; None if not known.
     """
 
     name: str
@@ -31,6 +33,7 @@ class ControllerSet:
     weights: np.ndarray
     labels: tuple[str, ...]
     training: Mapping[str, Any] = field(default_factory=dict)
+    experiment: Experiment | None = None
 
     @property
     def controller(self) -> Controller:

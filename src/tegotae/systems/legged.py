@@ -55,11 +55,7 @@ class Legged:
     reference: int = -1
 
     def __post_init__(self) -> None:
-        if self.body.limbs < 2:
-            raise TegotaeError(
-                f"a gait command on a one-legged body: a {type(self.body).__name__} has one leg; "
-                "name a body of two legs at least"
-            )
+        require_legs(self.body)
         weights = tuple(float(weight) for weight in np.ravel(self.weights))
         object.__setattr__(self, "weights", weights)
         if len(weights) != self.controller.n_weights:
@@ -176,6 +172,15 @@ class Legged:
             TegotaeError: for what the engine refuses.
         """
         return self.engine(summary, timing).run(self.weights, scenario, self.body)
+
+
+def require_legs(body: Body) -> None:
+    """Raise `TegotaeError` for a body of one leg, which has no gait."""
+    if body.limbs < 2:
+        raise TegotaeError(
+            f"a gait command on a one-legged body: a {type(body).__name__} has one leg; "
+            "name a body of two legs at least"
+        )
 
 
 def random_phases(limbs: int, starts: int, seed: int = 0) -> np.ndarray:

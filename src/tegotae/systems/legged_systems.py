@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 from tegotae._support.errors import TegotaeError, unknown
@@ -21,7 +20,6 @@ from tegotae.parts.oscillators import PhaseOscillator
 from tegotae.parts.terms import ConstantGain, VanillaAction, VanillaReaction
 from tegotae.parts.terms.foot import EllipticFoot
 from tegotae.simulation.rollout import Timing
-from tegotae.systems import controller_file
 from tegotae.systems.earlier_files import WALKING, usual_system
 from tegotae.systems.legged import Legged
 from tegotae.systems.models import build
@@ -137,11 +135,10 @@ SYSTEMS: dict[str, Callable[[], Legged]] = {
 
 
 def system(name: str) -> Legged:
-    """A legged system.
+    """A legged system, as designs are made upon; `tegotae.systems.resolve` takes all other names.
 
     Args:
-        name: of `SYSTEMS`; `FILE.py:OBJECT` or `MODULE:OBJECT`, a `Legged`; or a controller's file
-            (.json) of `tegotae train`, whose body has several legs.
+        name: of `SYSTEMS`; or `FILE.py:OBJECT` or `MODULE:OBJECT`, a `Legged`.
 
     Raises:
         TegotaeError: for an unknown name, an object of another kind, or a body of one leg.
@@ -154,10 +151,6 @@ def system(name: str) -> Legged:
         return SYSTEMS[name]()
     if is_reference(name):
         return named(name, Legged, "legged system")
-    if name.endswith(".json"):
-        saved = controller_file.load(Path(name))
-        about = saved.name or Path(name).stem
-        return settling(saved.system, saved.weights, about)
     error = unknown("legged system", name, SYSTEMS)
     raise TegotaeError(f"{error} FILE.py:OBJECT names one of your own")
 

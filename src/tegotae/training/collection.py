@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -12,17 +11,11 @@ from typing import Any
 import msgspec
 import numpy as np
 
-from tegotae._support import documents
-from tegotae._support.documents import DamagedDocumentError
-from tegotae._support.errors import TegotaeError
-from tegotae._support.workplace import is_earlier
-from tegotae.systems import controller_file
 from tegotae.systems.controller_file import SavedController
 from tegotae.systems.controller_set import ControllerSet
 from tegotae.systems.descriptions import describe
-from tegotae.systems.designs import design, is_design
-from tegotae.systems.experiment import differing
-from tegotae.systems.models import find
+from tegotae.systems.experiment import Experiment, differing
+from tegotae.systems.resolve import Resolved, resolve
 from tegotae.training.search import best_gain
 
 _OF_A_RUN = frozenset(
@@ -37,26 +30,42 @@ _MOST_TOLD = 3
 
 
 def read(place: str | Path) -> list[ControllerSet]:
-    """The controllers at a place: a file, a folder of files, or the name of a pure V model.
+    """The controllers of a name (`tegotae.systems.resolve`), such as a file or a folder of files.
 
     Files of the same training (controller, frequency, body, fitness, algorithm and all else that
     decides the result) are runs of one set, and no two of the same seed; a folder is searched with
-    its subfolders, and JSON files of other kinds are passed over. A pure V model has no file: its σ
-    is found by search.
+    its subfolders, and JSON files of other kinds are passed over. What has a gain σ alone to learn,
+    such as a pure V model, needs no file: its σ is found by search.
 
     Raises:
-        TegotaeError: if there is nothing there, a file is not a controller's, or one of a folder
-            may be a controller's and cannot be read: empty, cut short, without permission.
+        TegotaeError: for a name that means nothing, or has no weights; a file that is not a
+            controller's; or one of a folder that may be a controller's and cannot be read: empty,
+            cut short, without permission.
     """
-    path = Path(place)
-    if path.is_dir():
-        files = [file for file in _json_files(path) if _is_controller(file)]
-        if not files:
-            raise TegotaeError(f"{path} holds no controller files")
-        return group([(file, controller_file.load(file)) for file in files])
-    if path.exists() or path.suffix or os.sep in str(place):
-        return group([(path, controller_file.load(path))])
-    return [_searched(str(place))]
+    return sets_of(resolve(place))
+
+
+def sets_of(found: Resolved) -> list[ControllerSet]:
+    """The controllers of what a name was resolved to, a set a training.
+
+    Raises:
+        TegotaeError: if it has no weights.
+    """
+    if found.is_untrained and len(found.experiments) == 1 and found.experiment().is_searched:
+        return [_searched(found.experiment())]
+    return group(found.weighted())
+
+
+def controller_of(found: Resolved) -> SavedController:
+    """The one controller of what a name was resolved to; a σ that is not known is found by search.
+
+    Raises:
+        TegotaeError: if it has no weights, or several controllers.
+    """
+    if found.is_untrained and len(found.experiments) == 1 and found.experiment().is_searched:
+        (runs,) = sets_of(found)
+        return SavedController(runs.system, runs.weights[0], runs.name, runs.experiment)
+    return found.controller()
 
 
 def group(files: Sequence[tuple[Path, SavedController]]) -> list[ControllerSet]:
@@ -83,6 +92,7 @@ def group(files: Sequence[tuple[Path, SavedController]]) -> list[ControllerSet]:
             np.stack([saved.weights for _, saved in members]),
             _labels(members),
             _document(members[0][1]),
+            members[0][1].experiment,
         )
         for name, label, members in zip(names, labels, sets, strict=True)
     ]
@@ -164,51 +174,12 @@ def _told(document: Mapping[str, Any], name: str) -> str:
     return f"{name.removesuffix('.name')} {shown}".strip()
 
 
-def _json_files(folder: Path) -> list[Path]:
-    """All files in a folder and its subfolders that are named as JSON; none of what was set aside
-    for a new beginning."""
-
-    def refuse(error: OSError) -> None:
-        raise TegotaeError(f"cannot read {error.filename}: {error.strerror}") from None
-
-    return sorted(
-        Path(place, name)
-        for place, _, names in os.walk(folder, onerror=refuse)
-        if not any(map(is_earlier, Path(place).relative_to(folder).parts))
-        for name in names
-        if name.endswith(".json")
-    )
-
-
-def _is_controller(path: Path) -> bool:
-    """Whether a JSON file is a controller's and no other document.
-
-    Raises:
-        TegotaeError: if that cannot be told.
-    """
-    try:
-        return controller_file.is_controller(documents.read(path))
-    except FileNotFoundError as error:  # a link to nowhere
-        raise TegotaeError(f"cannot read {path}: {error.strerror}") from None
-    except DamagedDocumentError as error:
-        what = f"damaged: {error}" if path.stat().st_size else "empty"
-        raise TegotaeError(f"{path} is {what}; remove it from the folder") from None
-
-
-def _searched(name: str) -> ControllerSet:
-    model = None if is_design(name) else find(name)
-    if model is None or model.is_trained:
-        called = design(name).name if model is None else model.name
-        raise TegotaeError(
-            f"{called} has weights to train and no file was given; "
-            f"first: tegotae train {called} --out FOLDER"
-        )
-    experiment = model.experiment()
+def _searched(experiment: Experiment) -> ControllerSet:
     gain, _ = best_gain(experiment)
-    weights = np.array([[gain]])
     return ControllerSet(
-        model.name,
+        experiment.name,
         experiment.system,
-        weights,
+        np.array([[gain]]),
         ("search",),
+        experiment=experiment,
     )

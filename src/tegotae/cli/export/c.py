@@ -10,15 +10,16 @@ from typing import Annotated
 import tyro
 
 from tegotae.export.c import Export, write
-from tegotae.systems import controller_file
+from tegotae.systems.resolve import resolve
+from tegotae.training.collection import controller_of
 
 
 @dataclass(frozen=True, kw_only=True)
 class ExportC:
     """Write a controller as C99: a header, a source, golden vectors and what checks them."""
 
-    controller: Annotated[Path, tyro.conf.Positional]
-    """A controller file of `tegotae train`."""
+    controller: Annotated[str, tyro.conf.Positional]
+    """A controller file of `tegotae train`, or another name with weights, such as quadruped-c."""
     out: Path
     """The folder that is written."""
     tick: float = 0.001
@@ -28,7 +29,7 @@ class ExportC:
 
     def run(self) -> None:
         """Export, and say how to check it."""
-        export = Export(controller_file.load(self.controller), self.tick, self.prefix)
+        export = Export(controller_of(resolve(self.controller)), self.tick, self.prefix)
         paths = write(export, self.out)
         for warning in export.warnings():
             print(f"warning: {warning}", file=sys.stderr)

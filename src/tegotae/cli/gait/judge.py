@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 import numpy as np
 import tyro
 
-from tegotae._support.errors import unknown
 from tegotae._support.files import output_file
 from tegotae.cli.options import UNSET
 from tegotae.cli.tables import print_rows
@@ -66,17 +65,15 @@ def subjects(place: str) -> list[tuple[str, tuple[str, ...], Legged, np.ndarray]
     Raises:
         TegotaeError: if there is none, or its body has one leg.
     """
-    from tegotae.studies.gaits import SYSTEMS, system
-    from tegotae.systems.designs import is_design
+    from tegotae.systems.legged import require_legs
     from tegotae.systems.legged_systems import settling
-    from tegotae.systems.user_objects import is_reference
-    from tegotae.training.collection import read
+    from tegotae.systems.resolve import resolve
+    from tegotae.training.collection import sets_of
 
-    if place in SYSTEMS or is_reference(place):
-        legged = system(place)
-        return [(place, ("",), legged, np.array([legged.weights]))]
-    if not (Path(place).exists() or Path(place).suffix or is_design(place) or "/" in place):
-        raise unknown("legged system", place, SYSTEMS)
+    found = resolve(place)
+    if found.legged is not None:
+        return [(place, ("",), found.legged, np.array([found.legged.weights]))]
+    require_legs(found.body)
     return [
         (
             each.name,
@@ -84,7 +81,7 @@ def subjects(place: str) -> list[tuple[str, tuple[str, ...], Legged, np.ndarray]
             settling(each.system, each.weights[0]),
             each.weights,
         )
-        for each in read(place)
+        for each in sets_of(found)
     ]
 
 

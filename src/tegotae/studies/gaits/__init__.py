@@ -4,7 +4,8 @@ from tegotae.measures.gaits.names import gait_of, named
 from tegotae.measures.gaits.places import leg_names
 from tegotae.measures.gaits.summary import Coordination, CoordinationSummary, coordination
 from tegotae.systems.legged import Legged, random_phases
-from tegotae.systems.legged_systems import SYSTEMS, system
+from tegotae.systems.legged_systems import SYSTEMS
+from tegotae.systems.resolve import legged_system as system
 
 __all__ = [
     "SYSTEMS",

@@ -1,0 +1,349 @@
+"""What a name means: decided here, and nowhere else, for every command.
+
+A name is one of
+
+- a model of the paper, an architecture, or either with an oscillator: `ART-rF-tphif-w8`, `ART`,
+  `ART+hopf`;
+- a design for a body with legs: `AR@quadruped-c`;
+- a legged system: `quadruped-c`;
+- a preset of a hopper and its vanilla controller: `paper`;
+- a controller file (.json), or a folder of them;
+- a file (.json) of documents of experiments, such as a study's;
+- `FILE.py:OBJECT` or `MODULE:OBJECT`: a System, an Experiment or a list of them, a SavedController
+  or a Legged.
+
+A folder that is called as a model or a design is, and holds controllers, has their weights.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tegotae._support import documents
+from tegotae._support.documents import DamagedDocumentError
+from tegotae._support.errors import TegotaeError, unknown
+from tegotae._support.workplace import is_earlier
+from tegotae.parts.bodies import Body
+from tegotae.systems import controller_file
+from tegotae.systems.controller_file import SavedController
+from tegotae.systems.designs import design, is_design
+from tegotae.systems.experiment import Experiment
+from tegotae.systems.legged import Legged, require_legs
+from tegotae.systems.legged_systems import SYSTEMS, settling
+from tegotae.systems.models import all_models, find
+from tegotae.systems.presets import PRESETS, preset
+from tegotae.systems.release import Release
+from tegotae.systems.system import System
+from tegotae.systems.user_objects import is_reference, named
+
+WHAT = (
+    "a model such as ART, a design such as AR@quadruped-c, a legged system such as quadruped-c, a "
+    "preset, a controller file, a folder of them, or FILE.py:OBJECT"
+)
+"""All that a name can be, in a line."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Resolved:
+    """What a name means, as far as it goes: systems with weights, and experiments without.
+
+    Args:
+        name: as it was given.
+        controllers: systems with their weights, and where each is from.
+        experiments: what can be trained by this name.
+        legged: of a legged system by name, or of a user's own, whose legs it names.
+        system: of a user's System alone, which has no weights.
+    """
+
+    name: str
+    controllers: tuple[tuple[Path, SavedController], ...] = ()
+    experiments: tuple[Experiment, ...] = ()
+    legged: Legged | None = None
+    system: System | None = None
+
+    @property
+    def is_untrained(self) -> bool:
+        """Whether it says what is to be trained, and has no weights."""
+        return bool(self.experiments) and not self.controllers
+
+    @property
+    def body(self) -> Body:
+        """The body; of several systems that of the first."""
+        systems = [self.system, *(saved.system for _, saved in self.controllers)]
+        systems += [experiment.system for experiment in self.experiments]
+        return next(each.body for each in systems if each is not None)
+
+    def weighted(self) -> tuple[tuple[Path, SavedController], ...]:
+        """The controllers with their weights.
+
+        Raises:
+            TegotaeError: if there are none, with what has some.
+        """
+        if self.controllers:
+            return self.controllers
+        for experiment in self.experiments[:1]:
+            called = experiment.name
+            trained = self.name if is_reference(self.name) else called
+            raise TegotaeError(
+                f"{called} has weights to train and no file was given; "
+                f"first: tegotae train {trained} --out FOLDER"
+            )
+        raise TegotaeError(
+            f"{self.name} is a System, which has no weights; make a SavedController or a Legged "
+            "of it, which has"
+        )
+
+    def controller(self) -> SavedController:
+        """The one controller.
+
+        Raises:
+            TegotaeError: if there is none, or there are several.
+        """
+        (path, saved), *others = self.weighted()
+        if others:
+            raise TegotaeError(
+                f"{self.name} holds {1 + len(others)} controllers; name one of them, such as {path}"
+            )
+        return saved
+
+    def experiment(self) -> Experiment:
+        """The one experiment.
+
+        Raises:
+            TegotaeError: if it says nothing of what is to be trained, or of several.
+        """
+        if len(self.experiments) == 1:
+            return self.experiments[0]
+        if self.experiments:
+            raise TegotaeError(f"{self.name} holds {len(self.experiments)} experiments; name one")
+        if self.legged is not None:
+            why = "which has nothing to learn"
+            hint = f"; name a design upon it, such as AR@{self.name}"
+        else:
+            why, hint = "which does not say what is to be trained", ""
+        kind = "legged system" if self.legged else "System" if self.system else "controller"
+        raise TegotaeError(f"{self.name} is no experiment: it is a {kind}, {why}{hint or _SUCH_AS}")
+
+    def legs(self) -> Legged:
+        """The one legged system with its weights, timed so that it settles whatever its release.
+
+        Raises:
+            TegotaeError: if it has one leg, no weights, or several.
+        """
+        if self.legged is not None:
+            return self.legged
+        require_legs(self.body)
+        saved = self.controller()
+        return settling(saved.system, saved.weights, saved.name or Path(self.name).stem)
+
+
+_SUCH_AS = "; name a model such as ART, or an Experiment, FILE.py:OBJECT"
+
+
+def resolve(name: str | Path, *, budget: int | None = None) -> Resolved:
+    """What a name means.
+
+    Args:
+        name: see this module.
+        budget: largest number of trained parameters, of a model or a design; the paper's by
+            default.
+
+    Raises:
+        TegotaeError: for a name that means nothing, with the nearest ones; a file that is damaged
+            or not ours; a folder without controllers; or a budget for what has a controller of
+            its own.
+
+    Example:
+        >>> resolve("ART").experiment().name, resolve("quadruped-c").legs().names
+        ('ART-rF-tphif-w8', ('LF', 'RF', 'LH', 'RH'))
+        >>> resolve("paper").controller().omega
+        5.0
+    """
+    name = str(name)
+    sized = {} if budget is None else {"budget": budget}
+    if is_design(name):
+        experiment = design(name).experiment(**sized)
+        return Resolved(name=name, controllers=_beside(name), experiments=(experiment,))
+    if _is_model(name):
+        experiment = find(name).experiment(**sized)
+        return Resolved(name=name, controllers=_beside(name), experiments=(experiment,))
+    if budget is not None:
+        raise TegotaeError(
+            f"--budget sizes the networks of the paper's models; {name} has a controller of its own"
+        )
+    if name in SYSTEMS:
+        return _of_object(name, SYSTEMS[name]())
+    if is_reference(name):
+        return _of_object(name, named(name, _KINDS, "system"))
+    path = Path(name)
+    if path.is_dir():
+        return _of_folder(name, path)
+    if path.exists() or path.suffix or os.sep in name:
+        return _of_file(name, path)
+    if name in PRESETS:
+        return _of_object(name, preset_controller(name))
+    raise unknown("model or system", name, [*_architectures(), *all_models(), *SYSTEMS, *PRESETS])
+
+
+def legged_system(name: str) -> Legged:
+    """The legged system of a name, with weights: one by name, a user's own, or a controller file.
+
+    Raises:
+        TegotaeError: for a name that means nothing, a body of one leg, or what has no weights.
+
+    Example:
+        >>> legged_system("bar-light").body.inertia_ratio, legged_system("quadruped-c").names
+        (0.6, ('LF', 'RF', 'LH', 'RH'))
+    """
+    return resolve(name).legs()
+
+
+def preset_controller(name: str) -> SavedController:
+    """The vanilla controller of a preset, on its hopper, released as it is there.
+
+    Raises:
+        TegotaeError: for an unknown preset.
+    """
+    source = preset(name)
+    system = System(
+        controller=source.controller(source.actuation),
+        body=source.hopper,
+        omega=source.omega_rad_per_s,
+        release=Release(height_m=source.height_m),
+    )
+    return SavedController(system, np.array([source.sigma]), name)
+
+
+def controller_files(folder: Path) -> list[Path]:
+    """The controller files in a folder and its subfolders; other documents are passed over, and
+    what was set aside for a new beginning.
+
+    Raises:
+        TegotaeError: if a file may be a controller's and cannot be read: empty, cut short, without
+            permission.
+    """
+    return [file for file in _json_files(folder) if _is_controller(file)]
+
+
+_KINDS = (SavedController, Experiment, System, Legged, list, tuple)
+
+
+def _of_object(name: str, found: Any) -> Resolved:
+    if isinstance(found, Legged):
+        saved = SavedController(found.system, np.array(found.weights), name)
+        return Resolved(name=name, controllers=((Path(name), saved),), legged=found)
+    if isinstance(found, SavedController):
+        found = dataclasses.replace(found, name=found.name or name.rpartition(":")[2])
+        return _with_weights(name, ((Path(name), found),))
+    if isinstance(found, Experiment):
+        return Resolved(name=name, experiments=(found,))
+    if isinstance(found, System):
+        return Resolved(name=name, system=found)
+    for each in found:
+        if not isinstance(each, Experiment):
+            raise TegotaeError(f"{name} holds a {type(each).__name__}, which is no experiment")
+    return Resolved(name=name, experiments=tuple(found))
+
+
+def _of_folder(name: str, folder: Path) -> Resolved:
+    files = controller_files(folder)
+    if files:
+        return _with_weights(name, tuple((file, controller_file.load(file)) for file in files))
+    if name in PRESETS:
+        return _of_object(name, preset_controller(name))
+    raise TegotaeError(f"{folder} holds no controller files")
+
+
+def _of_file(name: str, path: Path) -> Resolved:
+    try:
+        experiments = _experiments_in(path)
+    except DamagedDocumentError as error:
+        controller_file.load(path)  # which says more of what begins as a controller's
+        raise TegotaeError(f"{path} is damaged: {error}") from None
+    if experiments is not None:
+        return Resolved(name=name, experiments=experiments)
+    return _with_weights(name, ((path, controller_file.load(path)),))
+
+
+def _with_weights(name: str, found: tuple[tuple[Path, SavedController], ...]) -> Resolved:
+    """Controllers, and what they were trained in where they are one training's."""
+    trained = [saved.experiment for _, saved in found if saved.experiment is not None]
+    same = len(trained) == len(found) and all(each == trained[0] for each in trained)
+    return Resolved(name=name, controllers=found, experiments=tuple(trained[:1]) if same else ())
+
+
+def _beside(name: str) -> tuple[tuple[Path, SavedController], ...]:
+    """The controllers in a folder that is called as a model or a design."""
+    folder = Path(name)
+    if not folder.is_dir():
+        return ()
+    return tuple((file, controller_file.load(file)) for file in controller_files(folder))
+
+
+def _experiments_in(path: Path) -> tuple[Experiment, ...] | None:
+    """The experiments of a document, a list of them, or a study; None if it is none of these."""
+    if not path.is_file():
+        return None  # as loading it says
+    document = documents.read(path)
+    if isinstance(document, dict) and isinstance(document.get("experiments"), dict):
+        document = list(document["experiments"].values())
+    listed = document if isinstance(document, list) else [document]
+    if not listed or not all(map(_is_experiment, listed)):
+        return None
+    try:
+        return tuple(Experiment.of(each) for each in listed)
+    except TegotaeError as error:
+        raise TegotaeError(f"{path}: {error}") from None
+
+
+def _is_experiment(document: Any) -> bool:
+    if not isinstance(document, Mapping) or controller_file.is_controller(document):
+        return False
+    return "name" in document and ("system" in document or "controller" in document)
+
+
+def _is_model(name: str) -> bool:
+    plain = name.partition("+")[0]
+    return plain in all_models() or plain in _architectures()
+
+
+def _architectures() -> list[str]:
+    return list(dict.fromkeys(model.architecture for model in all_models().values()))
+
+
+def _json_files(folder: Path) -> list[Path]:
+    """All files in a folder and its subfolders that are named as JSON; none of what was set aside
+    for a new beginning."""
+
+    def refuse(error: OSError) -> None:
+        raise TegotaeError(f"cannot read {error.filename}: {error.strerror}") from None
+
+    return sorted(
+        Path(place, name)
+        for place, _, names in os.walk(folder, onerror=refuse)
+        if not any(map(is_earlier, Path(place).relative_to(folder).parts))
+        for name in names
+        if name.endswith(".json")
+    )
+
+
+def _is_controller(path: Path) -> bool:
+    """Whether a JSON file is a controller's and no other document.
+
+    Raises:
+        TegotaeError: if that cannot be told.
+    """
+    try:
+        return controller_file.is_controller(documents.read(path))
+    except FileNotFoundError as error:  # a link to nowhere
+        raise TegotaeError(f"cannot read {path}: {error.strerror}") from None
+    except DamagedDocumentError as error:
+        what = f"damaged: {error}" if path.stat().st_size else "empty"
+        raise TegotaeError(f"{path} is {what}; remove it from the folder") from None

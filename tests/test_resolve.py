@@ -1,0 +1,148 @@
+"""One name, one meaning, whatever the question: models, designs, systems, files, own objects."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+from tegotae import TegotaeError
+from tegotae.systems import controller_file
+from tegotae.systems.controller_file import SavedController
+from tegotae.systems.models import find
+from tegotae.systems.resolve import resolve
+from tegotae.training.collection import controller_of
+
+PARTS = """
+import numpy as np
+from tegotae import Experiment, System, build
+from tegotae.systems.controller_file import SavedController
+from tegotae.studies.gaits import system
+hopper = System(controller=build("V-reflex-w8"), omega=8.0)
+training = Experiment(name="mine", system=System(controller=build("AR"), omega=8.0))
+several = [training, training.replaced(name="other")]
+saved = SavedController(hopper, np.array([2.0]))
+robot = system("bar-light")
+wrong = 7
+"""
+
+
+@pytest.fixture(scope="module")
+def own(tmp_path_factory):
+    """A user's file, by a name of its own: modules are imported once a process."""
+    path = tmp_path_factory.mktemp("own") / "resolved_parts.py"
+    path.write_text(PARTS)
+    return path
+
+
+@pytest.fixture
+def place(tmp_path, monkeypatch):
+    """The working folder, with a controller file and a folder of two."""
+    monkeypatch.chdir(tmp_path)
+    experiment = find("V-reflex-w8").experiment()
+    for seed, path in enumerate(("one.json", "runs/a.json", "runs/b.json")):
+        (tmp_path / path).parent.mkdir(exist_ok=True)
+        saved = SavedController(
+            experiment.system, np.array([2.0]), "mine", experiment, {"seed": seed}
+        )
+        controller_file.save(saved, tmp_path / path)
+    (tmp_path / "plan.json").write_text(json.dumps(find("AR").experiment().document))
+    return tmp_path
+
+
+@pytest.mark.parametrize(
+    ("name", "experiment"),
+    [
+        ("ART-rF-tphif-w8", "ART-rF-tphif-w8"),
+        ("ART", "ART-rF-tphif-w8"),
+        ("AR+hopf", "AR-rF-reflex-w8+hopf"),
+        ("AR@quadruped-c", "AR-rF@quadruped-c"),
+        ("plan.json", "AR-rF-reflex-w8"),
+        ("one.json", "V-reflex-w8"),
+        ("runs", "V-reflex-w8"),
+    ],
+)
+def test_what_can_be_trained_has_an_experiment(place, name, experiment):
+    assert resolve(name).experiment().name == experiment
+
+
+@pytest.mark.parametrize(
+    ("name", "omega", "limbs"),
+    [("paper", 5.0, 1), ("one.json", 8.0, 1), ("quadruped-c", 2.0, 4), ("bar-light", 8.0, 2)],
+)
+def test_what_has_weights_is_a_controller(place, name, omega, limbs):
+    found = resolve(name).controller()
+    assert (found.omega, found.body.limbs) == (omega, limbs)
+    assert found.weights.shape == (found.controller.n_weights,)
+
+
+def test_objects_of_a_users_file_mean_what_they_are(own):
+    of = {name: resolve(f"{own}:{name}") for name in ("hopper", "training", "saved", "robot")}
+    assert of["hopper"].body.limbs == 1
+    assert of["training"].experiment().name == "mine"
+    assert of["saved"].controller().name == "saved"
+    assert of["robot"].legs().names == ("H", "F")
+    assert len(resolve(f"{own}:several").experiments) == 2
+
+
+def test_the_weights_of_a_model_are_in_the_folder_that_is_called_so(place):
+    assert resolve("AR").is_untrained
+    (place / "runs").rename(place / "AR")
+    assert not resolve("AR").is_untrained
+    assert len(resolve("AR").controllers) == 2
+
+
+def test_a_folder_of_a_systems_name_leaves_it_what_it_is(place):
+    (place / "quadruped-c").mkdir()
+    (place / "paper").mkdir()
+    assert resolve("quadruped-c").body.limbs == 4
+    assert resolve("paper").controller().omega == 5.0
+
+
+def test_the_gain_of_a_pure_v_model_is_found_by_search():
+    found = resolve("V-reflex-w8")
+    with pytest.raises(TegotaeError, match="has weights to train and no file was given"):
+        found.controller()
+    assert controller_of(found).weights.shape == (1,)
+
+
+@pytest.mark.parametrize(
+    ("name", "question", "said"),
+    [
+        ("ARTX", "controller", "no model or system is called 'ARTX'; did you mean ART"),
+        ("quadruped-x", "legs", "is called 'quadruped-x'; did you mean quadruped-c"),
+        ("ART", "controller", "first: tegotae train ART-rF-tphif-w8 --out FOLDER"),
+        ("ART", "legs", "a gait command on a one-legged body: a Hopper has one leg"),
+        ("AR@quadruped-c", "legs", "first: tegotae train AR-rF@quadruped-c --out FOLDER"),
+        ("runs", "controller", "runs holds 2 controllers; name one of them, such as runs/a.json"),
+        ("quadruped-c", "experiment", "name a design upon it, such as AR@quadruped-c"),
+        ("paper", "experiment", "paper is no experiment: it is a controller"),
+        ("nowhere.json", "controller", "no controller file at nowhere.json"),
+        ("OWN:hopper", "controller", "is a System, which has no weights"),
+        ("OWN:hopper", "experiment", "it is a System, which does not say what is to be trained"),
+        ("OWN:several", "experiment", "holds 2 experiments; name one"),
+        ("OWN:training", "controller", "first: tegotae train"),
+        ("OWN:wrong", "controller", "is no system: it is a int"),
+    ],
+)
+def test_what_a_question_cannot_use_is_refused_in_one_line(place, own, name, question, said):
+    with pytest.raises(TegotaeError) as refused:
+        getattr(resolve(name.replace("OWN", str(own))), question)()
+    assert said in str(refused.value)
+    assert "\n" not in str(refused.value)
+
+
+def test_a_budget_sizes_models_alone(place):
+    assert resolve("AR", budget=20).experiment().controller.n_weights <= 20
+    with pytest.raises(TegotaeError, match="--budget sizes the networks of the paper's models"):
+        resolve("one.json", budget=20)
+
+
+def test_a_file_of_something_else_is_refused(place):
+    (place / "other.json").write_text('{"format": "something"}')
+    with pytest.raises(TegotaeError, match="is not a controller file"):
+        resolve("other.json")
+    (place / "empty").mkdir()
+    with pytest.raises(TegotaeError, match="holds no controller files"):
+        resolve("empty")
