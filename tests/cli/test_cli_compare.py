@@ -62,7 +62,7 @@ def two_folders(tmp_path, monkeypatch):
         (tmp_path / folder).mkdir()
         for seed in range(seeds):
             saved = SavedController.of(
-                REFLEX, np.array([2.0]), 8.0, model="V-reflex-w8", training={"seed": seed}
+                REFLEX, np.array([2.0]), 8.0, name="V-reflex-w8", training={"seed": seed}
             )
             controller_file.save(saved, tmp_path / folder / f"{seed}.json")
 
@@ -73,7 +73,7 @@ def two_folders(tmp_path, monkeypatch):
             share[0] = 0.2 + 0.4 * i
             episodes = dict.fromkeys(metric_names(), share[:, None])
             episodes |= {"delta_omega": -share[:, None], "limit_cycle_period": 1.0 + share[:, None]}
-            found.append((chosen, Evaluation(protocol, np.array([8.0]), episodes)))
+            found.append((chosen, Evaluation(Protocol(**protocol), np.array([8.0]), episodes)))
         return found
 
     monkeypatch.setattr("tegotae.cli.compare.evaluate_all", evaluate_all)

@@ -42,7 +42,7 @@ def test_without_a_subcommand_they_are_listed(capsys):
         (["simulate", "--sgima", "2"], "--sigma"),
         (["simulate", "--duration", "long"], "--duration: could not convert string to float"),
         (["simulate", "--duration"], "--duration"),
-        (["simulate", "extra"], "Unrecognized options: extra"),
+        (["simulate", "extra"], "no model or system is called 'extra'"),
         (["train"], "MODEL"),
         (["train", "ART", "--seeds", "1.5"], "--seeds"),
         (["train", "ART", "--seeds", "many"], "--seeds"),

@@ -100,11 +100,11 @@ def test_a_table_of_a_metric_that_is_not_registered_here_stays_readable(register
 
 
 def test_the_command_line_takes_a_users_metric_from_its_file(monkeypatch, capsys):
-    def made_up(controller, weights, omega_t, body, protocol, metrics):
+    def made_up(controller, weights, omega_t, body, protocol, metrics, **_):
         episodes = {metric.name: np.array([[2.5]]) for metric in metrics}
         return evaluation.Evaluation(protocol, np.array([8.0]), episodes)
 
-    monkeypatch.setattr("tegotae.cli.evaluate.evaluate", made_up)
+    monkeypatch.setattr("tegotae.cli.one_leg.evaluate.evaluate", made_up)
     monkeypatch.setattr("tegotae.training.collection.best_gain", lambda *_: (2.0, 0.4))
     try:
         arguments = ["evaluate", "V-reflex-w8", "--metric", "cot_inverse", "peak_force:peak_force"]

@@ -325,7 +325,7 @@ def test_what_moves_without_oscillators_is_measured_by_its_footfalls():
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     folder = tmp_path_factory.mktemp("gaits")
-    common = ["gait", "basin", "bar-light", "--out", str(folder), "--starts", "24"]
+    common = ["figure", "basin", "bar-light", "--out", str(folder / "basin.png"), "--starts", "24"]
     assert main([*common, "--duration", "40"]) == 0
     return folder
 
@@ -345,21 +345,22 @@ def test_the_table_of_a_basin_agrees_with_its_document(folder):
 
 def test_the_document_says_what_was_run_and_what_came_about(folder, light):
     document = json.loads((folder / "basin.json").read_text())
-    assert document["command"] == "gait basin"
+    assert document["command"] == "figure basin"
     assert document["system"]["system"]["body"]["inertia_ratio"] == 0.6
-    assert document["settings"]["starts"] == 24
+    assert document["starts"] == 24
     (outcome,) = document["outcomes"]
     assert (outcome["gait"], outcome["count"]) == ("antiphase", 24)
     assert outcome["lock_time_s"] == pytest.approx(light.outcomes[0].lock_time_s)
 
 
 def test_a_simulation_writes_its_footfalls_lags_and_an_animation(tmp_path, capsys):
-    words = ["gait", "simulate", "bar-light", "--out", str(tmp_path), "--duration", "20"]
-    assert main([*words, "--phases", "0", "0.4", "--animate"]) == 0
+    film = tmp_path / "walk.gif"
+    words = ["simulate", "bar-light", "--out", str(tmp_path), "--duration", "20"]
+    assert main([*words, "--phases", "0", "0.4", "--animate", str(film)]) == 0
     assert capsys.readouterr().out.startswith("antiphase\n")
     for name in ("footfall.png", "lags.png"):
         assert imread(tmp_path / name).std() > 0.0
-    assert (tmp_path / "animation.gif").read_bytes()[:4] == b"GIF8"
+    assert film.read_bytes()[:4] == b"GIF8"
     document = json.loads((tmp_path / "simulate.json").read_text())
     assert document["coordination"]["lag_cycles_F"] == pytest.approx(0.5, abs=0.01)
     # Duty factors by the stances and by the totals are the same.
@@ -382,15 +383,30 @@ def test_a_simulation_writes_its_footfalls_lags_and_an_animation(tmp_path, capsy
         (["simulate", "bar-light", "--phases", "0", "0.1", "--seed", "2"], "--seed is of random"),
         (["simulate", "bar-light", "--set", "mass_kg=1", "mass_kg=2"], "names mass_kg twice"),
         (["simulate", "quadruped-c", "--set", "present=1,1,1,0"], "tegotae gait lesion --lose"),
-        (["sweep", "bar-light", "--levels", "7", "9", "--dwell", "9", "--duration", "9"], "beside"),
-        (["basin", "bar-light", "--starts", "0"], "starts is 0; it must be a whole number"),
-        (["basin", "bar-light", "--tolerance", "0.7"], "tolerance is 0.7; it must be at most 0.5"),
-        (["sweep", "bar-light", "--levels", "9", "7"], "levels go from 9 to 7; the second must"),
-        (["sweep", "bar-light", "--levels", "7", "9", "--omega", "8"], "--omega is one frequency"),
+        (
+            ["gait", "sweep", "bar-light", "--levels", "7", "9", "--dwell", "9", "--duration", "9"],
+            "beside",
+        ),
+        (
+            ["figure", "basin", "bar-light", "--starts", "0"],
+            "starts is 0; it must be a whole number",
+        ),
+        (
+            ["figure", "basin", "bar-light", "--tolerance", "0.7"],
+            "tolerance is 0.7; it must be at most 0.5",
+        ),
+        (
+            ["gait", "sweep", "bar-light", "--levels", "9", "7"],
+            "levels go from 9 to 7; the second must",
+        ),
+        (
+            ["gait", "sweep", "bar-light", "--levels", "7", "9", "--omega", "8"],
+            "--omega is one frequency",
+        ),
     ],
 )
 def test_what_a_gait_command_cannot_do_is_said_in_one_line(words, says, tmp_path, capsys):
-    assert main(["gait", *words, "--out", str(tmp_path)]) == 2
+    assert main([*words, "--out", str(tmp_path / "out.png")]) == 2
     error = capsys.readouterr().err
     assert says in error
     assert error.count("\n") == 1
@@ -404,7 +420,7 @@ def test_a_gait_command_on_a_one_legged_body_says_so_in_one_line(tmp_path, monke
         "hopper = System(controller=build('V-sector-w8'), omega=8.0)\n"
         "one = Legged(about='', system=hopper, weights=(1,))\n"
     )
-    assert main(["gait", "basin", "one_leg.py:one", "--out", "out"]) == 2
+    assert main(["gait", "sweep", "one_leg.py:one", "--levels", "1", "2", "--out", "out"]) == 2
     error = capsys.readouterr().err
     assert "a gait command on a one-legged body: a Hopper has one leg" in error
     assert error.count("\n") == 1

@@ -451,7 +451,9 @@ def test_what_cannot_be_read_is_refused(tmp_path, one_line_error):
     (tmp_path / "file").touch()
     for path in (tmp_path, tmp_path / "file" / "controller.json"):
         assert refusal(path).startswith(f"cannot read {path}: ")
-        assert refusal(path) in one_line_error("simulate", "--controller", str(path))
+    assert refusal(path) in one_line_error("simulate", "--controller", str(path))
+    said = f"{tmp_path} holds no controller files"
+    assert said in one_line_error("simulate", "--controller", str(tmp_path))
 
 
 def places(value: Any, path: tuple = ()) -> Iterator[tuple]:

@@ -210,7 +210,7 @@ def test_controllers_of_a_folder_are_judged_together(judged, tmp_path, capsys):
         )
     table = tmp_path / "judged.csv"
     asked = ("--omega", "2", "3", "--starts", "4", "--csv", str(table))
-    assert main(["gait", "judge", str(folder), *asked]) == 0
+    assert main(["evaluate", str(folder), *asked]) == 0
     assert "V@quadruped-c" in capsys.readouterr().out
     rows = read_csv(table)
     assert list(rows["run"]) == ["0", "0", "1", "1"]
@@ -240,7 +240,7 @@ def test_a_judgement_of_what_has_no_frequency_takes_none():
     ],
 )
 def test_what_cannot_be_judged_is_refused_in_one_line(one_line_error, asked, said):
-    assert said in one_line_error("gait", "judge", *asked)
+    assert said in one_line_error("evaluate", *asked)
 
 
 def test_models_lists_designs_for_a_pattern_with_an_at(capsys):
@@ -259,7 +259,7 @@ def test_a_pattern_that_no_design_has_is_refused(one_line_error):
     assert "too small" in one_line_error("train", "ARGT@hexapod", "--budget", "9")
 
 
-@pytest.mark.parametrize("command", [("gait", "judge"), ("generalise",)])
+@pytest.mark.parametrize("command", ["evaluate", "generalise", "simulate"])
 def test_a_design_that_was_not_trained_is_told_how_to_be(one_line_error, command):
-    said = one_line_error(*command, "AR@quadruped-c")
+    said = one_line_error(command, "AR@quadruped-c")
     assert "first: tegotae train AR-rF@quadruped-c --out FOLDER" in said

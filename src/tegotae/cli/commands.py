@@ -89,13 +89,10 @@ COMMANDS: Mapping[str, Command | Group] = {
     "gait": Group(
         "Study the gaits of a body with several legs.",
         {
-            "simulate": Command("gait.simulate", "Simulate"),
-            "basin": Command("gait.basin", "Basin"),
             "sweep": Command("gait.sweep", "Sweep"),
             "map": Command("gait.map", "Map"),
             "stability": Command("gait.stability", "Stability"),
             "lesion": Command("gait.lesion", "Lesion"),
-            "judge": Command("gait.judge", "Judge"),
         },
     ),
     "generalise": Command("generalise", "Generalise"),
@@ -132,5 +129,8 @@ COMMANDS: Mapping[str, Command | Group] = {
 
 MOVED: Mapping[str, str] = {
     "train-env": "train MODEL --env ENV",
+    "gait simulate": "simulate",
+    "gait basin": "figure basin",
+    "gait judge": "evaluate",
 }
 """Commands that went, and which one answers their question now."""

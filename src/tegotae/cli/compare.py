@@ -13,11 +13,11 @@ from typing import Annotated, Any
 import tyro
 
 from tegotae._support.errors import TegotaeError
-from tegotae.cli.evaluate import evaluate_all, print_table, show, shown
 from tegotae.cli.metrics import named
-from tegotae.cli.options import WorkOption
+from tegotae.cli.one_leg.evaluate import evaluate_all, print_table, show, shown
+from tegotae.cli.options import ProtocolOptions
 from tegotae.cli.tables import print_rows
-from tegotae.measures.evaluation import Evaluation, Protocol
+from tegotae.measures.evaluation import Evaluation
 from tegotae.measures.hopping.metric import Metric
 from tegotae.measures.hopping.registry import range_of
 from tegotae.measures.hopping.statistics import Interval, difference, paired_difference
@@ -26,13 +26,15 @@ from tegotae.training.collection import read
 
 
 @dataclass(frozen=True, kw_only=True)
-class Compare(WorkOption):
-    """Compare controllers: files, folders or pure V models. Differences are to the first one."""
+class Compare(ProtocolOptions):
+    """Compare controllers: files, folders or pure V models. Differences are to the first one.
+
+    Each is released and integrated as its own system is, and all are evaluated by the protocol that
+    their experiments have in common; where they differ in it, options say which it is.
+    """
 
     places: Annotated[tuple[str, ...], tyro.conf.Positional]
     """Controller files, folders of them, or names of pure V models."""
-    drop: float = 0.2
-    """How far the ground drops [m]."""
     metric: tuple[str, ...] = ()
     """Only these metrics: names, FILE.py:OBJECT for one of your own, or all."""
     json: bool = False
@@ -40,13 +42,14 @@ class Compare(WorkOption):
 
     def run(self) -> None:
         """Evaluate, compare, and print."""
-        protocol = Protocol(drop_m=self.drop, work=self.work)
+        protocol = self.changed()
         asked = named(self.metric)
         sets = told_apart([(place, runs) for place in self.places for runs in read(place)])
         if len(sets) < 2:
             raise TegotaeError(
                 f"a comparison needs at least two sets of controllers; {len(sets)} found"
             )
+        require_alike(sets, protocol)
         found = evaluate_all(sets, protocol, asked=asked)
         (base, base_evaluation), others = found[0], found[1:]
         differences = [
@@ -78,6 +81,22 @@ def told_apart(sets: Sequence[tuple[str, ControllerSet]]) -> list[ControllerSet]
     return [
         dataclasses.replace(runs, name=name) for name, (_, runs) in zip(names, sets, strict=True)
     ]
+
+
+def require_alike(sets: Sequence[ControllerSet], given: Mapping[str, Any]) -> None:
+    """Raise `TegotaeError` if sets are evaluated by protocols that cannot be compared.
+
+    Heights of release and control periods belong to the systems, and may differ.
+    """
+    of_systems = ("release_m", "tick_s")
+    protocols = [dataclasses.asdict(dataclasses.replace(x.protocol, **given)) for x in sets]
+    for runs, own in zip(sets, protocols, strict=True):
+        for name, value in own.items():
+            if name not in of_systems and value != protocols[0][name]:
+                raise TegotaeError(
+                    f"{sets[0].name} and {runs.name} are evaluated with another {name}, "
+                    f"{protocols[0][name]} and {value}; --drop and --work set one for all"
+                )
 
 
 def paired(runs: ControllerSet, base: ControllerSet) -> bool:

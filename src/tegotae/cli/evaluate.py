@@ -1,159 +1,112 @@
-"""`tegotae evaluate`: the paper's evaluation of controllers."""
+"""`tegotae evaluate`: how well controllers hop or walk."""
 
 from __future__ import annotations
 
 import json
-import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
-import numpy as np
 import tyro
 
 from tegotae._support import tables
-from tegotae._support.errors import require_finite
+from tegotae._support.errors import TegotaeError, require_finite
 from tegotae._support.files import output_file
 from tegotae._support.limits import MOST_RAD_PER_S
-from tegotae._support.progress import reporting
 from tegotae.cli.metrics import named
-from tegotae.cli.options import UNSET, BodyOptions, WorkOption
-from tegotae.cli.tables import print_rows
-from tegotae.measures.evaluation import (
-    Evaluation,
-    Protocol,
-    evaluate,
-    require_evaluable,
-)
-from tegotae.measures.hopping.metric import TABLE, Metric
-from tegotae.measures.hopping.registry import metrics
-from tegotae.measures.hopping.statistics import Interval
-from tegotae.systems.controller_set import ControllerSet
-from tegotae.training.collection import read
+from tegotae.cli.options import UNSET, BodyOptions, ProtocolOptions, refuse_given, require_ours
+from tegotae.systems.legged import Legged
+from tegotae.systems.resolve import Resolved, resolve
+from tegotae.training.collection import sets_of
+
+OF_ONE_LEG = ("drop", "undisturbed", "disturbed", "work", "metric")
+OF_SEVERAL = ("starts", "seed")
 
 
 @dataclass(frozen=True, kw_only=True)
-class Evaluate(WorkOption, BodyOptions):
-    """Evaluate a controller file, a folder of them, or a pure V model, at five frequencies.
+class Evaluate(ProtocolOptions, BodyOptions):
+    """Evaluate controllers: the hopping of one leg, or how several legs walk.
 
-    Options of the body put every controller on another one than it was trained on.
+    One leg is evaluated as in the paper, at five frequencies and over a drop of the ground. Its
+    release, its integrator and, of a held controller, its control period are those of the file's
+    system; times, drop, work and frequencies those of its experiment's protocol. Several legs are
+    released from random phases, the same ones for all, and judged by falls, speed, cost of
+    transport, time to lock and gait; release, control period and integrator are the file's, the
+    duration is one in which legs settle. Options change what they name, and nothing else. Numbers
+    are means over the runs of a set with their 95 % intervals; a single run has none.
     """
 
     place: Annotated[str, tyro.conf.Positional]
-    """A controller file, a folder, or the name of a pure V model such as V-sector-w4."""
-    omega: Annotated[float | None, UNSET] = None
-    """Evaluate around this frequency [rad/s] instead of the one trained at."""
-    drop: float = 0.2
-    """How far the ground drops [m]."""
-    undisturbed: float = 40.0
-    """Time from the release to the drop [s]."""
-    disturbed: float = 40.0
-    """Time after that [s]."""
+    """A controller file, a folder, or another name with weights, such as V-sector-w4, quadruped-c
+    or FILE.py:OBJECT."""
+    omega: Annotated[tuple[float, ...], UNSET] = ()
+    """The frequency [rad/s] around which one leg is evaluated, or those at which several are; the
+    one trained at by default."""
+    undisturbed: Annotated[float | None, UNSET] = None
+    """Time from the release to the drop [s], of one leg; the protocol's by default."""
+    disturbed: Annotated[float | None, UNSET] = None
+    """Time after that [s]; the protocol's by default."""
     metric: tuple[str, ...] = ()
-    """Only these metrics: names, FILE.py:OBJECT for one of your own, or all; without it, all are
-    computed and the usual ones shown. What they do not need is not simulated."""
+    """Only these metrics, of one leg: names, FILE.py:OBJECT for one of your own, or all; without
+    it, all are computed and the usual ones shown. What they do not need is not simulated."""
+    starts: int = 32
+    """How many releases of each controller, of several legs."""
+    seed: int = 1
+    """Of the random phases at release, of several legs."""
     json: bool = False
     """Print one JSON object."""
     csv: Annotated[Path | None, UNSET] = None
-    """Also write one row per run to this file."""
+    """Also write a row per run to this file; of several legs per run and frequency."""
 
     def run(self) -> None:
         """Evaluate, and print."""
-        if self.omega is not None:
-            require_finite("omega", self.omega, above=0.0, most=MOST_RAD_PER_S)
-        protocol = Protocol(
-            drop_m=self.drop,
-            undisturbed_s=self.undisturbed,
-            disturbed_s=self.disturbed,
-            work=self.work,
-        )
-        asked = named(self.metric)
+        for omega in self.omega:
+            require_finite("omega", omega, above=0.0, most=MOST_RAD_PER_S)
+        found = resolve(self.place)
+        require_ours(found)
+        several = found.body.limbs > 1
+        refuse_given(self, OF_ONE_LEG if several else OF_SEVERAL, self.place, several)
         if self.csv is not None:
             output_file(self.csv)
-        sets = [self._on_body(runs) for runs in read(self.place)]
-        found = evaluate_all(sets, protocol, self.omega, asked)
+        if several:
+            self._walking(found)
+        else:
+            self._hopping(found)
+
+    def _hopping(self, found: Resolved) -> None:
+        from tegotae.cli.one_leg import evaluate as one_leg
+
+        if len(self.omega) > 1:
+            raise TegotaeError("--omega has several frequencies; one leg is evaluated around one")
+        times = {"undisturbed_s": self.undisturbed, "disturbed_s": self.disturbed}
+        protocol = self.changed(times)
+        asked = named(self.metric)
+        sets = [runs.replaced(body=self.in_place_of(runs.body)) for runs in sets_of(found)]
+        omega = self.omega[0] if self.omega else None
+        results = one_leg.evaluate_all(sets, protocol, omega, asked)
         if self.csv is not None:
-            tables.write_csv(self.csv, _columns(found))
+            tables.write_csv(self.csv, one_leg.columns(results))
         if self.json:
-            controllers = [{"name": r.name, "labels": r.labels, **e.to_dict()} for r, e in found]
-            print(json.dumps({"controllers": controllers}))
+            listed = [{"name": r.name, "labels": r.labels, **e.to_dict()} for r, e in results]
+            print(json.dumps({"controllers": listed}))
             return
-        print_table(found, shown(asked))
+        one_leg.print_table(results, one_leg.shown(asked))
 
-    def _on_body(self, runs: ControllerSet) -> ControllerSet:
-        return runs.replaced(body=self.in_place_of(runs.body))
+    def _walking(self, found: Resolved) -> None:
+        from tegotae.cli.several_legs import evaluate as several_legs
 
+        sets = [
+            (name, labels, self._on_body(legged), weights)
+            for name, labels, legged, weights in several_legs.subjects(found)
+        ]
+        judged = several_legs.judge_all(sets, self.omega, self.starts, self.seed)
+        if self.csv is not None:
+            tables.write_csv(self.csv, several_legs.columns(judged), digits=6)
+        if self.json:
+            print(json.dumps({"controllers": several_legs.listed(judged)}))
+            return
+        several_legs.print_table(judged)
 
-def shown(asked: tuple[Metric, ...] | None) -> tuple[Metric, ...]:
-    """The metrics of a table on the screen: those asked for, or the usual ones."""
-    return metrics(TABLE) if asked is None else asked
-
-
-def evaluate_all(
-    sets: list[ControllerSet],
-    protocol: Protocol,
-    omega: float | None = None,
-    asked: tuple[Metric, ...] | None = None,
-) -> list[tuple[ControllerSet, Evaluation]]:
-    """Evaluate sets of runs by all metrics, or those asked for, showing how far it is."""
-    for runs in sets:
-        require_evaluable(runs.controller, runs.body, protocol)
-    found = []
-    with reporting("evaluate", len(sets)) as reporter:
-        for done, runs in enumerate(sets, 1):
-            # A frequency asked for does not give one to a controller without an oscillator.
-            omega_t = runs.omega_t if omega is None or runs.omega_t is None else omega
-            there = runs.replaced(omega=omega_t)
-            result = evaluate(
-                runs.controller, runs.weights, omega_t, runs.body, protocol, metrics=asked
-            )
-            found.append((there, result))
-            reporter.update(done, runs.name)
-    return found
-
-
-def print_table(found: list[tuple[ControllerSet, Evaluation]], shown: tuple[Metric, ...]) -> None:
-    """One row per set of runs: mean and 95 % interval of each metric over the runs."""
-    summaries = [evaluation.summary() for _, evaluation in found]
-    print_rows(
-        ("controller", "runs", *(metric.heading for metric in shown)),
-        (
-            (runs.name, str(evaluation.n_runs), *(show(summary[m.name]) for m in shown))
-            for (runs, evaluation), summary in zip(found, summaries, strict=True)
-        ),
-    )
-    print(
-        "Mean over runs [95 % interval]. A body at rest has CoT⁻¹ 0; hopping without a "
-        "limit cycle has neither CoT⁻¹ nor transients, and counts in the share of limit cycles. "
-        "– is undefined, * means that some runs are."
-    )
-
-
-def show(value: Interval) -> str:
-    """An interval in a table."""
-    if math.isnan(value.mean):
-        return "–"
-    mark = "*" if value.undefined else ""
-    if math.isnan(value.low):
-        return f"{value.mean:.3g}{mark}"
-    return f"{value.mean:.3g}{mark} [{value.low:.3g}, {value.high:.3g}]"
-
-
-def _columns(found: list[tuple[ControllerSet, Evaluation]]) -> dict[str, list[str]]:
-    """One row per run: where it is from, and every metric that was asked for."""
-    columns: dict[str, list[str]] = {}
-    for runs, evaluation in found:
-        omega = "" if runs.omega_t is None else f"{runs.omega_t:g}"
-        own = {
-            "controller": [runs.name] * len(runs.labels),
-            "run": list(runs.labels),
-            "omega_t_rad_per_s": [omega] * len(runs.labels),
-            **{name: [*map(_cell, values)] for name, values in evaluation.runs().items()},
-        }
-        for name, cells in own.items():
-            columns.setdefault(name, []).extend(cells)
-    return columns
-
-
-def _cell(value: np.floating) -> str:
-    return "" if np.isnan(value) else f"{value:.6g}"
+    def _on_body(self, legged: Legged) -> Legged:
+        body = self.in_place_of(legged.body)
+        return legged if body is legged.body else legged.with_body(body)

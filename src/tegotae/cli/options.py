@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
@@ -13,9 +14,10 @@ import tyro
 from tegotae._support.errors import TegotaeError
 from tegotae._support.limits import MOST_GAIN, MOST_RAD_PER_S, require_within
 from tegotae.cli.conditions import conditions_named
+from tegotae.measures.evaluation import Protocol
 from tegotae.measures.objectives.fitness import Fitness
 from tegotae.measures.objectives.objective import Objective
-from tegotae.parts.bodies import Body, Hopper, WiredLimbs
+from tegotae.parts.bodies import Body, ExternalLimbs, Hopper
 from tegotae.parts.fields import unwrapped
 from tegotae.parts.oscillators import Oscillator, oscillator_named
 from tegotae.parts.oscillators.named import PHASE
@@ -42,6 +44,8 @@ OWN = tyro.conf.arg(help_behavior_hint="(default: the experiment's)")
 """For an option without which an experiment stays as it is."""
 EARLIER_NAME = tyro.conf.arg(aliases=["--energy"])
 """For the definition of work, which earlier versions called energy."""
+OF_PROTOCOL = tyro.conf.arg(help_behavior_hint="(default: its protocol's)")
+"""The same of the protocol by which something is evaluated."""
 OWN_BODY = tyro.conf.arg(help_behavior_hint="(default: its own)")
 """The same of a body."""
 OWN_OSCILLATOR = tyro.conf.arg(help_behavior_hint="(default: phase)")
@@ -127,6 +131,23 @@ class WorkOption:
 
     work: Annotated[str, EARLIER_NAME] = "absolute"
     """Definition of the actuator's work: absolute, positive or net."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ProtocolOptions:
+    """What of an evaluation of hopping is to be other than a file's experiment says."""
+
+    drop: Annotated[float | None, OF_PROTOCOL] = None
+    """How far the ground drops [m]; 0.2 where no experiment says it."""
+    work: Annotated[str | None, OF_PROTOCOL, EARLIER_NAME] = None
+    """Definition of the actuator's work: absolute, positive or net; absolute where no experiment
+    says it."""
+
+    def changed(self, more: Mapping[str, Any] | None = None) -> dict[str, Any]:
+        """The fields of the protocol that were given, checked."""
+        given = _given({"drop_m": self.drop, "work": self.work, **(more or {})})
+        Protocol(**given)
+        return given
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -354,6 +375,8 @@ class ControllerOptions(OscillatorOption, HopperOptions):
         for name in ("actuation", "sigma", "oscillator"):
             if getattr(self, name) is not None:
                 raise TegotaeError(f"--{name} belongs to vanilla controllers, not to a file")
+        if self.preset != HopperOptions.preset:
+            raise TegotaeError("--preset belongs to vanilla controllers, not to a file")
         require_hopper(found)
         saved = controller_of(found)
         assert isinstance(saved.body, Hopper)  # require_hopper
@@ -382,8 +405,25 @@ def require_hopper(found: Resolved) -> None:
 
 def require_ours(found: Resolved) -> None:
     """Raise `TegotaeError` for a controller of limbs that a foreign simulator moves."""
-    if isinstance(unwrapped(found.body), WiredLimbs):
+    if isinstance(unwrapped(found.body), ExternalLimbs):
         raise TegotaeError(
             f"{found.name} drives the limbs of a foreign simulator, whose mechanics are not here; "
             "run it there: tegotae.envs.load_wiring"
         )
+
+
+def refuse_given(command: Any, names: Iterable[str], place: str, several: bool) -> None:
+    """Raise `TegotaeError` for an option that the number of legs of what was named makes idle.
+
+    Args:
+        command: the options.
+        names: of the fields that do nothing here.
+        place: what was named.
+        several: whether it has several legs.
+    """
+    defaults = {field.name: field.default for field in dataclasses.fields(command)}
+    for name in names:
+        if getattr(command, name) != defaults[name]:
+            option, whose = name.replace("_", "-"), "one leg" if several else "several legs"
+            has = "several legs" if several else "one leg"
+            raise TegotaeError(f"--{option} is for bodies with {whose}; {place} has {has}")

@@ -2,198 +2,174 @@
 
 from __future__ import annotations
 
-import dataclasses
 import json
 import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
-from rich.console import Console
+import tyro
 
-from tegotae._support import tables
 from tegotae._support.errors import TegotaeError, require_finite
-from tegotae._support.files import output_file
-from tegotae.cli.options import UNSET, ControllerOptions, FromPreset, WorkOption
-from tegotae.measures.hopping.efficiency import work_total
-from tegotae.parts.bodies import Hopper
-from tegotae.simulation.integrators import Hold, PredictorCorrector
-from tegotae.simulation.rollout import MOST_TICKS, Scenario, Timing
-from tegotae.systems.presets import preset
-from tegotae.systems.simulation import Result, Simulation
-
-SERIES = (
-    "time_s",
-    "height_m",
-    "velocity_m_per_s",
-    "phase_rad",
-    "spring_force_n",
-    "feedback_rad_per_s",
-    "actuator_force_n",
-    "ground_m",
-    "climb_flight_m",
-    "climb_m",
+from tegotae.cli.gait.subject import OF_LEGS, LegsOptions, legs_of
+from tegotae.cli.options import (
+    EARLIER_NAME,
+    UNSET,
+    ControllerOptions,
+    FromPreset,
+    refuse_given,
+    require_ours,
 )
-"""What the time series tells, a column each, and beside it the running total of the work."""
+from tegotae.parts.bodies import Hopper
+from tegotae.simulation.integrators import Hold
+from tegotae.simulation.rollout import Timing
+from tegotae.systems.controller_file import SavedController
+from tegotae.systems.resolve import Resolved, resolve
+from tegotae.systems.simulation import Simulation
+
+DURATION_S = 20.0
+"""Simulated time of one leg by default [s]."""
+OF_ONE_LEG = (
+    *("drop", "drop_time", "height", "velocity", "phase", "tick", "hold", "float64"),
+    *("measure_from", "work", "actuation", "oscillator", "preset"),
+)
+OF_SEVERAL = (*OF_LEGS, "phases", "out")
 
 
 @dataclass(frozen=True, kw_only=True)
-class Simulate(WorkOption, ControllerOptions):
-    """Simulate a controller file, or a vanilla controller made of options."""
+class Simulate(LegsOptions, ControllerOptions):
+    """Simulate a controller: of one leg its apexes and its efficiency, of several its footfalls,
+    its lags and its gait's name.
 
-    controller: Annotated[Path | None, UNSET] = None
-    """A controller file of `tegotae train`."""
-    duration: float = 20.0
-    """Simulated time [s]."""
+    It is named by a file or otherwise, or is a vanilla controller made of options. Release and
+    integrator are those of the file's system, and so is the control period of a held controller and
+    of legs; the definition of work is its experiment's. Options change what they name.
+    """
+
+    place: Annotated[str | None, tyro.conf.Positional, UNSET] = None
+    """A controller file, or another name with weights, such as V-sector-w4, quadruped-c or
+    FILE.py:OBJECT; without it, a vanilla controller made of options."""
+    controller: Annotated[str | None, UNSET] = None
+    """The same as an option."""
+    duration: Annotated[float | None, UNSET] = None
+    """Simulated time [s]; 20 s of one leg, and the system's of several."""
     drop: float = 0.0
-    """How far the ground drops [m]; a negative drop raises it."""
+    """How far the ground drops [m]; a negative drop raises it. Of one leg."""
     drop_time: float = 10.0
     """When it drops [s]."""
     height: FromPreset = None
     """Release height [m]."""
-    velocity: float = 0.0
-    """Release velocity [m/s]."""
-    phase: float = 0.0
-    """Phase at release [rad]."""
-    tick: float = Timing.tick_s
-    """Control period [s]."""
+    velocity: Annotated[float | None, UNSET] = None
+    """Release velocity [m/s]; the file's, or at rest."""
+    phase: Annotated[float | None, UNSET] = None
+    """Phase at release [rad]; the file's, or 0."""
+    phases: Annotated[tuple[float, ...], UNSET] = ()
+    """Phases of several legs at release [cycles], in the body's order; random ones by default."""
+    tick: Annotated[float | None, UNSET] = None
+    """Control period of one leg [s]; 1 ms by default, and its own of a held controller."""
     hold: bool = False
     """Hold the controller over each tick, as a robot does."""
     float64: bool = False
     """Compute in double precision."""
+    work: Annotated[str | None, UNSET, EARLIER_NAME] = None
+    """Definition of the actuator's work: absolute, positive or net; that of the file's experiment,
+    or absolute."""
     measure_from: Annotated[float | None, UNSET] = None
     """Take CoT⁻¹ over whole hops from here on [s]; from half of the duration by default."""
     json: bool = False
     """Print one JSON object."""
     csv: Annotated[Path | None, UNSET] = None
     """Write the time series (.csv): height, velocity, phase, forces and feedback, and the running
-    totals of work and climbs."""
+    totals of work and climbs; of several legs their lags, phases and loads."""
     plot: Annotated[Path | None, UNSET] = None
-    """Write a plot over time (.png, .pdf, .svg)."""
+    """Write a plot over time (.png, .pdf, .svg); of several legs their footfalls."""
     animate: Annotated[Path | None, UNSET] = None
-    """Write an animation (.gif, or .mp4 where ffmpeg is installed)."""
+    """Write an animation (.gif, or of one leg .mp4 where ffmpeg is installed)."""
+    out: Annotated[Path | None, UNSET] = None
+    """Of several legs: a folder for all pictures (.png), the table (.csv) and the document
+    (.json)."""
 
     def run(self) -> None:
         """Simulate and show."""
-        simulation = self._simulation()
-        self._check_outputs()
+        if self.place is not None and self.controller is not None:
+            raise TegotaeError(f"{self.place} and --controller {self.controller} are two; name one")
+        name = self.controller if self.place is None else self.place
+        found = None if name is None else resolve(name)
+        if found is not None:
+            require_ours(found)
+        if found is not None and found.body.limbs > 1:
+            refuse_given(self, OF_ONE_LEG, found.name, several=True)
+            self._of_several(found)
+        else:
+            called = "a vanilla controller" if found is None else found.name
+            refuse_given(self, OF_SEVERAL, called, several=False)
+            self._of_one_leg(found)
+
+    def _of_several(self, found: Resolved) -> None:
+        from tegotae.cli.several_legs.simulate import simulate_legs
+
+        simulate_legs(
+            legs_of(self, found.name),
+            self.phases,
+            out=self.out,
+            csv=self.csv,
+            plot=self.plot,
+            animate=self.animate,
+            as_json=self.json,
+        )
+
+    def _of_one_leg(self, found: Resolved | None) -> None:
+        from tegotae.cli.one_leg import simulate as one_leg
+
+        saved = self.vanilla() if found is None else self.adapted(found)
+        simulation = self._simulation(saved)
+        files = (self.csv, self.plot, self.animate)
+        one_leg.check_outputs(*files)
         result = simulation.run()
-        summary = {**result.summary(), "parameters": self._parameters(simulation)}
-        self._draw(result)
+        name = None if found is None else found.name
+        used = one_leg.parameters(simulation, name, self.preset)
+        summary = {**result.summary(), "parameters": used}
+        one_leg.write(result, *files)
         if self.json:
             print(json.dumps(summary))
         else:
-            _print(summary)
+            one_leg.print_summary(summary)
 
-    def _check_outputs(self) -> None:
-        if self.csv is not None:
-            output_file(self.csv)
-        if self.plot is not None:
-            from tegotae.figures.style import figure_file
+    def _simulation(self, saved: SavedController) -> Simulation:
+        from tegotae.cli.one_leg.simulate import frame_s
 
-            figure_file(self.plot)
-        if self.animate is not None:
-            from tegotae.figures.animation import animation_file
-
-            animation_file(self.animate)
-
-    def _draw(self, result: Result) -> None:
-        if self.csv is not None:
-            trajectory = result.trajectory
-            columns = {name: getattr(trajectory, name) for name in SERIES}
-            columns["work_j"] = work_total(trajectory, self.work)
-            tables.write_csv(self.csv, columns, digits=7)
-        if self.plot is not None:
-            from tegotae.figures.rollout import rollout_figure
-            from tegotae.figures.style import save_figure
-
-            save_figure(rollout_figure(result), self.plot)
-        if self.animate is not None:
-            from tegotae.figures.animation import write_animation
-
-            write_animation(result, self.animate)
-
-    def _simulation(self) -> Simulation:
-        saved = self.chosen(self.controller)
-        assert isinstance(saved.body, Hopper)  # `chosen` refuses others
-        require_finite("tick", self.tick, above=0.0)
-        saved.body.check_tick(self.tick)
+        assert isinstance(saved.body, Hopper)  # `adapted` refuses others
+        system = saved.system
+        duration = DURATION_S if self.duration is None else self.duration
+        tick = system.period_s(Timing.tick_s) if self.tick is None else self.tick
+        require_finite("tick", tick, above=0.0)
+        saved.body.check_tick(tick)
         require_finite("drop", self.drop)
         require_finite("drop_time", self.drop_time, least=0.0)
-        if self.drop and self.drop_time >= self.duration:
+        if self.drop and self.drop_time >= duration:
             raise TegotaeError(
                 f"the ground is to drop at {self.drop_time:g} s, but the rollout ends at "
-                f"{self.duration:g} s; set --drop-time or --duration"
+                f"{duration:g} s; set --drop-time or --duration"
             )
-        scenario = Scenario.of(
-            saved.omega,
-            height_m=preset(self.preset).height_m if self.height is None else self.height,
-            velocity_m_per_s=self.velocity,
-            phase_rad=self.phase,
+        released = {
+            "height_m": self.height,
+            "velocity_m_per_s": self.velocity,
+            "phase_rad": self.phase,
+        }
+        scenario = system.scenario(
+            **{name: value for name, value in released.items() if value is not None},
             drop_m=self.drop,
             drop_time_s=self.drop_time if self.drop else math.inf,
         )
+        work = "absolute" if saved.experiment is None else saved.experiment.protocol.work
         return Simulation(
             saved.controller,
             saved.weights,
             scenario,
             saved.body,
-            Timing(duration_s=self.duration, tick_s=self.tick, frame_s=_frame(self.tick)),
-            self.work,
+            Timing(duration_s=duration, tick_s=tick, frame_s=frame_s(tick)),
+            work if self.work is None else self.work,
             self.measure_from,
             "float64" if self.float64 else "float32",
-            Hold() if self.hold else PredictorCorrector(),
+            Hold() if self.hold else system.integrator,
         )
-
-    def _parameters(self, simulation: Simulation) -> dict:
-        scenario: dict[str, float | None] = {
-            k: float(v)
-            for k, v in simulation.scenario._asdict().items()
-            if k not in ("initial_pose", "oscillator_state", "changes")
-        }
-        if simulation.controller.oscillator is None:
-            scenario["omega"] = None
-        if math.isinf(simulation.scenario.drop_time_s):
-            scenario["drop_time_s"] = None
-        vanilla = self.controller is None
-        return {
-            "controller": None if vanilla else str(self.controller),
-            "preset": self.preset,
-            "actuation": type(simulation.controller.actuation).__name__.lower(),
-            "sigma": float(simulation.weights[0]) if vanilla else None,
-            **scenario,
-            **dataclasses.asdict(simulation.hopper),
-            **dataclasses.asdict(simulation.timing),
-            "dtype": simulation.dtype,
-            "held": self.hold,
-        }
-
-
-def _frame(tick_s: float) -> float:
-    """A recording period of whole ticks, near 10 ms: fine enough for a plot."""
-    return tick_s * max(1, round(min(0.01 / tick_s, MOST_TICKS)))
-
-
-def _print(summary: dict) -> None:
-    console = Console(highlight=False, soft_wrap=True)
-    if summary["failed"]:
-        console.print(
-            f"failed at {summary['failed_time_s']:.2f} s: the leg has no length left, or the "
-            "numbers have left their range"
-        )
-    heights = summary["apex_height_m"]
-    last = ", ".join(f"{height:.4f}" for height in heights[-4:])
-    console.print(f"{len(heights)} apexes" + (f"; the last at {last} m" if heights else ""))
-    if summary["reason"] is not None:
-        console.print(f"no CoT⁻¹: {summary['reason']}")
-        return
-    start, end = summary["window_s"]
-    hops = summary["hops"]
-    console.print(f"{hops} whole hop{'s' if hops > 1 else ''}, from {start:.2f} to {end:.2f} s:")
-    console.print(f"  CoT⁻¹ (flight)   {_show(summary['cot_inverse_flight'])} m/J")
-    console.print(f"  CoT⁻¹ (all)      {_show(summary['cot_inverse_total'])} m/J")
-    console.print(f"  work ({summary['work']})  {_show(summary['work_j'])} J")
-
-
-def _show(value: float | None) -> str:
-    return "–" if value is None else f"{value:.4f}"

@@ -39,6 +39,7 @@ from tegotae.measures.hopping.statistics import Interval, mean_defined
 from tegotae.parts.bodies import Body, Hopper, require_one_limb
 from tegotae.parts.controller import Controller
 from tegotae.parts.oscillators import Clamped
+from tegotae.simulation.integrators import Integrator, PredictorCorrector
 from tegotae.simulation.rollout import (
     Engine,
     Scenario,
@@ -46,6 +47,9 @@ from tegotae.simulation.rollout import (
     Trajectory,
     check_senses,
 )
+
+CONTINUOUS = PredictorCorrector()
+"""Time as the paper has it: the controller is not held over a control period."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -64,7 +68,7 @@ class Protocol:
         limit_cycle: what counts as settled.
         work: definition of work, one of "absolute", "positive", "net".
         tick_s: control period [s].
-        release_m: height of the release [m], at rest.
+        release_m: height of the release [m].
 
     Raises:
         TegotaeError: for a time or a height that is not positive, a negative drop, no episode, or
@@ -208,6 +212,9 @@ def evaluate(
     releases: Releases | None = None,
     metrics: Iterable[str | Metric] | None = None,
     recorded: Sequence[str] = (),
+    *,
+    start: Scenario | None = None,
+    integrator: Integrator | None = None,
 ) -> Evaluation:
     """Evaluate runs of a controller as the paper does (IV-B): every run at every frequency.
 
@@ -228,6 +235,10 @@ def evaluate(
         releases: from where each run is released; the protocol's release for all by default.
         metrics: names of the metrics that are asked for; all that there are by default.
         recorded: names of channels whose undisturbed part is returned, too; none by default.
+        start: what else a release has than its height: velocity, phase, pose and oscillator state;
+            at rest and at phase 0 by default.
+        integrator: how controller and body advance by a control period; in continuous time by
+            default.
 
     Raises:
         TegotaeError: for weights of the wrong shape or not finite, a missing or non-positive
@@ -252,14 +263,17 @@ def evaluate(
     weights = _checked_weights(controller, weights)
     runs, episodes = len(weights), len(omegas)
     lanes = np.repeat(weights, episodes, axis=0)
+    start = Scenario(0.0) if start is None else start
+    integrator = CONTINUOUS if integrator is None else integrator
     if releases is None:
-        releases = Releases(np.full(runs, protocol.release_m), np.zeros(runs))
+        phase_rad = np.full(runs, float(start.phase_rad))
+        releases = Releases(np.full(runs, protocol.release_m), phase_rad)
     if any(np.shape(entry) != (runs,) for entry in releases):
         raise TegotaeError(
             f"releases have shapes {[np.shape(entry) for entry in releases]}; {runs} runs need "
             f"one height and one phase each"
         )
-    scenario = Scenario(
+    scenario = start._replace(
         omega=np.tile(omegas, runs),
         height_m=np.repeat(releases.height_m, episodes),
         phase_rad=np.repeat(releases.phase_rad, episodes),
@@ -273,11 +287,12 @@ def evaluate(
     of_clamped = [metric for metric in needed if isinstance(metric, ClampedMetric)]
     if of_gait or derived or recorded:
         of_lanes, recording = _of_gait(
-            controller, lanes, scenario, body, protocol, of_gait, recorded
+            controller, lanes, scenario, body, protocol, integrator, of_gait, recorded
         )
         values |= of_lanes
     if of_clamped:
-        values |= _of_clamped(controller, lanes, scenario, body, protocol, of_clamped)
+        rest = scenario, body, protocol, integrator
+        values |= _of_clamped(controller, lanes, *rest, of_clamped)
     conditions = Conditions(body, protocol.work, protocol.drop_m)
     for metric in derived:
         parts = {name: values[name] for name in metric.derivation.of}
@@ -302,7 +317,7 @@ def require_evaluable(controller: Controller, body: Body, protocol: Protocol) ->
     try:
         require_one_limb(body, "the evaluation of hopping")
     except TegotaeError as error:
-        raise TegotaeError(f"{error}; tegotae gait judge is for legs") from None
+        raise TegotaeError(f"{error}; tegotae evaluate judges legs by gaits") from None
 
 
 def _of_gait(
@@ -311,6 +326,7 @@ def _of_gait(
     scenario: Scenario,
     body: Body,
     protocol: Protocol,
+    integrator: Integrator,
     metrics: Sequence[GaitMetric],
     recorded: Sequence[str],
 ) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
@@ -325,9 +341,9 @@ def _of_gait(
         channels = tuple(dict.fromkeys((*channels, *recorded)))
     given = controller, weights, scenario, body, protocol, channels
     if any(metric.disturbed for metric in metrics):
-        trajectory, drop_time_s = disturbed_rollout(*given)
+        trajectory, drop_time_s = disturbed_rollout(*given, integrator)
     else:
-        trajectory, drop_time_s = _undisturbed(*given), None
+        trajectory, drop_time_s = _undisturbed(*given, integrator), None
     # The package's own are always computed together, by one program, whatever else is asked for:
     # their numbers do not depend on which others there are.
     users = tuple(metric for metric in metrics if metric not in own)
@@ -380,12 +396,15 @@ def _undisturbed(
     body: Body,
     protocol: Protocol,
     channels: tuple[str, ...] | None = None,
+    integrator: Integrator = CONTINUOUS,
 ) -> Trajectory:
     """The undisturbed part of the episodes alone."""
     timing = Timing(duration_s=protocol.undisturbed_s, tick_s=protocol.tick_s)
     # Without an oscillator the frequency has no effect, but must be a number.
     driven = scenario._replace(omega=np.nan_to_num(scenario.omega))
-    engine = Engine(controller=controller, timing=timing, summary=_Kept(channels))
+    engine = Engine(
+        controller=controller, timing=timing, summary=_Kept(channels), integrator=integrator
+    )
     return engine.run(weights, driven, body)
 
 
@@ -396,6 +415,7 @@ def disturbed_rollout(
     body: Body,
     protocol: Protocol,
     channels: tuple[str, ...] | None = None,
+    integrator: Integrator = CONTINUOUS,
 ) -> tuple[Trajectory, np.ndarray | None]:
     """Episodes in which the ground drops at the first apex of a hop after the undisturbed time.
 
@@ -409,6 +429,7 @@ def disturbed_rollout(
         body: the body.
         protocol: times, size of the drop, control period.
         channels: which are recorded; all by default.
+        integrator: how controller and body advance by a control period.
 
     Returns:
         The trajectory, arrays of shape [frames, lanes], and when the ground dropped [s], [lanes]:
@@ -417,7 +438,9 @@ def disturbed_rollout(
     timing = Timing(
         duration_s=protocol.undisturbed_s + protocol.disturbed_s, tick_s=protocol.tick_s
     )
-    engine = Engine(controller=controller, timing=timing, summary=_Kept(channels))
+    engine = Engine(
+        controller=controller, timing=timing, summary=_Kept(channels), integrator=integrator
+    )
     # Without an oscillator the frequency has no effect, but must be a number.
     driven = scenario._replace(omega=np.nan_to_num(scenario.omega))
     trajectory = engine.run(weights, driven, body)
@@ -441,6 +464,7 @@ def _of_clamped(
     scenario: Scenario,
     body: Body,
     protocol: Protocol,
+    integrator: Integrator,
     metrics: Sequence[ClampedMetric],
 ) -> dict[str, np.ndarray]:
     """Metrics of every lane's rollouts with a clamped phase, [lanes] each by name.
@@ -449,12 +473,17 @@ def _of_clamped(
     """
     if controller.oscillator is None:
         return {metric.name: np.full(len(weights), np.nan) for metric in metrics}
-    episodes = clamped_rollouts(controller, weights, scenario, body, protocol)
+    episodes = clamped_rollouts(controller, weights, scenario, body, protocol, integrator)
     return {metric.name: np.asarray(metric.compute(episodes), float) for metric in metrics}
 
 
 def clamped_rollouts(
-    controller: Controller, weights: Any, scenario: Scenario, body: Body, protocol: Protocol
+    controller: Controller,
+    weights: Any,
+    scenario: Scenario,
+    body: Body,
+    protocol: Protocol,
+    integrator: Integrator = CONTINUOUS,
 ) -> ClampedEpisodes:
     """Undisturbed episodes with the oscillator clamped to each of the protocol's phases.
 
@@ -464,16 +493,18 @@ def clamped_rollouts(
         scenario: frequencies ω [rad/s] and heights of the release, [lanes].
         body: the body.
         protocol: how many phases, time, control period, what counts as settled.
+        integrator: how controller and body advance by a control period.
     """
     assert controller.oscillator is not None
     engine = Engine(
         controller=dataclasses.replace(controller, oscillator=Clamped(controller.oscillator)),
         timing=Timing(duration_s=protocol.undisturbed_s, tick_s=protocol.tick_s),
         summary=_hops_and_end,
+        integrator=integrator,
     )
     n = protocol.clamped_phases
     phases = 2.0 * np.pi * np.arange(n) / n
-    clamped = Scenario(
+    clamped = scenario._replace(
         omega=np.repeat(scenario.omega, n),
         height_m=np.repeat(scenario.height_m, n),
         phase_rad=np.tile(phases, len(weights)),

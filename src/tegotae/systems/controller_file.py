@@ -169,10 +169,10 @@ def load(path: Path | str) -> SavedController:
     except FileNotFoundError:
         raise TegotaeError(f"no controller file at {path}") from None
     except DamagedDocumentError as error:
-        what = f"is damaged: {error}" if _begins_as_ours(path) else _NOT_OURS
+        what = f"is damaged: {error}" if begins_as_ours(path) else NOT_OURS
         raise TegotaeError(f"{path} {what}") from None
     if not is_controller(document):
-        raise TegotaeError(f"{path} {_NOT_OURS}")
+        raise TegotaeError(f"{path} {NOT_OURS}")
     if document.get("version") not in range(1, VERSION + 1):
         raise TegotaeError(
             f"{path} is of version {reprlib.repr(document.get('version'))}; "
@@ -238,10 +238,11 @@ def _in_order(controller: Controller, weights: dict[str, Any] | list[float]) -> 
     return values
 
 
-_NOT_OURS = "is not a controller file of tegotae"
+NOT_OURS = "is not a controller file of tegotae"
 
 
-def _begins_as_ours(path: Path) -> bool:
+def begins_as_ours(path: Path) -> bool:
+    """Whether a file that is no whole document begins as a controller's."""
     with path.open("rb") as stream:
         first = stream.read(200)
     return first.lstrip().startswith(b"{") and FORMAT.encode() in first

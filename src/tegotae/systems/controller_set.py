@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from tegotae.measures.evaluation import Protocol
 from tegotae.parts.bodies import Body
 from tegotae.parts.controller import Controller
 from tegotae.systems.experiment import Experiment
@@ -57,3 +58,16 @@ class ControllerSet:
             TegotaeError: for what does not fit together.
         """
         return dataclasses.replace(self, system=self.system.replaced(changes))
+
+    @property
+    def protocol(self) -> Protocol:
+        """How its hopping is evaluated: as its experiment says, else from its own release.
+
+        What is held over a control period keeps that period (`System.period_s`).
+        """
+        own = (
+            Protocol(release_m=self.system.release.height_m)
+            if self.experiment is None
+            else self.experiment.protocol
+        )
+        return dataclasses.replace(own, tick_s=self.system.period_s(own.tick_s))

@@ -265,8 +265,9 @@ def _of_file(name: str, path: Path) -> Resolved:
     try:
         experiments = _experiments_in(path)
     except DamagedDocumentError as error:
-        controller_file.load(path)  # which says more of what begins as a controller's
-        raise TegotaeError(f"{path} is damaged: {error}") from None
+        ours = controller_file.begins_as_ours(path)
+        what = "is damaged" if ours else f"{controller_file.NOT_OURS}, nor of experiments"
+        raise TegotaeError(f"{path} {what}: {error}") from None
     if experiments is not None:
         return Resolved(name=name, experiments=experiments)
     return _with_weights(name, ((path, controller_file.load(path)),))

@@ -107,6 +107,14 @@ class System:
         higher = float(body.touching_height_m) - float(self.body.touching_height_m)
         return self.release.height_m + higher
 
+    def period_s(self, usual_s: float) -> float:
+        """The control period of a question that usually takes another one [s].
+
+        In continuous time it is a matter of accuracy, and the question's own. What is held over it,
+        or advances in a way of its own, keeps its own: it would be another system.
+        """
+        return usual_s if self.integrator == PredictorCorrector() else self.timing.tick_s
+
     def scenario(self, **entries: Any) -> Scenario:
         """An episode of one lane, but for the entries that are given."""
         return self.release.scenario(self.omega, **entries)

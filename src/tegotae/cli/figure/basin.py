@@ -1,44 +1,62 @@
-"""`tegotae figure basin`: which release ends in which limit cycle."""
+"""`tegotae figure basin`: where releases end: in which limit cycle, or in which gait."""
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
+from typing import Annotated
 
-from tegotae._support.limits import MOST_M
 from tegotae.cli.figure.subject import Subject
-from tegotae.simulation.rollout import Timing
+from tegotae.cli.gait.subject import OF_LEGS, LegsOptions, legs_of
+from tegotae.cli.options import UNSET, refuse_given, require_ours
+from tegotae.systems.resolve import Resolved, resolve
+
+OF_ONE_LEG = ("height", "velocity", "resolution", "actuation", "oscillator", "preset")
 
 
 @dataclass(frozen=True, kw_only=True)
-class Basin(Subject):
-    """Basins of attraction: which release height and phase end in which limit cycle, or none."""
+class Basin(LegsOptions, Subject):
+    """Basins of attraction: of one leg, which release height and phase end in which limit cycle;
+    of several, which gaits come about from random phases, how often, and how soon.
+
+    The integrator and a held controller's control period are those of the file's system; of several
+    legs the release and the control period, too.
+    """
 
     height: tuple[float, float] = (0.4, 2.5)
-    """Range of the release height [m]."""
+    """Range of the release height [m], of one leg."""
     velocity: tuple[float, float] = (-4.0, 4.0)
     """Range of the release velocity, which takes the phase's place without oscillator [m/s]."""
     resolution: int = 60
-    """Points along either axis."""
-    duration: float = 40.0
-    """Simulated time; what has not settled by its end has no limit cycle [s]."""
+    """Points along either axis, of one leg."""
+    starts: int = 256
+    """How many releases, of several legs."""
+    duration: Annotated[float | None, UNSET] = None
+    """Simulated time [s]; 40 s of one leg, where what has not settled by then has no limit cycle,
+    and the system's of several."""
 
     def run(self) -> None:
-        """Compute, write, and list the limit cycles."""
-        from tegotae.figures.basin import basin_figure, basin_tables, describe
-        from tegotae.studies.analysis import axis, map_basin
+        """Compute, write, and print."""
+        found = None if self.path is None else resolve(self.path)
+        if found is not None:
+            require_ours(found)
+        if found is not None and found.body.limbs > 1:
+            refuse_given(self, OF_ONE_LEG, found.name, several=True)
+            self._of_several(found)
+        else:
+            name = "a vanilla controller" if found is None else found.name
+            refuse_given(self, (*OF_LEGS, "starts"), name, several=False)
+            self._of_one_leg(found)
+
+    def _of_one_leg(self, found: Resolved | None) -> None:
+        from tegotae.cli.one_leg.basin import find_basin
+        from tegotae.figures.basin import basin_figure, basin_tables
 
         self.check_out()
-        saved = self.saved()
-        heights = axis("height", *self.height, self.resolution, above=0.0, most=MOST_M)
-        across = (
-            axis("velocity", *self.velocity, self.resolution, most=MOST_M)
-            if saved.controller.oscillator is None
-            else axis("phase", 0.0, 2.0 * math.pi, self.resolution)
-        )
-        found = map_basin(saved, heights, across, timing=Timing(duration_s=self.duration))
-        for attractor in found.attractors:
-            print(f"{describe(attractor)}, CoT⁻¹ {attractor.cot_inverse:.3f} m/J")
-        without = 1.0 - sum(attractor.share for attractor in found.attractors)
-        print(f"no limit cycle: {without:.1%} of the releases")
-        self.write(basin_figure(found, self.title(saved)), basin_tables(found))
+        saved = self.vanilla() if found is None else self.adapted(found)
+        basin = find_basin(saved, self.height, self.velocity, self.resolution, self.duration)
+        self.write(basin_figure(basin, self.title(saved)), basin_tables(basin))
+
+    def _of_several(self, found: Resolved) -> None:
+        from tegotae.cli.several_legs.basin import draw_basin
+
+        draw_basin(legs_of(self, found.name), self.starts, self.out)

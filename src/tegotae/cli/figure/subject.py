@@ -24,8 +24,9 @@ _VANILLA = {Sector: "sector", Reflex: "reflex", SectorAndReflex: "sector and ref
 class Subject(Output, ControllerOptions):
     """A figure of one controller: of a file, or a vanilla controller made of options."""
 
-    path: Annotated[Path | None, tyro.conf.Positional, UNSET] = None
-    """A controller file of `tegotae train`; without it, a vanilla controller made of options."""
+    path: Annotated[str | None, tyro.conf.Positional, UNSET] = None
+    """A controller file of `tegotae train`, or another name with weights, such as V-sector-w4;
+    without it, a vanilla controller made of options."""
 
     def saved(self) -> SavedController:
         """The controller, its weights, frequency and hopper."""
@@ -39,7 +40,7 @@ class Subject(Output, ControllerOptions):
         if self.path is None:
             actuation = _VANILLA[type(saved.controller.actuation)]
             return f"{actuation}, σ = {saved.weights[0]:g}{at}"
-        return f"{literal(saved.name or self.path.stem)}{at}"
+        return f"{literal(saved.name or Path(self.path).stem)}{at}"
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -62,7 +62,7 @@ class Lesion(Subject):
         }
         share, low, high = found.share
         document = self.document(
-            legged, "lesion", lesion=found.lesion, reference=legged.names[found.reference],
+            legged, "gait lesion", lesion=found.lesion, reference=legged.names[found.reference],
             stays_up={"share": share, "low": low, "high": high, "of": int(found.stood.sum())},
         )  # fmt: skip
         written = [

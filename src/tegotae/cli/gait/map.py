@@ -56,7 +56,7 @@ class Map(Subject):
                 told=lambda done, of: reporter.update(done + x_times_y(x, y) - of),
             )
         given = {axis.name for axis in (x, y)}
-        document = self.document(legged, "map", x=x, y=y)
+        document = self.document(legged, "gait map", x=x, y=y)
         written = [
             self.draw(map_figure(found, self.title(legged, omega="omega" not in given)), "map"),
             *write(self.out, "map", document, rows_of(found)),

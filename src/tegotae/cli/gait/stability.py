@@ -60,7 +60,7 @@ class Stability(Subject):
         )
         document = self.document(
             legged,
-            "stability",
+            "gait stability",
             crossings=found.crossings,
             jacobians={
                 branch.gait: [each.jacobian for each in branch.maps] for branch in found.branches

@@ -28,18 +28,9 @@ _MOST_LATE = 1000
 
 
 @dataclass(frozen=True, kw_only=True)
-class Subject:
-    """A legged system, and a folder."""
+class LegsOptions:
+    """What of a system with several legs is to be otherwise."""
 
-    system: Annotated[str, tyro.conf.Positional]
-    """A system's name, such as bar-light or quadruped-c; FILE.py:OBJECT, a Legged of your own; or a
-    controller file of `tegotae train`."""
-    out: Path
-    """The folder for pictures (.png), tables (.csv) and documents (.json)."""
-    omega: AsItIs = None
-    """Frequency ω [rad/s]."""
-    sigma: AsItIs = None
-    """Gain σ of a vanilla controller."""
     set: tuple[str, ...] = ()
     """Fields of the body that are to be otherwise, such as inertia_ratio=0.35."""
     terrain: tuple[str, ...] = ()
@@ -49,24 +40,45 @@ class Subject:
     """By how much what the legs feel is late [s]."""
     noise: float = 0.0
     """Noise of what they feel, as a share of its scale."""
-    duration: Annotated[float | None, UNSET] = None
-    """Simulated time [s]; the system's by default."""
     seed: int = 0
-    """Of the random phases at release."""
+    """Of the random phases of legs at release."""
     tolerance: float = 0.1
     """How far lags may be from those of a named gait [cycles]."""
 
+
+OF_LEGS = tuple(field.name for field in dataclasses.fields(LegsOptions))
+"""Options of several legs alone."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Legs(LegsOptions):
+    """A legged system by name, and what of it is to be otherwise."""
+
+    system: Annotated[str, tyro.conf.Positional]
+    """A system's name, such as bar-light or quadruped-c; a controller file of `tegotae train`; or
+    FILE.py:OBJECT, a Legged or SavedController of your own. Release, control period and integrator
+    are the system's; a file's duration is one in which legs settle."""
+    omega: AsItIs = None
+    """Frequency ω [rad/s]."""
+    sigma: AsItIs = None
+    """Gain σ of a vanilla controller."""
+    duration: Annotated[float | None, UNSET] = None
+    """Simulated time [s]; the system's by default."""
+
     def legged(self) -> Legged:
-        """The system with what was given; the folder is made.
+        """The system with what was given.
 
         Raises:
             TegotaeError: for what cannot be, before anything is computed.
         """
+        from tegotae.cli.options import require_ours
         from tegotae.parts.fields import with_fields
-        from tegotae.studies.gaits import system
+        from tegotae.systems.resolve import resolve
 
         require_finite("tolerance", self.tolerance, above=0.0, most=0.5)
-        found = system(self.system).with_numbers(self.omega, self.sigma)
+        named = resolve(self.system)
+        require_ours(named)
+        found = named.legs().with_numbers(self.omega, self.sigma)
         if self.set:
             fields = assignments("--set", self.set)
             if "present" in fields:
@@ -82,7 +94,6 @@ class Subject:
             found = found.with_system(timing=timing)
         if self.delay or self.noise:
             found = found.with_body(felt(found, self.delay, self.noise))
-        output_folder(self.out)
         return found
 
     def title(self, legged: Legged, *, omega: bool = True) -> str:
@@ -106,12 +117,42 @@ class Subject:
             if field.name not in ("out",)
         }
         return {
-            "command": f"gait {command}",
+            "command": command,
             "version": __version__,
             "settings": settings,
             "system": system_document(legged),
             **more,
         }
+
+
+def legs_of(command: Any, name: str) -> Legs:
+    """The legged system of a command for any number of legs, with the options that are of legs.
+
+    Args:
+        command: options of a body with one leg and of one with several.
+        name: of the system.
+    """
+    numbers = tuple(f"{field}={value!r}" for field, value in command.given.items())
+    own = {each: getattr(command, each) for each in (*OF_LEGS, "omega", "sigma", "duration")}
+    return Legs(system=name, **{**own, "set": (*command.set, *numbers)})
+
+
+@dataclass(frozen=True, kw_only=True)
+class Subject(Legs):
+    """A legged system, and a folder."""
+
+    out: Path
+    """The folder for pictures (.png), tables (.csv) and documents (.json)."""
+
+    def legged(self) -> Legged:
+        """The system with what was given; the folder is made.
+
+        Raises:
+            TegotaeError: for what cannot be, before anything is computed.
+        """
+        found = super().legged()
+        output_folder(self.out)
+        return found
 
     def draw(self, figure: Figure, name: str) -> Path:
         """Write a picture."""

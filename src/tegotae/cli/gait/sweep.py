@@ -62,7 +62,11 @@ class Sweep(Subject):
             )
         rows = {name: np.concatenate([table[name] for table in tables]) for name in tables[0]}
         document = self.document(
-            legged, "sweep", dwell_s=dwell, hysteresis=found.hysteresis, bistable=found.bistable
+            legged,
+            "gait sweep",
+            dwell_s=dwell,
+            hysteresis=found.hysteresis,
+            bistable=found.bistable,
         )
         written = [
             self.draw(sweep_figure(found, self.title(legged, omega=False)), "sweep"),

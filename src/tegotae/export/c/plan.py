@@ -141,7 +141,7 @@ class Export:
         trained = self.trained_tick_s
         if trained is not None and abs(trained - self.tick_s) > 1e-9:
             hops = isinstance(self.saved.body, Hopper)
-            command = f"tegotae simulate --controller FILE --hold --tick {self.tick_s:g}"
+            command = f"tegotae simulate FILE --hold --tick {self.tick_s:g}"
             return [
                 f"the controller was trained at a tick of {trained:g} s and is exported for "
                 f"{self.tick_s:g} s" + (f"; see how it does there: {command}" if hops else "")

@@ -8,7 +8,7 @@ import numpy as np
 
 from tegotae.measures.hopping.gait import LIMIT_CYCLE
 from tegotae.parts.bodies import require_one_limb
-from tegotae.simulation.rollout import Engine, Scenario, Timing
+from tegotae.simulation.rollout import Scenario, Timing
 from tegotae.studies.analysis.outcome import Outcome, OutcomeSummary
 from tegotae.studies.analysis.sweep import MAP_DURATION_S, as_maps, lanes
 from tegotae.systems.controller_file import SavedController
@@ -81,11 +81,7 @@ def map_basin(
     require_one_limb(saved.body, "a map of basins")
     with_phase = saved.controller.oscillator is not None
     height, column = lanes(height_m, across)
-    engine = Engine(
-        controller=saved.controller,
-        timing=timing or Timing(duration_s=MAP_DURATION_S),
-        summary=OutcomeSummary(),
-    )
+    engine = saved.system.engine(OutcomeSummary(), timing or Timing(duration_s=MAP_DURATION_S))
     scenario = Scenario.of(
         saved.omega,
         height_m=height,

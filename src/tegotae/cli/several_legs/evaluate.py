@@ -1,65 +1,21 @@
-"""`tegotae gait judge`: how well controllers walk, at frequencies of your choice."""
+"""How well controllers walk, from random phases, at frequencies of your choice."""
 
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import dataclass
-from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import tyro
 
-from tegotae._support.files import output_file
-from tegotae.cli.options import UNSET
 from tegotae.cli.tables import print_rows
 
 if TYPE_CHECKING:
     from tegotae.studies.gaits.judge import Judged
     from tegotae.systems.legged import Legged
+    from tegotae.systems.resolve import Resolved
 
 
-@dataclass(frozen=True, kw_only=True)
-class Judge:
-    """Judge controllers of bodies with legs: falls, speed, cost of transport, time to lock, gait.
-
-    Every controller is released from the same random phases. Numbers are means over the runs of a
-    set with their 95 % intervals; a single run has none.
-    """
-
-    place: Annotated[str, tyro.conf.Positional]
-    """A controller file of `tegotae train`, a folder of them, or a system's name, such as
-    quadruped-c."""
-    omega: Annotated[tuple[float, ...], UNSET] = ()
-    """Frequencies ω [rad/s]; the one trained at by default."""
-    starts: int = 32
-    """How many releases of each controller."""
-    seed: int = 1
-    """Of the random phases at release."""
-    csv: Annotated[Path | None, UNSET] = None
-    """Also write a row per controller and frequency to this file."""
-
-    def run(self) -> None:
-        """Compute, write, and print."""
-        from tegotae._support.tables import write_csv
-        from tegotae.studies.gaits.judge import judge
-
-        if self.csv is not None:
-            output_file(self.csv)
-        sets = subjects(self.place)
-        found = [
-            (name, labels, judge(legged, weights, self.omega, self.starts, seed=self.seed))
-            for name, labels, legged, weights in sets
-        ]
-        if self.csv is not None:
-            write_csv(self.csv, columns(found), digits=6)
-        titles = ("controller", "ω", "runs", "upright", "locked", "locks in", "speed", "CoT")
-        print_rows((*titles, "slip", "gait"), (row for each in found for row in _rows(*each)))
-        units = {each.legged.units for _, _, each in found}
-        print("Lengths and times are in " + " or ".join(" and ".join(pair) for pair in units) + ".")
-
-
-def subjects(place: str) -> list[tuple[str, tuple[str, ...], Legged, np.ndarray]]:
+def subjects(found: Resolved) -> list[tuple[str, tuple[str, ...], Legged, np.ndarray]]:
     """Sets of controllers: name, labels of its runs, system, weights [runs, n_weights].
 
     Raises:
@@ -67,12 +23,10 @@ def subjects(place: str) -> list[tuple[str, tuple[str, ...], Legged, np.ndarray]
     """
     from tegotae.systems.legged import require_legs
     from tegotae.systems.legged_systems import settling
-    from tegotae.systems.resolve import resolve
     from tegotae.training.collection import sets_of
 
-    found = resolve(place)
     if found.legged is not None:
-        return [(place, ("",), found.legged, np.array([found.legged.weights]))]
+        return [(found.name, ("",), found.legged, np.array([found.legged.weights]))]
     require_legs(found.body)
     return [
         (
@@ -83,6 +37,37 @@ def subjects(place: str) -> list[tuple[str, tuple[str, ...], Legged, np.ndarray]
         )
         for each in sets_of(found)
     ]
+
+
+def judge_all(
+    sets: list[tuple[str, tuple[str, ...], Legged, np.ndarray]],
+    omega: tuple[float, ...],
+    starts: int,
+    seed: int,
+) -> list[tuple[str, tuple[str, ...], Judged]]:
+    """Release all from the same random phases."""
+    from tegotae.studies.gaits.judge import judge
+
+    return [
+        (name, labels, judge(legged, weights, omega, starts, seed=seed))
+        for name, labels, legged, weights in sets
+    ]
+
+
+def print_table(found: list[tuple[str, tuple[str, ...], Judged]]) -> None:
+    """A row a set and frequency."""
+    titles = ("controller", "ω", "runs", "upright", "locked", "locks in", "speed", "CoT")
+    print_rows((*titles, "slip", "gait"), (row for each in found for row in _rows(*each)))
+    units = {each.legged.units for _, _, each in found}
+    print("Lengths and times are in " + " or ".join(" and ".join(pair) for pair in units) + ".")
+
+
+def listed(found: list[tuple[str, tuple[str, ...], Judged]]) -> list[dict[str, Any]]:
+    """The rows of `columns` as JSON objects, null for what is undefined."""
+    from tegotae.studies.gaits.document import plain
+
+    table = columns(found)
+    return [dict(zip(table, plain(row), strict=True)) for row in zip(*table.values(), strict=True)]
 
 
 def columns(found: list[tuple[str, tuple[str, ...], Judged]]) -> dict[str, list[Any]]:

@@ -1,0 +1,50 @@
+"""Which release ends in which limit cycle."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from tegotae._support.limits import MOST_M
+from tegotae.simulation.rollout import Timing
+from tegotae.systems.controller_file import SavedController
+
+if TYPE_CHECKING:
+    from tegotae.studies.analysis.basin import Basin
+
+DURATION_S = 40.0
+"""Simulated time by default [s]."""
+
+
+def find_basin(
+    saved: SavedController,
+    height: tuple[float, float],
+    velocity: tuple[float, float],
+    resolution: int,
+    duration_s: float | None,
+) -> Basin:
+    """Release a hopper from all heights of a range, at all phases or velocities, and print where
+    it ends.
+
+    Raises:
+        TegotaeError: for a range or a resolution that is none.
+    """
+    from tegotae.figures.basin import describe
+    from tegotae.studies.analysis import axis, map_basin
+
+    heights = axis("height", *height, resolution, above=0.0, most=MOST_M)
+    across = (
+        axis("velocity", *velocity, resolution, most=MOST_M)
+        if saved.controller.oscillator is None
+        else axis("phase", 0.0, 2.0 * math.pi, resolution)
+    )
+    timing = Timing(
+        duration_s=DURATION_S if duration_s is None else duration_s,
+        tick_s=saved.system.period_s(Timing.tick_s),
+    )
+    found = map_basin(saved, heights, across, timing=timing)
+    for attractor in found.attractors:
+        print(f"{describe(attractor)}, CoT⁻¹ {attractor.cot_inverse:.3f} m/J")
+    without = 1.0 - sum(attractor.share for attractor in found.attractors)
+    print(f"no limit cycle: {without:.1%} of the releases")
+    return found

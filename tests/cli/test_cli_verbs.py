@@ -1,0 +1,148 @@
+"""One verb a question, whatever the number of legs; what went names what came in its place."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+
+import numpy as np
+import pytest
+
+from tegotae import Protocol, Release, System, Timing, build
+from tegotae.cli import main
+from tegotae.parts.bodies import ExternalLimbs
+from tegotae.simulation.integrators import Hold
+from tegotae.systems import controller_file
+from tegotae.systems.controller_file import SavedController
+from tegotae.systems.models import find
+from tegotae.training.collection import read
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("gait simulate quadruped-c --out walk --animate", "tegotae simulate"),
+        ("gait judge runs --omega 2 3 --starts 32", "tegotae evaluate"),
+        ("gait basin quadruped-a --out trot", "tegotae figure basin"),
+    ],
+)
+def test_a_command_that_went_names_the_one_that_answers_now(old, new, one_line_error):
+    words = old.split()
+    assert f"tegotae {words[0]} {words[1]} is {new} now" in one_line_error(*words)
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        ("simulate bar-light --tick 0.01", "--tick is for bodies with one leg; bar-light has"),
+        ("simulate paper --out walk", "--out is for bodies with several legs; paper has one leg"),
+        ("simulate --phases 0 0.5", "--phases is for bodies with several legs; a vanilla"),
+        ("simulate paper --controller paper", "are two; name one"),
+        ("simulate paper --preset pyTegotaeCPG", "--preset belongs to vanilla controllers"),
+        ("simulate ART", "ART-rF-tphif-w8 has weights to train and no file was given"),
+        ("simulate bar-light --animate walk.mp4", "cannot write legs as 'walk.mp4'"),
+        ("evaluate bar-light --drop 0.1", "--drop is for bodies with one leg"),
+        ("evaluate paper --starts 3", "--starts is for bodies with several legs"),
+        ("evaluate paper --omega 4 5", "one leg is evaluated around one"),
+        ("evaluate ART", "first: tegotae train ART-rF-tphif-w8"),
+        (
+            "figure basin bar-light --resolution 9 --out b.png",
+            "--resolution is for bodies with one",
+        ),
+        ("figure basin paper --starts 9 --out b.png", "--starts is for bodies with several legs"),
+        ("figure basin bar-light --out b.txt", "b.txt"),
+        ("figure surface bar-light --out s.png", "is for a Bar, and this command is for hoppers"),
+        ("gait map ART --x omega 1 2 --y sigma 1 2 --out m", "a gait command on a one-legged body"),
+    ],
+)
+def test_what_a_name_cannot_answer_is_refused_in_one_line(words, said, one_line_error):
+    assert said in one_line_error(*words.split())
+
+
+@pytest.fixture
+def foreign(tmp_path):
+    """The file of a controller whose limb a foreign simulator moves."""
+    body = ExternalLimbs(senses=("spring_force",), scales=(1.0,))
+    system = System(controller=build("V-reflex-w8"), body=body, omega=8.0)
+    controller_file.save(SavedController(system, np.ones(1)), tmp_path / "there.json")
+    return str(tmp_path / "there.json")
+
+
+@pytest.mark.parametrize(
+    "words", ["simulate", "evaluate", "figure basin --out b.png", "figure surface --out s.png"]
+)
+def test_what_moves_in_a_foreign_simulator_is_said_not_to_be_here(foreign, words, one_line_error):
+    first, *more = words.split(" --")
+    options = [word for each in more for word in f"--{each}".split()]
+    said = one_line_error(*first.split(), foreign, *options)
+    assert "drives the limbs of a foreign simulator, whose mechanics are not here" in said
+
+
+@pytest.fixture
+def held(tmp_path):
+    """The file of a held controller with a release and a protocol of its own."""
+    experiment = find("V-reflex-w8").experiment(
+        integrator=Hold(),
+        timing=Timing(duration_s=4.0, tick_s=0.004, frame_s=0.012),
+        release=Release(height_m=1.1, phase_rad=0.5, velocity_m_per_s=0.1),
+        protocol=Protocol(undisturbed_s=5.0, disturbed_s=5.0, drop_m=0.1, release_m=1.1),
+    )
+    path = tmp_path / "held.json"
+    controller_file.save(
+        SavedController(experiment.system, np.array([2.0]), "held", experiment), path
+    )
+    return path
+
+
+def test_a_simulation_takes_release_hold_and_period_from_the_file(held, capsys):
+    assert main(["simulate", str(held), "--duration", "2", "--json"]) == 0
+    used = json.loads(capsys.readouterr().out)["parameters"]
+    assert (used["height_m"], used["velocity_m_per_s"], used["phase_rad"]) == (1.1, 0.1, 0.5)
+    assert (used["tick_s"], used["held"]) == (0.004, True)
+    options = ["--height", "1.2", "--phase", "0", "--tick", "0.002", "--duration", "2", "--json"]
+    assert main(["simulate", "--controller", str(held), *options]) == 0
+    used = json.loads(capsys.readouterr().out)["parameters"]
+    assert (used["height_m"], used["phase_rad"], used["tick_s"]) == (1.2, 0.0, 0.002)
+
+
+def test_an_evaluation_takes_the_system_and_the_protocol_of_the_file(held, monkeypatch):
+    asked = []
+
+    def evaluate(controller, weights, omega, body, protocol, *, metrics, start, integrator):
+        asked.append((protocol, start, integrator))
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("tegotae.cli.one_leg.evaluate.evaluate", evaluate)
+    own = Protocol(undisturbed_s=5.0, disturbed_s=5.0, drop_m=0.1, release_m=1.1, tick_s=0.004)
+    main(["evaluate", str(held)])
+    main(["evaluate", str(held), "--drop", "0.3", "--work", "net"])
+    (first, start, integrator), (second, *_) = asked
+    assert first == own
+    assert (start.phase_rad, start.velocity_m_per_s, integrator) == (0.5, 0.1, Hold())
+    assert second == dataclasses.replace(own, drop_m=0.3, work="net")
+
+
+def test_a_model_of_the_paper_is_evaluated_by_the_papers_protocol():
+    (runs,) = read("V-reflex-w8")
+    assert runs.protocol == Protocol()
+
+
+def test_sets_with_other_protocols_are_not_compared(held, one_line_error):
+    said = one_line_error("compare", "V-reflex-w8", str(held))
+    assert "are evaluated with another undisturbed_s" in said
+
+
+def test_legs_are_simulated_into_the_files_that_are_named(tmp_path, capsys):
+    table = tmp_path / "walk.csv"
+    words = ["simulate", "bar-light", "--duration", "20", "--csv", str(table), "--json"]
+    assert main([*words, "--mass", "1.1"]) == 0
+    document = json.loads(capsys.readouterr().out)
+    assert document["command"] == "simulate"
+    assert document["system"]["system"]["body"]["mass_kg"] == 1.1
+    assert table.exists()
+
+
+def test_legs_are_evaluated_as_one_json_object(capsys):
+    assert main(["evaluate", "bar-light", "--starts", "2", "--json"]) == 0
+    (found,) = json.loads(capsys.readouterr().out)["controllers"]
+    assert (found["controller"], found["omega"], found["gait"]) == ("bar-light", 8.0, "antiphase")
