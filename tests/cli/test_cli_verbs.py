@@ -8,8 +8,9 @@ import json
 import numpy as np
 import pytest
 
-from tegotae import Protocol, Release, System, Timing, build
+from tegotae import Release, System, Timing, build
 from tegotae.cli import main
+from tegotae.measures.evaluation import Protocol
 from tegotae.parts.bodies import ExternalLimbs
 from tegotae.simulation.integrators import Hold
 from tegotae.systems import controller_file

@@ -190,7 +190,7 @@ def test_a_tick_that_was_not_trained_is_warned_of(tmp_path, capsys):
     assert cli.main(arguments) == 0
     said = capsys.readouterr().err
     assert "warning: the controller was trained at a tick of 0.001 s" in said
-    assert "tegotae simulate --controller FILE --hold --tick 0.002" in said
+    assert "tegotae simulate FILE --hold --tick 0.002" in said
     assert Export(one, 0.001).warnings() == []
 
 

@@ -369,6 +369,9 @@ def test_a_simulation_writes_its_footfalls_lags_and_an_animation(tmp_path, capsy
     assert duty == pytest.approx(document["coordination"]["duty_factor_F"], abs=0.01)
 
 
+SWEEP = ("gait", "sweep", "bar-light", "--levels")
+
+
 @pytest.mark.parametrize(
     ("words", "says"),
     [
