@@ -40,9 +40,9 @@ def test_without_a_subcommand_they_are_listed(capsys):
     [
         (["simulte"], "simulate"),
         (["simulate", "--sgima", "2"], "--sigma"),
-        (["simulate", "--duration", "long"], "--duration: could not convert string to float"),
+        (["simulate", "--duration", "long"], "Error parsing --duration"),
         (["simulate", "--duration"], "--duration"),
-        (["simulate", "extra"], "no model or system is called 'extra'"),
+        (["simulate", "paper", "extra"], "Unrecognized options: extra"),
         (["train"], "MODEL"),
         (["train", "ART", "--seeds", "1.5"], "--seeds"),
         (["train", "ART", "--seeds", "many"], "--seeds"),

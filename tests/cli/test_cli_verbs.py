@@ -40,6 +40,7 @@ def test_a_command_that_went_names_the_one_that_answers_now(old, new, one_line_e
         ("simulate --phases 0 0.5", "--phases is for bodies with several legs; a vanilla"),
         ("simulate paper --controller paper", "are two; name one"),
         ("simulate paper --preset pyTegotaeCPG", "--preset belongs to vanilla controllers"),
+        ("simulate extra", "no model or system is called 'extra'"),
         ("simulate ART", "ART-rF-tphif-w8 has weights to train and no file was given"),
         ("simulate bar-light --animate walk.mp4", "cannot write legs as 'walk.mp4'"),
         ("evaluate bar-light --drop 0.1", "--drop is for bodies with one leg"),
@@ -84,7 +85,7 @@ def held(tmp_path):
     """The file of a held controller with a release and a protocol of its own."""
     experiment = find("V-reflex-w8").experiment(
         integrator=Hold(),
-        timing=Timing(duration_s=4.0, tick_s=0.004, frame_s=0.012),
+        timing=Timing(duration_s=16.0, tick_s=0.004, frame_s=0.012),
         release=Release(height_m=1.1, phase_rad=0.5, velocity_m_per_s=0.1),
         protocol=Protocol(undisturbed_s=5.0, disturbed_s=5.0, drop_m=0.1, release_m=1.1),
     )

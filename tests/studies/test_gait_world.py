@@ -84,7 +84,7 @@ def test_a_push_passes():
 
 def test_a_document_tells_the_world_that_a_gait_was_seen_in(tmp_path):
     found = asked(tmp_path, terrain=("rough", "rms_m=0.02"), delay=0.02, noise=0.05)
-    body = system_document(found)["body"]
+    body = system_document(found)["system"]["body"]
     assert body["kind"] == "Sensors"
     assert body["delay_s"] == 0.02
     assert body["body"]["terrain"]["rms_m"] == 0.02
@@ -94,7 +94,9 @@ def test_releases_that_would_all_be_the_same_are_refused():
     controller = Controller(find("T-F").controller().actuation, limbs=2)  # of no oscillator
     bar = system("bar-light")
     pushed = dataclasses.replace(
-        bar, controller=controller, weights=(0.0,) * controller.n_weights, omega=None
+        bar,
+        system=bar.system.replaced({"controller": controller, "omega": None}),
+        weights=(0.0,) * controller.n_weights,
     )
     with pytest.raises(TegotaeError, match="all would be the same one"):
         find_basin(pushed, 8)

@@ -154,8 +154,8 @@ def leave(folder: Path, runs: tuple[int, ...] = (0, 1), omega: float = 8.0, **ch
             np.array([float(seed)]),
             omega,
             changed.get("body", Hopper()),
-            "V-reflex-w8",
-            training(seed, **{name: x for name, x in changed.items() if name != "body"}),
+            name="V-reflex-w8",
+            training=training(seed, **{name: x for name, x in changed.items() if name != "body"}),
         )
         controller_file.save(saved, folder / f"V-reflex-w8-seed{seed}.json")
 
