@@ -40,7 +40,7 @@ def test_without_a_subcommand_they_are_listed(capsys):
     [
         (["simulte"], "simulate"),
         (["simulate", "--sgima", "2"], "--sigma"),
-        (["simulate", "--duration", "long"], "Error parsing --duration"),
+        (["simulate", "--duration", "long"], "could not convert string to float"),
         (["simulate", "--duration"], "--duration"),
         (["simulate", "paper", "extra"], "Unrecognized options: extra"),
         (["train"], "MODEL"),

@@ -137,10 +137,10 @@ def test_sets_with_other_protocols_are_not_compared(held, one_line_error):
 def test_legs_are_simulated_into_the_files_that_are_named(tmp_path, capsys):
     table = tmp_path / "walk.csv"
     words = ["simulate", "bar-light", "--duration", "20", "--csv", str(table), "--json"]
-    assert main([*words, "--mass", "1.1"]) == 0
+    assert main([*words, "--mass", "0.11"]) == 0
     document = json.loads(capsys.readouterr().out)
     assert document["command"] == "simulate"
-    assert document["system"]["system"]["body"]["mass_kg"] == 1.1
+    assert document["system"]["system"]["body"]["mass_kg"] == 0.11
     assert table.exists()
 
 

@@ -27,8 +27,9 @@ class Optimum(Output):
 
     tables: Annotated[tuple[Path, ...], tyro.conf.Positional] = ()
     """Tables of `tegotae study export` (.csv); their best runs and V are drawn."""
-    controller: tuple[Path, ...] = ()
-    """Controller files of `tegotae train`: each settles at its frequency, and is drawn too."""
+    controller: tuple[str, ...] = ()
+    """Controller files of `tegotae train`, or other names with weights, such as V-sector-w4: each
+    settles at its frequency, and is drawn too."""
     omega: float = 4.0
     """Hop frequency of the best force in the second panel [rad/s]."""
 
@@ -39,7 +40,8 @@ class Optimum(Output):
         from tegotae.parts.bodies import Hopper
         from tegotae.studies.analysis import find_orbit
         from tegotae.studies.paper.export import read_csv
-        from tegotae.systems import controller_file
+        from tegotae.systems.resolve import resolve
+        from tegotae.training.collection import controller_of
 
         self.check_out()
         require_finite("omega", self.omega, above=0.0)
@@ -52,10 +54,11 @@ class Optimum(Output):
                     np.concatenate(pair) for pair in zip(before, gaits, strict=True)
                 )
         stances = {f"optimum, {self.omega:g} rad/s": _optimal_stance(self.omega)}
-        for path in self.controller:
-            saved = controller_file.load(path)
-            if not has_table(saved.body):
-                raise TegotaeError(f"{path} is for another body than the paper's hopper")
+        for name in self.controller:
+            found = resolve(name)
+            if not has_table(found.body):
+                raise TegotaeError(f"{name} is for another body than the paper's hopper")
+            saved, path = controller_of(found), Path(name)
             orbit, gait = find_orbit(saved), _gait(saved)
             name = called(saved, path, points)
             points[name] = (np.array([gait.hop_rate]), np.array([gait.cot_inverse]))
