@@ -45,7 +45,8 @@ class Experiment:
     Args:
         name: what it is called, in files, tables and figures.
         system: the closed loop whose weights are learned; its release and timing are those of an
-            episode of training. The evaluation is in continuous time, whatever its integrator.
+            episode of training. A study evaluates in continuous time, whatever its integrator;
+            `tegotae evaluate` keeps the system's.
         objective: the measure by which an episode is judged in training.
         conditions: what differs from one episode of training to another: numbers of the body or of
             the scenario, drawn anew in every generation (domain randomisation).
