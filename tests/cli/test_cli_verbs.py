@@ -64,7 +64,7 @@ def test_what_a_name_cannot_answer_is_refused_in_one_line(words, said, one_line_
 @pytest.fixture
 def foreign(tmp_path):
     """The file of a controller whose limb a foreign simulator moves."""
-    body = ExternalLimbs(senses=("spring_force",), scales=(1.0,))
+    body = ExternalLimbs()
     system = System(controller=build("V-reflex-w8"), body=body, omega=8.0)
     controller_file.save(SavedController(system, np.ones(1)), tmp_path / "there.json")
     return str(tmp_path / "there.json")
