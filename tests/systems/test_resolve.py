@@ -44,7 +44,7 @@ def place(tmp_path, monkeypatch):
     for seed, path in enumerate(("one.json", "runs/a.json", "runs/b.json")):
         (tmp_path / path).parent.mkdir(exist_ok=True)
         saved = SavedController(
-            experiment.system, np.array([2.0]), "mine", experiment, {"seed": seed}
+            experiment.system, np.array([2.0]), "mine", experiment, training={"seed": seed}
         )
         controller_file.save(saved, tmp_path / path)
     (tmp_path / "plan.json").write_text(json.dumps(find("AR").experiment().document))
