@@ -28,6 +28,7 @@ from tegotae.studies.generalisation.table import MEASURES, median_interval, run_
 from tegotae.systems.experiment import Experiment
 from tegotae.systems.models import find
 from tegotae.training.collection import read
+from tegotae.training.evolution import Evolution
 from tegotae.training.run import Run, train
 from tegotae.training.settings import tuned
 from tegotae.training.stopping import Stopping
@@ -88,7 +89,11 @@ def varied(experiment: Experiment) -> Experiment:
 
 def run_of(experiment: Experiment) -> Run:
     """A training of it, by the settings of the kept study."""
-    return Run(experiment=experiment, seeds=SEEDS, stopping=STOPPING, algorithm=tuned("pgpe"))
+    return Run(
+        experiment=experiment,
+        seeds=SEEDS,
+        learner=Evolution(algorithm=tuned("pgpe"), stopping=STOPPING),
+    )
 
 
 def tables(done: Sequence[Done], pairs) -> None:

@@ -25,6 +25,7 @@ from tegotae.measures.objectives.fitness import Fitness
 from tegotae.simulation.rollout import Timing
 from tegotae.systems.models import find
 from tegotae.training.algorithms import PGPE
+from tegotae.training.evolution import Evolution
 from tegotae.training.run import Run
 from tegotae.training.stopping import Stopping
 
@@ -66,11 +67,15 @@ class EpisodeLength:
                 fitness=Fitness(settle_s=settle_s),
             ),
             seeds=tuple(range(self.seeds)),
-            stopping=Stopping.after(self.generations),
-            algorithm=PGPE(population=population),
+            learner=Evolution(
+                algorithm=PGPE(population=population), stopping=Stopping.after(self.generations)
+            ),
         )
         experiment, protocol = run.experiment, run.experiment.protocol
-        ((progress, _),) = deque(run.evolve(run.start()), maxlen=1)
+        ((progress, _),) = deque(
+            run.learner.evolve(run.experiment, run.seeds),
+            maxlen=1,
+        )
         weights = np.asarray(progress.best_weights)
         found = evaluate(
             experiment.controller, weights, experiment.omega, experiment.body, protocol

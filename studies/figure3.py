@@ -26,7 +26,8 @@ from tegotae.cli.status import exit_status
 from tegotae.measures.objectives.fitness import Fitness
 from tegotae.simulation.rollout import Timing
 from tegotae.systems.models import find
-from tegotae.training.agents import AgentRun, train_agents
+from tegotae.training.agents import AgentLearner
+from tegotae.training.evolution import Evolution
 from tegotae.training.run import Run, train
 from tegotae.training.settings import configuration
 from tegotae.training.stopping import Stopping
@@ -79,18 +80,24 @@ class Figure3:
         settings: Any = configuration(SETTINGS[algorithm]).settings
         shared: dict[str, Any] = {
             "experiment": find(model).experiment(
-                timing=EPISODE, fitness=Fitness(settle_s=SETTLE_S, follow_omega=False)
+                timing=EPISODE, objective=Fitness(settle_s=SETTLE_S, follow_omega=False)
             ),
             "seeds": tuple(range(self.seeds)),
         }
         if algorithm == "pgpe":
             generations = max(2, round(self.generations * self.scale))
-            train(Run(**shared, stopping=Stopping.after(generations), algorithm=settings), out)
+            train(
+                Run(
+                    **shared,
+                    learner=Evolution(algorithm=settings, stopping=Stopping.after(generations)),
+                ),
+                out,
+            )
             return
         episodes = max(2, round(self.episodes * self.scale))
         every = max(1, round(10 * self.scale))
-        agents = AgentRun(**shared, episodes=episodes, settings=settings, evaluate_every=every)
-        train_agents(agents, out)
+        agent = AgentLearner(settings=settings, episodes=episodes, evaluate_every=every)
+        train(Run(**shared, learner=agent), out)
 
 
 if __name__ == "__main__":

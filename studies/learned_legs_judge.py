@@ -110,7 +110,7 @@ def curves_of(cells: list[Cell], folder: Path) -> list[dict[str, Any]]:
             rows.append({"cell": cell.name, "seed": 0, "generation": 0, "best_fitness": best})
             continue
         table = read_csv(folder / cell.name / "curves.csv")
-        seeds, fitness = (np.array(table[n], float) for n in ("seed", "centre_fitness"))
+        seeds, fitness = (np.array(table[n], float) for n in ("seed", "fitness"))
         for seed in range(cell.seeds):
             best = np.maximum.accumulate(fitness[seeds == seed])
             for at in range(9, len(best), 10):

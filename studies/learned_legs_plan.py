@@ -10,6 +10,7 @@ from pathlib import Path
 from tegotae.simulation.world import OneOf
 from tegotae.systems.designs import Design, design
 from tegotae.systems.experiment import Experiment
+from tegotae.training.evolution import Evolution
 from tegotae.training.run import Run
 from tegotae.training.settings import tuned
 from tegotae.training.stopping import Stopping
@@ -70,8 +71,10 @@ class Cell:
         return Run(
             experiment=self.experiment,
             seeds=tuple(range(self.seeds)),
-            stopping=Stopping.after(self.generations),
-            algorithm=dataclasses.replace(tuned("pgpe"), std=self.deviation),
+            learner=Evolution(
+                algorithm=dataclasses.replace(tuned("pgpe"), std=self.deviation),
+                stopping=Stopping.after(self.generations),
+            ),
         )
 
 

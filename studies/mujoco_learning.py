@@ -40,6 +40,7 @@ from tegotae.training.environments.lanes import ModelLanes
 from tegotae.training.environments.objectives import Hopping
 from tegotae.training.environments.rollouts import play
 from tegotae.training.evaluator import Round
+from tegotae.training.evolution import Evolution
 from tegotae.training.run import Run
 from tegotae.training.settings import tuned
 from tegotae.training.stopping import Stopping
@@ -165,12 +166,13 @@ def by_pgpe(model: str, seed: int) -> Iterator[Point]:
     run = Run(
         experiment=experiment(model),
         seeds=(seed,),
-        stopping=Stopping.after(generations),
-        algorithm=settings,
+        learner=Evolution(algorithm=settings, stopping=Stopping.after(generations)),
     )
-    begun = run.start()
+    begun = run.learner.start(run.experiment, run.seeds)
     before = np.asarray(begun.search.mean[0])
-    for number, (progress, curves) in enumerate(run.evolve(begun)):
+    for number, (progress, curves) in enumerate(
+        run.learner.evolve(run.experiment, run.seeds, begun)
+    ):
         yield number * POPULATION * EPISODE_S, float(curves.centre_cot_inverse[0]), before
         before = np.asarray(progress.search.mean[0])
     yield TIME_S, judged(model, before), before

@@ -33,6 +33,7 @@ from tegotae.training.environments.episode import EpisodeBatch
 from tegotae.training.environments.experiment import EnvExperiment
 from tegotae.training.environments.objectives import Return, UserObjective
 from tegotae.training.environments.rollouts import EnvRollouts, lanes_of, play
+from tegotae.training.evolution import Evolution
 from tegotae.training.run import Run, train
 from tegotae.training.settings import tuned
 from tegotae.training.stopping import Stopping
@@ -142,9 +143,11 @@ def learn(work: Path) -> None:
         run = Run(
             experiment=experiment(body, "ART", TRAINED_S),
             seeds=SEEDS,
-            algorithm=dataclasses.replace(tuned("pgpe"), population=POPULATION),
-            stopping=Stopping.after(GENERATIONS),
-            workers=0,
+            learner=Evolution(
+                algorithm=dataclasses.replace(tuned("pgpe"), population=POPULATION),
+                stopping=Stopping.after(GENERATIONS),
+                workers=0,
+            ),
         )
         for path in train(run, folder(work, name)):
             print(name, path.stem, load(path).training["best_fitness"], flush=True)
@@ -223,7 +226,7 @@ def curves(work: Path, name: str, level: float) -> list[dict[str, Any]]:
     for seed in SEEDS:
         own = table["seed"].astype(int) == seed
         best = np.maximum.accumulate(table["best_fitness"][own].astype(float))
-        centre = table["centre_fitness"][own].astype(float)
+        centre = table["fitness"][own].astype(float)
         for generation, values in enumerate(zip(best, centre, strict=True)):
             named = dict(zip(("best_so_far", "centre"), values, strict=True))
             one = {"body": name, "seed": seed, "generation": generation}

@@ -38,6 +38,7 @@ from tegotae.measures.objectives.objective import FAILED_FITNESS
 from tegotae.systems.grammar import BUDGET
 from tegotae.systems.models import find
 from tegotae.training.algorithms import PGPE
+from tegotae.training.evolution import Evolution
 from tegotae.training.run import Run, train
 from tegotae.training.settings import configuration
 from tegotae.training.stopping import Stopping
@@ -146,19 +147,22 @@ class ParameterLimit:
     def _train(self, way: str, size: int) -> Trained:
         model, settings = find(self.model), WAYS[way](size)
         experiment = model.experiment(budget=size)
-        run = Run(experiment=experiment, seeds=tuple(range(self.seeds)), algorithm=settings)
         episode_s = experiment.timing.duration_s
         generations = max(1, int(self.simulated_s // (settings.population * episode_s)))
-        run = dataclasses.replace(run, stopping=Stopping.after(generations))
+        run = Run(
+            experiment=experiment,
+            seeds=tuple(range(self.seeds)),
+            learner=Evolution(algorithm=settings, stopping=Stopping.after(generations)),
+        )
         folder = self.work / f"{model.name}-{size}-{way.replace(' ', '-')}"
         train(run, folder)
         with (folder / "curves.csv").open() as stream:
-            rows = [row for row in csv.DictReader(stream) if int(row["generation"]) < generations]
+            rows = [row for row in csv.DictReader(stream) if int(row["step"]) < generations]
 
         def column(name: str) -> np.ndarray:
-            return np.array([float(row[name]) for row in rows]).reshape(-1, self.seeds)
+            return np.array([float(row[name]) for row in rows]).reshape(self.seeds, -1).T
 
-        fitness = column("centre_fitness")
+        fitness = column("fitness")
         # A rollout that failed has a fitness of minus a million, which says nothing in a mean.
         fitness = np.where(fitness > 0.5 * FAILED_FITNESS, fitness, np.nan)
         best = (np.nan_to_num(fitness, nan=FAILED_FITNESS).argmax(axis=0), np.arange(self.seeds))
@@ -169,7 +173,7 @@ class ParameterLimit:
             settings,
             episode_s,
             np.fmax.accumulate(fitness, axis=0),
-            column("centre_cot_inverse")[best],
+            column("cot_inverse")[best],
         )
 
 

@@ -32,6 +32,7 @@ from tegotae.cli.status import exit_status
 from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, save_figure, styled
 from tegotae.systems.models import find
 from tegotae.training.algorithms import CMAES, Algorithm, OpenES
+from tegotae.training.evolution import Evolution
 from tegotae.training.evolve import Progress
 from tegotae.training.run import Run
 from tegotae.training.settings import configuration
@@ -138,13 +139,18 @@ class Plateau:
         for stage, (algorithm, share) in enumerate(stages):
             run = Run(
                 experiment=find(model).experiment(),
-                # Other noise in every stage.
                 seeds=tuple(1000 * stage + seed for seed in range(self.seeds)),
-                stopping=Stopping.after(round(share * BUDGETS[-1]) // algorithm.population),
-                algorithm=algorithm,
+                learner=Evolution(
+                    algorithm=algorithm,
+                    stopping=Stopping.after(round(share * BUDGETS[-1]) // algorithm.population),
+                ),
             )
-            begun = run.start() if weights is None else _from(run, weights)
-            for reached, curves in run.evolve(begun):
+            begun = (
+                run.learner.start(run.experiment, run.seeds)
+                if weights is None
+                else _from(run, weights)
+            )
+            for reached, curves in run.learner.evolve(run.experiment, run.seeds, begun):
                 done += algorithm.population
                 episodes.append(done)
                 fitness.append(curves.centre_fitness)
@@ -154,9 +160,9 @@ class Plateau:
 
 def _from(run: Run, weights: np.ndarray) -> Progress:
     """The start of a search around these weights, [seeds, n_weights]."""
-    start = run.start()
+    start = run.learner.start(run.experiment, run.seeds)
     keys = jax.vmap(jax.random.key)(jnp.asarray(run.seeds))
-    search = jax.vmap(run.algorithm.start)(keys, jnp.asarray(weights))
+    search = jax.vmap(run.learner.algorithm.start)(keys, jnp.asarray(weights))
     return start._replace(search=search, best_weights=weights)
 
 

@@ -38,13 +38,13 @@ from tegotae.figures.learning_curves import algorithms_figure, algorithms_tables
 from tegotae.measures.objectives.fitness import Fitness
 from tegotae.systems.models import find
 from tegotae.training.agents import (
-    AgentRun,
+    AgentLearner,
     AgentSettings,
     PPOSettings,
     SACSettings,
-    train_agents,
 )
 from tegotae.training.curves import read_curves
+from tegotae.training.evolution import Evolution
 from tegotae.training.run import Run, train
 from tegotae.training.settings import configuration, tuned
 from tegotae.training.stopping import Stopping
@@ -106,17 +106,18 @@ class SecondLook:
         """All seeds of one policy by one algorithm."""
         shared: dict[str, Any] = {
             "experiment": find(model).experiment(
-                timing=EPISODE, fitness=Fitness(settle_s=SETTLE_S, follow_omega=False)
+                timing=EPISODE, objective=Fitness(settle_s=SETTLE_S, follow_omega=False)
             ),
             "seeds": tuple(range(self.seeds)),
         }
         if algorithm == "pgpe":
             settings = configuration("pgpe-80x16").settings
             stopping = Stopping.after(80)
-            train(Run(**shared, algorithm=settings, stopping=stopping), out)
+            train(Run(**shared, learner=Evolution(algorithm=settings, stopping=stopping)), out)
             return
         settings = suited(tuned(algorithm))
-        train_agents(AgentRun(**shared, episodes=self.episodes, settings=settings), out)
+        agent = AgentLearner(settings=settings, episodes=self.episodes)
+        train(Run(**shared, learner=agent), out)
 
 
 if __name__ == "__main__":

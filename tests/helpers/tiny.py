@@ -14,6 +14,7 @@ from tegotae import Timing, find
 from tegotae.cli import main
 from tegotae.measures.objectives.fitness import Fitness
 from tegotae.systems import controller_file
+from tegotae.training.evolution import Evolution
 from tegotae.training.run import Run
 from tegotae.training.settings import tuned
 from tegotae.training.stopping import Stopping
@@ -34,8 +35,10 @@ SETTINGS: dict[str, Any] = {
 RUN = Run(
     experiment=find("ART").experiment(budget=20, **SETTINGS),
     seeds=SEEDS,
-    stopping=Stopping(generations=GENERATIONS),
-    algorithm=dataclasses.replace(tuned("pgpe"), population=8),
+    learner=Evolution(
+        algorithm=dataclasses.replace(tuned("pgpe"), population=8),
+        stopping=Stopping(generations=GENERATIONS),
+    ),
 )
 """The same for `tegotae.training.run.train`."""
 
@@ -47,7 +50,8 @@ def changed(run: Run = RUN, **settings: Any) -> Run:
 
 def run_of(generations: int) -> Run:
     """The training with another number of generations."""
-    return dataclasses.replace(RUN, stopping=Stopping(generations=generations))
+    learner = dataclasses.replace(RUN.learner, stopping=Stopping(generations=generations))
+    return dataclasses.replace(RUN, learner=learner)
 
 
 def train(out: Path, *more: str, generations: int = GENERATIONS) -> int:

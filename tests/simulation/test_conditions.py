@@ -144,7 +144,7 @@ def test_a_training_under_changing_conditions_learns_something_else(trained, tin
 
 def test_stopped_and_gone_on_with_it_ends_in_the_same_numbers(run, trained, tmp_path):
     folder, _ = trained
-    stopped = dataclasses.replace(run, stopping=tiny.run_of(2).stopping)
+    stopped = dataclasses.replace(run, learner=tiny.run_of(2).learner)
     train(stopped, tmp_path)
     train(run, tmp_path)
     assert tiny.learned(tmp_path) == tiny.learned(folder)
@@ -158,7 +158,7 @@ def test_a_candidates_fitness_is_the_mean_over_its_episodes(run):
     ]
     twice = dataclasses.replace(run, experiment=varied(*still, episodes=2))
     _, of_two = next(twice.evolve(twice.start()))
-    _, of_one = next(tiny.RUN.evolve(tiny.RUN.start()))
+    _, of_one = next(tiny.RUN.learner.evolve(tiny.RUN.experiment, tiny.RUN.seeds))
     np.testing.assert_allclose(of_two.centre_fitness, of_one.centre_fitness, rtol=1e-5)
     np.testing.assert_allclose(of_two.best_fitness, of_one.best_fitness, rtol=1e-5)
 

@@ -316,6 +316,7 @@ from tegotae import Engine, Scenario, Timing, build
 from tegotae.training.algorithms import PGPE
 from tegotae.systems.experiment import Experiment
 from tegotae.systems.system import System
+from tegotae.training.evolution import Evolution
 from tegotae.training.run import Run
 from tegotae.measures.objectives.fitness import Fitness
 from tegotae.training.stopping import Stopping
@@ -332,10 +333,9 @@ experiment = Experiment(
 run = Run(
     experiment=experiment,
     seeds=(0, 1),
-    algorithm=PGPE(population=40),
-    stopping=Stopping.after(4),
+    learner=Evolution(algorithm=PGPE(population=40), stopping=Stopping.after(4)),
 )
-curves = [c for _, c in run.evolve(run.start())]
+curves = [c for _, c in run.learner.evolve(run.experiment, run.seeds)]
 np.savez(
     sys.argv[1],
     **out.channels,

@@ -138,15 +138,15 @@ def test_a_budget_of_training_is_spent_to_its_end_or_to_the_plateau():
     plan = multiverse("full", 16)
     for reading, units in plan.by_reading:
         run = next(iter(units.values())).run
-        most = run.stopping.generations * run.algorithm.population
-        rising = np.arange(run.stopping.generations, dtype=float)
-        assert run.stopping.reason(rising) == CAP
+        most = run.learner.stopping.generations * run.learner.algorithm.population
+        rising = np.arange(run.learner.stopping.generations, dtype=float)
+        assert run.learner.stopping.reason(rising) == CAP
         if reading.episodes == PLATEAU:
-            assert most == pytest.approx(plan.cap, abs=run.algorithm.population)
-            assert run.stopping.reason(np.zeros(len(rising) - 1)) == "plateau"
+            assert most == pytest.approx(plan.cap, abs=run.learner.algorithm.population)
+            assert run.learner.stopping.reason(np.zeros(len(rising) - 1)) == "plateau"
         else:
             assert most == reading.episodes
-            assert run.stopping.reason(np.zeros(len(rising) - 1)) == ""
+            assert run.learner.stopping.reason(np.zeros(len(rising) - 1)) == ""
 
 
 def test_every_claim_has_the_models_that_it_is_about():
@@ -162,7 +162,10 @@ def test_units_of_one_program_are_done_together_in_bundles_of_a_few():
     bundles = runner.bundles(units, 6)
     assert [unit for bundle in bundles for unit in bundle] == units
     assert max(map(len, bundles)) <= 6
-    assert all(len({unit.run.program for unit in bundle}) == 1 for bundle in bundles)
+    assert all(
+        len({unit.run.learner.program(unit.run.experiment) for unit in bundle}) == 1
+        for bundle in bundles
+    )
 
 
 def test_more_readings_go_on_in_the_same_folder():

@@ -25,6 +25,7 @@ from tegotae.parts.terms import EllipticFoot
 from tegotae.studies.analysis import find_orbit, measure_phase_response, poincare_section
 from tegotae.systems.controller_file import SavedController, load, save
 from tegotae.training.algorithms import PGPE
+from tegotae.training.evolution import Evolution
 from tegotae.training.run import Run, train
 from tegotae.training.stopping import Stopping
 
@@ -94,8 +95,7 @@ def test_an_oscillator_is_trained_saved_and_resumed(tmp_path):
         run = Run(
             experiment=experiment,
             seeds=(0, 1),
-            stopping=Stopping.after(generations),
-            algorithm=PGPE(population=4),
+            learner=Evolution(algorithm=PGPE(population=4), stopping=Stopping.after(generations)),
         )
         return load(train(run, folder)[0])
 

@@ -108,7 +108,10 @@ def test_a_damaged_record_is_found(tmp_path: Path, damage: str) -> None:
 def test_units_are_named_by_what_defines_their_content() -> None:
     unit = plan("smoke").units[0]
     longer = dataclasses.replace(
-        unit, run=dataclasses.replace(unit.run, stopping=Stopping.after(4))
+        unit,
+        run=dataclasses.replace(
+            unit.run, learner=dataclasses.replace(unit.run.learner, stopping=Stopping.after(4))
+        ),
     )
     assert unit.key == plan("smoke").units[0].key
     assert longer.key != unit.key

@@ -11,7 +11,8 @@ import pytest
 
 from tegotae._support.errors import TegotaeError
 from tegotae._support.locks import locked
-from tegotae.training.agents import AgentRun, train_agents
+from tegotae.training.agents import AgentLearner
+from tegotae.training.run import Run, train
 
 HOLDER = """
 import sys
@@ -73,5 +74,5 @@ def test_agents_are_not_trained_in_a_folder_in_use(tmp_path):
     from tegotae import find
 
     with locked(tmp_path), pytest.raises(TegotaeError, match=f"at work in {tmp_path}; "):
-        train_agents(AgentRun(experiment=find("AR").experiment()), tmp_path)
+        train(Run(experiment=find("AR").experiment(), learner=AgentLearner()), tmp_path)
     assert os.listdir(tmp_path) == [".lock"]

@@ -20,8 +20,9 @@ from tegotae.studies.paper.plan import plan
 from tegotae.systems import controller_file, registry
 from tegotae.systems.experiment import Experiment, differing
 from tegotae.systems.user_objects import imported
-from tegotae.training.agents import AgentRun
+from tegotae.training.agents import AgentLearner
 from tegotae.training.folder import claim
+from tegotae.training.run import Run
 from tegotae.training.tuning import Task
 from tegotae.training.tuning.storage import opened
 
@@ -254,7 +255,7 @@ def test_the_code_of_an_algorithm_counts_as_well(users, tmp_path):
 
 def test_agents_do_not_go_on_with_other_code(users, tmp_path):
     def configuration():
-        return AgentRun(experiment=users.experiment).configuration
+        return Run(experiment=users.experiment, learner=AgentLearner()).configuration
 
     claim(tmp_path, configuration(), {})
     (tmp_path / "edited-seed0.json").write_text("{}")

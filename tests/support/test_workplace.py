@@ -19,8 +19,9 @@ from tegotae.cli import main
 from tegotae.studies.generalisation.run import generalise
 from tegotae.studies.paper.folder import Folder
 from tegotae.studies.paper.plan import plan
-from tegotae.training.agents import AgentRun, train_agents
+from tegotae.training.agents import AgentLearner
 from tegotae.training.collection import read
+from tegotae.training.run import Run, train
 from tegotae.training.tuning import Task
 from tegotae.training.tuning.storage import opened
 
@@ -68,7 +69,7 @@ def test_neither_do_a_multiverse_agents_or_training_on_an_environment(tmp_path, 
     )
     pytest.importorskip("stable_baselines3")
     with pytest.raises(TegotaeError, match="holds a study, and is not for a training"):
-        train_agents(AgentRun(experiment=find("AR").experiment()), study)
+        train(Run(experiment=find("AR").experiment(), learner=AgentLearner()), study)
     pytest.importorskip("mujoco")
     words = ["train", "AR", "--env", "hopper", "--omega", "8", "--workers", "0"]
     assert "and is not for a training" in one_line_error(*words, "--out", str(study))

@@ -24,6 +24,7 @@ from tegotae.studies.gaits.judge import MEASURES, judge
 from tegotae.systems import controller_file
 from tegotae.systems.designs import all_designs, design, is_design
 from tegotae.systems.grammar import BUDGET
+from tegotae.training.evolution import Evolution
 from tegotae.training.run import Run, train
 from tegotae.training.settings import tuned
 from tegotae.training.stopping import Stopping
@@ -151,7 +152,11 @@ def short():
 def run_of(experiment: Experiment, generations: int) -> Run:
     algorithm = dataclasses.replace(tuned("pgpe"), population=4)
     stopping = Stopping.after(generations)
-    return Run(experiment=experiment, seeds=(0, 1), stopping=stopping, algorithm=algorithm)
+    return Run(
+        experiment=experiment,
+        seeds=(0, 1),
+        learner=Evolution(algorithm=algorithm, stopping=stopping),
+    )
 
 
 @pytest.fixture(scope="module")

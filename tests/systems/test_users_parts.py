@@ -30,6 +30,7 @@ from tegotae.systems.registry import kinds
 from tegotae.systems.user_objects import imported, named
 from tegotae.training.algorithms import PGPE, Algorithm
 from tegotae.training.collection import read
+from tegotae.training.evolution import Evolution
 from tegotae.training.evolve import start
 from tegotae.training.run import Run, train
 from tegotae.training.stopping import Stopping
@@ -49,8 +50,7 @@ def run_of(parts, generations: int = 3) -> Run:
     return Run(
         experiment=parts.experiment,
         seeds=(0, 1),
-        stopping=Stopping.after(generations),
-        algorithm=parts.Climb(),
+        learner=Evolution(algorithm=parts.Climb(), stopping=Stopping.after(generations)),
     )
 
 
@@ -113,11 +113,11 @@ parts = imported(sys.argv[1])
 from test_users_parts import run_of
 from tegotae.training.run import train
 
-def kill(done, curves):
-    if done == 2:
+def kill(step):
+    if step.done == 2:
         os.kill(os.getpid(), signal.SIGKILL)
 
-train(run_of(parts), Path(sys.argv[2]), on_generation=kill)
+train(run_of(parts), Path(sys.argv[2]), on_step=kill)
 """
 
 
@@ -219,10 +219,10 @@ def test_an_agent_learns_a_term_that_torch_does_not_know(parts):
     torch = pytest.importorskip("torch")
     pytest.importorskip("stable_baselines3")
     from tegotae.training.agents import PPOSettings
-    from tegotae.training.agents.learner import AgentTraining, make_agent
+    from tegotae.training.agents.learning import AgentTraining, make_agent
 
     settings = PPOSettings(n_steps=60, batch_size=120, n_envs=2)  # long enough to land
-    training = AgentTraining.of(
+    training = AgentTraining(
         dataclasses.replace(parts.experiment, objective=Fitness(settle_s=0.5)),
         settings,
     )

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import dataclasses
 import json
+import shutil
 import subprocess
 import sys
 
@@ -31,18 +32,19 @@ from tegotae.simulation.integrators import Hold  # noqa: E402
 from tegotae.systems import controller_file  # noqa: E402
 from tegotae.systems.models import find  # noqa: E402
 from tegotae.training.agents import (  # noqa: E402
-    AgentRun,
+    AgentLearner,
     PPOSettings,
     SACSettings,
     agent_controller,
     initial_weights,
-    train_agents,
 )
-from tegotae.training.agents.learner import AgentTraining, learn, make_agent  # noqa: E402
+from tegotae.training.agents.learning import AgentTraining, learn, make_agent  # noqa: E402
 from tegotae.training.algorithms import PGPE  # noqa: E402
+from tegotae.training.curve_file import COLUMNS  # noqa: E402
 from tegotae.training.curves import read_curves  # noqa: E402
 from tegotae.training.evolve import start  # noqa: E402
 from tegotae.training.registry import learner  # noqa: E402
+from tegotae.training.run import Run, train  # noqa: E402
 from tegotae.training.tuning import SPACES, Task  # noqa: E402
 
 TIMING = Timing(duration_s=6.0, tick_s=0.002)
@@ -67,12 +69,12 @@ def experiment(model="AR-rF-sector-w8"):
 
 def training(settings, model="AR-rF-sector-w8", **changes):
     settings = dataclasses.replace(settings, **changes)
-    return AgentTraining.of(experiment(model), settings)
+    return AgentTraining(experiment(model), settings)
 
 
 def run(settings=PPO, **changes):
-    given = {"experiment": experiment(), "seeds": (1,), "episodes": 4, "evaluate_every": 2}
-    return AgentRun(**{**given, **changes}, settings=settings)
+    learner = AgentLearner(settings=settings, episodes=4, evaluate_every=2)
+    return Run(**{"experiment": experiment(), "seeds": (1,), **changes}, learner=learner)
 
 
 def observations(learner, n=64):
@@ -248,7 +250,7 @@ class TestLearning:
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     out = tmp_path_factory.mktemp("agents")
-    train_agents(run(seeds=(0, 1)), out)
+    train(run(seeds=(0, 1)), out)
     return out
 
 
@@ -259,8 +261,8 @@ class TestFolder:
 
     def test_holds_curves_controllers_and_configuration(self, folder):
         rows = self.rows(folder)
-        assert list(rows[0]) == ["episode", "simulated_s", "cot_inverse", "fitness", "seed"]
-        assert [(row["seed"], row["episode"]) for row in rows] == [
+        assert tuple(rows[0]) == COLUMNS
+        assert [(row["seed"], row["step"]) for row in rows] == [
             (seed, episode) for seed in "01" for episode in "024"
         ]
         assert rows[-1]["simulated_s"] == "24"
@@ -276,7 +278,7 @@ class TestFolder:
             points = [row for row in self.rows(folder) if row["seed"] == str(seed)]
             best = max(points, key=lambda row: float(row["fitness"]))
             assert saved.training["best_fitness"] == pytest.approx(float(best["fitness"]), rel=1e-5)
-            assert saved.training["best_episode"] == float(best["episode"])
+            assert saved.training["best_episode"] == float(best["step"])
             outcome = training(PPO).engine.run(saved.weights, Scenario(omega=saved.omega))
             assert outcome["fitness"][0] == pytest.approx(saved.training["best_fitness"], rel=1e-5)
 
@@ -292,7 +294,7 @@ class TestFolder:
     def test_seeds_that_are_done_are_left_as_they_are(self, folder):
         before = (folder / "curves.csv").read_text()
         seen = []
-        paths = train_agents(run(seeds=(0, 1)), folder, on_point=lambda *point: seen.append(point))
+        paths = train(run(seeds=(0, 1)), folder, on_step=seen.append)
         assert not seen
         assert [path.name for path in paths] == [f"AR-rF-sector-w8-seed{i}.json" for i in (0, 1)]
         assert (folder / "curves.csv").read_text() == before
@@ -300,18 +302,18 @@ class TestFolder:
     def test_an_interrupted_run_keeps_what_it_has_and_goes_on_to_the_same_numbers(
         self, folder, tmp_path
     ):
-        def interrupt(seed, point):
-            if seed == 1 and point.episode == 2:
+        def interrupt(step):
+            if step.points[0][:2] == (1, 2):
                 raise KeyboardInterrupt
 
         with pytest.raises(KeyboardInterrupt):
-            train_agents(run(seeds=(0, 1)), tmp_path, on_point=interrupt)
-        kept = [(row["seed"], row["episode"]) for row in self.rows(tmp_path)]
+            train(run(seeds=(0, 1)), tmp_path, on_step=interrupt)
+        kept = [(row["seed"], row["step"]) for row in self.rows(tmp_path)]
         assert kept == [("0", "0"), ("0", "2"), ("0", "4"), ("1", "0"), ("1", "2")]
         assert controller_file.load(tmp_path / "AR-rF-sector-w8-seed1.json")
 
         learned = []
-        train_agents(run(seeds=(0, 1)), tmp_path, on_point=lambda seed, point: learned.append(seed))
+        train(run(seeds=(0, 1)), tmp_path, on_step=lambda step: learned.append(step.points[0].seed))
         assert set(learned) == {1}
         assert self.rows(tmp_path) == self.rows(folder)
         for name in ("AR-rF-sector-w8-seed0.json", "AR-rF-sector-w8-seed1.json"):
@@ -321,14 +323,27 @@ class TestFolder:
         with pytest.raises(
             TegotaeError, match=r"differs in algorithm\.gamma; choose another folder"
         ):
-            train_agents(run(dataclasses.replace(PPO, gamma=0.9), seeds=(0, 1)), folder)
+            train(run(dataclasses.replace(PPO, gamma=0.9), seeds=(0, 1)), folder)
 
-    @pytest.mark.parametrize("text", ["", "episode,seed\n1,2\n", "{header}\n1,2,x,4,0\n"])
-    def test_damaged_curves_are_named(self, tmp_path, text):
-        header = "episode,simulated_s,cot_inverse,fitness,seed"
-        (tmp_path / "curves.csv").write_text(text.replace("{header}", header))
-        with pytest.raises(TegotaeError, match=r"curves\.csv is damaged"):
-            train_agents(run(), tmp_path)
+    def test_a_damaged_checkpoint_is_named(self, folder, tmp_path):
+        shutil.copytree(folder, tmp_path / "damaged")
+        (tmp_path / "damaged" / "checkpoint.npz").write_bytes(b"")
+        with pytest.raises(TegotaeError, match=r"checkpoint\.npz is damaged"):
+            train(run(seeds=(0, 1)), tmp_path / "damaged")
+
+    def test_a_training_of_an_earlier_version_is_refused_and_its_curves_are_read(
+        self, folder, tmp_path
+    ):
+        """It had no checkpoint, and curves of other columns."""
+        earlier = tmp_path / "earlier"
+        shutil.copytree(folder, earlier)
+        (earlier / "checkpoint.npz").unlink()
+        rows = [f"{e},{6 * e},0.5,0.25,{seed}" for seed in (0, 1) for e in (0, 2, 4)]
+        lines = ["episode,simulated_s,cot_inverse,fitness,seed", *rows]
+        (earlier / "curves.csv").write_text("\n".join(lines) + "\n")
+        with pytest.raises(TegotaeError, match="earlier version of tegotae, which left no"):
+            train(run(seeds=(0, 1)), earlier)
+        assert read_curves([earlier])[1].simulated_s.tolist() == [0.0, 12.0, 24.0]
 
 
 class TestTuning:
@@ -365,8 +380,9 @@ class TestBadInput:
         ],
     )
     def test_models_without_a_meaning_are_refused(self, algorithm, model, why):
+        own = AgentLearner(settings=learner(algorithm)())
         with pytest.raises(TegotaeError, match=f"{algorithm} has no meaning for {model}: .*{why}"):
-            AgentRun(experiment=find(model).experiment(), settings=learner(algorithm)())
+            Run(experiment=find(model).experiment(), learner=own)
 
     @pytest.mark.parametrize(
         ("kind", "given", "message"),

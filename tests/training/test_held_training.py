@@ -10,8 +10,9 @@ from tegotae import Experiment, TegotaeError, find
 from tegotae.cli.options import ExperimentOptions
 from tegotae.simulation.integrators import Hold, PredictorCorrector
 from tegotae.simulation.rollout import Timing
-from tegotae.training.agents import AgentRun
+from tegotae.training.agents import AgentLearner
 from tegotae.training.evaluator import evaluator_of
+from tegotae.training.run import Run
 
 CONTINUOUS = find("AR-rF-sector-w8").experiment()
 HELD = CONTINUOUS.replaced(integrator=Hold())
@@ -35,7 +36,7 @@ def test_the_option_holds_and_leaves_alone_what_holds_already():
 
 def test_agents_learn_in_continuous_time_and_say_so():
     with pytest.raises(TegotaeError, match="agents learn in continuous time"):
-        AgentRun(experiment=HELD)
+        Run(experiment=HELD, learner=AgentLearner())
 
 
 def test_the_gain_of_a_vanilla_controller_is_searched_held():

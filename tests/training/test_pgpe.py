@@ -17,6 +17,7 @@ from tegotae.measures.objectives.fitness import Fitness
 from tegotae.systems.experiment import Experiment
 from tegotae.systems.system import System
 from tegotae.training.algorithms import PGPE
+from tegotae.training.evolution import Evolution
 from tegotae.training.evolve import start
 from tegotae.training.run import Run
 from tegotae.training.stopping import Stopping
@@ -187,33 +188,33 @@ EXPERIMENT = Experiment(
 RUN = Run(
     experiment=EXPERIMENT,
     seeds=(3, 5),
-    algorithm=PGPE(population=8),
-    stopping=Stopping.after(4),
+    learner=Evolution(algorithm=PGPE(population=8), stopping=Stopping.after(4)),
 )
 
 
 @cache
 def trained():
     """Two seeds, four generations."""
-    return list(RUN.evolve(RUN.start()))
+    return list(RUN.learner.evolve(RUN.experiment, RUN.seeds))
 
 
 def test_a_seed_starts_alike_whichever_others_go_with_it():
-    alone, together = replace(RUN, seeds=(5,)).start(), RUN.start()
+    alone = RUN.learner.start(RUN.experiment, (5,))
+    together = RUN.learner.start(RUN.experiment, RUN.seeds)
     np.testing.assert_array_equal(alone.best_weights[0], together.best_weights[1])
     assert not np.array_equal(together.best_weights[0], together.best_weights[1])
 
 
 def test_a_seeds_training_does_not_depend_on_the_others():
     run = replace(RUN, seeds=(5,))
-    *_, (alone, _) = run.evolve(run.start())
+    *_, (alone, _) = run.learner.evolve(run.experiment, run.seeds)
     together, _ = trained()[-1]
     np.testing.assert_allclose(alone.search.mean[0], together.search.mean[1], atol=1e-4)
     np.testing.assert_allclose(alone.best_fitness[0], together.best_fitness[1], atol=1e-3)
 
 
 def test_training_is_bit_identical_from_run_to_run():
-    again = list(RUN.evolve(RUN.start()))
+    again = list(RUN.learner.evolve(RUN.experiment, RUN.seeds))
     for (_, one), (_, other) in zip(trained(), again, strict=True):
         jax.tree.map(np.testing.assert_array_equal, one, other)
     np.testing.assert_array_equal(trained()[-1][0].search.mean, again[-1][0].search.mean)
@@ -222,7 +223,7 @@ def test_training_is_bit_identical_from_run_to_run():
 def test_a_training_that_is_continued_is_the_same_as_one_without_pause():
     halfway, _ = trained()[1]
     seen = [curves.centre_fitness for _, curves in trained()[:2]]
-    on = list(RUN.evolve(halfway, seen))
+    on = list(RUN.learner.evolve(RUN.experiment, RUN.seeds, halfway, seen))
     assert len(on) == 2
     end, _ = trained()[-1]
     np.testing.assert_array_equal(on[-1][0].search.mean, end.search.mean)
@@ -235,7 +236,10 @@ def test_the_best_distribution_seen_is_kept():
     np.testing.assert_array_equal(end.best_fitness, fitness.max(axis=0))
     np.testing.assert_array_equal(end.best_generation, fitness.argmax(axis=0))
     # The mean before the first generation is generation 0's.
-    before = [RUN.start(), *(progress for progress, _ in trained())]
+    before = [
+        RUN.learner.start(RUN.experiment, RUN.seeds),
+        *(progress for progress, _ in trained()),
+    ]
     for seed, generation in enumerate(np.asarray(end.best_generation)):
         search = before[generation].search
         np.testing.assert_array_equal(end.best_weights[seed], search.mean[seed])
@@ -259,4 +263,4 @@ def test_an_episode_too_short_to_be_judged_is_refused():
 
 def test_training_without_seeds_is_refused():
     with pytest.raises(TegotaeError, match=r"^no seeds to train"):
-        start(RUN.algorithm, EXPERIMENT.controller, [])
+        start(RUN.learner.algorithm, EXPERIMENT.controller, [])

@@ -52,9 +52,9 @@ def test_a_controller_per_seed_is_returned_with_how_it_was_trained(tiny_training
 def test_the_best_distribution_of_the_curves_is_the_one_kept(tiny_training):
     found = tiny.learned(tiny_training)
     header, *rows = found["curves"]
-    assert header[:3] == ["generation", "seed", "centre_fitness"]
+    assert header[:3] == ["seed", "step", "simulated_s"]
     for seed, outcome in zip(tiny.SEEDS, found["training"], strict=True):
-        fitness = [float(row[2]) for row in rows if int(row[1]) == seed]
+        fitness = [float(row[3]) for row in rows if int(row[0]) == seed]
         assert len(fitness) == tiny.GENERATIONS
         assert outcome["best_generation"] == int(np.argmax(fitness))
         assert outcome["best_fitness"] == pytest.approx(max(fitness), rel=1e-5)
@@ -76,10 +76,12 @@ def test_a_seeds_result_does_not_depend_on_the_others(tiny_training, tmp_path):
 
 
 def test_every_generation_is_told(tmp_path):
-    told = []
-    train(tiny.RUN, tmp_path, on_generation=lambda done, curves: told.append((done, curves)))
-    assert [done for done, _ in told] == [1, 2, 3, 4]
-    assert all(np.shape(curves.centre_fitness) == (2,) for _, curves in told)
+    steps = []
+    train(tiny.RUN, tmp_path, on_step=steps.append)
+    assert [step.done for step in steps] == [1, 2, 3, 4]
+    for generation, step in enumerate(steps):
+        assert [point[:2] for point in step.points] == [(0, generation), (1, generation)]
+        assert {point.simulated_s for point in step.points} == {generation * 8 * 3.0}
 
 
 # Stopped and going on.
@@ -88,11 +90,11 @@ def test_every_generation_is_told(tmp_path):
 def stop_at(generation: int, stop):
     """A function that stops the training after that generation."""
 
-    def on_generation(done, _):
-        if done == generation:
+    def on_step(step):
+        if step.done == generation:
             stop()
 
-    return on_generation
+    return on_step
 
 
 def interrupt():
@@ -104,14 +106,15 @@ def test_an_interrupted_training_keeps_what_it_learned_and_goes_on(
     tiny_training, tmp_path, generation
 ):
     with pytest.raises(KeyboardInterrupt):
-        train(tiny.RUN, tmp_path, on_generation=stop_at(generation, interrupt))
+        train(tiny.RUN, tmp_path, on_step=stop_at(generation, interrupt))
     kept = tiny.learned(tmp_path)
     whole = tiny.learned(tiny_training)
-    assert kept["curves"] == whole["curves"][: 1 + 2 * generation]
+    header, *rows = whole["curves"]
+    assert kept["curves"] == [header, *(row for row in rows if int(row[1]) < generation)]
     assert [t["generations"] for t in kept["training"]] == [generation] * 2
 
     told = []
-    train(tiny.RUN, tmp_path, on_generation=lambda done, _: told.append(done))
+    train(tiny.RUN, tmp_path, on_step=lambda step: told.append(step.done))
     assert told == list(range(generation + 1, tiny.GENERATIONS + 1))
     assert tiny.learned(tmp_path) == whole
 
@@ -139,11 +142,11 @@ import tiny
 from tegotae.training.stopping import Stopping
 from tegotae.training.run import train
 
-def kill(done, curves):
-    if done == 3:
+def kill(step):
+    if step.done == 3:
         os.kill(os.getpid(), signal.SIGKILL)
 
-train(tiny.RUN, Path(sys.argv[1]), on_generation=kill)
+train(tiny.RUN, Path(sys.argv[1]), on_step=kill)
 """
 
 
@@ -162,7 +165,7 @@ def test_a_killed_training_goes_on_and_ends_in_the_same_numbers(tiny_training, t
 
 def test_an_interrupt_while_results_are_written_loses_nothing(tiny_training, tmp_path, monkeypatch):
     with monkeypatch.context() as patch:
-        patch.setattr(training_run, "_write_results", lambda *_, **__: interrupt())
+        patch.setattr(training_run, "write_curves", lambda *_, **__: interrupt())
         with pytest.raises(KeyboardInterrupt):
             train(tiny.RUN, tmp_path)
     assert not list(tmp_path.glob("*-seed*.json"))
@@ -176,7 +179,11 @@ OTHERS = {
     "name": tiny.changed(name="AR"),
     "seeds": dataclasses.replace(tiny.RUN, seeds=(0, 1, 2)),
     "algorithm.population": dataclasses.replace(
-        tiny.RUN, algorithm=dataclasses.replace(tiny.RUN.algorithm, population=10)
+        tiny.RUN,
+        learner=dataclasses.replace(
+            tiny.RUN.learner,
+            algorithm=dataclasses.replace(tiny.RUN.learner.algorithm, population=10),
+        ),
     ),
     "timing.duration_s": tiny.changed(timing=Timing(duration_s=4.0, tick_s=0.002)),
     "objective.settle_s": tiny.changed(objective=Fitness(settle_s=0.5)),
@@ -200,7 +207,7 @@ def test_a_folder_of_another_training_is_refused_and_left_as_it_is(tiny_training
 
 def test_a_training_that_learned_nothing_does_not_claim_its_folder(tmp_path, monkeypatch):
     with monkeypatch.context() as patch:
-        patch.setattr(training_run, "evolve", lambda *_, **__: interrupt())
+        patch.setattr("tegotae.training.evolution.evolve", lambda *_, **__: interrupt())
         with pytest.raises(KeyboardInterrupt):
             train(tiny.changed(controller=find("ART").controller(30)), tmp_path)
     assert list(tiny.contents(tmp_path)) == ["run.json"]
@@ -344,8 +351,8 @@ def test_a_body_that_cannot_hop_is_refused_before_the_training(tmp_path, setting
 
 def test_a_run_of_defaults_is_the_papers():
     run = Run(experiment=find("ART").experiment())
-    assert isinstance(run.algorithm, PGPE)
-    assert run.stopping == Stopping()
+    assert isinstance(run.learner.algorithm, PGPE)
+    assert run.learner.stopping == Stopping()
     assert run.experiment.measure == Fitness(work="absolute", follow_omega=True)
     alone = Run(experiment=find("T").experiment())
     assert alone.experiment.measure == Fitness(follow_omega=False)

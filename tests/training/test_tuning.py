@@ -22,6 +22,7 @@ from tegotae.measures.objectives.fitness import Fitness
 from tegotae.training import settings as configurations
 from tegotae.training.algorithms import PGPE
 from tegotae.training.evaluator import _judged
+from tegotae.training.evolution import Evolution
 from tegotae.training.registry import agents, evolutions, learner
 from tegotae.training.run import Run, train
 from tegotae.training.settings import configuration, load, tuned
@@ -105,8 +106,9 @@ def trained(tmp_path_factory):
     run = Run(
         experiment=TINY.experiments[0],
         seeds=(7, 8),
-        stopping=Stopping.after(16),
-        algorithm=PGPE(population=16, learning_rate=0.1),
+        learner=Evolution(
+            algorithm=PGPE(population=16, learning_rate=0.1), stopping=Stopping.after(16)
+        ),
     )
     paths = train(run, tmp_path_factory.mktemp("trained"))
     return run, [json.loads(path.read_text())["training"]["best_fitness"] for path in paths]
@@ -114,13 +116,15 @@ def trained(tmp_path_factory):
 
 def test_a_value_is_the_best_fitness_of_a_training_that_spends_the_budget(trained):
     run, fitness = trained
-    assert evolved(run.algorithm, TINY, TINY.experiments[0], run.seeds) == pytest.approx(fitness)
+    assert evolved(run.learner.algorithm, TINY, TINY.experiments[0], run.seeds) == pytest.approx(
+        fitness
+    )
 
 
 def test_settings_that_differ_in_no_shape_share_one_compiled_program(trained):
     run, fitness = trained
     compiled = _judged._cache_size()
-    other = dataclasses.replace(run.algorithm, std=0.05, learning_rate=0.3, max_speed=0.9)
+    other = dataclasses.replace(run.learner.algorithm, std=0.05, learning_rate=0.3, max_speed=0.9)
     assert evolved(other, TINY, TINY.experiments[0], run.seeds) != pytest.approx(fitness)
     assert _judged._cache_size() == compiled
 

@@ -30,6 +30,7 @@ from tegotae.training.environments.objectives import Hopping, UserObjective
 from tegotae.training.environments.rollouts import EnvRollouts
 from tegotae.training.environments.worker_pool import WorkerPool
 from tegotae.training.evaluator import Round
+from tegotae.training.evolution import Evolution
 from tegotae.training.run import Run, train
 from tegotae.training.stopping import Stopping
 
@@ -55,15 +56,18 @@ def experiment(model: str = "AR", *, env: str = ENV, budget: int = 12, **setting
     )
 
 
-def run_of(generations: int = GENERATIONS, **changes) -> Run:
+ALGORITHM = PGPE(population=4)
+
+
+def run_of(generations: int = GENERATIONS, workers: int = 0, algorithm=ALGORITHM, **changes) -> Run:
     """A small training in this process."""
     return Run(
         **{
             "experiment": experiment(),
             "seeds": (0, 1),
-            "stopping": Stopping.after(generations),
-            "algorithm": PGPE(population=4),
-            "workers": 0,
+            "learner": Evolution(
+                algorithm=algorithm, stopping=Stopping.after(generations), workers=workers
+            ),
             **changes,
         }
     )
@@ -134,12 +138,13 @@ def test_the_best_fitness_is_that_of_the_kept_weights_and_the_return_of_their_ep
 def test_an_interrupted_training_goes_on_and_ends_in_the_same_numbers(
     trained, tmp_path, generation
 ):
-    def stop(done, _):
+    def stop(step):
+        done = step.done
         if done == generation:
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        train(run_of(), tmp_path, on_generation=stop)
+        train(run_of(), tmp_path, on_step=stop)
     train(run_of(), tmp_path)
     assert learned(tmp_path) == learned(trained[0])
 

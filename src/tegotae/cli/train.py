@@ -18,21 +18,20 @@ from tegotae._support.optional_dependencies import require
 from tegotae.cli.env_options import EnvOptions
 from tegotae.cli.options import ExperimentOptions, experiment_named, settings_named
 from tegotae.cli.tables import print_rows
-from tegotae.measures.hopping.statistics import mean_defined
 from tegotae.measures.objectives.objective import FAILED_FITNESS
 from tegotae.systems.experiment import Experiment
 from tegotae.systems.grammar import BUDGET
 from tegotae.systems.registry import name_of
-from tegotae.training.agents import AgentRun, AgentSettings, train_agents
+from tegotae.training.agents import AgentLearner, AgentSettings
 from tegotae.training.algorithms import Algorithm
-from tegotae.training.evolve import Curves
+from tegotae.training.evolution import Evolution
+from tegotae.training.learner import Step
 from tegotae.training.registry import agents, evolutions
 from tegotae.training.run import Run, train
 from tegotae.training.stopping import CAP, PLATEAU, RUNNING, SEARCH, Stopping
 from tegotae.training.trainable import Trainable
 
 if TYPE_CHECKING:
-    from tegotae.training.agents.learner import Point
     from tegotae.training.environments.experiment import EnvExperiment
 
 _ON_ENVIRONMENTS = {"duration", "settle", "work", "cot_only", "fitness", "episodes_per_candidate"}
@@ -163,30 +162,24 @@ class Train(EnvOptions, EvolutionOptions, ExperimentOptions):
         run = Run(
             experiment=experiment,
             seeds=self.seed_numbers,
-            stopping=self.stopping,
-            algorithm=replace(settings, **chosen),
-            workers=self.workers,
+            learner=Evolution(
+                algorithm=replace(settings, **chosen),
+                stopping=self.stopping,
+                workers=self.workers,
+            ),
         )
         log = logger(out) if self.tensorboard else None
-        return train(run, out, anew=self.anew, on_generation=log)
+        return train(run, out, anew=self.anew, on_step=log)
 
     def _agents(self, experiment: Any, settings: Any, out: Path) -> list[Path]:
         self._refuse("population", evolutions())
         for option in ("generations", "to_cap", "plateau_share", "plateau_tolerance"):
             self._refuse(option, evolutions())
-        run = AgentRun(
-            experiment=experiment,
-            seeds=self.seed_numbers,
-            episodes=1000 if self.episodes is None else self.episodes,
-            settings=settings,
-        )
-        log = _logger(out) if self.tensorboard else None
-
-        def on_point(seed: int, point: Point) -> None:
-            if log is not None:
-                log(round(point.episode), {f"cot_inverse/seed{seed}": point.cot_inverse})
-
-        return train_agents(run, out, anew=self.anew, on_point=on_point)
+        episodes = 1000 if self.episodes is None else self.episodes
+        learner = AgentLearner(settings=settings, episodes=episodes)
+        run = Run(experiment=experiment, seeds=self.seed_numbers, learner=learner)
+        log = logger(out) if self.tensorboard else None
+        return train(run, out, anew=self.anew, on_step=log)
 
     def _refuse(self, option: str, owners: Iterable[str]) -> None:
         if getattr(self, option) not in (None, False):
@@ -196,23 +189,8 @@ class Train(EnvOptions, EvolutionOptions, ExperimentOptions):
             )
 
 
-def logger(out: Path) -> Callable[[int, Curves], None]:
-    """A function that logs a generation's curves for TensorBoard, their means over the seeds.
-
-    Raises:
-        TegotaeError: at once, if tensorboardX is not installed.
-    """
-    log = _logger(out)
-
-    def on_generation(generation: int, curves: Curves) -> None:
-        means = {k: float(mean_defined(v)) for k, v in curves._asdict().items()}
-        log(generation, {k: mean for k, mean in means.items() if not math.isnan(mean)})
-
-    return on_generation
-
-
-def _logger(out: Path) -> Callable[[int, dict[str, float]], None]:
-    """A function that logs numbers at a step for TensorBoard, into a folder made by then.
+def logger(out: Path) -> Callable[[Step], None]:
+    """A function that logs the points of a step for TensorBoard, into a folder made by then.
 
     Raises:
         TegotaeError: at once, if tensorboardX is not installed.
@@ -223,9 +201,11 @@ def _logger(out: Path) -> Callable[[int, dict[str, float]], None]:
     def writer():
         return tensorboard.SummaryWriter(str(out / "tensorboard"))
 
-    def log(step: int, numbers: dict[str, float]) -> None:
-        for name, value in numbers.items():
-            writer().add_scalar(name, value, step)
+    def log(step: Step) -> None:
+        for point in step.points:
+            for name, value in point._asdict().items():
+                if name not in ("seed", "step") and not math.isnan(value):
+                    writer().add_scalar(f"{name}/seed{point.seed}", value, round(point.step))
         writer().flush()
 
     return log

@@ -155,6 +155,11 @@ class Experiment:
         return self.system.scenario()
 
     @property
+    def duration_s(self) -> float:
+        """Length of an episode of training [s]."""
+        return self.timing.duration_s
+
+    @property
     def is_searched(self) -> bool:
         """Whether all there is to learn is a constant gain σ, which a search finds."""
         return self.controller.has_a_gain_alone

@@ -17,6 +17,7 @@ from tegotae._support.errors import TegotaeError
 from tegotae._support.tables import numbers, parse_csv
 from tegotae._support.workplace import is_earlier
 from tegotae.training.algorithms.document import algorithm_name
+from tegotae.training.curve_file import curves_of
 from tegotae.training.folder import RunDocument
 
 COLUMNS = ("algorithm", "model", "seed", "episode", "simulated_s", "cot_inverse")
@@ -132,9 +133,15 @@ class _Timing(msgspec.Struct):
     duration_s: Annotated[float, msgspec.Meta(gt=0)]
 
 
+class _System(msgspec.Struct):
+    timing: _Timing
+
+
 class _Experiment(msgspec.Struct):
     name: str
-    timing: _Timing
+    system: _System | None = None
+    timing: _Timing | None = None
+    """Of environments, and of earlier versions."""
 
 
 class _Trained(msgspec.Struct):
@@ -145,7 +152,7 @@ class _Trained(msgspec.Struct):
 
 
 class _TrainedEarlier(msgspec.Struct):
-    """The same as earlier versions told it."""
+    """The same as earlier versions wrote it."""
 
     model: str
     algorithm: _Algorithm
@@ -157,7 +164,8 @@ class _Training:
     """What a training left in its folder."""
 
     configuration: dict[str, Any]
-    rows: list[dict[str, str]]
+    columns: Mapping[str, np.ndarray]
+    """Of `curves.csv` (`tegotae.training.curve_file`)."""
     path: Path
 
     @classmethod
@@ -168,13 +176,11 @@ class _Training:
             documents.fitted(
                 configuration, _TrainedEarlier if "model" in configuration else _Trained
             )
-            return cls(configuration, _rows(curves), folder)
         except DamagedDocumentError as error:
             raise TegotaeError(f"{path} is damaged: {error}") from None
         except OSError as error:
             raise TegotaeError(f"cannot read {error.filename}: {error.strerror}") from None
-        except ValueError as error:
-            raise TegotaeError(f"{curves} is damaged: {error}") from None
+        return cls(configuration, curves_of(curves, _per_generation_s(configuration)), folder)
 
     @property
     def settings(self) -> Mapping[str, Any]:
@@ -184,7 +190,7 @@ class _Training:
 
     @property
     def experiment(self) -> Mapping[str, Any]:
-        """What was trained; earlier versions told it beside the algorithm."""
+        """What was trained; earlier versions wrote it beside the algorithm."""
         return self.configuration.get("experiment", self.configuration)
 
     @property
@@ -195,28 +201,26 @@ class _Training:
 
     def curves(self, label: str) -> list[LearningCurve]:
         """One curve per seed."""
-        duration_s = self.experiment["timing"]["duration_s"]
-        per_generation = self.settings.get("population", 0) * duration_s
-        points: dict[int, list[tuple[float, float, float]]] = {}
-        for row in self.rows:
-            if "generation" in row:
-                # What a generation's row tells of is the distribution that it began with.
-                episode = float(row["generation"])
-                simulated_s, cot_inverse = episode * per_generation, row["centre_cot_inverse"]
-            else:
-                episode, simulated_s = float(row["episode"]), float(row["simulated_s"])
-                cot_inverse = row["cot_inverse"]
-            point = (episode, simulated_s, numbers([cot_inverse])[0])
-            points.setdefault(int(row["seed"]), []).append(point)
-        if np.isnan([cot for rows in points.values() for _, _, cot in rows]).all():
+        if np.isnan(self.columns["cot_inverse"]).all():
             raise TegotaeError(
                 f"{self.path} measured no CoT⁻¹, of which these curves are; its curves.csv has the "
                 "fitness"
             )
+        seeds = self.columns["seed"]
+        shown = [self.columns[name] for name in ("step", "simulated_s", "cot_inverse")]
         return [
-            LearningCurve(label, self.model, seed, *np.array(rows).T)
-            for seed, rows in points.items()
+            LearningCurve(
+                label, self.model, int(seed), *(column[seeds == seed] for column in shown)
+            )
+            for seed in dict.fromkeys(seeds.tolist())
         ]
+
+
+def _per_generation_s(configuration: Mapping[str, Any]) -> float:
+    """Simulated time of a population's generation [s], for curves that do not say it."""
+    experiment = configuration.get("experiment", configuration)
+    timing = experiment.get("timing") or experiment.get("system", {}).get("timing", {})
+    return configuration["algorithm"].get("population", 0) * timing.get("duration_s", np.nan)
 
 
 def _identity(curve: LearningCurve) -> tuple[str, str, int]:
@@ -266,8 +270,8 @@ def _from_table(path: Path) -> list[LearningCurve]:
     try:
         for row in _rows(path):
             key = (row["algorithm"], row["model"], int(row["seed"]))
-            told = numbers(row[name] for name in ("episode", "simulated_s", "cot_inverse"))
-            points.setdefault(key, []).append(tuple(told))
+            read = numbers(row[name] for name in ("episode", "simulated_s", "cot_inverse"))
+            points.setdefault(key, []).append(tuple(read))
     except FileNotFoundError:
         raise TegotaeError(f"there is no table {path}") from None
     except (OSError, ValueError, KeyError):

@@ -50,6 +50,11 @@ class Trainable(Protocol):
         ...
 
     @property
+    def duration_s(self) -> float:
+        """Length of an episode [s], if nothing ends it before."""
+        ...
+
+    @property
     def cot_unit(self) -> str:
         """The unit of CoT⁻¹ in which its fitness measures it."""
         ...

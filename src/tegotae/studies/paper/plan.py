@@ -24,6 +24,7 @@ from tegotae.systems.experiment import Experiment, differing
 from tegotae.systems.models import Model, all_models, find
 from tegotae.training.algorithms import PGPE, Algorithm
 from tegotae.training.algorithms.document import algorithm_document
+from tegotae.training.evolution import Evolution
 from tegotae.training.run import Run
 from tegotae.training.settings import configuration, tuned
 from tegotae.training.stopping import Stopping
@@ -85,8 +86,7 @@ class Plan:
         run = Run(
             experiment=experiment,
             seeds=tuple(range(self.seeds)),
-            stopping=self.stopping,
-            algorithm=self.algorithm,
+            learner=Evolution(algorithm=self.algorithm, stopping=self.stopping),
         )
         return Unit(run, self.budgets, self.metrics)
 

@@ -112,7 +112,7 @@ def bundles(units: Sequence[Unit], most: int | None = None) -> list[list[Unit]]:
     """Units in groups that share a compiled program, of so many at most."""
     groups: dict[object, list[Unit]] = {}
     for unit in units:
-        groups.setdefault(unit.run.program, []).append(unit)
+        groups.setdefault(unit.run.learner.program(unit.run.experiment), []).append(unit)
     size = most or len(units)
     return [g[i : i + size] for g in groups.values() for i in range(0, len(g), size)]
 
@@ -126,7 +126,7 @@ def work_all(units: list[Unit]) -> list[Record]:
     compute_on(DEVICES)
     # A worker is a process of its own: it knows the parts that its work is made of.
     for unit in units:
-        for part in (*parts_in((unit.run.experiment, unit.run.algorithm)), *unit.metrics):
+        for part in (*parts_in((unit.run.experiment, unit.run.learner.algorithm)), *unit.metrics):
             register(part)
     try:
         return [work(unit) for unit in units]

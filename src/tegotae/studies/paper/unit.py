@@ -22,8 +22,9 @@ from tegotae.studies.paper import best_gait
 from tegotae.studies.paper.record import Record
 from tegotae.systems.experiment import Experiment
 from tegotae.systems.registry import CODE
+from tegotae.training.evolution import Evolution
 from tegotae.training.evolve import Curves
-from tegotae.training.run import Run, ends, software
+from tegotae.training.run import Run
 from tegotae.training.stopping import SEARCH
 
 FORMAT = 3
@@ -46,7 +47,7 @@ class Unit:
         TegotaeError: for budgets that are not in rising order.
     """
 
-    run: Run
+    run: Run[Evolution]
     budgets: tuple[int, ...] = ()
     metrics: tuple[Metric, ...] = ()
 
@@ -62,7 +63,7 @@ class Unit:
         document = {
             "format": FORMAT,
             **self.run.configuration,
-            "stopping": dataclasses.asdict(self.run.stopping),
+            "stopping": dataclasses.asdict(self.run.learner.stopping),
             "budgets": list(self.budgets),
             **metrics_document(self.metrics),
         }
@@ -134,7 +135,7 @@ def work(unit: Unit) -> Record:
     budgets = range(1, 1 + len(learned.at_budgets))
     return Record(
         configuration=unit.configuration,
-        software={**software(), "devices": described_devices()},
+        software={**run.learner.software, "devices": described_devices()},
         weights=learned.weights.astype("float32"),
         best_fitness=learned.fitness.astype("float32"),
         generations=learned.generations,
@@ -157,11 +158,11 @@ def work(unit: Unit) -> Record:
 
 def _trained(unit: Unit) -> _Learned:
     run = unit.run
-    budgets = [math.ceil(episodes / run.algorithm.population) for episodes in unit.budgets]
+    budgets = [math.ceil(episodes / run.learner.algorithm.population) for episodes in unit.budgets]
     curves: list[Curves] = []
     snapshots: list[np.ndarray] = []
-    progress = begun = run.start()
-    for progress, generation in run.evolve(begun):
+    progress = begun = run.learner.start(run.experiment, run.seeds)
+    for progress, generation in run.learner.evolve(run.experiment, run.seeds, begun):
         curves.append(generation)
         while len(snapshots) < len(budgets) and len(curves) == budgets[len(snapshots)]:
             snapshots.append(np.asarray(progress.best_weights))
@@ -172,14 +173,14 @@ def _trained(unit: Unit) -> _Learned:
         weights,
         np.asarray(progress.best_fitness),
         np.asarray(progress.generation),
-        ends(run, curves),
+        run.learner.ends(curves),
         curves,
         snapshots,
     )
 
 
-def _searched(run: Run) -> _Learned:
-    gain, fitness = run.search()
+def _searched(run: Run[Evolution]) -> _Learned:
+    gain, fitness = run.learner.search(run.experiment)
     n = len(run.seeds)
     return _Learned(
         np.full((n, 1), gain), np.full(n, fitness), np.zeros(n, int), [SEARCH] * n, [], []

@@ -3,16 +3,15 @@
 Settings and names are here for everyone; what needs torch is imported when something is learned.
 """
 
+from tegotae.training.agents.learner import AgentLearner
 from tegotae.training.agents.policy import agent_controller, initial_weights
-from tegotae.training.agents.run import AgentRun, train_agents
 from tegotae.training.agents.settings import AgentSettings, PPOSettings, SACSettings
 
 __all__ = [
-    "AgentRun",
+    "AgentLearner",
     "AgentSettings",
     "PPOSettings",
     "SACSettings",
     "agent_controller",
     "initial_weights",
-    "train_agents",
 ]

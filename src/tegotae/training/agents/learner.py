@@ -1,239 +1,222 @@
-"""Learning by agents: from random weights, a point of the learning curve now and then."""
+"""An agent that learns: SAC, PPO, one seed after the other."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import TYPE_CHECKING, Any
 
-import jax.numpy as jnp
 import numpy as np
 
 from tegotae._support.errors import TegotaeError, require_count
-from tegotae._support.optional_dependencies import require
-from tegotae.measures.hopping.efficiency import WORK
-from tegotae.measures.objectives.fitness import EPISODE, Fitness
-from tegotae.measures.objectives.objective import Objective
-from tegotae.parts.bodies import Body, Hopper
+from tegotae.parts.bodies import require_one_limb
 from tegotae.parts.controller import Controller
-from tegotae.simulation.rollout import Engine, Scenario, Timing
+from tegotae.simulation.integrators import PredictorCorrector
+from tegotae.systems.descriptions import check_kept
 from tegotae.systems.experiment import Experiment
-from tegotae.systems.release import RELEASE_M
-from tegotae.training.agents.actor import Feedback, Observed
-from tegotae.training.agents.policy import agent_controller, initial_weights
-from tegotae.training.agents.settings import AgentSettings
+from tegotae.systems.release import Release
+from tegotae.training.agents.policy import agent_controller
+from tegotae.training.agents.settings import AgentSettings, SACSettings
+from tegotae.training.algorithms.document import algorithm_document
+from tegotae.training.curve_file import CurvePoint
+from tegotae.training.folder import versions_of
+from tegotae.training.learner import Learned, Learner, Session, Step
+from tegotae.training.trainable import Trainable
 
-require("stable_baselines3", "sb3")  # before the environments ask for Gymnasium, which it brings
-
-import torch  # noqa: E402
-from stable_baselines3.common.base_class import BaseAlgorithm  # noqa: E402
-from stable_baselines3.common.vec_env import VecEnv, VecNormalize  # noqa: E402
-
-from tegotae.envs.rewards import HopReward  # noqa: E402
-from tegotae.envs.sb3 import HopperVecEnv  # noqa: E402
-from tegotae.envs.settings import TegotaeHopperSettings  # noqa: E402
+if TYPE_CHECKING:
+    from tegotae.training.agents.learning import AgentTraining
 
 
 @dataclass(frozen=True, kw_only=True)
-class AgentTraining:
-    """What an agent learns, and how it is judged.
+class AgentLearner(Learner):
+    """Learning by an agent, one seed after the other; resumable by seed.
+
+    An agent is not paid for ΔΩ, and so its policies are evaluated without it. The experiment's
+    control period is that of the evaluations.
 
     Args:
-        controller: the policy, with a limit to its feedback (`agent_controller`).
         settings: the algorithm and how it is set.
-        omega: prescribed frequency ω_t [rad/s].
-        hopper: the body.
-        release_m: height of the release of the episodes by which it is judged [m], at rest.
-        timing: the episode; its control period is that of the evaluations alone.
-        fitness: the measure of the deterministic policy, the same as for other algorithms; its
-            definition of work is that of the reward, too.
-    """
-
-    controller: Controller
-    settings: AgentSettings
-    omega: float | None
-    hopper: Body = field(default_factory=Hopper)
-    timing: Timing = EPISODE
-    fitness: Objective = field(default_factory=lambda: Fitness(follow_omega=False))
-    release_m: float = RELEASE_M
-
-    def __post_init__(self) -> None:
-        self.fitness.check(self.timing)
-
-    @classmethod
-    def of(cls, experiment: Experiment, settings: AgentSettings) -> AgentTraining:
-        """The training of an experiment's controller by an agent.
-
-        Raises:
-            TegotaeError: for a controller without a meaning for agents.
-        """
-        return cls(
-            controller=agent_controller(experiment, settings),
-            settings=settings,
-            omega=experiment.omega,
-            hopper=experiment.body,
-            timing=experiment.timing,
-            fitness=experiment.objective.without_frequency(),
-            release_m=experiment.system.release.height_m,
-        )
-
-    @property
-    def environment(self) -> TegotaeHopperSettings:
-        """The settings of the environment that the agent acts in."""
-        settings, tegotae = self.settings, self.controller.tegotae
-        oscillator = self.controller.oscillator
-        assert oscillator is not None
-        assert tegotae is not None
-        assert tegotae.limit_rad_per_s is not None
-        read = [name for term in self.controller.terms.values() for name in term.reads]
-        senses = [name for name in self.hopper.SENSES if name in read]
-        senses += [name for name in settings.critic_senses if name not in senses]
-        return TegotaeHopperSettings(
-            body=self.hopper,
-            tick_s=settings.tick_s,
-            decimation=settings.decimation,
-            duration_s=self.timing.duration_s,
-            height_m=self.release_m,
-            observation=("phase", *senses),
-            omega=self.scenario.omega,
-            actuation=self.controller.actuation,
-            oscillator=oscillator,
-            max_feedback_rad_per_s=tegotae.limit_rad_per_s,
-            reward=HopReward(
-                work=self.work,
-                least_work_j=settings.least_work_j,
-                charge_stored=settings.charge_stored,
-            ),
-        )
-
-    @property
-    def scenario(self) -> Scenario:
-        """An episode by which the policy is judged."""
-        return Scenario.of(self.omega, height_m=self.release_m)
-
-    @property
-    def work(self) -> str:
-        """The definition of work that hops are paid by: the fitness's, if it has one."""
-        return getattr(self.fitness, "work", WORK[0])
-
-    @property
-    def engine(self) -> Engine:
-        """The engine that judges a policy."""
-        return Engine(controller=self.controller, timing=self.timing, summary=self.fitness)
-
-
-class DivergedError(TegotaeError):
-    """The learning led to weights that are no numbers."""
-
-
-class Point(NamedTuple):
-    """A point of a learning curve: the deterministic policy, judged."""
-
-    episode: float
-    """Simulated time learned from, in whole episodes: one that failed early counts in part."""
-    simulated_s: float
-    """Simulated time learned from [s]."""
-    cot_inverse: float
-    """CoT⁻¹ of an undisturbed episode [m/J]."""
-    fitness: float
-    """Its fitness."""
-    weights: np.ndarray
-    """The policy's weights, shape [n_weights]."""
-
-
-def make_agent(
-    training: AgentTraining, *, seed: int, weights: np.ndarray | None = None
-) -> tuple[BaseAlgorithm, Feedback]:
-    """The Stable-Baselines3 agent, not yet trained, and the part of it that is the policy.
-
-    Args:
-        training: what and how.
-        seed: of the weights and of all that is drawn.
-        weights: of the policy, shape [n_weights]; `initial_weights` of the seed by default.
-    """
-    if weights is None:
-        weights = initial_weights(training.controller, seed)
-    environment, settings = training.environment, training.settings
-    feedback = Feedback(training.controller, _observed(training, environment), weights)
-    env: VecEnv = HopperVecEnv(environment, settings.n_envs)
-    if settings.normalize_reward:
-        env = VecNormalize(env, norm_obs=False, norm_reward=True, gamma=settings.gamma)
-    return settings.make(env, feedback, seed), feedback
-
-
-def learn(
-    training: AgentTraining, *, seed: int, episodes: int, evaluate_every: int = 10
-) -> Iterator[Point]:
-    """Learn from random weights; the same seed gives the same points.
-
-    Args:
-        training: what and how.
-        seed: of the weights and of all that is drawn.
-        episodes: how long, in simulated time of so many whole episodes. Agents that update
-            between such times end a little later.
-        evaluate_every: episodes between points, or the next update after so many.
-
-    Yields:
-        the policy before training, then one point after the other.
+        episodes: how long each seed learns, in simulated time of so many whole episodes.
+        evaluate_every: episodes between two points of the learning curve.
 
     Raises:
-        TegotaeError: for a count that is none.
-        DivergedError: if the learning leads to weights that are no numbers.
+        TegotaeError: for a count below one.
     """
-    require_count("seed", seed, least=0)
-    require_count("episodes", episodes)
-    require_count("evaluate_every", evaluate_every)
-    agent, feedback = make_agent(training, seed=seed)
-    engine, per_episode = training.engine, training.environment.n_steps
-    while True:
-        yield _judge(training, engine, feedback.flat(), agent.num_timesteps / per_episode)
-        done = agent.num_timesteps // per_episode
-        if done >= episodes:
-            return
-        target = min(episodes, done - done % evaluate_every + evaluate_every)
-        with _one_thread(), _noticing_divergence(feedback, seed, done):
-            agent.learn(target * per_episode - agent.num_timesteps, reset_num_timesteps=False)
+
+    settings: AgentSettings = field(default_factory=SACSettings)
+    episodes: int = 1000
+    evaluate_every: int = 10
+
+    UNIT = "episode"
+
+    def __post_init__(self) -> None:
+        require_count("episodes", self.episodes)
+        require_count("evaluate_every", self.evaluate_every)
+
+    @property
+    def software(self) -> dict[str, str]:
+        """Versions of the programs that decide the numbers."""
+        return versions_of("stable-baselines3", "torch", "gymnasium")
+
+    def check(self, experiment: Trainable) -> None:
+        """Raise `TegotaeError` for what an agent cannot learn.
+
+        That is a controller without a meaning for agents, a body of several limbs, conditions that
+        change, an integrator or a release of its own, and what is not on the engine.
+        """
+        _ = self.controller(_on_engine(experiment))
+
+    def controller(self, experiment: Experiment) -> Controller:
+        """The policy."""
+        return agent_controller(experiment, self.settings)
+
+    def configuration(self, experiment: Trainable, seeds: tuple[int, ...]) -> dict[str, Any]:
+        """What decides a seed's result, but for the number of episodes, as JSON values."""
+        own = _on_engine(experiment)
+        return {
+            "experiment": own.replaced(objective=own.objective.without_frequency()).document,
+            "algorithm": algorithm_document(self.settings),
+            "evaluate_every": self.evaluate_every,
+        }
+
+    def session(self, experiment: Trainable, seeds: tuple[int, ...]) -> Session:
+        """The learning of an experiment.
+
+        Raises:
+            MissingExtraError: without Stable-Baselines3.
+        """
+        check_kept(self.settings)
+        from tegotae.training.agents.learning import AgentTraining
+
+        return AgentSession(self, AgentTraining(_on_engine(experiment), self.settings), seeds)
 
 
-def _observed(training: AgentTraining, environment: TegotaeHopperSettings) -> Observed:
-    at_rest = training.hopper.release(jnp.ones(()), jnp.zeros(()))
-    scales = training.hopper.sense(at_rest, jnp.zeros(())).scales
-    return Observed(environment.observed, {name: float(scale) for name, scale in scales.items()})
-
-
-def _judge(training: AgentTraining, engine: Engine, weights: np.ndarray, episode: float) -> Point:
-    outcome = engine.run(weights, training.scenario, training.hopper)
-    return Point(
-        episode,
-        episode * training.timing.duration_s,
-        float(outcome["cot_inverse"][0]),
-        float(outcome["fitness"][0]),
-        weights,
-    )
-
-
-@contextmanager
-def _one_thread() -> Iterator[None]:
-    """torch on one thread: networks as small as these lose by sharing."""
-    threads = torch.get_num_threads()
-    torch.set_num_threads(1)
-    try:
-        yield
-    finally:
-        torch.set_num_threads(threads)
-
-
-@contextmanager
-def _noticing_divergence(feedback: Feedback, seed: int, done: int) -> Iterator[None]:
-    """Weights that are no numbers any more, told as what they mean."""
-    try:
-        yield
-    except ValueError:  # torch's and the environment's for actions that are no numbers
-        if np.isfinite(feedback.flat()).all():
-            raise
-    if not np.isfinite(feedback.flat()).all():
-        raise DivergedError(
-            f"seed {seed} diverged after {done} episodes: its weights are not finite any more; a "
-            "smaller learning_rate or normalize_reward may help"
+def _on_engine(experiment: Trainable) -> Experiment:
+    """The experiment itself, if an agent can learn in it."""
+    if not isinstance(experiment, Experiment):
+        raise TegotaeError(
+            f"{experiment.name} is on an environment, and agents learn on the engine alone; use "
+            "a population (pgpe)"
         )
+    require_one_limb(experiment.body, "learning by agents")
+    release = experiment.system.release
+    if release != Release(height_m=release.height_m):
+        raise TegotaeError("agents learn from releases at rest and phase 0; give height_m alone")
+    if experiment.conditions:
+        raise TegotaeError(
+            "agents learn in the same episode again and again; leave the experiment's "
+            "conditions, which a population can have (pgpe)"
+        )
+    if experiment.system.integrator != PredictorCorrector():
+        raise TegotaeError(
+            "agents learn in continuous time; leave the experiment's integrator, which a "
+            "population can have (pgpe)"
+        )
+    return experiment
+
+
+@dataclass(frozen=True, eq=False)
+class _Course:
+    """What a seed has learned until here."""
+
+    points: tuple[CurvePoint, ...]
+    best: CurvePoint
+    weights: np.ndarray
+    """Of the best point, shape [n_weights]."""
+
+    def then(self, point: CurvePoint, weights: np.ndarray) -> _Course:
+        """The same with another point."""
+        points = (*self.points, point)
+        if point.fitness > self.best.fitness:
+            return _Course(points, point, weights)
+        return _Course(points, self.best, self.weights)
+
+
+class AgentSession(Session):
+    """Seeds, one after the other.
+
+    Args:
+        learner: how is learned.
+        training: the experiment as an agent learns it.
+        seeds: one training from random weights each.
+    """
+
+    def __init__(
+        self, learner: AgentLearner, training: AgentTraining, seeds: tuple[int, ...]
+    ) -> None:
+        self._learner, self._training, self._seeds = learner, training, seeds
+        self._courses: dict[int, _Course] = {}
+
+    @property
+    def length(self) -> int:
+        """Episodes of all seeds."""
+        return len(self._seeds) * self._learner.episodes
+
+    def steps(self) -> Iterator[Step]:
+        """A point of a seed's learning curve each; seeds that are done are left as they are."""
+        from tegotae.training.agents.learning import learn
+
+        episodes, every = self._learner.episodes, self._learner.evaluate_every
+        for i, seed in enumerate(self._seeds):
+            if self._is_done(seed):
+                continue
+            self._courses.pop(seed, None)
+            for found in learn(self._training, seed=seed, episodes=episodes, evaluate_every=every):
+                point = CurvePoint(
+                    seed, found.episode, found.simulated_s, found.fitness, found.cot_inverse
+                )
+                so_far = self._courses.get(seed) or _Course((), point, found.weights)
+                self._courses[seed] = so_far.then(point, found.weights)
+                done = i * episodes + min(round(found.episode), episodes)
+                yield Step(done, f"seed {seed}  CoT⁻¹ {found.cot_inverse:.3f} m/J", (point,))
+
+    def _is_done(self, seed: int) -> bool:
+        course = self._courses.get(seed)
+        return course is not None and course.points[-1].step >= self._learner.episodes
+
+    def points(self) -> list[CurvePoint]:
+        """The policy before training, and now and then, of each seed."""
+        return [point for course in self._courses.values() for point in course.points]
+
+    def learned(self) -> list[Learned]:
+        """The policy of each seed's best point."""
+        controller = self._training.controller
+        return [
+            Learned(
+                controller,
+                course.weights,
+                {
+                    "seed": seed,
+                    "episodes": course.points[-1].step,
+                    "simulated_s": course.points[-1].simulated_s,
+                    "best_fitness": course.best.fitness,
+                    "best_episode": course.best.step,
+                },
+            )
+            for seed in self._seeds
+            if (course := self._courses.get(seed)) is not None
+        ]
+
+    def arrays(self) -> dict[str, np.ndarray]:
+        """The curve and the best weights of each seed."""
+        arrays = {}
+        for seed, course in self._courses.items():
+            arrays[f"seed{seed}_curve"] = np.array(course.points, "float64")
+            arrays[f"seed{seed}_weights"] = np.asarray(course.weights)
+        return arrays
+
+    def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
+        """Leave the seeds that are done; one that was interrupted begins anew, to the same end."""
+        n_weights = self._training.controller.n_weights
+        courses = {}
+        for name in arrays:
+            if not name.endswith("_curve"):
+                continue
+            seed = int(name.removesuffix("_curve").removeprefix("seed"))
+            weights = arrays[f"seed{seed}_weights"]
+            rows = arrays[name]
+            if weights.shape != (n_weights,) or not len(rows):
+                raise ValueError("shapes differ")
+            points = tuple(CurvePoint(seed, *map(float, row[1:])) for row in rows)
+            courses[seed] = _Course(points, max(points, key=lambda p: p.fitness), weights)
+        self._courses = courses

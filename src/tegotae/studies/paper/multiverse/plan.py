@@ -25,6 +25,7 @@ from tegotae.systems.descriptions import describe
 from tegotae.systems.models import Model, find
 from tegotae.training.algorithms import PGPE, Algorithm
 from tegotae.training.algorithms.document import algorithm_document
+from tegotae.training.evolution import Evolution
 from tegotae.training.run import Run
 from tegotae.training.settings import configuration, tuned
 from tegotae.training.stopping import Stopping
@@ -93,8 +94,8 @@ class Multiverse:
         units = [unit for _, each in self.by_reading for unit in each.values()]
         first: dict[object, int] = {}
         for i, unit in enumerate(units):
-            first.setdefault(unit.run.program, i)
-        return sorted(units, key=lambda unit: first[unit.run.program])
+            first.setdefault(unit.run.learner.program(unit.run.experiment), i)
+        return sorted(units, key=lambda unit: first[unit.run.learner.program(unit.run.experiment)])
 
     def _unit(self, model: Model, reading: Reading) -> Unit:
         hopper, cycle = reading.hopper, self.protocol.limit_cycle
@@ -124,8 +125,7 @@ class Multiverse:
         run = Run(
             experiment=experiment,
             seeds=tuple(range(self.seeds)),
-            stopping=stopping,
-            algorithm=algorithm,
+            learner=Evolution(algorithm=algorithm, stopping=stopping),
         )
         return Unit(run)
 

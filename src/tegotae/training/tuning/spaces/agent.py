@@ -40,9 +40,9 @@ def learned(
     settings: AgentSettings, task: Task, experiment: Experiment, seeds: tuple[int, ...]
 ) -> list[float]:
     """Fitness of each seed's best policy in the budget; that until then, if learning diverges."""
-    from tegotae.training.agents.learner import AgentTraining, DivergedError, learn
+    from tegotae.training.agents.learning import AgentTraining, DivergedError, learn
 
-    training = AgentTraining.of(experiment, settings)
+    training = AgentTraining(experiment, settings)
     episodes = task.episodes(experiment, least=1)
     best = []
     for seed in seeds:

@@ -10,6 +10,7 @@ import numpy as np
 
 from tegotae.systems.experiment import Experiment
 from tegotae.training.algorithms import Algorithm
+from tegotae.training.evolution import Evolution
 from tegotae.training.run import Run
 from tegotae.training.stopping import Stopping
 from tegotae.training.tuning.spaces.base import Space
@@ -39,10 +40,14 @@ def evolved(
     run = Run(
         experiment=experiment,
         seeds=seeds,
-        stopping=Stopping.after(episodes // settings.population),
-        algorithm=settings,
+        learner=Evolution(
+            algorithm=settings, stopping=Stopping.after(episodes // settings.population)
+        ),
     )
-    ((progress, _),) = deque(run.evolve(run.start()), maxlen=1)
+    ((progress, _),) = deque(
+        run.learner.evolve(run.experiment, run.seeds),
+        maxlen=1,
+    )
     return [float(fitness) for fitness in np.asarray(progress.best_fitness)]
 
 

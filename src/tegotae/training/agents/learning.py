@@ -1,0 +1,240 @@
+"""Learning by agents: from random weights, a point of the learning curve now and then."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import jax.numpy as jnp
+import numpy as np
+
+from tegotae._support.errors import TegotaeError, require_count
+from tegotae._support.optional_dependencies import require
+from tegotae.measures.hopping.efficiency import WORK
+from tegotae.measures.objectives.objective import Objective
+from tegotae.parts.bodies import Body
+from tegotae.parts.controller import Controller
+from tegotae.simulation.rollout import Engine, Scenario, Timing
+from tegotae.systems.experiment import Experiment
+from tegotae.training.agents.actor import Feedback, Observed
+from tegotae.training.agents.policy import agent_controller, initial_weights
+from tegotae.training.agents.settings import AgentSettings
+
+require("stable_baselines3", "sb3")  # before the environments ask for Gymnasium, which it brings
+
+import torch  # noqa: E402
+from stable_baselines3.common.base_class import BaseAlgorithm  # noqa: E402
+from stable_baselines3.common.vec_env import VecEnv, VecNormalize  # noqa: E402
+
+from tegotae.envs.rewards import HopReward  # noqa: E402
+from tegotae.envs.sb3 import HopperVecEnv  # noqa: E402
+from tegotae.envs.settings import TegotaeHopperSettings  # noqa: E402
+
+
+@dataclass(frozen=True)
+class AgentTraining:
+    """An experiment as an agent learns it, by some settings.
+
+    The deterministic policy is evaluated by the experiment's objective without ΔΩ, in episodes of
+    the engine; their control period is the experiment's, that of the learning is the settings'.
+
+    Args:
+        experiment: what is learned.
+        settings: the algorithm and how it is set.
+
+    Raises:
+        TegotaeError: for a controller without a meaning for agents.
+    """
+
+    experiment: Experiment
+    settings: AgentSettings
+
+    def __post_init__(self) -> None:
+        _ = self.controller
+
+    @property
+    def controller(self) -> Controller:
+        """The policy, with a limit to its feedback (`agent_controller`)."""
+        return agent_controller(self.experiment, self.settings)
+
+    @property
+    def hopper(self) -> Body:
+        """The body."""
+        return self.experiment.body
+
+    @property
+    def timing(self) -> Timing:
+        """An episode."""
+        return self.experiment.timing
+
+    @property
+    def fitness(self) -> Objective:
+        """The measure of the deterministic policy."""
+        return self.experiment.objective.without_frequency()
+
+    @property
+    def release_m(self) -> float:
+        """Height of the release [m], at rest."""
+        return self.experiment.system.release.height_m
+
+    @property
+    def environment(self) -> TegotaeHopperSettings:
+        """The settings of the environment that the agent acts in."""
+        settings, tegotae = self.settings, self.controller.tegotae
+        oscillator = self.controller.oscillator
+        assert oscillator is not None
+        assert tegotae is not None
+        assert tegotae.limit_rad_per_s is not None
+        read = [name for term in self.controller.terms.values() for name in term.reads]
+        senses = [name for name in self.hopper.SENSES if name in read]
+        senses += [name for name in settings.critic_senses if name not in senses]
+        return TegotaeHopperSettings(
+            body=self.hopper,
+            tick_s=settings.tick_s,
+            decimation=settings.decimation,
+            duration_s=self.timing.duration_s,
+            height_m=self.release_m,
+            observation=("phase", *senses),
+            omega=self.scenario.omega,
+            actuation=self.controller.actuation,
+            oscillator=oscillator,
+            max_feedback_rad_per_s=tegotae.limit_rad_per_s,
+            reward=HopReward(
+                work=self.work,
+                least_work_j=settings.least_work_j,
+                charge_stored=settings.charge_stored,
+            ),
+        )
+
+    @property
+    def scenario(self) -> Scenario:
+        """An episode by which the policy is judged."""
+        return Scenario.of(self.experiment.omega, height_m=self.release_m)
+
+    @property
+    def work(self) -> str:
+        """The definition of work that hops are paid by: the fitness's, if it has one."""
+        return getattr(self.fitness, "work", WORK[0])
+
+    @property
+    def engine(self) -> Engine:
+        """The engine that judges a policy."""
+        return Engine(controller=self.controller, timing=self.timing, summary=self.fitness)
+
+
+class DivergedError(TegotaeError):
+    """The learning led to weights that are no numbers."""
+
+
+class Point(NamedTuple):
+    """A point of a learning curve: the deterministic policy, judged."""
+
+    episode: float
+    """Simulated time learned from, in whole episodes: one that failed early counts in part."""
+    simulated_s: float
+    """Simulated time learned from [s]."""
+    cot_inverse: float
+    """CoT⁻¹ of an undisturbed episode [m/J]."""
+    fitness: float
+    """Its fitness."""
+    weights: np.ndarray
+    """The policy's weights, shape [n_weights]."""
+
+
+def make_agent(
+    training: AgentTraining, *, seed: int, weights: np.ndarray | None = None
+) -> tuple[BaseAlgorithm, Feedback]:
+    """The Stable-Baselines3 agent, not yet trained, and the part of it that is the policy.
+
+    Args:
+        training: what and how.
+        seed: of the weights and of all that is drawn.
+        weights: of the policy, shape [n_weights]; `initial_weights` of the seed by default.
+    """
+    if weights is None:
+        weights = initial_weights(training.controller, seed)
+    environment, settings = training.environment, training.settings
+    feedback = Feedback(training.controller, _observed(training, environment), weights)
+    env: VecEnv = HopperVecEnv(environment, settings.n_envs)
+    if settings.normalize_reward:
+        env = VecNormalize(env, norm_obs=False, norm_reward=True, gamma=settings.gamma)
+    return settings.make(env, feedback, seed), feedback
+
+
+def learn(
+    training: AgentTraining, *, seed: int, episodes: int, evaluate_every: int = 10
+) -> Iterator[Point]:
+    """Learn from random weights; the same seed gives the same points.
+
+    Args:
+        training: what and how.
+        seed: of the weights and of all that is drawn.
+        episodes: how long, in simulated time of so many whole episodes. Agents that update
+            between such times end a little later.
+        evaluate_every: episodes between points, or the next update after so many.
+
+    Yields:
+        the policy before training, then one point after the other.
+
+    Raises:
+        TegotaeError: for a count that is none.
+        DivergedError: if the learning leads to weights that are no numbers.
+    """
+    require_count("seed", seed, least=0)
+    require_count("episodes", episodes)
+    require_count("evaluate_every", evaluate_every)
+    agent, feedback = make_agent(training, seed=seed)
+    engine, per_episode = training.engine, training.environment.n_steps
+    while True:
+        yield _judge(training, engine, feedback.flat(), agent.num_timesteps / per_episode)
+        done = agent.num_timesteps // per_episode
+        if done >= episodes:
+            return
+        target = min(episodes, done - done % evaluate_every + evaluate_every)
+        with _one_thread(), _noticing_divergence(feedback, seed, done):
+            agent.learn(target * per_episode - agent.num_timesteps, reset_num_timesteps=False)
+
+
+def _observed(training: AgentTraining, environment: TegotaeHopperSettings) -> Observed:
+    at_rest = training.hopper.release(jnp.ones(()), jnp.zeros(()))
+    scales = training.hopper.sense(at_rest, jnp.zeros(())).scales
+    return Observed(environment.observed, {name: float(scale) for name, scale in scales.items()})
+
+
+def _judge(training: AgentTraining, engine: Engine, weights: np.ndarray, episode: float) -> Point:
+    outcome = engine.run(weights, training.scenario, training.hopper)
+    return Point(
+        episode,
+        episode * training.timing.duration_s,
+        float(outcome["cot_inverse"][0]),
+        float(outcome["fitness"][0]),
+        weights,
+    )
+
+
+@contextmanager
+def _one_thread() -> Iterator[None]:
+    """torch on one thread: networks as small as these lose by sharing."""
+    threads = torch.get_num_threads()
+    torch.set_num_threads(1)
+    try:
+        yield
+    finally:
+        torch.set_num_threads(threads)
+
+
+@contextmanager
+def _noticing_divergence(feedback: Feedback, seed: int, done: int) -> Iterator[None]:
+    """Weights that are no numbers any more, told as what they mean."""
+    try:
+        yield
+    except ValueError:  # torch's and the environment's for actions that are no numbers
+        if np.isfinite(feedback.flat()).all():
+            raise
+    if not np.isfinite(feedback.flat()).all():
+        raise DivergedError(
+            f"seed {seed} diverged after {done} episodes: its weights are not finite any more; a "
+            "smaller learning_rate or normalize_reward may help"
+        )
