@@ -1,5 +1,5 @@
 # Two commands do all set-up, on a machine with only Python and make:
-#   make test        check the code; `make test-thorough` with the dear cases, too
+#   make test        check the code; `make test-thorough` with the slow cases, too
 #   make reproduce   the paper's study, small; `make reproduce SCALE=paper` the whole of it.
 #                    It ends with the path of a report. Stopped, it goes on where it was.
 

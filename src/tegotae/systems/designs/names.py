@@ -65,8 +65,8 @@ def design(name: str) -> Design:
     """The design of a name.
 
     Args:
-        name: `FAMILY@SYSTEM`; the system is one of `tegotae.studies.gaits.SYSTEMS`, or
-        `FILE.py:OBJECT`.
+        name: `FAMILY@SYSTEM`; the system is one of `tegotae.systems.legged_systems.SYSTEMS`, or
+            `FILE.py:OBJECT`.
 
     Raises:
         TegotaeError: for an unknown family or system, with the nearest ones.
