@@ -55,10 +55,10 @@ class Optimum(Output):
                 )
         stances = {f"optimum, {self.omega:g} rad/s": _optimal_stance(self.omega)}
         for name in self.controller:
-            found = resolve(name)
-            if not has_table(found.body):
+            meant = resolve(name)
+            if not has_table(meant.body):
                 raise TegotaeError(f"{name} is for another body than the paper's hopper")
-            saved, path = controller_of(found), Path(name)
+            saved, path = controller_of(meant), Path(name)
             orbit, gait = find_orbit(saved), _gait(saved)
             name = called(saved, path, points)
             points[name] = (np.array([gait.hop_rate]), np.array([gait.cot_inverse]))
