@@ -32,8 +32,8 @@ from tegotae.measures.hopping.gait import (
 )
 from tegotae.studies.analysis import (
     Attractor,
-    Basin,
     GainSweep,
+    HopperBasin,
     Orbit,
     Outcome,
     PhaseResponse,
@@ -329,11 +329,11 @@ def test_the_section_shows_the_decay_beside_that_of_the_linear_map(dimension):
     assert ("apex_phase_rad" in tables["transient"]) is (dimension == 2)
 
 
-def basin_of(number: int) -> Basin:
+def basin_of(number: int) -> HopperBasin:
     attractors = tuple(Attractor(1, 1, 1.1 + n, 0.5, 1 / 12) for n in range(number))
     index = np.full((3, 4), -1)
     index[outcome().regime == LIMIT_CYCLE] = np.arange(9) % number
-    return Basin(
+    return HopperBasin(
         np.array([1.0, 1.1, 1.2]),
         np.linspace(0.0, 2 * np.pi, 4),
         np.zeros(1),

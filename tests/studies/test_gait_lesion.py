@@ -14,7 +14,7 @@ from tegotae.cli import main
 from tegotae.parts.bodies import Walker
 from tegotae.simulation.rollout import whole_trajectory
 from tegotae.studies.gaits import random_phases, system
-from tegotae.studies.gaits.lesion import Lesion, aftermath
+from tegotae.studies.gaits.lesion import GaitLesion, aftermath
 
 BAR = system("bar-light").with_system(timing=Timing(duration_s=60.0))
 FOUR = (
@@ -26,7 +26,7 @@ FOUR = (
 
 @pytest.fixture(scope="module")
 def lost():
-    return aftermath(FOUR, Lesion(at_s=40.0, lost=("LH",)), 6)
+    return aftermath(FOUR, GaitLesion(at_s=40.0, lost=("LH",)), 6)
 
 
 # What happens
@@ -35,7 +35,7 @@ def lost():
 def test_nothing_before_the_lesion_knows_of_it_to_the_bit():
     timing = Timing(duration_s=4.0)
     phase = random_phases(2, 2)
-    late = Lesion(at_s=2.0, fields=(("inertia_ratio", 1.6),)).scenario(BAR, phase)
+    late = GaitLesion(at_s=2.0, fields=(("inertia_ratio", 1.6),)).scenario(BAR, phase)
     (name,) = late.changes
     never = late._replace(changes={name: late.changes[name]._replace(from_s=99.0)})
     with_it = BAR.run(whole_trajectory, late, timing)
@@ -48,7 +48,7 @@ def test_nothing_before_the_lesion_knows_of_it_to_the_bit():
 
 @pytest.mark.thorough
 def test_a_bar_that_grows_heavy_goes_from_antiphase_to_in_phase():
-    found = aftermath(BAR, Lesion(at_s=30.0, fields=(("inertia_ratio", 1.6),)), 4)
+    found = aftermath(BAR, GaitLesion(at_s=30.0, fields=(("inertia_ratio", 1.6),)), 4)
     assert set(found.gait_before) == {"antiphase"}
     assert set(found.gait_after) == {"in phase"}
     assert found.share == (1.0, pytest.approx(0.51, abs=0.01), 1.0)
@@ -72,7 +72,7 @@ def test_a_quadruped_that_loses_a_leg_falls(lost):
 @pytest.mark.thorough
 def test_legs_that_never_felt_each_other_are_not_locked_after_a_lesion_either():
     deaf = BAR.with_numbers(sigma=0.0).with_system(timing=Timing(duration_s=20.0))
-    found = aftermath(deaf, Lesion(at_s=10.0, fields=(("mass_kg", 0.12),)), 2)
+    found = aftermath(deaf, GaitLesion(at_s=10.0, fields=(("mass_kg", 0.12),)), 2)
     assert set(found.gait_before) == set(found.gait_after) == {"as released"}
 
 
@@ -80,7 +80,7 @@ def test_legs_that_never_felt_each_other_are_not_locked_after_a_lesion_either():
 def test_the_cost_of_transport_after_a_load_is_that_of_the_loaded_body():
     timing = Timing(duration_s=48.0, tick_s=0.008, frame_s=0.08)
     heavy = (("mass_kg", 1.1),)
-    found = aftermath(FOUR, Lesion(at_s=16.0, fields=heavy), 2, timing=timing)
+    found = aftermath(FOUR, GaitLesion(at_s=16.0, fields=heavy), 2, timing=timing)
     for each, mass_kg in ((found.before, 1.0), (found.after, 1.1)):
         weight = each.power_w / (each.cost_of_transport * each.speed_m_per_s)
         np.testing.assert_allclose(weight, mass_kg, rtol=1e-5)
@@ -109,23 +109,23 @@ def test_lags_are_then_measured_from_a_leg_that_is_left(lost):
 )
 def test_a_lesion_that_cannot_be_is_told_before_anything_moves(lesion, line):
     with pytest.raises(TegotaeError, match=line):
-        aftermath(FOUR, Lesion(**{"at_s": 40.0, **lesion}), 2)
+        aftermath(FOUR, GaitLesion(**{"at_s": 40.0, **lesion}), 2)
 
 
 def test_a_lesion_in_which_nothing_happens_is_none():
     with pytest.raises(TegotaeError, match="nothing happens: name a leg to lose"):
-        Lesion(at_s=1.0)
+        GaitLesion(at_s=1.0)
 
 
 def test_a_leg_is_lost_once():
     three = FOUR.with_system(body=Walker(present=(1.0, 1.0, 0.0, 1.0)))
     with pytest.raises(TegotaeError, match="leg LH is lost already"):
-        Lesion(at_s=1.0, lost=("LH",)).left(three)
+        GaitLesion(at_s=1.0, lost=("LH",)).left(three)
 
 
 def test_a_body_whose_legs_cannot_be_lost_says_so():
     with pytest.raises(TegotaeError, match="a Bar cannot lose a leg: it does not say which"):
-        Lesion(at_s=1.0, lost=("H",)).left(BAR)
+        GaitLesion(at_s=1.0, lost=("H",)).left(BAR)
 
 
 # The command

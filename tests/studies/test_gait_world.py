@@ -16,7 +16,7 @@ from tegotae.parts.terrains import Rough, Slope
 from tegotae.studies.gaits import system
 from tegotae.studies.gaits.basin import find_basin
 from tegotae.studies.gaits.document import system_document
-from tegotae.studies.gaits.lesion import Lesion
+from tegotae.studies.gaits.lesion import GaitLesion
 from tegotae.studies.gaits.parameter_axes import (
     Axis,
     check_axis,
@@ -69,16 +69,16 @@ def test_an_axis_reaches_the_body_behind_its_sensors(late):
 
 
 def test_a_field_of_a_body_behind_sensors_is_changed_by_a_lesion(late):
-    changes = Lesion(at_s=10.0, fields=(("inertia_ratio", 1.5),)).scenario(late, 0.0).changes
+    changes = GaitLesion(at_s=10.0, fields=(("inertia_ratio", 1.5),)).scenario(late, 0.0).changes
     assert list(changes) == ["body.inertia_ratio"]
 
 
 def test_a_push_passes():
-    push = Lesion(at_s=10.0, fields=(("push_y_n", 0.3),), lasts_s=0.5)
+    push = GaitLesion(at_s=10.0, fields=(("push_y_n", 0.3),), lasts_s=0.5)
     change = push.scenario(system("quadruped-c"), 0.0).changes["push_y_n"]
     assert (change.value, change.from_s, change.until_s) == (0.3, 10.0, 10.5)
     assert push.told == "push_y_n 0.3 for 0.5 s"
-    for_good = Lesion(at_s=10.0, fields=(("push_y_n", 0.3),))
+    for_good = GaitLesion(at_s=10.0, fields=(("push_y_n", 0.3),))
     assert for_good.scenario(system("quadruped-c"), 0.0).changes["push_y_n"].until_s == math.inf
 
 
@@ -124,6 +124,6 @@ def test_a_world_that_cannot_be_is_refused_in_one_line(tmp_path, given, says):
 
 def test_a_push_of_nothing_and_a_loss_for_a_time_are_refused():
     with pytest.raises(TegotaeError, match="lasts_s is 0"):
-        Lesion(at_s=10.0, fields=(("push_y_n", 0.3),), lasts_s=0.0)
+        GaitLesion(at_s=10.0, fields=(("push_y_n", 0.3),), lasts_s=0.0)
     with pytest.raises(TegotaeError, match="a lost leg or a drop is for good"):
-        Lesion(at_s=10.0, lost=("LH",), lasts_s=1.0)
+        GaitLesion(at_s=10.0, lost=("LH",), lasts_s=1.0)

@@ -28,7 +28,7 @@ from tegotae.studies.gaits import (
     system,
 )
 from tegotae.studies.gaits.basin import find_basin, outcomes
-from tegotae.studies.gaits.lesion import Lesion
+from tegotae.studies.gaits.lesion import GaitLesion
 from tegotae.studies.gaits.simulate import simulate
 from tegotae.studies.gaits.sweep import (
     check_levels,
@@ -279,7 +279,7 @@ def test_a_body_behind_sensors_has_the_gait_of_the_bare_one(light):
     assert run.gait == "antiphase"
     assert behind.names == ("H", "F")
     assert pose(behind.body, run.trajectory).hips_m.shape[1:] == (2, 3)
-    longer = Lesion(at_s=1.0, fields=(("mass_kg", 0.2),))
+    longer = GaitLesion(at_s=1.0, fields=(("mass_kg", 0.2),))
     assert set(longer.scenario(behind, 0.0).changes) == {"body.mass_kg"}
 
 

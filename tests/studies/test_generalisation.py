@@ -24,13 +24,13 @@ from tegotae.parts.commands import FOOT
 from tegotae.studies.gaits import system
 from tegotae.studies.generalisation import (
     CATALOGUE,
-    Outcome,
-    Subject,
+    Retention,
+    TestedControllers,
     disturbances_named,
     margins,
     tried,
 )
-from tegotae.studies.generalisation.judges import OfLags, Walked
+from tegotae.studies.generalisation.retention import GaitRetention, Walked
 from tegotae.studies.generalisation.run import generalise
 from tegotae.studies.generalisation.table import curve, median_interval, write_tables
 from tegotae.studies.generalisation.trial import check_levels
@@ -45,15 +45,15 @@ CHOSEN = disturbances_named(
 TIMING = Timing(duration_s=24.0, tick_s=0.002)
 
 
-def hopper(weights=((2.0,), (0.0,)), **more) -> Subject:
+def hopper(weights=((2.0,), (0.0,)), **more) -> TestedControllers:
     labels = tuple(map(str, range(len(weights))))
     given = {"looked_at": TIMING, **more}
     system = System(controller=REFLEX, omega=8.0)
-    return Subject("V", system, np.array(weights), labels, **given)
+    return TestedControllers("V", system, np.array(weights), labels, **given)
 
 
 @pytest.fixture(scope="module")
-def outcome() -> Outcome:
+def outcome() -> Retention:
     return tried(hopper(), CHOSEN)
 
 
@@ -108,7 +108,7 @@ def test_walkers_are_pushed_lose_legs_and_meet_slopes_and_keep_a_share_of_their_
     found = system("quadruped-c")
     timing = dataclasses.replace(found.timing, duration_s=60.0)
     weights = np.array([found.weights])
-    subject = Subject("C", found.system, weights, ("0",), 2, looked_at=timing)
+    subject = TestedControllers("C", found.system, weights, ("0",), 2, looked_at=timing)
     chosen = disturbances_named(
         ["push-aside=0.001/9", "lost-leg=1", "slope=-9", "rough=0.001", "strength"]
     )
@@ -140,7 +140,9 @@ STAYS = {
 
 
 def walks(**found) -> dict[str, np.ndarray]:
-    kept = OfLags(Walked(CoordinationSummary(), True), 1.0).kept(STAYS, STAYS | found, np.ones(1))
+    kept = GaitRetention(Walked(CoordinationSummary(), True), 1.0).kept(
+        STAYS, STAYS | found, np.ones(1)
+    )
     return {name: x.item() for name, x in kept.items()}
 
 
@@ -159,19 +161,19 @@ def test_who_walks_slowly_or_backwards_does_not_walk_on():
         assert not walks(ahead_m_per_s=np.full((1, 1), speed))["moves"]
 
 
-def quadruped(starts=4, **more) -> Subject:
+def quadruped(starts=4, **more) -> TestedControllers:
     found = system("quadruped-c")
     one = np.array([found.weights])
     given = {"looked_at": dataclasses.replace(found.timing, duration_s=60.0), **more}
     labels = ("0",)
-    return Subject("C", found.system, one, labels, starts, **given)
+    return TestedControllers("C", found.system, one, labels, starts, **given)
 
 
 def test_what_a_release_meets_is_the_same_for_every_run_and_level():
     for text, entry in (("noise", "seed"), ("rough", "place"), ("lost-leg", "present")):
         (each,) = disturbances_named([text])
         lanes = np.repeat(np.array(each.levels[:2]), 3 * 4)  # levels, runs, releases
-        changes = each.met(quadruped(), lanes, np.zeros(len(lanes))).changes
+        changes = each.applied(quadruped(), lanes, np.zeros(len(lanes))).changes
         (drawn,) = [x for name, x in changes.items() if name.endswith(entry)]
         drawn = np.asarray(drawn.value if entry == "present" else drawn)
         by_run = drawn.reshape(-1, 2, 3, 4)[:, 0]
@@ -201,7 +203,7 @@ def test_a_small_leg_is_looked_at_for_a_shorter_time():
 LAG = dataclasses.replace(CATALOGUE["lag"], levels=(0.005, 0.01, 0.02))
 
 
-def outcome_of(keeps: list[list[bool]], had=True) -> Outcome:
+def outcome_of(keeps: list[list[bool]], had=True) -> Retention:
     """Runs that keep their gait or not at rising levels of a lag."""
     levels = LAG.levels
     runs, n = len(keeps), len(levels)
@@ -217,7 +219,7 @@ def outcome_of(keeps: list[list[bool]], had=True) -> Outcome:
         "efficiency": np.ones(runs * n),
         "speed": np.full(runs * n, np.nan),
     }
-    return Outcome(columns, {})
+    return Retention(columns, {})
 
 
 def test_a_margin_lies_between_the_last_level_that_is_borne_and_the_next():
@@ -250,7 +252,7 @@ def test_a_curve_has_the_share_of_those_that_had_a_gait():
 
 def test_releases_of_one_run_do_not_make_the_interval_narrower():
     once = outcome_of([[True] * 3, [False] * 3])
-    often = Outcome({name: np.repeat(x, 4) for name, x in once.columns.items()}, {})
+    often = Retention({name: np.repeat(x, 4) for name, x in once.columns.items()}, {})
     (one, *_), (four, *_) = curve(once), curve(often)
     assert four["lanes"] == 4 * one["lanes"]
     for name in ("keeps", "keeps_low", "keeps_high"):
@@ -278,7 +280,7 @@ def test_what_is_done_is_kept_and_not_done_again(outcome, tmp_path, monkeypatch)
 
 
 def test_the_command_writes_margins_curves_and_a_picture(tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr("tegotae.studies.generalisation.subject.HOPPING", TIMING)
+    monkeypatch.setattr("tegotae.studies.generalisation.tested_controllers.HOPPING", TIMING)
     file = tmp_path / "mine.json"
     controller_file.save(SavedController.of(REFLEX, np.array([2.0]), 8.0, Hopper(), "mine"), file)
     names = "mass=0.9/3.5,release=0.1,delay=0.004,lost-leg,omega=1.01"
@@ -303,7 +305,7 @@ def test_runs_that_are_the_same_are_tried_once():
         np.array([[2.0], [2.0], [1.0]]),
         ("0", "1", "2"),
     )
-    assert Subject.of(runs).labels == ("0", "2")
+    assert TestedControllers.of(runs).labels == ("0", "2")
 
 
 # What is refused.

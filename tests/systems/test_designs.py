@@ -20,7 +20,7 @@ from tegotae.parts.terms import (
     WholeBodyFoot,
 )
 from tegotae.studies.gaits import system
-from tegotae.studies.gaits.judge import MEASURES, judge
+from tegotae.studies.gaits.evaluation import MEASURES, evaluate_gaits
 from tegotae.systems import controller_file
 from tegotae.systems.designs import all_designs, design, is_design
 from tegotae.systems.grammar import BUDGET
@@ -183,7 +183,7 @@ def test_a_controller_file_says_what_each_weight_of_a_network_for_all_legs_is(tr
 @pytest.fixture(scope="module")
 def judged():
     """The named quadruped, and the same without feedback."""
-    return judge(system("quadruped-c"), np.array([[1.25], [0.0]]), (2.0, 3.0), 4)
+    return evaluate_gaits(system("quadruped-c"), np.array([[1.25], [0.0]]), (2.0, 3.0), 4)
 
 
 def test_the_named_quadruped_is_judged_at_each_frequency(judged):
@@ -232,9 +232,9 @@ def test_a_judgement_of_what_has_no_frequency_takes_none():
     )
     legged = dataclasses.replace(found, system=single, weights=(0.0,) * 96)
     with pytest.raises(TegotaeError, match="no oscillator, and so no omega"):
-        judge(legged, np.zeros((1, 96)), (2.0,))
+        evaluate_gaits(legged, np.zeros((1, 96)), (2.0,))
     with pytest.raises(TegotaeError, match="this controller has 96"):
-        judge(legged, np.zeros((1, 3)))
+        evaluate_gaits(legged, np.zeros((1, 3)))
 
 
 @pytest.mark.parametrize(

@@ -99,7 +99,7 @@ class Evaluate(ProtocolOptions, BodyOptions):
             (name, labels, self._on_body(legged), weights)
             for name, labels, legged, weights in several_legs.subjects(found)
         ]
-        judged = several_legs.judge_all(sets, self.omega, self.starts, self.seed)
+        judged = several_legs.evaluate_all(sets, self.omega, self.starts, self.seed)
         if self.csv is not None:
             tables.write_csv(self.csv, several_legs.columns(judged), digits=6)
         if self.json:

@@ -14,7 +14,7 @@ from tegotae._support.errors import TegotaeError, require_count
 from tegotae.cli.tables import print_rows
 
 if TYPE_CHECKING:
-    from tegotae.studies.generalisation import Disturbance, Subject
+    from tegotae.studies.generalisation import Disturbance, TestedControllers
     from tegotae.studies.generalisation.run import Done
 
 
@@ -70,8 +70,8 @@ class Generalise:
         model = name.partition(" (")[0]
         return any(fnmatch.fnmatchcase(each, self.only) for each in (name, model))
 
-    def _subjects(self) -> list[Subject]:
-        from tegotae.studies.generalisation import Subject
+    def _subjects(self) -> list[TestedControllers]:
+        from tegotae.studies.generalisation import TestedControllers
         from tegotae.studies.generalisation.sources import of_study
         from tegotae.training.collection import read
 
@@ -83,7 +83,7 @@ class Generalise:
             if not chosen:
                 names = ", ".join(sorted({each.name for each in runs})[:3])
                 raise TegotaeError(f"{place} has no model that matches {self.only}; it has {names}")
-            found += [Subject.of(each, self.starts) for each in chosen]
+            found += [TestedControllers.of(each, self.starts) for each in chosen]
         return found
 
 

@@ -10,12 +10,12 @@ from tegotae.figures.maps import category_patch, draw_categories, draw_regimes, 
 from tegotae.figures.style import COLUMN_IN, new_figure, styled
 from tegotae.figures.surface import phase_axis
 from tegotae.measures.hopping.gait import REGIMES
-from tegotae.studies.analysis.basin import Attractor, Basin
+from tegotae.studies.analysis.basin import Attractor, HopperBasin
 
 _MOST = 5  # limit cycles with a colour of their own
 
 
-def basin_figure(basin: Basin, note: str = "") -> Figure:
+def basin_figure(basin: HopperBasin, note: str = "") -> Figure:
     """Which limit cycle each release ends in; the legend says how common it is."""
     shown = min(len(basin.attractors), _MOST)
     category = np.minimum(basin.attractor, shown)
@@ -52,7 +52,7 @@ def describe(attractor: Attractor) -> str:
     return f"{hops}{turns}, apex {attractor.apex_height_m:.2f} m ({attractor.share:.1%})"
 
 
-def basin_tables(basin: Basin) -> dict[str, dict[str, np.ndarray]]:
+def basin_tables(basin: HopperBasin) -> dict[str, dict[str, np.ndarray]]:
     """What the figure shows, release by release, and `cycles`."""
     across = (
         ("phase_rad", basin.phase_rad)

@@ -14,7 +14,7 @@ from tegotae.parts.bodies import Body, Contact
 from tegotae.parts.controller import Controller, Weights
 from tegotae.simulation.integrators import Integrator, Moment
 from tegotae.simulation.integrators.base import drive, phase_of, settled
-from tegotae.simulation.world import Scenario, ground_m, met_by
+from tegotae.simulation.world import Scenario, apply_changes, ground_m
 
 
 class Lane(NamedTuple):
@@ -88,7 +88,7 @@ class ClosedLoop:
         self, body: Body, scenario: Scenario, index: jax.Array, tick_s: jax.Array
     ) -> tuple[Body, jax.Array]:
         """Body and frequency as they are during a tick (`Scenario.changes`)."""
-        return met_by(body, scenario.omega, dict(scenario.changes), index, tick_s)
+        return apply_changes(body, scenario.omega, dict(scenario.changes), index, tick_s)
 
     def start(self, weights: Weights, body: Body, scenario: Scenario, tick_s: jax.Array) -> Lane:
         """The lane at its release."""

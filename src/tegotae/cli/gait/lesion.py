@@ -38,7 +38,7 @@ class Lesion(Subject):
         """Compute, write, and print."""
         from tegotae.figures.gaits.lesion import lesion_figure
         from tegotae.studies.gaits.document import coordination_columns, write
-        from tegotae.studies.gaits.lesion import Lesion as What
+        from tegotae.studies.gaits.lesion import GaitLesion as What
         from tegotae.studies.gaits.lesion import aftermath
 
         fields = tuple(_number(*each) for each in assignments("--then", self.then).items())

@@ -13,7 +13,7 @@ from tegotae.cli.tables import print_rows
 
 if TYPE_CHECKING:
     from tegotae.studies.gaits.stability import Branch
-    from tegotae.studies.gaits.stability import Stability as Found
+    from tegotae.studies.gaits.stability import GaitStability as Found
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -10,7 +10,7 @@ import numpy as np
 from tegotae.cli.tables import print_rows
 
 if TYPE_CHECKING:
-    from tegotae.studies.gaits.judge import Judged
+    from tegotae.studies.gaits.evaluation import GaitEvaluation
     from tegotae.systems.legged import Legged
     from tegotae.systems.resolve import Resolved
 
@@ -39,22 +39,22 @@ def subjects(found: Resolved) -> list[tuple[str, tuple[str, ...], Legged, np.nda
     ]
 
 
-def judge_all(
+def evaluate_all(
     sets: list[tuple[str, tuple[str, ...], Legged, np.ndarray]],
     omega: tuple[float, ...],
     starts: int,
     seed: int,
-) -> list[tuple[str, tuple[str, ...], Judged]]:
+) -> list[tuple[str, tuple[str, ...], GaitEvaluation]]:
     """Release all from the same random phases."""
-    from tegotae.studies.gaits.judge import judge
+    from tegotae.studies.gaits.evaluation import evaluate_gaits
 
     return [
-        (name, labels, judge(legged, weights, omega, starts, seed=seed))
+        (name, labels, evaluate_gaits(legged, weights, omega, starts, seed=seed))
         for name, labels, legged, weights in sets
     ]
 
 
-def print_table(found: list[tuple[str, tuple[str, ...], Judged]]) -> None:
+def print_table(found: list[tuple[str, tuple[str, ...], GaitEvaluation]]) -> None:
     """A row a set and frequency."""
     titles = ("controller", "ω", "runs", "upright", "locked", "locks in", "speed", "CoT")
     print_rows((*titles, "slip", "gait"), (row for each in found for row in _rows(*each)))
@@ -62,7 +62,7 @@ def print_table(found: list[tuple[str, tuple[str, ...], Judged]]) -> None:
     print("Lengths and times are in " + " or ".join(" and ".join(pair) for pair in units) + ".")
 
 
-def listed(found: list[tuple[str, tuple[str, ...], Judged]]) -> list[dict[str, Any]]:
+def listed(found: list[tuple[str, tuple[str, ...], GaitEvaluation]]) -> list[dict[str, Any]]:
     """The rows of `columns` as JSON objects, null for what is undefined."""
     from tegotae.studies.gaits.document import plain
 
@@ -70,14 +70,14 @@ def listed(found: list[tuple[str, tuple[str, ...], Judged]]) -> list[dict[str, A
     return [dict(zip(table, plain(row), strict=True)) for row in zip(*table.values(), strict=True)]
 
 
-def columns(found: list[tuple[str, tuple[str, ...], Judged]]) -> dict[str, list[Any]]:
+def columns(found: list[tuple[str, tuple[str, ...], GaitEvaluation]]) -> dict[str, list[Any]]:
     """A row per controller and frequency."""
     rows: dict[str, list[Any]] = {"controller": [], "run": [], "omega": []}
-    for name, labels, judged in found:
-        measures = judged.measures
+    for name, labels, evaluated in found:
+        measures = evaluated.measures
         for run, label in enumerate(labels):
-            for at, omega in enumerate(judged.omega):
-                gait, share = judged.commonest(run, at)
+            for at, omega in enumerate(evaluated.omega):
+                gait, share = evaluated.commonest(run, at)
                 own = {"controller": name, "run": label, "omega": float(omega)}
                 own |= {title: float(x[run, at]) for title, x in measures.items()}
                 for title, value in (own | {"gait": gait, "gait_share": share}).items():
@@ -85,14 +85,14 @@ def columns(found: list[tuple[str, tuple[str, ...], Judged]]) -> dict[str, list[
     return rows
 
 
-def _rows(name: str, labels: tuple[str, ...], judged: Judged) -> list[tuple[str, ...]]:
+def _rows(name: str, labels: tuple[str, ...], evaluated: GaitEvaluation) -> list[tuple[str, ...]]:
     from tegotae.measures.hopping.statistics import interval
 
-    measures = judged.measures
+    measures = evaluated.measures
     shown = ("upright", "locked", "lock_time_s", "speed_m_per_s", "cost_of_transport", "slip")
     rows = []
-    for at, omega in enumerate(judged.omega):
-        gaits = Counter(judged.commonest(run, at)[0] for run in range(len(labels)))
+    for at, omega in enumerate(evaluated.omega):
+        gaits = Counter(evaluated.commonest(run, at)[0] for run in range(len(labels)))
         told = ", ".join(f"{gait} ({count})" for gait, count in gaits.most_common())
         numbers = []
         for title in shown:

@@ -10,7 +10,7 @@ from matplotlib.animation import FuncAnimation
 from matplotlib.axes import Axes
 
 from tegotae.figures.animation import FRAMES_PER_S, animation_file, save_animation
-from tegotae.figures.gaits.poses import Pose, pose
+from tegotae.figures.gaits.poses import LegPositions, pose
 from tegotae.figures.style import COLOURS, new_figure, styled
 from tegotae.studies.gaits.simulate import GaitRun
 
@@ -73,7 +73,7 @@ class _View:
     def __init__(
         self,
         axes: Axes,
-        shape: Pose,
+        shape: LegPositions,
         view: tuple[int, int],
         long: float,
         run: GaitRun,

@@ -8,10 +8,10 @@ from matplotlib.figure import Figure
 
 from tegotae.figures.gaits.colours import by_side, gait_colour, gait_marker
 from tegotae.figures.style import PAGE_IN, new_figure, styled
-from tegotae.studies.gaits.basin import Basin, Outcome
+from tegotae.studies.gaits.basin import GaitBasin, GaitShare
 
 
-def basin_figure(basin: Basin, note: str = "") -> Figure:
+def basin_figure(basin: GaitBasin, note: str = "") -> Figure:
     """Left the share of each outcome with its 95 % interval, right the lags that starts end at.
 
     Of two legs the lags are drawn over those of the release; of more, those of two legs over each
@@ -34,7 +34,7 @@ def basin_figure(basin: Basin, note: str = "") -> Figure:
     return figure
 
 
-def _shares(axes: Axes, outcomes: tuple[Outcome, ...], starts: int, unit: str) -> None:
+def _shares(axes: Axes, outcomes: tuple[GaitShare, ...], starts: int, unit: str) -> None:
     for row, each in enumerate(outcomes):
         axes.barh(row, each.share, height=0.6, color=gait_colour(each.gait))
         axes.plot([each.low, each.high], [row, row], color="k", lw=0.8)
@@ -46,7 +46,7 @@ def _shares(axes: Axes, outcomes: tuple[Outcome, ...], starts: int, unit: str) -
     axes.set_xlabel(f"share of {starts} random starts")
 
 
-def _from_release(axes: Axes, basin: Basin) -> None:
+def _from_release(axes: Axes, basin: GaitBasin) -> None:
     reference, names = basin.legged.reference, basin.legged.names
     other = 1 - reference
     released = (basin.phase_rad[reference] - basin.phase_rad[other]) / (2.0 * np.pi) % 1.0
@@ -55,7 +55,7 @@ def _from_release(axes: Axes, basin: Basin) -> None:
     axes.set_ylabel("and in the end [cycles]")
 
 
-def _of_two_legs(axes: Axes, basin: Basin) -> None:
+def _of_two_legs(axes: Axes, basin: GaitBasin) -> None:
     reference, names = basin.legged.reference, basin.legged.names
     order = by_side(names)
     at = order.index(reference)
@@ -67,7 +67,7 @@ def _of_two_legs(axes: Axes, basin: Basin) -> None:
     axes.set_ylabel(f"lag of {names[across]} [cycles]")
 
 
-def _dots(axes: Axes, basin: Basin, x: np.ndarray, y: np.ndarray) -> None:
+def _dots(axes: Axes, basin: GaitBasin, x: np.ndarray, y: np.ndarray) -> None:
     for outcome in basin.outcomes:
         own = basin.gait == outcome.gait
         colour, marker = gait_colour(outcome.gait), gait_marker(outcome.gait)

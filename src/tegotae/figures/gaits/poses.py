@@ -17,7 +17,7 @@ from tegotae.parts.bodies.upright import Upright
 from tegotae.simulation.recorder import Trajectory
 
 
-class Pose(NamedTuple):
+class LegPositions(NamedTuple):
     """Places in the world, x forward, y left, z up [m]."""
 
     hips_m: np.ndarray
@@ -29,7 +29,7 @@ class Pose(NamedTuple):
 
 
 @singledispatch
-def pose(body: Body, trajectory: Trajectory) -> Pose:
+def pose(body: Body, trajectory: Trajectory) -> LegPositions:
     """The pose of a body in every frame.
 
     Args:
@@ -46,12 +46,12 @@ def pose(body: Body, trajectory: Trajectory) -> Pose:
 
 
 @pose.register
-def _(body: Around, trajectory: Trajectory) -> Pose:
+def _(body: Around, trajectory: Trajectory) -> LegPositions:
     return pose(body.body, trajectory)
 
 
 @pose.register
-def _(body: Upright, trajectory: Trajectory) -> Pose:
+def _(body: Upright, trajectory: Trajectory) -> LegPositions:
     z = np.repeat(trajectory.height_m[:, None], body.limbs, axis=1)
     for turn in body.turns:
         z = z + np.asarray(turn.arms_m) * trajectory.channels[f"{turn.name}_rad"][:, None]
@@ -60,7 +60,7 @@ def _(body: Upright, trajectory: Trajectory) -> Pose:
     x, y = (np.broadcast_to(np.asarray(places), z.shape) for places in (x, y))
     ground = trajectory.ground_m[:, None]
     foot = np.maximum(ground, z - body.rest_length_m)
-    return Pose(
+    return LegPositions(
         np.stack([x, y, z], axis=-1),
         np.stack([x, y, foot], axis=-1),
         z - body.rest_length_m < ground,
@@ -68,7 +68,7 @@ def _(body: Upright, trajectory: Trajectory) -> Pose:
 
 
 @pose.register
-def _(body: Walker, trajectory: Trajectory) -> Pose:
+def _(body: Walker, trajectory: Trajectory) -> LegPositions:
     t = trajectory
     turn = rotation(
         from_angles(*(t.channels[f"{a}_rad"][:, None] for a in ("roll", "pitch", "yaw")))
@@ -81,4 +81,4 @@ def _(body: Walker, trajectory: Trajectory) -> Pose:
     at = np.stack([t.x_m, t.y_m, t.height_m], axis=-1)[:, None]
     hips = at + np.stack([np.asarray(x) for x in turn.to_world(of_body)], axis=-1)  # type: ignore[arg-type]
     feet = np.stack([t.foot_x_m, t.foot_y_m, t.foot_z_m], axis=-1)
-    return Pose(hips, feet, np.asarray(t.stands, bool))
+    return LegPositions(hips, feet, np.asarray(t.stands, bool))

@@ -9,10 +9,10 @@ from matplotlib.figure import Figure
 from tegotae.figures.gaits.colours import gait_colour, gait_marker
 from tegotae.figures.gaits.map import label
 from tegotae.figures.style import COLUMN_IN, new_figure, styled
-from tegotae.studies.gaits.stability import Branch, Stability
+from tegotae.studies.gaits.stability import Branch, GaitStability
 
 
-def stability_figure(found: Stability, note: str = "") -> Figure:
+def stability_figure(found: GaitStability, note: str = "") -> Figure:
     """Above the moduli of all multipliers, the largest filled; below what the fit leaves over.
 
     Lines join the largest ones. A cross marks where the largest multiplier crosses one. In between,
@@ -54,7 +54,7 @@ def _moduli(axes: Axes, values: np.ndarray, branch: Branch) -> None:
         axes.plot(values, each, marker, color=colour, ms=2.6, mew=0.5, fillstyle="none")
 
 
-def _stays(axes: Axes, values: np.ndarray, found: Stability) -> None:
+def _stays(axes: Axes, values: np.ndarray, found: GaitStability) -> None:
     for row, branch in enumerate(found.branches):
         there = values[branch.stays]
         axes.plot(

@@ -10,12 +10,12 @@ from matplotlib.lines import Line2D
 from tegotae.figures.gaits.colours import MARKERS, by_side, gait_colour
 from tegotae.figures.style import COLOURS, COLUMN_IN, new_figure, styled
 from tegotae.measures.gaits.names import FALLEN
-from tegotae.studies.gaits.sweep import DOWN, UP, Sweep
+from tegotae.studies.gaits.sweep import DOWN, UP, GaitSweep
 
 _WAYS = ((UP, "full"), (DOWN, "none"))
 
 
-def sweep_figure(sweep: Sweep, note: str = "") -> Figure:
+def sweep_figure(sweep: GaitSweep, note: str = "") -> Figure:
     """From the top: the gaits' names, every leg's lag, and speed and cost, or frequency and power.
 
     Filled is the way up, open the way down. Each start is a dot; lines are medians.
@@ -48,7 +48,7 @@ def sweep_figure(sweep: Sweep, note: str = "") -> Figure:
     return figure
 
 
-def _names(axes: Axes, sweep: Sweep, note: str) -> None:
+def _names(axes: Axes, sweep: GaitSweep, note: str) -> None:
     """A band a direction, of the share that each gait has at each level."""
     half = 0.5 * (sweep.omega[1] - sweep.omega[0])
     seen: list[str] = []
@@ -71,7 +71,7 @@ def _names(axes: Axes, sweep: Sweep, note: str) -> None:
         spine.set_visible(False)
 
 
-def _lags(axes: Axes, sweep: Sweep) -> None:
+def _lags(axes: Axes, sweep: GaitSweep) -> None:
     names, reference = sweep.legged.names, sweep.legged.reference
     others = [leg for leg in by_side(names) if leg != reference]
     for number, leg in enumerate(others):
@@ -98,7 +98,7 @@ def _lags(axes: Axes, sweep: Sweep) -> None:
         )
 
 
-def _medians(axes: Axes, sweep: Sweep, quantity: str, label: str) -> None:
+def _medians(axes: Axes, sweep: GaitSweep, quantity: str, label: str) -> None:
     for (way, filled), style in zip(_WAYS, ("-", "--"), strict=True):
         values = getattr(sweep.found[way], quantity)
         some = np.isfinite(values).any(axis=1)

@@ -7,14 +7,14 @@ from typing import Any, NamedTuple
 import numpy as np
 
 
-class Stance(NamedTuple):
+class StanceInterval(NamedTuple):
     """A stance of one leg: from touchdown to liftoff [s]."""
 
     touchdown_s: float
     liftoff_s: float
 
 
-def stances(time_s: Any, stance_time_s: Any) -> tuple[tuple[Stance, ...], ...]:
+def stances(time_s: Any, stance_time_s: Any) -> tuple[tuple[StanceInterval, ...], ...]:
     """The stances of every leg of one lane, from the total of its time in stance.
 
     Touchdown and liftoff are placed within their frames by how much of these was spent in stance.
@@ -30,7 +30,7 @@ def stances(time_s: Any, stance_time_s: Any) -> tuple[tuple[Stance, ...], ...]:
     Example:
         >>> total = np.array([[0.0], [0.1], [0.2], [0.2]])
         >>> stances(np.array([0.1, 0.2, 0.3, 0.4]), total)
-        ((Stance(touchdown_s=0.1, liftoff_s=0.3),),)
+        ((StanceInterval(touchdown_s=0.1, liftoff_s=0.3),),)
     """
     time, total = np.asarray(time_s, float), np.asarray(stance_time_s, float)
     starts = np.concatenate([[2.0 * time[0] - time[1]], time[:-1]])
@@ -42,7 +42,7 @@ _NOTHING = 1e-3
 """Share of a frame below which there was no stance: the rounding of a float32 total."""
 
 
-def _of_leg(start: np.ndarray, end: np.ndarray, gained: np.ndarray) -> tuple[Stance, ...]:
+def _of_leg(start: np.ndarray, end: np.ndarray, gained: np.ndarray) -> tuple[StanceInterval, ...]:
     length = end - start
     on = gained > _NOTHING * length
     edges = np.diff(np.concatenate([[False], on, [False]]).astype(int))
@@ -54,5 +54,5 @@ def _of_leg(start: np.ndarray, end: np.ndarray, gained: np.ndarray) -> tuple[Sta
         else:
             touchdown = end[first] - min(gained[first], length[first])
             liftoff = start[last] + min(gained[last], length[last])
-        found.append(Stance(round(float(touchdown), 6), round(float(liftoff), 6)))
+        found.append(StanceInterval(round(float(touchdown), 6), round(float(liftoff), 6)))
     return tuple(found)

@@ -4,8 +4,8 @@ from tegotae.simulation.world.changes import (
     Change,
     Staircase,
     Step,
+    apply_changes,
     map_change,
-    met_by,
     whole_run,
 )
 from tegotae.simulation.world.conditions import Condition, OneOf, Uniform
@@ -19,8 +19,8 @@ __all__ = [
     "Staircase",
     "Step",
     "Uniform",
+    "apply_changes",
     "ground_m",
     "map_change",
-    "met_by",
     "whole_run",
 ]

@@ -85,7 +85,7 @@ def _reached(time_s: Any, tick: jax.Array, tick_s: Any) -> jax.Array:
     return tick.astype(first.dtype) >= first
 
 
-def met_by(
+def apply_changes(
     body: T, omega: Any, changes: Mapping[str, Any], tick: jax.Array, tick_s: Any
 ) -> tuple[T, Any]:
     """Body and frequency during a control tick.

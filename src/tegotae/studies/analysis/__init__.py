@@ -1,6 +1,6 @@
 """Computations behind the figures: from a controller to arrays, without drawing."""
 
-from tegotae.studies.analysis.basin import Attractor, Basin, map_basin
+from tegotae.studies.analysis.basin import Attractor, HopperBasin, map_basin
 from tegotae.studies.analysis.gain_sweep import GainSweep, sweep_gain
 from tegotae.studies.analysis.locking import locking_ratios
 from tegotae.studies.analysis.orbit import NoLimitCycleError, Orbit, find_orbit
@@ -14,8 +14,8 @@ from tegotae.studies.analysis.sweep import axis
 
 __all__ = [
     "Attractor",
-    "Basin",
     "GainSweep",
+    "HopperBasin",
     "NoLimitCycleError",
     "Orbit",
     "Outcome",

@@ -34,7 +34,7 @@ class Attractor:
 
 
 @dataclass(frozen=True)
-class Basin:
+class HopperBasin:
     """What releases lead to."""
 
     height_m: np.ndarray
@@ -57,7 +57,7 @@ def map_basin(
     across: np.ndarray,
     *,
     timing: Timing | None = None,
-) -> Basin:
+) -> HopperBasin:
     """Release the body at rest from every height at every phase, and see where it ends.
 
     A controller without oscillator has no phase: its body is released with every velocity instead.
@@ -92,7 +92,7 @@ def map_basin(
     attractor, attractors = distinct(outcome)
     if not with_phase:
         attractors = tuple(replace(found, turns=None) for found in attractors)
-    return Basin(
+    return HopperBasin(
         height_m=np.asarray(height_m),
         phase_rad=np.asarray(across) if with_phase else None,
         velocity_m_per_s=np.zeros(1) if with_phase else np.asarray(across),

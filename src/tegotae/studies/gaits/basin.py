@@ -17,7 +17,7 @@ from tegotae.systems.legged import Legged, lanes_of, random_phases
 
 
 @dataclass(frozen=True)
-class Basin:
+class GaitBasin:
     """What random releases lead to."""
 
     legged: Legged
@@ -30,13 +30,13 @@ class Basin:
     """The name of every start's gait, or why it has none, [starts]."""
 
     @property
-    def outcomes(self) -> tuple[Outcome, ...]:
+    def outcomes(self) -> tuple[GaitShare, ...]:
         """What came about, the most common first."""
         return outcomes(self.found, self.gait)
 
 
 @dataclass(frozen=True)
-class Outcome:
+class GaitShare:
     """One of the things that starts lead to."""
 
     gait: str
@@ -66,7 +66,7 @@ def find_basin(
     tolerance: float = TOLERANCE,
     timing: Timing | None = None,
     window_s: float | None = None,
-) -> Basin:
+) -> GaitBasin:
     """Release a body at random phases of its legs, and see which gaits come about.
 
     Args:
@@ -95,10 +95,10 @@ def find_basin(
     phase = random_phases(legged.body.limbs, starts, seed)
     summary = legged.summary(window_s=window_s)
     found = lanes_of(legged.run(summary, legged.scenario(phase), timing))
-    return Basin(legged, phase, found, gait_of(found, legged.names, tolerance))
+    return GaitBasin(legged, phase, found, gait_of(found, legged.names, tolerance))
 
 
-def outcomes(found: Coordination, gait: np.ndarray) -> tuple[Outcome, ...]:
+def outcomes(found: Coordination, gait: np.ndarray) -> tuple[GaitShare, ...]:
     """How common each gait is, the most common first; those as common in the order of letters.
 
     Args:
@@ -112,7 +112,7 @@ def outcomes(found: Coordination, gait: np.ndarray) -> tuple[Outcome, ...]:
         times = np.asarray(found.lock_time_s)[own]
         low, high = wilson(int(own.sum()), len(gait))
         listed.append(
-            Outcome(
+            GaitShare(
                 gait=str(name),
                 count=int(own.sum()),
                 share=float(own.mean()),

@@ -32,12 +32,12 @@ from tegotae.parts.bodies import Body
 from tegotae.parts.fields import numbers_of, path_of, unwrapped
 from tegotae.simulation.recorder import Trajectory
 from tegotae.simulation.rollout import Scenario, Timing
-from tegotae.simulation.world import Step, met_by
+from tegotae.simulation.world import Step, apply_changes
 from tegotae.systems.legged import Legged, lanes_of, random_phases
 
 
 @dataclass(frozen=True, kw_only=True)
-class Lesion:
+class GaitLesion:
     """What happens to a body once; for good, unless it lasts for a time.
 
     Args:
@@ -51,7 +51,7 @@ class Lesion:
         TegotaeError: if nothing happens, or for a time or a drop that is no such number.
 
     Example:
-        >>> Lesion(at_s=100.0, lost=("LH",)).told
+        >>> GaitLesion(at_s=100.0, lost=("LH",)).told
         'LH lost'
     """
 
@@ -149,7 +149,7 @@ class Aftermath:
 
     legged: Legged
     """What was released."""
-    lesion: Lesion
+    lesion: GaitLesion
     """What happened."""
     timing: Timing
     """Of every rollout."""
@@ -232,7 +232,7 @@ class BeforeAndAfter:
         begun = self.cut * timing.frame_s
         last = jnp.asarray(timing.n_frames * timing.ticks_per_frame - 1)
         changes = dict(scenario.changes)
-        harmed, _ = met_by(body, scenario.omega, changes, last, timing.tick_s)
+        harmed, _ = apply_changes(body, scenario.omega, changes, last, timing.tick_s)
         reference = self.left.index(self.own.reference)
         after = of_part(second, harmed, reference)
         # Legs that have never felt each other are no more locked after a lesion than before it.
@@ -247,7 +247,7 @@ class BeforeAndAfter:
 
 def aftermath(
     legged: Legged,
-    lesion: Lesion,
+    lesion: GaitLesion,
     starts: int = 64,
     *,
     seed: int = 0,
@@ -271,7 +271,7 @@ def aftermath(
 
     Example:
         >>> from tegotae.studies.gaits import system
-        >>> found = aftermath(system("bar-light"), Lesion(at_s=30.0, drop_m=0.05), starts=4)
+        >>> found = aftermath(system("bar-light"), GaitLesion(at_s=30.0, drop_m=0.05), starts=4)
         >>> found.share[0], found.gait_after.tolist()
         (1.0, ['antiphase', 'antiphase', 'antiphase', 'antiphase'])
     """

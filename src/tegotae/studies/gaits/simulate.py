@@ -10,7 +10,7 @@ import jax
 import numpy as np
 
 from tegotae._support.errors import TegotaeError, require_finite
-from tegotae.measures.gaits.footfall import Stance, stances
+from tegotae.measures.gaits.footfall import StanceInterval, stances
 from tegotae.measures.gaits.lags import over_strides
 from tegotae.measures.gaits.names import TOLERANCE, gait_of
 from tegotae.measures.gaits.summary import Coordination, CoordinationSummary
@@ -40,7 +40,7 @@ class GaitRun:
     """The gait's name, or why it has none."""
 
     @property
-    def stances(self) -> tuple[tuple[Stance, ...], ...]:
+    def stances(self) -> tuple[tuple[StanceInterval, ...], ...]:
         """The stances of every leg."""
         return stances(self.trajectory.time_s, self.trajectory.stance_time_s)
 

@@ -122,7 +122,7 @@ class Crossing:
 
 
 @dataclass(frozen=True)
-class Stability:
+class GaitStability:
     """Return maps of gaits along a parameter."""
 
     legged: Legged
@@ -181,7 +181,7 @@ def stability(
     seed: int = 0,
     tolerance: float = TOLERANCE,
     timing: Timing | None = None,
-) -> Stability:
+) -> GaitStability:
     """How deviations of the lags from gaits grow or die out, cycle by cycle.
 
     At each value of the parameter the body is released at the lags of the gait, and runs on for
@@ -255,7 +255,7 @@ def stability(
         return Branch(name, np.array(at), tuple(maps), np.array(stays))
 
     branches = tuple(branch(i, *each) for i, each in enumerate(released))
-    return Stability(legged, over, branches, tuple(each.refused for each in made))
+    return GaitStability(legged, over, branches, tuple(each.refused for each in made))
 
 
 def _patterns(legged: Legged, gaits: Sequence[str] | None) -> list[tuple[str, np.ndarray]]:

@@ -84,7 +84,7 @@ class Hysteresis:
 
 
 @dataclass(frozen=True)
-class Sweep:
+class GaitSweep:
     """What sweeps up and down have found; levels from the lowest frequency to the highest."""
 
     legged: Legged
@@ -172,7 +172,7 @@ def sweep(
     starts: int = 16,
     seed: int = 0,
     tolerance: float = TOLERANCE,
-) -> Sweep:
+) -> GaitSweep:
     """Raise the frequency level by level, and in other lanes lower it, without a new release.
 
     The legs' frequencies differ by 1 in 10 000 (`DETUNING`): without that, a gait of legs that are
@@ -227,7 +227,7 @@ def sweep(
         )
         for way, each in found.items()
     }
-    return Sweep(legged, levels, phase, found, gait, tolerance)
+    return GaitSweep(legged, levels, phase, found, gait, tolerance)
 
 
 def check_levels(omega: Any) -> np.ndarray:

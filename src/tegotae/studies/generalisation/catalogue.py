@@ -9,14 +9,14 @@ from tegotae._support.errors import TegotaeError, unknown
 from tegotae.studies.generalisation.disturbance import Disturbance
 from tegotae.studies.generalisation.kinds import (
     Blow,
+    ForcePulse,
     Frequency,
     Ground,
     Incline,
     Late,
     LostLeg,
     Noise,
-    Push,
-    Release,
+    ReleaseHeight,
     Roughness,
     Scaled,
     Stairs,
@@ -58,7 +58,7 @@ CATALOGUE: dict[str, Disturbance] = {
         Scaled(
             name="friction", label="friction", fields=("friction",), levels=(0.75, 0.5, 0.25, 0.1)
         ),
-        Release(
+        ReleaseHeight(
             name="release",
             label="release over touchdown",
             unit="l0",
@@ -83,14 +83,14 @@ CATALOGUE: dict[str, Disturbance] = {
             unit="m/s",
             levels=(-0.5, -1.0, -2.0, -3.0, 0.5, 1.0, 2.0, 3.0),
         ),
-        Push(
+        ForcePulse(
             name="push-ahead",
             label="push ahead",
             unit="m/s",
             field="push_x_n",
             levels=(-0.3, -0.6, -1.0, -1.5, 0.3, 0.6, 1.0, 1.5),
         ),
-        Push(
+        ForcePulse(
             name="push-aside",
             label="push aside",
             unit="m/s",

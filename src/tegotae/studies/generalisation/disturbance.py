@@ -10,19 +10,19 @@ import numpy as np
 
 from tegotae._support.errors import TegotaeError, require_finite
 from tegotae.simulation.world import Change
-from tegotae.studies.generalisation.subject import Subject
+from tegotae.studies.generalisation.tested_controllers import TestedControllers
 
 MOST_LEVEL = 1e6
 """The largest level of any disturbance: single precision can count with it."""
 
 
-class Met(NamedTuple):
+class Applied(NamedTuple):
     """What lanes meet: arrays [lanes] or [limbs, lanes] by name, which others have as usual."""
 
     entries: dict[str, Any]
     """Entries of the scenario."""
     changes: dict[str, Any]
-    """Fields of the prepared body (`Subject.path`), and changes of frequency or ground."""
+    """Fields of the prepared body (`TestedControllers.path`), and of frequency or ground."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -73,11 +73,11 @@ class Disturbance(ABC):
         return levels[::-1] if below else levels
 
     @abstractmethod
-    def lacks(self, subject: Subject) -> str:
+    def lacks(self, subject: TestedControllers) -> str:
         """Why the subject cannot meet it, in a few words; empty if it can."""
 
     @abstractmethod
-    def met(self, subject: Subject, level: np.ndarray, at_s: np.ndarray) -> Met:
+    def applied(self, subject: TestedControllers, level: np.ndarray, at_s: np.ndarray) -> Applied:
         """What lanes of these levels meet.
 
         Args:
@@ -87,7 +87,7 @@ class Disturbance(ABC):
         """
 
 
-def release_of(subject: Subject, level: np.ndarray) -> np.ndarray:
+def release_of(subject: TestedControllers, level: np.ndarray) -> np.ndarray:
     """Which release of its run every lane is, from 0 on, [lanes].
 
     What is drawn follows from it alone: what a run meets does not depend on which others there are.

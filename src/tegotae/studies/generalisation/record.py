@@ -17,8 +17,8 @@ from tegotae._support.errors import TegotaeError
 from tegotae._support.files import write_atomically
 from tegotae._support.part_code import code_of
 from tegotae.studies.generalisation.disturbance import Disturbance
-from tegotae.studies.generalisation.subject import Subject
-from tegotae.studies.generalisation.trial import Outcome
+from tegotae.studies.generalisation.tested_controllers import TestedControllers
+from tegotae.studies.generalisation.trial import Retention
 from tegotae.systems.descriptions import describe
 from tegotae.systems.registry import CODE
 
@@ -26,9 +26,13 @@ FORMAT = 2
 """Changed whenever the same configuration would give other numbers."""
 SUFFIX = ".trial.npz"
 _MOST_BYTES = 2**28
+_KINDS = {"ForcePulse": "Push", "ReleaseHeight": "Release"}
+"""What records call a kind of disturbance, where that is not its class."""
 
 
-def configuration(subject: Subject, disturbances: Sequence[Disturbance]) -> dict[str, Any]:
+def configuration(
+    subject: TestedControllers, disturbances: Sequence[Disturbance]
+) -> dict[str, Any]:
     """All that decides what is found, as JSON values; what cannot be met decides nothing."""
     met = [each for each in disturbances if not each.lacks(subject)]
     document = {
@@ -49,7 +53,8 @@ def configuration(subject: Subject, disturbances: Sequence[Disturbance]) -> dict
 def _described(disturbance: Disturbance) -> dict[str, Any]:
     code = code_of(type(disturbance))
     noted = {} if code is None else {CODE: code}
-    return {"kind": type(disturbance).__name__, **noted, **describe(disturbance)}
+    name = type(disturbance).__name__
+    return {"kind": _KINDS.get(name, name), **noted, **describe(disturbance)}
 
 
 def place(folder: Path, document: dict[str, Any]) -> Path:
@@ -58,7 +63,7 @@ def place(folder: Path, document: dict[str, Any]) -> Path:
     return folder / f"{Path(document['name']).name}-{digest[:12]}{SUFFIX}"
 
 
-def write(path: Path, document: dict[str, Any], outcome: Outcome) -> None:
+def write(path: Path, document: dict[str, Any], outcome: Retention) -> None:
     """Write a record.
 
     Raises:
@@ -72,7 +77,7 @@ def write(path: Path, document: dict[str, Any], outcome: Outcome) -> None:
     write_atomically(path, stream.getvalue())
 
 
-def read(path: Path, document: dict[str, Any]) -> Outcome | None:
+def read(path: Path, document: dict[str, Any]) -> Retention | None:
     """The record at a place; None if there is none, or none of this configuration that is whole.
 
     Raises:
@@ -83,7 +88,7 @@ def read(path: Path, document: dict[str, Any]) -> Outcome | None:
         header = parse(str(arrays.pop("header")))
         if header["configuration"] != document:
             return None
-        return Outcome(arrays, header["left_out"])
+        return Retention(arrays, header["left_out"])
     except FileNotFoundError:
         return None
     except OSError as error:

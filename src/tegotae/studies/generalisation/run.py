@@ -22,15 +22,15 @@ from tegotae.studies.generalisation.record import (
     read,
     write,
 )
-from tegotae.studies.generalisation.subject import Subject
-from tegotae.studies.generalisation.trial import Outcome, check_levels, tried
+from tegotae.studies.generalisation.tested_controllers import TestedControllers
+from tegotae.studies.generalisation.trial import Retention, check_levels, tried
 from tegotae.systems.registry import parts_in, register
 
-Done = tuple[Subject, Outcome]
+Done = tuple[TestedControllers, Retention]
 
 
 def generalise(
-    subjects: Sequence[Subject],
+    subjects: Sequence[TestedControllers],
     disturbances: Sequence[Disturbance],
     out: Path,
     *,
@@ -79,7 +79,7 @@ def generalise(
     return [(each, x) for each, x in zip(subjects, found, strict=True) if x is not None]
 
 
-def _check(subjects: Sequence[Subject], disturbances: Sequence[Disturbance]) -> None:
+def _check(subjects: Sequence[TestedControllers], disturbances: Sequence[Disturbance]) -> None:
     if not subjects:
         raise TegotaeError("there are no controllers to be tried")
     names = [each.name for each in subjects]
@@ -100,7 +100,7 @@ def _check(subjects: Sequence[Subject], disturbances: Sequence[Disturbance]) -> 
         raise TegotaeError(f"{first.name} can meet none of these conditions: {why}")
 
 
-Numbered = tuple[int, Subject]
+Numbered = tuple[int, TestedControllers]
 
 _BUNDLES_KEPT = 10
 """After so many bundles compiled programs are forgotten: a hundred of them are GiB."""
@@ -118,7 +118,7 @@ def _bundles(subjects: Sequence[Numbered]) -> list[list[Numbered]]:
 
 def _worked(
     bundles: Sequence[list[Numbered]], disturbances: Sequence[Disturbance]
-) -> Generator[tuple[int, Outcome], None, None]:
+) -> Generator[tuple[int, Retention], None, None]:
     """The outcomes of bundles, as they come: on all cores if there are several of both."""
     cores = min(available_cores(), len(bundles))
     if cores <= 1:
@@ -142,7 +142,7 @@ def _worked(
 
 def _bundle(
     bundle: list[Numbered], disturbances: Sequence[Disturbance]
-) -> list[tuple[int, Outcome]]:
+) -> list[tuple[int, Retention]]:
     """A bundle, by a worker: a process of its own."""
     compute_on(1)
     for part in parts_in(tuple((each.controller, each.body) for _, each in bundle)):

@@ -11,8 +11,8 @@ import numpy as np
 from tegotae._support.tables import write_csv
 from tegotae.measures.gaits.wilson import wilson
 from tegotae.studies.generalisation.disturbance import Disturbance
-from tegotae.studies.generalisation.subject import Subject
-from tegotae.studies.generalisation.trial import Outcome
+from tegotae.studies.generalisation.tested_controllers import TestedControllers
+from tegotae.studies.generalisation.trial import Retention
 
 RESAMPLES = 2000
 """How often runs are drawn anew for the interval of a margin."""
@@ -39,7 +39,7 @@ class Margin(NamedTuple):
 
 
 def run_margins(
-    outcome: Outcome, disturbance: Disturbance, below: bool, measure: str = ""
+    outcome: Retention, disturbance: Disturbance, below: bool, measure: str = ""
 ) -> np.ndarray:
     """The level up to which each run keeps what it had, [runs].
 
@@ -71,7 +71,7 @@ def run_margins(
     return np.where(had > 0.5, margin, np.nan)
 
 
-def _per_run(outcome: Outcome, rows: np.ndarray, name: str, runs: int) -> np.ndarray:
+def _per_run(outcome: Retention, rows: np.ndarray, name: str, runs: int) -> np.ndarray:
     """Share of a run's releases for which a column holds, [runs]."""
     run, holds = outcome.columns["run"][rows], outcome.columns[name][rows]
     count = np.bincount(run, minlength=runs)
@@ -107,7 +107,7 @@ def _middle(rows: np.ndarray) -> np.ndarray:
 
 
 def margins(
-    outcome: Outcome, disturbances: Sequence[Disturbance], measure: str = ""
+    outcome: Retention, disturbances: Sequence[Disturbance], measure: str = ""
 ) -> Iterator[Margin]:
     """The margins of a subject, for every disturbance that it met and each side of it."""
     for each in disturbances:
@@ -122,7 +122,9 @@ def margins(
 
 
 def write_tables(
-    done: Sequence[tuple[Subject, Outcome]], disturbances: Sequence[Disturbance], out: Path
+    done: Sequence[tuple[TestedControllers, Retention]],
+    disturbances: Sequence[Disturbance],
+    out: Path,
 ) -> list[Path]:
     """Write `margins.csv`, `curves.csv` and `left_out.csv` into a folder; return their paths."""
     rows: dict[str, list[dict[str, Any]]] = {"margins": [], "curves": [], "left_out": []}
@@ -161,7 +163,7 @@ def share_interval(kept: int, of: int, runs: int) -> tuple[float, float]:
     return wilson(round(kept / of * runs), runs) if of else (np.nan, np.nan)
 
 
-def curve(outcome: Outcome) -> Iterator[dict[str, Any]]:
+def curve(outcome: Retention) -> Iterator[dict[str, Any]]:
     """Shares of the lanes of a subject that keep what they had, level by level; the interval is
     over runs."""
     columns = outcome.columns

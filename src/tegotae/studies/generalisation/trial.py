@@ -17,9 +17,9 @@ from tegotae.parts.fields import with_fields
 from tegotae.simulation.rollout import Engine, Scenario, check_senses
 from tegotae.simulation.world import Staircase, Step
 from tegotae.simulation.world.changes import GROUND, OMEGA
-from tegotae.studies.generalisation.disturbance import Disturbance, Met, usual_change
-from tegotae.studies.generalisation.judges import judge_of
-from tegotae.studies.generalisation.subject import Subject
+from tegotae.studies.generalisation.disturbance import Applied, Disturbance, usual_change
+from tegotae.studies.generalisation.retention import criterion_of
+from tegotae.studies.generalisation.tested_controllers import TestedControllers
 
 _COLUMNS = {
     **{"condition": str, "level": float, "run": int, "start": int},
@@ -31,7 +31,7 @@ LANES = 512
 
 
 @dataclass(frozen=True)
-class Outcome:
+class Retention:
     """What came of it: a row for each disturbance, level, run and release.
 
     Args:
@@ -46,7 +46,7 @@ class Outcome:
     left_out: dict[str, str]
 
 
-def tried(subject: Subject, disturbances: Sequence[Disturbance]) -> Outcome:
+def tried(subject: TestedControllers, disturbances: Sequence[Disturbance]) -> Retention:
     """Try a subject under every disturbance that it can meet, at every level.
 
     Every run is first tried as it is. What it does then says when a disturbance comes, and what
@@ -60,16 +60,16 @@ def tried(subject: Subject, disturbances: Sequence[Disturbance]) -> Outcome:
     left_out = {each.name: why for each in disturbances if (why := each.lacks(subject))}
     meets = [each for each in disturbances if each.name not in left_out]
     if not meets:
-        return Outcome({name: np.zeros(0, kind) for name, kind in _COLUMNS.items()}, left_out)
+        return Retention({name: np.zeros(0, kind) for name, kind in _COLUMNS.items()}, left_out)
     check_levels(subject, meets)
     subject = _meeting(subject, meets)
     trial = _Trial(subject, meets)
     nothing = [(meets[0], np.array([meets[0].neutral]))]
-    usual = trial.judged(nothing, np.full((1, trial.size), np.inf))
-    at_s = np.atleast_2d(trial.judge.at_s(usual))
+    usual = trial.measured(nothing, np.full((1, trial.size), np.inf))
+    at_s = np.atleast_2d(trial.criterion.at_s(usual))
     plan = [(each, np.array([*each.side(True), *each.side(False)])) for each in meets]
-    found = trial.judged(plan, at_s)
-    kept = trial.judge.kept(usual, found, trial.weight_ratio(plan, at_s))
+    found = trial.measured(plan, at_s)
+    kept = trial.criterion.kept(usual, found, trial.weight_ratio(plan, at_s))
     rows = [(each.name, level) for each, levels in plan for level in levels]
     whole = {
         "condition": np.repeat([name for name, _ in rows], trial.size),
@@ -77,20 +77,20 @@ def tried(subject: Subject, disturbances: Sequence[Disturbance]) -> Outcome:
         "run": np.tile(np.repeat(np.arange(len(subject.weights)), subject.starts), len(rows)),
         "start": np.tile(np.arange(subject.starts), len(rows) * len(subject.weights)),
     }
-    return Outcome(whole | {name: np.ravel(x) for name, x in kept.items()}, left_out)
+    return Retention(whole | {name: np.ravel(x) for name, x in kept.items()}, left_out)
 
 
-def _meeting(subject: Subject, disturbances: Sequence[Disturbance]) -> Subject:
+def _meeting(subject: TestedControllers, disturbances: Sequence[Disturbance]) -> TestedControllers:
     return subject.meeting(max(each.longest_delay_s for each in disturbances))
 
 
-def check_levels(subject: Subject, disturbances: Sequence[Disturbance]) -> None:
+def check_levels(subject: TestedControllers, disturbances: Sequence[Disturbance]) -> None:
     """Raise `TegotaeError` if a level of a disturbance makes no body, or one, or an oscillator,
     that is too quick for the control tick."""
     subject = _meeting(subject, disturbances)
     for each in disturbances:
         for level in each.levels:
-            entries, changes = each.met(subject, np.array([level]), np.zeros(1))
+            entries, changes = each.applied(subject, np.array([level]), np.zeros(1))
             fields = {
                 name: _number(change, subject.usual(name))
                 for name, change in changes.items()
@@ -115,17 +115,17 @@ def _number(change: Any, usual: Any) -> Any:
 class _Trial:
     """The lanes of a subject: run by run, release by release."""
 
-    def __init__(self, subject: Subject, disturbances: Sequence[Disturbance]) -> None:
+    def __init__(self, subject: TestedControllers, disturbances: Sequence[Disturbance]) -> None:
         self.subject, self.disturbances = subject, disturbances
-        self.judge = judge_of(subject)
+        self.criterion = criterion_of(subject)
         self.size = len(subject.weights) * subject.starts
         self.engine = Engine(
-            controller=subject.controller, timing=subject.timing, summary=self.judge.summary
+            controller=subject.controller, timing=subject.timing, summary=self.criterion.summary
         )
         self.body = jax.tree.map(lambda x: jnp.asarray(x, "float32"), subject.prepared)
 
-    def judged(self, plan: Sequence[tuple[Disturbance, np.ndarray]], at_s: np.ndarray) -> Any:
-        """What the judge makes of every level, arrays [..., levels, lanes of the subject].
+    def measured(self, plan: Sequence[tuple[Disturbance, np.ndarray]], at_s: np.ndarray) -> Any:
+        """What the criterion measures at every level, arrays [..., levels, lanes of the subject].
 
         Args:
             plan: disturbances, and the levels of each.
@@ -146,7 +146,7 @@ class _Trial:
                 self.body,
                 np.int32(min(LANES, count - begin)),
             )
-            part = self.judge.of(recorded, jax.tree.map(of_part, scenario))
+            part = self.criterion.of(recorded, jax.tree.map(of_part, scenario))
             parts.append(jax.tree.map(np.asarray, part))
         joined = jax.tree.map(lambda *each: np.concatenate(each, axis=-1)[..., :count], *parts)
         return jax.tree.map(lambda x: x.reshape(*x.shape[:-1], levels, self.size), joined)
@@ -160,28 +160,28 @@ class _Trial:
         changes = {}
         for each in self.disturbances:
             level = np.array([each.neutral])
-            for name, change in each.met(subject, level, np.full(1, np.inf)).changes.items():
+            for name, change in each.applied(subject, level, np.full(1, np.inf)).changes.items():
                 usual = None if name in (GROUND, OMEGA) else subject.usual(name)
                 changes[name] = _without(change, usual)
-        whole = [self._met(each, levels, at_s) for each, levels in plan]
+        whole = [self._applied(each, levels, at_s) for each, levels in plan]
         counts = [len(levels) * self.size for _, levels in plan]
 
         def joined(pick: Any, usual: Any) -> Any:
             """Of one entry: what each disturbance says, or what is usual."""
-            said = [pick(met) for met in whole]
+            given = [pick(applied) for applied in whole]
             parts = [
-                _lanes(usual if x is None else x, n) for x, n in zip(said, counts, strict=True)
+                _lanes(usual if x is None else x, n) for x, n in zip(given, counts, strict=True)
             ]
             return jax.tree.map(_concatenated, *parts)
 
         scenario = Scenario(
             **{
-                name: joined(lambda met, name=name: met.entries.get(name), usual)
+                name: joined(lambda applied, name=name: applied.entries.get(name), usual)
                 for name, usual in entries.items()
             },
             initial_pose=(),
             changes={
-                name: joined(lambda met, name=name: met.changes.get(name), usual)
+                name: joined(lambda applied, name=name: applied.changes.get(name), usual)
                 for name, usual in changes.items()
             },
         )
@@ -191,9 +191,9 @@ class _Trial:
     def _runs(self) -> int:
         return len(self.subject.weights)
 
-    def _met(self, each: Disturbance, levels: np.ndarray, at_s: np.ndarray) -> Met:
+    def _applied(self, each: Disturbance, levels: np.ndarray, at_s: np.ndarray) -> Applied:
         at = np.broadcast_to(at_s, (len(levels), self.size)).ravel()
-        return each.met(self.subject, np.repeat(levels, self.size), at)
+        return each.applied(self.subject, np.repeat(levels, self.size), at)
 
     def weight_ratio(
         self, plan: Sequence[tuple[Disturbance, np.ndarray]], at_s: np.ndarray
@@ -201,7 +201,7 @@ class _Trial:
         """Weight of the body over the usual one, [levels, lanes of the subject]."""
         subject, parts = self.subject, []
         for each, levels in plan:
-            changes = self._met(each, levels, at_s).changes
+            changes = self._applied(each, levels, at_s).changes
             ratio = np.ones(len(levels) * self.size)
             for field in ("mass_kg", "gravity_m_per_s2"):
                 name = subject.path(field)

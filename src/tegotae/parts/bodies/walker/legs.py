@@ -21,7 +21,7 @@ from tegotae.parts.bodies.walker.numbers import WalkerNumbers
 from tegotae.parts.bodies.walker.state import WalkerState
 
 
-class Stance(NamedTuple):
+class LegStances(NamedTuple):
     """How the legs stand at one instant, arrays [limbs, lanes]."""
 
     turn: Rotation
@@ -43,7 +43,7 @@ class Stance(NamedTuple):
 class Legs(NamedTuple):
     """What the legs do at one instant, arrays [limbs, lanes]."""
 
-    stance: Stance
+    stance: LegStances
     """How they stand."""
     force: Vector
     """Force on the body in world axes [N]."""
@@ -81,7 +81,7 @@ def ground_under(
     return jax.tree.map(for_limbs, numbers.terrain).height_m(x, y) + for_limbs(ground_m)
 
 
-def stance_of(numbers: WalkerNumbers, state: WalkerState, ground_m: jax.Array) -> Stance:
+def stance_of(numbers: WalkerNumbers, state: WalkerState, ground_m: jax.Array) -> LegStances:
     """How the legs stand."""
     turn = rotation(for_limbs(state.attitude))
     feet = commanded_feet(numbers, state)
@@ -95,7 +95,7 @@ def stance_of(numbers: WalkerNumbers, state: WalkerState, ground_m: jax.Array) -
     up = ground_under(numbers, ahead, aside, ground_m)
     arm = turn.to_body((ahead - centre[0], aside - centre[1], up - centre[2]))
     contact = (clearance < 0.0) & present
-    return Stance(turn, feet, (x, y, z), clearance, contact, (ahead, aside), arm)
+    return LegStances(turn, feet, (x, y, z), clearance, contact, (ahead, aside), arm)
 
 
 def legs_of(

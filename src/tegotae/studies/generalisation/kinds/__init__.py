@@ -1,11 +1,11 @@
 """Kinds of disturbances: by what of scenario or body they are made."""
 
-from tegotae.studies.generalisation.kinds.blows import Blow, LostLeg, Push
+from tegotae.studies.generalisation.kinds.blows import Blow, ForcePulse, LostLeg
 from tegotae.studies.generalisation.kinds.body import Frequency, Scaled
 from tegotae.studies.generalisation.kinds.ground import (
     Ground,
     Incline,
-    Release,
+    ReleaseHeight,
     Roughness,
     Stairs,
 )
@@ -13,14 +13,14 @@ from tegotae.studies.generalisation.kinds.signals import Late, Noise, Strength
 
 __all__ = [
     "Blow",
+    "ForcePulse",
     "Frequency",
     "Ground",
     "Incline",
     "Late",
     "LostLeg",
     "Noise",
-    "Push",
-    "Release",
+    "ReleaseHeight",
     "Roughness",
     "Scaled",
     "Stairs",

@@ -9,8 +9,8 @@ import numpy as np
 from tegotae._support.errors import TegotaeError
 from tegotae.measures.gaits.summary import has_mass, total_mass_kg
 from tegotae.simulation.world import Step
-from tegotae.studies.generalisation.disturbance import Disturbance, Met, release_of
-from tegotae.studies.generalisation.subject import Subject
+from tegotae.studies.generalisation.disturbance import Applied, Disturbance, release_of
+from tegotae.studies.generalisation.tested_controllers import TestedControllers
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -24,15 +24,15 @@ class Blow(Disturbance):
         """See `Disturbance.lacks`."""
         return _no_mass(subject)
 
-    def met(self, subject, level, at_s):
-        """See `Disturbance.met`."""
+    def applied(self, subject, level, at_s):
+        """See `Disturbance.applied`."""
         impulse = level * subject.speed_scale * float(total_mass_kg(subject.bare))
         names = subject.paths("impulse_ns", "at_s")
-        return Met({}, {names[0]: impulse, names[1]: at_s})
+        return Applied({}, {names[0]: impulse, names[1]: at_s})
 
 
 @dataclass(frozen=True, kw_only=True)
-class Push(Disturbance):
+class ForcePulse(Disturbance):
     """A force on the centre of mass for a short time, that alone would bring the level in m/s.
 
     In m/s of a leg of a metre on Earth, else times √(g l0).
@@ -49,12 +49,12 @@ class Push(Disturbance):
             return f"a {type(subject.bare).__name__} has no {self.field}"
         return _no_mass(subject)
 
-    def met(self, subject, level, at_s):
-        """See `Disturbance.met`."""
+    def applied(self, subject, level, at_s):
+        """See `Disturbance.applied`."""
         (name,) = subject.paths(self.field)
         lasts = self.lasts_s * subject.time_scale
         force = level * subject.speed_scale * float(total_mass_kg(subject.bare)) / lasts
-        return Met({}, {name: Step(force, at_s, at_s + lasts)})
+        return Applied({}, {name: Step(force, at_s, at_s + lasts)})
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -86,15 +86,15 @@ class LostLeg(Disturbance):
             return f"it has {subject.body.limbs} legs"
         return ""
 
-    def met(self, subject, level, at_s):
-        """See `Disturbance.met`."""
+    def applied(self, subject, level, at_s):
+        """See `Disturbance.applied`."""
         (name,) = subject.paths("present")
         limbs = subject.body.limbs
         first = release_of(subject, level) % limbs
         order = (np.arange(limbs)[:, None] - first[None]) % limbs
         present = np.asarray(subject.usual(name), float)[:, None] * (order >= level[None])
-        return Met({}, {name: Step(present, at_s, np.inf)})
+        return Applied({}, {name: Step(present, at_s, np.inf)})
 
 
-def _no_mass(subject: Subject) -> str:
+def _no_mass(subject: TestedControllers) -> str:
     return "" if has_mass(subject.bare) else f"a {type(subject.bare).__name__} has no mass_kg"

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from tegotae._support.errors import require_finite
-from tegotae.studies.generalisation.disturbance import Disturbance, Met
-from tegotae.studies.generalisation.subject import Subject
+from tegotae.studies.generalisation.disturbance import Applied, Disturbance
+from tegotae.studies.generalisation.tested_controllers import TestedControllers
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -30,9 +30,9 @@ class Frequency(Disturbance):
         """See `Disturbance.lacks`."""
         return "" if subject.omega is not None else "it has no oscillator"
 
-    def met(self, subject, level, at_s):
-        """See `Disturbance.met`."""
-        return Met({"omega": subject.omega * level}, {})
+    def applied(self, subject, level, at_s):
+        """See `Disturbance.applied`."""
+        return Applied({"omega": subject.omega * level}, {})
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -55,17 +55,17 @@ class Scaled(Disturbance):
             return f"its {self.fields[0]} is 0, and so is any share of it"
         return ""
 
-    def _own(self, subject: Subject) -> list[str]:
+    def _own(self, subject: TestedControllers) -> list[str]:
         return [name for name in map(subject.path, self.fields) if name is not None]
 
-    def met(self, subject, level, at_s):
-        """See `Disturbance.met`."""
+    def applied(self, subject, level, at_s):
+        """See `Disturbance.applied`."""
         changes = {name: _times(subject.usual(name), level) for name in self._own(subject)}
         entries = {}
         if "rest_length_m" in self.fields:
             longer = (level - 1.0) * float(subject.body.rest_length_m)
             entries["height_m"] = subject.height_m + longer
-        return Met(entries, changes)
+        return Applied(entries, changes)
 
 
 def _times(usual, level):

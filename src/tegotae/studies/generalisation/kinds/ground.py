@@ -8,12 +8,12 @@ import numpy as np
 
 from tegotae._support.errors import require_finite
 from tegotae.simulation.world import Staircase
-from tegotae.studies.generalisation.disturbance import Disturbance, Met, release_of
-from tegotae.studies.generalisation.subject import Subject
+from tegotae.studies.generalisation.disturbance import Applied, Disturbance, release_of
+from tegotae.studies.generalisation.tested_controllers import TestedControllers
 
 
 @dataclass(frozen=True, kw_only=True)
-class Release(Disturbance):
+class ReleaseHeight(Disturbance):
     """A release from another height over where the leg touches the ground, in leg lengths.
 
     Raises:
@@ -29,10 +29,10 @@ class Release(Disturbance):
         """See `Disturbance.lacks`."""
         return "" if subject.takes_forces else "it is released on its feet"
 
-    def met(self, subject, level, at_s):
-        """See `Disturbance.met`."""
+    def applied(self, subject, level, at_s):
+        """See `Disturbance.applied`."""
         over = level * float(subject.body.rest_length_m)
-        return Met({"height_m": float(subject.body.touching_height_m) + over}, {})
+        return Applied({"height_m": float(subject.body.touching_height_m) + over}, {})
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -43,9 +43,11 @@ class Ground(Disturbance):
         """See `Disturbance.lacks`."""
         return ""
 
-    def met(self, subject, level, at_s):
-        """See `Disturbance.met`."""
-        return Met({"drop_m": -level * float(subject.body.rest_length_m), "drop_time_s": at_s}, {})
+    def applied(self, subject, level, at_s):
+        """See `Disturbance.applied`."""
+        return Applied(
+            {"drop_m": -level * float(subject.body.rest_length_m), "drop_time_s": at_s}, {}
+        )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -61,11 +63,11 @@ class Stairs(Disturbance):
         """See `Disturbance.lacks`."""
         return ""
 
-    def met(self, subject, level, at_s):
-        """See `Disturbance.met`."""
+    def applied(self, subject, level, at_s):
+        """See `Disturbance.applied`."""
         down = -level * float(subject.body.rest_length_m)
         stairs = Staircase(down, self.dwell_s * subject.time_scale, float(self.times + 1))
-        return Met({}, {"ground_m": stairs})
+        return Applied({}, {"ground_m": stairs})
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -76,10 +78,10 @@ class Incline(Disturbance):
         """See `Disturbance.lacks`."""
         return _no_terrain(subject)
 
-    def met(self, subject, level, at_s):
-        """See `Disturbance.met`."""
+    def applied(self, subject, level, at_s):
+        """See `Disturbance.applied`."""
         (name,) = subject.paths("terrain")
-        return Met({}, {f"{name}.second.first.along": level})
+        return Applied({}, {f"{name}.second.first.along": level})
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -93,16 +95,16 @@ class Roughness(Disturbance):
         """See `Disturbance.lacks`."""
         return _no_terrain(subject)
 
-    def met(self, subject, level, at_s):
-        """See `Disturbance.met`."""
+    def applied(self, subject, level, at_s):
+        """See `Disturbance.applied`."""
         (name,) = subject.paths("terrain")
         length = float(subject.body.rest_length_m)
         rough = f"{name}.second.second"
         fields = {"rms_m": level * length, "wavelength_m": np.full(len(level), length)}
         fields["place"] = 1.0 + release_of(subject, level)
-        return Met({}, {f"{rough}.{field}": value for field, value in fields.items()})
+        return Applied({}, {f"{rough}.{field}": value for field, value in fields.items()})
 
 
-def _no_terrain(subject: Subject) -> str:
+def _no_terrain(subject: TestedControllers) -> str:
     has = subject.path("terrain") is not None
     return "" if has else f"a {type(subject.bare).__name__} stays in its place, on level ground"

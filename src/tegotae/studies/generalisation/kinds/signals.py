@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from tegotae.studies.generalisation.disturbance import Disturbance, Met, release_of
+from tegotae.studies.generalisation.disturbance import Applied, Disturbance, release_of
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -17,10 +17,10 @@ class Strength(Disturbance):
         """See `Disturbance.lacks`."""
         return "" if subject.takes_forces else "its actuators are told places, not forces"
 
-    def met(self, subject, level, at_s):
-        """See `Disturbance.met`."""
+    def applied(self, subject, level, at_s):
+        """See `Disturbance.applied`."""
         (name,) = subject.paths("strength")
-        return Met({}, {name: subject.usual(name) * level})
+        return Applied({}, {name: subject.usual(name) * level})
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -41,10 +41,10 @@ class Late(Disturbance):
         """See `Disturbance.lacks`."""
         return ""
 
-    def met(self, subject, level, at_s):
-        """See `Disturbance.met`."""
+    def applied(self, subject, level, at_s):
+        """See `Disturbance.applied`."""
         (name,) = subject.paths(self.field)
-        return Met({}, {name: subject.usual(name) + level * subject.time_scale})
+        return Applied({}, {name: subject.usual(name) + level * subject.time_scale})
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -62,8 +62,8 @@ class Noise(Disturbance):
         """See `Disturbance.lacks`."""
         return ""
 
-    def met(self, subject, level, at_s):
-        """See `Disturbance.met`."""
+    def applied(self, subject, level, at_s):
+        """See `Disturbance.applied`."""
         noise, seed = subject.paths("noise", "seed")
         drawn = 1.0 + release_of(subject, level)
-        return Met({}, {noise: subject.usual(noise) + level, seed: drawn})
+        return Applied({}, {noise: subject.usual(noise) + level, seed: drawn})

@@ -47,7 +47,7 @@ _EARTH_S = math.sqrt(1.0 / 9.81)
 
 
 @dataclass(frozen=True)
-class Subject:
+class TestedControllers:
     """The runs of one controller, unchanged.
 
     Args:
@@ -100,7 +100,7 @@ class Subject:
                 raise TegotaeError(f"{self.name} cannot be tried: a {kind} has no {field}")
 
     @classmethod
-    def of(cls, runs: ControllerSet, starts: int = 4) -> Subject:
+    def of(cls, runs: ControllerSet, starts: int = 4) -> TestedControllers:
         """The subject of runs that were read; what is the same several times is tried once."""
         _, first = np.unique(runs.weights, axis=0, return_index=True)
         kept = np.sort(first)
@@ -124,11 +124,11 @@ class Subject:
         """The body they were trained on."""
         return self.system.body
 
-    def replaced(self, **changes: Any) -> Subject:
+    def replaced(self, **changes: Any) -> TestedControllers:
         """The same runs in another system: other fields of the system or its release."""
         return dataclasses.replace(self, system=self.system.replaced(changes))
 
-    def meeting(self, longest_delay_s: float) -> Subject:
+    def meeting(self, longest_delay_s: float) -> TestedControllers:
         """The same, whose senses can be late by so much."""
         if longest_delay_s <= self.longest_delay_s:
             return self
@@ -221,8 +221,9 @@ class Subject:
 
         Example:
             >>> from tegotae.systems.models import build
-            >>> one = np.ones((1, 1))
-            >>> leg = Subject("V", System(controller=build("V-reflex-w8"), omega=8.0), one, ("0",))
+            >>> one = (np.ones((1, 1)), ("0",))
+            >>> system = System(controller=build("V-reflex-w8"), omega=8.0)
+            >>> leg = TestedControllers("V", system, *one)
             >>> leg.path("delay_s"), leg.path("mass_kg")
             ('delay_s', 'body.body.body.mass_kg')
         """

@@ -25,7 +25,7 @@ from tegotae.simulation.rollout import (
     Timing,
     Trajectory,
 )
-from tegotae.studies.generalisation.subject import Subject
+from tegotae.studies.generalisation.tested_controllers import TestedControllers
 
 EVENT_SHARE = 0.375
 """Share of the time after which what happens at a time happens: the first apex then, of what
@@ -43,7 +43,7 @@ _CHANNELS = (
 )
 
 
-class Judge(ABC):
+class RetentionCriterion(ABC):
     """What is recorded of a rollout, and what of a gait is kept."""
 
     summary: Summary
@@ -59,7 +59,7 @@ class Judge(ABC):
 
     @abstractmethod
     def kept(self, usual: Any, found: Any, weight_ratio: np.ndarray) -> dict[str, np.ndarray]:
-        """What is kept under a disturbance (`Outcome`), [levels, lanes] each.
+        """What is kept under a disturbance (`Retention`), [levels, lanes] each.
 
         Args:
             usual: without it, [1, lanes].
@@ -69,8 +69,8 @@ class Judge(ABC):
 
 
 @dataclass(frozen=True)
-class _Kept:
-    """The channels that a judge of hops reads, as an engine's summary."""
+class _HopChannels:
+    """The channels that hops are read from, as an engine's summary."""
 
     needs: tuple[str, ...] = _CHANNELS
 
@@ -81,7 +81,7 @@ class _Kept:
 
 
 @dataclass(frozen=True)
-class OfHops(Judge):
+class HopRetention(RetentionCriterion):
     """One leg: it hops while it has not failed and its last hops are not long ago; its gait is a
     limit cycle that lasts until the end, and is the same if it has as many hops.
 
@@ -97,16 +97,18 @@ class OfHops(Judge):
     rest_length_m: float
     event_s: float
 
-    summary = _Kept()
+    summary = _HopChannels()
 
     def of(self, recorded: Trajectory, scenario: Scenario) -> Any:
-        """See `Judge.of`."""
+        """See `RetentionCriterion.of`."""
         length = scenario.changes.get(self.rest_length_path, np.float32(self.rest_length_m))
         usual = LimitCycle()
         near = dataclasses.replace(
             usual, height_tolerance_m=usual.height_tolerance_m * self.rest_length_m
         )
-        return _of_hops(near, recorded, jnp.asarray(length), jnp.asarray(self.event_s, "float32"))
+        return _hop_measures(
+            near, recorded, jnp.asarray(length), jnp.asarray(self.event_s, "float32")
+        )
 
     def at_s(self, usual: Any) -> np.ndarray:
         """The next apex of a hop; the time itself of what hops no more."""
@@ -114,7 +116,7 @@ class OfHops(Judge):
         return np.where(np.isfinite(apex), apex, self.event_s)
 
     def kept(self, usual: Any, found: Any, weight_ratio: np.ndarray) -> dict[str, np.ndarray]:
-        """See `Judge.kept`; efficiency is the dimensionless CoT⁻¹, m g Σh / E."""
+        """See `RetentionCriterion.kept`; efficiency is the dimensionless CoT⁻¹, m g Σh / E."""
         had = np.isfinite(usual["period"])
         keeps = found["hops"] & (found["period"] == usual["period"])
         moves = found["hops"] & usual["hops"]
@@ -131,7 +133,7 @@ class OfHops(Judge):
 
 
 @partial(jax.jit, static_argnums=0)
-def _of_hops(
+def _hop_measures(
     near: LimitCycle, recorded: Trajectory, rest_length_m: Any, event_s: Any
 ) -> dict[str, Any]:
     table = hops(recorded, rest_length_m)
@@ -193,7 +195,7 @@ class Walked:
 
 
 @dataclass(frozen=True)
-class OfLags(Judge):
+class GaitRetention(RetentionCriterion):
     """Several legs: they walk while they have not fallen, some leg steps, and they come ahead at a
     quarter of their speed at least, the way they usually go; their gait is lags that are locked,
     and is the same if those are.
@@ -207,17 +209,17 @@ class OfLags(Judge):
     event_s: float
 
     def of(self, recorded: tuple[Coordination, Any], scenario: Scenario) -> Any:
-        """See `Judge.of`."""
+        """See `RetentionCriterion.of`."""
         legs, ahead = recorded
         names = ("lag", "lock_time_s", "fall_time_s", "cost_of_transport", "step_frequency_hz")
         return {name: getattr(legs, name) for name in names} | {"ahead_m_per_s": ahead}
 
     def at_s(self, usual: Any) -> np.ndarray:
-        """See `Judge.at_s`."""
+        """See `RetentionCriterion.at_s`."""
         return np.full(usual["fall_time_s"].shape, self.event_s)
 
     def kept(self, usual: Any, found: Any, weight_ratio: np.ndarray) -> dict[str, np.ndarray]:
-        """See `Judge.kept`; efficiency is the inverse cost of transport."""
+        """See `RetentionCriterion.kept`; efficiency is the inverse cost of transport."""
         with np.errstate(invalid="ignore", divide="ignore"):
             locked = np.isfinite(usual["lock_time_s"])
             gap = np.asarray(apart(found["lag"], usual["lag"]))
@@ -241,13 +243,13 @@ def _steps(of: Any) -> np.ndarray:
     return np.isnan(of["fall_time_s"]) & (of["step_frequency_hz"] > 0.0).any(axis=0)
 
 
-def judge_of(subject: Subject) -> Judge:
-    """Who judges a subject's gait."""
+def criterion_of(subject: TestedControllers) -> RetentionCriterion:
+    """The criterion that decides what a subject keeps of its gait."""
     event_s = EVENT_SHARE * subject.timing.duration_s
     if subject.hops:
         path = subject.path("rest_length_m")
         assert path is not None
-        return OfHops(path, float(subject.body.rest_length_m), event_s)
+        return HopRetention(path, float(subject.body.rest_length_m), event_s)
     pair = subject.controller, subject.prepared
     legs = CoordinationSummary.on(*pair, reference=subject.reference)
-    return OfLags(Walked(legs, set(HEADING) <= set(declared(*pair))), event_s)
+    return GaitRetention(Walked(legs, set(HEADING) <= set(declared(*pair))), event_s)

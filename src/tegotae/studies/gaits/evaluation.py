@@ -31,7 +31,7 @@ MEASURES = {
 
 
 @dataclass(frozen=True)
-class Judged:
+class GaitEvaluation:
     """What controllers of one structure did; arrays of the coordination end [runs, ω, starts]."""
 
     legged: Legged
@@ -70,7 +70,7 @@ class Judged:
         return name, count / self.gait.shape[-1]
 
 
-def judge(
+def evaluate_gaits(
     legged: Legged,
     weights: np.ndarray,
     omegas: Sequence[float] = (),
@@ -80,7 +80,7 @@ def judge(
     tolerance: float = TOLERANCE,
     timing: Timing | None = None,
     changes: Mapping[str, Any] | None = None,
-) -> Judged:
+) -> GaitEvaluation:
     """Release controllers at random phases, the same ones for all, at every frequency.
 
     Args:
@@ -101,7 +101,7 @@ def judge(
     Example:
         >>> from tegotae.studies.gaits import system
         >>> bar = system("bar-light")
-        >>> found = judge(bar, np.array([[1.0]]), starts=4)
+        >>> found = evaluate_gaits(bar, np.array([[1.0]]), starts=4)
         >>> found.commonest(0, 0), float(found.measures["locked"][0, 0])
         (('antiphase', 1.0), 1.0)
     """
@@ -136,7 +136,7 @@ def judge(
     def sorted_out(x: np.ndarray) -> np.ndarray:
         return x.reshape(*x.shape[:-1], *shape)
 
-    return Judged(legged, asked, jax.tree.map(sorted_out, found), sorted_out(gait))
+    return GaitEvaluation(legged, asked, jax.tree.map(sorted_out, found), sorted_out(gait))
 
 
 def _mean(x: np.ndarray) -> np.ndarray:
