@@ -10,7 +10,7 @@ from tegotae.simulation.rollout import Timing
 from tegotae.systems.controller_file import SavedController
 
 if TYPE_CHECKING:
-    from tegotae.studies.analysis.basin import Basin
+    from tegotae.studies.analysis.basin import HopperBasin
 
 DURATION_S = 40.0
 """Simulated time by default [s]."""
@@ -22,7 +22,7 @@ def find_basin(
     velocity: tuple[float, float],
     resolution: int,
     duration_s: float | None,
-) -> Basin:
+) -> HopperBasin:
     """Release a hopper from all heights of a range, at all phases or velocities, and print where
     it ends.
 
