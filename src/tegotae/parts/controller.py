@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import jax
@@ -14,14 +13,13 @@ from tegotae._support.errors import (
     require_finite,
     whole_numbers,
 )
+from tegotae.parts._shapes import Number, PerCommand, PerLimb, StateTree, Weights, WeightVector
 from tegotae.parts.couplings.base import Coupling
 from tegotae.parts.oscillators import Oscillator
 from tegotae.parts.terms.actuation import Actuation
 from tegotae.parts.terms.base import Signals, Term
 from tegotae.parts.terms.gain import ConstantGain
 from tegotae.parts.weight_names import WeightName, inside, numbered
-
-Weights = Sequence[jax.Array]
 
 
 @dataclass(frozen=True)
@@ -190,7 +188,7 @@ class Controller:
         between = 0 if self.coupling is None else self.coupling.n_weights(self.limbs)
         return self.sets * self.unit_weights + between
 
-    def initial(self, key: jax.Array) -> jax.Array:
+    def initial(self, key: jax.Array) -> WeightVector:
         """Random weights to start training from, shape [n_weights]."""
         if self.sets == 1 and self.coupling is None:
             return self._initial_unit(key)
@@ -200,7 +198,7 @@ class Controller:
             units.append(self.coupling.initial(between, self.limbs))
         return jnp.concatenate(units)
 
-    def _initial_unit(self, key: jax.Array) -> jax.Array:
+    def _initial_unit(self, key: jax.Array) -> WeightVector:
         keys = jax.random.split(key, len(self._parts))
         parts = [part.initial(k) for part, k in zip(self._parts.values(), keys, strict=True)]
         return jnp.concatenate(parts)
@@ -220,7 +218,7 @@ class Controller:
         units = [jnp.stack([weights[at * n + i] for at in sharing]) for i in range(n)]
         return (*units, *(weights[i] for i in range(self.sets * n, self.n_weights)))
 
-    def feedback(self, weights: Weights, signals: Signals) -> jax.Array:
+    def feedback(self, weights: Weights, signals: Signals) -> PerLimb:
         """Tegotae feedback `f = G · A′ · R` [rad/s] (equation 4); zero without Tegotae terms."""
         if self.tegotae is None:
             return jnp.zeros_like(next(iter(signals.values.values())))
@@ -232,7 +230,7 @@ class Controller:
         limit = self.tegotae.limit_rad_per_s
         return feedback if limit is None else limit * jnp.tanh(feedback / limit)
 
-    def command(self, weights: Weights, signals: Signals, max_force_n) -> jax.Array:
+    def command(self, weights: Weights, signals: Signals, max_force_n: Number) -> PerCommand:
         """What the actuation commands: a force [N] is clipped to [0, α], its phase sector apart."""
         command = self.actuation(weights[self.layout["actuation"]], signals)
         if not self.actuation.commands_force:
@@ -242,11 +240,11 @@ class Controller:
     def rate(
         self,
         weights: Weights,
-        oscillator: object,
-        omega: jax.Array,
-        feedback: jax.Array,
+        oscillator: StateTree,
+        omega: PerLimb,
+        feedback: PerLimb,
         signals: Signals,
-    ) -> object:
+    ) -> StateTree:
         """Time derivative of the oscillators' state: driven by feedback and coupling."""
         if self.oscillator is None:
             return ()

@@ -10,8 +10,9 @@ import jax
 import jax.numpy as jnp
 
 from tegotae._support.errors import TegotaeError
+from tegotae.parts._shapes import Index, MaskPerLane, PerLane, PerLimb, Scalar, Weights
 from tegotae.parts.bodies import Body, Contact
-from tegotae.parts.controller import Controller, Weights
+from tegotae.parts.controller import Controller
 from tegotae.simulation.integrators import Integrator, Moment
 from tegotae.simulation.integrators.base import drive, phase_of, settled
 from tegotae.simulation.world import Scenario, apply_changes, ground_m
@@ -22,34 +23,34 @@ class Lane(NamedTuple):
 
     moment: Moment
     """State of body and oscillators, and what the controller last said."""
-    force_n: jax.Array
+    force_n: PerLimb
     """Mean actuator force over the last tick [N], zero in flight; [(limbs,) lanes]."""
-    failed: jax.Array
+    failed: MaskPerLane
     """Whether the lane has failed; it then stands still. [lanes]"""
 
 
 class Tick(NamedTuple):
     """What a control tick brought: all that channels and rewards are made of."""
 
-    number: jax.Array
+    number: Index
     """Its number, from 0 on."""
-    tick_s: jax.Array
+    tick_s: Scalar
     """Its duration [s]."""
-    sound: jax.Array
+    sound: MaskPerLane
     """Whether the lane has not failed, [lanes]."""
     body: Body
     """The body as it is during the tick."""
     contact: Contact
     """What the body did."""
-    force_n: jax.Array
+    force_n: PerLimb
     """Mean actuator force, zero in flight [N], [(limbs,) lanes]."""
-    phase_rad: jax.Array
+    phase_rad: PerLimb
     """Phase at its start [rad], [(limbs,) lanes]."""
-    travel_rad: jax.Array
+    travel_rad: PerLimb
     """How far the phase moves [rad], [(limbs,) lanes]."""
     end: Moment
     """State at its end, of a lane that did not fail."""
-    ground_m: jax.Array
+    ground_m: PerLane
     """Height of the ground [m], [lanes]."""
 
 
@@ -85,12 +86,12 @@ class ClosedLoop:
         return self.controller.spread(weights), scenario
 
     def meets(
-        self, body: Body, scenario: Scenario, index: jax.Array, tick_s: jax.Array
-    ) -> tuple[Body, jax.Array]:
+        self, body: Body, scenario: Scenario, index: Index, tick_s: Scalar
+    ) -> tuple[Body, PerLimb]:
         """Body and frequency as they are during a tick (`Scenario.changes`)."""
         return apply_changes(body, scenario.omega, dict(scenario.changes), index, tick_s)
 
-    def start(self, weights: Weights, body: Body, scenario: Scenario, tick_s: jax.Array) -> Lane:
+    def start(self, weights: Weights, body: Body, scenario: Scenario, tick_s: Scalar) -> Lane:
         """The lane at its release."""
         controller = self.controller
         body, omega = self.meets(body, scenario, jnp.asarray(0), tick_s)
@@ -119,8 +120,8 @@ class ClosedLoop:
         body: Body,
         scenario: Scenario,
         lane: Lane,
-        index: jax.Array,
-        tick_s: jax.Array,
+        index: Index,
+        tick_s: Scalar,
     ) -> tuple[Lane, Tick]:
         """One control tick: the lane after it, and what it brought.
 
@@ -153,7 +154,7 @@ class ClosedLoop:
         return kept._replace(failed=~sound), brought
 
 
-def keep(sound: jax.Array, new: jax.Array, old: jax.Array) -> jax.Array:
+def keep(sound: MaskPerLane, new: jax.Array, old: jax.Array) -> jax.Array:
     """The new value in sound lanes, the old one in others; with or without a limb axis."""
     return jnp.where(jnp.broadcast_to(sound, jnp.shape(new)), new, old)
 

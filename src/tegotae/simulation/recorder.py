@@ -11,6 +11,7 @@ import jax
 import jax.numpy as jnp
 
 from tegotae._support.errors import TegotaeError, unknown
+from tegotae.parts._shapes import MaskPerLane, PerCommand, PerLane, PerLimb
 from tegotae.parts.bodies import Body
 from tegotae.parts.channels import (
     Channel,
@@ -32,11 +33,11 @@ from tegotae.simulation.loop import (
 class Frame(NamedTuple):
     """A lane at the end of a frame: what a `State` channel is told from."""
 
-    time_s: jax.Array
+    time_s: PerLane
     """Time [s], [lanes]."""
     lane: Lane
     """The lane."""
-    ground_m: jax.Array
+    ground_m: PerLane
     """Height of the ground [m], [lanes]."""
     controller: Controller
     """What drives it."""
@@ -105,26 +106,26 @@ def _restored(channels: dict[str, Any]) -> Trajectory:
     return Trajectory(**channels)
 
 
-def _spring_force(frame: Frame) -> jax.Array:
+def _spring_force(frame: Frame) -> PerLimb:
     sensed = frame.body.sense(frame.lane.moment.body, frame.ground_m).values
     if "spring_force" not in sensed:
         return jnp.zeros_like(frame.lane.force_n)
     return to_units(frame.controller, sensed["spring_force"])
 
 
-def _limbs_sum(x: jax.Array, tick: Tick) -> jax.Array:
+def _limbs_sum(x: PerLimb, tick: Tick) -> PerLane:
     return over_limbs(jnp.sum, x, tick.body)
 
 
-def _per_limb(x: jax.Array, tick: Tick) -> jax.Array:
+def _per_limb(x: PerCommand, tick: Tick) -> PerLimb:
     return jnp.broadcast_to(x, jnp.shape(tick.phase_rad))
 
 
-def _apex(tick: Tick) -> jax.Array:
+def _apex(tick: Tick) -> MaskPerLane:
     return ~jnp.isnan(tick.contact.apex_share)
 
 
-def _at(tick: Tick, share: jax.Array) -> jax.Array:
+def _at(tick: Tick, share: PerLimb) -> PerLimb:
     """The time at a share of a tick [s]."""
     return (tick.number.astype(share.dtype) + share) * tick.tick_s
 

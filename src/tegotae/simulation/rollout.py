@@ -23,8 +23,9 @@ from tegotae._support.devices import (
 )
 from tegotae._support.errors import TegotaeError, require_finite
 from tegotae._support.limits import require_memory
+from tegotae.parts._shapes import Index, WeightMatrix, Weights
 from tegotae.parts.bodies import Body, Hopper
-from tegotae.parts.controller import Controller, Weights
+from tegotae.parts.controller import Controller
 from tegotae.parts.fields import path_of
 from tegotae.parts.tracing import traced
 from tegotae.simulation.integrators import Integrator, PredictorCorrector
@@ -191,7 +192,7 @@ class Engine:
 
     def trace(
         self,
-        weights: jax.Array,
+        weights: WeightMatrix,
         scenario: Scenario,
         body: Body,
         wanted: jax.Array | int | None = None,
@@ -216,7 +217,7 @@ class Engine:
 
     def _dealt(
         self,
-        weights: jax.Array,
+        weights: WeightMatrix,
         scenario: Scenario,
         body: Body,
         wanted: jax.Array | int | None = None,
@@ -444,7 +445,7 @@ def _tick(loop: ClosedLoop, *given: Any) -> tuple[Lane, Tick]:
     return loop.tick(*given)
 
 
-def _advance_block(engine: Engine, weights: jax.Array, scenario: Scenario, body: Body) -> Any:
+def _advance_block(engine: Engine, weights: WeightMatrix, scenario: Scenario, body: Body) -> Any:
     """Roll out one block: weights [n_weights, block], scenario of [..., block] arrays."""
     timing, recorder = engine.timing, engine.recorder(body)
     loop = ClosedLoop(engine.controller, engine.integrator)
@@ -455,12 +456,12 @@ def _advance_block(engine: Engine, weights: jax.Array, scenario: Scenario, body:
     # An array is a sequence of its rows.
     rows, spread = loop.spread(cast(Weights, weights), steady)
 
-    def tick(carry: Any, index: jax.Array) -> Any:
+    def tick(carry: Any, index: Index) -> Any:
         lane, totals, events = carry
         lane, brought = _tick(loop, rows, body, spread, lane, index, tick_s)
         return (lane, recorder.add(totals, brought), recorder.hear(events, brought)), None
 
-    def frame(carry: Any, index: jax.Array) -> Any:
+    def frame(carry: Any, index: Index) -> Any:
         if on_cpu() and loops_are_kernels():
             index = _outside_of_kernels(index)
         lane, totals = carry

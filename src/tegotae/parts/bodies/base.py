@@ -4,12 +4,21 @@ from __future__ import annotations
 
 import inspect
 from abc import ABC, abstractmethod
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
-import jax
 import jax.numpy as jnp
 
 from tegotae._support.errors import TegotaeError
+from tegotae.parts._shapes import (
+    MaskPerLane,
+    Number,
+    PerCommand,
+    PerLane,
+    PerLimb,
+    Scalar,
+    StateTree,
+)
 from tegotae.parts.channels import Channel
 from tegotae.parts.commands import FORCE
 
@@ -17,9 +26,9 @@ from tegotae.parts.commands import FORCE
 class Sensation(NamedTuple):
     """What a body feels at one instant: every entry of shape [(limbs,) lanes]."""
 
-    values: dict[str, jax.Array]
+    values: dict[str, PerLimb]
     """Sensed quantities by name, in SI units."""
-    scales: dict[str, Any]
+    scales: Mapping[str, Number]
     """What each quantity is divided by before a network sees it, in the same units."""
 
 
@@ -30,9 +39,9 @@ class Push(NamedTuple):
     place at the tick's end [m], [commands, limbs, lanes].
     """
 
-    mean_n: jax.Array
+    mean_n: PerCommand
     """Mean force [N]."""
-    rise_n: Any = 0.0
+    rise_n: Number = 0.0
     """How much the force rises from the tick's start to its end [N]."""
 
 
@@ -43,21 +52,21 @@ class Contact(NamedTuple):
     [lanes] for what the body does.
     """
 
-    stance_share: jax.Array
+    stance_share: PerLimb
     """Share of the tick spent in stance, 0 ... 1."""
-    work_j: jax.Array
+    work_j: PerLimb
     """Signed work of the actuator over the tick [J]."""
-    climb_flight_m: jax.Array
+    climb_flight_m: PerLane
     """Height climbed in flight over the tick [m], >= 0."""
-    climb_m: jax.Array
+    climb_m: PerLane
     """Height climbed over the tick, in flight and stance [m], >= 0."""
-    apex_share: jax.Array
+    apex_share: PerLane
     """Where in the tick a flight apex lies, 0 ... 1; NaN without one."""
-    apex_height_m: jax.Array
+    apex_height_m: PerLane
     """Height of that apex [m]; NaN without one."""
-    touchdown_share: jax.Array
+    touchdown_share: PerLimb
     """Where in the tick a touchdown lies, 0 ... 1; NaN without one."""
-    force_n: Any = None
+    force_n: PerLimb | None = None
     """Mean force of the actuator over the tick [N], where it is not the commanded one."""
 
 
@@ -97,7 +106,7 @@ class Body(ABC):
 
     @property
     @abstractmethod
-    def rate_scale(self) -> Any:
+    def rate_scale(self) -> Number:
         """A typical rate of the body [rad/s], by which a network sees the Tegotae feedback."""
 
     @property
@@ -117,25 +126,25 @@ class Body(ABC):
         """Raise `TegotaeError` if, released at rest from this height [m], it can never hop."""
 
     @abstractmethod
-    def release(self, height_m: jax.Array, velocity_m_per_s: jax.Array) -> Any:
+    def release(self, height_m: PerLane, velocity_m_per_s: PerLane) -> StateTree:
         """The state at release, a tuple of arrays.
 
         A body that needs more to be released takes it by further names, each with a default
         (`Scenario.initial_pose`).
         """
 
-    def commanded(self, state: Any, command: jax.Array) -> Any:
+    def commanded(self, state: StateTree, command: PerCommand) -> StateTree:
         """The state at release once the first command is known: where feet are placed."""
         return state
 
     @abstractmethod
-    def sense(self, state: Any, ground_m: jax.Array) -> Sensation:
+    def sense(self, state: StateTree, ground_m: PerLane) -> Sensation:
         """What the body feels in `state`, the ground being at height `ground_m` [m]."""
 
     @abstractmethod
     def predict(
-        self, state: Any, force_n: jax.Array, ground_m: jax.Array, tick_s: jax.Array
-    ) -> tuple[Any, jax.Array, jax.Array]:
+        self, state: StateTree, force_n: PerLimb, ground_m: PerLane, tick_s: Scalar
+    ) -> tuple[StateTree, PerLimb, PerLimb]:
         """A cheap guess of the state one tick on under a held force [N], errors of second order.
 
         With it, from where to where in the tick (0 ... 1) the body is in stance; the same value
@@ -144,11 +153,11 @@ class Body(ABC):
 
     @abstractmethod
     def advance(
-        self, state: Any, push: Push, ground_m: jax.Array, tick_s: jax.Array
-    ) -> tuple[Any, Contact]:
+        self, state: StateTree, push: Push, ground_m: PerLane, tick_s: Scalar
+    ) -> tuple[StateTree, Contact]:
         """The state one tick on under the actuator's push, and what happened on the way."""
 
-    def apply_impulse(self, state: Any, impulse_ns: jax.Array) -> Any:
+    def apply_impulse(self, state: StateTree, impulse_ns: PerLane) -> StateTree:
         """The state after a vertical blow on the centre of mass, upwards [N s], [lanes].
 
         Raises:
@@ -160,19 +169,19 @@ class Body(ABC):
         )
 
     @abstractmethod
-    def failed(self, state: Any, ground_m: jax.Array) -> jax.Array:
+    def failed(self, state: StateTree, ground_m: PerLane) -> MaskPerLane:
         """True where the body can no longer move on (such as a leg of no length)."""
 
     @abstractmethod
-    def height(self, state: Any) -> jax.Array:
+    def height(self, state: StateTree) -> PerLane:
         """Height of the centre of mass [m]."""
 
     @abstractmethod
-    def velocity(self, state: Any) -> jax.Array:
+    def velocity(self, state: StateTree) -> PerLane:
         """Vertical velocity of the centre of mass [m/s]."""
 
     @abstractmethod
-    def energy(self, state: Any, ground_m: jax.Array) -> jax.Array:
+    def energy(self, state: StateTree, ground_m: PerLane) -> PerLane:
         """Mechanical energy, kinetic + potential (height above zero) + elastic [J]."""
 
 

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
 
 import jax
 import jax.numpy as jnp
 
+from tegotae.parts._shapes import Weights
 from tegotae.parts.terms.base import Signals
 from tegotae.parts.weight_names import WeightName, numbered
 
@@ -39,7 +39,7 @@ class Coupling(ABC):
         return jnp.zeros((self.n_weights(limbs),))
 
     @abstractmethod
-    def __call__(self, weights: Sequence[jax.Array], signals: Signals) -> jax.Array:
+    def __call__(self, weights: Weights, signals: Signals) -> jax.Array:
         """The input of each limb's oscillator [rad/s], shape [limbs, ...].
 
         Args:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import jax
 import jax.numpy as jnp
 
+from tegotae.parts._shapes import Weights
 from tegotae.parts.couplings.base import Coupling
 from tegotae.parts.terms.base import Signals
 from tegotae.parts.weight_names import WeightName, inside
@@ -33,7 +33,7 @@ class LearnedCoupling(Coupling):
         """Of each ordered pair its a and its b."""
         return inside(("pair",), [(n, x) for n in range(limbs * (limbs - 1)) for x in ("a", "b")])
 
-    def __call__(self, weights: Sequence[jax.Array], signals: Signals) -> jax.Array:
+    def __call__(self, weights: Weights, signals: Signals) -> jax.Array:
         """The sum over the other limbs."""
         sine, cosine = signals["sin_phase"], signals["cos_phase"]
         limbs = sine.shape[0]

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 import reprlib
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import jax
 import jax.numpy as jnp
 
 from tegotae._support.errors import TegotaeError, require_finite, whole_numbers
+from tegotae.parts._shapes import Weights
 from tegotae.parts.couplings.base import Coupling
 from tegotae.parts.terms.base import Signals
 
@@ -62,7 +62,7 @@ class Neighbours(Coupling):
                     f"a link is ({to}, {of}); it must name two different limbs of 0 ... {limbs - 1}"
                 )
 
-    def __call__(self, weights: Sequence[jax.Array], signals: Signals) -> jax.Array:
+    def __call__(self, weights: Weights, signals: Signals) -> jax.Array:
         """`Σ_j κ sin(φ_j - φ_i - ψ)`."""
         sine, cosine = signals["sin_phase"], signals["cos_phase"]
         sin_lag, cos_lag = math.sin(self.lag_rad), math.cos(self.lag_rad)

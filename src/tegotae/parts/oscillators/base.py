@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
-from typing import Any
 
 import jax
 import jax.numpy as jnp
 
 from tegotae._support.errors import TegotaeError
+from tegotae.parts._shapes import PerLimb, StateTree, Weights, WeightVector
 from tegotae.parts.channels import Channel
 from tegotae.parts.weight_names import WeightName, numbered
 
@@ -47,12 +46,12 @@ class Oscillator(ABC):
         """What each of its weights is, in a controller file and in C; numbers by default."""
         return numbered(self.n_weights)
 
-    def initial(self, key: jax.Array) -> jax.Array:
+    def initial(self, key: jax.Array) -> WeightVector:
         """Random weights to start training from, shape [n_weights]."""
         return jnp.zeros((self.n_weights,))
 
     @abstractmethod
-    def start(self, phase_rad: jax.Array) -> Any:
+    def start(self, phase_rad: PerLimb) -> StateTree:
         """The state at phase `phase_rad` [rad]; without a phase, any that it leads to.
 
         What `STATE` names are further arguments; without them it is at or near the limit cycle.
@@ -61,30 +60,30 @@ class Oscillator(ABC):
     @abstractmethod
     def rate(
         self,
-        state: Any,
-        omega: jax.Array,
-        feedback: jax.Array,
-        weights: Sequence[jax.Array] = (),
-    ) -> Any:
+        state: StateTree,
+        omega: PerLimb,
+        feedback: PerLimb,
+        weights: Weights = (),
+    ) -> StateTree:
         """Time derivative of the state, given ω and the Tegotae feedback f [rad/s].
 
         `weights` are given to an oscillator that has some: n_weights arrays, each like the lanes.
         """
 
-    def phase(self, state: Any) -> jax.Array:
+    def phase(self, state: StateTree) -> PerLimb:
         """The phase φ [rad]; it may be unwrapped within one control tick."""
         raise TegotaeError(f"{type(self).__name__} has no phase")
 
-    def sin_cos(self, state: Any) -> tuple[jax.Array, jax.Array]:
+    def sin_cos(self, state: StateTree) -> tuple[PerLimb, PerLimb]:
         """Sine and cosine of the phase."""
         raise TegotaeError(f"{type(self).__name__} has no phase")
 
-    def signals(self, state: Any) -> dict[str, jax.Array]:
+    def signals(self, state: StateTree) -> dict[str, PerLimb]:
         """What terms and couplings may read, by the names of `SIGNALS`."""
         sine, cosine = self.sin_cos(state)
         return {"sin_phase": sine, "cos_phase": cosine}
 
-    def settle(self, state: Any) -> Any:
+    def settle(self, state: StateTree) -> StateTree:
         """The same state, in the form kept between ticks (such as a phase wrapped to [0, 2π))."""
         return state
 

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import jax
 import jax.numpy as jnp
 
+from tegotae.parts._shapes import Weights
 from tegotae.parts.oscillators.wrapper import Around
 
 
@@ -31,7 +31,7 @@ class Clamped(Around):
         state: Any,
         omega: jax.Array,
         feedback: jax.Array,
-        weights: Sequence[jax.Array] = (),
+        weights: Weights = (),
     ) -> Any:
         """Zero."""
         return jax.tree.map(jnp.zeros_like, state)

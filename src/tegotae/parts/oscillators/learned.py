@@ -10,6 +10,7 @@ from typing import Any
 import jax
 
 from tegotae._support.errors import TegotaeError
+from tegotae.parts._shapes import Weights
 from tegotae.parts.oscillators.planar import Planar
 from tegotae.parts.oscillators.wrapper import Around
 from tegotae.parts.parameters import changed
@@ -89,7 +90,7 @@ class Learned(Around):
         state: Any,
         omega: jax.Array,
         feedback: jax.Array,
-        weights: Sequence[jax.Array] = (),
+        weights: Weights = (),
     ) -> Any:
         """That of the oscillator within, with the parameters that the weights say."""
         return self.with_weights(weights).rate(state, omega, feedback)

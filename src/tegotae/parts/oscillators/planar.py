@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
 from typing import Any, ClassVar
@@ -13,6 +13,7 @@ import jax.numpy as jnp
 
 from tegotae._support.errors import require_finite
 from tegotae.parts import maths
+from tegotae.parts._shapes import Weights
 from tegotae.parts.channels import Channel, Latest, State
 from tegotae.parts.oscillators.base import Oscillator
 
@@ -89,7 +90,7 @@ class Planar(Oscillator):
         state: Any,
         omega: jax.Array,
         feedback: jax.Array,
-        weights: Sequence[jax.Array] = (),
+        weights: Weights = (),
     ) -> Any:
         """Free motion and feedback together."""
         sine, cosine = maths.sin_cos(state[0])

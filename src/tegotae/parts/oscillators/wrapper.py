@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import jax
 
+from tegotae.parts._shapes import Weights
 from tegotae.parts.channels import Channel
 from tegotae.parts.oscillators.base import Oscillator
 from tegotae.parts.weight_names import WeightName
@@ -61,7 +61,7 @@ class Around(Oscillator):
         state: Any,
         omega: jax.Array,
         feedback: jax.Array,
-        weights: Sequence[jax.Array] = (),
+        weights: Weights = (),
     ) -> Any:
         """As the oscillator within."""
         given = (weights,) if self.inner.n_weights else ()

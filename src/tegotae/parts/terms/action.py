@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import jax
 import jax.numpy as jnp
 
+from tegotae.parts._shapes import Weights
 from tegotae.parts.terms.base import Signals, Term
 from tegotae.parts.weight_names import WeightName
 
@@ -21,7 +21,7 @@ class VanillaAction(Term):
         """The cosine of the phase."""
         return ("cos_phase",)
 
-    def __call__(self, weights: Sequence[jax.Array], signals: Signals) -> jax.Array:
+    def __call__(self, weights: Weights, signals: Signals) -> jax.Array:
         """-cos φ."""
         return -signals["cos_phase"]
 
@@ -54,7 +54,7 @@ class OffsetAction(Term):
         """The offset."""
         return (("offset",),)
 
-    def __call__(self, weights: Sequence[jax.Array], signals: Signals) -> jax.Array:
+    def __call__(self, weights: Weights, signals: Signals) -> jax.Array:
         """-(cos φ + o)."""
         return -(signals["cos_phase"] + weights[0])
 
@@ -63,6 +63,6 @@ class OffsetAction(Term):
 class UnitAction(Term):
     """`A′ = 1`: what is sensed reaches the oscillator as it is, an input like any other."""
 
-    def __call__(self, weights: Sequence[jax.Array], signals: Signals) -> jax.Array:
+    def __call__(self, weights: Weights, signals: Signals) -> jax.Array:
         """1."""
         return jnp.ones_like(next(iter(signals.values.values())))

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from abc import abstractmethod
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import jax
 import jax.numpy as jnp
 
 from tegotae._support.errors import require_finite
+from tegotae.parts._shapes import Weights
 from tegotae.parts.commands import FORCE
 from tegotae.parts.maths import TWO_PI
 from tegotae.parts.terms.base import Signals, Term
@@ -51,7 +51,7 @@ class Actuation(Term):
         return None
 
     @abstractmethod
-    def __call__(self, weights: Sequence[jax.Array], signals: Signals) -> jax.Array:
+    def __call__(self, weights: Weights, signals: Signals) -> jax.Array:
         """The smooth part of the force [N], or what else `COMMANDS` names."""
 
 
@@ -98,7 +98,7 @@ class Sector(Actuation):
         centre = jnp.where(phase_end < phase_start, 1.0 - centre, centre)
         return share, jnp.where(moves & (share > 0.0), centre, 0.5)
 
-    def __call__(self, weights: Sequence[jax.Array], signals: Signals) -> jax.Array:
+    def __call__(self, weights: Weights, signals: Signals) -> jax.Array:
         """No smooth part."""
         return jnp.zeros_like(signals["feedback"])
 
@@ -112,7 +112,7 @@ class Reflex(Actuation):
         """The feedback."""
         return ("feedback",)
 
-    def __call__(self, weights: Sequence[jax.Array], signals: Signals) -> jax.Array:
+    def __call__(self, weights: Weights, signals: Signals) -> jax.Array:
         """-min(0, f)."""
         return -jnp.minimum(signals["feedback"], 0.0)
 
@@ -126,7 +126,7 @@ class SectorAndReflex(Sector):
         """The feedback."""
         return ("feedback",)
 
-    def __call__(self, weights: Sequence[jax.Array], signals: Signals) -> jax.Array:
+    def __call__(self, weights: Weights, signals: Signals) -> jax.Array:
         """The reflex part."""
         return Reflex()(weights, signals)
 

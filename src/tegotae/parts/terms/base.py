@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
 
 import jax
 import jax.numpy as jnp
 
+from tegotae.parts._shapes import Number, PerCommand, PerLimb, Weights, WeightVector
 from tegotae.parts.weight_names import WeightName, numbered
 
 
@@ -22,19 +22,19 @@ class Signals:
     actuation, the Tegotae `feedback` [rad/s]. `scales` makes them dimensionless.
     """
 
-    values: dict[str, jax.Array]
-    scales: dict[str, Any] = field(default_factory=dict)
+    values: dict[str, PerLimb]
+    scales: Mapping[str, Number] = field(default_factory=dict)
 
-    def __getitem__(self, name: str) -> jax.Array:
+    def __getitem__(self, name: str) -> PerLimb:
         return self.values[name]
 
-    def dimensionless(self, name: str) -> jax.Array:
+    def dimensionless(self, name: str) -> PerLimb:
         """The quantity over its scale, as a network sees it."""
         value, scale = self.values[name], self.scales.get(name, 1.0)
         # A scale may be one a lane.
         return value / (jnp.broadcast_to(scale, value.shape) if jnp.ndim(scale) else scale)
 
-    def adding(self, scale: Any = None, **values: jax.Array) -> Signals:
+    def adding(self, scale: Number | None = None, **values: PerLimb) -> Signals:
         """The same signals and some more; `scale` belongs to each of the added ones."""
         scales = self.scales if scale is None else {**self.scales, **dict.fromkeys(values, scale)}
         return Signals({**self.values, **values}, scales)
@@ -63,10 +63,10 @@ class Term(ABC):
         """What each of its weights is, in a controller file and in C; numbers by default."""
         return numbered(self.n_weights)
 
-    def initial(self, key: jax.Array) -> jax.Array:
+    def initial(self, key: jax.Array) -> WeightVector:
         """Random weights to start training from, shape [n_weights]."""
         return jnp.zeros((self.n_weights,))
 
     @abstractmethod
-    def __call__(self, weights: Sequence[jax.Array], signals: Signals) -> jax.Array:
+    def __call__(self, weights: Weights, signals: Signals) -> PerCommand:
         """The term's value, elementwise; `weights` are n_weights arrays, each like the lanes."""

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import jax
 import jax.numpy as jnp
 
 from tegotae._support.errors import TegotaeError, require_finite
+from tegotae.parts._shapes import Weights
 from tegotae.parts.commands import FOOT
 from tegotae.parts.terms.actuation import Actuation
 from tegotae.parts.terms.base import Signals
@@ -59,7 +59,7 @@ class EllipticFoot(Actuation):
         """Sine and cosine of the phase."""
         return ("sin_phase", "cos_phase")
 
-    def __call__(self, weights: Sequence[jax.Array], signals: Signals) -> jax.Array:
+    def __call__(self, weights: Weights, signals: Signals) -> jax.Array:
         """Forward and up [m], [2, limbs, lanes]."""
         sine, cosine = signals["sin_phase"], signals["cos_phase"]
         ahead = math.cos(self.shift_rad) * cosine - math.sin(self.shift_rad) * sine
@@ -120,7 +120,7 @@ class LearnedFoot(Actuation):
         """Random weights to start training from, shape [n_weights]."""
         return jnp.concatenate([self._network.initial(each) for each in jax.random.split(key)])
 
-    def __call__(self, weights: Sequence[jax.Array], signals: Signals) -> jax.Array:
+    def __call__(self, weights: Weights, signals: Signals) -> jax.Array:
         """Forward and up [m], [2, limbs, lanes]."""
         n = self._network.n_weights
         places = [self._network(part, signals) for part in (weights[:n], weights[n:])]
@@ -166,6 +166,6 @@ class CorrectedFoot(LearnedFoot):
         outputs = jnp.array([path[-1] == "output" for path in self.weight_names])
         return jnp.where(outputs, 0.0, super().initial(key))
 
-    def __call__(self, weights: Sequence[jax.Array], signals: Signals) -> jax.Array:
+    def __call__(self, weights: Weights, signals: Signals) -> jax.Array:
         """Forward and up [m], [2, limbs, lanes]."""
         return self.around(weights, signals) + super().__call__(weights, signals)

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import jax
 import jax.numpy as jnp
 
+from tegotae.parts._shapes import Weights
 from tegotae.parts.terms.base import Signals, Term
 from tegotae.parts.weight_names import WeightName
 
@@ -38,6 +38,6 @@ class ConstantGain(Term):
         """σ = `start`."""
         return jnp.full((1,), self.start)
 
-    def __call__(self, weights: Sequence[jax.Array], signals: Signals) -> jax.Array:
+    def __call__(self, weights: Weights, signals: Signals) -> jax.Array:
         """σ."""
         return weights[0]

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import jax
 import jax.numpy as jnp
 
 from tegotae._support.errors import TegotaeError, require_count
+from tegotae.parts._shapes import Weights
 from tegotae.parts.maths import sum_of_ratios, tanh_ratio
 from tegotae.parts.terms.base import Signals, Term
 from tegotae.parts.weight_names import WeightName
@@ -73,13 +73,13 @@ class Network(Term):
         normal = jax.random.normal(key, (self.hidden, n_inputs + 2))
         return (normal * per_neuron[None, :]).reshape(-1)
 
-    def __call__(self, weights: Sequence[jax.Array], signals: Signals) -> jax.Array:
+    def __call__(self, weights: Weights, signals: Signals) -> jax.Array:
         """The network's output. Neuron j owns a run of weights: w_j1 ... w_jn, b_j, v_j."""
         x = [signals.dimensionless(name) for name in self.reads]
         write = self._one_by_one if self.hidden <= _WIDEST_WRITTEN_OUT else self._all_at_once
         return write(weights, x)
 
-    def _one_by_one(self, weights: Sequence[jax.Array], x: list[jax.Array]) -> jax.Array:
+    def _one_by_one(self, weights: Weights, x: list[jax.Array]) -> jax.Array:
         stride = len(x) + 2
         drives, outer = [], []
         # A matrix product of such small, per-lane matrices is slow.
@@ -99,7 +99,7 @@ class Network(Term):
         ratios = [tanh_ratio(drive) for drive in drives]
         return sum_of_ratios([(v * a, b) for v, (a, b) in zip(outer, ratios, strict=True)])
 
-    def _all_at_once(self, weights: Sequence[jax.Array], x: list[jax.Array]) -> jax.Array:
+    def _all_at_once(self, weights: Weights, x: list[jax.Array]) -> jax.Array:
         neurons = jnp.asarray(weights).reshape(self.hidden, len(x) + 2, *x[0].shape)
         drive = neurons[:, -2]
         for i, x_i in enumerate(x):

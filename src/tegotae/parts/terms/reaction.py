@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import jax
 
+from tegotae.parts._shapes import Weights
 from tegotae.parts.terms.base import Signals, Term
 
 
@@ -19,6 +19,6 @@ class VanillaReaction(Term):
         """The spring force."""
         return ("spring_force",)
 
-    def __call__(self, weights: Sequence[jax.Array], signals: Signals) -> jax.Array:
+    def __call__(self, weights: Weights, signals: Signals) -> jax.Array:
         """F_k [N]."""
         return signals["spring_force"]

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import jax
 import jax.numpy as jnp
 
 from tegotae._support.errors import TegotaeError, require_count, require_finite
+from tegotae.parts._shapes import Weights
 from tegotae.parts.commands import FOOT
 from tegotae.parts.terms.actuation import Actuation
 from tegotae.parts.terms.base import Signals
@@ -100,7 +100,7 @@ class WholeBody(Actuation):
         normal = jax.random.normal(key, (self.hidden, len(per_neuron)))
         return (normal * per_neuron[None, :]).reshape(-1)
 
-    def outputs(self, weights: Sequence[jax.Array], signals: Signals) -> jax.Array:
+    def outputs(self, weights: Weights, signals: Signals) -> jax.Array:
         """Every command of every leg, [commands, limbs, lanes]."""
         legs = [signals.dimensionless(name) for name in _as_read(self.of_each)]
         body = [signals.dimensionless(name)[0] for name in _as_read(self.of_body)]
@@ -118,7 +118,7 @@ class WholeBody(Actuation):
         assert total is not None  # there is one neuron at least
         return total.reshape(len(self.COMMANDS), self.limbs, *total.shape[1:])
 
-    def __call__(self, weights: Sequence[jax.Array], signals: Signals) -> jax.Array:
+    def __call__(self, weights: Weights, signals: Signals) -> jax.Array:
         """The forces [N], [limbs, lanes]."""
         return self.outputs(weights, signals)[0]
 
@@ -142,7 +142,7 @@ class WholeBodyFoot(WholeBody):
         super().__post_init__()
         require_finite("reach_m", self.reach_m, above=0.0)
 
-    def __call__(self, weights: Sequence[jax.Array], signals: Signals) -> jax.Array:
+    def __call__(self, weights: Weights, signals: Signals) -> jax.Array:
         """Forward and up [m], [2, limbs, lanes]."""
         return self.reach_m * self.outputs(weights, signals)
 

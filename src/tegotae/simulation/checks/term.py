@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any
 
 import jax
@@ -10,6 +9,7 @@ import jax.numpy as jnp
 
 from tegotae._support.devices import set_up
 from tegotae._support.errors import TegotaeError
+from tegotae.parts._shapes import Weights
 from tegotae.parts.maths import TWO_PI
 from tegotae.parts.terms.actuation import Actuation
 from tegotae.parts.terms.base import Signals, Term
@@ -94,7 +94,7 @@ def _check_value(name: str, term: Term, dtype: str) -> None:
     scales = {s: jnp.asarray(1.5, dtype) for s in values if not s.endswith("_phase")}
     weights = [probing.lanes_of(dtype, -1.0, 1.0, 100 + i) for i in range(term.n_weights)]
 
-    def call(weights: Sequence[jax.Array], values: dict[str, jax.Array]) -> Any:
+    def call(weights: Weights, values: dict[str, jax.Array]) -> Any:
         return term(tuple(weights), _Declared(values, scales))
 
     result = probing.attempt(f"{name}.__call__", call, weights, values)

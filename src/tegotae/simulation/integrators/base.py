@@ -3,38 +3,40 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from typing import Any, NamedTuple
+from collections.abc import Callable
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
 
+from tegotae.parts._shapes import Number, PerCommand, PerLane, PerLimb, Scalar, StateTree, Weights
 from tegotae.parts.bodies import (
     Body,
     Contact,
     Push,
     for_limbs,
 )
-from tegotae.parts.controller import Controller, Weights
+from tegotae.parts.controller import Controller
 from tegotae.parts.terms.base import Signals
 
 
 class Drive(NamedTuple):
     """What the controller says at one instant; arrays [(limbs,) lanes]."""
 
-    feedback: jax.Array
+    feedback: PerLimb
     """Tegotae feedback f [rad/s]."""
-    command: jax.Array
+    command: PerCommand
     """What the actuation commands: an actuator's force [N] in [0, α], without any phase sector; or
     places of the foot [m], [commands, limbs, lanes] (`Body.COMMANDS`)."""
-    rate: Any
+    rate: StateTree
     """Time derivative of the oscillator's state."""
 
 
 class Moment(NamedTuple):
     """Where a rollout is: all that one tick hands to the next."""
 
-    body: Any
-    oscillator: Any
+    body: StateTree
+    oscillator: StateTree
     drive: Drive
     earlier: Drive
 
@@ -48,10 +50,10 @@ class Integrator(ABC):
         controller: Controller,
         body: Body,
         weights: Weights,
-        omega: jax.Array,
+        omega: PerLimb,
         moment: Moment,
-        ground_m: jax.Array,
-        tick_s: jax.Array,
+        ground_m: PerLane,
+        tick_s: Scalar,
     ) -> tuple[Moment, Contact, Push]:
         """The moment one tick on, what the body did, and the actuators' push on it.
 
@@ -60,7 +62,11 @@ class Integrator(ABC):
 
 
 def signals(
-    controller: Controller, body: Body, body_state: Any, oscillator: Any, ground_m: jax.Array
+    controller: Controller,
+    body: Body,
+    body_state: StateTree,
+    oscillator: StateTree,
+    ground_m: PerLane,
 ) -> Signals:
     """What the feedback terms may read: the body's senses and the oscillator's signals."""
     sensation = body.sense(body_state, ground_m)
@@ -68,7 +74,7 @@ def signals(
     return with_rhythm(controller, Signals(values, dict(sensation.scales)), oscillator)
 
 
-def with_rhythm(controller: Controller, sensed: Signals, oscillator: Any) -> Signals:
+def with_rhythm(controller: Controller, sensed: Signals, oscillator: StateTree) -> Signals:
     """What is sensed, and the signals of the oscillator, if there is one."""
     if controller.oscillator is None:
         return sensed
@@ -78,13 +84,13 @@ def with_rhythm(controller: Controller, sensed: Signals, oscillator: Any) -> Sig
 def decide(
     controller: Controller,
     weights: Weights,
-    omega: jax.Array,
+    omega: PerLimb,
     heard: Signals,
-    oscillator: Any,
-    max_force_n: Any,
+    oscillator: StateTree,
+    max_force_n: Number,
     *,
-    rate_scale: Any = None,
-    added: Any = None,
+    rate_scale: Number | None = None,
+    added: PerLimb | None = None,
 ) -> Drive:
     """Evaluate the controller once.
 
@@ -110,10 +116,10 @@ def drive(
     controller: Controller,
     body: Body,
     weights: Weights,
-    omega: jax.Array,
-    body_state: Any,
-    oscillator: Any,
-    ground_m: jax.Array,
+    omega: PerLimb,
+    body_state: StateTree,
+    oscillator: StateTree,
+    ground_m: PerLane,
 ) -> Drive:
     """What the controller says to a body in this state."""
     heard = signals(controller, body, body_state, oscillator, ground_m)
@@ -128,12 +134,12 @@ def drive(
     )
 
 
-def largest_force(body: Body) -> Any:
+def largest_force(body: Body) -> Number:
     """α [N], with an axis of the limbs if there are several and it differs from lane to lane."""
     return body.max_force_n if body.limbs == 1 else for_limbs(body.max_force_n)
 
 
-def moved(state: Any, step: Any, *rates: Any) -> Any:
+def moved(state: StateTree, step: Callable[..., jax.Array], *rates: StateTree) -> StateTree:
     """The state after a step, `x + step(rates)`, leaf by leaf."""
     leaves, structure = jax.tree.flatten(state)
     columns = [jax.tree.leaves(rate) for rate in rates]
@@ -141,17 +147,17 @@ def moved(state: Any, step: Any, *rates: Any) -> Any:
     return jax.tree.unflatten(structure, ahead)
 
 
-def held(state: Any, rate: Any, tick_s: Any) -> Any:
+def held(state: StateTree, rate: StateTree, tick_s: Number) -> StateTree:
     """An oscillator's state after a tick at a held rate."""
     return moved(state, lambda x: tick_s * x, rate)
 
 
-def settled(controller: Controller, oscillator: Any) -> Any:
+def settled(controller: Controller, oscillator: StateTree) -> StateTree:
     """An oscillator's state as it is kept between ticks."""
     return oscillator if controller.oscillator is None else controller.oscillator.settle(oscillator)
 
 
-def phase_of(controller: Controller, oscillator: Any, like: jax.Array) -> jax.Array:
+def phase_of(controller: Controller, oscillator: StateTree, like: PerLimb) -> PerLimb:
     """The oscillators' phase [rad]; zero without one."""
     if controller.oscillator is None or not controller.oscillator.has_phase:
         return jnp.zeros_like(like)
@@ -160,11 +166,11 @@ def phase_of(controller: Controller, oscillator: Any, like: jax.Array) -> jax.Ar
 
 def push(
     controller: Controller,
-    max_force_n: Any,
-    command: jax.Array,
-    phase_start: jax.Array,
-    phase_end: jax.Array,
-    omega: jax.Array,
+    max_force_n: Number,
+    command: PerCommand,
+    phase_start: PerLimb,
+    phase_end: PerLimb,
+    omega: PerLimb,
 ) -> Push:
     """The command along a phase path: full force inside the sector, if any, else what it is.
 
@@ -179,7 +185,7 @@ def push(
     return Push(command + switched, 12.0 * switched * (centre - 0.5))
 
 
-def to_units(controller: Controller, of_limbs: Any) -> Any:
+def to_units(controller: Controller, of_limbs: PerLimb) -> PerLimb:
     """What belongs to the body's limbs in the order of the units that feel them."""
     if controller.wiring is None:
         return of_limbs
