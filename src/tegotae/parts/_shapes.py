@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from jaxtyping import Array, Bool, Float, Int, PyTree, Shaped
+from jaxtyping import Array, Bool, Float, Int, Shaped
 
 PerLane = Float[Array, "lanes"]
 """A real number of each lane, such as the height of the ground."""
@@ -21,8 +21,6 @@ PerCommand = Float[Array, "... lanes"]
 """What actuators are commanded: as `PerLimb`, or with an axis of the commands first."""
 MaskPerLane = Bool[Array, "lanes"]
 """Whether something holds of each lane."""
-Frames = Shaped[Array, "frames ... lanes"]
-"""A recorded channel: [frames, lanes] or [frames, limbs, lanes]."""
 Scalar = Float[Array, ""]
 """A real number that is the same for all lanes, such as the control period."""
 Index = Int[Array, ""]
@@ -41,5 +39,7 @@ Number = float | Float[Array, "..."]
 if TYPE_CHECKING:
     StateTree = Any
 else:
+    from jaxtyping import PyTree
+
     StateTree = PyTree[Shaped[Array, "..."]]
 """What a body or an oscillator keeps between ticks: any pytree of arrays, lanes last."""
