@@ -59,5 +59,5 @@ def test_the_examples_of_a_module_do_what_they_say(name, monkeypatch, tmp_path):
 
 def test_there_are_examples_in_most_packages():
     packages = {name.split(".")[1] for name in FOUND}
-    assert {"analysis", "bodies", "checks", "envs", "metrics", "optimum", "study"} <= packages
+    assert {"parts", "simulation", "measures", "systems", "envs", "training", "studies"} <= packages
     assert len(FOUND) > 40

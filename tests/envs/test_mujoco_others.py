@@ -89,9 +89,12 @@ def test_the_sector_of_a_wiring_is_where_its_controllers_push(tmp_path):
 
 
 def test_a_file_of_an_installed_package_is_named_by_the_package():
-    assert located("tegotae:mujoco/models/leg.xml").is_file()
-    assert EnvSpec(env="tegotae:mujoco/models/leg.xml").is_model
-    assert sensing("tegotae:mujoco/models/leg.xml", ["foot"]).root == sensing("leg", ["foot"]).root
+    assert located("tegotae:envs/mujoco/models/leg.xml").is_file()
+    assert EnvSpec(env="tegotae:envs/mujoco/models/leg.xml").is_model
+    assert (
+        sensing("tegotae:envs/mujoco/models/leg.xml", ["foot"]).root
+        == sensing("leg", ["foot"]).root
+    )
 
 
 @pytest.mark.parametrize(

@@ -18,6 +18,7 @@ from compiled import FLAGS, SANITIZERS, Compiled, needs_gcc
 from tegotae import (
     Hopper,
     TegotaeError,
+    Timing,
     build,
     cli,
     find,
@@ -30,6 +31,7 @@ from tegotae.export.c.cost import (
     require_tools,
 )
 from tegotae.export.c.source import source
+from tegotae.parts.bodies import Bar
 from tegotae.parts.terms import Signals, Term
 from tegotae.systems import controller_file
 from tegotae.systems.controller_file import SavedController
@@ -48,6 +50,14 @@ def saved(name: str = "ART-rF-tphif-w8", **entries) -> SavedController:
     return SavedController.of(controller, weights, model.omega_t, name=name, **entries)
 
 
+def trained(tick_s: float, name: str = "ART-rF-tphif-w8") -> SavedController:
+    """A controller that was trained at this control period."""
+    timing = Timing(duration_s=24.0, tick_s=tick_s)
+    experiment = find(name).experiment(budget=30, timing=timing)
+    one = saved(name)
+    return dataclasses.replace(one, system=experiment.system, experiment=experiment)
+
+
 def with_action(term: Term) -> SavedController:
     """The vanilla controller with another action."""
     controller = build("V-reflex-w8")
@@ -62,7 +72,7 @@ def written(tmp_path_factory):
     """The folder of an export made by the command, and its controller."""
     folder = tmp_path_factory.mktemp("export")
     path, out = folder / "controller.json", folder / "out"
-    one = saved(training={"experiment": {"timing": {"tick_s": 0.002}}})
+    one = trained(0.002)
     controller_file.save(one, path)
     arguments = ["export", "c", str(path), "--out", str(out), "--prefix", "leg"]
     assert cli.main(arguments) == 0
@@ -141,7 +151,8 @@ def test_a_program_in_cpp_calls_it(written, tmp_path):
 @pytest.mark.parametrize("limbs", [1, 2])
 def test_a_start_keeps_any_finite_phase_and_counts_any_other_as_a_fault(tmp_path, limbs):
     one = saved("V-reflex-w8")
-    one = dataclasses.replace(one, controller=dataclasses.replace(one.controller, limbs=limbs))
+    body = Hopper() if limbs == 1 else Bar()
+    one = one.replaced(controller=dataclasses.replace(one.controller, limbs=limbs), body=body)
     leg = Compiled(Export(one), tmp_path)
     for phase in np.float32([0.0, 1.0, -1.0, 6.2831853, 100.0, -12345.678, 1e6, -3e37, 3.4e38]):
         leg.init(phase if limbs == 1 else [phase] * limbs)
@@ -184,7 +195,7 @@ def test_cmake_builds_the_library_and_runs_the_check(written, tmp_path):
 
 def test_a_tick_that_was_not_trained_is_warned_of(tmp_path, capsys):
     path = tmp_path / "controller.json"
-    one = saved("V-reflex-w8", training={"experiment": {"timing": {"tick_s": 0.001}}})
+    one = trained(0.001, "V-reflex-w8")
     controller_file.save(one, path)
     arguments = ["export", "c", str(path), "--out", str(tmp_path / "out"), "--tick", "0.002"]
     assert cli.main(arguments) == 0

@@ -492,7 +492,7 @@ class WorkForNothing(Hopper):
 @pytest.mark.parametrize(
     ("body", "message"),
     [
-        (NoPytree(), r"NoPytree is no pytree; put @tegotae\.parameters\.traceable"),
+        (NoPytree(), r"NoPytree is no pytree; put @tegotae\.parts\.parameters\.traceable"),
         (ExtraSense(), r"ExtraSense\.sense gives .*; SENSES names .*tilt.*must be the same"),
         (NoScale(), r"NoScale\.sense gives no scale for velocity"),
         (Weightless(), r"Weightless\.rate_scale is 0; it must be finite and greater than 0"),

@@ -63,7 +63,7 @@ def parse(content: bytes | str) -> Any:
         >>> parse('{"seeds": ')
         Traceback (most recent call last):
         ...
-        tegotae._support.documents.DamagedDocumentError: it is cut short, or no JSON
+        tegotae.DamagedDocumentError: it is cut short, or no JSON
     """
     try:
         value = json.loads(content.decode("utf-8") if isinstance(content, bytes) else content)

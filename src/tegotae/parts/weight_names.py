@@ -55,7 +55,7 @@ def flat(paths: Sequence[WeightName], tree: Any) -> list[Any]:
         [2.0, 0.5]
         >>> flat([("gain", "sigma")], {"gain": {}})
         Traceback (most recent call last):
-        tegotae._support.documents.DamagedDocumentError: its weights lack gain.sigma
+        tegotae.DamagedDocumentError: its weights lack gain.sigma
     """
     entries = dict(_entries(tree, ()))
     for path in paths:

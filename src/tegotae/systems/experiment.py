@@ -59,7 +59,7 @@ class Experiment:
             or whose extremes make no body, or an episode that cannot be judged.
 
     Example:
-        >>> from tegotae.systems.models import find
+        >>> from tegotae import Hopper, find
         >>> experiment = find("ART").experiment(body=Hopper(mass_kg=0.12))
         >>> experiment.name, experiment.system.omega, experiment.controller.n_weights
         ('ART-rF-tphif-w8', 8.0, 96)

@@ -40,8 +40,9 @@ class Legged:
         TegotaeError: for a body of one leg, or weights or names of the wrong number.
 
     Example:
+        >>> import dataclasses
+        >>> from tegotae import System, build
         >>> from tegotae.parts.bodies import Bar
-        >>> from tegotae import build
         >>> legs = dataclasses.replace(build("V-sector-w8"), limbs=2)
         >>> under_bar = System(controller=legs, body=Bar(), omega=8.0)
         >>> Legged(about="a bar", system=under_bar, weights=(1.0,)).names
@@ -141,7 +142,7 @@ class Legged:
         Example:
             >>> from tegotae.studies.gaits import system
             >>> found = system("quadruped-c")
-            >>> higher = found.with_body(dataclasses.replace(found.body, com_z_m=0.2))
+            >>> higher = found.with_body(dataclasses.replace(found.body, com_z_m=-0.3))
             >>> higher.system.release.height_m > found.system.release.height_m
             True
         """

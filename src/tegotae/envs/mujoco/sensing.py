@@ -115,7 +115,7 @@ def located(text: str) -> Path:
         TegotaeError: if there is no such file, or no such package.
 
     Example:
-        >>> located("tegotae:mujoco/models/leg.xml").name
+        >>> located("tegotae:envs/mujoco/models/leg.xml").name
         'leg.xml'
     """
     path = Path(text)

@@ -156,7 +156,6 @@ class _Algorithm(msgspec.Struct):
 
 class _Experiment(msgspec.Struct):
     name: str
-    omega: float | None
 
 
 class _Configuration(msgspec.Struct):
