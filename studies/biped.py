@@ -55,7 +55,7 @@ def stands(places: tuple[tuple[float, ...], ...], shift_rad: float) -> np.ndarra
         omega=random.uniform(0.8, 5.0, BODIES),
         height_m=1.0 + changes["com_z_m"],
         phase_rad=random.uniform(0.0, 2.0 * math.pi, (2, BODIES)),
-        posture={"roll_rad": 0.01},
+        initial_pose={"roll_rad": 0.01},
         changes=changes,
     )
     engine = Engine(controller=legged.controller, timing=TIMING, summary=time_up)

@@ -21,7 +21,7 @@ from tegotae.figures.style import save_figure
 from tegotae.measures.evaluation import Protocol, evaluate
 from tegotae.measures.hopping.statistics import interval
 from tegotae.simulation.world import Uniform
-from tegotae.studies.generalisation import CATALOGUE, Outcome, Subject
+from tegotae.studies.generalisation import CATALOGUE, Retention, TestedControllers
 from tegotae.studies.generalisation.run import Done, generalise
 from tegotae.studies.generalisation.sources import of_study
 from tegotae.studies.generalisation.table import MEASURES, median_interval, run_margins
@@ -71,7 +71,7 @@ def main(words: Sequence[str] | None = None) -> None:
         train(run_of(varied(find(name).experiment())), folder)
         (after,) = read(folder)
         pairs.append((before, after))
-        subjects += [Subject.of(before), Subject.of(after)]
+        subjects += [TestedControllers.of(before), TestedControllers.of(after)]
     done = generalise(subjects, chosen, given.out / "trials")
     tables(done, pairs)
 
@@ -148,7 +148,7 @@ def write_overall(done: Sequence[Done], pairs) -> None:
     write_text(KEPT / "overall.md", "\n".join(lines) + "\n")
 
 
-def _over_levels(outcome: Outcome, seen: bool, measure: str) -> str:
+def _over_levels(outcome: Retention, seen: bool, measure: str) -> str:
     """Mean over runs, and its interval, of the share of a run's levels."""
     columns = outcome.columns
     kind = np.isin(columns["condition"], SEEN) == seen

@@ -13,11 +13,11 @@ from learned_legs_judge import runs_of
 from learned_legs_plan import ADDED, TABLES, Cell
 from tegotae.parts.bodies import Walker
 from tegotae.studies.generalisation.catalogue import disturbances_named
-from tegotae.studies.generalisation.disturbance import Disturbance, Met
+from tegotae.studies.generalisation.disturbance import Applied, Disturbance
 from tegotae.studies.generalisation.kinds import Scaled
 from tegotae.studies.generalisation.run import generalise
-from tegotae.studies.generalisation.subject import Subject
 from tegotae.studies.generalisation.table import curve, margins
+from tegotae.studies.generalisation.tested_controllers import TestedControllers
 
 TRIED = tuple(f"{family}@quadruped-c" for family in ("V", "VG", "AR", "ARG", ADDED))
 """Designs that go through it, however they were trained."""
@@ -31,15 +31,15 @@ class Put(Disturbance):
 
     field: str
 
-    def lacks(self, subject: Subject) -> str:
+    def lacks(self, subject: TestedControllers) -> str:
         """See `Disturbance.lacks`."""
         first = self.field.partition(".")[0]
         return "" if subject.path(first) is not None else f"its body has no {first}"
 
-    def met(self, subject: Subject, level: np.ndarray, at_s: np.ndarray) -> Met:
-        """See `Disturbance.met`."""
+    def applied(self, subject: TestedControllers, level: np.ndarray, at_s: np.ndarray) -> Applied:
+        """See `Disturbance.applied`."""
         first, dot, rest = self.field.partition(".")
-        return Met({}, {f"{subject.path(first)}{dot}{rest}": np.asarray(level, float)})
+        return Applied({}, {f"{subject.path(first)}{dot}{rest}": np.asarray(level, float)})
 
 
 INERTIA = ("inertia_x_kg_m2", "inertia_y_kg_m2", "inertia_z_kg_m2")
@@ -76,7 +76,7 @@ def disturb_all(cells: list[Cell], folder: Path) -> None:
     walkers = [cell for cell in cells if cell.of in TRIED and not cell.note]
     assert all(isinstance(cell.design.system.body, Walker) for cell in walkers)
     taught = {cell.name for cell in walkers if cell.loses_legs}
-    subjects = [Subject.of(runs_of(cell, folder)[0], STARTS) for cell in walkers]
+    subjects = [TestedControllers.of(runs_of(cell, folder)[0], STARTS) for cell in walkers]
     tables: dict[str, list[dict[str, Any]]] = {"margins": [], "shares": []}
     for name, meets, lost in (("usual", DISTURBANCES, False), ("lost", LOSS, True)):
         there = [each for each in subjects if (each.name in taught) == lost]

@@ -15,7 +15,7 @@ from tegotae._support.files import output_folder, write_atomically
 from tegotae._support.progress import reporting
 from tegotae._support.tables import read_csv
 from tegotae.parts.bodies import Walker
-from tegotae.studies.gaits.judge import Judged, judge
+from tegotae.studies.gaits.evaluation import GaitEvaluation, evaluate_gaits
 from tegotae.systems.controller_file import load
 from tegotae.systems.controller_set import ControllerSet
 from tegotae.systems.legged import Legged
@@ -38,7 +38,7 @@ def runs_of(cell: Cell, folder: Path) -> tuple[ControllerSet, Legged]:
     return runs, driven(runs.body, runs.controller, runs.weights[0], runs.omega_t)
 
 
-def rows_of(cell: Cell, runs: ControllerSet, found: Judged) -> list[dict[str, Any]]:
+def rows_of(cell: Cell, runs: ControllerSet, found: GaitEvaluation) -> list[dict[str, Any]]:
     """A row per controller and frequency."""
     measures = found.measures
     rows = []
@@ -75,17 +75,17 @@ def judged_cell(cell: Cell, folder: Path) -> dict[str, list[dict[str, Any]]]:
     if kept.exists():
         return json.loads(kept.read_text())
     runs, legged = runs_of(cell, folder)
-    own = judge(legged, runs.weights, starts=GAITS)
+    own = evaluate_gaits(legged, runs.weights, starts=GAITS)
     found = {"judged": rows_of(cell, runs, own), "gaits": gaits_of(cell, runs, own), "range": []}
     walks = legged.omega is not None and isinstance(legged.body, Walker)
     if walks and cell.design.omega is None:
-        found["range"] = rows_of(cell, runs, judge(legged, runs.weights, OMEGAS, STARTS))
+        found["range"] = rows_of(cell, runs, evaluate_gaits(legged, runs.weights, OMEGAS, STARTS))
     output_folder(kept.parent)
     write_atomically(kept, json.dumps(found, default=float))
     return found
 
 
-def gaits_of(cell: Cell, runs: ControllerSet, found: Judged) -> list[dict[str, Any]]:
+def gaits_of(cell: Cell, runs: ControllerSet, found: GaitEvaluation) -> list[dict[str, Any]]:
     """A row per controller and gait: how many starts, how fast, at what cost."""
     rows = []
     for run, label in enumerate(runs.labels):

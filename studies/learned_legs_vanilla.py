@@ -15,7 +15,7 @@ from kept import write_rows, write_text
 from learned_legs_plan import TABLES
 from tegotae._support.tables import read_csv
 from tegotae.measures.gaits.names import patterns_for
-from tegotae.studies.gaits.judge import judge
+from tegotae.studies.gaits.evaluation import evaluate_gaits
 from tegotae.systems.legged import Legged, lanes_of
 from tegotae.systems.legged_systems import system
 
@@ -46,7 +46,7 @@ def sweep() -> None:
 
 def swept() -> list[dict[str, Any]]:
     """A row per gain and frequency, from random phases."""
-    found = judge(system("quadruped-c"), np.array(SIGMAS)[:, None], OMEGAS, STARTS)
+    found = evaluate_gaits(system("quadruped-c"), np.array(SIGMAS)[:, None], OMEGAS, STARTS)
     measures = found.measures
     return [
         {

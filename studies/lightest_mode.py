@@ -158,8 +158,8 @@ def on_cycle(leg: Leg, body: Body, phase_rad: np.ndarray, changes: dict) -> tupl
         return np.interp(at, orbit.time_s, record, period=orbit.period_s)
 
     place, rate = of_modes @ now(orbit.height_m), of_modes @ now(orbit.velocity_m_per_s)
-    posture = {f"{turn.name}_rad": q for turn, q in zip(turns, place[1:], strict=True)}
-    posture |= {f"{t.name}_rate_rad_per_s": q for t, q in zip(turns, rate[1:], strict=True)}
+    initial_pose = {f"{turn.name}_rad": q for turn, q in zip(turns, place[1:], strict=True)}
+    initial_pose |= {f"{t.name}_rate_rad_per_s": q for t, q in zip(turns, rate[1:], strict=True)}
     # The oscillator's phase, without the jump from 2π to 0.
     angle = np.arctan2(now(np.sin(orbit.phase_rad)), now(np.cos(orbit.phase_rad)))
     engine = Engine(
@@ -172,7 +172,7 @@ def on_cycle(leg: Leg, body: Body, phase_rad: np.ndarray, changes: dict) -> tupl
         height_m=place[0],
         velocity_m_per_s=rate[0],
         phase_rad=angle,
-        posture=posture,
+        initial_pose=initial_pose,
         changes=changes,
     )
     times = np.array(engine.run(leg.saved.weights, scenario, body, dtype="float64"))

@@ -74,7 +74,7 @@ class Coordination(NamedTuple):
     distance_m: Any
     """How far the body has come over the ground, from the release on, as the crow flies [m]."""
     speed_m_per_s: Any
-    """Speed over ground [m/s]."""
+    """Speed over ground, over whole strides, as the crow flies [m/s]; `heading` has those ahead."""
     cost_of_transport: Any
     """Power / (weight · speed). Of |power|: of a walker's leg its two axes are netted, the swing is
     free, and forces have no limit."""

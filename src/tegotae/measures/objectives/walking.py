@@ -9,6 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from tegotae._support.errors import TegotaeError, require_finite
+from tegotae.measures.gaits.heading import speed_along_heading_m_per_s
 from tegotae.measures.objectives.objective import Objective
 from tegotae.parts.bodies import Body
 from tegotae.parts.fields import unwrapped
@@ -98,9 +99,7 @@ class Walking(Objective):
         t, walker = trajectory, unwrapped(body)
         first = round(self.settle_s / timing.frame_s)
         time = t.time_s[-1] - t.time_s[first]
-        looks = t.yaw_rad[first]
-        ahead = (t.x_m[-1] - t.x_m[first]) * jnp.cos(looks)
-        speed = (ahead + (t.y_m[-1] - t.y_m[first]) * jnp.sin(looks)) / time
+        speed = speed_along_heading_m_per_s(t, first)
         power = (t.work_absolute_j[-1] - t.work_absolute_j[first]) / time
         weight = walker.mass_kg * walker.gravity_m_per_s2  # type: ignore[attr-defined]
         typical = jnp.sqrt(walker.gravity_m_per_s2 * walker.rest_length_m)  # type: ignore[attr-defined]
