@@ -9,6 +9,7 @@ import jax
 import jax.numpy as jnp
 
 from tegotae._support.errors import TegotaeError
+from tegotae.parts._shapes import StateTree
 from tegotae.parts.bodies.base import (
     Body,
     Contact,
@@ -98,41 +99,41 @@ class Around(Body):
         """As the body within."""
         self.body.check_release(height_m)
 
-    def sense(self, state: Any, ground_m: jax.Array) -> Sensation:
+    def sense(self, state: StateTree, ground_m: jax.Array) -> Sensation:
         """As the body within."""
         return self.body.sense(state.body, ground_m)
 
     def predict(
-        self, state: Any, force_n: jax.Array, ground_m: jax.Array, tick_s: jax.Array
-    ) -> tuple[Any, jax.Array, jax.Array]:
+        self, state: StateTree, force_n: jax.Array, ground_m: jax.Array, tick_s: jax.Array
+    ) -> tuple[StateTree, jax.Array, jax.Array]:
         """As the body within."""
         guess, begins, ends = self.body.predict(state.body, force_n, ground_m, tick_s)
         return state._replace(body=guess), begins, ends
 
     def advance(
-        self, state: Any, push: Push, ground_m: jax.Array, tick_s: jax.Array
-    ) -> tuple[Any, Contact]:
+        self, state: StateTree, push: Push, ground_m: jax.Array, tick_s: jax.Array
+    ) -> tuple[StateTree, Contact]:
         """As the body within."""
         end, contact = self.body.advance(state.body, push, ground_m, tick_s)
         return state._replace(body=end), contact
 
-    def apply_impulse(self, state: Any, impulse_ns: jax.Array) -> Any:
+    def apply_impulse(self, state: StateTree, impulse_ns: jax.Array) -> StateTree:
         """As the body within."""
         return state._replace(body=self.body.apply_impulse(state.body, impulse_ns))
 
-    def failed(self, state: Any, ground_m: jax.Array) -> jax.Array:
+    def failed(self, state: StateTree, ground_m: jax.Array) -> jax.Array:
         """As the body within."""
         return self.body.failed(state.body, ground_m)
 
-    def height(self, state: Any) -> jax.Array:
+    def height(self, state: StateTree) -> jax.Array:
         """As the body within [m]."""
         return self.body.height(state.body)
 
-    def velocity(self, state: Any) -> jax.Array:
+    def velocity(self, state: StateTree) -> jax.Array:
         """As the body within [m/s]."""
         return self.body.velocity(state.body)
 
-    def energy(self, state: Any, ground_m: jax.Array) -> jax.Array:
+    def energy(self, state: StateTree, ground_m: jax.Array) -> jax.Array:
         """As the body within [J]."""
         return self.body.energy(state.body, ground_m)
 

@@ -8,7 +8,7 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 
-from tegotae.parts._shapes import Weights
+from tegotae.parts._shapes import StateTree, Weights
 from tegotae.parts.oscillators.wrapper import Around
 
 
@@ -28,7 +28,7 @@ class Clamped(Around):
 
     def rate(
         self,
-        state: Any,
+        state: StateTree,
         omega: jax.Array,
         feedback: jax.Array,
         weights: Weights = (),

@@ -10,7 +10,7 @@ from typing import Any
 import jax
 
 from tegotae._support.errors import TegotaeError
-from tegotae.parts._shapes import Weights
+from tegotae.parts._shapes import StateTree, Weights
 from tegotae.parts.oscillators.planar import Planar
 from tegotae.parts.oscillators.wrapper import Around
 from tegotae.parts.parameters import changed
@@ -87,7 +87,7 @@ class Learned(Around):
 
     def rate(
         self,
-        state: Any,
+        state: StateTree,
         omega: jax.Array,
         feedback: jax.Array,
         weights: Weights = (),

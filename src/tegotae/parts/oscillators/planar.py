@@ -13,7 +13,7 @@ import jax.numpy as jnp
 
 from tegotae._support.errors import require_finite
 from tegotae.parts import maths
-from tegotae.parts._shapes import Weights
+from tegotae.parts._shapes import StateTree, Weights
 from tegotae.parts.channels import Channel, Latest, State
 from tegotae.parts.oscillators.base import Oscillator
 
@@ -69,7 +69,7 @@ class Planar(Oscillator):
         require_finite("push", self.push)
 
     @abstractmethod
-    def free(self, state: Any, sine: jax.Array, cosine: jax.Array, omega: jax.Array) -> Any:
+    def free(self, state: StateTree, sine: jax.Array, cosine: jax.Array, omega: jax.Array) -> Any:
         """Time derivative of the state without feedback, at frequency `omega` [rad/s]."""
 
     def input_axis(self) -> tuple[Any, Any]:
@@ -77,7 +77,7 @@ class Planar(Oscillator):
         return 0.0, 1.0
 
     def entering(
-        self, state: Any, sine: jax.Array, cosine: jax.Array, feedback: jax.Array
+        self, state: StateTree, sine: jax.Array, cosine: jax.Array, feedback: jax.Array
     ) -> tuple[jax.Array, jax.Array]:
         """What feedback adds to φ̇ [rad/s] and to ṙ [1/s]."""
         along, across = self.input_axis()
@@ -87,7 +87,7 @@ class Planar(Oscillator):
 
     def rate(
         self,
-        state: Any,
+        state: StateTree,
         omega: jax.Array,
         feedback: jax.Array,
         weights: Weights = (),
@@ -98,19 +98,19 @@ class Planar(Oscillator):
         turning, growing = self.entering(state, sine, cosine, feedback)
         return own._replace(phase=own.phase + turning, radius=own.radius + growing)
 
-    def phase(self, state: Any) -> jax.Array:
+    def phase(self, state: StateTree) -> jax.Array:
         """φ [rad]."""
         return state[0]
 
-    def sin_cos(self, state: Any) -> tuple[jax.Array, jax.Array]:
+    def sin_cos(self, state: StateTree) -> tuple[jax.Array, jax.Array]:
         """sin φ, cos φ."""
         return maths.sin_cos(state[0])
 
-    def signals(self, state: Any) -> dict[str, jax.Array]:
+    def signals(self, state: StateTree) -> dict[str, jax.Array]:
         """sin φ, cos φ and r."""
         return {**super().signals(state), "radius": state[1]}
 
-    def settle(self, state: Any) -> Any:
+    def settle(self, state: StateTree) -> StateTree:
         """φ in [0, 2π) and r ≥ 0: a state that went through the origin is on the other side."""
         through = state.radius < 0.0
         phase = jnp.where(through, state.phase + 0.5 * maths.TWO_PI, state.phase)

@@ -7,7 +7,7 @@ from typing import Any
 
 import jax
 
-from tegotae.parts._shapes import Weights
+from tegotae.parts._shapes import StateTree, Weights
 from tegotae.parts.channels import Channel
 from tegotae.parts.oscillators.base import Oscillator
 from tegotae.parts.weight_names import WeightName
@@ -58,7 +58,7 @@ class Around(Oscillator):
 
     def rate(
         self,
-        state: Any,
+        state: StateTree,
         omega: jax.Array,
         feedback: jax.Array,
         weights: Weights = (),
@@ -67,19 +67,19 @@ class Around(Oscillator):
         given = (weights,) if self.inner.n_weights else ()
         return self.inner.rate(state, omega, feedback, *given)
 
-    def phase(self, state: Any) -> jax.Array:
+    def phase(self, state: StateTree) -> jax.Array:
         """As the oscillator within."""
         return self.inner.phase(state)
 
-    def sin_cos(self, state: Any) -> tuple[jax.Array, jax.Array]:
+    def sin_cos(self, state: StateTree) -> tuple[jax.Array, jax.Array]:
         """As the oscillator within."""
         return self.inner.sin_cos(state)
 
-    def signals(self, state: Any) -> dict[str, jax.Array]:
+    def signals(self, state: StateTree) -> dict[str, jax.Array]:
         """As the oscillator within."""
         return self.inner.signals(state)
 
-    def settle(self, state: Any) -> Any:
+    def settle(self, state: StateTree) -> StateTree:
         """As the oscillator within."""
         return self.inner.settle(state)
 
