@@ -19,7 +19,7 @@ from tegotae.studies.gaits.evaluation import GaitEvaluation, evaluate_gaits
 from tegotae.systems.controller_file import load
 from tegotae.systems.controller_set import ControllerSet
 from tegotae.systems.legged import Legged
-from tegotae.systems.legged_systems import driven
+from tegotae.systems.legged_systems import settling
 from tegotae.training.collection import read
 
 OMEGAS = (0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0)
@@ -35,7 +35,7 @@ FORCED = (1.0, 2.0, 3.0)
 def runs_of(cell: Cell, folder: Path) -> tuple[ControllerSet, Legged]:
     """The controllers of a cell, and the system that they drive."""
     (runs,) = read(folder / cell.name)
-    return runs, driven(runs.body, runs.controller, runs.weights[0], runs.omega_t)
+    return runs, settling(runs.system, runs.weights[0])
 
 
 def rows_of(cell: Cell, runs: ControllerSet, found: GaitEvaluation) -> list[dict[str, Any]]:

@@ -282,7 +282,7 @@ def test_what_is_done_is_kept_and_not_done_again(outcome, tmp_path, monkeypatch)
 def test_the_command_writes_margins_curves_and_a_picture(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr("tegotae.studies.generalisation.tested_controllers.HOPPING", TIMING)
     file = tmp_path / "mine.json"
-    controller_file.save(SavedController.of(REFLEX, np.array([2.0]), 8.0, Hopper(), "mine"), file)
+    controller_file.save(SavedController.of(REFLEX, np.array([2.0]), 8.0, name="mine"), file)
     names = "mass=0.9/3.5,release=0.1,delay=0.004,lost-leg,omega=1.01"
     words = ["generalise", str(file), "--conditions", names, "--out", str(tmp_path / "out")]
     assert main(words) == 0
@@ -363,7 +363,7 @@ def test_a_body_of_another_simulator_is_refused_in_one_line():
 
 def test_the_command_tries_those_whose_names_match(tmp_path):
     file = tmp_path / "mine.json"
-    controller_file.save(SavedController.of(REFLEX, np.array([2.0]), 8.0, Hopper(), "mine"), file)
+    controller_file.save(SavedController.of(REFLEX, np.array([2.0]), 8.0, name="mine"), file)
     with pytest.raises(TegotaeError, match=r"has no model that matches T-\*"):
         Generalise(places=(str(file),), only="T-*")._subjects()
 

@@ -28,7 +28,7 @@ from tegotae.training.tuning.storage import opened
 
 PART = '''"""A hopper and how to learn, by a user."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from tegotae import Hopper, Timing, find
 from tegotae.parts.parameters import traceable
@@ -55,10 +55,9 @@ class Learns{number}(PGPE):
     NAME = "learns{number}"
 
 
-experiment = replace(
-    find("AR").experiment(
-        timing=Timing(duration_s=2.0, tick_s=0.004), fitness=Fitness(settle_s=1.0)
-    ),
+experiment = find("AR").experiment(
+    timing=Timing(duration_s=2.0, tick_s=0.004),
+    objective=Fitness(settle_s=1.0),
     name="edited",
     body=Edited{number}(),
 )
@@ -267,7 +266,7 @@ def test_agents_do_not_go_on_with_other_code(users, tmp_path):
 def test_a_record_of_generalisation_is_one_of_its_code(users):
     def document():
         own = users.experiment
-        subject = TestedControllers("edited", own.controller, [[0.0]], 8.0, own.body, ("0",))
+        subject = TestedControllers("edited", own.system, [[0.0]], ("0",))
         return record.configuration(subject, ())
 
     before = document()

@@ -97,7 +97,7 @@ def test_a_training_that_is_begun_anew_sets_the_earlier_one_aside(tmp_path, caps
     assert f"is now in {aside}" in capsys.readouterr().out
     assert tiny.contents(aside) == before
     saved = json.loads((out / "run.json").read_text())["configuration"]["experiment"]
-    assert saved["body"]["mass_kg"] == 0.12
+    assert saved["system"]["body"]["mass_kg"] == 0.12
     assert [len(runs.labels) for runs in read(tmp_path)] == [2]  # of the new one alone
     assert [len(runs.labels) for runs in read(aside)] == [2]
 
