@@ -113,12 +113,12 @@ def walker(name: str) -> dict[str, Any]:
     legs = system(name)
     saved = SavedController.of(legs.controller, np.array(legs.weights), legs.omega, legs.body)
     phases = np.linspace(0.0, 5.0, legs.body.limbs)
-    path = own_run(saved, _WALK, height_m=legs.height_m, phase_rad=phases[:, None])
+    path = own_run(saved, _WALK, height_m=legs.system.release.height_m, phase_rad=phases[:, None])
     with tempfile.TemporaryDirectory() as folder:
         found = driven(
             [Compiled(Export(saved, _WALK.tick_s), Path(folder))],
             legs.body,
-            legs.height_m,
+            legs.system.release.height_m,
             phases,
             timing=_WALK,
             told=lambda state, contact: state.position,

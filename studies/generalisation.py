@@ -28,8 +28,8 @@ from tegotae.simulation.rollout import (
 from tegotae.studies.generalisation import (
     CATALOGUE,
     Disturbance,
-    Outcome,
-    Subject,
+    Retention,
+    TestedControllers,
     margins,
 )
 from tegotae.studies.generalisation.run import Done, generalise
@@ -61,18 +61,18 @@ def main(words: Sequence[str] | None = None) -> None:
     parser.add_argument("--only", type=int, default=None, help="so many models at most")
     given = parser.parse_args(words)
     chosen = tuple(CATALOGUE.values())
-    subjects = ordered([Subject.of(runs) for runs in of_study(given.study)])[: given.only]
+    subjects = ordered([TestedControllers.of(runs) for runs in of_study(given.study)])[: given.only]
     done = generalise(subjects, chosen, given.out)
     tables(done)
 
 
-def ordered(subjects: Sequence[Subject]) -> list[Subject]:
+def ordered(subjects: Sequence[TestedControllers]) -> list[TestedControllers]:
     """The plain models first, so that a stopped run has something of every architecture."""
     plain = {experiment.name: i for i, experiment in enumerate(plan("quick").experiments)}
     return sorted(subjects, key=lambda each: plain.get(each.name, len(plain)))
 
 
-def architecture(subject: Subject) -> str:
+def architecture(subject: TestedControllers) -> str:
     """The architecture of a subject's model."""
     return all_models()[subject.name].architecture
 
@@ -143,7 +143,7 @@ def of_group(name: str, members: Sequence[Done], chosen: Sequence[Disturbance]):
             yield row | _kept(mine, each.name, levels[0])
 
 
-def edge(subjects: Sequence[Subject]) -> Iterator[dict]:
+def edge(subjects: Sequence[TestedControllers]) -> Iterator[dict]:
     """How far the leg is pressed and how high it hops undisturbed: medians over runs [l0]."""
     for subject in subjects:
         timing = Timing(duration_s=20.0, tick_s=0.002, frame_s=0.002)
@@ -183,7 +183,7 @@ def _kept(members: Sequence[Done], condition: str, level: float) -> dict[str, fl
     return found
 
 
-def deploy_text(outcome: Outcome) -> str:
+def deploy_text(outcome: Retention) -> str:
     """What docs/deploy/index.md shows of one model, in Markdown."""
     head = ("condition", "level", "still hop", "keep their limit cycle", "efficiency kept")
     lines = [f"| {' | '.join(head)} |", "|---" * len(head) + "|"]
