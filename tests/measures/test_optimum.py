@@ -478,4 +478,4 @@ def test_a_controller_in_the_figure_is_called_by_its_model_not_by_its_file():
     saved = controller_file.load(kept)
     assert called(saved, kept, []) == "ART-rF-tphif-w8"
     assert called(saved, Path("twin.json"), ["ART-rF-tphif-w8"]) == "ART-rF-tphif-w8 (twin)"
-    assert called(dataclasses.replace(saved, model=None), kept, []) == "optimum-ART-w8"
+    assert called(dataclasses.replace(saved, name=None), kept, []) == "optimum-ART-w8"

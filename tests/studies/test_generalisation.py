@@ -343,7 +343,9 @@ def test_a_subject_that_can_meet_nothing_is_refused_before_work(tmp_path):
 def test_one_that_can_meet_nothing_is_left_out_beside_others(tmp_path):
     reason = {"omega": "it has no oscillator"}
     two = disturbances_named(["omega=1.01"])
-    other = dataclasses.replace(hopper(), name="N").replaced(omega=None)
+    single = System(controller=build("T-F", 10))
+    weights = np.zeros((1, single.controller.n_weights))
+    other = dataclasses.replace(hopper(), name="N", system=single, weights=weights, labels=("0",))
     assert tried(other, two).left_out == reason
     (tmp_path / "left_out.csv").write_text("of another run")
     empty = tried(other, two)

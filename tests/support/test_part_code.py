@@ -236,7 +236,7 @@ def test_a_file_that_is_edited_while_a_study_runs_ends_it(users, tmp_path):
     def results(bundles):
         (unit,) = bundles[0]
         found = unit.configuration  # of a worker that read the file after it was edited
-        found["experiment"]["body"][registry.CODE] = "other"
+        found["experiment"]["system"]["body"][registry.CODE] = "other"
         yield unit, SimpleNamespace(configuration=found, model="edited")
 
     with pytest.raises(TegotaeError, match=f"another code of {users.body}: a file was edited"):

@@ -12,7 +12,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tegotae import Hopper, TegotaeError, build
+from tegotae import Hopper, TegotaeError, build, find
+from tegotae.measures.objectives.fitness import Fitness
+from tegotae.measures.objectives.hopping_legs import HoppingLegs
+from tegotae.simulation.world import Uniform
 from tegotae.systems import controller_file
 from tegotae.systems.controller_file import SavedController
 from tegotae.training.collection import read
@@ -128,7 +131,6 @@ def test_evaluate_names_it_in_one_line_from_a_plain_shell(folder):
 def training(seed: int, **changed: Any) -> dict[str, Any]:
     """What a file says of its training, with some of its entries changed."""
     document = {
-        "experiment": {"release_m": 1.2, "fitness": {"kind": "Fitness", "work": "absolute"}},
         "algorithm": {"name": "pgpe", "population": 16},
         "stopping": {"least": 100},
         "seeds": [0, 1],
@@ -145,17 +147,21 @@ def training(seed: int, **changed: Any) -> dict[str, Any]:
     return document
 
 
-def leave(folder: Path, runs: tuple[int, ...] = (0, 1), omega: float = 8.0, **changed: Any):
+OF_EXPERIMENT = ("omega", "body", "height_m", "objective", "conditions")
+
+
+def leave(folder: Path, runs: tuple[int, ...] = (0, 1), **changed: Any):
     """Files of a training, a folder of them."""
     folder.mkdir(parents=True, exist_ok=True)
+    own = {name: changed.pop(name) for name in OF_EXPERIMENT if name in changed}
+    experiment = find("V-reflex-w8").experiment(**own)
     for seed in runs:
-        saved = SavedController.of(
-            build("V-reflex-w8"),
+        saved = SavedController(
+            experiment.system,
             np.array([float(seed)]),
-            omega,
-            changed.get("body", Hopper()),
             name="V-reflex-w8",
-            training=training(seed, **{name: x for name, x in changed.items() if name != "body"}),
+            experiment=experiment,
+            training=training(seed, **changed),
         )
         controller_file.save(saved, folder / f"V-reflex-w8-seed{seed}.json")
 
@@ -167,17 +173,17 @@ def told(folder: Path) -> list[tuple[str, tuple[str, ...]]]:
 OTHERS = {
     "algorithm": ({"algorithm": {"name": "cma-es", "std": 0.3}}, "algorithm {}"),
     "setting": ({"algorithm__population": 32}, "algorithm.population {}"),
-    "fitness": ({"experiment__fitness__work": "net"}, "fitness.work {}"),
-    "kind of fitness": ({"experiment__fitness": {"kind": "Height"}}, "fitness {}"),
-    "release": ({"experiment__release_m": 1.4}, "release_m {}"),
+    "objective": ({"objective": Fitness(work="net")}, "objective.work {}"),
+    "kind of objective": ({"objective": HoppingLegs()}, "objective {}"),
+    "release": ({"height_m": 1.4}, "release.height_m {}"),
     "frequency": ({"omega": 7.0}, "omega {}"),
     "body": ({"body": Hopper(mass_kg=0.2)}, "body.mass_kg {}"),
 }
 VALUES = {
     "algorithm": ("pgpe", "cma-es"),
     "setting": (16, 32),
-    "fitness": ("absolute", "net"),
-    "kind of fitness": ("Fitness", "Height"),
+    "objective": ("absolute", "net"),
+    "kind of objective": ("Fitness", "HoppingLegs"),
     "release": ("1.2", "1.4"),
     "frequency": (8, 7),
     "body": (0.1, 0.2),
@@ -215,7 +221,7 @@ def test_what_differs_beyond_a_few_entries_is_counted(tmp_path):
         tmp_path / "b",
         omega=7.0,
         body=Hopper(mass_kg=0.2),
-        experiment__release_m=1.4,
+        height_m=1.4,
         algorithm__population=32,
         stopping__least=5,
     )
@@ -224,8 +230,8 @@ def test_what_differs_beyond_a_few_entries_is_counted(tmp_path):
     assert one != other
 
 
-def test_an_entry_that_one_of_them_leaves_out_is_as_usual(tmp_path):
+def test_a_training_under_conditions_is_told_from_one_without(tmp_path):
     leave(tmp_path / "a")
-    leave(tmp_path / "b", experiment__conditions=[{"kind": "Uniform", "low": 1.0}])
+    leave(tmp_path / "b", conditions=(Uniform("mass_kg", low=0.08, high=0.12),))
     names = [name for name, _ in told(tmp_path)]
-    assert names == ["V-reflex-w8 (usual conditions)", "V-reflex-w8 (conditions)"]
+    assert names == ["V-reflex-w8 (no conditions)", "V-reflex-w8 (conditions)"]

@@ -433,4 +433,4 @@ def test_without_optuna_the_extra_is_named(one_line_error, tmp_path, monkeypatch
 @pytest.mark.parametrize(("algorithm", "follows"), [("pgpe", True), ("sac", False), ("ppo", False)])
 def test_agents_are_tuned_for_what_they_are_paid(algorithm, follows, tmp_path):
     command = Tune(models=("AR",), storage=tmp_path / "s", algorithm=algorithm)
-    assert command.task.experiments[0].fitness.follow_omega is follows
+    assert command.task.experiments[0].objective.follow_omega is follows

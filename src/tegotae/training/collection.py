@@ -169,7 +169,7 @@ def _told(document: Mapping[str, Any], name: str) -> str:
     if isinstance(value, Mapping):
         value = value.get("kind", "")
     if isinstance(value, list):
-        return name
+        return name if value else f"no {name}"
     shown = f"{value:g}" if isinstance(value, float) else str(value)
     return f"{name.removesuffix('.name')} {shown}".strip()
 
