@@ -86,15 +86,29 @@ def told_cores(cores: int | None) -> Iterator[None]:
 
 @contextmanager
 def ctrl_c_held_back() -> Iterator[None]:
-    """Ctrl-C reaches all processes of a terminal; processes started in here never see it."""
+    """Ctrl-C waits until this is over; processes that are started in here never see it.
+
+    The mask is what they inherit. It does not keep the signal from other threads of this process,
+    for which Python interrupts the main one: a worker that is half started would then be left
+    without what it is to read.
+    """
     if not hasattr(signal, "pthread_sigmask"):  # Windows
         yield
         return
+    handler = signal.getsignal(signal.SIGINT)
+    defers = threading.current_thread() is threading.main_thread() and callable(handler)
+    held: list[tuple[int, Any]] = []
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    if defers:
+        signal.signal(signal.SIGINT, lambda number, frame: held.append((number, frame)))
     try:
         yield
     finally:
+        if defers:
+            signal.signal(signal.SIGINT, handler)
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
+        if held and callable(handler):
+            handler(*held[-1])
 
 
 def _begin(parent: int) -> None:

@@ -1,0 +1,39 @@
+"""Worker processes are started whole, or not at all."""
+
+from __future__ import annotations
+
+import signal
+import threading
+
+import pytest
+
+from tegotae._support.workers import ctrl_c_held_back
+
+
+def interrupted_elsewhere() -> None:
+    """Ctrl-C that reaches another thread, for which Python interrupts the main one."""
+
+    def other() -> None:
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
+        signal.raise_signal(signal.SIGINT)
+
+    thread = threading.Thread(target=other)
+    thread.start()
+    thread.join()
+
+
+def test_ctrl_c_waits_until_a_worker_has_started():
+    done = []
+    with pytest.raises(KeyboardInterrupt), ctrl_c_held_back():  # noqa: PT012
+        interrupted_elsewhere()
+        done.append("started")
+    assert done == ["started"]
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
+def test_without_ctrl_c_nothing_is_left_behind():
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, set())
+    with ctrl_c_held_back():
+        assert signal.SIGINT in signal.pthread_sigmask(signal.SIG_BLOCK, set())
+    assert signal.pthread_sigmask(signal.SIG_BLOCK, set()) == before
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
