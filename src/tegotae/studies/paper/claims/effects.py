@@ -1,0 +1,129 @@
+"""What a claim of the paper says in numbers: an effect, described and not computed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+V = ("V",)
+LEARNED_FEEDBACK = ("AR", "ART", "ARG", "ARGT")
+"""The architectures that learn action and reaction."""
+WITH_OSCILLATOR = ("V", "VG", "VT", "VGT", *LEARNED_FEEDBACK)
+"""All but the single network."""
+
+
+@dataclass(frozen=True)
+class Group:
+    """Architectures that sense the same; each of them counts alike in the group's mean.
+
+    Args:
+        architectures: their names.
+        observation: "F" ([F_k]), "Fv" ([F_k, ẏ]), or empty for either.
+    """
+
+    architectures: tuple[str, ...]
+    observation: str = "F"
+
+    @property
+    def label(self) -> str:
+        """How tables call it.
+
+        Example:
+            >>> Group(("AR", "ART"), "Fv").label
+            'AR, ART on [F_k, ẏ]'
+        """
+        names = ", ".join(self.architectures)
+        return names + {"F": "", "Fv": " on [F_k, ẏ]", "": ", any input"}[self.observation]
+
+
+@dataclass(frozen=True)
+class Difference:
+    """A metric of one group minus that of another, at equal ω_t and input of the actuation.
+
+    Differences are averaged over these; the single network, which has neither, is compared with
+    each. Both training frequencies count alike, and all five frequencies of the evaluation.
+
+    Args:
+        metric: the metric's name.
+        ours: the group that the claim is about.
+        theirs: what it is compared with; None compares with zero.
+        lowest: whether it is compared with the lowest architecture of `theirs`, not their mean.
+    """
+
+    metric: str
+    ours: Group
+    theirs: Group | None
+    lowest: bool = False
+
+
+@dataclass(frozen=True)
+class Gain:
+    """How much more one pair of groups differs than another: `(a - b) - (c - d)`."""
+
+    metric: str
+    ours: tuple[Group, Group]
+    theirs: tuple[Group, Group]
+
+
+@dataclass(frozen=True)
+class Correlation:
+    """Pearson's correlation of two metrics over all models, each the mean of its runs."""
+
+    a: str
+    b: str
+
+
+@dataclass(frozen=True)
+class OfTrainings:
+    """A difference of trainings that an experiment of its own has in its table.
+
+    Args:
+        table: the experiment's file.
+        metric: the column.
+        ours: what the claim is about.
+        theirs: what it is compared with.
+    """
+
+    table: str
+    metric: str
+    ours: str
+    theirs: str
+
+
+@dataclass(frozen=True)
+class OfGainMap:
+    """A number of the maps of CoT⁻¹ over gain and frequency (Fig. 4).
+
+    Args:
+        measure: `slope`, of the best σ over ω [rad/(s N) per rad/s]; `r_squared`, of that line;
+            `resonance_shift`, of the best ω over the range of σ [rad/s]; or `loss`, the share of
+            CoT⁻¹ that is lost 1 rad/s away at the same σ.
+        ours: "sector", "reflex" or, for the mean of both, "both".
+        theirs: what it is compared with; empty compares with zero.
+    """
+
+    measure: str
+    ours: str
+    theirs: str = ""
+
+
+@dataclass(frozen=True)
+class OfGaits:
+    """A number of the limit cycles themselves, which the study's table does not have.
+
+    Args:
+        measure: `feedback_while_pushing`, the mean feedback while the actuator pushes [rad/s];
+            `feedback_share`, the share of the phase's advance that feedback makes;
+            `phase_share`, the share of the force's variance over the cycle that φ explains at given
+            F_k; `rate_slope`, the slope of the hop rate over ω; or `nearer_resonance`, by how much
+            the hop rate is nearer to that of the body's most efficient gait than to ω [rad/s].
+        ours: the group that the claim is about.
+        theirs: what it is compared with; None compares with zero.
+    """
+
+    measure: str
+    ours: Group
+    theirs: Group | None = None
+
+
+Effect = Difference | Gain | Correlation | OfTrainings | OfGainMap | OfGaits
+"""What a claim is about, in one number."""

@@ -1,0 +1,30 @@
+"""Hashes of the paper's runs of words, by which the tests see that quotations stand in it.
+
+    python studies/paper_words.py PAPER.txt --out tests/kept/paper-words.txt
+
+PAPER.txt is the paper as text. It is not part of the project, and the hashes do not restore it.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from pathlib import Path
+
+from tegotae._support.files import write_atomically
+from tegotae.studies.paper.claims.quotations import hashes_of
+
+
+def main(words: Sequence[str] | None = None) -> None:
+    """Read the paper, write the hashes."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("paper", type=Path)
+    parser.add_argument("--out", type=Path, required=True)
+    given = parser.parse_args(words)
+    found = sorted(hashes_of(given.paper.read_text(encoding="utf-8")))
+    write_atomically(given.out, "\n".join(found) + "\n")
+    print(f"wrote {len(found)} hashes to {given.out}")
+
+
+if __name__ == "__main__":
+    main()
