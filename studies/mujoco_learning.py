@@ -39,7 +39,7 @@ from tegotae.training.environments.experiment import EnvExperiment
 from tegotae.training.environments.lanes import ModelLanes
 from tegotae.training.environments.objectives import Hopping
 from tegotae.training.environments.rollouts import play
-from tegotae.training.evaluator import Round
+from tegotae.training.evaluator import Generation
 from tegotae.training.evolution import Evolution
 from tegotae.training.run import Run
 from tegotae.training.settings import tuned
@@ -203,7 +203,7 @@ _evaluators: dict[str, Any] = {}
 def judged(model: str, weights: np.ndarray) -> float:
     """CoT⁻¹ of an undisturbed episode [m/J]."""
     evaluator = _evaluators.setdefault(model, experiment(model).evaluator(0))
-    return float(evaluator.evaluate(weights[None, None], Round.alike()).cot_inverse[0, 0])
+    return float(evaluator.evaluate(weights[None, None], Generation.alike()).cot_inverse[0, 0])
 
 
 def learn(work: Path, *models: str) -> None:

@@ -9,7 +9,7 @@ import pytest
 
 from tegotae import build
 from tegotae.cli import main
-from tegotae.cli.compare import methods, paired, told_apart
+from tegotae.cli.compare import methods, paired, with_distinct_names
 from tegotae.measures.evaluation import Evaluation, Protocol
 from tegotae.measures.hopping import interval
 from tegotae.measures.hopping import names as metric_names
@@ -28,7 +28,9 @@ def runs(name: str, number: int = 3) -> ControllerSet:
 
 
 def names(*sets: tuple[str, str]) -> list[str]:
-    return [found.name for found in told_apart([(place, runs(name)) for place, name in sets])]
+    return [
+        found.name for found in with_distinct_names([(place, runs(name)) for place, name in sets])
+    ]
 
 
 @pytest.mark.parametrize(
@@ -44,7 +46,7 @@ def names(*sets: tuple[str, str]) -> list[str]:
         ),
     ],
 )
-def test_sets_called_alike_are_told_apart_by_their_place(sets, expected):
+def test_sets_called_alike_are_distinguished_by_their_place(sets, expected):
     assert names(*sets) == expected
 
 

@@ -7,7 +7,7 @@ import re
 import pytest
 
 from places import ROOT
-from tegotae.figures.report.judged import judged
+from tegotae.figures.report.verdicts import verdict_texts
 from tegotae.figures.study import ARCHITECTURES, architectures
 from tegotae.studies.paper.claims import NOT_MEASURED, all_verdicts
 from tegotae.studies.paper.export import read_csv
@@ -53,7 +53,7 @@ def test_every_claim_is_measured(verdicts):
 
 
 def test_the_page_of_the_claims_shows_what_the_tables_say(table):
-    texts = judged(table, KEPT / "experiments", **kept_beside())
+    texts = verdict_texts(table, KEPT / "experiments", **kept_beside())
     for name, text in texts.items():
         assert (KEPT / "study" / name).read_text(encoding="utf-8") == text, name
 

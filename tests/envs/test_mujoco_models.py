@@ -26,7 +26,7 @@ from tegotae.systems.legged_systems import quadruped_a
 from tegotae.training.environments.experiment import EnvExperiment
 from tegotae.training.environments.objectives import Hopping, Return, UserObjective
 from tegotae.training.environments.rollouts import lanes_of, play
-from tegotae.training.evaluator import Round
+from tegotae.training.evaluator import Generation
 
 SIGMA, OMEGA, SECONDS = 2.753, 5.0, 10.0
 
@@ -177,7 +177,7 @@ def test_a_training_on_a_model_judges_by_efficiency_and_frequency():
     own = experiment(model="V-sector-w8", duration_s=8.0)
     assert own.objective == Hopping(settle_s=4.0)
     with own.evaluator() as evaluator:
-        verdict = evaluator.evaluate(np.array([[[0.0], [SIGMA]]]), Round.alike())
+        verdict = evaluator.evaluate(np.array([[[0.0], [SIGMA]]]), Generation.alike())
     still, hops = verdict.cot_inverse[0]
     assert still < 0.5 < 0.7 * 1.4
     assert hops > 0.2
@@ -189,7 +189,7 @@ def test_a_fallen_leg_has_failed_by_hopping_and_not_by_its_return():
     assert isinstance(own.objective, Hopping)
     own = dataclasses.replace(own, objective=Return())
     with own.evaluator() as evaluator:
-        verdict = evaluator.evaluate(np.array([[[0.0], [1.0]]]), Round.alike())
+        verdict = evaluator.evaluate(np.array([[[0.0], [1.0]]]), Generation.alike())
     assert np.isfinite(verdict.fitness).all()
     assert not verdict.failed.any()
 

@@ -19,11 +19,11 @@ from tegotae.simulation.world import (
     Step,
     Uniform,
 )
-from tegotae.simulation.world.draws import draw, met
-from tegotae.simulation.world.randomization import Variety
+from tegotae.simulation.world.draws import applied, draw
+from tegotae.simulation.world.randomization import Randomization
 from tegotae.systems import controller_file
 from tegotae.systems.experiment import Experiment
-from tegotae.training.evaluator import Round, evaluator_of
+from tegotae.training.evaluator import Generation, evaluator_of
 from tegotae.training.run import train
 
 MASS = Uniform("mass_kg", low=0.08, high=0.12)
@@ -67,7 +67,7 @@ def test_what_belongs_to_limbs_is_drawn_limb_by_limb_and_a_leg_is_lost_as_a_whol
 def test_a_condition_for_a_time_is_a_step_and_one_for_the_whole_episode_is_a_number():
     conditions = [MASS, Uniform("gravity_m_per_s2", low=8.0, high=9.0, from_s=1.0, until_s=2.0)]
     values = {"mass_kg": [0.1, 0.11], "gravity_m_per_s2": [8.0, 8.5]}
-    scenario = met(conditions, values, Scenario(8.0), Hopper())
+    scenario = applied(conditions, values, Scenario(8.0), Hopper())
     assert scenario.changes["mass_kg"] == [0.1, 0.11]
     assert scenario.changes["gravity_m_per_s2"] == Step([8.0, 8.5], 1.0, 2.0)
 
@@ -76,9 +76,9 @@ def test_a_condition_for_a_time_is_a_step_and_one_for_the_whole_episode_is_a_num
 
 
 def test_all_candidates_of_a_generation_meet_the_same_and_the_next_generation_meets_another():
-    variety = Variety((MASS,), Hopper(), Scenario(8.0))
+    randomization = Randomization((MASS,), Hopper(), Scenario(8.0))
     first, second = (
-        variety.generation((0, 1), number, 4, 3, 3).changes["mass_kg"].reshape(2, 5, 3)
+        randomization.generation((0, 1), number, 4, 3, 3).changes["mass_kg"].reshape(2, 5, 3)
         for number in (0, 1)
     )
     assert (first[:, :4] == first[:, :1]).all()
@@ -87,38 +87,42 @@ def test_all_candidates_of_a_generation_meet_the_same_and_the_next_generation_me
 
 
 def test_the_centre_by_which_the_best_is_chosen_always_meets_the_same():
-    variety = Variety((MASS,), Hopper(), Scenario(8.0))
-    yardstick = variety.yardstick(2, 3).changes["mass_kg"]
-    np.testing.assert_array_equal(yardstick[:3], yardstick[3:])
+    randomization = Randomization((MASS,), Hopper(), Scenario(8.0))
+    evaluation_set = randomization.evaluation_set(2, 3).changes["mass_kg"]
+    np.testing.assert_array_equal(evaluation_set[:3], evaluation_set[3:])
     for number in (0, 7):
-        lanes = variety.generation((0, 1), number, 4, 3, 3).changes["mass_kg"].reshape(2, 5, 3)
-        np.testing.assert_array_equal(lanes[:, 4], [yardstick[:3]] * 2)
+        lanes = (
+            randomization.generation((0, 1), number, 4, 3, 3).changes["mass_kg"].reshape(2, 5, 3)
+        )
+        np.testing.assert_array_equal(lanes[:, 4], [evaluation_set[:3]] * 2)
 
 
 def test_what_a_seed_meets_does_not_depend_on_the_others():
-    variety = Variety((MASS,), Hopper(), Scenario(8.0))
-    together = variety.generation((0, 1), 2, 4, 3, 3).changes["mass_kg"]
-    alone = variety.generation((1,), 2, 4, 3, 3).changes["mass_kg"]
+    randomization = Randomization((MASS,), Hopper(), Scenario(8.0))
+    together = randomization.generation((0, 1), 2, 4, 3, 3).changes["mass_kg"]
+    alone = randomization.generation((1,), 2, 4, 3, 3).changes["mass_kg"]
     np.testing.assert_array_equal(together[15:], alone)
 
 
-def test_the_yardstick_has_several_episodes_even_where_candidates_have_one(monkeypatch):
-    def judged(engine, fitness, episodes, candidates, going, scenario, body, data):
+def test_the_evaluation_set_has_several_episodes_even_where_candidates_have_one(monkeypatch):
+    def evaluated(engine, fitness, episodes, candidates, going, scenario, body, data):
         mass = scenario.changes["mass_kg"].reshape(*candidates.shape[:2], episodes).mean(axis=-1)
         return {"fitness": mass, "cot_inverse": mass, "failed": mass > 0.118}
 
-    monkeypatch.setattr("tegotae.training.evaluator._judged", judged)
+    monkeypatch.setattr("tegotae.training.evaluator._evaluated", evaluated)
     evaluator = evaluator_of(varied(MASS))
     weights = np.zeros((2, 5, varied(MASS).controller.n_weights), "float32")
-    verdicts = [evaluator.evaluate(weights, Round((0, 1), np.full(2, True), n)) for n in (0, 7)]
-    yardstick = draw([MASS], Hopper(), 4, (0,))["mass_kg"]
+    verdicts = [
+        evaluator.evaluate(weights, Generation((0, 1), np.full(2, True), n)) for n in (0, 7)
+    ]
+    evaluation_set = draw([MASS], Hopper(), 4, (0,))["mass_kg"]
     for verdict in verdicts:
         assert verdict.failed.shape == (2, 5)
-        np.testing.assert_allclose(verdict.fitness[:, -1], yardstick.mean(), rtol=1e-6)
-        assert (verdict.failed[:, -1] == (yardstick > 0.118).any()).all()
+        np.testing.assert_allclose(verdict.fitness[:, -1], evaluation_set.mean(), rtol=1e-6)
+        assert (verdict.failed[:, -1] == (evaluation_set > 0.118).any()).all()
     assert not np.allclose(verdicts[0].fitness[:, :-1], verdicts[1].fitness[:, :-1])
-    searched = evaluator.evaluate(weights[:1], Round.alike())
-    np.testing.assert_allclose(searched.fitness, yardstick.mean(), rtol=1e-6)
+    searched = evaluator.evaluate(weights[:1], Generation.alike())
+    np.testing.assert_allclose(searched.fitness, evaluation_set.mean(), rtol=1e-6)
 
 
 # Trained, kept, gone on with.

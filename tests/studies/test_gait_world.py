@@ -77,7 +77,7 @@ def test_a_push_passes():
     push = GaitLesion(at_s=10.0, fields=(("push_y_n", 0.3),), lasts_s=0.5)
     change = push.scenario(system("quadruped-c"), 0.0).changes["push_y_n"]
     assert (change.value, change.from_s, change.until_s) == (0.3, 10.0, 10.5)
-    assert push.told == "push_y_n 0.3 for 0.5 s"
+    assert push.label == "push_y_n 0.3 for 0.5 s"
     for_good = GaitLesion(at_s=10.0, fields=(("push_y_n", 0.3),))
     assert for_good.scenario(system("quadruped-c"), 0.0).changes["push_y_n"].until_s == math.inf
 

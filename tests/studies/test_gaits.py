@@ -12,7 +12,7 @@ from matplotlib.image import imread
 from tegotae import System, TegotaeError, Timing, all_models, build
 from tegotae._support.tables import numbers, read_csv
 from tegotae.cli import main
-from tegotae.cli.gait.sweep import told
+from tegotae.cli.gait.sweep import formatted
 from tegotae.figures.gaits.animation import write_animation
 from tegotae.figures.gaits.colours import gait_colour
 from tegotae.figures.gaits.poses import pose
@@ -164,7 +164,7 @@ def test_a_change_is_told_between_the_levels_at_which_both_gaits_were_seen():
     (found,) = hysteresis(levels, up, down)
     assert found.up == (1.9, 3.1)
     assert found.down == (1.9, 2.2)
-    assert told(found) == (
+    assert formatted(found) == (
         "walk to trot: up between 1.9 and 3.1 (2 starts), down between 1.9 and 2.2 (2); hysteresis "
         "between -0.3 and 1.2"
     )

@@ -39,12 +39,12 @@ from tegotae.studies.paper.multiverse.readings import (
 )
 from tegotae.studies.paper.multiverse.tables import read_tables, write_tables
 from tegotae.studies.paper.multiverse.verdicts import (
-    Judged,
-    judge,
+    VerdictsByReading,
     margin,
     of_claim,
     share,
     shares,
+    verdicts_by_reading,
 )
 from tegotae.systems.models import find
 from tegotae.training.stopping import CAP
@@ -150,7 +150,7 @@ def test_a_budget_of_training_is_spent_to_its_end_or_to_the_plateau():
 
 
 def test_every_claim_has_the_models_that_it_is_about():
-    found = judge({0: results({}).where(model=multiverse("full").models)})
+    found = verdicts_by_reading({0: results({}).where(model=multiverse("full").models)})
     for omega in ("all", "4", "8"):
         for verdict in found[0][omega]:
             claimed = [part for part in verdict.parts if part.verdict]
@@ -177,7 +177,7 @@ def test_more_readings_go_on_in_the_same_folder():
 # Verdicts.
 
 
-def made_up(effect_of, count: int = 32) -> tuple[list[Reading], Judged]:
+def made_up(effect_of, count: int = 32) -> tuple[list[Reading], VerdictsByReading]:
     """Readings, and verdicts on runs whose effects a reading decides."""
     readings = sample(count)
     models = multiverse("full").models
@@ -185,29 +185,29 @@ def made_up(effect_of, count: int = 32) -> tuple[list[Reading], Judged]:
         i: results(effect_of(reading), noise=0.05, seed=100 + i).where(model=models)
         for i, reading in enumerate(readings)
     }
-    return readings, judge(tables)
+    return readings, verdicts_by_reading(tables)
 
 
 @pytest.fixture(scope="module")
-def trained() -> tuple[list[Reading], Judged]:
+def trained() -> tuple[list[Reading], VerdictsByReading]:
     """ART is better than AR only where training goes on long enough."""
     better = {1280: -0.4, 5120: 0.0, PLATEAU: 0.5}
     return made_up(lambda reading: {"ART": {"cot_inverse": better[reading.episodes]}}, 24)
 
 
 def test_shares_count_the_readings_in_which_a_claim_holds_and_fails(trained):
-    readings, judged = trained
+    readings, verdicts = trained
     early = sum(reading.episodes == 1280 for reading in readings)
     late = sum(reading.episodes == PLATEAU for reading in readings)
     for omega in ("all", "4", "8"):
-        found = shares(of_claim(judged, 5, omega).values())
+        found = shares(of_claim(verdicts, 5, omega).values())
         assert (found[FAILS].count, found[HOLDS].count) == (early, late)
         assert sum(each.count for each in found.values()) == len(readings)
 
 
 def test_the_choice_that_decides_a_claim_is_found_and_no_other(trained):
-    readings, judged = trained
-    found = decisive(influences(readings, of_claim(judged, 5, "all")))
+    readings, verdicts = trained
+    found = decisive(influences(readings, of_claim(verdicts, 5, "all")))
     assert [influence.choice.name for influence in found] == ["episodes"]
     assert found[0].correlation > 0.8
     assert found[0].p < 0.001
@@ -260,11 +260,11 @@ def test_an_interval_of_a_share_stays_within_the_possible():
 
 
 def test_tables_hold_readings_and_verdicts(trained, tmp_path):
-    readings, judged = trained
-    write_tables(readings, judged, tmp_path)
+    readings, verdicts = trained
+    write_tables(readings, verdicts, tmp_path)
     again, found = read_tables(tmp_path)
     assert again == readings
-    for number, by_omega in judged.items():
+    for number, by_omega in verdicts.items():
         for omega, each in by_omega.items():
             said = [(v.number, v.verdict) for v in found[number][omega]]
             assert said == [(v.number, v.verdict) for v in each]
@@ -273,26 +273,26 @@ def test_tables_hold_readings_and_verdicts(trained, tmp_path):
 @pytest.mark.parametrize("name", ["readings.csv", "verdicts.csv"])
 @pytest.mark.parametrize("content", ["", "a,b\n1,2\n"])
 def test_what_is_no_table_is_refused(trained, tmp_path, one_line_error, name, content):
-    readings, judged = trained
-    write_tables(readings, judged, tmp_path)
+    readings, verdicts = trained
+    write_tables(readings, verdicts, tmp_path)
     (tmp_path / name).write_text(content)
     words = ["study", "multiverse", "figures", str(tmp_path), "--out", str(tmp_path / "out")]
     assert f"{tmp_path / name} is no table that" in one_line_error(*words)
 
 
 def test_the_table_of_shares_names_what_decides(trained):
-    readings, judged = trained
-    rows = shares_table(readings, judged).splitlines()[2:]
+    readings, verdicts = trained
+    rows = shares_table(readings, verdicts).splitlines()[2:]
     five = next(row for row in rows if row.startswith("| 5 |"))
     assert "| training (+0." in five
     assert " of 24 [" in five
 
 
 def test_figures_show_every_claim_and_every_reading(trained):
-    readings, judged = trained
-    overview = overview_figure(readings, judged)
+    readings, verdicts = trained
+    overview = overview_figure(readings, verdicts)
     assert len(overview.axes[0].get_yticks()) == 8
-    curve = curve_figure(readings, judged, 5)
+    curve = curve_figure(readings, verdicts, 5)
     strip, effect, choices = curve.axes
     assert len(strip.patches) == len(readings)
     means = [float(np.ravel(x.get_ydata())[0]) for x in effect.lines if x.get_marker() == "o"]
@@ -372,8 +372,8 @@ def test_a_study_is_no_multiverse_and_a_multiverse_no_study(smoke_study, tmp_pat
 
 
 def test_an_unknown_frequency_is_refused(trained, tmp_path, one_line_error):
-    readings, judged = trained
-    write_tables(readings, judged, tmp_path)
+    readings, verdicts = trained
+    write_tables(readings, verdicts, tmp_path)
     words = ["study", "multiverse", "figures", str(tmp_path), "--out", str(tmp_path / "out")]
     assert "omega is '5'; it must be one of 4, 8, all" in one_line_error(*words, "--omega", "5")
 
@@ -385,7 +385,7 @@ def test_the_number_of_undecided_readings_is_what_is_left(trained):
 
 def test_a_claim_without_runs_has_no_share():
     table = results({}).where(architecture=("V", "VG"))
-    judged = judge({0: table, 1: table})
-    assert of_claim(judged, 5, "all") == {}
-    assert len(of_claim(judged, 2, "all")) == 2
+    verdicts = verdicts_by_reading({0: table, 1: table})
+    assert of_claim(verdicts, 5, "all") == {}
+    assert len(of_claim(verdicts, 2, "all")) == 2
     assert shares(())[HOLDS].of == 0

@@ -21,7 +21,7 @@ from tegotae.cli.tune import Tune
 from tegotae.measures.objectives.fitness import Fitness
 from tegotae.training import settings as configurations
 from tegotae.training.algorithms import PGPE
-from tegotae.training.evaluator import _judged
+from tegotae.training.evaluator import _evaluated
 from tegotae.training.evolution import Evolution
 from tegotae.training.registry import agents, evolutions, learner
 from tegotae.training.run import Run, train
@@ -31,7 +31,7 @@ from tegotae.training.tuning import (
     SPACES,
     Task,
     describe,
-    judge,
+    evaluate_settings,
     tune,
 )
 from tegotae.training.tuning.record import confirmation, ranking, tried_first
@@ -123,10 +123,10 @@ def test_a_value_is_the_best_fitness_of_a_training_that_spends_the_budget(traine
 
 def test_settings_that_differ_in_no_shape_share_one_compiled_program(trained):
     run, fitness = trained
-    compiled = _judged._cache_size()
+    compiled = _evaluated._cache_size()
     other = dataclasses.replace(run.learner.algorithm, std=0.05, learning_rate=0.3, max_speed=0.9)
     assert evolved(other, TINY, TINY.experiments[0], run.seeds) != pytest.approx(fitness)
-    assert _judged._cache_size() == compiled
+    assert _evaluated._cache_size() == compiled
 
 
 def test_a_trials_value_is_the_mean_over_models_and_seeds(toy, tmp_path):
@@ -158,7 +158,7 @@ def test_the_search_improves_on_what_it_began_with(toy, tmp_path):
 
 def test_the_order_of_the_work_of_many_workers_does_not_mix_up_the_values():
     settings = [toy_tuning.Toy(x) for x in (0.0, 1.0, 3.0)]
-    found = judge(toy_tuning.space(), settings, TASK, workers=3)
+    found = evaluate_settings(toy_tuning.space(), settings, TASK, workers=3)
     expected = [
         [
             toy_tuning.parabola(one, TASK, experiment, (TASK.first_seed + seed,))[0]

@@ -29,7 +29,7 @@ from tegotae.training.environments.experiment import EnvExperiment
 from tegotae.training.environments.objectives import Hopping, UserObjective
 from tegotae.training.environments.rollouts import EnvRollouts
 from tegotae.training.environments.worker_pool import WorkerPool
-from tegotae.training.evaluator import Round
+from tegotae.training.evaluator import Generation
 from tegotae.training.evolution import Evolution
 from tegotae.training.run import Run, train
 from tegotae.training.stopping import Stopping
@@ -41,7 +41,7 @@ WIRING = Wiring(
     scales={"spring_force": 1.0, "feedback": 3.0},
 )
 GENERATIONS = 3
-ALL = Round.alike()
+ALL = Generation.alike()
 
 
 def experiment(model: str = "AR", *, env: str = ENV, budget: int = 12, **settings):

@@ -136,10 +136,10 @@ def fitted(value: Any, schema: type[T]) -> T:
     try:
         return msgspec.convert(value, schema)
     except msgspec.ValidationError as error:
-        raise DamagedDocumentError(_told(value, str(error))) from None
+        raise DamagedDocumentError(_formatted(value, str(error))) from None
 
 
-def _told(document: Any, error: str) -> str:
+def _formatted(document: Any, error: str) -> str:
     """The validator's words in ours: `Expected `int`, got `str` - at `$.a.b[0]``."""
     what, _, place = error.rpartition(" - at `$") if " - at `$" in error else (error, "", "")
     where = place.rstrip("`").lstrip(".")

@@ -72,11 +72,11 @@ def _short(value: int) -> str:
     return str(value) if value.bit_length() < 100 else f"about 2^{value.bit_length()}"
 
 
-def told(error: BaseException) -> str:
+def formatted(error: BaseException) -> str:
     """What an error of somebody else's code is, in short: its kind and its first line.
 
     Example:
-        >>> told(ValueError("no leg")), told(SystemExit(0))
+        >>> formatted(ValueError("no leg")), formatted(SystemExit(0))
         ('ValueError: no leg', 'SystemExit: it ends the program')
     """
     ends = isinstance(error, SystemExit)

@@ -66,31 +66,31 @@ def code_of_file(file: Path, module: str = "") -> str:
         found[path] = path.read_bytes()
         with contextlib.suppress(SyntaxError, ValueError):  # of an extension module, such as .so
             tree = ast.parse(found[path])
-            found[path] = _said(tree).encode(errors="backslashreplace")
+            found[path] = _canonical(tree).encode(errors="backslashreplace")
             waiting += _beside(tree, path, root)
     digest = hashlib.sha256()
-    for path, said in sorted(found.items()):
-        digest.update(f"{path.relative_to(root).as_posix()} {len(said)}\n".encode())
-        digest.update(said)
+    for path, text in sorted(found.items()):
+        digest.update(f"{path.relative_to(root).as_posix()} {len(text)}\n".encode())
+        digest.update(text)
     return digest.hexdigest()
 
 
-def _said(tree: ast.Module) -> str:
-    """What code says, level by level: as `ast.dump`, but the same in all versions of Python."""
-    told: list[str] = []
+def _canonical(tree: ast.Module) -> str:
+    """The code as text, level by level: as `ast.dump`, but the same in all versions of Python."""
+    lines: list[str] = []
     waiting: deque[Any] = deque([tree])
     while waiting:
         node = waiting.popleft()
         if isinstance(node, list):
-            told.append(str(len(node)))
+            lines.append(str(len(node)))
             waiting.extend(node)
         elif isinstance(node, ast.AST):
             fields = _fields(node)
-            told.append(" ".join((type(node).__name__, *fields)))
+            lines.append(" ".join((type(node).__name__, *fields)))
             waiting.extend(fields.values())
         else:
-            told.append(repr(node))
-    return "\n".join(told)
+            lines.append(repr(node))
+    return "\n".join(lines)
 
 
 def _fields(node: ast.AST) -> dict[str, Any]:

@@ -55,7 +55,7 @@ class Workers:
     def give(self, function: Callable[..., Any], *arguments: Any) -> Future[Any]:
         """Let a worker do this, as soon as one is free."""
         # Processes are started with the first work, and inherit both for good.
-        with ctrl_c_held_back(), told_cores(self._cores):
+        with ctrl_c_held_back(), assigned_cores(self._cores):
             return self._pool.submit(function, *arguments)
 
     def __enter__(self) -> Workers:
@@ -70,7 +70,7 @@ class Workers:
 
 
 @contextmanager
-def told_cores(cores: int | None) -> Iterator[None]:
+def assigned_cores(cores: int | None) -> Iterator[None]:
     """The environment of processes that are started in here says on how many cores to compute."""
     before = os.environ.get(CORES)
     if cores is not None:

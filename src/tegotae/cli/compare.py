@@ -44,7 +44,7 @@ class Compare(ProtocolOptions):
         """Evaluate, compare, and print."""
         protocol = self.changed()
         asked = named(self.metric)
-        sets = told_apart([(place, runs) for place in self.places for runs in read(place)])
+        sets = with_distinct_names([(place, runs) for place in self.places for runs in read(place)])
         if len(sets) < 2:
             raise TegotaeError(
                 f"a comparison needs at least two sets of controllers; {len(sets)} found"
@@ -63,7 +63,7 @@ class Compare(ProtocolOptions):
         _print_differences(base, differences, shown(asked))
 
 
-def told_apart(sets: Sequence[tuple[str, ControllerSet]]) -> list[ControllerSet]:
+def with_distinct_names(sets: Sequence[tuple[str, ControllerSet]]) -> list[ControllerSet]:
     """Sets of runs under names of their own: of those called alike, each with its place.
 
     Where the place is the same, too (as for a model at two frequencies), they are numbered.
@@ -139,7 +139,7 @@ def _print_differences(base: ControllerSet, differences: list, shown: tuple[Metr
         (
             runs.name,
             methods(is_paired, {metric.name: by_metric[metric.name] for metric in shown}),
-            *(_judged(metric, by_metric[metric.name]) for metric in shown),
+            *(_evaluated(metric, by_metric[metric.name]) for metric in shown),
         )
         for runs, is_paired, by_metric in differences
     )
@@ -152,7 +152,7 @@ def _print_differences(base: ControllerSet, differences: list, shown: tuple[Metr
     )
 
 
-def _judged(metric: Metric, value: Interval) -> str:
+def _evaluated(metric: Metric, value: Interval) -> str:
     """A difference in a table, with whether it is for the better."""
     clear = value.low > 0.0 or value.high < 0.0
     if not clear or metric.more_is_better is None:

@@ -30,7 +30,7 @@ class Evaluate(ProtocolOptions, BodyOptions):
     One leg is evaluated as in the paper, at five frequencies and over a drop of the ground. Its
     release, its integrator and, of a held controller, its control period are those of the file's
     system; times, drop, work and frequencies those of its experiment's protocol. Several legs are
-    released from random phases, the same ones for all, and judged by falls, speed, cost of
+    released from random phases, the same ones for all, and evaluations by falls, speed, cost of
     transport, time to lock and gait; release, control period and integrator are the file's, the
     duration is one in which legs settle. Options change what they name, and nothing else. Numbers
     are means over the runs of a set with their 95 % intervals; a single run has none.
@@ -99,13 +99,13 @@ class Evaluate(ProtocolOptions, BodyOptions):
             (name, labels, self._on_body(legged), weights)
             for name, labels, legged, weights in several_legs.subjects(found)
         ]
-        judged = several_legs.evaluate_all(sets, self.omega, self.starts, self.seed)
+        evaluations = several_legs.evaluate_all(sets, self.omega, self.starts, self.seed)
         if self.csv is not None:
-            tables.write_csv(self.csv, several_legs.columns(judged), digits=6)
+            tables.write_csv(self.csv, several_legs.columns(evaluations), digits=6)
         if self.json:
-            print(json.dumps({"controllers": several_legs.listed(judged)}))
+            print(json.dumps({"controllers": several_legs.listed(evaluations)}))
             return
-        several_legs.print_table(judged)
+        several_legs.print_table(evaluations)
 
     def _on_body(self, legged: Legged) -> Legged:
         body = self.in_place_of(legged.body)

@@ -55,13 +55,13 @@ class Models:
         found = [known[name] for name in known if fnmatch.fnmatchcase(name, self.pattern)]
         if not found:
             raise unknown("design", self.pattern, known)
-        told = [describe_design(each, self.budget) for each in found]
+        rows = [describe_design(each, self.budget) for each in found]
         if self.json:
-            print(json.dumps(told, indent=1))
+            print(json.dumps(rows, indent=1))
             return
         titles = ("design", "what it is", "ω", "parameters")
-        print_rows(titles, (tuple(map(str, each.values())) for each in told))
-        print(f"{len(told)} designs")
+        print_rows(titles, (tuple(map(str, each.values())) for each in rows))
+        print(f"{len(rows)} designs")
 
 
 def _row(model: dict) -> tuple[str, ...]:

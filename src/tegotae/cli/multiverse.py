@@ -15,7 +15,7 @@ from tegotae.cli.options import UNSET
 
 if TYPE_CHECKING:
     from tegotae.studies.paper.multiverse.readings import Reading
-    from tegotae.studies.paper.multiverse.verdicts import Judged
+    from tegotae.studies.paper.multiverse.verdicts import VerdictsByReading
 
 
 @dataclass(frozen=True)
@@ -101,8 +101,8 @@ class MultiverseExport:
         """Write them."""
         from tegotae.studies.paper.multiverse.tables import READINGS, VERDICTS, write_tables
 
-        readings, judged = _judged(self.dir, self.readings)
-        write_tables(readings, judged, self.out)
+        readings, verdicts = _verdicts(self.dir, self.readings)
+        write_tables(readings, verdicts, self.out)
         print(f"wrote {READINGS}, {VERDICTS} to {self.out}")
 
 
@@ -126,25 +126,27 @@ class MultiverseFigures:
         from tegotae.studies.paper.multiverse.verdicts import CLAIMS, of_claim
 
         exported = (self.source / READINGS).exists()
-        readings, judged = read_tables(self.source) if exported else _judged(self.source)
-        known = sorted({omega for found in judged.values() for omega in found})
+        readings, verdicts = read_tables(self.source) if exported else _verdicts(self.source)
+        known = sorted({omega for found in verdicts.values() for omega in found})
         if self.omega not in known:
             raise TegotaeError(f"omega is {self.omega!r}; it must be one of {', '.join(known)}")
-        figures = {"multiverse.png": overview_figure(readings, judged, self.omega)}
+        figures = {"multiverse.png": overview_figure(readings, verdicts, self.omega)}
         for number in CLAIMS:
-            if of_claim(judged, number, self.omega):
-                figures[f"claim-{number}.png"] = curve_figure(readings, judged, number, self.omega)
+            if of_claim(verdicts, number, self.omega):
+                figures[f"claim-{number}.png"] = curve_figure(
+                    readings, verdicts, number, self.omega
+                )
         output_folder(self.out)
         for name, figure in figures.items():
             save_figure(figure, self.out / name)
-        text = shares_table(readings, judged, self.omega)
+        text = shares_table(readings, verdicts, self.omega)
         write_atomically(self.out / "multiverse.md", text)
         print(f"wrote {', '.join(figures)}, multiverse.md to {self.out}")
 
 
-def _judged(path: Path, count: int | None = None) -> tuple[list[Reading], Judged]:
+def _verdicts(path: Path, count: int | None = None) -> tuple[list[Reading], VerdictsByReading]:
     from tegotae.studies.paper.multiverse.folder import MultiverseFolder, tables
-    from tegotae.studies.paper.multiverse.verdicts import judge
+    from tegotae.studies.paper.multiverse.verdicts import verdicts_by_reading
 
     folder = MultiverseFolder(path)
     plan = folder.plan(count)
@@ -158,4 +160,4 @@ def _judged(path: Path, count: int | None = None) -> tuple[list[Reading], Judged
         )
     if len(whole) < plan.readings:
         print(f"{len(whole)} of {plan.readings} readings are whole; the others are left out")
-    return [reading for reading, _ in plan.by_reading], judge(whole)
+    return [reading for reading, _ in plan.by_reading], verdicts_by_reading(whole)

@@ -53,7 +53,7 @@ def exit_status(command: Callable[[], None]) -> int:
             traceback.print_exc()
         if isinstance(error, OSError) and not isinstance(error, TegotaeError):
             _discard_output()
-        return _fail(*_told(error))
+        return _fail(*_formatted(error))
     return 0
 
 
@@ -67,14 +67,14 @@ def warn_in_one_line() -> None:
 
     Where errors show where they arose (`is_debugging`), warnings do, too.
     """
-    told: set[str] = set()
+    shown: set[str] = set()
     in_full = warnings.showwarning
 
     def show(message: Any, *where: Any, **more: Any) -> None:
         if is_debugging():
             in_full(message, *where, **more)
-        elif (line := one_line(str(message))) not in told:
-            told.add(line)
+        elif (line := one_line(str(message))) not in shown:
+            shown.add(line)
             with contextlib.suppress(OSError, ValueError):  # stderr may be full or closed
                 print(f"tegotae: warning: {line}", file=sys.stderr)
 
@@ -93,8 +93,8 @@ def leave(status: int) -> None:
     sys.exit(status)
 
 
-def _told(error: Exception) -> tuple[str, int]:
-    """What is said of an error, and the exit status."""
+def _formatted(error: Exception) -> tuple[str, int]:
+    """The message of an error, and the exit status."""
     if isinstance(error, TegotaeError):
         return str(error), UNUSABLE_INPUT
     if isinstance(error, MemoryError):  # NumPy's says for what there was none

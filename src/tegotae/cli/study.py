@@ -182,10 +182,10 @@ class StudyFigures:
     """Tables of other studies (.csv), whose verdicts stand beside."""
 
     def run(self) -> None:
-        """Draw and judge."""
+        """Draw, and write the verdicts."""
         from tegotae.figures.budgets import budgets_figure
         from tegotae.figures.report import convergence
-        from tegotae.figures.report.judged import judged
+        from tegotae.figures.report.verdicts import verdict_texts
         from tegotae.figures.study import (
             architectures_figure,
             correlation_figure,
@@ -204,7 +204,7 @@ class StudyFigures:
         if self.budgets is not None:
             budgets = read_csv(self.budgets)
         beside = {path.stem: read_csv(path) for path in self.beside}
-        texts = judged(table, self.experiments, budgets, beside)
+        texts = verdict_texts(table, self.experiments, budgets, beside)
         figures = {
             "architectures.png": pictograms_figure(table),
             "metrics.png": architectures_figure(table),

@@ -60,7 +60,7 @@ class Tune(ExperimentOptions):
 
     def run(self) -> None:
         """Search, and print what was found."""
-        from tegotae.training.tuning import describe, judge, tune
+        from tegotae.training.tuning import describe, evaluate_settings, tune
         from tegotae.training.tuning.record import confirmation, ranking, tried_first
 
         algorithm = self._algorithm()
@@ -90,7 +90,7 @@ class Tune(ExperimentOptions):
                 task, seeds=self.confirm, first_seed=FIRST_SEED + _FRESH_SEEDS
             )
             settings = [tried_first(space), space.suggest(ranked[0])]
-            found = judge(space, settings, fresh, workers=self.workers)
+            found = evaluate_settings(space, settings, fresh, workers=self.workers)
             document["found"]["confirmation"] = confirmation(fresh, *found)
             _print_confirmation(document["found"]["confirmation"])
         if self.keep is not None:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from tegotae._support.errors import TegotaeError, told, unknown
+from tegotae._support.errors import TegotaeError, formatted, unknown
 from tegotae._support.optional_dependencies import require
 from tegotae.envs.mujoco.sensing import located
 from tegotae.envs.mujoco.settings import PACKAGED
@@ -102,4 +102,4 @@ def _made(name: str, maker: Callable[..., Any], settings: dict[str, Any]) -> Any
     except ModuleNotFoundError as error:
         raise TegotaeError(f"{name} cannot be made: {error.name} is not installed") from None
     except (Exception, SystemExit) as error:  # anything may go wrong in somebody else's program
-        raise TegotaeError(f"{name} cannot be made: {told(error)}") from None
+        raise TegotaeError(f"{name} cannot be made: {formatted(error)}") from None

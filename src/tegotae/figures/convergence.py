@@ -146,10 +146,10 @@ def _draw(panel: Axes, found: Trainings, best: np.ndarray, lowest: float) -> Non
     for run, (stop, reason) in enumerate(zip(found.stop_episode, found.reason, strict=True)):
         on = found.episodes <= stop
         panel.plot(found.episodes[on], best[on, run], color=colour, lw=0.4, alpha=0.6)
-        told = _COLOURS.get(reason, _OTHER)
+        colour = _COLOURS.get(reason, _OTHER)
         if on.any():
-            panel.plot(found.episodes[on][-1], best[on, run][-1], ".", ms=3.5, mew=0, color=told)
-        panel.axvline(stop, 0.0, 0.09, lw=0.9, color=told)
+            panel.plot(found.episodes[on][-1], best[on, run][-1], ".", ms=3.5, mew=0, color=colour)
+        panel.axvline(stop, 0.0, 0.09, lw=0.9, color=colour)
     panel.plot(found.episodes, [m.mean for m in means], color=colour, lw=1.3)
 
 

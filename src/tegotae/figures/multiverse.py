@@ -22,7 +22,7 @@ from tegotae.studies.paper.multiverse.influence import SIGNIFICANT, Influence, i
 from tegotae.studies.paper.multiverse.readings import CHOICES, Choice, Reading
 from tegotae.studies.paper.multiverse.verdicts import (
     CLAIMS,
-    Judged,
+    VerdictsByReading,
     claimed,
     of_claim,
     shares,
@@ -33,7 +33,9 @@ VERDICT_COLOURS = {HOLDS: COLOURS[5], UNDECIDED: "0.75", FAILS: COLOURS[4]}
 """Green holds, grey is undecided, orange fails; they differ in lightness, too."""
 
 
-def overview_figure(readings: Sequence[Reading], judged: Judged, omega: str = "all") -> Figure:
+def overview_figure(
+    readings: Sequence[Reading], by_reading: VerdictsByReading, omega: str = "all"
+) -> Figure:
     """Per claim the share of readings in which it holds, and what goes with that.
 
     Left: how many readings say what; the line below a bar is the 95 % interval of the share that
@@ -42,10 +44,10 @@ def overview_figure(readings: Sequence[Reading], judged: Judged, omega: str = "a
 
     Args:
         readings: all readings.
-        judged: the verdicts under each.
+        by_reading: the verdicts under each.
         omega: on which ω_t, "all", "4" or "8".
     """
-    found = {number: of_claim(judged, number, omega) for number in CLAIMS}
+    found = {number: of_claim(by_reading, number, omega) for number in CLAIMS}
     with styled():
         figure = new_figure(PAGE_IN, 3.1)
         bars, matrix = figure.subplots(1, 2, width_ratios=(1.0, 1.7), sharey=True)
@@ -109,7 +111,7 @@ def _cell(panel, x: float, y: float, influence: Influence) -> None:
 
 
 def curve_figure(
-    readings: Sequence[Reading], judged: Judged, number: int, omega: str = "all"
+    readings: Sequence[Reading], by_reading: VerdictsByReading, number: int, omega: str = "all"
 ) -> Figure:
     """One claim under every reading: its effects, sorted, and the choices behind each.
 
@@ -120,11 +122,11 @@ def curve_figure(
 
     Args:
         readings: all readings.
-        judged: the verdicts under each.
+        by_reading: the verdicts under each.
         number: the claim's.
         omega: on which ω_t, "all", "4" or "8".
     """
-    verdicts = of_claim(judged, number, omega)
+    verdicts = of_claim(by_reading, number, omega)
     order = sorted(verdicts, key=lambda n: _key(claimed(verdicts[n])[0]))
     parts = len(claimed(verdicts[order[0]])) if order else 0
     with styled():

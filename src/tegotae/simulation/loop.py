@@ -22,7 +22,7 @@ class Lane(NamedTuple):
     """Where a lane is: what one control tick hands to the next."""
 
     moment: Moment
-    """State of body and oscillators, and what the controller last said."""
+    """State of body and oscillators, and the last output of the controller."""
     force_n: PerLimb
     """Mean actuator force over the last tick [N], zero in flight; [(limbs,) lanes]."""
     failed: MaskPerLane
@@ -30,7 +30,7 @@ class Lane(NamedTuple):
 
 
 class Tick(NamedTuple):
-    """What a control tick brought: all that channels and rewards are made of."""
+    """What a control tick gives: all that channels and rewards are made of."""
 
     number: Index
     """Its number, from 0 on."""
@@ -104,15 +104,17 @@ class ClosedLoop:
             else controller.oscillator.start(scenario.phase_rad, **dict(scenario.oscillator_state))
         )
         ground = ground_m(scenario, jnp.asarray(0), tick_s)
-        said = drive(controller, body, weights, omega, state, oscillator, ground)
-        state = body.commanded(state, said.command)
-        said = drive(controller, body, weights, omega, state, oscillator, ground)
+        control = drive(controller, body, weights, omega, state, oscillator, ground)
+        state = body.commanded(state, control.command)
+        control = drive(controller, body, weights, omega, state, oscillator, ground)
         failed = ~jnp.isfinite(
             scenario.height_m
             + scenario.velocity_m_per_s
             + over_limbs(jnp.sum, scenario.omega, body)
         )
-        return Lane(Moment(state, oscillator, said, said), jnp.zeros_like(scenario.omega), failed)
+        return Lane(
+            Moment(state, oscillator, control, control), jnp.zeros_like(scenario.omega), failed
+        )
 
     def tick(
         self,
@@ -123,7 +125,7 @@ class ClosedLoop:
         index: Index,
         tick_s: Scalar,
     ) -> tuple[Lane, Tick]:
-        """One control tick: the lane after it, and what it brought.
+        """One control tick: the lane after it, and its output.
 
         A lane that fails stands still from its last sound tick on; `keep` holds for its totals.
 
@@ -150,8 +152,8 @@ class ClosedLoop:
         force = push.mean_n * contact.stance_share if contact.force_n is None else contact.force_n
         advanced = Lane(moment, force, lane.failed)
         kept = jax.tree.map(lambda new, old: keep(sound, new, old), advanced, lane)
-        brought = Tick(index, tick_s, sound, body, contact, force, phase, travel, moment, ground)
-        return kept._replace(failed=~sound), brought
+        output = Tick(index, tick_s, sound, body, contact, force, phase, travel, moment, ground)
+        return kept._replace(failed=~sound), output
 
 
 def keep(sound: MaskPerLane, new: jax.Array, old: jax.Array) -> jax.Array:

@@ -31,7 +31,7 @@ from tegotae.simulation.loop import (
 
 
 class Frame(NamedTuple):
-    """A lane at the end of a frame: what a `State` channel is told from."""
+    """A lane at the end of a frame: what a `State` channel reads."""
 
     time_s: PerLane
     """Time [s], [lanes]."""
@@ -294,9 +294,9 @@ class Recorder:
         """Totals and events of nothing, of the shapes that a tick gives; it is traced once."""
 
         def given() -> tuple[dict[str, jax.Array], dict[str, jax.Array]]:
-            brought = tick()
-            totals = {name: each.gain(brought) for name, each in self._of(Total).items()}
-            return totals, {name: each.value(brought) for name, each in self._of(Latest).items()}
+            output = tick()
+            totals = {name: each.gain(output) for name, each in self._of(Total).items()}
+            return totals, {name: each.value(output) for name, each in self._of(Latest).items()}
 
         totals, events = jax.eval_shape(given)
         return (
@@ -309,27 +309,27 @@ class Recorder:
         added = {name: totals[name] + each.gain(tick) for name, each in self._of(Total).items()}
         return {name: keep(tick.sound, x, totals[name]) for name, x in added.items()}
 
-    def hear(self, events: dict[str, jax.Array], tick: Tick) -> dict[str, jax.Array]:
+    def update(self, events: dict[str, jax.Array], tick: Tick) -> dict[str, jax.Array]:
         """The events after a tick; a failed lane has none."""
-        heard = {}
+        updated = {}
         for name, each in self._of(Latest).items():
             value, happens = each.value(tick), each.when(tick)
             happens = jnp.broadcast_to(happens, value.shape)
             happens &= jnp.broadcast_to(tick.sound, value.shape)
-            heard[name] = jnp.where(happens, value, events[name])
-        return heard
+            updated[name] = jnp.where(happens, value, events[name])
+        return updated
 
     def frame(
         self, frame: Frame, totals: dict[str, jax.Array], events: dict[str, jax.Array]
     ) -> Trajectory:
         """What is recorded of a frame."""
-        told = {}
+        recorded = {}
         for name in self.recorded:
             channel = self.channels[name]
             if isinstance(channel, State):
-                told[name] = channel.of(frame)
+                recorded[name] = channel.of(frame)
             elif isinstance(channel, Combined):
-                told[name] = channel.of(*(totals[need] for need in channel.needs))
+                recorded[name] = channel.of(*(totals[need] for need in channel.needs))
             else:
-                told[name] = (totals if isinstance(channel, Total) else events)[name]
-        return Trajectory(**told)
+                recorded[name] = (totals if isinstance(channel, Total) else events)[name]
+        return Trajectory(**recorded)

@@ -458,8 +458,8 @@ def _advance_block(engine: Engine, weights: WeightMatrix, scenario: Scenario, bo
 
     def tick(carry: Any, index: Index) -> Any:
         lane, totals, events = carry
-        lane, brought = _tick(loop, rows, body, spread, lane, index, tick_s)
-        return (lane, recorder.add(totals, brought), recorder.hear(events, brought)), None
+        lane, output = _tick(loop, rows, body, spread, lane, index, tick_s)
+        return (lane, recorder.add(totals, output), recorder.update(events, output)), None
 
     def frame(carry: Any, index: Index) -> Any:
         if on_cpu() and loops_are_kernels():

@@ -13,7 +13,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from tegotae._support.errors import TegotaeError, told, unknown
+from tegotae._support.errors import TegotaeError, formatted, unknown
 from tegotae.measures.hopping.metric import Metric
 from tegotae.measures.hopping.registry import built_in
 from tegotae.systems import registry
@@ -59,7 +59,7 @@ def named(reference: str, kind: type | tuple[type, ...], what: str) -> Any:
         except TegotaeError as error:
             raise TegotaeError(f"{reference} cannot be made: {error}") from None
         except (Exception, SystemExit) as error:  # anything may go wrong in a user's class
-            raise TegotaeError(f"{reference} cannot be made: {told(error)}") from None
+            raise TegotaeError(f"{reference} cannot be made: {formatted(error)}") from None
     if not isinstance(found, kinds):
         names = " or ".join(each.__name__ for each in kinds)
         own = found if isinstance(found, type) else type(found)
@@ -149,5 +149,5 @@ def _import(name: str, place: str) -> ModuleType:
         line = getattr(error, "lineno", None) or (own[-1].lineno if own else None)
         where = "" if line is None else f", line {line}"
         raise TegotaeError(
-            f"{os.path.basename(place)} cannot be imported{where}: {told(error)}"
+            f"{os.path.basename(place)} cannot be imported{where}: {formatted(error)}"
         ) from None

@@ -25,7 +25,7 @@ _OF_A_RUN = frozenset(
     }
 )
 """What a file says of its own run. All else is the training, which runs of other seeds share."""
-_MOST_TOLD = 3
+_MOST_SHOWN = 3
 """Differences that a name tells; of more it tells their number."""
 
 
@@ -126,10 +126,10 @@ def _differences(sets: list[list[tuple[Path, SavedController]]]) -> list[str]:
         names = ["algorithm.name", *(n for n in names if not n.startswith("algorithm."))]
     if "parameters" in names:
         names.remove("controller")
-    more = len(names) - _MOST_TOLD
+    more = len(names) - _MOST_SHOWN
     end = [f"{more} more differ"] if more > 0 else []
     labels = [
-        ", ".join([*(_told(document, name) for name in names[:_MOST_TOLD]), *end])
+        ", ".join([*(_formatted(document, name) for name in names[:_MOST_SHOWN]), *end])
         for document in documents
     ]
     if len(set(labels)) < len(labels):  # of another length, or of what a word cannot tell
@@ -157,7 +157,7 @@ def _document(saved: SavedController) -> dict[str, Any]:
     return json.loads(json.dumps(whole))
 
 
-def _told(document: Mapping[str, Any], name: str) -> str:
+def _formatted(document: Mapping[str, Any], name: str) -> str:
     """An entry of a document in a few words, such as "fitness.work net"."""
     if name.startswith("code of "):
         return name

@@ -18,7 +18,7 @@ from tegotae.parts.bodies import Body
 from tegotae.simulation.loop import check_senses
 from tegotae.simulation.rollout import Engine
 from tegotae.simulation.world import Scenario
-from tegotae.simulation.world.randomization import Variety
+from tegotae.simulation.world.randomization import Randomization
 from tegotae.systems.experiment import Experiment
 
 
@@ -33,7 +33,7 @@ class Scores(NamedTuple):
     """Whether the episode failed."""
 
 
-class Round(NamedTuple):
+class Generation(NamedTuple):
     """For whom candidates are judged, and when."""
 
     seeds: tuple[int, ...]
@@ -45,7 +45,7 @@ class Round(NamedTuple):
     a number all are of one kind, and meet the same episodes."""
 
     @classmethod
-    def alike(cls) -> Round:
+    def alike(cls) -> Generation:
         """Of one seed's candidates that all meet the same episodes."""
         return cls((0,), np.array([True]))
 
@@ -57,7 +57,7 @@ class Evaluator(ABC):
     """
 
     @abstractmethod
-    def evaluate(self, candidates: np.ndarray, who: Round) -> Scores:
+    def evaluate(self, candidates: np.ndarray, who: Generation) -> Scores:
         """The verdict on every candidate of the seeds that are going.
 
         Args:
@@ -88,8 +88,8 @@ class EngineEvaluator(Evaluator):
         engine: what rolls the episodes out.
         fitness: by what measure; what of an episode counts is the engine's summary.
         varied: body and scenario, and in what the episodes differ.
-        episodes: how many episodes each candidate is judged by, on average; by the yardstick of
-            at least `LEAST_YARDSTICK`.
+        episodes: how many episodes each candidate has, on average; the evaluation set has at least
+            `LEAST_EVALUATION_SET`.
 
     Raises:
         TegotaeError: for a body that does not go with the controller or the control period.
@@ -97,7 +97,7 @@ class EngineEvaluator(Evaluator):
 
     engine: Engine
     fitness: Objective
-    varied: Variety
+    varied: Randomization
     episodes: int = 1
 
     def __post_init__(self) -> None:
@@ -114,25 +114,25 @@ class EngineEvaluator(Evaluator):
             self.episodes,
         )
 
-    def evaluate(self, candidates: np.ndarray, who: Round) -> Scores:
+    def evaluate(self, candidates: np.ndarray, who: Generation) -> Scores:
         """The verdict on every candidate; ended seeds cost nothing, but for a block's rest."""
         seeds, per_seed, _ = candidates.shape
         repeats = self.varied.repeats(self.episodes)
-        yardstick = repeats * self.episodes
+        evaluation_episodes = repeats * self.episodes
         if who.generation is None:
-            first = 0  # of the candidates that meet the yardstick
-            episode = self.varied.yardstick(seeds * per_seed, yardstick)
+            first = 0  # of the candidates that meet the evaluation set
+            episode = self.varied.evaluation_set(seeds * per_seed, evaluation_episodes)
         else:
             first = per_seed - 1
-            met = who.generation, first, self.episodes, yardstick
-            episode = self.varied.generation(who.seeds, *met)
-        # Whoever meets the yardstick does so as several candidates.
+            which = who.generation, first, self.episodes, evaluation_episodes
+            episode = self.varied.generation(who.seeds, *which)
+        # Whoever meets the evaluation set does so as several candidates.
         again = np.repeat(candidates[:, first:], repeats, axis=1)
         candidates = np.concatenate([candidates[:, :first], again], axis=1)
         body = jax.tree.map(lambda x: jnp.asarray(x, "float32"), self.varied.body)
         episode = jax.tree.map(np.float32, episode)
         given = candidates, who.going, episode, body, self.fitness.data
-        outcome = _judged(*self.program, *given)
+        outcome = _evaluated(*self.program, *given)
 
         def merged(name: str) -> np.ndarray:
             x = np.asarray(outcome[name])
@@ -154,13 +154,13 @@ def evaluator_of(experiment: Any, workers: int | None = None) -> Evaluator:
     """
     if not isinstance(experiment, Experiment):
         return experiment.evaluator(workers)
-    varied = Variety(experiment.conditions, experiment.body, experiment.scenario)
+    varied = Randomization(experiment.conditions, experiment.body, experiment.scenario)
     engine = experiment.system.engine()
     return EngineEvaluator(engine, experiment.measure, varied, experiment.episodes)
 
 
 @partial(jax.jit, static_argnums=(0, 1, 2))
-def _judged(
+def _evaluated(
     engine: Engine,
     fitness: Objective,
     episodes: int,

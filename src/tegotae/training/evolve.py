@@ -19,7 +19,7 @@ from tegotae._support.errors import TegotaeError
 from tegotae.parts.controller import Controller
 from tegotae.systems.descriptions import check_kept
 from tegotae.training.algorithms import Algorithm
-from tegotae.training.evaluator import Evaluator, Round, Scores
+from tegotae.training.evaluator import Evaluator, Generation, Scores
 from tegotae.training.stopping import RUNNING, Stopping
 
 
@@ -145,9 +145,11 @@ def evolve(
         # As host arrays the start and later progress are of the same type: one compilation.
         progress = jax.tree.map(np.asarray, progress)
         asked, everyone = _ask(algorithm.program, parameters, progress, of_seeds)
-        scores = evaluator.evaluate(np.asarray(everyone), Round(tuple(seeds), going, len(seen)))
-        told = algorithm.program, parameters, progress, asked, np.asarray(everyone), scores
-        progress, curves = _tell(*told, of_seeds, going)
+        scores = evaluator.evaluate(
+            np.asarray(everyone), Generation(tuple(seeds), going, len(seen))
+        )
+        arguments = algorithm.program, parameters, progress, asked, np.asarray(everyone), scores
+        progress, curves = _tell(*arguments, of_seeds, going)
         curves = jax.tree.map(np.asarray, curves)
         seen.append(curves.centre_fitness)
         yield progress, curves

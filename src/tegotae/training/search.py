@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from tegotae.systems.experiment import GAINS
-from tegotae.training.evaluator import Round, evaluator_of
+from tegotae.training.evaluator import Generation, evaluator_of
 from tegotae.training.trainable import Trainable
 
 __all__ = ["GAINS", "best_gain"]
@@ -14,7 +14,7 @@ __all__ = ["GAINS", "best_gain"]
 def best_gain(experiment: Trainable, workers: int | None = None) -> tuple[float, float]:
     """The σ of highest fitness on a fixed grid, and that fitness; deterministic.
 
-    Under changing conditions every σ meets the same episodes, those of the yardstick.
+    Under changing conditions every σ meets the same episodes, the evaluation set.
 
     Args:
         experiment: one whose controller's only weight is σ.
@@ -22,6 +22,6 @@ def best_gain(experiment: Trainable, workers: int | None = None) -> tuple[float,
     """
     gains = experiment.gains
     with evaluator_of(experiment, workers) as evaluator:
-        tried = evaluator.evaluate(gains[None, :, None].astype("float32"), Round.alike())
+        tried = evaluator.evaluate(gains[None, :, None].astype("float32"), Generation.alike())
     best = int(np.argmax(tried.fitness[0]))
     return float(gains[best]), float(tried.fitness[0, best])

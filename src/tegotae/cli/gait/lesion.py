@@ -84,7 +84,7 @@ def _print(found: Aftermath) -> None:
     share, low, high = found.share
     stood = int(found.stood.sum())
     print(
-        f"{found.lesion.told} at {found.lesion.at_s:g} {time}: "
+        f"{found.lesion.label} at {found.lesion.at_s:g} {time}: "
         f"{int(found.stays.sum())} of {stood} that stood stay up, "
         f"{share:.3f} ({low:.3f} … {high:.3f})"
     )

@@ -53,7 +53,7 @@ class Map(Subject):
                 seed=self.seed,
                 tolerance=self.tolerance,
                 kept=self.out / "map.partial.npz",
-                told=lambda done, of: reporter.update(done + x_times_y(x, y) - of),
+                progress=lambda done, of: reporter.update(done + x_times_y(x, y) - of),
             )
         given = {axis.name for axis in (x, y)}
         document = self.document(legged, "gait map", x=x, y=y)

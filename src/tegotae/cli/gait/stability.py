@@ -98,7 +98,7 @@ def _print(found: Found) -> None:
     print_rows(
         (found.over.name, *(f"{branch.gait}: largest, unexplained" for branch in found.branches)),
         (
-            (f"{value:.4g}", *(_told(branch, i) for branch in found.branches))
+            (f"{value:.4g}", *(_formatted(branch, i) for branch in found.branches))
             for i, value in enumerate(found.over.values)
         ),
     )
@@ -116,6 +116,6 @@ def _print(found: Found) -> None:
         print("no multiplier crosses one between neighbouring values")
 
 
-def _told(branch: Branch, i: int) -> str:
+def _formatted(branch: Branch, i: int) -> str:
     each = branch.maps[i]
     return "–" if np.isnan(each.largest) else f"{each.largest:.3f}, {each.residual:.3f}"

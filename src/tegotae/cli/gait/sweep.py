@@ -80,7 +80,7 @@ class Sweep(Subject):
             ),
         )
         for each in found.hysteresis:
-            print(told(each))
+            print(formatted(each))
         if not found.hysteresis:
             print("no named gait gives way on the way up and comes back on the way down")
         where = ", ".join(f"{w:.4g}" for w in found.bistable)
@@ -103,7 +103,7 @@ class Sweep(Subject):
         return np.linspace(low, high, self.count)
 
 
-def told(change: Hysteresis) -> str:
+def formatted(change: Hysteresis) -> str:
     """A change of gait and its hysteresis in one line."""
     up, down, width = map(_between, (change.up, change.down, change.width))
     return (

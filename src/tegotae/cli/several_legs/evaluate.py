@@ -93,12 +93,12 @@ def _rows(name: str, labels: tuple[str, ...], evaluated: GaitEvaluation) -> list
     rows = []
     for at, omega in enumerate(evaluated.omega):
         gaits = Counter(evaluated.commonest(run, at)[0] for run in range(len(labels)))
-        told = ", ".join(f"{gait} ({count})" for gait, count in gaits.most_common())
+        shares_of_gaits = ", ".join(f"{gait} ({count})" for gait, count in gaits.most_common())
         numbers = []
         for title in shown:
             own = interval(measures[title][:, at])
             sure = "" if np.isnan(own.low) else f" ({own.low:.3g} … {own.high:.3g})"
             numbers.append("–" if np.isnan(own.mean) else f"{own.mean:.3g}{sure}")
         at_omega = "–" if np.isnan(omega) else f"{omega:g}"
-        rows.append((name, at_omega, str(len(labels)), *numbers, told))
+        rows.append((name, at_omega, str(len(labels)), *numbers, shares_of_gaits))
     return rows

@@ -11,8 +11,8 @@ import numpy as np
 
 from tegotae._support.errors import (
     TegotaeError,
+    formatted,
     require_finite,
-    told,
     unknown,
 )
 from tegotae.envs.actions import CommandedForce
@@ -164,7 +164,7 @@ class Policy:
             raise
         except (Exception, SystemExit) as error:  # anything may go wrong in a user's policy
             raise TegotaeError(
-                f"{self.name} failed on observations of shape {observed.shape}: {told(error)}"
+                f"{self.name} failed on observations of shape {observed.shape}: {formatted(error)}"
             ) from None
         if answer.size != len(observed):
             raise TegotaeError(

@@ -155,7 +155,7 @@ class Program:
         """The block of a lane."""
         return together((self.given, (Entry("ticks", 1, "int32"),), self.state, self.channels))
 
-    def _met(self, given: dict[str, jax.Array]) -> tuple[Any, Body, Scenario, Controller]:
+    def _setting(self, given: dict[str, jax.Array]) -> tuple[Any, Body, Scenario, Controller]:
         """Loop, body and scenario as the page says they are."""
         own = self.controller
         if own.oscillator is not None:
@@ -180,7 +180,7 @@ class Program:
 
     def released(self, given: dict[str, jax.Array]) -> Now:
         """The lane at its release, and totals of nothing."""
-        (loop, weights), body, scenario, _ = self._met(given)
+        (loop, weights), body, scenario, _ = self._setting(given)
         lane = loop.start(weights, body, scenario, given["tick_s"])
 
         def tick() -> Tick:
@@ -191,14 +191,14 @@ class Program:
 
     def ticked(self, given: dict[str, jax.Array], index: jax.Array, now: Now) -> Now:
         """The same a control tick later."""
-        (loop, weights), body, scenario, _ = self._met(given)
-        lane, brought = loop.tick(weights, body, scenario, now.lane, index, given["tick_s"])
+        (loop, weights), body, scenario, _ = self._setting(given)
+        lane, output = loop.tick(weights, body, scenario, now.lane, index, given["tick_s"])
         record = self._recorder
-        return Now(lane, record.add(now.totals, brought), record.hear(now.events, brought))
+        return Now(lane, record.add(now.totals, output), record.update(now.events, output))
 
     def told(self, given: dict[str, jax.Array], ticks: jax.Array, now: Now) -> dict[str, Any]:
         """The channels of a lane."""
-        _, body, _, controller = self._met(given)
+        _, body, _, controller = self._setting(given)
         time = ticks.astype(jnp.float32) * given["tick_s"]
         frame = Frame(time, now.lane, given["ground_m"], controller, body)
         return dict(self._recorder.frame(frame, now.totals, now.events).channels)
@@ -207,15 +207,15 @@ class Program:
         self, given: dict[str, jax.Array], phase: jax.Array, spring: jax.Array, velocity: jax.Array
     ) -> jax.Array:
         """`analysis.actuation_surface` at one point, all legs alike and the frame level."""
-        (_, weights), body, scenario, controller = self._met(given)
+        (_, weights), body, scenario, controller = self._setting(given)
         height = body.rest_length_m - spring / given["body.stiffness_n_per_m"]
         state = body.release(height, velocity)
         angle = jnp.broadcast_to(phase, (*controller.limb_shape, 1))
         rhythm = () if controller.oscillator is None else controller.oscillator.start(angle)
         ground = jnp.zeros((1,), jnp.float32)
-        said = drive(controller, body, weights, scenario.omega, state, rhythm, ground)
+        control = drive(controller, body, weights, scenario.omega, state, rhythm, ground)
         most = largest_force(body)
-        pushed = push(controller, most, said.command, angle, angle, scenario.omega)
+        pushed = push(controller, most, control.command, angle, angle, scenario.omega)
         mean = to_limbs(controller, pushed).mean_n
         return mean if self.limbs == 1 else mean[0]
 

@@ -45,7 +45,7 @@ def _shares(axes: Axes, found: Aftermath) -> None:
             color=COLOURS[0], capsize=2, lw=0.8, clip_on=False,
         )  # fmt: skip
     axes.set(xlim=(0.0, end), ylim=(-0.02, 1.04))
-    axes.set_xlabel(f"time since {literal(found.lesion.told)} [{time}]")
+    axes.set_xlabel(f"time since {literal(found.lesion.label)} [{time}]")
     axes.set_ylabel(f"share of {int(stood.sum())} starts that stood")
     axes.legend(loc="center right")
 

@@ -86,8 +86,8 @@ def _lag(figure: Figure, axes: Axes, found: GaitMap, cells: Cells) -> None:
     order = by_side(names)
     leg = order[(order.index(reference) + 1) % len(order)]
     # Lags of what does not lock, or of starts that only share a name, would say nothing.
-    told = ~np.isin(cells.gait, (NOT_LOCKED, STANDING, AS_RELEASED))
-    values = np.ma.masked_invalid(np.where(told, cells.lag[..., leg], np.nan))
+    locked = ~np.isin(cells.gait, (NOT_LOCKED, STANDING, AS_RELEASED))
+    values = np.ma.masked_invalid(np.where(locked, cells.lag[..., leg], np.nan))
     mesh = axes.pcolormesh(*_grid(found), values, cmap="twilight", vmin=0, vmax=1, rasterized=True)
     bar = figure.colorbar(mesh, ax=axes, location="top", aspect=30, ticks=np.linspace(0, 1, 5))
     bar.set_label(f"lag of {names[leg]} behind {names[reference]} [cycles]")

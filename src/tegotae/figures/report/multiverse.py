@@ -16,8 +16,8 @@ from tegotae.studies.paper.multiverse.influence import decisive, influences
 from tegotae.studies.paper.multiverse.readings import Reading
 from tegotae.studies.paper.multiverse.verdicts import (
     CLAIMS,
-    Judged,
     Share,
+    VerdictsByReading,
     claimed,
     of_claim,
     shares,
@@ -25,19 +25,21 @@ from tegotae.studies.paper.multiverse.verdicts import (
 )
 
 
-def shares_table(readings: Sequence[Reading], judged: Judged, omega: str = "all") -> str:
+def shares_table(
+    readings: Sequence[Reading], by_reading: VerdictsByReading, omega: str = "all"
+) -> str:
     """A row per claim: in which share of readings it holds, with a 95 % interval, and what decides.
 
     Behind it stand its parts, and in how many readings each holds / is undecided / fails.
 
     Args:
         readings: all readings.
-        judged: the verdicts under each.
+        by_reading: the verdicts under each.
         omega: on which ω_t, "all", "4" or "8".
     """
     rows = [["", "Claim", "Holds", "Fails", "Undecided", "Reading 0", "What decides (ρ)", _PARTS]]
     for number, text in CLAIMS.items():
-        verdicts = of_claim(judged, number, omega)
+        verdicts = of_claim(by_reading, number, omega)
         each = shares(verdicts.values())
         clear = decisive(influences(readings, verdicts))
         deciding = ", ".join(f"{i.choice.label} ({i.correlation:+.2f})" for i in clear)

@@ -14,8 +14,8 @@ from tegotae._support.pages import as_script, filled
 from tegotae.figures.optimum import optimum_figure
 from tegotae.figures.report import convergence
 from tegotae.figures.report.best import best_controllers, gaits_of_best_run
-from tegotae.figures.report.judged import labelled
 from tegotae.figures.report.values import embedded_figure, embedded_file, number
+from tegotae.figures.report.verdicts import labelled
 from tegotae.figures.study import architectures_figure, correlation_figure, pictograms_figure
 from tegotae.measures.hopping.metric import REPORT
 from tegotae.measures.optimum.table import curve, stances

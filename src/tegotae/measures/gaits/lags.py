@@ -242,10 +242,10 @@ class OfTouchdowns(Rhythm):
 
     def lag(self, trajectory: Trajectory, reference: int) -> jax.Array:
         """Lag of every leg behind the reference leg, [frames, limbs, lanes] [cycles]."""
-        told = jnp.asarray(trajectory.touchdown_time_s)
-        latest = steps_to_latest(told)
+        touchdowns = jnp.asarray(trajectory.touchdown_time_s)
+        latest = steps_to_latest(touchdowns)
         own, earlier = latest[:, reference], jnp.roll(latest[:, reference], 1, axis=0)
-        new = jnp.isfinite(told[:, reference]) & jnp.isfinite(earlier)
+        new = jnp.isfinite(touchdowns[:, reference]) & jnp.isfinite(earlier)
         new = new.at[0].set(False)
         stride = steps_to_latest(jnp.where(new, own - earlier, jnp.nan))
         return ((latest - own[:, None]) / stride[:, None]) % 1.0

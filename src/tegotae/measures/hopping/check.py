@@ -11,7 +11,7 @@ import numpy as np
 
 from tegotae._support.devices import set_up
 from tegotae._support.errors import TegotaeError
-from tegotae.measures.hopping.episode import TOLD_FROM, ClampedEpisodes, Episode
+from tegotae.measures.hopping.episode import HOP_CHANNELS, ClampedEpisodes, Episode
 from tegotae.measures.hopping.hopping import Hops, hops
 from tegotae.measures.hopping.limit_cycle import LimitCycle, Settled, settled
 from tegotae.measures.hopping.metric import (
@@ -122,7 +122,7 @@ class _Declared:
         self._recorded, self._metric = recorded, metric
 
     def __getattr__(self, channel: str) -> Any:
-        if channel not in (*TOLD_FROM, *self._metric.channels):
+        if channel not in (*HOP_CHANNELS, *self._metric.channels):
             raise TegotaeError(
                 f"{self._metric.name} reads the channel {channel!r} but does not declare it; add "
                 f"{channel!r} to its channels"
@@ -150,13 +150,15 @@ def _recordings() -> Trajectory:
             frame_s=_FRAME_S,
         )
         whole = {name: x[:_FRAMES] for name, x in found.channels.items()}
-        told = {name: x if name in TOLD_FROM else np.nan_to_num(x) for name, x in whole.items()}
-        lanes.append(Trajectory(**told))
+        finite = {
+            name: x if name in HOP_CHANNELS else np.nan_to_num(x) for name, x in whole.items()
+        }
+        lanes.append(Trajectory(**finite))
     return jax.tree.map(lambda *each: np.concatenate(each, axis=1), *lanes)
 
 
 @jax.jit
-def _told(whole: Trajectory) -> tuple[Hops, Settled]:
+def _measured(whole: Trajectory) -> tuple[Hops, Settled]:
     """Hops of the recordings, and the limit cycle of their first half: one program for all."""
     table = hops(whole, 1.0)
     return table, settled(table, LimitCycle(), -jnp.inf, whole.time_s[_FRAMES // 2 - 1])
@@ -189,12 +191,12 @@ def _check_gait(metric: GaitMetric, dtype: str) -> None:
 
     omega = 4.0 + 0.7 * jnp.arange(probing.LANES, dtype=dtype)
     program = jax.jit(compute)
-    value = probing.attempt(what, program, recorded, *_told(recorded), omega)
+    value = probing.attempt(what, program, recorded, *_measured(recorded), omega)
     _require_value(metric, what, value, dtype)
     spoiled = jax.tree.map(
         lambda x: x if x.dtype == bool else x.at[:, probing.SPOILED].multiply(1.5), recorded
     )
-    after = np.asarray(program(spoiled, *_told(spoiled), omega))
+    after = np.asarray(program(spoiled, *_measured(spoiled), omega))
     others = np.arange(probing.LANES) != probing.SPOILED
     if not np.array_equal(np.asarray(value)[others], after[others], equal_nan=True):
         raise TegotaeError(

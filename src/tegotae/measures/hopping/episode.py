@@ -19,11 +19,11 @@ FAILED, AT_REST, UNSETTLED, LIMIT_CYCLE = range(4)
 REGIMES = ("failed", "at rest", "no limit cycle", "limit cycle")
 """What a gait can be; `Episode.regime` is an index into it."""
 
-TOLD_FROM = (
+HOP_CHANNELS = (
     *("time_s", "ground_m", "failed", "touchdown_time_s"),
     *("apex_time_s", "apex_height_m", "apex_phase_rad"),
 )
-"""The channels of a recording that tell hops and limit cycle, which every metric may read."""
+"""The channels from which hops and limit cycle follow; every metric may read them."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -231,7 +231,7 @@ def measure(
         limit_cycle=limit_cycle,
         has_force=force_n is not None,
         has_work=force_n is not None or work_j is not None,
-        told={"omega": omega is not None, "max_force_n": max_force_n is not None},
+        given={"omega": omega is not None, "max_force_n": max_force_n is not None},
         disturbed=at_s is not None,
         has_body=body is not None,
     )

@@ -125,9 +125,9 @@ class GaitMetric(Metric):
     Args:
         compute: function of an `Episode` to an array [lanes], NaN where undefined; it is compiled,
             so jnp functions only.
-        channels: what it reads of the recording beside what tells hops and the limit cycle, such
+        channels: what it reads of the recording beside `HOP_CHANNELS`, such
             as "impulse_ns".
-        told: what it must be told beside the recording, of "omega" and "max_force_n".
+        parameters: what it needs beside the recording, of "omega" and "max_force_n".
         disturbed: whether it is about what comes after the ground drops.
         otherwise: how it follows from others where it was not measured, such as in a record from
             before there was the metric.
@@ -148,7 +148,7 @@ class GaitMetric(Metric):
 
     compute: Callable[[Episode], Any]
     channels: tuple[str, ...] = ()
-    told: tuple[str, ...] = ()
+    parameters: tuple[str, ...] = ()
     disturbed: bool = False
     otherwise: Derivation | None = None
 

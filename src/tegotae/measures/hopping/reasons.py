@@ -22,7 +22,7 @@ from tegotae.measures.hopping.metric import (
 _FROM_FORCE = ("impulse_ns", "actuator_force_n")
 _FROM_WORK = ("work_absolute_j", "work_positive_j", "work_net_j")
 _NOT_RECORDED = ("spring_force_n", "feedback_rad_per_s", "energy_j")
-_TOLD = {
+_NOT_GIVEN = {
     "omega": "the prescribed frequency ω is not given",
     "max_force_n": "the largest actuator force α is not given",
 }
@@ -44,7 +44,7 @@ class Known:
     """Whether the actuator force was recorded."""
     has_work: bool
     """Whether its work was recorded, or follows from the force."""
-    told: Mapping[str, bool]
+    given: Mapping[str, bool]
     """Whether ω and α were given."""
     disturbed: bool
     """Whether there was a disturbance."""
@@ -81,8 +81,8 @@ def _not_recorded(metric: GaitMetric, known: Known) -> str:
     for channel in _NOT_RECORDED:
         if channel in reads:
             return f"a recording has no {channel}"
-    return next((words for name, words in _TOLD.items() if name in metric.told
-                 and not known.told[name]), "")  # fmt: skip
+    return next((words for name, words in _NOT_GIVEN.items() if name in metric.parameters
+                 and not known.given[name]), "")  # fmt: skip
 
 
 def _of_derived(metric: DerivedMetric, values: Mapping[str, Any], known: Known) -> str:

@@ -18,7 +18,7 @@ import numpy as np
 
 from tegotae._support.errors import TegotaeError, unknown
 from tegotae._support.part_code import code_of_file
-from tegotae.measures.hopping.episode import TOLD_FROM
+from tegotae.measures.hopping.episode import HOP_CHANNELS
 from tegotae.measures.hopping.metric import (
     REGIME,
     Conditions,
@@ -72,7 +72,7 @@ def built_in_gait() -> tuple[GaitMetric, ...]:
 def channels_of(asked: Iterable[Metric]) -> tuple[str, ...]:
     """The channels of a recording that some metrics are computed from."""
     more = (channel for m in asked if isinstance(m, GaitMetric) for channel in m.channels)
-    return tuple(dict.fromkeys((*TOLD_FROM, *more)))
+    return tuple(dict.fromkeys((*HOP_CHANNELS, *more)))
 
 
 def metrics(shown: str | None = None) -> tuple[Metric, ...]:
@@ -207,7 +207,7 @@ def with_needed(asked: Iterable[Metric]) -> tuple[Metric, ...]:
 def derived(values: Mapping[str, Any], conditions: Conditions) -> dict[str, Any]:
     """Metrics of some episodes that are not among their values but follow from them.
 
-    So what was measured before there was a metric has it too, where it can be told.
+    So what was measured before there was a metric has it too, where it follows from others.
 
     Args:
         values: of metrics, by name, arrays of one shape: a value an episode, not means of several.

@@ -108,7 +108,7 @@ def recording(
 
 
 def left_alone(columns: Mapping[str, Any], named: Sequence[str] = ()) -> list[str]:
-    """A line on every column that has a quantity's name, and is not read since its unit is untold.
+    """A line on every column that has a quantity's name, and is not read since its unit is unknown.
 
     Example:
         >>> left_alone({"time_s": [], "height_m": [], "force": []})
@@ -122,9 +122,9 @@ def left_alone(columns: Mapping[str, Any], named: Sequence[str] = ()) -> list[st
         for quantity, what in QUANTITIES.items():
             if quantity in chosen or not {name, whole} & {*what.names}:
                 continue
-            said = f"in {unit!r}" if unit and whole not in what.names else "without a unit"
+            given = f"in {unit!r}" if unit and whole not in what.names else "without a unit"
             lines.append(
-                f"column {column!r} is {said} and is left alone; say it, such as "
+                f"column {column!r} is {given} and is left alone; say it, such as "
                 f"{quantity}={column}[{next(iter(what.units))}]"
             )
     return lines
@@ -146,15 +146,18 @@ def _check_lengths(samples: Mapping[str, int]) -> None:
 
 
 def _chosen(columns: Mapping[str, Any], named: Sequence[str]) -> dict[str, tuple[str, float]]:
-    """Column and unit of every quantity: as it was said, or else as the columns' names tell."""
-    said = _named(columns, named)
-    taken = {column for column, _ in said.values()}
+    """Column and unit of every quantity: as named, or else by the columns' own names."""
+    chosen = _named(columns, named)
+    taken = {column for column, _ in chosen.values()}
     free = [column for column in columns if column not in taken]
-    return {**_found(free, [quantity for quantity in QUANTITIES if quantity not in said]), **said}
+    return {
+        **_found(free, [quantity for quantity in QUANTITIES if quantity not in chosen]),
+        **chosen,
+    }
 
 
 def _found(columns: Sequence[str], quantities: Sequence[str]) -> dict[str, tuple[str, float]]:
-    """Column and unit of every quantity that a column's own name tells."""
+    """Column and unit of every quantity by a column's own name."""
     found: dict[str, tuple[str, float]] = {}
     for column in columns:
         name, unit = split(column)
@@ -190,9 +193,9 @@ def _named(columns: Mapping[str, Any], named: Sequence[str]) -> dict[str, tuple[
         units = QUANTITIES[quantity].units
         scale = QUANTITIES[quantity].of(unit)
         if scale is None:
-            said = f"in {unit!r}" if unit else "without a unit"
+            given = f"in {unit!r}" if unit else "without a unit"
             raise TegotaeError(
-                f"column {column!r} is {said}; say which of {', '.join(units)} it is, such as "
+                f"column {column!r} is {given}; say which of {', '.join(units)} it is, such as "
                 f"{quantity}={column}[{next(iter(units))}]"
             )
         if quantity in chosen:

@@ -112,7 +112,7 @@ class Actuators(Around):
     def advance(
         self, state: ActuatorsState, push: Push, ground_m: jax.Array, tick_s: jax.Array
     ) -> tuple[ActuatorsState, Contact]:
-        """The body one tick on, under what the actuators bring."""
+        """The body one tick on, under what the actuators deliver."""
         mean, end = self._follow(state.reached, push.mean_n, tick_s)
         if self.COMMANDS != FORCE:  # a place, at the tick's end
             moved, contact = self.body.advance(state.body, Push(end, push.rise_n), ground_m, tick_s)
@@ -120,8 +120,8 @@ class Actuators(Around):
         strength = wide(self.strength, mean)
         late = jnp.broadcast_to(wide(self.lag_s, mean) > 0.0, mean.shape)
         rise = jnp.where(late, end - state.reached, push.rise_n)
-        brings = Push(mean * strength, rise * strength)
-        moved, contact = self.body.advance(state.body, brings, ground_m, tick_s)
+        delivered = Push(mean * strength, rise * strength)
+        moved, contact = self.body.advance(state.body, delivered, ground_m, tick_s)
         if contact.force_n is None:
-            contact = contact._replace(force_n=brings.mean_n * contact.stance_share)
+            contact = contact._replace(force_n=delivered.mean_n * contact.stance_share)
         return ActuatorsState(moved, end), contact

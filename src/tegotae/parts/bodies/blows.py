@@ -64,7 +64,7 @@ class Blows(Around):
         """As the body's."""
         return state._replace(body=self.body.commanded(state.body, command))
 
-    def _struck(self, state: BlowsState, tick_s: Any) -> BlowsState:
+    def _with_impulse(self, state: BlowsState, tick_s: Any) -> BlowsState:
         now = state.tick == jnp.ceil(self.at_s / tick_s - 1e-3)
         impulse = jnp.where(now, self.impulse_ns, 0.0)
         return BlowsState(self.body.apply_impulse(state.body, impulse), state.tick + 1.0)
@@ -73,10 +73,10 @@ class Blows(Around):
         self, state: BlowsState, force_n: jax.Array, ground_m: jax.Array, tick_s: jax.Array
     ) -> tuple[BlowsState, jax.Array, jax.Array]:
         """The body's guess, struck or not."""
-        return super().predict(self._struck(state, tick_s), force_n, ground_m, tick_s)
+        return super().predict(self._with_impulse(state, tick_s), force_n, ground_m, tick_s)
 
     def advance(
         self, state: BlowsState, push: Push, ground_m: jax.Array, tick_s: jax.Array
     ) -> tuple[BlowsState, Contact]:
         """The body one tick on, struck or not."""
-        return super().advance(self._struck(state, tick_s), push, ground_m, tick_s)
+        return super().advance(self._with_impulse(state, tick_s), push, ground_m, tick_s)

@@ -21,8 +21,8 @@ class SensorsState(NamedTuple):
     """The state of the body."""
     felt: dict[str, jax.Array]
     """What was felt at the last ticks, newest first, [ticks, (limbs,) lanes]."""
-    told: dict[str, jax.Array]
-    """What of it the sensors tell now, [(limbs,) lanes]."""
+    measured: dict[str, jax.Array]
+    """What of it the sensors report now, [(limbs,) lanes]."""
     tick: jax.Array
     """How many ticks there have been, [lanes]."""
 
@@ -30,7 +30,7 @@ class SensorsState(NamedTuple):
 @traceable
 @dataclass(frozen=True, kw_only=True)
 class Sensors(Around):
-    """A body that is felt late and with noise: `told(t) = felt(t - delay) + noise · scale · n(t)`.
+    """A body that is felt late and with noise: `y(t) = felt(t - delay) + noise · scale · n(t)`.
 
     n is normal white noise, a number a control tick, sense and limb, the same for lanes of the same
     seed; `scale` is that by which a network sees the sense, such as the weight for a force. Between
@@ -93,13 +93,13 @@ class Sensors(Around):
         return SensorsState(placed, past, felt, state.tick)
 
     def sense(self, state: SensorsState, ground_m: jax.Array) -> Sensation:
-        """What the sensors tell."""
+        """What the sensors report."""
         scales = self.body.sense(state.body, ground_m).scales
-        told = {
+        measured = {
             name: x + self._noise(x, scales[name], state.tick, at)
-            for at, (name, x) in enumerate(sorted(state.told.items()))
+            for at, (name, x) in enumerate(sorted(state.measured.items()))
         }
-        return Sensation(told, scales)
+        return Sensation(measured, scales)
 
     def _noise(self, like: jax.Array, scale: Any, tick: jax.Array, sense: int) -> jax.Array:
         seed = jnp.broadcast_to(self.seed, tick.shape).astype(tick.dtype)
@@ -111,13 +111,13 @@ class Sensors(Around):
         now = self.body.sense(body_state, ground_m).values
         felt = {name: jnp.concatenate([now[name][None], x[:-1]]) for name, x in state.felt.items()}
         late = self.delay_s / tick_s
-        told = {name: _at(x, wide(late, x[0])) for name, x in felt.items()}
-        return SensorsState(body_state, felt, told, state.tick + 1.0)
+        measured = {name: _at(x, wide(late, x[0])) for name, x in felt.items()}
+        return SensorsState(body_state, felt, measured, state.tick + 1.0)
 
     def predict(
         self, state: SensorsState, force_n: jax.Array, ground_m: jax.Array, tick_s: jax.Array
     ) -> tuple[SensorsState, jax.Array, jax.Array]:
-        """The body's guess, and what the sensors would tell of it."""
+        """The body's guess, and what the sensors would report of it."""
         guess, begins, ends = self.body.predict(state.body, force_n, ground_m, tick_s)
         return self._felt(state, guess, ground_m, tick_s), begins, ends
 
@@ -131,11 +131,11 @@ class Sensors(Around):
 
 def _at(past: jax.Array, late: Any) -> jax.Array:
     """The past, newest first, so many ticks ago; linear between them."""
-    told = past[0]
+    value = past[0]
     for ago in range(1, len(past)):
         share = jnp.clip(late - (ago - 1), 0.0, 1.0)
-        told = told + share * (past[ago] - past[ago - 1])
-    return told
+        value = value + share * (past[ago] - past[ago - 1])
+    return value
 
 
 def _normal(like: jax.Array, tick: jax.Array, seed: jax.Array, sense: int) -> jax.Array:

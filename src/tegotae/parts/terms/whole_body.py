@@ -113,8 +113,8 @@ class WholeBody(Actuation):
             drive = own[len(x)]
             for w, x_i in zip(own, x, strict=False):
                 drive = drive + w * x_i
-            said = jnp.stack(own[len(x) + 1 :]) * jnp.tanh(drive)[None]
-            total = said if total is None else total + said
+            output = jnp.stack(own[len(x) + 1 :]) * jnp.tanh(drive)[None]
+            total = output if total is None else total + output
         assert total is not None  # there is one neuron at least
         return total.reshape(len(self.COMMANDS), self.limbs, *total.shape[1:])
 

@@ -131,11 +131,11 @@ def _check_methods(name: str, body: Body, dtype: str) -> None:
         )
     probing.require_arrays(f"{name}.release", state, dtype, before=None)
     for method, given in (("height", height), ("velocity", velocity)):
-        told = probing.attempt(f"{name}.{method}", _method(method), body, state)
-        probing.require_arrays(f"{name}.{method}", told, dtype)
-        if not np.allclose(told, given, atol=1e-5):
+        measured = probing.attempt(f"{name}.{method}", _method(method), body, state)
+        probing.require_arrays(f"{name}.{method}", measured, dtype)
+        if not np.allclose(measured, given, atol=1e-5):
             raise TegotaeError(
-                f"{name}.{method} of the release is {probing.listed(told)}; "
+                f"{name}.{method} of the release is {probing.listed(measured)}; "
                 f"it must be {probing.listed(given)}"
             )
 

@@ -95,13 +95,13 @@ def _check_methods(name: str, oscillator: Oscillator, dtype: str) -> None:
     probing.same_structure(f"{name}.settle", settled, state)
     probing.require_arrays(f"{name}.settle", settled, dtype)
 
-    told = probing.attempt(f"{name}.signals", oscillator.signals, state)
-    if set(told) != set(oscillator.SIGNALS):
+    values = probing.attempt(f"{name}.signals", oscillator.signals, state)
+    if set(values) != set(oscillator.SIGNALS):
         raise TegotaeError(
-            f"{name}.signals gives {', '.join(sorted(told))}; SIGNALS names "
+            f"{name}.signals gives {', '.join(sorted(values))}; SIGNALS names "
             f"{', '.join(sorted(oscillator.SIGNALS))}: they must be the same"
         )
-    probing.require_arrays(f"{name}.signals", tuple(told.values()), dtype)
+    probing.require_arrays(f"{name}.signals", tuple(values.values()), dtype)
 
     probing.require_independent(f"{name}.start", oscillator.start, phase)
     probing.require_independent(f"{name}.rate", rate_of, state, omega, feedback)
@@ -114,16 +114,16 @@ def _check_methods(name: str, oscillator: Oscillator, dtype: str) -> None:
 def _check_phase(name: str, oscillator: Oscillator, dtype: str) -> None:
     phase = probing.lanes_of(dtype, 0.1, TWO_PI - 0.1, 0)
     state = oscillator.start(phase)
-    told = probing.attempt(f"{name}.phase", oscillator.phase, state)
-    probing.require_arrays(f"{name}.phase", told, dtype)
-    _require_close(f"{name}.phase of {name}.start(φ)", told, phase, "φ")
+    phases = probing.attempt(f"{name}.phase", oscillator.phase, state)
+    probing.require_arrays(f"{name}.phase", phases, dtype)
+    _require_close(f"{name}.phase of {name}.start(φ)", phases, phase, "φ")
 
     sin_cos = probing.attempt(f"{name}.sin_cos", oscillator.sin_cos, state)
     if not isinstance(sin_cos, tuple) or len(sin_cos) != 2:
         raise TegotaeError(f"{name}.sin_cos must return a pair (sine, cosine) of the phase")
     probing.require_arrays(f"{name}.sin_cos", sin_cos, dtype)
-    _require_close(f"the sine of {name}.sin_cos", sin_cos[0], jnp.sin(told), "sin of its phase")
-    _require_close(f"the cosine of {name}.sin_cos", sin_cos[1], jnp.cos(told), "cos of its phase")
+    _require_close(f"the sine of {name}.sin_cos", sin_cos[0], jnp.sin(phases), "sin of its phase")
+    _require_close(f"the cosine of {name}.sin_cos", sin_cos[1], jnp.cos(phases), "cos of its phase")
     for method in ("phase", "sin_cos"):
         probing.require_independent(f"{name}.{method}", getattr(oscillator, method), state)
 

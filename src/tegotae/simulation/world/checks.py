@@ -33,8 +33,8 @@ def check_initial_pose(body: Body, scenario: Scenario) -> None:
     _require_names("initial_pose", scenario.initial_pose, '{"pitch_rad": 0.1}')
     for name in dict(scenario.initial_pose):
         if name not in takes:
-            says = f"it takes {', '.join(takes)}" if takes else "it takes none"
-            raise TegotaeError(f"{type(body).__name__} has no initial_pose {name!r}; {says}")
+            hint = f"it takes {', '.join(takes)}" if takes else "it takes none"
+            raise TegotaeError(f"{type(body).__name__} has no initial_pose {name!r}; {hint}")
 
 
 def check_oscillator_state(
@@ -46,8 +46,8 @@ def check_oscillator_state(
     for name in dict(scenario.oscillator_state):
         if name not in known:
             what = "no oscillator" if oscillator is None else type(oscillator).__name__
-            says = f"beside a phase it has {', '.join(known)}" if known else "it has a phase alone"
-            raise TegotaeError(f"{what} starts with no {name!r}; {says}")
+            hint = f"beside a phase it has {', '.join(known)}" if known else "it has a phase alone"
+            raise TegotaeError(f"{what} starts with no {name!r}; {hint}")
     if oscillator is None:
         return
     most = fastest(scenario, duration_s)
@@ -87,13 +87,13 @@ def check_changes(body: Body, scenario: Scenario, tick_s: float, duration_s: flo
 def fastest(scenario: Scenario, duration_s: float) -> float:
     """The largest frequency that a lane meets, either way [rad/s]."""
     omega = np.asarray(scenario.omega, float)
-    met = [omega]
+    omegas = [omega]
     change = dict(scenario.changes).get(OMEGA) if scenario.changes else None
     if isinstance(change, Step):
-        met.append(np.asarray(change.value, float))
+        omegas.append(np.asarray(change.value, float))
     if isinstance(change, Staircase):
-        met.append(omega + np.asarray(change.step, float) * _levels(change, duration_s))
-    return max(float(np.max(np.abs(x), initial=0.0)) for x in met)
+        omegas.append(omega + np.asarray(change.step, float) * _levels(change, duration_s))
+    return max(float(np.max(np.abs(x), initial=0.0)) for x in omegas)
 
 
 def _levels(stairs: Staircase, duration_s: float) -> np.ndarray:
@@ -135,13 +135,17 @@ def _check_bodies(body: Body, fields: Mapping[str, Any], tick_s: float, duration
                 stairs = Staircase(0.0, value, own[name, "levels"])
                 times.add(float(value * _levels(stairs, duration_s)))
         for time in sorted(t for t in times if 0.0 <= t <= duration_s):
-            met = {name: _met(body, name, type(fields[name]), own, time) for name in fields}
-            if (key := tuple(met.values())) not in made:
+            applied = {
+                name: _value_at(body, name, type(fields[name]), own, time) for name in fields
+            }
+            if (key := tuple(applied.values())) not in made:
                 made.add(key)
-                with_fields(body, met).check_tick(tick_s)
+                with_fields(body, applied).check_tick(tick_s)
 
 
-def _met(body: Body, name: str, kind: type, own: Mapping[tuple[str, str], Any], time: float) -> Any:
+def _value_at(
+    body: Body, name: str, kind: type, own: Mapping[tuple[str, str], Any], time: float
+) -> Any:
     """What a field is at a time: a number, or a tuple of the legs' numbers."""
     usual = np.asarray(number_of(body, name), float)
     value = own.get((name, "value"), usual)

@@ -70,13 +70,13 @@ def draw(
     return found
 
 
-def met(
+def applied(
     conditions: Sequence[Condition], values: Mapping[str, Any], scenario: Scenario, body: Body
 ) -> Scenario:
     """The scenario in which each condition has these values.
 
     Args:
-        conditions: what is met.
+        conditions: in what it differs.
         values: numbers, [lanes] or [limbs, lanes] by the names of the conditions.
         scenario: as it is otherwise.
         body: which decides what is an initial pose of its release.
@@ -132,10 +132,10 @@ def check_releases(conditions: Sequence[Condition], scenario: Scenario, body: Bo
         try:
             with_fields(body, fields).check_release(float(height))
         except TegotaeError as error:
-            told = " and ".join(
+            values_named = " and ".join(
                 f"{name} {value:g}" for name, value in values.items() if not np.ndim(value)
             )
-            raise TegotaeError(f"with {told or 'these conditions'}, {error}") from None
+            raise TegotaeError(f"with {values_named or 'these conditions'}, {error}") from None
 
 
 def _check_name(
@@ -207,4 +207,4 @@ def _corners(conditions: Sequence[Condition], scenario: Scenario, body: Body) ->
         if column.ndim == 1 and _of_limbs(condition.name, body):
             column = np.repeat(column[:, None], body.limbs, axis=1)
         values[condition.name] = column.T
-    return met(conditions, values, scenario, body)
+    return applied(conditions, values, scenario, body)

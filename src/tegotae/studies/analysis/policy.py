@@ -91,14 +91,14 @@ def policy_paths(
     step = hoppers.reset(
         [settings.scenario(None, {"height_m": float(y), **phase}) for y in heights]
     )
-    told = [step.telemetry]
+    telemetry = [step.telemetry]
     for _ in range(round(duration_s / settings.step_s)):
         step = hoppers.step(policy.actions(step.observation))
-        told.append(step.telemetry)
-    column = dict(zip(TELEMETRY, np.moveaxis(np.asarray(told, float), -1, 0), strict=True))
+        telemetry.append(step.telemetry)
+    column = dict(zip(TELEMETRY, np.moveaxis(np.asarray(telemetry, float), -1, 0), strict=True))
     compressed = body.rest_length_m - (column["height_m"] - column["ground_m"])
     return Paths(
-        time_s=np.arange(len(told)) * settings.step_s,
+        time_s=np.arange(len(telemetry)) * settings.step_s,
         height_m=column["height_m"],
         velocity_m_per_s=column["velocity_m_per_s"],
         phase_rad=column["phase_rad"] if with_phase else None,

@@ -136,8 +136,8 @@ def surface_of(
         seen = signals(controller, body, state, oscillator, ground)
         weights = [jnp.broadcast_to(jnp.asarray(x), column.shape) for x in weights_at(seen)]
         turning = jnp.full(column.shape, float(Scenario.of(omega).omega))
-        said = drive(controller, body, weights, turning, state, oscillator, ground)
-        answer = push(controller, body.max_force_n, said.command, angle, angle, turning)
+        control = drive(controller, body, weights, turning, state, oscillator, ground)
+        answer = push(controller, body.max_force_n, control.command, angle, angle, turning)
 
     def as_map(x) -> np.ndarray:
         return np.asarray(x).reshape(len(forces), columns)
@@ -147,5 +147,5 @@ def surface_of(
         velocity_m_per_s=np.array([velocity_m_per_s]) if with_oscillator else velocity,
         spring_force_n=forces,
         actuator_force_n=as_map(answer.mean_n),
-        feedback_rad_per_s=as_map(said.feedback),
+        feedback_rad_per_s=as_map(control.feedback),
     )

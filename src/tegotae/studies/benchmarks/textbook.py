@@ -74,8 +74,8 @@ def rollouts(static: Controller, weights: jax.Array, tick_s: jax.Array, ticks: i
 
         def step(carry, index):
             lane, work, climb = carry
-            lane, brought = loop.tick(rows, body, scenario, lane, index, tick_s)
-            contact = brought.contact
+            lane, output = loop.tick(rows, body, scenario, lane, index, tick_s)
+            contact = output.contact
             return (lane, work + jnp.abs(contact.work_j), climb + contact.climb_flight_m), None
 
         begun = loop.start(rows, body, scenario, tick_s), jnp.float32(0.0), jnp.float32(0.0)

@@ -18,7 +18,7 @@ from tegotae._support.files import write_atomically
 _MOST_BYTES = 2**30
 
 Columns = dict[str, np.ndarray]
-"""What a part brings, lanes last."""
+"""What a part gives, lanes last."""
 
 
 def in_parts(
@@ -27,7 +27,7 @@ def in_parts(
     *,
     kept: Path | None = None,
     settings: Mapping[str, Any] | None = None,
-    told: Callable[[int], None] = lambda done: None,
+    progress: Callable[[int], None] = lambda done: None,
 ) -> list[Columns]:
     """Do the parts of some work in order, those that a file keeps from before left out.
 
@@ -36,7 +36,7 @@ def in_parts(
         part: does one of them, given its number.
         kept: the file; nothing is kept without. It is gone once all is done.
         settings: all that the work depends on, as JSON values: a file of other work does not count.
-        told: hears how many are done.
+        progress: is called with how many are done.
 
     Raises:
         TegotaeError: if the file cannot be written.
@@ -48,13 +48,13 @@ def in_parts(
     """
     key = json.dumps(settings, sort_keys=True, default=str)
     done = [] if kept is None else _read(kept, key)[:count]
-    told(len(done))
+    progress(len(done))
     try:
         while len(done) < count:
             done.append(part(len(done)))
             if kept is not None and len(done) < count:
                 _write(kept, key, done)
-            told(len(done))
+            progress(len(done))
     except KeyboardInterrupt:
         if kept is None or not done:
             raise

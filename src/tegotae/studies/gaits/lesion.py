@@ -51,7 +51,7 @@ class GaitLesion:
         TegotaeError: if nothing happens, or for a time or a drop that is no such number.
 
     Example:
-        >>> GaitLesion(at_s=100.0, lost=("LH",)).told
+        >>> GaitLesion(at_s=100.0, lost=("LH",)).label
         'LH lost'
     """
 
@@ -79,7 +79,7 @@ class GaitLesion:
             )
 
     @property
-    def told(self) -> str:
+    def label(self) -> str:
         """In a few words."""
         words = [f"{leg} lost" for leg in self.lost]
         passes = "" if self.lasts_s == math.inf else f" for {self.lasts_s:g} s"

@@ -27,7 +27,7 @@ from tegotae.systems.legged import Legged, lanes_of, random_phases
 NO_BODY = "no such body"
 """A cell whose body refuses to be: an inertia that no body has, a leg too soft to stand on."""
 LANES = 1024
-"""How many lanes are advanced at once, about; progress is told, and kept, in such parts."""
+"""How many lanes are advanced at once, about; progress is reported, and kept, in such parts."""
 
 
 @dataclass(frozen=True)
@@ -86,7 +86,7 @@ def gait_map(
     timing: Timing | None = None,
     window_s: float | None = None,
     kept: Path | None = None,
-    told: Callable[[int, int], None] = lambda done, of: None,
+    progress: Callable[[int, int], None] = lambda done, of: None,
 ) -> GaitMap:
     """Release a body at random phases at every cell of two parameters.
 
@@ -102,7 +102,7 @@ def gait_map(
         timing: of each rollout; that of the system by default.
         window_s: length of its end that is measured [s]; its last quarter by default.
         kept: a file that keeps what is done, so that interrupted work goes on from there.
-        told: hears how many cells are done, and of how many.
+        progress: is called with how many cells are done, and of how many.
 
     Raises:
         TegotaeError: for parameters that the system does not have, the same one twice, or if the
@@ -147,7 +147,7 @@ def gait_map(
             "system": describe(legged), "x": x, "y": y, "phase_rad": phase.tolist(),
             "timing": timing, "summary": summary,
         },
-        told=lambda done: told(min(done * at_once, len(able)), len(able)),
+        progress=lambda done: progress(min(done * at_once, len(able)), len(able)),
     )  # fmt: skip
     found = _on_cells(parts, made, (len(y.values), len(x.values), starts))
     gait = _names(found, legged, tolerance, made)
@@ -178,8 +178,8 @@ def majority(found: Coordination, gait: np.ndarray) -> Cells:
         for name in ("cost_of_transport", "speed_m_per_s", "lock_time_s")
     }
     for cell in np.ndindex(*shape):
-        told, counts = np.unique(gait[cell], return_counts=True)
-        names[cell] = told[counts.argmax()]
+        found_names, counts = np.unique(gait[cell], return_counts=True)
+        names[cell] = found_names[counts.argmax()]
         own = gait[cell] == names[cell]
         share[cell] = own.mean()
         fallen[cell] = np.isfinite(found.fall_time_s[cell]).mean()

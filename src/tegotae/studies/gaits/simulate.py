@@ -129,10 +129,10 @@ def columns(run: GaitRun) -> dict[str, Any]:
     t, names = run.trajectory, run.legged.names
     share = np.diff(t.stance_time_s, axis=0, prepend=0.0) / run.timing.frame_s
     more = {"lag_cycles": run.lag, "stance_share": np.clip(share, 0.0, 1.0)}
-    told: dict[str, Any] = {}
+    table: dict[str, Any] = {}
     for title, values in {**t.channels, **more}.items():
         if np.ndim(values) == 1:
-            told[title] = values
+            table[title] = values
         else:
-            told |= {f"{title}_{name}": values[:, leg] for leg, name in enumerate(names)}
-    return told
+            table |= {f"{title}_{name}": values[:, leg] for leg, name in enumerate(names)}
+    return table

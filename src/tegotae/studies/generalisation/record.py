@@ -33,8 +33,8 @@ _KINDS = {"ForcePulse": "Push", "ReleaseHeight": "Release"}
 def configuration(
     subject: TestedControllers, disturbances: Sequence[Disturbance]
 ) -> dict[str, Any]:
-    """All that decides what is found, as JSON values; what cannot be met decides nothing."""
-    met = [each for each in disturbances if not each.lacks(subject)]
+    """All that decides what is found, as JSON values; what cannot be applied decides nothing."""
+    applied = [each for each in disturbances if not each.lacks(subject)]
     document = {
         "format": FORMAT,
         "name": subject.name,
@@ -45,7 +45,7 @@ def configuration(
         "omega": subject.omega,
         "body": describe(subject.body),
         "timing": describe(subject.timing),
-        "disturbances": [_described(each) for each in met],
+        "disturbances": [_described(each) for each in applied],
     }
     return json.loads(json.dumps(document))
 

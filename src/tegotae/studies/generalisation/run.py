@@ -128,8 +128,8 @@ def _worked(
             if done % _BUNDLES_KEPT == 0:
                 jax.clear_caches()
         return
-    with Workers(cores, 1) as crew:
-        pending = [crew.give(_bundle, bundle, disturbances) for bundle in bundles]
+    with Workers(cores, 1) as pool:
+        pending = [pool.give(_bundle, bundle, disturbances) for bundle in bundles]
         for future in as_completed(pending):
             try:
                 yield from future.result()

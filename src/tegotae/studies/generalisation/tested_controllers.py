@@ -90,13 +90,13 @@ class TestedControllers:
             self.body.check_release(self.height_m)
         except TegotaeError as error:
             raise TegotaeError(f"{self.name} cannot be tried: {error}") from None
-        own = {"rest_length_m": hasattr(self.bare, "rest_length_m")}
+        own = {"rest_length_m": hasattr(self.unwrapped, "rest_length_m")}
         if not self.hops:  # whose cost of transport is told
-            own["mass_kg"] = has_mass(self.bare)
-            own["gravity_m_per_s2"] = hasattr(self.bare, "gravity_m_per_s2")
+            own["mass_kg"] = has_mass(self.unwrapped)
+            own["gravity_m_per_s2"] = hasattr(self.unwrapped, "gravity_m_per_s2")
         for field, there in own.items():
             if not there:
-                kind = type(self.bare).__name__
+                kind = type(self.unwrapped).__name__
                 raise TegotaeError(f"{self.name} cannot be tried: a {kind} has no {field}")
 
     @classmethod
@@ -135,7 +135,7 @@ class TestedControllers:
         return dataclasses.replace(self, longest_delay_s=longest_delay_s)
 
     @property
-    def bare(self) -> Body:
+    def unwrapped(self) -> Body:
         """The body within all that is around it."""
         return unwrapped(self.body)
 
@@ -181,14 +181,14 @@ class TestedControllers:
     @property
     def time_scale(self) -> float:
         """√(l0 / g) of the body over that of a leg of a metre on Earth: 1 for the hopper."""
-        own = self.bare
+        own = self.unwrapped
         gravity = float(getattr(own, "gravity_m_per_s2", 9.81))
         return math.sqrt(float(own.rest_length_m) / gravity) / _EARTH_S
 
     @property
     def speed_scale(self) -> float:
         """√(g l0) of the body over that of a leg of a metre on Earth: 1 for the hopper."""
-        return float(self.bare.rest_length_m) / self.time_scale
+        return float(self.unwrapped.rest_length_m) / self.time_scale
 
     @property
     def _ticks(self) -> int:
@@ -202,7 +202,7 @@ class TestedControllers:
         for kind, given in ((Blows, {}), (Actuators, {}), (Sensors, {"most_ticks": self._ticks})):
             if not self.has(kind, body):
                 body = kind(body=body, **given)
-        if (own := getattr(self.bare, "terrain", None)) is not None:
+        if (own := getattr(self.unwrapped, "terrain", None)) is not None:
             ground = Sum(first=own, second=Sum(first=Slope(), second=Rough(start_m=0.0)))
             body = with_fields(body, {"terrain": ground})
         return body

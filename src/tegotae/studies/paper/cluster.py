@@ -74,7 +74,7 @@ def _as_they_come(
     distributed: Any, client: Any, futures: Iterable[Any], address: str, patience_s: float
 ) -> Iterator[Any]:
     """Futures as they are done. That nobody is there to do them is told, and borne for so long."""
-    pending, alone_since, told = set(futures), None, not client.scheduler_info()["workers"]
+    pending, alone_since, warned = set(futures), None, not client.scheduler_info()["workers"]
     while pending:
         done: set[Any] = set()
         with suppress(TimeoutError):
@@ -83,7 +83,7 @@ def _as_they_come(
         pending -= done
         yield from done
         if done or client.scheduler_info()["workers"]:
-            alone_since, told = None, False
+            alone_since, warned = None, False
             continue
         now = time.monotonic()
         alone_since = now if alone_since is None else alone_since
@@ -91,12 +91,12 @@ def _as_they_come(
             raise TegotaeError(
                 f"the Dask scheduler at {address} has had no workers for {patience_s:g} s"
             )
-        if not told:
-            _tell_of_no_workers(address, patience_s)
-            told = True
+        if not warned:
+            _warn_of_no_workers(address, patience_s)
+            warned = True
 
 
-def _tell_of_no_workers(address: str, patience_s: float) -> None:
+def _warn_of_no_workers(address: str, patience_s: float) -> None:
     print(
         f"the Dask scheduler at {address} has no workers; waiting {patience_s:g} s for some",
         file=sys.stderr,
@@ -158,7 +158,7 @@ def _knock(address: str, timeout_s: float, patience_s: float) -> None:
     if found.get("type") != "Scheduler":
         raise _unreachable(address, f"a {found.get('type', 'stranger')} answers there")
     if not found.get("workers"):
-        _tell_of_no_workers(address, patience_s)
+        _warn_of_no_workers(address, patience_s)
 
 
 def _unreachable(address: str, why: str) -> TegotaeError:

@@ -142,8 +142,8 @@ def on_cores(
     Raises:
         WorkersDiedError: if one of them dies; the others are ended.
     """
-    with Workers(min(workers or available_cores(), len(work_to_do))) as crew:
-        pending = {crew.give(work_all, bundle): bundle for bundle in work_to_do}
+    with Workers(min(workers or available_cores(), len(work_to_do))) as pool:
+        pending = {pool.give(work_all, bundle): bundle for bundle in work_to_do}
         for future in as_completed(pending):
             try:
                 records = future.result()

@@ -188,7 +188,7 @@ def learn(
     agent, feedback = make_agent(training, seed=seed)
     engine, per_episode = training.engine, training.environment.n_steps
     while True:
-        yield _judge(training, engine, feedback.flat(), agent.num_timesteps / per_episode)
+        yield _evaluate(training, engine, feedback.flat(), agent.num_timesteps / per_episode)
         done = agent.num_timesteps // per_episode
         if done >= episodes:
             return
@@ -203,7 +203,9 @@ def _observed(training: AgentTraining, environment: TegotaeHopperSettings) -> Ob
     return Observed(environment.observed, {name: float(scale) for name, scale in scales.items()})
 
 
-def _judge(training: AgentTraining, engine: Engine, weights: np.ndarray, episode: float) -> Point:
+def _evaluate(
+    training: AgentTraining, engine: Engine, weights: np.ndarray, episode: float
+) -> Point:
     outcome = engine.run(weights, training.scenario, training.hopper)
     return Point(
         episode,
@@ -227,7 +229,7 @@ def _one_thread() -> Iterator[None]:
 
 @contextmanager
 def _noticing_divergence(feedback: Feedback, seed: int, done: int) -> Iterator[None]:
-    """Weights that are no numbers any more, told as what they mean."""
+    """Weights that are no numbers any more, named as what they mean."""
     try:
         yield
     except ValueError:  # torch's and the environment's for actions that are no numbers

@@ -12,7 +12,7 @@ from tegotae._support.devices import available_cores, require_workers
 from tegotae._support.errors import TegotaeError, require_count
 from tegotae.training.environments.rollouts import EnvRollouts, Trials
 from tegotae.training.environments.worker_pool import WorkerPool
-from tegotae.training.evaluator import Evaluator, Round, Scores
+from tegotae.training.evaluator import Evaluator, Generation, Scores
 
 if TYPE_CHECKING:
     from tegotae.training.environments.experiment import EnvExperiment
@@ -54,7 +54,7 @@ class EnvEvaluator(Evaluator):
         self.troubles: Counter[str] = Counter()
         """How many samples went wrong, by what happened."""
 
-    def evaluate(self, candidates: np.ndarray, who: Round) -> Scores:
+    def evaluate(self, candidates: np.ndarray, who: Generation) -> Scores:
         """Scores of every candidate of the seeds that are going."""
         (seeds, per_seed, n_weights), going = candidates.shape, who.going
         wanted = np.asarray(candidates[going], float).reshape(-1, n_weights)

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from tegotae._support.errors import told
+from tegotae._support.errors import formatted
 from tegotae._support.optional_dependencies import require
 from tegotae.envs.contact import with_contact
 from tegotae.envs.mujoco.batch import ModelBatch
@@ -134,7 +134,7 @@ class GymLanes(Lanes):
         except _Trouble as trouble:
             self.troubles[lane] = str(trouble)
         except (Exception, SystemExit) as error:  # anything may go wrong in somebody else's program
-            self.troubles[lane] = f"it raised {told(error)}"
+            self.troubles[lane] = f"it raised {formatted(error)}"
             # What raised may be in any state; the next episode begins in a new one.
             self._envs[lane] = self._make()
         finally:

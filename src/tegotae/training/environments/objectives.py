@@ -15,7 +15,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from tegotae._support.errors import TegotaeError, told
+from tegotae._support.errors import TegotaeError, formatted
 from tegotae.envs.wiring import Wiring
 from tegotae.measures.hopping.efficiency import check_work
 from tegotae.measures.hopping.recording import from_samples
@@ -158,12 +158,12 @@ class Hopping(EnvObjective):
         timing = Timing(duration_s=len(at) * frame_s, frame_s=frame_s, tick_s=frame_s)
         body = ExternalLimbs(interface=Interface(rest_length_m=rest))
         scenario = Scenario.of(wiring.omega)
-        found = _judged(self._fitness, timing, channels, scenario, body)
+        found = _as_rollout(self._fitness, timing, channels, scenario, body)
         return Scores(*(np.asarray(found[name]) for name in Scores._fields))
 
 
 @partial(jax.jit, static_argnums=(0, 1))
-def _judged(
+def _as_rollout(
     fitness: Fitness,
     timing: Timing,
     channels: dict[str, Any],
@@ -216,7 +216,7 @@ class UserObjective(EnvObjective):
         except (Exception, SystemExit) as error:  # anything may go wrong in a user's function
             raise TegotaeError(
                 f"the fitness {self.function} failed on an episode of {len(episode.time_s)} steps: "
-                + told(error)
+                + formatted(error)
             ) from None
         try:
             return float(value)

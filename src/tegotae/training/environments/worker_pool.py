@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from tegotae._support.errors import TegotaeError
-from tegotae._support.workers import ctrl_c_held_back, end_with_parent, told_cores
+from tegotae._support.workers import assigned_cores, ctrl_c_held_back, end_with_parent
 from tegotae.measures.objectives.objective import FAILED_FITNESS
 from tegotae.training.environments.rollouts import EnvRollouts, Trials
 
@@ -137,7 +137,7 @@ class _Worker:
         self._beat = context.Array(c_longlong, [_IDLE, 0], lock=False)
         arguments = (other, self._beat, experiment, lanes, os.getpid())
         self._process = context.Process(target=_work, args=arguments, daemon=True)
-        with ctrl_c_held_back(), told_cores(1):
+        with ctrl_c_held_back(), assigned_cores(1):
             self._process.start()
         other.close()
         self._last, self._since, self._hung = (_IDLE, 0), time.monotonic(), False

@@ -77,19 +77,21 @@ def tune(
     optuna.logging.set_verbosity(optuna.logging.ERROR)
     with opened(storage, configuration, anew=anew) as study:
         _prepare(optuna, study, space)
-        if _judged(study) < trials:
-            with _crew(workers) as crew, reporting(f"tune {algorithm}", trials) as reporter:
-                _search(study, space, task, trials, crew, reporter)
+        if _evaluated(study) < trials:
+            with _pool(workers) as pool, reporting(f"tune {algorithm}", trials) as reporter:
+                _search(study, space, task, trials, pool, reporter)
         return study.get_trials()
 
 
-def judge(space: Space, settings: Sequence[Any], task: Task, *, workers: int = 1) -> np.ndarray:
+def evaluate_settings(
+    space: Space, settings: Sequence[Any], task: Task, *, workers: int = 1
+) -> np.ndarray:
     """Fitness of each setting on all of a task's trainings, shape [settings, instances]."""
     values = np.full((len(settings), task.instances), np.nan)
     jobs = [(row, job) for row in range(len(settings)) for job in task.jobs(space.seeds_at_once)]
-    with _crew(workers) as crew, reporting("judge", len(jobs)) as reporter:
+    with _pool(workers) as pool, reporting("evaluate", len(jobs)) as reporter:
         at = {
-            crew.give(space.learn, settings[row], *_training(task, job)): (row, job)
+            pool.give(space.learn, settings[row], *_training(task, job)): (row, job)
             for row, job in jobs
         }
         for done, future in enumerate(as_completed(at), 1):
@@ -99,7 +101,7 @@ def judge(space: Space, settings: Sequence[Any], task: Task, *, workers: int = 1
     return values
 
 
-def _crew(workers: int) -> Workers:
+def _pool(workers: int) -> Workers:
     """Processes that share the cores."""
     require_workers(workers)
     return Workers(workers, cores=max(1, available_cores() // workers))
@@ -132,7 +134,7 @@ def _prepare(optuna: Any, study: Study, space: Space) -> None:
         study.enqueue_trial(dict(space.first))
 
 
-def _judged(study: Study) -> int:
+def _evaluated(study: Study) -> int:
     return sum(t.state.name in ("COMPLETE", "PRUNED") for t in study.get_trials(deepcopy=False))
 
 
@@ -147,16 +149,16 @@ class _Attempt:
 
 
 def _search(
-    study: Study, space: Space, task: Task, trials: int, crew: Workers, reporter: Any
+    study: Study, space: Space, task: Task, trials: int, pool: Workers, reporter: Any
 ) -> None:
     at: dict[Future[Any], _Attempt] = {}
 
     def go_on(attempt: _Attempt) -> None:
         job = _training(task, attempt.jobs[0])
-        at[crew.give(space.learn, attempt.settings, *job)] = attempt
+        at[pool.give(space.learn, attempt.settings, *job)] = attempt
 
     while True:
-        while len(at) < crew.size and _judged(study) + len(at) < trials:
+        while len(at) < pool.size and _evaluated(study) + len(at) < trials:
             trial = study.ask()
             attempt = _Attempt(trial, space.suggest(trial), task.jobs(space.seeds_at_once), [])
             trial.set_user_attr("settings", repr(attempt.settings))
@@ -173,7 +175,7 @@ def _search(
                 go_on(attempt)
                 continue
             _finish(study, attempt)
-            reporter.update(_judged(study), _note(study))
+            reporter.update(_evaluated(study), _note(study))
 
 
 def _training(task: Task, job: tuple[int, tuple[int, ...]]) -> tuple[Any, ...]:

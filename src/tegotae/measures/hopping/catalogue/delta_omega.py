@@ -25,7 +25,7 @@ METRIC = GaitMetric(
     more_is_better=True,
     range=(-float("inf"), 0.0),
     channels=("height_m",),
-    told=("omega",),
+    parameters=("omega",),
     shown=(TABLE, REPORT),
     compute=_compute,
 )

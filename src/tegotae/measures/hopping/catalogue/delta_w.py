@@ -21,6 +21,6 @@ METRIC = GaitMetric(
     more_is_better=False,
     range=(0.0, float("inf")),
     channels=("height_m",),
-    told=("omega",),
+    parameters=("omega",),
     compute=_compute,
 )

@@ -23,7 +23,7 @@ METRIC = GaitMetric(
     more_is_better=False,
     range=(0.0, float("inf")),
     channels=("impulse_ns",),
-    told=("max_force_n",),
+    parameters=("max_force_n",),
     shown=(TABLE, REPORT),
     compute=_compute,
 )

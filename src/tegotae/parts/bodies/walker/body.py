@@ -240,8 +240,8 @@ class Walker(WalkerNumbers, Body):
         slips = mean(now.slip, then.slip)
         # A foot that came down stands where it met the ground.
         touches = then.stance.contact & ~now.stance.contact
-        met = mean(then.stance.place[:2], now.stance.place[:2])
-        begun = [jnp.where(touches, b, a) for a, b in zip(now.stance.anchor, met, strict=True)]
+        landing = mean(then.stance.place[:2], now.stance.place[:2])
+        begun = [jnp.where(touches, b, a) for a, b in zip(now.stance.anchor, landing, strict=True)]
         end = WalkerState(
             position=state.position + 0.5 * tick_s * (state.velocity + velocity),
             velocity=velocity,

@@ -26,7 +26,7 @@ class Blow(Disturbance):
 
     def applied(self, subject, level, at_s):
         """See `Disturbance.applied`."""
-        impulse = level * subject.speed_scale * float(total_mass_kg(subject.bare))
+        impulse = level * subject.speed_scale * float(total_mass_kg(subject.unwrapped))
         names = subject.paths("impulse_ns", "at_s")
         return Applied({}, {names[0]: impulse, names[1]: at_s})
 
@@ -46,14 +46,14 @@ class ForcePulse(Disturbance):
     def lacks(self, subject):
         """See `Disturbance.lacks`."""
         if subject.path(self.field) is None:
-            return f"a {type(subject.bare).__name__} has no {self.field}"
+            return f"a {type(subject.unwrapped).__name__} has no {self.field}"
         return _no_mass(subject)
 
     def applied(self, subject, level, at_s):
         """See `Disturbance.applied`."""
         (name,) = subject.paths(self.field)
         lasts = self.lasts_s * subject.time_scale
-        force = level * subject.speed_scale * float(total_mass_kg(subject.bare)) / lasts
+        force = level * subject.speed_scale * float(total_mass_kg(subject.unwrapped)) / lasts
         return Applied({}, {name: Step(force, at_s, at_s + lasts)})
 
 
@@ -81,7 +81,7 @@ class LostLeg(Disturbance):
         """See `Disturbance.lacks`."""
         has = subject.path("present") is not None
         if not has:
-            return f"a {type(subject.bare).__name__} cannot lose a leg"
+            return f"a {type(subject.unwrapped).__name__} cannot lose a leg"
         if max(self.levels) >= subject.body.limbs:
             return f"it has {subject.body.limbs} legs"
         return ""
@@ -97,4 +97,8 @@ class LostLeg(Disturbance):
 
 
 def _no_mass(subject: TestedControllers) -> str:
-    return "" if has_mass(subject.bare) else f"a {type(subject.bare).__name__} has no mass_kg"
+    return (
+        ""
+        if has_mass(subject.unwrapped)
+        else f"a {type(subject.unwrapped).__name__} has no mass_kg"
+    )

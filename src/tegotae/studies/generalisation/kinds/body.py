@@ -50,7 +50,7 @@ class Scaled(Disturbance):
         """See `Disturbance.lacks`."""
         own = self._own(subject)
         if not own:
-            return f"a {type(subject.bare).__name__} has no {' or '.join(self.fields)}"
+            return f"a {type(subject.unwrapped).__name__} has no {' or '.join(self.fields)}"
         if not any(np.any(np.asarray(subject.usual(name))) for name in own):
             return f"its {self.fields[0]} is 0, and so is any share of it"
         return ""

@@ -107,4 +107,6 @@ class Roughness(Disturbance):
 
 def _no_terrain(subject: TestedControllers) -> str:
     has = subject.path("terrain") is not None
-    return "" if has else f"a {type(subject.bare).__name__} stays in its place, on level ground"
+    return (
+        "" if has else f"a {type(subject.unwrapped).__name__} stays in its place, on level ground"
+    )

@@ -137,17 +137,17 @@ def _line(omega: np.ndarray, sigma: np.ndarray) -> tuple[Interval, Interval]:
     return found(slope, slopes), found(r_squared, r_squares)
 
 
-def _judge_curves(path: Path) -> Verdict:
+def _verdict_on_curves(path: Path) -> Verdict:
     return claim_1(read_curves([path]))
 
 
-def _judge_sizes(path: Path) -> Verdict:
+def _verdict_on_sizes(path: Path) -> Verdict:
     columns = ("way", "parameters", "untrained_fitness", "fitness")
     rows = _rows(path, columns, (str, int, float, float))
     return claim_10([Training(*row) for row in rows])
 
 
-def _judge_ridges(path: Path) -> Verdict:
+def _verdict_on_ridges(path: Path) -> Verdict:
     columns = ("actuation", "omega_rad_per_s", "best_sigma_rad_per_s_n", "censored")
     rows = _rows(path, columns, (str, float, float, int))
 
@@ -188,7 +188,7 @@ class KeptExperiment:
         figure: the name of its figure.
         caption: what the figure shows.
         command: what measures it, with {folder} for the folder that table and figure go to.
-        judge: the verdict from the table's path.
+        verdict: that on the claim, from the table's path.
     """
 
     number: int
@@ -197,7 +197,7 @@ class KeptExperiment:
     figure: str
     caption: str
     command: str
-    judge: Callable[[Path], Verdict]
+    verdict: Callable[[Path], Verdict]
 
 
 EXPERIMENTS = (
@@ -209,7 +209,7 @@ EXPERIMENTS = (
         "CoT⁻¹ in the course of training, by algorithm (Fig. 3 of the paper)",
         "python studies/figure3.py && tegotae figure learning-curves results/figure3 "
         "--out {folder}/figure3.png",
-        _judge_curves,
+        _verdict_on_curves,
     ),
     KeptExperiment(
         10,
@@ -218,7 +218,7 @@ EXPERIMENTS = (
         "parameter_limit.png",
         "Fitness over the number of trained parameters",
         "python studies/parameter_limit.py --out {folder}",
-        _judge_sizes,
+        _verdict_on_sizes,
     ),
     KeptExperiment(
         11,
@@ -227,7 +227,7 @@ EXPERIMENTS = (
         "gain_map.png",
         "CoT⁻¹ over gain and frequency, with the best gain per frequency (Fig. 4 of the paper)",
         "tegotae figure gain-map --out {folder}/gain_map.png",
-        _judge_ridges,
+        _verdict_on_ridges,
     ),
 )
 """The claims that have experiments of their own."""
@@ -247,7 +247,7 @@ def experiment_verdicts(folder: Path | None = None) -> list[Verdict]:
     found = []
     for e in EXPERIMENTS:
         if folder is not None and (folder / e.table).exists():
-            found.append(e.judge(folder / e.table))
+            found.append(e.verdict(folder / e.table))
         else:
             command = e.command.format(folder=folder or "experiments")
             found.append(

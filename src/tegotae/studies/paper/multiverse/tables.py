@@ -12,7 +12,7 @@ from tegotae._support.files import output_folder
 from tegotae.measures.hopping.statistics import Interval
 from tegotae.studies.paper.claims import Part, Verdict
 from tegotae.studies.paper.multiverse.readings import CHOICES, Reading
-from tegotae.studies.paper.multiverse.verdicts import Judged, claimed
+from tegotae.studies.paper.multiverse.verdicts import VerdictsByReading, claimed
 
 READINGS, VERDICTS = "readings.csv", "verdicts.csv"
 """Names of the tables."""
@@ -25,7 +25,7 @@ _DIGITS = 6
 _KIND = "table that tegotae study multiverse export wrote"
 
 
-def write_tables(readings: Sequence[Reading], judged: Judged, folder: Path) -> None:
+def write_tables(readings: Sequence[Reading], verdicts: VerdictsByReading, folder: Path) -> None:
     """Write both tables to a folder. Parts that are for information alone are left out.
 
     Raises:
@@ -38,7 +38,7 @@ def write_tables(readings: Sequence[Reading], judged: Judged, folder: Path) -> N
             *(reading, omega, v.number, v.verdict, i, p.verdict, p.what),
             *(*_numbers(p.effect), p.effect.count, p.effect.undefined, p.low, p.high, p.unit),
         ]
-        for reading, by_omega in judged.items()
+        for reading, by_omega in verdicts.items()
         for omega, found in by_omega.items()
         for v in found
         for i, p in enumerate(claimed(v))
@@ -48,7 +48,7 @@ def write_tables(readings: Sequence[Reading], judged: Judged, folder: Path) -> N
     tables.write_csv(folder / VERDICTS, _columns(_HEAD, parts))
 
 
-def read_tables(folder: Path) -> tuple[list[Reading], Judged]:
+def read_tables(folder: Path) -> tuple[list[Reading], VerdictsByReading]:
     """What `write_tables` wrote: the readings, and the verdicts made of the parts.
 
     Raises:

@@ -33,11 +33,11 @@ CLAIMS = {
 _Z = 1.959964
 """Half the width of a 95 % interval, in standard errors of a normal variable."""
 
-Judged = Mapping[int, Mapping[str, list[Verdict]]]
+VerdictsByReading = Mapping[int, Mapping[str, list[Verdict]]]
 """Verdicts by the number of the reading, and then by ω_t: "all", "4", "8"."""
 
 
-def judge(tables: Mapping[int, Table]) -> Judged:
+def verdicts_by_reading(tables: Mapping[int, Table]) -> VerdictsByReading:
     """The verdicts under each reading, on all ω_t and at each alone.
 
     Args:
@@ -46,13 +46,13 @@ def judge(tables: Mapping[int, Table]) -> Judged:
     return {number: verdicts_by_omega(table) for number, table in tables.items()}
 
 
-def of_claim(judged: Judged, number: int, omega: str) -> dict[int, Verdict]:
+def of_claim(verdicts: VerdictsByReading, number: int, omega: str) -> dict[int, Verdict]:
     """One claim's verdict under every reading, by the number of the reading.
 
     Nothing if there are no runs for it, that is, no reading defines any of its parts.
     """
     found: dict[int, Verdict] = {}
-    for reading, by_omega in judged.items():
+    for reading, by_omega in verdicts.items():
         for verdict in by_omega.get(omega, ()):
             if verdict.number == number:
                 found[reading] = verdict

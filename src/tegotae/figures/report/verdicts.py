@@ -18,7 +18,7 @@ from tegotae.studies.paper.endings import endings_by_architecture
 from tegotae.studies.paper.table import Table
 
 
-def judged(
+def verdict_texts(
     table: Table,
     experiments: Path | None = None,
     budgets: Table | None = None,
