@@ -20,7 +20,6 @@ from tegotae.figures.generalisation import groups_figure
 from tegotae.figures.style import save_figure
 from tegotae.parts.bodies import Body
 from tegotae.simulation.rollout import (
-    Engine,
     Scenario,
     Timing,
     Trajectory,
@@ -147,8 +146,8 @@ def edge(subjects: Sequence[TestedControllers]) -> Iterator[dict]:
     """How far the leg is pressed and how high it hops undisturbed: medians over runs [l0]."""
     for subject in subjects:
         timing = Timing(duration_s=20.0, tick_s=0.002, frame_s=0.002)
-        engine = Engine(controller=subject.controller, timing=timing, summary=_extremes)
-        least, most, failed = engine.run(subject.weights, Scenario.of(subject.omega), subject.body)
+        engine = subject.system.engine(_extremes, timing)
+        least, most, failed = engine.run(subject.weights, subject.system.scenario(), subject.body)
         yield {
             "model": subject.name,
             "runs": len(least),

@@ -13,7 +13,7 @@ from learned_legs_judge import runs_of
 from learned_legs_plan import ADDED, TABLES, Cell
 from tegotae.parts.bodies import Walker
 from tegotae.studies.generalisation.catalogue import disturbances_named
-from tegotae.studies.generalisation.disturbance import Applied, Disturbance
+from tegotae.studies.generalisation.disturbance import Disturbance
 from tegotae.studies.generalisation.kinds import Scaled
 from tegotae.studies.generalisation.run import generalise
 from tegotae.studies.generalisation.table import curve, margins
@@ -34,12 +34,13 @@ class Put(Disturbance):
     def lacks(self, subject: TestedControllers) -> str:
         """See `Disturbance.lacks`."""
         first = self.field.partition(".")[0]
-        return "" if subject.path(first) is not None else f"its body has no {first}"
+        return "" if subject.has_field(first) else f"its body has no {first}"
 
-    def applied(self, subject: TestedControllers, level: np.ndarray, at_s: np.ndarray) -> Applied:
-        """See `Disturbance.applied`."""
-        first, dot, rest = self.field.partition(".")
-        return Applied({}, {f"{subject.path(first)}{dot}{rest}": np.asarray(level, float)})
+    def changes(
+        self, subject: TestedControllers, level: np.ndarray, at_s: np.ndarray
+    ) -> dict[str, Any]:
+        """See `Disturbance.changes`."""
+        return {self.field: np.asarray(level, float)}
 
 
 INERTIA = ("inertia_x_kg_m2", "inertia_y_kg_m2", "inertia_z_kg_m2")

@@ -1,7 +1,7 @@
 """What the hopper did before the core was made for any number of limbs, kept to compare with.
 
     python tests/helpers/kept_hopper.py             # the largest differences from what is kept
-    python tests/kept_hopper.py --renew     # keep what it does now
+    python tests/helpers/kept_hopper.py --renew     # keep what it does now
 
 Kept are trajectories (over horizons on which rounding cannot grow), two generations of a training,
 an evaluation, and the table of a smoke study.

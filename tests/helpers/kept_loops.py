@@ -3,9 +3,9 @@
     python tests/helpers/kept_loops.py             # the largest differences from what is kept
     python tests/helpers/kept_loops.py --renew     # keep what it does now
 
-Kept are trajectories of a walker in double precision, over a horizon on which rounding cannot grow, and
-weights and fitness of three generations on a MuJoCo model. On the processor that they were kept on,
-XLA gives them to the bit; on others the last digits differ.
+Kept are trajectories of a walker in double precision, over a horizon on which rounding cannot grow,
+and weights and fitness of three generations on a MuJoCo model. On the processor that they were kept
+on, XLA gives them to the bit; on others the last digits differ.
 """
 
 from __future__ import annotations

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from tegotae import Engine, Hopper, Scenario, TegotaeError, Timing, build
-from tegotae.parts.bodies import Plate, Walker
-from tegotae.simulation.world import Staircase, Step
+from tegotae.parts.bodies import Bar, Plate, Sensors, Walker
+from tegotae.simulation.world import Staircase, Step, with_changes
 from tegotae.simulation.world.checks import check_changes
 
 ENGINE = Engine(controller=build("V-reflex-w8"), timing=Timing(duration_s=4.0))
@@ -119,3 +119,41 @@ def test_late_times_are_whole_ticks_in_single_precision_too():
             for t in (tick - 1, tick)
         ]
         assert said == [0.0, 1.0], time
+
+
+# Changes by name.
+
+
+def test_a_change_by_name_goes_where_its_name_belongs():
+    body = Sensors(body=Bar())
+    met = with_changes(
+        Scenario(omega=8.0),
+        body,
+        {
+            "omega": Step(6.0, from_s=1.0),
+            "height_m": 1.1,
+            "pitch_rad": 0.1,
+            "drop_m": Step(0.05, from_s=3.0),
+            "ground_m": Staircase(-0.1, 1.0),
+            "delay_s": 0.01,
+            "body.inertia_ratio": 0.6,
+        },
+    )
+    assert (met.omega, met.height_m, met.drop_m, met.drop_time_s) == (8.0, 1.1, 0.05, 3.0)
+    assert met.initial_pose == {"pitch_rad": 0.1}
+    assert set(met.changes) == {"omega", "ground_m", "delay_s", "body.inertia_ratio"}
+
+
+@pytest.mark.parametrize(
+    ("changes", "says"),
+    [
+        ({"weight": 1.0}, "no field of a Bar is called 'weight'"),
+        ({"height_m": Step(1.1)}, "height_m is of the release; it cannot change on the way"),
+        ({"pitch_rad": Staircase(0.1, 1.0)}, "pitch_rad is of the release"),
+        ({"drop_m": Step(0.1, 1.0, 2.0)}, "drop_m is for good; .* is a Step of ground_m"),
+        ({"ground_m": 0.1}, "for a drop name drop_m"),
+    ],
+)
+def test_a_change_of_what_is_not_there_or_cannot_be_scheduled_is_refused(changes, says):
+    with pytest.raises(TegotaeError, match=says):
+        with_changes(Scenario(omega=8.0), Bar(), changes)

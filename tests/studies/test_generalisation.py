@@ -21,6 +21,7 @@ from tegotae.measures.gaits.summary import CoordinationSummary
 from tegotae.parts.bodies.external import ExternalLimbs
 from tegotae.parts.bodies.interface import Interface
 from tegotae.parts.commands import FOOT
+from tegotae.simulation.integrators import Hold
 from tegotae.studies.gaits import system
 from tegotae.studies.generalisation import (
     CATALOGUE,
@@ -28,6 +29,7 @@ from tegotae.studies.generalisation import (
     TestedControllers,
     disturbances_named,
     margins,
+    record,
     tried,
 )
 from tegotae.studies.generalisation.retention import GaitRetention, Walked
@@ -49,7 +51,7 @@ def hopper(weights=((2.0,), (0.0,)), **more) -> TestedControllers:
     labels = tuple(map(str, range(len(weights))))
     given = {"looked_at": TIMING, **more}
     system = System(controller=REFLEX, omega=8.0)
-    return TestedControllers("V", system, np.array(weights), labels, **given)
+    return TestedControllers(ControllerSet("V", system, np.array(weights), labels), **given)
 
 
 @pytest.fixture(scope="module")
@@ -108,7 +110,9 @@ def test_walkers_are_pushed_lose_legs_and_meet_slopes_and_keep_a_share_of_their_
     found = system("quadruped-c")
     timing = dataclasses.replace(found.timing, duration_s=60.0)
     weights = np.array([found.weights])
-    subject = TestedControllers("C", found.system, weights, ("0",), 2, looked_at=timing)
+    subject = TestedControllers(
+        ControllerSet("C", found.system, weights, ("0",)), 2, looked_at=timing
+    )
     chosen = disturbances_named(
         ["push-aside=0.001/9", "lost-leg=1", "slope=-9", "rough=0.001", "strength"]
     )
@@ -166,14 +170,14 @@ def quadruped(starts=4, **more) -> TestedControllers:
     one = np.array([found.weights])
     given = {"looked_at": dataclasses.replace(found.timing, duration_s=60.0), **more}
     labels = ("0",)
-    return TestedControllers("C", found.system, one, labels, starts, **given)
+    return TestedControllers(ControllerSet("C", found.system, one, labels), starts, **given)
 
 
 def test_what_a_release_meets_is_the_same_for_every_run_and_level():
     for text, entry in (("noise", "seed"), ("rough", "place"), ("lost-leg", "present")):
         (each,) = disturbances_named([text])
         lanes = np.repeat(np.array(each.levels[:2]), 3 * 4)  # levels, runs, releases
-        changes = each.applied(quadruped(), lanes, np.zeros(len(lanes))).changes
+        changes = each.changes(quadruped(), lanes, np.zeros(len(lanes)))
         (drawn,) = [x for name, x in changes.items() if name.endswith(entry)]
         drawn = np.asarray(drawn.value if entry == "present" else drawn)
         by_run = drawn.reshape(-1, 2, 3, 4)[:, 0]
@@ -305,7 +309,7 @@ def test_runs_that_are_the_same_are_tried_once():
         np.array([[2.0], [2.0], [1.0]]),
         ("0", "1", "2"),
     )
-    assert TestedControllers.of(runs).labels == ("0", "2")
+    assert TestedControllers.of(runs).controllers.labels == ("0", "2")
 
 
 # What is refused.
@@ -345,7 +349,7 @@ def test_one_that_can_meet_nothing_is_left_out_beside_others(tmp_path):
     two = disturbances_named(["omega=1.01"])
     single = System(controller=build("T-F", 10))
     weights = np.zeros((1, single.controller.n_weights))
-    other = dataclasses.replace(hopper(), name="N", system=single, weights=weights, labels=("0",))
+    other = dataclasses.replace(hopper(), controllers=ControllerSet("N", single, weights, ("0",)))
     assert tried(other, two).left_out == reason
     (tmp_path / "left_out.csv").write_text("of another run")
     empty = tried(other, two)
@@ -374,3 +378,13 @@ def test_the_command_says_in_one_line_what_it_misses(capsys):
     assert main(["generalise"]) == 2
     assert main(["generalise", "--list"]) == 0
     assert "delay of the senses" in capsys.readouterr().out
+
+
+def test_who_is_held_over_the_control_period_is_tried_so():
+    held = hopper(looked_at=None).replaced(
+        integrator=Hold(), timing=Timing(tick_s=0.004), phase_rad=1.0
+    )
+    assert held.timing.tick_s == 0.004
+    assert held.phase_rad.tolist() == [1.0]
+    usual, own = (record.configuration(each, ()) for each in (hopper(), held))
+    assert set(own) - set(usual) == {"integrator", "release"}

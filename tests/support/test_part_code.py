@@ -18,6 +18,7 @@ from tegotae.studies.paper import runner
 from tegotae.studies.paper.folder import Folder
 from tegotae.studies.paper.plan import plan
 from tegotae.systems import controller_file, registry
+from tegotae.systems.controller_set import ControllerSet
 from tegotae.systems.experiment import Experiment, differing
 from tegotae.systems.user_objects import imported
 from tegotae.training.agents import AgentLearner
@@ -266,7 +267,7 @@ def test_agents_do_not_go_on_with_other_code(users, tmp_path):
 def test_a_record_of_generalisation_is_one_of_its_code(users):
     def document():
         own = users.experiment
-        subject = TestedControllers("edited", own.system, [[0.0]], ("0",))
+        subject = TestedControllers(ControllerSet("edited", own.system, [[0.0]], ("0",)))
         return record.configuration(subject, ())
 
     before = document()

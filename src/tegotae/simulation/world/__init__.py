@@ -7,6 +7,7 @@ from tegotae.simulation.world.changes import (
     apply_changes,
     map_change,
     whole_run,
+    with_changes,
 )
 from tegotae.simulation.world.conditions import Condition, OneOf, Uniform
 from tegotae.simulation.world.scenario import Scenario, ground_m
@@ -23,4 +24,5 @@ __all__ = [
     "ground_m",
     "map_change",
     "whole_run",
+    "with_changes",
 ]

@@ -1,4 +1,8 @@
-"""What is otherwise than said, for a lane: a field of the body, or the frequency, from when on."""
+"""Changes to the world by name: an entry of the scenario, or a number of the body, from when on.
+
+Whatever changes the world, a condition of training, a disturbance, a lesion or an axis of a map,
+names what changes and gives a value or a schedule; `with_changes` makes the scenario.
+"""
 
 from __future__ import annotations
 
@@ -8,15 +12,22 @@ from typing import Any, NamedTuple, TypeVar
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 
+from tegotae._support.errors import TegotaeError
+from tegotae.parts.bodies import Body
+from tegotae.parts.fields import path_of
 from tegotae.parts.parameters import changed
+from tegotae.simulation.world.scenario import GROUND, Scenario
 
 T = TypeVar("T")
 
 OMEGA = "omega"
 """The name of a change of the frequency, which is no field of the body."""
-GROUND = "ground_m"
-"""The name of a change of the ground's height, which is none either."""
+DROP = "drop_m"
+"""The name of the one drop of the ground; a `Step` says when."""
+ENTRIES = (OMEGA, "height_m", "velocity_m_per_s", "phase_rad", DROP, "drop_time_s")
+"""Entries of a scenario that can be otherwise; other names are the body's."""
 
 
 class Step(NamedTuple):
@@ -76,6 +87,57 @@ class Staircase(NamedTuple):
 
 Change = Step | Staircase
 """How a value changes during a run."""
+
+
+def with_changes(scenario: Scenario, body: Body, changes: Mapping[str, Any]) -> Scenario:
+    """The scenario in which what is named is otherwise.
+
+    Args:
+        scenario: as it is otherwise.
+        body: whose numbers and initial pose are meant.
+        changes: by the name of an entry of the scenario ("omega", "height_m"), of a number of the
+            release's initial pose ("pitch_rad"), of a field of the body ("mass_kg",
+            "terrain.rise_m"), or "ground_m": a value, or a schedule (`Step`, `Staircase`). Values
+            are numbers, or arrays [lanes] or [limbs, lanes]. A `Step` of "drop_m" has the time of
+            the drop.
+
+    Raises:
+        TegotaeError: for a name that nothing has, or a schedule of what is of the release.
+
+    Example:
+        >>> from tegotae.parts.bodies import Bar, Sensors
+        >>> drop = {"drop_m": Step(0.05, from_s=30.0), "inertia_ratio": 0.6}
+        >>> met = with_changes(Scenario(omega=8.0), Sensors(body=Bar()), drop)
+        >>> met.drop_m, met.drop_time_s, met.changes
+        (0.05, 30.0, {'body.inertia_ratio': 0.6})
+    """
+    entries: dict[str, Any] = {}
+    initial_pose, of_body = dict(scenario.initial_pose), dict(scenario.changes)
+    for name, change in changes.items():
+        scheduled = isinstance(change, (Step, Staircase))
+        if name == DROP and isinstance(change, Step):
+            if not np.all(np.isinf(change.until_s)):
+                raise TegotaeError(
+                    f"{DROP} is for good; ground that rises again is a Step of {GROUND}"
+                )
+            entries |= {DROP: change.value, "drop_time_s": change.from_s}
+        elif name in (OMEGA, GROUND) and scheduled:
+            of_body[name] = change
+        elif name in ENTRIES or name in body.pose_names:
+            if scheduled:
+                raise TegotaeError(f"{name} is of the release; it cannot change on the way")
+            (entries if name in ENTRIES else initial_pose)[name] = change
+        elif name == GROUND:
+            raise TegotaeError(
+                f"{GROUND} changes by a schedule, a Step or a Staircase; for a drop name {DROP}"
+            )
+        else:
+            of_body[path_of(body, name)] = change
+    return scenario._replace(
+        **entries,
+        initial_pose=initial_pose or scenario.initial_pose,
+        changes=of_body or scenario.changes,
+    )
 
 
 def _reached(time_s: Any, tick: jax.Array, tick_s: Any) -> jax.Array:

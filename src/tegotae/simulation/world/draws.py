@@ -13,12 +13,11 @@ from tegotae.parts.bodies import Body
 from tegotae.parts.fields import (
     INNER,
     number_of,
-    path_of,
     paths_of,
     with_fields,
 )
 from tegotae.parts.oscillators import Oscillator
-from tegotae.simulation.world.changes import OMEGA, Step
+from tegotae.simulation.world.changes import DROP, ENTRIES, OMEGA, Step, with_changes
 from tegotae.simulation.world.checks import (
     check_changes,
     check_initial_pose,
@@ -29,9 +28,6 @@ from tegotae.simulation.world.scenario import Scenario
 
 MOST_CORNERS = 4096
 """Combinations of extremes that are tried: those of twelve conditions of two each."""
-
-_ENTRIES = ("omega", "height_m", "velocity_m_per_s", "phase_rad", "drop_m", "drop_time_s")
-"""Entries of a scenario that a condition may be about."""
 
 
 def draw(
@@ -81,24 +77,15 @@ def applied(
         scenario: as it is otherwise.
         body: which decides what is an initial pose of its release.
     """
-    if not conditions:
-        return scenario
-    entries: dict[str, Any] = {}
-    initial_pose, changes = dict(scenario.initial_pose), dict(scenario.changes)
+    changes: dict[str, Any] = {}
     for condition in conditions:
-        name, value = condition.name, values[condition.name]
-        if name == "drop_m" and condition.from_s > 0.0:
-            entries["drop_time_s"] = condition.from_s
-        if name in _ENTRIES and (condition.lasts or name != OMEGA):
-            entries[name] = value
-        elif name in body.pose_names:
-            initial_pose[name] = value
-        elif condition.lasts:
-            changes[path_of(body, name)] = value
-        else:
-            until_s = np.inf if condition.until_s is None else condition.until_s
-            changes[path_of(body, name)] = Step(value, condition.from_s, until_s)
-    return scenario._replace(**entries, initial_pose=initial_pose or (), changes=changes or ())
+        value, until_s = values[condition.name], condition.until_s
+        changes[condition.name] = (
+            value
+            if condition.lasts
+            else Step(value, condition.from_s, np.inf if until_s is None else until_s)
+        )
+    return with_changes(scenario, body, changes) if changes else scenario
 
 
 def check_conditions(
@@ -127,7 +114,7 @@ def check_releases(conditions: Sequence[Condition], scenario: Scenario, body: Bo
     """Raise `TegotaeError` if under some combination of the extremes the body can never hop."""
     lasting = [condition for condition in conditions if condition.lasts]
     for values in _combinations(lasting):
-        fields = {n: x for n, x in values.items() if n not in _ENTRIES and n not in body.pose_names}
+        fields = {n: x for n, x in values.items() if n not in ENTRIES and n not in body.pose_names}
         height = values.get("height_m", scenario.height_m)
         try:
             with_fields(body, fields).check_release(float(height))
@@ -144,18 +131,18 @@ def _check_name(
     name = condition.name
     if names.count(name) > 1:
         raise TegotaeError(f"{name} is varied {names.count(name)} times; give it one condition")
-    own_each = name == "phase_rad" or not (name in _ENTRIES or name in body.pose_names)
+    own_each = name == "phase_rad" or not (name in ENTRIES or name in body.pose_names)
     if np.ndim(condition.extremes[0]) > 0 and not own_each:
         raise TegotaeError(
             f"{name} is one number for all limbs; write its values without commas between them"
         )
-    if name not in _ENTRIES and name not in body.pose_names:
+    if name not in ENTRIES and name not in body.pose_names:
         outer = name.partition(".")[0]
-        own = [*paths_of(body), INNER, *body.pose_names, *_ENTRIES]
+        own = [*paths_of(body), INNER, *body.pose_names, *ENTRIES]
         if outer not in own:
             raise unknown(f"condition of a {type(body).__name__}", name, own)
         number_of(body, name)
-    elif name == "drop_m":
+    elif name == DROP:
         if condition.from_s and "drop_time_s" in names:
             raise TegotaeError(
                 f"the ground drops once, and has two times: drop_m from {condition.from_s:g} s on, "
@@ -181,7 +168,7 @@ def _check_name(
 
 def _of_limbs(name: str, body: Body) -> bool:
     """Whether each limb has one of its own."""
-    if name in _ENTRIES or name in body.pose_names:
+    if name in ENTRIES or name in body.pose_names:
         return name == "phase_rad" and body.limbs > 1
     return isinstance(number_of(body, name), tuple)
 

@@ -8,7 +8,8 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 
-from tegotae.simulation.world.changes import GROUND
+GROUND = "ground_m"
+"""The name of a change of the ground's height, which is no field of the body."""
 
 
 class Scenario(NamedTuple):

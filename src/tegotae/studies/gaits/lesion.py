@@ -29,10 +29,10 @@ from tegotae.measures.gaits.summary import (
 )
 from tegotae.measures.gaits.wilson import wilson
 from tegotae.parts.bodies import Body
-from tegotae.parts.fields import numbers_of, path_of, unwrapped
+from tegotae.parts.fields import numbers_of, unwrapped
 from tegotae.simulation.recorder import Trajectory
 from tegotae.simulation.rollout import Scenario, Timing
-from tegotae.simulation.world import Step, apply_changes
+from tegotae.simulation.world import Step, apply_changes, with_changes
 from tegotae.systems.legged import Legged, lanes_of, random_phases
 
 
@@ -130,17 +130,13 @@ class GaitLesion:
                     name,
                     [each for each, usual in numbers.items() if not isinstance(usual, tuple)],
                 )
-            changes[path_of(legged.body, name)] = Step(
-                value, from_s=self.at_s, until_s=self.at_s + self.lasts_s
-            )
+            changes[name] = Step(value, from_s=self.at_s, until_s=self.at_s + self.lasts_s)
         if self.lost:
             there = np.isin(np.arange(legged.body.limbs), left).astype(float)
-            changes[path_of(legged.body, "present")] = Step(there[:, None], from_s=self.at_s)
-        return legged.scenario(
-            phase_rad,
-            changes=changes,
-            **({"drop_m": self.drop_m, "drop_time_s": self.at_s} if self.drop_m else {}),
-        )
+            changes["present"] = Step(there[:, None], from_s=self.at_s)
+        if self.drop_m:
+            changes["drop_m"] = Step(self.drop_m, from_s=self.at_s)
+        return with_changes(legged.scenario(phase_rad), legged.body, changes)
 
 
 @dataclass(frozen=True)

@@ -16,8 +16,8 @@ from tegotae._support.errors import (
 )
 from tegotae._support.limits import MOST_GAIN, MOST_POINTS, MOST_RAD_PER_S
 from tegotae.parts.bodies import Body
-from tegotae.parts.fields import numbers_of, paths_of, with_fields
-from tegotae.simulation.world import Scenario
+from tegotae.parts.fields import numbers_of, with_fields
+from tegotae.simulation.world import Scenario, with_changes
 from tegotae.systems.legged import Legged
 
 OMEGA, SIGMA = "omega", "sigma"
@@ -143,7 +143,7 @@ def lanes_at(
         legged: the system.
         where: of every lane, [lanes].
         phase_rad: at release [rad], [limbs, lanes].
-        changes: further ones of the scenario.
+        changes: further ones, by name (`with_changes`).
 
     Returns:
         Weights, [lanes, n_weights], and the scenario.
@@ -152,16 +152,14 @@ def lanes_at(
     if SIGMA in where[0].at:
         weights = np.array([[each.at[SIGMA]] for each in where])
     fields = [fields_at(legged.body, each.at) for each in where]
-    paths = paths_of(legged.body)
-    of_body = {paths[name]: np.array([each[name] for each in fields]).T for name in fields[0]}
-    scenario = legged.scenario(
-        phase_rad,
-        height_m=np.array([legged.system.height_on(_body(each)) for each in where]),
-        changes={**of_body, **(changes or {})},
-    )
+    varied = {name: np.array([each[name] for each in fields]).T for name in fields[0]}
     if OMEGA in where[0].at:
-        scenario = scenario._replace(omega=np.array([each.at[OMEGA] for each in where]))
-    return weights, scenario
+        varied[OMEGA] = np.array([each.at[OMEGA] for each in where])
+    scenario = legged.scenario(
+        phase_rad, height_m=np.array([legged.system.height_on(_body(each)) for each in where])
+    )
+    usual = with_changes(scenario, legged.body, varied)
+    return weights, with_changes(usual, legged.body, changes or {})
 
 
 def _body(setting: Setting) -> Body:

@@ -1,14 +1,13 @@
 """What trained controllers do, unchanged, in conditions that they were not trained in."""
 
 from tegotae.studies.generalisation.catalogue import CATALOGUE, disturbances_named
-from tegotae.studies.generalisation.disturbance import Applied, Disturbance
+from tegotae.studies.generalisation.disturbance import Disturbance
 from tegotae.studies.generalisation.table import margins
 from tegotae.studies.generalisation.tested_controllers import TestedControllers
 from tegotae.studies.generalisation.trial import Retention, tried
 
 __all__ = [
     "CATALOGUE",
-    "Applied",
     "Disturbance",
     "Retention",
     "TestedControllers",

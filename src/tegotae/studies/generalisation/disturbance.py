@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -14,15 +14,6 @@ from tegotae.studies.generalisation.tested_controllers import TestedControllers
 
 MOST_LEVEL = 1e6
 """The largest level of any disturbance: single precision can count with it."""
-
-
-class Applied(NamedTuple):
-    """What lanes meet: arrays [lanes] or [limbs, lanes] by name, which others have as usual."""
-
-    entries: dict[str, Any]
-    """Entries of the scenario."""
-    changes: dict[str, Any]
-    """Fields of the prepared body (`TestedControllers.path`), and of frequency or ground."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -77,8 +68,13 @@ class Disturbance(ABC):
         """Why the subject cannot meet it, in a few words; empty if it can."""
 
     @abstractmethod
-    def applied(self, subject: TestedControllers, level: np.ndarray, at_s: np.ndarray) -> Applied:
-        """What lanes of these levels meet.
+    def changes(
+        self, subject: TestedControllers, level: np.ndarray, at_s: np.ndarray
+    ) -> dict[str, Any]:
+        """What is otherwise for lanes of these levels, by name (`with_changes`).
+
+        Arrays [lanes] or [limbs, lanes], or schedules of them; names are those of the prepared
+        body's fields, and of the scenario's entries.
 
         Args:
             subject: who meets it.

@@ -16,11 +16,13 @@ from tegotae._support.documents import parse
 from tegotae._support.errors import TegotaeError
 from tegotae._support.files import write_atomically
 from tegotae._support.part_code import code_of
+from tegotae.simulation.integrators import PredictorCorrector
 from tegotae.studies.generalisation.disturbance import Disturbance
 from tegotae.studies.generalisation.tested_controllers import TestedControllers
 from tegotae.studies.generalisation.trial import Retention
 from tegotae.systems.descriptions import describe
 from tegotae.systems.registry import CODE
+from tegotae.systems.release import Release
 
 FORMAT = 2
 """Changed whenever the same configuration would give other numbers."""
@@ -47,6 +49,12 @@ def configuration(
         "timing": describe(subject.timing),
         "disturbances": [_described(each) for each in applied],
     }
+    # Older records have neither, for they were all of the usual ones.
+    integrator, release = subject.system.integrator, subject.system.release
+    if integrator != PredictorCorrector():
+        document["integrator"] = describe(integrator)
+    if release != Release():
+        document["release"] = describe(release)
     return json.loads(json.dumps(document))
 
 

@@ -18,6 +18,7 @@ from tegotae.measures.gaits.summary import Coordination, CoordinationSummary
 from tegotae.measures.hopping.efficiency import cot_inverse
 from tegotae.measures.hopping.hopping import dies_out, hops
 from tegotae.measures.hopping.limit_cycle import LimitCycle, settled
+from tegotae.parts.fields import path_of
 from tegotae.simulation.recorder import declared
 from tegotae.simulation.rollout import (
     Scenario,
@@ -101,7 +102,7 @@ class HopRetention(RetentionCriterion):
 
     def of(self, recorded: Trajectory, scenario: Scenario) -> Any:
         """See `RetentionCriterion.of`."""
-        length = scenario.changes.get(self.rest_length_path, np.float32(self.rest_length_m))
+        length = dict(scenario.changes).get(self.rest_length_path, np.float32(self.rest_length_m))
         usual = LimitCycle()
         near = dataclasses.replace(
             usual, height_tolerance_m=usual.height_tolerance_m * self.rest_length_m
@@ -247,8 +248,7 @@ def criterion_of(subject: TestedControllers) -> RetentionCriterion:
     """The criterion that decides what a subject keeps of its gait."""
     event_s = EVENT_SHARE * subject.timing.duration_s
     if subject.hops:
-        path = subject.path("rest_length_m")
-        assert path is not None
+        path = path_of(subject.prepared, "rest_length_m")
         return HopRetention(path, float(subject.body.rest_length_m), event_s)
     pair = subject.controller, subject.prepared
     legs = CoordinationSummary.on(*pair, reference=subject.reference)

@@ -23,7 +23,6 @@ from tegotae.parts.bodies import (
 from tegotae.parts.commands import FORCE
 from tegotae.parts.controller import Controller
 from tegotae.parts.fields import (
-    path_of,
     paths_of,
     unwrapped,
     value_of,
@@ -48,13 +47,10 @@ _EARTH_S = math.sqrt(1.0 / 9.81)
 
 @dataclass(frozen=True)
 class TestedControllers:
-    """The runs of one controller, unchanged.
+    """A set of controllers, unchanged, and how it is tried.
 
     Args:
-        name: of the controller.
-        system: the closed loop that the runs share, as they were trained.
-        weights: shape [runs, n_weights].
-        labels: of the runs.
+        controllers: the runs of one training, and the system that they share.
         starts: from how many releases each is tried; those of several legs differ in the phases of
             their oscillators.
         looked_at: for how long, and how closely; as is usual for its body if None.
@@ -65,10 +61,7 @@ class TestedControllers:
             ticks.
     """
 
-    name: str
-    system: System
-    weights: np.ndarray
-    labels: tuple[str, ...]
+    controllers: ControllerSet
     starts: int = 1
     looked_at: Timing | None = None
     longest_delay_s: float = USUAL_DELAY_S
@@ -105,9 +98,23 @@ class TestedControllers:
         _, first = np.unique(runs.weights, axis=0, return_index=True)
         kept = np.sort(first)
         labels = tuple(runs.labels[i] for i in kept)
-        starts = starts if runs.body.limbs > 1 else 1
-        weights = runs.weights[kept]
-        return cls(runs.name, runs.system, weights, labels, starts)
+        chosen = dataclasses.replace(runs, weights=runs.weights[kept], labels=labels)
+        return cls(chosen, starts if runs.body.limbs > 1 else 1)
+
+    @property
+    def name(self) -> str:
+        """Of the set."""
+        return self.controllers.name
+
+    @property
+    def weights(self) -> np.ndarray:
+        """Of the runs, [runs, n_weights]."""
+        return self.controllers.weights
+
+    @property
+    def system(self) -> System:
+        """The closed loop that the runs share, as they were trained."""
+        return self.controllers.system
 
     @property
     def controller(self) -> Controller:
@@ -126,7 +133,7 @@ class TestedControllers:
 
     def replaced(self, **changes: Any) -> TestedControllers:
         """The same runs in another system: other fields of the system or its release."""
-        return dataclasses.replace(self, system=self.system.replaced(changes))
+        return dataclasses.replace(self, controllers=self.controllers.replaced(**changes))
 
     def meeting(self, longest_delay_s: float) -> TestedControllers:
         """The same, whose senses can be late by so much."""
@@ -158,7 +165,11 @@ class TestedControllers:
         if not self.hops:
             return dataclasses.replace(own, duration_s=settling_s(self.body))
         frames = round(HOPPING.n_frames * self.time_scale)
-        return dataclasses.replace(HOPPING, duration_s=frames * HOPPING.frame_s)
+        return dataclasses.replace(
+            HOPPING,
+            duration_s=frames * HOPPING.frame_s,
+            tick_s=self.system.period_s(HOPPING.tick_s),
+        )
 
     @property
     def height_m(self) -> float:
@@ -175,7 +186,7 @@ class TestedControllers:
         """Phases of the oscillators at each release [rad], [(limbs,) starts]."""
         shape = (*self.body.limb_shape, self.starts)
         if self.hops:
-            return np.zeros(shape)
+            return np.full(shape, self.system.release.phase_rad)
         return np.random.default_rng(0).uniform(0.0, 2.0 * np.pi, shape[::-1]).T
 
     @property
@@ -216,22 +227,17 @@ class TestedControllers:
             body = body.body
         return False
 
-    def path(self, name: str) -> str | None:
-        """What a field of the prepared body is called in a scenario's `changes`; None without it.
+    def has_field(self, name: str) -> bool:
+        """Whether the prepared body has a field of this name.
 
         Example:
             >>> from tegotae.systems.models import build
-            >>> one = (np.ones((1, 1)), ("0",))
             >>> system = System(controller=build("V-reflex-w8"), omega=8.0)
-            >>> leg = TestedControllers("V", system, *one)
-            >>> leg.path("delay_s"), leg.path("mass_kg")
-            ('delay_s', 'body.body.body.mass_kg')
+            >>> leg = TestedControllers(ControllerSet("V", system, np.ones((1, 1)), ("0",)))
+            >>> leg.has_field("delay_s"), leg.has_field("mass_kg"), leg.has_field("present")
+            (True, True, False)
         """
-        return paths_of(self.prepared).get(name)
-
-    def paths(self, *names: str) -> list[str]:
-        """The same of fields that the prepared body has."""
-        return [path_of(self.prepared, name) for name in names]
+        return name in paths_of(self.prepared)
 
     def usual(self, name: str) -> Any:
         """A field of the prepared body as it is: a number, or a tuple of the legs' numbers."""

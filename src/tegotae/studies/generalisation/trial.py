@@ -15,9 +15,9 @@ from tegotae._support.devices import set_up
 from tegotae._support.errors import TegotaeError
 from tegotae.parts.fields import with_fields
 from tegotae.simulation.rollout import Engine, Scenario, check_senses
-from tegotae.simulation.world import Staircase, Step
-from tegotae.simulation.world.changes import GROUND, OMEGA
-from tegotae.studies.generalisation.disturbance import Applied, Disturbance, usual_change
+from tegotae.simulation.world import Staircase, Step, with_changes
+from tegotae.simulation.world.changes import ENTRIES, GROUND, OMEGA
+from tegotae.studies.generalisation.disturbance import Disturbance, usual_change
 from tegotae.studies.generalisation.retention import criterion_of
 from tegotae.studies.generalisation.tested_controllers import TestedControllers
 
@@ -90,16 +90,16 @@ def check_levels(subject: TestedControllers, disturbances: Sequence[Disturbance]
     subject = _meeting(subject, disturbances)
     for each in disturbances:
         for level in each.levels:
-            entries, changes = each.applied(subject, np.array([level]), np.zeros(1))
+            changes = each.changes(subject, np.array([level]), np.zeros(1))
             fields = {
                 name: _number(change, subject.usual(name))
                 for name, change in changes.items()
-                if name not in (GROUND, OMEGA)
+                if name not in (GROUND, *ENTRIES)
             }
             try:
                 with_fields(subject.prepared, fields).check_tick(subject.timing.tick_s)
-                if "omega" in entries and subject.controller.oscillator is not None:
-                    omega = float(np.max(entries["omega"]))
+                if OMEGA in changes and subject.controller.oscillator is not None:
+                    omega = float(np.max(changes[OMEGA]))
                     subject.controller.oscillator.check_tick(omega, subject.timing.tick_s)
             except TegotaeError as error:
                 raise TegotaeError(f"{each.name}={level:g} on {subject.name}: {error}") from None
@@ -119,9 +119,7 @@ class _Trial:
         self.subject, self.disturbances = subject, disturbances
         self.criterion = criterion_of(subject)
         self.size = len(subject.weights) * subject.starts
-        self.engine = Engine(
-            controller=subject.controller, timing=subject.timing, summary=self.criterion.summary
-        )
+        self.engine = subject.system.engine(self.criterion.summary, subject.timing)
         self.body = jax.tree.map(lambda x: jnp.asarray(x, "float32"), subject.prepared)
 
     def measured(self, plan: Sequence[tuple[Disturbance, np.ndarray]], at_s: np.ndarray) -> Any:
@@ -151,62 +149,56 @@ class _Trial:
         joined = jax.tree.map(lambda *each: np.concatenate(each, axis=-1)[..., :count], *parts)
         return jax.tree.map(lambda x: x.reshape(*x.shape[:-1], levels, self.size), joined)
 
-    def _scenario(self, plan: Sequence[tuple[Disturbance, np.ndarray]], at_s: np.ndarray) -> Any:
+    def _scenario(
+        self, plan: Sequence[tuple[Disturbance, np.ndarray]], at_s: np.ndarray
+    ) -> Scenario:
         """What the lanes meet, level by level; all that some disturbance changes is in it."""
         subject = self.subject
-        entries: dict[str, Any] = {"omega": 0.0 if subject.omega is None else subject.omega}
-        entries |= {"height_m": subject.height_m, "velocity_m_per_s": 0.0, "drop_m": 0.0}
-        entries |= {"drop_time_s": np.inf, "phase_rad": np.tile(subject.phase_rad, self._runs)}
-        changes = {}
-        for each in self.disturbances:
-            level = np.array([each.neutral])
-            for name, change in each.applied(subject, level, np.full(1, np.inf)).changes.items():
-                usual = None if name in (GROUND, OMEGA) else subject.usual(name)
-                changes[name] = _without(change, usual)
-        whole = [self._applied(each, levels, at_s) for each, levels in plan]
+        whole = [self._changes(each, levels, at_s) for each, levels in plan]
         counts = [len(levels) * self.size for _, levels in plan]
 
-        def joined(pick: Any, usual: Any) -> Any:
-            """Of one entry: what each disturbance says, or what is usual."""
-            given = [pick(applied) for applied in whole]
+        def joined(name: str, usual: Any) -> Any:
+            """Of one name: what each disturbance gives, or what is usual."""
+            given = [changes.get(name) for changes in whole]
             parts = [
                 _lanes(usual if x is None else x, n) for x, n in zip(given, counts, strict=True)
             ]
             return jax.tree.map(_concatenated, *parts)
 
-        scenario = Scenario(
-            **{
-                name: joined(lambda applied, name=name: applied.entries.get(name), usual)
-                for name, usual in entries.items()
-            },
-            initial_pose=(),
-            changes={
-                name: joined(lambda applied, name=name: applied.changes.get(name), usual)
-                for name, usual in changes.items()
-            },
-        )
-        return scenario
+        phases = np.tile(subject.phase_rad, len(subject.weights))
+        release = subject.system.scenario(phase_rad=phases)
+        usual = jax.tree.map(lambda x: _lanes(x, sum(counts)), release)
+        changes = {name: joined(name, x) for name, x in self._neutral(release).items()}
+        return with_changes(usual, subject.prepared, changes)
 
-    @property
-    def _runs(self) -> int:
-        return len(self.subject.weights)
+    def _neutral(self, release: Scenario) -> dict[str, Any]:
+        """Of every name that some disturbance changes: the change that changes nothing."""
+        found = {}
+        for each in self.disturbances:
+            level = np.array([each.neutral])
+            for name, change in each.changes(self.subject, level, np.full(1, np.inf)).items():
+                if name in ENTRIES:
+                    usual = getattr(release, name)
+                else:
+                    usual = None if name == GROUND else self.subject.usual(name)
+                found[name] = _without(change, usual)
+        return found
 
-    def _applied(self, each: Disturbance, levels: np.ndarray, at_s: np.ndarray) -> Applied:
+    def _changes(self, each: Disturbance, levels: np.ndarray, at_s: np.ndarray) -> dict[str, Any]:
         at = np.broadcast_to(at_s, (len(levels), self.size)).ravel()
-        return each.applied(self.subject, np.repeat(levels, self.size), at)
+        return each.changes(self.subject, np.repeat(levels, self.size), at)
 
     def weight_ratio(
         self, plan: Sequence[tuple[Disturbance, np.ndarray]], at_s: np.ndarray
     ) -> np.ndarray:
         """Weight of the body over the usual one, [levels, lanes of the subject]."""
-        subject, parts = self.subject, []
+        parts = []
         for each, levels in plan:
-            changes = self._applied(each, levels, at_s).changes
+            changes = self._changes(each, levels, at_s)
             ratio = np.ones(len(levels) * self.size)
-            for field in ("mass_kg", "gravity_m_per_s2"):
-                name = subject.path(field)
+            for name in ("mass_kg", "gravity_m_per_s2"):
                 if name in changes:
-                    ratio = ratio * changes[name] / subject.usual(name)
+                    ratio = ratio * changes[name] / self.subject.usual(name)
             parts.append(ratio)
         return np.concatenate(parts).reshape(-1, self.size)
 

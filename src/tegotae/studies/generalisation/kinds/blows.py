@@ -9,7 +9,7 @@ import numpy as np
 from tegotae._support.errors import TegotaeError
 from tegotae.measures.gaits.summary import has_mass, total_mass_kg
 from tegotae.simulation.world import Step
-from tegotae.studies.generalisation.disturbance import Applied, Disturbance, release_of
+from tegotae.studies.generalisation.disturbance import Disturbance, release_of
 from tegotae.studies.generalisation.tested_controllers import TestedControllers
 
 
@@ -24,11 +24,10 @@ class Blow(Disturbance):
         """See `Disturbance.lacks`."""
         return _no_mass(subject)
 
-    def applied(self, subject, level, at_s):
-        """See `Disturbance.applied`."""
+    def changes(self, subject, level, at_s):
+        """See `Disturbance.changes`."""
         impulse = level * subject.speed_scale * float(total_mass_kg(subject.unwrapped))
-        names = subject.paths("impulse_ns", "at_s")
-        return Applied({}, {names[0]: impulse, names[1]: at_s})
+        return {"impulse_ns": impulse, "at_s": at_s}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,16 +44,15 @@ class ForcePulse(Disturbance):
 
     def lacks(self, subject):
         """See `Disturbance.lacks`."""
-        if subject.path(self.field) is None:
+        if not subject.has_field(self.field):
             return f"a {type(subject.unwrapped).__name__} has no {self.field}"
         return _no_mass(subject)
 
-    def applied(self, subject, level, at_s):
-        """See `Disturbance.applied`."""
-        (name,) = subject.paths(self.field)
+    def changes(self, subject, level, at_s):
+        """See `Disturbance.changes`."""
         lasts = self.lasts_s * subject.time_scale
         force = level * subject.speed_scale * float(total_mass_kg(subject.unwrapped)) / lasts
-        return Applied({}, {name: Step(force, at_s, at_s + lasts)})
+        return {self.field: Step(force, at_s, at_s + lasts)}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -79,21 +77,19 @@ class LostLeg(Disturbance):
 
     def lacks(self, subject):
         """See `Disturbance.lacks`."""
-        has = subject.path("present") is not None
-        if not has:
+        if not subject.has_field("present"):
             return f"a {type(subject.unwrapped).__name__} cannot lose a leg"
         if max(self.levels) >= subject.body.limbs:
             return f"it has {subject.body.limbs} legs"
         return ""
 
-    def applied(self, subject, level, at_s):
-        """See `Disturbance.applied`."""
-        (name,) = subject.paths("present")
+    def changes(self, subject, level, at_s):
+        """See `Disturbance.changes`."""
         limbs = subject.body.limbs
         first = release_of(subject, level) % limbs
         order = (np.arange(limbs)[:, None] - first[None]) % limbs
-        present = np.asarray(subject.usual(name), float)[:, None] * (order >= level[None])
-        return Applied({}, {name: Step(present, at_s, np.inf)})
+        present = np.asarray(subject.usual("present"), float)[:, None] * (order >= level[None])
+        return {"present": Step(present, at_s, np.inf)}
 
 
 def _no_mass(subject: TestedControllers) -> str:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tegotae._support.errors import require_finite
-from tegotae.studies.generalisation.disturbance import Applied, Disturbance
+from tegotae.studies.generalisation.disturbance import Disturbance
 from tegotae.studies.generalisation.tested_controllers import TestedControllers
 
 
@@ -30,9 +30,9 @@ class Frequency(Disturbance):
         """See `Disturbance.lacks`."""
         return "" if subject.omega is not None else "it has no oscillator"
 
-    def applied(self, subject, level, at_s):
-        """See `Disturbance.applied`."""
-        return Applied({"omega": subject.omega * level}, {})
+    def changes(self, subject, level, at_s):
+        """See `Disturbance.changes`."""
+        return {"omega": subject.omega * level}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -56,16 +56,15 @@ class Scaled(Disturbance):
         return ""
 
     def _own(self, subject: TestedControllers) -> list[str]:
-        return [name for name in map(subject.path, self.fields) if name is not None]
+        return list(filter(subject.has_field, self.fields))
 
-    def applied(self, subject, level, at_s):
-        """See `Disturbance.applied`."""
+    def changes(self, subject, level, at_s):
+        """See `Disturbance.changes`."""
         changes = {name: _times(subject.usual(name), level) for name in self._own(subject)}
-        entries = {}
         if "rest_length_m" in self.fields:
             longer = (level - 1.0) * float(subject.body.rest_length_m)
-            entries["height_m"] = subject.height_m + longer
-        return Applied(entries, changes)
+            changes["height_m"] = subject.height_m + longer
+        return changes
 
 
 def _times(usual, level):

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from tegotae._support.errors import require_finite
-from tegotae.simulation.world import Staircase
-from tegotae.studies.generalisation.disturbance import Applied, Disturbance, release_of
+from tegotae.simulation.world import Staircase, Step
+from tegotae.studies.generalisation.disturbance import Disturbance, release_of
 from tegotae.studies.generalisation.tested_controllers import TestedControllers
 
 
@@ -29,10 +29,10 @@ class ReleaseHeight(Disturbance):
         """See `Disturbance.lacks`."""
         return "" if subject.takes_forces else "it is released on its feet"
 
-    def applied(self, subject, level, at_s):
-        """See `Disturbance.applied`."""
+    def changes(self, subject, level, at_s):
+        """See `Disturbance.changes`."""
         over = level * float(subject.body.rest_length_m)
-        return Applied({"height_m": float(subject.body.touching_height_m) + over}, {})
+        return {"height_m": float(subject.body.touching_height_m) + over}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -43,11 +43,9 @@ class Ground(Disturbance):
         """See `Disturbance.lacks`."""
         return ""
 
-    def applied(self, subject, level, at_s):
-        """See `Disturbance.applied`."""
-        return Applied(
-            {"drop_m": -level * float(subject.body.rest_length_m), "drop_time_s": at_s}, {}
-        )
+    def changes(self, subject, level, at_s):
+        """See `Disturbance.changes`."""
+        return {"drop_m": Step(-level * float(subject.body.rest_length_m), at_s)}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -63,11 +61,11 @@ class Stairs(Disturbance):
         """See `Disturbance.lacks`."""
         return ""
 
-    def applied(self, subject, level, at_s):
-        """See `Disturbance.applied`."""
+    def changes(self, subject, level, at_s):
+        """See `Disturbance.changes`."""
         down = -level * float(subject.body.rest_length_m)
         stairs = Staircase(down, self.dwell_s * subject.time_scale, float(self.times + 1))
-        return Applied({}, {"ground_m": stairs})
+        return {"ground_m": stairs}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -78,10 +76,9 @@ class Incline(Disturbance):
         """See `Disturbance.lacks`."""
         return _no_terrain(subject)
 
-    def applied(self, subject, level, at_s):
-        """See `Disturbance.applied`."""
-        (name,) = subject.paths("terrain")
-        return Applied({}, {f"{name}.second.first.along": level})
+    def changes(self, subject, level, at_s):
+        """See `Disturbance.changes`."""
+        return {"terrain.second.first.along": level}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -95,18 +92,16 @@ class Roughness(Disturbance):
         """See `Disturbance.lacks`."""
         return _no_terrain(subject)
 
-    def applied(self, subject, level, at_s):
-        """See `Disturbance.applied`."""
-        (name,) = subject.paths("terrain")
+    def changes(self, subject, level, at_s):
+        """See `Disturbance.changes`."""
         length = float(subject.body.rest_length_m)
-        rough = f"{name}.second.second"
         fields = {"rms_m": level * length, "wavelength_m": np.full(len(level), length)}
         fields["place"] = 1.0 + release_of(subject, level)
-        return Applied({}, {f"{rough}.{field}": value for field, value in fields.items()})
+        return {f"terrain.second.second.{field}": value for field, value in fields.items()}
 
 
 def _no_terrain(subject: TestedControllers) -> str:
-    has = subject.path("terrain") is not None
+    has = subject.has_field("terrain")
     return (
         "" if has else f"a {type(subject.unwrapped).__name__} stays in its place, on level ground"
     )

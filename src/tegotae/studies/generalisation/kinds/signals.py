@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from tegotae.studies.generalisation.disturbance import Applied, Disturbance, release_of
+from tegotae.studies.generalisation.disturbance import Disturbance, release_of
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -17,10 +17,9 @@ class Strength(Disturbance):
         """See `Disturbance.lacks`."""
         return "" if subject.takes_forces else "its actuators are told places, not forces"
 
-    def applied(self, subject, level, at_s):
-        """See `Disturbance.applied`."""
-        (name,) = subject.paths("strength")
-        return Applied({}, {name: subject.usual(name) * level})
+    def changes(self, subject, level, at_s):
+        """See `Disturbance.changes`."""
+        return {"strength": subject.usual("strength") * level}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -41,10 +40,9 @@ class Late(Disturbance):
         """See `Disturbance.lacks`."""
         return ""
 
-    def applied(self, subject, level, at_s):
-        """See `Disturbance.applied`."""
-        (name,) = subject.paths(self.field)
-        return Applied({}, {name: subject.usual(name) + level * subject.time_scale})
+    def changes(self, subject, level, at_s):
+        """See `Disturbance.changes`."""
+        return {self.field: subject.usual(self.field) + level * subject.time_scale}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -62,8 +60,7 @@ class Noise(Disturbance):
         """See `Disturbance.lacks`."""
         return ""
 
-    def applied(self, subject, level, at_s):
-        """See `Disturbance.applied`."""
-        noise, seed = subject.paths("noise", "seed")
+    def changes(self, subject, level, at_s):
+        """See `Disturbance.changes`."""
         drawn = 1.0 + release_of(subject, level)
-        return Applied({}, {noise: subject.usual(noise) + level, seed: drawn})
+        return {"noise": subject.usual("noise") + level, "seed": drawn}
