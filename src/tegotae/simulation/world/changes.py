@@ -107,8 +107,8 @@ def with_changes(scenario: Scenario, body: Body, changes: Mapping[str, Any]) -> 
     Example:
         >>> from tegotae.parts.bodies import Bar, Sensors
         >>> drop = {"drop_m": Step(0.05, from_s=30.0), "inertia_ratio": 0.6}
-        >>> met = with_changes(Scenario(omega=8.0), Sensors(body=Bar()), drop)
-        >>> met.drop_m, met.drop_time_s, met.changes
+        >>> found = with_changes(Scenario(omega=8.0), Sensors(body=Bar()), drop)
+        >>> found.drop_m, found.drop_time_s, found.changes
         (0.05, 30.0, {'body.inertia_ratio': 0.6})
     """
     entries: dict[str, Any] = {}
