@@ -205,7 +205,7 @@ def test_the_cost_that_a_page_shows_is_over_whole_hops_and_none_of_a_gait_that_i
     first = np.flatnonzero(t.apex_height_m >= 1.01)[-9]
     eight = whole_hops(t.apex_height_m[first:], t.ground_m[first:], 1.0)
     climb, work = (eight.over(x[first:]) for x in (t.climb_flight_m, t.work_absolute_j))
-    assert int(eight.count) == 8
+    assert int(eight.n_hops) == 8
     assert shown[-1] == soon == pytest.approx(float(climb / work), rel=1e-5)
     assert late == 0
 

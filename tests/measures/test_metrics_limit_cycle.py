@@ -133,7 +133,7 @@ def test_hops_are_only_flights_that_clear_the_ground_by_one_percent():
     columns["apex_phase_rad"] = np.full((frames, 1), 7.0, "float32")
     columns["ground_m"] = ground[:, None].astype("float32")
     found = hops(Trajectory(**columns), 1.0)
-    assert found.count[0] == 3
+    assert found.n_hops[0] == 3
     np.testing.assert_allclose(found.height_m[:3, 0], [1.2, 1.0, 1.5])
     np.testing.assert_allclose(found.time_s[:3, 0], [1, 4, 5])
     np.testing.assert_allclose(found.phase_rad[:3, 0], 7.0 - 2 * np.pi, rtol=1e-5)

@@ -6,15 +6,21 @@ import json
 import re
 import reprlib
 import tomllib
+from collections.abc import Mapping, Sequence
 from importlib.resources.abc import Traversable
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, TypeAlias, TypeVar
 
 import msgspec
 
 from tegotae._support.errors import TegotaeError
 
 T = TypeVar("T")
+
+Json: TypeAlias = "bool | int | float | str | Sequence[Json] | Mapping[str, Json] | None"
+"""A value that JSON has."""
+JsonObject: TypeAlias = dict[str, Json]
+"""A document: its entries by name."""
 
 MOST_BYTES = 2**28
 """Size of the largest document [bytes]."""

@@ -13,6 +13,7 @@ from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, styled
 from tegotae.measures.hopping.measured import Measured
 from tegotae.measures.hopping.smoothness import FORCE_PERIOD_S
 from tegotae.measures.hopping.spectrum import Spectrum, spectrum
+from tegotae.parts._shapes import AnyArray
 
 _SHOWN = 0.01
 """The spectrum is drawn as far as it has this share of its highest peak."""
@@ -74,12 +75,12 @@ def recording_tables(measured: Measured) -> dict[str, dict[str, Any]]:
     }
 
 
-def _settled(measured: Measured, time_s: np.ndarray) -> np.ndarray:
+def _settled(measured: Measured, time_s: AnyArray) -> np.ndarray:
     """Which times belong to the limit cycle; none where there is none."""
     start, efficiency = measured.t0_s, measured.efficiency
     if not np.isfinite(start) or efficiency is None:
         return np.zeros(len(time_s), bool)
-    return (time_s >= start) & (time_s <= efficiency.end_s + FORCE_PERIOD_S)
+    return np.asarray((time_s >= start) & (time_s <= efficiency.end_s + FORCE_PERIOD_S))
 
 
 def _draw_height(axes: Axes, measured: Measured, rest_length_m: float) -> None:
@@ -116,12 +117,12 @@ def _draw_portrait(axes: Axes, measured: Measured) -> None:
 
 def _draw_section(axes: Axes, measured: Measured, with_phase: bool) -> None:
     table = measured.hops
-    inside = _settled(measured, table.time_s)
+    inside, height = _settled(measured, table.time_s), np.asarray(table.height_m)
     if with_phase:
-        across, up = table.phase_rad, table.height_m
+        across, up = np.asarray(table.phase_rad), height
         axes.set_xlabel("phase at the apex φ [rad]")
     else:
-        across, up, inside = table.height_m[:-1], table.height_m[1:], inside[1:]
+        across, up, inside = height[:-1], height[1:], inside[1:]
         axes.set_xlabel("height of the apex before [m]")
         if len(up):
             axes.axline((up[0], up[0]), slope=1.0, color="0.6", lw=0.6)
@@ -135,7 +136,7 @@ def _draw_section(axes: Axes, measured: Measured, with_phase: bool) -> None:
     # A cycle is a point: the axes show at least a centimetre, or noise would look like a gait.
     low, high = axes.get_ylim()
     if high - low < 0.01:
-        axes.set_ylim(np.mean(up) - 0.005, np.mean(up) + 0.005)
+        axes.set_ylim(float(np.mean(up)) - 0.005, float(np.mean(up)) + 0.005)
 
 
 def _draw_spectrum(axes: Axes, measured: Measured) -> None:

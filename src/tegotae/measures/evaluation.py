@@ -11,8 +11,10 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
+from numpy.typing import ArrayLike
 
 from tegotae._support.devices import set_up
+from tegotae._support.documents import Json, JsonObject
 from tegotae._support.errors import TegotaeError, require_count, require_finite
 from tegotae._support.limits import MOST_M, MOST_POINTS, MOST_RAD_PER_S
 from tegotae.measures.hopping.efficiency import check_work
@@ -36,6 +38,7 @@ from tegotae.measures.hopping.registry import (
     with_needed,
 )
 from tegotae.measures.hopping.statistics import Interval, mean_defined
+from tegotae.parts._shapes import Numeric
 from tegotae.parts.bodies import Body, Hopper, require_one_limb
 from tegotae.parts.controller import Controller
 from tegotae.parts.oscillators import Clamped
@@ -181,31 +184,30 @@ class Evaluation:
         """Mean over runs of each metric, with its spread and 95 % interval."""
         return summarise(self.runs(), seed=seed)
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> JsonObject:
         """Everything, ready for JSON: numbers, lists and null where undefined.
 
         Every metric by name holds its mean over runs; `spread`, `interval_95` and `defined_runs`
         say how sure it is, `runs` and `episodes` what it is made of.
         """
         summary = self.summary()
-        return _plain(
-            {
-                **{name: found.mean for name, found in summary.items()},
-                "spread": {name: found.std for name, found in summary.items()},
-                "interval_95": {name: (found.low, found.high) for name, found in summary.items()},
-                "defined_runs": {name: found.count for name, found in summary.items()},
-                "n_runs": self.n_runs,
-                "omega_rad_per_s": self.omega,
-                "runs": self.runs(),
-                "episodes": self.episodes,
-                "protocol": dataclasses.asdict(self.protocol),
-            }
-        )
+        document = {
+            **{name: found.mean for name, found in summary.items()},
+            "spread": {name: found.std for name, found in summary.items()},
+            "interval_95": {name: (found.low, found.high) for name, found in summary.items()},
+            "defined_runs": {name: found.count for name, found in summary.items()},
+            "n_runs": self.n_runs,
+            "omega_rad_per_s": self.omega,
+            "runs": self.runs(),
+            "episodes": self.episodes,
+            "protocol": dataclasses.asdict(self.protocol),
+        }
+        return {name: _plain(entry) for name, entry in document.items()}
 
 
 def evaluate(
     controller: Controller,
-    weights: Any,
+    weights: ArrayLike,
     omega_t: float | None,
     body: Body | None = None,
     protocol: Protocol | None = None,
@@ -391,7 +393,7 @@ class _Kept:
 
 def _undisturbed(
     controller: Controller,
-    weights: Any,
+    weights: ArrayLike,
     scenario: Scenario,
     body: Body,
     protocol: Protocol,
@@ -410,7 +412,7 @@ def _undisturbed(
 
 def disturbed_rollout(
     controller: Controller,
-    weights: Any,
+    weights: ArrayLike,
     scenario: Scenario,
     body: Body,
     protocol: Protocol,
@@ -452,7 +454,7 @@ def disturbed_rollout(
 
 
 @jax.jit
-def _next_apex_s(trajectory: Trajectory, rest_length_m: Any, after_s: Any) -> jax.Array:
+def _next_apex_s(trajectory: Trajectory, rest_length_m: Numeric, after_s: Numeric) -> jax.Array:
     """Time of the apex of the first hop after a time [s], [lanes]; infinite if there is none."""
     time_s = hops(trajectory, rest_length_m).time_s
     return jnp.min(jnp.where(time_s >= after_s, time_s, jnp.inf), axis=0)
@@ -479,7 +481,7 @@ def _of_clamped(
 
 def clamped_rollouts(
     controller: Controller,
-    weights: Any,
+    weights: np.ndarray,
     scenario: Scenario,
     body: Body,
     protocol: Protocol,
@@ -526,7 +528,7 @@ def _hops_and_end(
 _settled = jax.jit(settled, static_argnames="settings")
 
 
-def _checked_weights(controller: Controller, weights: Any) -> np.ndarray:
+def _checked_weights(controller: Controller, weights: ArrayLike) -> np.ndarray:
     try:
         rows = np.atleast_2d(np.asarray(weights, float))
     except (TypeError, ValueError):
@@ -542,7 +544,7 @@ def _checked_weights(controller: Controller, weights: Any) -> np.ndarray:
     return rows
 
 
-def _plain(value: Any) -> Any:
+def _plain(value: Any) -> Json:
     """Dicts, lists and Python numbers, None for what is not finite."""
     if isinstance(value, dict):
         return {name: _plain(entry) for name, entry in value.items()}

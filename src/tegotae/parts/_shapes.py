@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 from jaxtyping import Array, Bool, Float, Int, Shaped
 
 PerLane = Float[Array, "lanes"]
@@ -36,6 +37,10 @@ else:  # An array is a sequence of its rows, which JAX does not declare.
 """n_weights arrays: [lanes], or [limbs, lanes] once they are spread over the limbs."""
 Number = float | Float[Array, "..."]
 """A number, or an array of numbers that broadcasts against the lanes, such as a field of a body."""
+AnyArray = Shaped[np.ndarray | Array, "..."]
+"""An array of JAX, or of NumPy once it has left the device."""
+Numeric = float | np.floating | AnyArray
+"""A number or an array of either kind, for formulas that hold for all of them."""
 if TYPE_CHECKING:
     StateTree = Any
 else:

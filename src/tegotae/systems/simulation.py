@@ -14,6 +14,7 @@ from tegotae._support.errors import TegotaeError, require_finite
 from tegotae._support.limits import MOST_M, MOST_RAD_PER_S, require_within
 from tegotae.measures.hopping.efficiency import check_work, cot_inverse, work_total
 from tegotae.measures.hopping.hopping import dies_out, whole_hops
+from tegotae.parts._shapes import AnyArray
 from tegotae.parts.bodies import Hopper, require_one_limb
 from tegotae.parts.controller import Controller
 from tegotae.simulation.integrators import Integrator, PredictorCorrector
@@ -164,11 +165,11 @@ class Result:
         rest_length_m = simulation.hopper.rest_length_m
         hops = whole_hops(t.apex_height_m[first:], t.ground_m[first:], rest_length_m)
         begins, ends = (first + int(np.argmax(frames)) for frames in (hops.begins, hops.ends))
-        reason = self._no_efficiency(int(hops.count), float(t.apex_time_s[ends]))
+        reason = self._no_efficiency(int(hops.n_hops), float(t.apex_time_s[ends]))
         if reason is not None:
             return dict.fromkeys(EFFICIENCY, None) | {"hops": 0, "reason": reason}
 
-        def over_hops(total: np.ndarray) -> float:
+        def over_hops(total: AnyArray) -> float:
             return float(total[ends] - total[begins])
 
         work_j = over_hops(work_total(t, simulation.work))
@@ -176,7 +177,7 @@ class Result:
         window = [float(t.apex_time_s[frame]) for frame in (begins, ends)]
         values = (cot_inverse(flight, work_j), cot_inverse(total, work_j), flight, total, work_j)
         found = dict(zip(EFFICIENCY, (*map(_finite, values), window), strict=True))
-        return {**found, "hops": int(hops.count), "reason": None}
+        return {**found, "hops": int(hops.n_hops), "reason": None}
 
     def _no_efficiency(self, hops: int, last_hop_s: float) -> str | None:
         """Why there is no CoT⁻¹, if there is none."""

@@ -50,7 +50,8 @@ class Sweep(Subject):
         tables = []
         for way, each in found.found.items():
             level, start = np.meshgrid(omega, np.arange(self.starts), indexing="ij")
-            flat = type(each)(*(np.moveaxis(x, 0, -2).reshape(*x.shape[1:-1], -1) for x in each))
+            together = (np.moveaxis(np.asarray(x), 0, -2) for x in each)
+            flat = type(each)(*(x.reshape(*x.shape[:-2], -1) for x in together))
             tables.append(
                 {
                     "direction": np.full(level.size, way),

@@ -6,7 +6,7 @@ import json
 import math
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, SupportsFloat
 
 import numpy as np
 
@@ -128,5 +128,5 @@ def _print(run: GaitRun) -> None:
             print(f"{what} {values[0]:.3g} {unit}".rstrip())
 
 
-def _number(value: float) -> str:
+def _number(value: SupportsFloat) -> str:
     return "–" if math.isnan(value) else f"{value:.3f}"

@@ -8,6 +8,7 @@ from matplotlib.figure import Figure
 
 from tegotae.figures.gaits.colours import by_side, gait_colour, gait_marker
 from tegotae.figures.style import PAGE_IN, new_figure, styled
+from tegotae.parts._shapes import AnyArray
 from tegotae.studies.gaits.basin import GaitBasin, GaitShare
 
 
@@ -77,6 +78,6 @@ def _dots(axes: Axes, basin: GaitBasin, x: np.ndarray, y: np.ndarray) -> None:
     axes.set_aspect("equal")
 
 
-def _drawn(lag: np.ndarray) -> np.ndarray:
+def _drawn(lag: AnyArray) -> np.ndarray:
     """Lags from -0.125 to 0.875, so that those beside zero are not torn apart."""
     return (np.asarray(lag) + 0.125) % 1.0 - 0.125

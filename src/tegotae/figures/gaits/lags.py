@@ -28,10 +28,10 @@ def lags_figure(run: GaitRun, note: str = "") -> Figure:
         for number, leg in enumerate(others):
             colour = COLOURS[number % len(COLOURS)]
             axes.plot(time, unwound(run.lag[:, leg]), color=colour, label=names[leg])
-            final = run.found.lag[leg, 0] % 1.0
+            final = float(run.found.lag[leg, 0] % 1.0)
             axes.axhline(final, color=colour, lw=0.6, ls=":")
         if np.isfinite(run.found.lock_time_s[0]):
-            axes.axvline(run.found.lock_time_s[0], color="0.5", lw=0.6)
+            axes.axvline(float(run.found.lock_time_s[0]), color="0.5", lw=0.6)
         axes.set(xlim=(0.0, time[-1]), ylim=(0.0, 1.0), yticks=np.linspace(0.0, 1.0, 5))
         axes.set_xlabel(f"time [{run.legged.units[1]}]")
         axes.set_ylabel(f"lag behind {names[reference]} [cycles]")

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 
 class StanceInterval(NamedTuple):
@@ -14,7 +15,7 @@ class StanceInterval(NamedTuple):
     liftoff_s: float
 
 
-def stances(time_s: Any, stance_time_s: Any) -> tuple[tuple[StanceInterval, ...], ...]:
+def stances(time_s: ArrayLike, stance_time_s: ArrayLike) -> tuple[tuple[StanceInterval, ...], ...]:
     """The stances of every leg of one lane, from the total of its time in stance.
 
     Touchdown and liftoff are placed within their frames by how much of these was spent in stance.

@@ -8,16 +8,16 @@ the distance over ground, as the crow flies, over whole strides: what a cost of 
 
 from __future__ import annotations
 
-from typing import Any
-
 import jax
 import jax.numpy as jnp
+
+from tegotae.simulation.recorder import Trajectory
 
 HEADING = ("time_s", "x_m", "y_m", "yaw_rad")
 """The channels that tell it."""
 
 
-def speed_ahead_m_per_s(trajectory: Any, first: int) -> jax.Array:
+def speed_ahead_m_per_s(trajectory: Trajectory, first: int) -> jax.Array:
     """Mean speed from a frame on, in the direction in which the body looks [m/s], [lanes].
 
     `v = Σ (Δx cos ψ + Δy sin ψ) / T`, frame by frame: of who walks backwards it is negative, and
@@ -28,10 +28,9 @@ def speed_ahead_m_per_s(trajectory: Any, first: int) -> jax.Array:
         first: the frame.
 
     Example:
-        >>> from types import SimpleNamespace
         >>> there = {"x_m": jnp.array([[0.0], [2.0]]), "y_m": jnp.zeros((2, 1))}
         >>> back = {"time_s": jnp.array([[0.0], [4.0]]), "yaw_rad": jnp.full((2, 1), jnp.pi)}
-        >>> speed_ahead_m_per_s(SimpleNamespace(**there, **back), 0).tolist()
+        >>> speed_ahead_m_per_s(Trajectory(**there, **back), 0).tolist()
         [-0.5]
     """
     time, x, y, looks = (jnp.asarray(getattr(trajectory, name))[first:] for name in HEADING)
@@ -39,7 +38,7 @@ def speed_ahead_m_per_s(trajectory: Any, first: int) -> jax.Array:
     return ahead.sum(axis=0) / (time[-1] - time[0])
 
 
-def speed_along_heading_m_per_s(trajectory: Any, first: int) -> jax.Array:
+def speed_along_heading_m_per_s(trajectory: Trajectory, first: int) -> jax.Array:
     """Mean speed from a frame on, in the direction in which the body looks then [m/s], [lanes].
 
     `v = (Δx cos ψ + Δy sin ψ) / T` with ψ at that frame: who turns or drifts is slower.
@@ -49,10 +48,9 @@ def speed_along_heading_m_per_s(trajectory: Any, first: int) -> jax.Array:
         first: the frame.
 
     Example:
-        >>> from types import SimpleNamespace
         >>> there = {"x_m": jnp.array([[0.0], [2.0]]), "y_m": jnp.zeros((2, 1))}
         >>> late = {"time_s": jnp.array([[0.0], [4.0]]), "yaw_rad": jnp.array([[0.0], [3.0]])}
-        >>> speed_along_heading_m_per_s(SimpleNamespace(**there, **late), 0).tolist()
+        >>> speed_along_heading_m_per_s(Trajectory(**there, **late), 0).tolist()
         [0.5]
     """
     t = trajectory

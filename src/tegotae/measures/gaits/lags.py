@@ -12,17 +12,17 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import Any
 
 import jax
 import jax.numpy as jnp
 
+from tegotae.parts._shapes import AnyArray, Numeric
 from tegotae.simulation.recorder import Trajectory
 
 TURN = 2.0 * math.pi
 
 
-def apart(a: Any, b: Any) -> jax.Array:
+def apart(a: Numeric, b: Numeric) -> jax.Array:
     """How far lag a is behind lag b, the short way round, in [-0.5, 0.5) [cycles].
 
     Example:
@@ -32,7 +32,7 @@ def apart(a: Any, b: Any) -> jax.Array:
     return (jnp.asarray(a) - b + 0.5) % 1.0 - 0.5
 
 
-def circular_mean(lag: Any, axis: int = 0) -> jax.Array:
+def circular_mean(lag: AnyArray, axis: int = 0) -> jax.Array:
     """Mean of lags on the circle, `arg(mean exp(2πi lag)) / 2π`, in [0, 1) [cycles].
 
     Undefined lags (NaN) do not enter; NaN where there is none.
@@ -44,7 +44,7 @@ def circular_mean(lag: Any, axis: int = 0) -> jax.Array:
     return _place(_mean_resultant(lag, axis))
 
 
-def circular_spread(lag: Any, axis: int = 0) -> jax.Array:
+def circular_spread(lag: AnyArray, axis: int = 0) -> jax.Array:
     """Circular standard deviation of lags, `√(-2 ln |mean exp(2πi lag)|) / 2π` [cycles].
 
     Zero for lags that are all alike; infinite for lags that cancel. Undefined lags do not enter.
@@ -60,7 +60,7 @@ def circular_spread(lag: Any, axis: int = 0) -> jax.Array:
     return jnp.sqrt(jnp.maximum(-2.0 * jnp.log(length), 0.0)) / TURN
 
 
-def order_parameter(lag: Any) -> jax.Array:
+def order_parameter(lag: AnyArray) -> jax.Array:
     """How much in phase the legs of a lane are: `|Σ exp(2πi lag_i)| / n`, 1 if all are.
 
     Args:
@@ -76,7 +76,7 @@ def order_parameter(lag: Any) -> jax.Array:
     return jnp.abs(_turned(lag).mean(axis=0))
 
 
-def over_strides(lag: Any, frames_per_stride: Any) -> jax.Array:
+def over_strides(lag: AnyArray, frames_per_stride: AnyArray) -> jax.Array:
     """Running circular mean over the stride that ends at each frame, [frames, limbs, lanes].
 
     Within a stride lags sway, as legs speed up and slow down at different times; over a whole one
@@ -100,7 +100,7 @@ def over_strides(lag: Any, frames_per_stride: Any) -> jax.Array:
     return jnp.where(within(count) > 0, _place(within(turned)), jnp.nan)
 
 
-def time_to_lock(lag: Any, final: Any, time_s: Any, tolerance: float) -> jax.Array:
+def time_to_lock(lag: AnyArray, final: AnyArray, time_s: AnyArray, tolerance: float) -> jax.Array:
     """From when on all lags of a lane stay within a tolerance of their final ones [s], [lanes].
 
     NaN if they never do.
@@ -125,7 +125,7 @@ def time_to_lock(lag: Any, final: Any, time_s: Any, tolerance: float) -> jax.Arr
     return jnp.where(stays[-1], found, jnp.nan)
 
 
-def moved(lag: Any) -> jax.Array:
+def moved(lag: AnyArray) -> jax.Array:
     """How far the lags of a lane have ever been from its first ones [cycles], [lanes].
 
     Lags that stand still from the release on show no synchronisation: legs that do not feel each
@@ -137,7 +137,7 @@ def moved(lag: Any) -> jax.Array:
     return moved_until(lag)[-1]
 
 
-def moved_until(lag: Any, allowed: Any = 0.0) -> jax.Array:
+def moved_until(lag: AnyArray, allowed: Numeric = 0.0) -> jax.Array:
     """How far the lags have been from the first ones up to every frame [cycles], [frames, lanes].
 
     Args:
@@ -157,7 +157,7 @@ def moved_until(lag: Any, allowed: Any = 0.0) -> jax.Array:
     return jax.lax.cummax(jnp.maximum(beyond, 0.0), axis=0)
 
 
-def rounding(ticks: Any) -> jax.Array:
+def rounding(ticks: AnyArray) -> jax.Array:
     """How far two phases part at most as each is rounded every tick [cycles], as `ticks`.
 
     A phase up to 2π is rounded by half a unit in its last place, 2 ε; two of them by twice that.
@@ -166,7 +166,7 @@ def rounding(ticks: Any) -> jax.Array:
     return 4.0 * jnp.finfo(ticks.dtype).eps * ticks / TURN
 
 
-def drift(omega: Any, time_s: Any, reference: int) -> jax.Array:
+def drift(omega: AnyArray, time_s: AnyArray, reference: int) -> jax.Array:
     """How far the lags of legs that do not feel each other go, each at its own ω [cycles].
 
     `(ω_ref - ω_i) t / 2π`, [frames, limbs, lanes].
@@ -180,7 +180,7 @@ def drift(omega: Any, time_s: Any, reference: int) -> jax.Array:
     return (omega[reference][None] - omega)[None] * time_s[:, None] / TURN
 
 
-def steps_to_latest(x: Any) -> jax.Array:
+def steps_to_latest(x: AnyArray) -> jax.Array:
     """The latest defined value up to every frame, NaN before the first.
 
     Example:
@@ -255,7 +255,7 @@ class OfTouchdowns(Rhythm):
         return step_frequency_hz(trajectory.touchdown_time_s, first)[reference]
 
 
-def step_frequency_hz(touchdown_time_s: Any, first: int = 0) -> jax.Array:
+def step_frequency_hz(touchdown_time_s: AnyArray, first: int = 0) -> jax.Array:
     """Touchdowns of every leg per second, from its first to its last, [limbs, lanes].
 
     NaN with fewer than two.
@@ -278,12 +278,12 @@ def step_frequency_hz(touchdown_time_s: Any, first: int = 0) -> jax.Array:
     return jnp.where(enough, (count - 1) / jnp.where(enough, end - start, 1.0), jnp.nan)
 
 
-def _turned(lag: Any) -> jax.Array:
+def _turned(lag: AnyArray) -> jax.Array:
     angle = TURN * jnp.asarray(lag)
     return jax.lax.complex(jnp.cos(angle), jnp.sin(angle))
 
 
-def _mean_resultant(lag: Any, axis: int) -> jax.Array:
+def _mean_resultant(lag: AnyArray, axis: int) -> jax.Array:
     defined = jnp.isfinite(lag)
     total = jnp.where(defined, _turned(lag), 0.0).sum(axis=axis)
     count = defined.sum(axis=axis).astype(total.dtype)

@@ -7,9 +7,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from tegotae._support.errors import TegotaeError, require_finite
 from tegotae.measures.gaits.summary import Coordination
@@ -116,7 +116,7 @@ def patterns_for(legs: Sequence[str]) -> tuple[Pattern, ...]:
     return tuple(found) or (Pattern("in phase", dict.fromkeys(legs, 0.0), _COLLINS),)
 
 
-def distance(lag: Any, pattern: Any) -> np.ndarray:
+def distance(lag: ArrayLike, pattern: ArrayLike) -> np.ndarray:
     """How far lags are from a pattern: that of the two legs that differ most, [lanes] [cycles].
 
     `max_ij |(lag_i - lag_j) - (p_i - p_j)|` the short way round, so that neither a reference leg
@@ -135,7 +135,7 @@ def distance(lag: Any, pattern: Any) -> np.ndarray:
     return np.abs(between).max(axis=(0, 1))
 
 
-def named(lag: Any, legs: Sequence[str], tolerance: float = TOLERANCE) -> np.ndarray:
+def named(lag: ArrayLike, legs: Sequence[str], tolerance: float = TOLERANCE) -> np.ndarray:
     """The name of the nearest pattern, or "in between", [lanes].
 
     Args:

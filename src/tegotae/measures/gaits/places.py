@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from tegotae._support.errors import TegotaeError
 from tegotae.parts.bodies import Body
@@ -14,7 +14,7 @@ from tegotae.parts.fields import unwrapped
 _ROWS = {1: ("",), 2: ("H", "F"), 3: ("H", "M", "F")}
 
 
-def names_of(forward_m: Any, left_m: Any) -> tuple[str, ...]:
+def names_of(forward_m: ArrayLike, left_m: ArrayLike) -> tuple[str, ...]:
     """Names of legs from the places of their hips: LH, LF, RH, RF, as Hildebrand has them.
 
     L and R are left and right, H, M and F hind, middle and fore. Without a left and a right, as on

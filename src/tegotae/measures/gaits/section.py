@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
 
 import jax
 import jax.numpy as jnp
 
 from tegotae.measures.gaits.lags import TURN, apart
+from tegotae.parts._shapes import AnyArray
 from tegotae.parts.bodies import Body
 from tegotae.simulation.recorder import Trajectory
 from tegotae.simulation.rollout import Scenario, Timing
@@ -37,7 +37,7 @@ class Sections:
 
     def __call__(
         self, trajectory: Trajectory, scenario: Scenario, body: Body, timing: Timing
-    ) -> Any:
+    ) -> tuple[jax.Array, jax.Array]:
         """The lags, and those in the end, [limbs, lanes]."""
         phase = jnp.asarray(trajectory.phase_rad)
         lag = lags_at_sections(phase[self.first :], self.cycles, self.reference)
@@ -47,7 +47,7 @@ class Sections:
 
 
 @partial(jax.jit, static_argnums=(1, 2))
-def lags_at_sections(phase_rad: Any, cycles: int, reference: int = 0) -> jax.Array:
+def lags_at_sections(phase_rad: AnyArray, cycles: int, reference: int = 0) -> jax.Array:
     """Lags whenever the reference leg's phase passes zero, `(φ_ref - φ_i) / 2π` there.
 
     Between frames phases go along cubics through the four frames around.

@@ -25,6 +25,7 @@ from tegotae.measures.gaits.lags import (
     step_frequency_hz,
     time_to_lock,
 )
+from tegotae.parts._shapes import AnyArray, Number
 from tegotae.parts.bodies import Body
 from tegotae.parts.controller import Controller
 from tegotae.parts.fields import unwrapped
@@ -50,39 +51,39 @@ class Coordination(NamedTuple):
     is everything but `fall_time_s`, `slip_m` and `distance_m`.
     """
 
-    lag: Any
+    lag: AnyArray
     """Mean lag behind the reference leg, in [0, 1) [cycles], [limbs, lanes]."""
-    lag_spread: Any
+    lag_spread: AnyArray
     """Circular standard deviation of the lag averaged over strides [cycles], [limbs, lanes]."""
-    touchdown_lag: Any
+    touchdown_lag: AnyArray
     """Mean lag of the footfalls [cycles], [limbs, lanes]; as `lag`, if that is theirs."""
-    lock_time_s: Any
+    lock_time_s: AnyArray
     """From when on the lags stay near their mean [s]; NaN if not before the window begins."""
-    moved: Any
+    moved: AnyArray
     """How far the lags have ever been from those of the release [cycles]."""
-    order_parameter: Any
+    order_parameter: AnyArray
     """|Σ exp(2πi lag)| / n: 1 if all legs are in phase."""
-    cycle_frequency_hz: Any
+    cycle_frequency_hz: AnyArray
     """Cycles of the reference leg per second: turns of its oscillator, if it has one; 0 if it makes
     less than one in the window."""
-    step_frequency_hz: Any
+    step_frequency_hz: AnyArray
     """Touchdowns per second, [limbs, lanes]."""
-    duty_factor: Any
+    duty_factor: AnyArray
     """Share of the stride in stance, [limbs, lanes]."""
-    power_w: Any
+    power_w: AnyArray
     """Mean of the actuators' |power|, each leg's by itself [W]."""
-    distance_m: Any
+    distance_m: AnyArray
     """How far the body has come over the ground, from the release on, as the crow flies [m]."""
-    speed_m_per_s: Any
+    speed_m_per_s: AnyArray
     """Speed over ground, over whole strides, as the crow flies [m/s]; `heading` has those ahead."""
-    cost_of_transport: Any
+    cost_of_transport: AnyArray
     """Power / (weight · speed). Of |power|: of a walker's leg its two axes are netted, the swing is
     free, and forces have no limit."""
-    froude: Any
+    froude: AnyArray
     """Froude number speed² / (g l0)."""
-    slip_m: Any
+    slip_m: AnyArray
     """Total way that the feet slipped [m]."""
-    fall_time_s: Any
+    fall_time_s: AnyArray
     """When the lane fell [s]; NaN if it did not."""
 
 
@@ -218,7 +219,7 @@ def coordination(
     begun = t.time_s[begins]
     footfalls = OfTouchdowns().lag(t, reference)
 
-    def over_window(total: Any) -> jax.Array:
+    def over_window(total: AnyArray) -> jax.Array:
         """How much a total, or a place, has changed over the window."""
         total = jnp.asarray(total)
         at = jnp.broadcast_to(first.reshape(1, *[1] * (total.ndim - 2), -1), (1, *total.shape[1:]))
@@ -271,7 +272,7 @@ def require_frames(frames: int, timing: Timing) -> None:
         )
 
 
-def total_mass_kg(body: Body) -> Any:
+def total_mass_kg(body: Body) -> Number:
     """What a body weighs over g [kg]: `total_mass_kg`, if its `mass_kg` is that of a leg."""
     named = "total_mass_kg" if hasattr(body, "total_mass_kg") else "mass_kg"
     return getattr(body, named)
@@ -287,7 +288,7 @@ def length(parts: Sequence[jax.Array]) -> jax.Array:
     return jnp.sqrt(sum(part**2 for part in parts))
 
 
-def over_limbs(x: Any, limbs: int) -> jax.Array:
+def over_limbs(x: AnyArray, limbs: int) -> jax.Array:
     """The sum over the limbs of what is told a limb, [lanes]."""
     x = jnp.asarray(x)
     return x.sum(axis=0) if x.ndim == 2 and x.shape[0] == limbs else x

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from functools import cache
-from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -26,6 +25,7 @@ from tegotae.measures.hopping.metric import (
 )
 from tegotae.measures.hopping.recording import from_samples
 from tegotae.measures.hopping.registry import find
+from tegotae.parts._shapes import AnyArray
 from tegotae.parts.bodies import Hopper
 from tegotae.simulation.checks import probing
 from tegotae.simulation.recorder import Trajectory
@@ -121,7 +121,7 @@ class _Declared:
     def __init__(self, recorded: Trajectory, metric: GaitMetric) -> None:
         self._recorded, self._metric = recorded, metric
 
-    def __getattr__(self, channel: str) -> Any:
+    def __getattr__(self, channel: str) -> AnyArray:
         if channel not in (*HOP_CHANNELS, *self._metric.channels):
             raise TegotaeError(
                 f"{self._metric.name} reads the channel {channel!r} but does not declare it; add "
@@ -171,7 +171,7 @@ def _check_gait(metric: GaitMetric, dtype: str) -> None:
     )
     disturbed_at_s = 0.5 * _FRAMES * _FRAME_S
 
-    def compute(whole: Trajectory, table: Hops, cycle: Settled, omega: jax.Array) -> Any:
+    def compute(whole: Trajectory, table: Hops, cycle: Settled, omega: jax.Array) -> jax.Array:
         window = jax.tree.map(lambda x: x[: _FRAMES // 2], whole)
         episode = Episode(
             trajectory=_Declared(window, metric),  # type: ignore[arg-type]
@@ -244,7 +244,7 @@ def _check_derivation(metric: Metric) -> None:
 
 
 def _require_value(
-    metric: Metric, what: str, value: Any, dtype: str, *, ranged: bool = True
+    metric: Metric, what: str, value: AnyArray, dtype: str, *, ranged: bool = True
 ) -> None:
     if not hasattr(value, "shape"):
         raise TegotaeError(f"{what} returns a {type(value).__name__}; it must return one array")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
@@ -17,6 +16,7 @@ from tegotae.measures.hopping.noise import (
     noise_std,
     work_under_noise,
 )
+from tegotae.measures.hopping.recording import Samples
 
 _FOR_WORK = 1.5  # of the cutoff of least error
 _ROUND = (1.0, 1.5, 2.0, 3.0, 5.0, 7.0, 10.0)
@@ -26,7 +26,7 @@ _ROUND = (1.0, 1.5, 2.0, 3.0, 5.0, 7.0, 10.0)
 class Denoised:
     """A recording after its low-pass."""
 
-    columns: dict[str, Any]
+    columns: Samples
     """Arrays by the names of `from_samples`, [samples] each."""
     prominence_m: float
     """How far an apex must rise from the heights around it not to be noise [m]."""
@@ -37,7 +37,7 @@ class Denoised:
 
 
 def denoised(
-    columns: dict[str, Any],
+    columns: Samples,
     *,
     rest_length_m: float,
     limit_cycle: LimitCycle,
@@ -69,18 +69,15 @@ def denoised(
         >>> f"{found.limit_cycle.height_tolerance_m:g} m"
         '0.03 m'
     """
-    found: dict[str, Any] = {
-        name: None if x is None else np.asarray(x, float) for name, x in columns.items()
-    }
-    time, height = found["time_s"], found["height_m"]
+    time, height = (np.asarray(columns[name], float) for name in ("time_s", "height_m"))
     step_s = float(time[-1] - time[0]) / (len(time) - 1)
     of_height = cleaned(height, step_s, floor=FLOOR * rest_length_m, cutoff_hz=lowpass_hz)
-    found["height_m"] = of_height.samples
+    found: Samples = {**columns, "height_m": of_height.samples}
     notes = list(_on_height(of_height))
     apex_s = of_height.rate_left / _curvature(of_height.samples, step_s)
     apex_rad = 0.0
-    if found.get("phase_rad") is not None:
-        phase = np.unwrap(found["phase_rad"])
+    if (recorded := columns.get("phase_rad")) is not None:
+        phase = np.unwrap(np.asarray(recorded, float))
         trend = np.linspace(phase[0], phase[-1], len(phase))
         of_phase = cleaned(phase - trend, step_s, floor=FLOOR * 2.0 * math.pi)
         if of_phase.noise:
@@ -88,8 +85,8 @@ def denoised(
             notes.append(f"the phase holds noise of {of_phase.noise:.2g} rad, and is low-passed")
         turning = abs(float(phase[-1] - phase[0])) / float(time[-1] - time[0])
         apex_rad = math.hypot(of_phase.left, turning * apex_s)
-    if found.get("force_n") is not None and found.get("work_j") is None:
-        force = found["force_n"]
+    if (recorded := columns.get("force_n")) is not None and columns.get("work_j") is None:
+        force = np.asarray(recorded, float)
         noise_n = noise_std(force)
         in_force = noise_n > FLOOR * float(np.abs(force).max())
         if in_force:

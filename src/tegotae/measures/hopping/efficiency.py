@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any
-
+import jax
 import jax.numpy as jnp
 
 from tegotae._support.errors import TegotaeError
+from tegotae.parts._shapes import AnyArray, Numeric
 from tegotae.simulation.rollout import Trajectory
 
 WORK = ("absolute", "positive", "net")
@@ -19,7 +19,7 @@ def check_work(definition: str, name: str = "work") -> None:
         raise TegotaeError(f"{name} is {definition!r}; it must be one of {', '.join(WORK)}")
 
 
-def work_total(trajectory: Trajectory, definition: str = "absolute") -> Any:
+def work_total(trajectory: Trajectory, definition: str = "absolute") -> AnyArray:
     """Running total of the actuator's work [J], shape [frames, lanes].
 
     Raises:
@@ -29,7 +29,7 @@ def work_total(trajectory: Trajectory, definition: str = "absolute") -> Any:
     return getattr(trajectory, f"work_{definition}_j")
 
 
-def cot_inverse(climb_m: Any, work_j: Any) -> Any:
+def cot_inverse(climb_m: Numeric, work_j: Numeric) -> jax.Array:
     """Inverse cost of transport, `CoT⁻¹ = Σ heights climbed / E` [m/J] (paper equation 12).
 
     Zero where nothing was climbed or no work was done.

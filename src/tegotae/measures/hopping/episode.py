@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 
@@ -13,6 +14,7 @@ from tegotae.measures.hopping.efficiency import work_total
 from tegotae.measures.hopping.hopping import Hops, dies_out
 from tegotae.measures.hopping.limit_cycle import LimitCycle, Settled, settled
 from tegotae.measures.hopping.spectrum import Spectrum, peak, spectrum
+from tegotae.parts._shapes import AnyArray, Numeric
 from tegotae.simulation.rollout import Trajectory
 
 FAILED, AT_REST, UNSETTLED, LIMIT_CYCLE = range(4)
@@ -53,17 +55,17 @@ class Episode:
     whole: Trajectory
     hops: Hops
     cycle: Settled
-    omega: Any
+    omega: Numeric
     has_oscillator: bool
-    rest_length_m: Any
-    max_force_n: Any
+    rest_length_m: Numeric
+    max_force_n: Numeric
     frame_s: float
-    disturbed_at_s: Any
+    disturbed_at_s: Numeric | None
     limit_cycle: LimitCycle
     work: str
 
     @cached_property
-    def regime(self) -> Any:
+    def regime(self) -> jax.Array:
         """Index into `REGIMES`, [lanes]."""
         failed = self.trajectory.failed[-1]
         time_s, end_s = self.hops.time_s, self.trajectory.time_s[-1]
@@ -76,12 +78,12 @@ class Episode:
         )
 
     @cached_property
-    def on_cycle(self) -> Any:
+    def on_cycle(self) -> jax.Array:
         """True in lanes with a limit cycle, [lanes]."""
         return self.cycle.found & ~self.trajectory.failed[-1]
 
     @cached_property
-    def start_s(self) -> Any:
+    def start_s(self) -> jax.Array:
         """Where the settled part begins [s], [lanes]; 0 without a limit cycle."""
         return jnp.where(self.on_cycle, self.cycle.time_s, 0.0)
 
@@ -92,36 +94,36 @@ class Episode:
         return spectrum(self.trajectory.height_m, self.frame_s, first)
 
     @cached_property
-    def peak(self) -> tuple[Any, Any]:
+    def peak(self) -> tuple[jax.Array, jax.Array]:
         """Frequency [rad/s] and A_peak of that spectrum's highest peak, [lanes] each."""
         return peak(self.spectrum)
 
     @cached_property
-    def work_j(self) -> Any:
+    def work_j(self) -> jax.Array:
         """The actuator's work over the last whole cycles [J], [lanes]."""
         return self.over_cycles(work_total(self.whole, self.work))
 
-    def where_settled(self, value: Any) -> Any:
+    def where_settled(self, value: Numeric) -> jax.Array:
         """The value [lanes], NaN in lanes without a limit cycle."""
         return jnp.where(self.on_cycle, value, jnp.nan)
 
-    def over_cycles(self, total: Any) -> Any:
+    def over_cycles(self, total: AnyArray) -> jax.Array:
         """By how much a running total [frames, lanes] grows over the last whole cycles, [lanes].
 
         They go from apex to apex, in whole frames.
         """
 
-        def at(hop: Any) -> Any:
+        def at(hop: AnyArray) -> jax.Array:
             frame = jnp.take_along_axis(self.hops.frame, hop[None], axis=0)
             return jnp.take_along_axis(total, frame, axis=0)[0]
 
         return at(self.cycle.to_hop) - at(self.cycle.from_hop)
 
-    def apex_s(self, hop: Any) -> Any:
+    def apex_s(self, hop: AnyArray) -> jax.Array:
         """Time of the apex of each lane's hop of that number [s], [lanes]."""
         return jnp.take_along_axis(self.hops.time_s, hop[None], axis=0)[0]
 
-    def settles_again(self, after_s: Any) -> Settled:
+    def settles_again(self, after_s: Numeric) -> Settled:
         """Where each lane settles between a time [s], [lanes], and the end of all frames."""
         return settled(self.hops, self.limit_cycle, after_s, self.whole.time_s[-1])
 
@@ -132,14 +134,14 @@ class ClampedEpisodes(NamedTuple):
     A lane is a run at a frequency, as in the episodes whose oscillator moves.
     """
 
-    phases_rad: Any
+    phases_rad: np.ndarray
     """The phases [rad], [phases]."""
     cycle: Settled
     """The limit cycle at each phase: arrays of shape [lanes, phases]."""
-    failed: Any
+    failed: np.ndarray
     """Who had failed by the end, [lanes, phases]."""
 
     @property
-    def on_cycle(self) -> Any:
+    def on_cycle(self) -> np.ndarray:
         """Who hops on a limit cycle, [lanes, phases]."""
         return np.isfinite(self.cycle.period) & ~self.failed

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
@@ -24,6 +25,7 @@ from tegotae.measures.hopping.hopping import hops
 from tegotae.measures.hopping.limit_cycle import LimitCycle, settled
 from tegotae.measures.hopping.metric import REGIME, GaitMetric
 from tegotae.measures.hopping.registry import built_in_gait, channels_of
+from tegotae.parts._shapes import Numeric
 from tegotae.parts.bodies import Body
 from tegotae.simulation.rollout import Scenario, Timing, Trajectory
 
@@ -55,7 +57,7 @@ class Gait:
 
     __slots__ = ("values",)
 
-    def __init__(self, values: dict[str, Any]) -> None:
+    def __init__(self, values: Mapping[str, Numeric]) -> None:
         self.values = values
 
     def __getattr__(self, name: str) -> Any:
@@ -74,12 +76,12 @@ class Gait:
         """The same of one lane, as Python's numbers."""
         return Gait({name: np.asarray(v)[number].item() for name, v in self.values.items()})
 
-    def tree_flatten(self) -> tuple[tuple[Any, ...], tuple[str, ...]]:
+    def tree_flatten(self) -> tuple[tuple[Numeric, ...], tuple[str, ...]]:
         """For JAX: arrays, and their names."""
         return tuple(self.values.values()), tuple(self.values)
 
     @classmethod
-    def tree_unflatten(cls, names: tuple[str, ...], arrays: Any) -> Gait:
+    def tree_unflatten(cls, names: tuple[str, ...], arrays: Iterable[Numeric]) -> Gait:
         """The reverse."""
         return cls(dict(zip(names, arrays, strict=True)))
 
@@ -87,12 +89,12 @@ class Gait:
 def gait(
     trajectory: Trajectory,
     *,
-    omega: Any,
-    rest_length_m: Any,
-    max_force_n: Any,
+    omega: Numeric,
+    rest_length_m: Numeric,
+    max_force_n: Numeric,
     frame_s: float,
     undisturbed_s: float | None = None,
-    disturbed_at_s: Any = None,
+    disturbed_at_s: Numeric | None = None,
     limit_cycle: LimitCycle = LimitCycle(),  # noqa: B008 - immutable
     work: str = "absolute",
     has_oscillator: bool = True,
@@ -152,12 +154,12 @@ def gait(
 def _gait(
     whole: Trajectory,
     *,
-    omega: Any,
-    rest_length_m: Any,
-    max_force_n: Any,
+    omega: Numeric,
+    rest_length_m: Numeric,
+    max_force_n: Numeric,
     frame_s: float,
     undisturbed_s: float | None,
-    disturbed_at_s: Any,
+    disturbed_at_s: Numeric | None,
     limit_cycle: LimitCycle,
     work: str,
     has_oscillator: bool,

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
+import jax
 import jax.numpy as jnp
+import numpy as np
 
 from tegotae._support.errors import TegotaeError
+from tegotae.parts._shapes import AnyArray, Numeric
 from tegotae.simulation.rollout import Trajectory
 
 HOP_CLEARANCE = 0.01
@@ -17,7 +20,7 @@ such a bounce is no hop.
 """
 
 
-def hop_height_m(rest_length_m: Any, ground_m: Any = 0.0) -> Any:
+def hop_height_m(rest_length_m: Numeric, ground_m: Numeric = 0.0) -> Numeric:
     """The least height of a hop's apex, `(1 + 0.01) l0 + h` [m]."""
     return (1.0 + HOP_CLEARANCE) * rest_length_m + ground_m
 
@@ -26,7 +29,7 @@ REST_SHARE = 0.25
 """A body that makes no hop in this last share of its time rests."""
 
 
-def dies_out(last_hop_s: Any, duration_s: Any) -> Any:
+def dies_out(last_hop_s: Numeric, duration_s: Numeric) -> AnyArray | np.bool | bool:
     """Whether a gait is over: no hop in the last quarter of the time from the release on.
 
     Args:
@@ -40,7 +43,7 @@ def dies_out(last_hop_s: Any, duration_s: Any) -> Any:
     return last_hop_s < (1.0 - REST_SHARE) * duration_s
 
 
-def left_out(whole: Any) -> Any:
+def left_out(whole: AnyArray) -> jax.Array:
     """How many whole hops are left out at their beginning: one of an odd number of three or more.
 
     A gait that alternates between two hops is so paid for both alike.
@@ -62,20 +65,20 @@ class WholeHops(NamedTuple):
     are those at the apex. Any other window counts climbs and work of a piece of a hop.
     """
 
-    begins: Any
+    begins: AnyArray
     """True in the frame of the first apex, shape [frames, lanes]; nowhere without a hop."""
-    ends: Any
+    ends: AnyArray
     """True in the frame of the last, [frames, lanes]."""
-    count: Any
+    n_hops: AnyArray
     """How many whole hops lie between the two, [lanes]; -1 without an apex."""
 
-    def over(self, total: Any) -> Any:
+    def over(self, total: AnyArray) -> jax.Array:
         """By how much a running total [frames, lanes] grows over them, [lanes]; 0 without any."""
         at_end = jnp.where(self.ends, total, 0.0).sum(axis=0)
         return at_end - jnp.where(self.begins, total, 0.0).sum(axis=0)
 
 
-def whole_hops(apex_height_m: Any, ground_m: Any, rest_length_m: Any) -> WholeHops:
+def whole_hops(apex_height_m: AnyArray, ground_m: Numeric, rest_length_m: Numeric) -> WholeHops:
     """The last whole hops of some frames: all of one or two, an even number of three or more.
 
     Args:
@@ -86,7 +89,7 @@ def whole_hops(apex_height_m: Any, ground_m: Any, rest_length_m: Any) -> WholeHo
     Example:
         >>> apexes = jnp.array([jnp.nan, 1.2, 1.3, 0.9, 1.2, jnp.nan, 1.3])[:, None]
         >>> found = whole_hops(apexes, 0.0, 1.0)
-        >>> found.count.tolist(), found.over(jnp.arange(7.0)[:, None]).tolist()
+        >>> found.n_hops.tolist(), found.over(jnp.arange(7.0)[:, None]).tolist()
         ([2], [4.0])
     """
     # NaN in frames without an apex compares as false.
@@ -97,7 +100,7 @@ def whole_hops(apex_height_m: Any, ground_m: Any, rest_length_m: Any) -> WholeHo
     return WholeHops(
         begins=is_hop & (counted == 1 + skipped[None]),
         ends=is_hop & (counted == counted[-1:]),
-        count=whole - skipped,
+        n_hops=whole - skipped,
     )
 
 
@@ -107,19 +110,19 @@ class Hops(NamedTuple):
     A lane's rows after its last hop are NaN. There are as many rows as frames: no hop is lost.
     """
 
-    time_s: Any
+    time_s: AnyArray
     """Time of the apex [s]."""
-    height_m: Any
+    height_m: AnyArray
     """Height of the apex [m]."""
-    phase_rad: Any
+    phase_rad: AnyArray
     """Phase at the apex modulo 2π [rad]; zero without an oscillator."""
-    frame: Any
+    frame: AnyArray
     """The frame in which the apex lies; that of the last frame after the last hop."""
-    count: Any
+    n_hops: AnyArray
     """How many hops the lane has, shape [lanes]."""
 
 
-def hops(trajectory: Trajectory, rest_length_m: Any) -> Hops:
+def hops(trajectory: Trajectory, rest_length_m: Numeric) -> Hops:
     """The hops of a trajectory: flights whose apex clears the rest length by 1 % of it.
 
     Args:
@@ -147,7 +150,7 @@ def hops(trajectory: Trajectory, rest_length_m: Any) -> Hops:
     count = counted[-1]
     is_row = number < count[None]
 
-    def table(recorded: Any) -> Any:
+    def table(recorded: AnyArray) -> jax.Array:
         return jnp.where(is_row, jnp.take_along_axis(recorded, frame, axis=0), jnp.nan)
 
     return Hops(
@@ -155,5 +158,5 @@ def hops(trajectory: Trajectory, rest_length_m: Any) -> Hops:
         height_m=table(trajectory.apex_height_m),
         phase_rad=table(trajectory.apex_phase_rad % (2.0 * jnp.pi)),
         frame=frame,
-        count=count,
+        n_hops=count,
     )

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
+import jax
 import jax.numpy as jnp
 
 from tegotae._support.errors import TegotaeError, require_count, require_finite
 from tegotae.measures.hopping.hopping import Hops
+from tegotae.parts._shapes import AnyArray, Numeric
 
 _LATEST = 1.1  # of the time to the next hop, when it would have come
 
@@ -64,22 +66,22 @@ class LimitCycle:
 class Settled(NamedTuple):
     """From where on each lane is on its limit cycle: arrays of shape [lanes]."""
 
-    period: Any
+    period: AnyArray
     """Period k [hops]; NaN where there is no limit cycle."""
-    time_s: Any
+    time_s: AnyArray
     """Time of the first settled apex [s]; NaN where there is no limit cycle."""
-    from_hop: Any
+    from_hop: AnyArray
     """Row of the first hop of the last whole cycles that are settled, in the table of hops."""
-    to_hop: Any
+    to_hop: AnyArray
     """Row of the last hop: a whole number of cycles after `from_hop`."""
 
     @property
-    def found(self) -> Any:
+    def found(self) -> jax.Array:
         """True where there is a limit cycle."""
         return jnp.isfinite(self.period)
 
 
-def settled(hops: Hops, settings: LimitCycle, start_s: Any, end_s: Any) -> Settled:
+def settled(hops: Hops, settings: LimitCycle, start_s: Numeric, end_s: Numeric) -> Settled:
     """Where the gait settles on a limit cycle that lasts until the end of a window.
 
     A body that stops hopping before the end has no limit cycle.
@@ -99,7 +101,7 @@ def settled(hops: Hops, settings: LimitCycle, start_s: Any, end_s: Any) -> Settl
     back = jnp.arange(rows, dtype=jnp.int32)[:, None]
     inside = back <= (last - first)[None]
 
-    def from_the_last(table: Any) -> Any:
+    def from_the_last(table: AnyArray) -> jax.Array:
         return jnp.take_along_axis(table, jnp.clip(last[None] - back, 0, rows - 1), axis=0)
 
     time, height, phase = map(from_the_last, (hops.time_s, hops.height_m, hops.phase_rad))
@@ -107,7 +109,7 @@ def settled(hops: Hops, settings: LimitCycle, start_s: Any, end_s: Any) -> Settl
     run = jnp.zeros_like(last)
     for k in range(min(settings.max_period, rows - 1), 0, -1):
 
-        def counterpart(x: Any, k: int = k) -> Any:
+        def counterpart(x: jax.Array, k: int = k) -> jax.Array:
             return jnp.tile(x[:k], (-(-rows // k), 1))[:rows]
 
         close = inside & (jnp.abs(height - counterpart(height)) <= settings.height_tolerance_m)

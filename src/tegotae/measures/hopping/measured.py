@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
 
 import jax
 import jax.numpy as jnp
 import numpy as np
+from numpy.typing import ArrayLike
 
 from tegotae._support.devices import set_up
 from tegotae._support.errors import TegotaeError, require_finite
@@ -26,9 +27,10 @@ from tegotae.measures.hopping.metric import (
     UnknownBody,
 )
 from tegotae.measures.hopping.reasons import Known, why_undefined
-from tegotae.measures.hopping.recording import from_samples
+from tegotae.measures.hopping.recording import Samples, from_samples
 from tegotae.measures.hopping.registry import derived, metrics
 from tegotae.measures.hopping.smoothness import FORCE_PERIOD_S
+from tegotae.parts._shapes import AnyArray
 from tegotae.parts.bodies import Body
 from tegotae.simulation.rollout import Trajectory
 
@@ -92,12 +94,12 @@ class Measured(Gait):
 
     def __init__(
         self,
-        values: dict[str, Any],
+        values: Mapping[str, float],
         reasons: dict[str, str],
         efficiency: Efficiency | None,
-        frames: Any,
-        hops: Any,
-        omega: Any,
+        frames: Trajectory,
+        hops: Hops,
+        omega: float,
         notes: tuple[str, ...] = (),
     ) -> None:
         super().__init__(values)
@@ -107,17 +109,17 @@ class Measured(Gait):
 
 
 def measure(
-    time_s: Any,
-    height_m: Any,
+    time_s: ArrayLike,
+    height_m: ArrayLike,
     *,
     rest_length_m: float,
-    ground_m: Any = 0.0,
-    phase_rad: Any = None,
+    ground_m: ArrayLike = 0.0,
+    phase_rad: ArrayLike | None = None,
     omega: float | None = None,
-    force_n: Any = None,
-    work_j: Any = None,
-    climb_flight_m: Any = None,
-    climb_m: Any = None,
+    force_n: ArrayLike | None = None,
+    work_j: ArrayLike | None = None,
+    climb_flight_m: ArrayLike | None = None,
+    climb_m: ArrayLike | None = None,
     max_force_n: float | None = None,
     disturbed_at_s: float | None = None,
     limit_cycle: LimitCycle | None = None,
@@ -178,7 +180,7 @@ def measure(
         require_finite("max_force_n", max_force_n, above=0.0, most=1e9)
     check_work(work)
     _check_rate(time_s)
-    columns = {
+    columns: Samples = {
         "time_s": time_s,
         "height_m": height_m,
         "ground_m": ground_m,
@@ -264,9 +266,9 @@ def _cycle(
 
 def _rows(table: Hops) -> Hops:
     """The hops of the one lane, without the rows after its last."""
-    count = int(table.count[0])
-    columns = {n: np.asarray(x)[:count, 0] for n, x in table._asdict().items() if n != "count"}
-    return Hops(**columns, count=count)
+    count = int(table.n_hops[0])
+    columns = {n: np.asarray(x)[:count, 0] for n, x in table._asdict().items() if n != "n_hops"}
+    return Hops(**columns, n_hops=np.asarray(count))
 
 
 def _counted(names: list[str]) -> tuple[str, ...]:
@@ -277,7 +279,7 @@ def _counted(names: list[str]) -> tuple[str, ...]:
     return (f"{listed}: the recording's own running totals, not computed from its samples",)
 
 
-def _check_rate(time_s: Any) -> None:
+def _check_rate(time_s: ArrayLike) -> None:
     """Raise `TegotaeError` for samples too far apart; other faults are `from_samples`' to name."""
     try:
         time = np.asarray(time_s, float)
@@ -293,7 +295,7 @@ def _check_rate(time_s: Any) -> None:
         )
 
 
-def _since_release(at_s: float | None, time_s: Any, frames: Trajectory) -> float | None:
+def _since_release(at_s: float | None, time_s: ArrayLike, frames: Trajectory) -> float | None:
     """When the disturbance came, counted from the first sample [s]."""
     if at_s is None:
         return None
@@ -320,7 +322,7 @@ def _efficiency(
 ) -> Efficiency:
     first, last = (int(table.frame[row]) for row in span)
 
-    def grown(total: Any) -> float:
+    def grown(total: AnyArray) -> float:
         return float(total[last, 0] - total[first, 0])
 
     return Efficiency(

@@ -6,7 +6,10 @@ import importlib
 import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import NoReturn, SupportsIndex
+
+import jax
+import numpy as np
 
 from tegotae._support.errors import TegotaeError
 from tegotae.measures.hopping.episode import ClampedEpisodes, Episode
@@ -32,7 +35,7 @@ class UnknownBody:
         UnknownBodyError: for whatever is asked of it.
     """
 
-    def __getattr__(self, name: str) -> Any:
+    def __getattr__(self, name: str) -> NoReturn:
         raise UnknownBodyError(f"{name} was asked of a body that is not given")
 
 
@@ -62,7 +65,7 @@ class Derivation:
     """
 
     of: tuple[str, ...]
-    compute: Callable[[Mapping[str, Any], Conditions], Any]
+    compute: Callable[[Mapping[str, np.ndarray], Conditions], np.ndarray]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -99,7 +102,7 @@ class Metric:
         """Whether it lies between none and all."""
         return self.range == (0.0, 1.0)
 
-    def __reduce_ex__(self, protocol: Any) -> Any:
+    def __reduce_ex__(self, protocol: SupportsIndex) -> str | tuple[object, ...]:
         """Pickle it by its place, as functions are: its own function may be a lambda."""
         place = _place_of(self)
         return super().__reduce_ex__(protocol) if place is None else (_at, place)
@@ -146,7 +149,7 @@ class GaitMetric(Metric):
         'mean apex [m]'
     """
 
-    compute: Callable[[Episode], Any]
+    compute: Callable[[Episode], jax.Array]
     channels: tuple[str, ...] = ()
     parameters: tuple[str, ...] = ()
     disturbed: bool = False
@@ -163,7 +166,7 @@ class ClampedMetric(Metric):
         compute: function of `ClampedEpisodes` to an array [lanes], NaN where undefined.
     """
 
-    compute: Callable[[ClampedEpisodes], Any]
+    compute: Callable[[ClampedEpisodes], np.ndarray]
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from scipy.signal import butter, sosfiltfilt, sosfreqz
@@ -89,8 +88,8 @@ class LowPass:
         return sosfiltfilt(self._sections, samples, padtype="even", padlen=padding)
 
     @property
-    def _sections(self) -> Any:
-        return butter(_BUTTERWORTH, self.cutoff_hz, fs=1.0 / self.step_s, output="sos")
+    def _sections(self) -> np.ndarray:
+        return np.asarray(butter(_BUTTERWORTH, self.cutoff_hz, fs=1.0 / self.step_s, output="sos"))
 
     def gain(self) -> tuple[np.ndarray, np.ndarray]:
         """Angular frequencies up to half of the sampling rate [rad/s], and the amplitude's gain."""

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -52,7 +51,7 @@ class Known:
     """Whether the body was given."""
 
 
-def why_undefined(metric: Metric, values: Mapping[str, Any], known: Known) -> str:
+def why_undefined(metric: Metric, values: Mapping[str, float], known: Known) -> str:
     """Why a metric that is NaN in `values` is undefined."""
     if isinstance(metric, ClampedMetric):
         return "it takes simulations with the oscillator held still, which no recording is"
@@ -85,7 +84,7 @@ def _not_recorded(metric: GaitMetric, known: Known) -> str:
                  and not known.given[name]), "")  # fmt: skip
 
 
-def _of_derived(metric: DerivedMetric, values: Mapping[str, Any], known: Known) -> str:
+def _of_derived(metric: DerivedMetric, values: Mapping[str, float], known: Known) -> str:
     for name in metric.derivation.of:
         if np.isnan(values.get(name, 0.0)):
             return f"{name} is undefined"

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import NotRequired, TypedDict
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.signal import peak_prominences
 
 from tegotae._support.errors import TegotaeError, require_finite
@@ -15,17 +16,30 @@ _MOST = 1e9  # largest value in SI units that a recording may hold
 _RESTART = 3.0  # a fall of so many times the largest rise, and the steps beside it, is a restart
 
 
+class Samples(TypedDict):
+    """The samples of a recording, as `from_samples` takes them: [samples] each."""
+
+    time_s: ArrayLike
+    height_m: ArrayLike
+    ground_m: NotRequired[ArrayLike]
+    phase_rad: NotRequired[ArrayLike | None]
+    force_n: NotRequired[ArrayLike | None]
+    work_j: NotRequired[ArrayLike | None]
+    climb_flight_m: NotRequired[ArrayLike | None]
+    climb_m: NotRequired[ArrayLike | None]
+
+
 def from_samples(
-    time_s: Any,
-    height_m: Any,
+    time_s: ArrayLike,
+    height_m: ArrayLike,
     *,
     rest_length_m: float,
-    ground_m: Any = 0.0,
-    phase_rad: Any = None,
-    force_n: Any = None,
-    work_j: Any = None,
-    climb_flight_m: Any = None,
-    climb_m: Any = None,
+    ground_m: ArrayLike = 0.0,
+    phase_rad: ArrayLike | None = None,
+    force_n: ArrayLike | None = None,
+    work_j: ArrayLike | None = None,
+    climb_flight_m: ArrayLike | None = None,
+    climb_m: ArrayLike | None = None,
     prominence_m: float = 0.0,
     frame_s: float = 0.02,
 ) -> Trajectory:
@@ -150,7 +164,7 @@ def from_samples(
     )
 
 
-def _checked(name: str, values: Any, samples: int) -> np.ndarray:
+def _checked(name: str, values: ArrayLike | None, samples: int) -> np.ndarray:
     """The values as float64 [samples], all finite."""
     try:
         array = np.asarray(values, float)
@@ -188,7 +202,7 @@ def _check_spikes(height: np.ndarray, rest_length_m: float) -> None:
         )
 
 
-def _steps_of_total(name: str, values: Any, samples: int) -> np.ndarray:
+def _steps_of_total(name: str, values: ArrayLike | None, samples: int) -> np.ndarray:
     """What a running total gains from sample to sample, [samples - 1].
 
     Net work may fall, but not in one sample and by more than it ever rises in one: such a fall is
@@ -208,7 +222,7 @@ def _steps_of_total(name: str, values: Any, samples: int) -> np.ndarray:
     return steps
 
 
-def _checked_time(time_s: Any) -> np.ndarray:
+def _checked_time(time_s: ArrayLike) -> np.ndarray:
     """Increasing, uniform times [s]."""
     samples = np.shape(time_s)
     if len(samples) != 1 or samples[0] < 3:

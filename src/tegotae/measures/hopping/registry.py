@@ -12,9 +12,9 @@ import sys
 from collections.abc import Iterable, Mapping
 from functools import cache
 from pathlib import Path
-from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from tegotae._support.errors import TegotaeError, unknown
 from tegotae._support.part_code import code_of_file
@@ -204,7 +204,7 @@ def with_needed(asked: Iterable[Metric]) -> tuple[Metric, ...]:
     return tuple(found.values())
 
 
-def derived(values: Mapping[str, Any], conditions: Conditions) -> dict[str, Any]:
+def derived(values: Mapping[str, np.ndarray], conditions: Conditions) -> dict[str, np.ndarray]:
     """Metrics of some episodes that are not among their values but follow from them.
 
     So what was measured before there was a metric has it too, where it follows from others.
@@ -246,7 +246,7 @@ def range_of(name: str) -> Range:
     return next((metric.range for metric in metrics() if metric.name == name), UNBOUNDED)
 
 
-def summarise(values: Mapping[str, Any], *, seed: int = 0) -> dict[str, Interval]:
+def summarise(values: Mapping[str, ArrayLike], *, seed: int = 0) -> dict[str, Interval]:
     """Mean over runs of each metric, with its spread and 95 % interval within its range.
 
     Args:

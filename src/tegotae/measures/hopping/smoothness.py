@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from typing import Any
-
+import jax
 import jax.numpy as jnp
 
 from tegotae._support.errors import TegotaeError
+from tegotae.parts._shapes import AnyArray, Numeric
 
 FORCE_PERIOD_S = 0.02
 """The actuator force is averaged over this time [s] before its rate of change is taken."""
 
 
-def smoothness(impulse_ns: Any, max_force_n: Any, frame_s: float, start_s: Any) -> Any:
+def smoothness(
+    impulse_ns: AnyArray, max_force_n: Numeric, frame_s: float, start_s: Numeric
+) -> jax.Array:
     """Root-mean-square rate of change of the actuator force over its largest value [1/s].
 
         smoothness = rms( (F̄_{j+1} - F̄_j) / Δt ) / α,    Δt = 20 ms,

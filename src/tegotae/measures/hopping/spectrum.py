@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
+import jax
 import jax.numpy as jnp
 import numpy as np
+
+from tegotae.parts._shapes import AnyArray, Numeric
 
 REST_RANGE_M = 1e-3
 """A body whose height stays within this range [m] is at rest and has no spectrum."""
@@ -17,16 +20,16 @@ MAIN_LOBE_BINS = 2.0
 class Spectrum(NamedTuple):
     """One-sided power spectrum of a windowed signal."""
 
-    angular_frequency: Any
+    angular_frequency: jax.Array
     """Angular frequencies [rad/s], shape [bins]."""
-    power: Any
+    power: jax.Array
     """|Y|² of the Hann-windowed, mean-free signal, shape [bins, lanes]."""
-    resolution: Any
+    resolution: jax.Array
     """2π / window length [rad/s]: one bin of the signal without zero padding; [1] or
     [lanes]."""
 
 
-def spectrum(height_m: Any, sample_s: float, first: Any = 0) -> Spectrum:
+def spectrum(height_m: AnyArray, sample_s: float, first: Numeric = 0) -> Spectrum:
     """Power spectrum of a height [m] sampled every `sample_s` [s]: shape [samples, lanes].
 
     The mean is removed, a Hann window applied, and the signal padded with zeros to at least four
@@ -56,7 +59,7 @@ def spectrum(height_m: Any, sample_s: float, first: Any = 0) -> Spectrum:
     )
 
 
-def peak(of: Spectrum) -> tuple[Any, Any]:
+def peak(of: Spectrum) -> tuple[jax.Array, jax.Array]:
     """Frequency w_peak [rad/s] of the highest peak, and A_peak.
 
     The peak is refined by a parabola through the logarithm of three bins. A_peak is the square
@@ -66,7 +69,7 @@ def peak(of: Spectrum) -> tuple[Any, Any]:
     power = of.power
     highest = jnp.argmax(power[1:-1], axis=0) + 1
 
-    def neighbour(offset: int) -> Any:
+    def neighbour(offset: int) -> jax.Array:
         return jnp.take_along_axis(power, highest[None] + offset, axis=0)[0]
 
     shift = _parabola_shift(neighbour(-1), neighbour(0), neighbour(1))
@@ -78,7 +81,7 @@ def peak(of: Spectrum) -> tuple[Any, Any]:
     return w_peak, jnp.sqrt(share)
 
 
-def _parabola_shift(left: Any, centre: Any, right: Any) -> Any:
+def _parabola_shift(left: jax.Array, centre: jax.Array, right: jax.Array) -> jax.Array:
     """Where between -½ and ½ bin a parabola through the logarithm of three powers peaks."""
     left, centre, right = (jnp.log(power + 1e-30) for power in (left, centre, right))
     curvature = left - 2.0 * centre + right
@@ -87,7 +90,7 @@ def _parabola_shift(left: Any, centre: Any, right: Any) -> Any:
     return jnp.clip(jnp.where(bends, shift, 0.0), -0.5, 0.5)
 
 
-def delta_omega(omega: Any, w_peak: Any, a_peak: Any) -> Any:
+def delta_omega(omega: Numeric, w_peak: Numeric, a_peak: Numeric) -> Numeric:
     """`ΔΩ = -(ω - w_peak)² - (1 - A_peak)²` (paper equation 13), zero at best.
 
     Args:
@@ -102,12 +105,12 @@ def delta_omega(omega: Any, w_peak: Any, a_peak: Any) -> Any:
     return -((omega - w_peak) ** 2) - (1.0 - a_peak) ** 2
 
 
-def rest_delta_omega(omega: Any) -> Any:
+def rest_delta_omega(omega: Numeric) -> Numeric:
     """ΔΩ of a body at rest, which has no peak: w_peak = 0 and A_peak = 0, so `-ω² - 1`."""
     return delta_omega(omega, 0.0, 0.0)
 
 
-def delta_w(of: Spectrum, omega: Any) -> Any:
+def delta_w(of: Spectrum, omega: Numeric) -> jax.Array:
     """`Δw = Σ_p |w_p - ω| A_p` over the peaks p with `A_p >= ½ A_max` [rad/s] (paper equation 14).
 
     Every local maximum of the spectrum |Y| is a peak. The highest has the amplitude A_peak

@@ -6,10 +6,10 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from functools import partial
-from typing import Any
 
 import numpy as np
 import scipy.special
+from numpy.typing import ArrayLike
 
 from tegotae._support.errors import TegotaeError, require_count
 
@@ -60,7 +60,7 @@ class Interval:
     """How the interval was found; empty if there is none."""
 
 
-def interval(values: Any, *, within: Range = UNBOUNDED, seed: int = 0) -> Interval:
+def interval(values: ArrayLike, *, within: Range = UNBOUNDED, seed: int = 0) -> Interval:
     """Mean of independent values, such as one per seed, and its 95 % interval.
 
     That is the percentile bootstrap's, or Student's t for fewer than `FEW` values.
@@ -104,7 +104,7 @@ def interval(values: Any, *, within: Range = UNBOUNDED, seed: int = 0) -> Interv
 
 
 def paired_difference(
-    values: Any, baseline: Any, *, within: Range = UNBOUNDED, seed: int = 0
+    values: ArrayLike, baseline: ArrayLike, *, within: Range = UNBOUNDED, seed: int = 0
 ) -> Interval:
     """Mean of `values - baseline`, pair by pair (such as the same seed), and its interval.
 
@@ -133,7 +133,7 @@ def paired_difference(
     return interval(values - baseline, within=_of_difference(within, 1.0), seed=seed)
 
 
-def difference(values: Any, baseline: Any, *, within: Range = UNBOUNDED) -> Interval:
+def difference(values: ArrayLike, baseline: ArrayLike, *, within: Range = UNBOUNDED) -> Interval:
     """Difference of the means of two independent rows, and its interval (Welch's t).
 
     `std` is its standard error; `count` and `undefined` are over both rows. A row with a single
@@ -156,7 +156,7 @@ def difference(values: Any, baseline: Any, *, within: Range = UNBOUNDED) -> Inte
 
 
 def stratified_difference(
-    strata: Iterable[tuple[Any, Any]],
+    strata: Iterable[tuple[ArrayLike, ArrayLike]],
     *,
     factor: float = 1.0,
     single_is_exact: bool = False,
@@ -189,8 +189,8 @@ def stratified_difference(
 
 
 def balanced_difference(
-    values: Iterable[Any],
-    baseline: Iterable[Any] = (),
+    values: Iterable[ArrayLike],
+    baseline: Iterable[ArrayLike] = (),
     *,
     factor: float = 1.0,
     single_is_exact: bool = False,
@@ -288,7 +288,7 @@ def _resampled_means(values: np.ndarray, seed: int) -> np.ndarray:
     return values[drawn].mean(axis=1)
 
 
-def _row(name: str, values: Any, within: Range = UNBOUNDED) -> np.ndarray:
+def _row(name: str, values: ArrayLike, within: Range = UNBOUNDED) -> np.ndarray:
     try:
         row = np.asarray(values, float)
     except (TypeError, ValueError):

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 
@@ -25,6 +26,7 @@ from tegotae.measures.hopping.spectrum import (
     spectrum,
 )
 from tegotae.measures.objectives.objective import Objective
+from tegotae.parts._shapes import AnyArray, Numeric
 from tegotae.parts.bodies import Body
 from tegotae.simulation.rollout import Scenario, Timing, Trajectory
 
@@ -45,20 +47,20 @@ STRIDE = 2
 class HopOutcome(NamedTuple):
     """What of an episode of hopping counts, whatever the definition of work."""
 
-    cot_inverse: Any
+    cot_inverse: jax.Array
     """CoT⁻¹ over whole hops [m/J] by each definition of `WORK`, shape [definitions, lanes]."""
-    delta_omega: Any
+    delta_omega: jax.Array
     """ΔΩ (equation 13), [lanes]."""
-    climb_m: Any
+    climb_m: jax.Array
     """Height climbed in the whole episode [m], [lanes]."""
 
 
 class FitnessData(NamedTuple):
     """Settings that make a fitness of an outcome: data of a compiled program."""
 
-    definition: Any
+    definition: Numeric
     """1 at the definition of work that counts, 0 elsewhere, in the order of `WORK`."""
-    follow_omega: Any
+    follow_omega: Numeric
     """1 if ΔΩ counts, else 0."""
 
 
@@ -129,7 +131,7 @@ class Fitness(Objective):
             trajectory.apex_height_m[first:], trajectory.ground_m[first:], body.rest_length_m
         )
 
-        def over_hops(total: Any) -> Any:
+        def over_hops(total: AnyArray) -> jax.Array:
             return hops.over(total[first:])
 
         last_hop_s = jnp.max(jnp.where(hops.ends, trajectory.time_s[first:], -jnp.inf), axis=0)
@@ -150,7 +152,7 @@ class Fitness(Objective):
             climb_m=trajectory.climb_m[-1],
         )
 
-    def score(self, outcome: HopOutcome, data: FitnessData) -> dict[str, Any]:
+    def score(self, outcome: HopOutcome, data: FitnessData) -> dict[str, jax.Array]:
         """`fitness`, `cot_inverse` [m/J] and `delta_omega`, [lanes] each."""
         shares = jnp.asarray(data.definition, outcome.cot_inverse.dtype)
         cot = (shares[:, None] * outcome.cot_inverse).sum(axis=0)

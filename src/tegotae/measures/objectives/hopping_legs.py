@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -19,6 +19,7 @@ from tegotae.measures.hopping.spectrum import (
 )
 from tegotae.measures.objectives.fitness import SETTLE_S, STRIDE, TIE_BREAK
 from tegotae.measures.objectives.objective import Objective
+from tegotae.parts._shapes import Numeric
 from tegotae.parts.bodies import Body
 from tegotae.simulation.rollout import Scenario, Timing, Trajectory
 
@@ -26,11 +27,11 @@ from tegotae.simulation.rollout import Scenario, Timing, Trajectory
 class HoppingLegsOutcome(NamedTuple):
     """What of an episode of hopping legs counts, [lanes] each."""
 
-    cot_inverse: Any
+    cot_inverse: jax.Array
     """CoT⁻¹ of all legs together [m/J]."""
-    delta_omega: Any
+    delta_omega: jax.Array
     """ΔΩ (equation 13), the mean over the legs; 0 if it does not count."""
-    climb_m: Any
+    climb_m: jax.Array
     """What the middle of the body climbs in the whole episode [m]."""
 
 
@@ -96,14 +97,14 @@ class HoppingLegs(Objective):
             gap = _gap(hips, scenario.omega, timing.frame_s)
         return HoppingLegsOutcome(cot, gap, t.climb_m[-1])
 
-    def score(self, outcome: HoppingLegsOutcome, data: Any) -> dict[str, Any]:
+    def score(self, outcome: HoppingLegsOutcome, data: object) -> dict[str, jax.Array]:
         """`fitness`, `cot_inverse` [m/J] and `delta_omega`, [lanes] each."""
         cot, gap, climb_m = outcome
         fitness = cot + gap + TIE_BREAK * jnp.tanh(climb_m)
         return {"fitness": fitness, "cot_inverse": cot, "delta_omega": gap}
 
 
-def climb_in_flight(hips_m: jax.Array, rest_m: Any) -> jax.Array:
+def climb_in_flight(hips_m: jax.Array, rest_m: Numeric) -> jax.Array:
     """What the hips climb over their legs' rest length, all legs together [m], [lanes].
 
     From frame to frame: of an apex between two frames less than half a millimetre is missed at
@@ -121,7 +122,7 @@ def climb_in_flight(hips_m: jax.Array, rest_m: Any) -> jax.Array:
     return jnp.maximum(over[1:] - over[:-1], 0.0).sum(axis=(0, 1))
 
 
-def _gap(hips: jax.Array, omega: Any, frame_s: float) -> jax.Array:
+def _gap(hips: jax.Array, omega: Numeric, frame_s: float) -> jax.Array:
     """ΔΩ, the mean over the legs, [lanes]."""
     limbs, lanes = hips.shape[1:]
     heights = hips[::STRIDE].reshape(-1, limbs * lanes)

@@ -6,9 +6,11 @@ from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import Any, ClassVar, NamedTuple
 
+import jax
 import jax.numpy as jnp
 
 from tegotae._support.errors import TegotaeError
+from tegotae.parts._shapes import AnyArray
 from tegotae.parts.bodies import Body
 from tegotae.simulation.rollout import Scenario, Timing, Trajectory
 
@@ -16,7 +18,7 @@ FAILED_FITNESS = -1e6
 """Fitness of a rollout that failed: below any that did not."""
 
 
-def with_failures(fitness: Any, failed: Any, survived: Any) -> Any:
+def with_failures(fitness: AnyArray, failed: AnyArray, survived: AnyArray) -> jax.Array:
     """The fitness, and of rollouts that failed one below all: the later, the better, [lanes]."""
     return jnp.where(failed, FAILED_FITNESS + survived, fitness)
 
@@ -65,7 +67,7 @@ class Objective(ABC):
             timing: of the episode.
         """
 
-    def score(self, outcome: Any, data: Any) -> dict[str, Any]:
+    def score(self, outcome: Any, data: Any) -> dict[str, jax.Array]:
         """The fitness and its parts, each of shape [lanes]: the larger, the better.
 
         Args:
@@ -96,7 +98,7 @@ class Objective(ABC):
 
     def __call__(
         self, trajectory: Trajectory, scenario: Scenario, body: Body, timing: Timing
-    ) -> dict[str, Any]:
+    ) -> dict[str, jax.Array]:
         """The scores of every episode (`scores`), [lanes]: an `Engine`'s summary."""
         episode = EpisodeSummary(self)(trajectory, scenario, body, timing)
         return scores(self, episode, self.data)
@@ -107,9 +109,9 @@ class EpisodeOutcome(NamedTuple):
 
     outcome: Any
     """From `Objective.outcome`."""
-    survived: Any
+    survived: jax.Array
     """Share of the episode before the rollout failed, [lanes]; 1 if it did not."""
-    failed: Any
+    failed: jax.Array
     """Whether it failed, [lanes]."""
 
 
@@ -139,7 +141,7 @@ class EpisodeSummary:
         )
 
 
-def scores(objective: Objective, episode: EpisodeOutcome, data: Any) -> dict[str, Any]:
+def scores(objective: Objective, episode: EpisodeOutcome, data: Any) -> dict[str, jax.Array]:
     """`Objective.score` of episodes, with those that failed below all others, [lanes] each.
 
     Args:

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 
 from tegotae._support.errors import TegotaeError, require_finite
 from tegotae.measures.gaits.heading import speed_along_heading_m_per_s
 from tegotae.measures.objectives.objective import Objective
+from tegotae.parts._shapes import Numeric
 from tegotae.parts.bodies import Body
 from tegotae.parts.fields import unwrapped
 from tegotae.simulation.rollout import Scenario, Timing, Trajectory
@@ -27,17 +29,17 @@ _MOST_COT_INVERSE = 1e3
 class WalkOutcome(NamedTuple):
     """What of an episode of walking counts, [lanes] each."""
 
-    speed_m_per_s: Any
+    speed_m_per_s: jax.Array
     """Speed in the direction in which the body looked when the window began [m/s]."""
-    cot_inverse: Any
+    cot_inverse: jax.Array
     """CoT⁻¹ = m g v / P; of a walk backwards negative."""
 
 
 class WalkingData(NamedTuple):
     """Settings that make a fitness of a walk: data of a compiled program."""
 
-    speed_m_per_s: Any
-    tracking: Any
+    speed_m_per_s: Numeric
+    tracking: Numeric
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -110,7 +112,7 @@ class Walking(Objective):
             cot_inverse=jnp.clip(cot_inverse, -_MOST_COT_INVERSE, _MOST_COT_INVERSE),
         )
 
-    def score(self, outcome: WalkOutcome, data: WalkingData) -> dict[str, Any]:
+    def score(self, outcome: WalkOutcome, data: WalkingData) -> dict[str, jax.Array]:
         """`fitness` and `cot_inverse`, [lanes] each."""
         off = jnp.abs(outcome.speed_m_per_s / data.speed_m_per_s - 1.0)
         fitness = outcome.cot_inverse - data.tracking * off

@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
-from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from tegotae._support.errors import TegotaeError
 from tegotae._support.tables import numbers, parse_csv
@@ -45,12 +45,12 @@ class Curve:
     def __getitem__(self, name: str) -> np.ndarray:
         return self.columns[name]
 
-    def at(self, name: str, omega: Any) -> Any:
+    def at(self, name: str, omega: ArrayLike) -> np.ndarray:
         """A column at hop frequencies ω [rad/s], linear between rows; NaN outside of the table."""
         row, values = self.columns["omega"], self.columns[name]
-        return np.interp(omega, row, values, left=np.nan, right=np.nan)
+        return np.interp(np.asarray(omega, float), row, values, left=np.nan, right=np.nan)
 
-    def bound(self, name: str, omega: Any) -> Any:
+    def bound(self, name: str, omega: ArrayLike) -> np.ndarray:
         """An upper bound at hop frequencies ω [rad/s]: that of the next row below.
 
         It holds for faster hops too (`certify`). NaN for slower hops than the table's.
@@ -93,7 +93,7 @@ def _kept(name: str) -> dict[str, np.ndarray]:
     return {column: numbers(cells) for column, cells in parse_csv(text).items()}
 
 
-def has_table(body: Any, work: str = "absolute") -> bool:
+def has_table(body: object, work: str = "absolute") -> bool:
     """Whether the kept table holds for this body and definition of work."""
     return work == "absolute" and isinstance(body, Hopper) and body == Hopper()
 
@@ -134,7 +134,7 @@ def best(body: Body, omega: float, *, period: int = 1, work: str = "absolute") -
     return optimise(body, omega, period=period, work=work).cot_inverse
 
 
-def share(cot_inverse: Any, hop_rate: Any, period: Any = 1) -> Any:
+def share(cot_inverse: ArrayLike, hop_rate: ArrayLike, period: ArrayLike = 1) -> np.ndarray:
     """CoT⁻¹ over the largest possible at the gait's own hop frequency, for the default hopper.
 
     A gait of period 1 is held against the best of period 1. One of a longer period is held against

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from tegotae._support.errors import TegotaeError, require_finite, unknown
+from tegotae.measures.hopping.recording import Samples
 from tegotae.measures.recordings.files import numbers_of
 from tegotae.measures.recordings.quantities import QUANTITIES, in_brackets, split
 
@@ -28,9 +29,18 @@ class Recording:
     climb_flight_m: np.ndarray | None = None
     climb_m: np.ndarray | None = None
 
-    def arguments(self) -> dict[str, Any]:
+    def arguments(self) -> Samples:
         """The arguments of `tegotae.measures.hopping.measure`, by name."""
-        return dict(vars(self))
+        return Samples(
+            time_s=self.time_s,
+            height_m=self.height_m,
+            ground_m=self.ground_m,
+            phase_rad=self.phase_rad,
+            force_n=self.force_n,
+            work_j=self.work_j,
+            climb_flight_m=self.climb_flight_m,
+            climb_m=self.climb_m,
+        )
 
     def resampled(self, rate_hz: float) -> Recording:
         """The same at uniform times, by linear interpolation, which needs increasing ones.
@@ -45,21 +55,25 @@ class Recording:
         count = int((self.time_s[-1] - self.time_s[0]) * rate_hz + 1e-9) + 1
         time_s = self.time_s[0] + np.arange(count) / rate_hz
 
-        def at_times(name: str, column: Any) -> Any:
+        def at_times(name: str, column: ArrayLike | None) -> ArrayLike | None:
             if column is None or np.ndim(column) == 0:
                 return column
-            if not np.isfinite(column).all():
-                row = int(np.argmin(np.isfinite(column)))
-                raise TegotaeError(f"{name} is {column[row]} at sample {row}; fill the gap or cut")
-            column = np.unwrap(column) if name == "phase_rad" else column
-            return np.interp(time_s, self.time_s, column)
+            values = np.asarray(column)
+            if not np.isfinite(values).all():
+                row = int(np.argmin(np.isfinite(values)))
+                raise TegotaeError(f"{name} is {values[row]} at sample {row}; fill the gap or cut")
+            values = np.unwrap(values) if name == "phase_rad" else values
+            return np.interp(time_s, self.time_s, values)
 
-        columns = {name: at_times(name, column) for name, column in self.arguments().items()}
+        columns = {name: at_times(name, column) for name, column in vars(self).items()}
         return replace(self, **{**columns, "time_s": time_s})
 
 
 def recording(
-    columns: Mapping[str, Any], named: Sequence[str] = (), *, rate_hz: float | None = None
+    columns: Mapping[str, Collection[object]],
+    named: Sequence[str] = (),
+    *,
+    rate_hz: float | None = None,
 ) -> Recording:
     """The recording in some columns.
 
@@ -107,7 +121,7 @@ def recording(
     return Recording(**times, **values)
 
 
-def left_alone(columns: Mapping[str, Any], named: Sequence[str] = ()) -> list[str]:
+def left_alone(columns: Mapping[str, Collection[object]], named: Sequence[str] = ()) -> list[str]:
     """A line on every column that has a quantity's name, and is not read since its unit is unknown.
 
     Example:
@@ -145,7 +159,9 @@ def _check_lengths(samples: Mapping[str, int]) -> None:
         )
 
 
-def _chosen(columns: Mapping[str, Any], named: Sequence[str]) -> dict[str, tuple[str, float]]:
+def _chosen(
+    columns: Mapping[str, Collection[object]], named: Sequence[str]
+) -> dict[str, tuple[str, float]]:
     """Column and unit of every quantity: as named, or else by the columns' own names."""
     chosen = _named(columns, named)
     taken = {column for column, _ in chosen.values()}
@@ -175,7 +191,9 @@ def _found(columns: Sequence[str], quantities: Sequence[str]) -> dict[str, tuple
     return found
 
 
-def _named(columns: Mapping[str, Any], named: Sequence[str]) -> dict[str, tuple[str, float]]:
+def _named(
+    columns: Mapping[str, Collection[object]], named: Sequence[str]
+) -> dict[str, tuple[str, float]]:
     """The same of every quantity whose column was named."""
     chosen: dict[str, tuple[str, float]] = {}
     for each in named:
@@ -212,7 +230,9 @@ def _named(columns: Mapping[str, Any], named: Sequence[str]) -> dict[str, tuple[
     return chosen
 
 
-def _lacking(quantity: str, columns: Mapping[str, Any], otherwise: str = "") -> TegotaeError:
+def _lacking(
+    quantity: str, columns: Mapping[str, Collection[object]], otherwise: str = ""
+) -> TegotaeError:
     what = QUANTITIES[quantity]
     units = "/".join(what.units)
     names = [*columns]

@@ -116,7 +116,7 @@ def find_orbit(
             f"after {settle_s:g} s: {REGIMES[regime]}"
         )
     k = int(period)
-    last = int(table.count) - 1
+    last = int(table.n_hops) - 1
     first = last - k
     apexes = table.frame[first:last]
     path = jax.tree.map(lambda x: x[table.frame[first] : table.frame[last]], lane)

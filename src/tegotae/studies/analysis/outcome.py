@@ -76,7 +76,7 @@ class OutcomeSummary:
         middle = (timing.n_frames - 1) // 2
         cycle = settled(table, self.gait.limit_cycle, -jnp.inf, end_s)
         found = jnp.isfinite(gait.limit_cycle_period)
-        final = jnp.maximum(table.count - 1, 0)
+        final = jnp.maximum(table.n_hops - 1, 0)
         early = jnp.sum(table.time_s <= trajectory.time_s[middle][None], axis=0, dtype=final.dtype)
         first = jnp.where(found, cycle.from_hop.astype(final.dtype), jnp.minimum(early, final))
         last = jnp.where(found, cycle.to_hop.astype(final.dtype), final)

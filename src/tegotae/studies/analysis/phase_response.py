@@ -99,7 +99,7 @@ def measure_phase_response(
     )
 
     rows = np.arange(len(push))
-    last = table.count - 1
+    last = table.n_hops - 1
     k = orbit.hops
     unpushed = np.tile(np.arange(points), len(pushes))
     shift = np.full(len(push), np.nan)

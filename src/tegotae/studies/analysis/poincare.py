@@ -276,6 +276,6 @@ def transient(
     )
     scenario = Scenario.of(saved.omega, height_m=height_m, phase_rad=phase_rad)
     table = engine.run(saved.weights, scenario, saved.body, dtype="float64")
-    number = int(table.count[0])
+    number = int(table.n_hops[0])
     points = np.stack([table.height_m[:number, 0], table.phase_rad[:number, 0]], axis=-1)
     return points if saved.controller.oscillator is not None else points[:, :1]

@@ -155,8 +155,8 @@ def policy_orbit(paths: Paths, measured: Measured, release: int = 0) -> Orbit:
     return Orbit(
         hops=k,
         period_s=float(end_s - start_s),
-        apex_height_m=table.height_m[-1 - k : -1],
-        apex_phase_rad=table.phase_rad[-1 - k : -1],
+        apex_height_m=np.asarray(table.height_m[-1 - k : -1]),
+        apex_phase_rad=np.asarray(table.phase_rad[-1 - k : -1]),
         time_s=paths.time_s[turn] - start_s,
         height_m=height,
         velocity_m_per_s=paths.velocity_m_per_s[turn, release],

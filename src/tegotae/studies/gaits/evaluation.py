@@ -14,6 +14,7 @@ from tegotae._support.errors import TegotaeError, require_count, require_finite
 from tegotae._support.limits import MOST_RAD_PER_S, MOST_SEEDS
 from tegotae.measures.gaits.names import NO_GAIT, TOLERANCE, gait_of
 from tegotae.measures.gaits.summary import Coordination, total_mass_kg
+from tegotae.parts._shapes import AnyArray
 from tegotae.parts.fields import unwrapped
 from tegotae.simulation.rollout import Timing
 from tegotae.systems.legged import Legged, lanes_of, random_phases
@@ -139,7 +140,7 @@ def evaluate_gaits(
     return GaitEvaluation(legged, asked, jax.tree.map(sorted_out, found), sorted_out(gait))
 
 
-def _mean(x: np.ndarray) -> np.ndarray:
+def _mean(x: AnyArray) -> np.ndarray:
     """Mean over the starts of what is defined; NaN where nothing is."""
     defined = np.isfinite(x)
     count = defined.sum(axis=-1)

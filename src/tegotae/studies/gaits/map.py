@@ -12,6 +12,7 @@ from tegotae._support.errors import TegotaeError, require_count
 from tegotae._support.limits import MOST_SEEDS
 from tegotae.measures.gaits.names import TOLERANCE, gait_of
 from tegotae.measures.gaits.summary import Coordination
+from tegotae.parts._shapes import AnyArray
 from tegotae.simulation.rollout import Timing
 from tegotae.studies.gaits.checkpoint import Columns, in_parts
 from tegotae.studies.gaits.parameter_axes import (
@@ -193,7 +194,7 @@ def majority(found: Coordination, gait: np.ndarray) -> Cells:
     return Cells(gait=names.astype(str), share=share, lag=lag, fallen=fallen, **medians)
 
 
-def _mean_lag(lag: np.ndarray) -> np.ndarray:
+def _mean_lag(lag: AnyArray) -> np.ndarray:
     turned = np.exp(2j * np.pi * lag).mean(axis=1)
     return (np.angle(turned) / (2.0 * np.pi)) % 1.0
 
@@ -217,7 +218,8 @@ def _names(
     found: Coordination, legged: Legged, tolerance: float, made: list[Setting]
 ) -> np.ndarray:
     rows, columns, _, starts = found.lag.shape
-    flat = Coordination(*(np.moveaxis(x, -1, 2).reshape(-1, *x.shape[2:-1]).T for x in found))
+    together = (np.moveaxis(np.asarray(x), -1, 2) for x in found)
+    flat = Coordination(*(x.reshape(-1, *x.shape[3:]).T for x in together))
     names = gait_of(flat, legged.names, tolerance).reshape(rows, columns, starts)
     able = np.array([each.body is not None for each in made]).reshape(rows, columns)
     return np.where(able[..., None], names, NO_BODY)

@@ -143,7 +143,7 @@ def _hop_measures(
     last_s = jnp.max(jnp.where(jnp.isnan(table.time_s), -jnp.inf, table.time_s), axis=0)
 
     # The last hops, an even number of them, whatever they are: noise leaves no limit cycle.
-    last = table.count - 1
+    last = table.n_hops - 1
     first = jnp.sum(table.time_s < (1.0 - MEASURED_SHARE) * end_s[None], axis=0, dtype=jnp.int32)
     first = jnp.clip(first + (last - first) % 2, 0, jnp.maximum(last, 0))
 

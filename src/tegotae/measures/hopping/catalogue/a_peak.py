@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any
+import jax
 
 from tegotae.measures.hopping.episode import Episode
 from tegotae.measures.hopping.metric import GaitMetric
 
 
-def _compute(episode: Episode) -> Any:
+def _compute(episode: Episode) -> jax.Array:
     return episode.where_settled(episode.peak[1])
 
 

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Any
-
+import jax
 import jax.numpy as jnp
 
 from tegotae.measures.hopping.efficiency import cot_inverse
 from tegotae.measures.hopping.episode import AT_REST, Episode
 from tegotae.measures.hopping.metric import GaitMetric
+from tegotae.parts._shapes import AnyArray
 
 
-def over_cycles(episode: Episode, climbed_m: Any) -> Any:
+def over_cycles(episode: Episode, climbed_m: AnyArray) -> jax.Array:
     """CoT⁻¹ of a running total of climbed heights [m], [frames, lanes], over whole cycles [m/J].
 
     Zero for a body at rest or one that does no work, and undefined without a limit cycle.
@@ -22,7 +22,7 @@ def over_cycles(episode: Episode, climbed_m: Any) -> Any:
     return jnp.where(episode.regime == AT_REST, 0.0, episode.where_settled(value))
 
 
-def _compute(episode: Episode) -> Any:
+def _compute(episode: Episode) -> jax.Array:
     return over_cycles(episode, episode.whole.climb_flight_m)
 
 

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any
+import jax
 
 from tegotae.measures.hopping.catalogue.cot_inverse import over_cycles
 from tegotae.measures.hopping.episode import Episode
 from tegotae.measures.hopping.metric import REPORT, TABLE, GaitMetric
 
 
-def _compute(episode: Episode) -> Any:
+def _compute(episode: Episode) -> jax.Array:
     return over_cycles(episode, episode.whole.climb_m)
 
 

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any
+import numpy as np
 
 from tegotae.measures.hopping.episode import ClampedEpisodes
 from tegotae.measures.hopping.metric import ClampedMetric
 
 
-def _compute(clamped: ClampedEpisodes) -> Any:
+def _compute(clamped: ClampedEpisodes) -> np.ndarray:
     return 1.0 - clamped.on_cycle.mean(axis=-1)
 
 

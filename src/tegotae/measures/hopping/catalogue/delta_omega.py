@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
-
+import jax
 import jax.numpy as jnp
 
 from tegotae.measures.hopping.episode import Episode
@@ -11,7 +10,7 @@ from tegotae.measures.hopping.metric import REPORT, TABLE, GaitMetric
 from tegotae.measures.hopping.spectrum import delta_omega
 
 
-def _compute(episode: Episode) -> Any:
+def _compute(episode: Episode) -> jax.Array:
     if not episode.has_oscillator:  # no prescribed frequency to deviate from, as in the fitness
         return episode.where_settled(jnp.zeros_like(episode.cycle.time_s))
     return episode.where_settled(delta_omega(episode.omega, *episode.peak))

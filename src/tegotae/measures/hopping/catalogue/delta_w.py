@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any
+import jax
 
 from tegotae.measures.hopping.episode import Episode
 from tegotae.measures.hopping.metric import GaitMetric
 from tegotae.measures.hopping.spectrum import delta_w
 
 
-def _compute(episode: Episode) -> Any:
+def _compute(episode: Episode) -> jax.Array:
     return episode.where_settled(delta_w(episode.spectrum, episode.omega))
 
 

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+
+import numpy as np
 
 from tegotae.measures.hopping.episode import FAILED
 from tegotae.measures.hopping.metric import (
@@ -14,7 +15,7 @@ from tegotae.measures.hopping.metric import (
 )
 
 
-def _compute(values: Mapping[str, Any], conditions: Conditions) -> Any:
+def _compute(values: Mapping[str, np.ndarray], conditions: Conditions) -> np.ndarray:
     return (values[REGIME] == FAILED).astype(float)
 
 

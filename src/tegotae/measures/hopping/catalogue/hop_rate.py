@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 
@@ -21,14 +21,14 @@ _PURE = 0.9
 """A peak of so large an A_peak is that of the hops, and no harmonic's."""
 
 
-def _compute(episode: Episode) -> Any:
+def _compute(episode: Episode) -> jax.Array:
     cycle = episode.cycle
     cycles_s = episode.apex_s(cycle.to_hop) - episode.apex_s(cycle.from_hop)
     hops_s = cycles_s / (cycle.to_hop - cycle.from_hop).astype(cycles_s.dtype)
     return episode.where_settled(2.0 * jnp.pi / hops_s)
 
 
-def _of_spectrum(values: Mapping[str, Any], conditions: Conditions) -> Any:
+def _of_spectrum(values: Mapping[str, np.ndarray], conditions: Conditions) -> np.ndarray:
     # A gait that repeats itself with every hop peaks at the frequency of its hops, unless its
     # power is spread over harmonics. One of a longer period may peak there or below.
     known = (values["limit_cycle_period"] == 1.0) & (values["a_peak"] >= _PURE)

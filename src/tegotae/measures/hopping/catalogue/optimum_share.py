@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 
@@ -11,7 +10,7 @@ from tegotae.measures.hopping.metric import Conditions, Derivation, DerivedMetri
 from tegotae.measures.optimum.table import has_table, share
 
 
-def _compute(values: Mapping[str, Any], conditions: Conditions) -> Any:
+def _compute(values: Mapping[str, np.ndarray], conditions: Conditions) -> np.ndarray:
     cot, rate = values["cot_inverse"], values["hop_rate"]
     if not has_table(conditions.body, conditions.work):
         return np.full(np.shape(cot), np.nan)

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 
 from tegotae.measures.hopping.metric import Conditions, Derivation, DerivedMetric
 
 
-def _compute(values: Mapping[str, Any], conditions: Conditions) -> Any:
+def _compute(values: Mapping[str, np.ndarray], conditions: Conditions) -> np.ndarray:
     tested = (values["limit_cycle_share"] == 1.0) & (conditions.drop_m > 0.0)
     return np.where(tested, np.isfinite(values["t1_s"]), np.nan)
 

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any
+import jax
 
 from tegotae.measures.hopping.episode import Episode
 from tegotae.measures.hopping.metric import REPORT, TABLE, GaitMetric
 from tegotae.measures.hopping.smoothness import smoothness
 
 
-def _compute(episode: Episode) -> Any:
+def _compute(episode: Episode) -> jax.Array:
     impulse_ns = episode.trajectory.impulse_ns
     value = smoothness(impulse_ns, episode.max_force_n, episode.frame_s, episode.start_s)
     return episode.where_settled(value)

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any
-
+import jax
 import jax.numpy as jnp
 
 from tegotae.measures.hopping.episode import Episode
 from tegotae.measures.hopping.metric import GaitMetric
 
 
-def _compute(episode: Episode) -> Any:
+def _compute(episode: Episode) -> jax.Array:
     if episode.disturbed_at_s is None:
         return jnp.full_like(episode.cycle.time_s, jnp.nan)
     touchdowns = jnp.asarray(episode.whole.touchdown_time_s)
