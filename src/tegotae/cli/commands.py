@@ -125,6 +125,7 @@ COMMANDS: Mapping[str, Command | Group] = {
     ),
     "playground": Command("playground", "Playground"),
     "bench": Command("bench", "Bench"),
+    "cite": Command("cite", "Cite"),
 }
 
 MOVED: Mapping[str, str] = {

@@ -1,0 +1,48 @@
+"""The paper and the software are cited alike wherever they are cited."""
+
+import pytest
+
+from places import ROOT
+from tegotae.cli import main
+from tegotae.cli.cite import PAPER, SOFTWARE
+
+
+def words(name: str) -> str:
+    """A file's text without line breaks, emphasis or quotation marks."""
+    return " ".join((ROOT / name).read_text(encoding="utf-8").replace(">", "").split())
+
+
+def test_the_command_prints_both_references_and_their_bibtex(capsys):
+    assert main(["cite"]) == 0
+    printed = capsys.readouterr().out
+    for reference in (PAPER, SOFTWARE):
+        assert reference.text() in printed
+        assert reference.bibtex() in printed
+
+
+def test_the_command_prints_bibtex_alone(capsys):
+    assert main(["cite", "--bibtex"]) == 0
+    assert capsys.readouterr().out.startswith("@software{tegotae,\n  author = {{The tegotae")
+
+
+def test_the_page_has_the_references_and_entries_that_the_command_prints():
+    page = (ROOT / "docs" / "cite.md").read_text(encoding="utf-8")
+    for reference in (PAPER, SOFTWARE):
+        assert reference.text() in words("docs/cite.md")
+        assert reference.bibtex() in page
+
+
+def test_the_readme_names_the_paper_in_full():
+    assert PAPER.text().rstrip(".") in words("README.md").replace("*", "").replace(
+        "Locomotion,", "Locomotion."
+    )
+
+
+def test_the_citation_file_has_the_same_software_and_paper():
+    yaml = pytest.importorskip("yaml")
+    citation = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
+    assert (citation["title"], citation["version"]) == (SOFTWARE.title, SOFTWARE.version)
+    (paper,) = citation["references"]
+    authors = tuple(f"{each['given-names']} {each['family-names']}" for each in paper["authors"])
+    assert (paper["title"], authors) == (PAPER.title, PAPER.authors)
+    assert (paper["collection-title"], str(paper["year"])) == (PAPER.venue, PAPER.year)
