@@ -14,7 +14,7 @@ from jax.errors import JaxRuntimeError
 
 from tegotae import Engine, TegotaeError
 from tegotae.cli import main
-from tegotae.cli.commands import COMMANDS, Command, Group
+from tegotae.cli.commands import COMMANDS, Command, CommandGroup
 from tegotae.cli.status import exit_status
 
 
@@ -79,7 +79,7 @@ def test_the_program_explains_itself(capsys):
 def every_command(commands=COMMANDS) -> list[Command]:
     found = []
     for entry in commands.values():
-        found += every_command(entry.commands) if isinstance(entry, Group) else [entry]
+        found += every_command(entry.commands) if isinstance(entry, CommandGroup) else [entry]
     return found
 
 

@@ -51,7 +51,7 @@ from tegotae.simulation.integrators.base import (
     settled,
     to_limbs,
     to_units,
-    with_rhythm,
+    with_oscillator,
 )
 from tegotae.systems.controller_file import SavedController
 from tegotae.systems.models import find
@@ -90,7 +90,7 @@ def said_by_the_package(export: Export, leaves: np.ndarray, inputs: np.ndarray):
         n: to_units(controller, of_limbs(x)) for n, x in zip(export.senses, inputs, strict=True)
     }
     sensed = sensed or {"nothing": jnp.zeros(shape, jnp.float32)}
-    heard = with_rhythm(controller, Signals(sensed, export.scales), state)
+    heard = with_oscillator(controller, Signals(sensed, export.scales), state)
     said = decide(
         controller,
         weights,

@@ -19,7 +19,7 @@ from tegotae import Engine, Scenario, Timing, build
 from tegotae._support.errors import TegotaeError
 from tegotae.cli import main
 from tegotae.export.playground import (
-    Choice,
+    ControllerChoice,
     Page,
     compiler,
     standard,
@@ -242,7 +242,7 @@ def test_a_search_moves_in_the_page_as_in_the_package(tmp_path):
 
 @needs_node
 def test_a_gait_is_learned_from_random_weights_by_the_pages_own_learner(tmp_path):
-    page = Page([Choice("ART", ART)]).document()
+    page = Page([ControllerChoice("ART", ART)]).document()
     (controller,) = page["controllers"]
     task = {
         **wasm_of(shelf.engine(ART.controller, Hopper())),
@@ -269,7 +269,7 @@ def test_a_gait_is_learned_from_random_weights_by_the_pages_own_learner(tmp_path
 
 
 def test_a_page_is_one_file_that_needs_nothing_else():
-    html = Page([Choice("V", VANILLA)]).html()
+    html = Page([ControllerChoice("V", VANILLA)]).html()
     assert "<!--" not in html
     assert not [word for word in ("http://", "https://", "src=", "import(") if word in html]
     assert len(html.encode()) < 400_000
@@ -279,8 +279,8 @@ def test_a_page_is_one_file_that_needs_nothing_else():
     "name", ["<!--WORKER-->.json", "<!--<script>.json", "</script>.json", "a\u2028&lt;.json"]
 )
 def test_no_name_of_a_file_is_taken_for_a_part_of_the_page(name):
-    html = Page([Choice(name, VANILLA)]).html()
-    plain = Page([Choice("V", VANILLA)]).html()
+    html = Page([ControllerChoice(name, VANILLA)]).html()
+    plain = Page([ControllerChoice("V", VANILLA)]).html()
     assert data_of(html)["controllers"][0]["label"] == name
     for tag in ("<!--", "<script", "</script"):
         assert html.count(tag) == plain.count(tag)
@@ -336,7 +336,7 @@ def test_a_controller_for_several_legs_is_offered_on_its_own_body_alone():
     body = Plate(pitch_inertia_ratio=1.6)
     legs = dataclasses.replace(VANILLA.controller, limbs=4)
     four = SavedController.of(legs, VANILLA.weights, 8.0, body)
-    data = data_of(Page([Choice("four", four), Choice("V", VANILLA)]).html())
+    data = data_of(Page([ControllerChoice("four", four), ControllerChoice("V", VANILLA)]).html())
     first, vanilla = data["controllers"]
     assert list(first["engines"]) == ["quadruped"]
     assert first["engines"]["quadruped"] == vanilla["engines"]["quadruped"]
@@ -405,7 +405,7 @@ def test_a_body_that_a_page_cannot_draw_is_refused_by_its_name():
     feet = Controller(EllipticFoot(), PhaseOscillator(), VANILLA.controller.tegotae, limbs=4)
     walking = SavedController.of(feet, np.ones(1), 2.0, Walker())
     with pytest.raises(TegotaeError, match="cannot draw a Walker"):
-        Page([Choice("walk", walking)])
+        Page([ControllerChoice("walk", walking)])
 
 
 def test_a_page_without_controllers_is_refused():

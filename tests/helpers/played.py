@@ -17,7 +17,7 @@ import pytest
 
 import tegotae.export.playground
 from tegotae import Engine, Scenario, Timing
-from tegotae.export.playground import engine_cache as shelf
+from tegotae.export.playground import engine_cache
 from tegotae.export.playground.program import Program
 from tegotae.parts.bodies import Body
 from tegotae.parts.controller import Controller
@@ -66,8 +66,8 @@ class Case:
     given: dict[str, Any] = field(default_factory=dict)
 
     @property
-    def engine(self) -> shelf.Engine:
-        return shelf.engine(self.controller, self.body)
+    def engine(self) -> engine_cache.CompiledEngine:
+        return engine_cache.engine(self.controller, self.body)
 
     def task(self) -> dict[str, Any]:
         """What a page is told."""
@@ -128,7 +128,7 @@ def in_node(script: str, data: Any, folder: Path) -> Any:
     return json.loads(done.stdout)
 
 
-def wasm_of(engine: shelf.Engine) -> dict[str, Any]:
+def wasm_of(engine: engine_cache.CompiledEngine) -> dict[str, Any]:
     """An engine as a script takes it: its bytes in base64."""
     return {
         "wasm": base64.b64encode(gzip.decompress(engine.wasm)).decode(),

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from tegotae import TegotaeError, find
-from tegotae.cli.gait.subject import Subject
+from tegotae.cli.gait.options import GaitCommand
 from tegotae.parts.bodies import Sensors
 from tegotae.parts.controller import Controller
 from tegotae.parts.terrains import Rough, Slope
@@ -27,7 +27,7 @@ from tegotae.studies.gaits.parameter_axes import (
 
 def asked(tmp_path, name="quadruped-c", **given):
     """The system that a command with these options is about."""
-    return Subject(system=name, out=tmp_path, **given).legged()
+    return GaitCommand(system=name, out=tmp_path, **given).legged()
 
 
 def test_a_terrain_is_named_with_its_numbers(tmp_path):

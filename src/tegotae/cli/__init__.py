@@ -9,7 +9,7 @@ from typing import Any
 
 from tegotae._start import end_on_ctrl_c, open_streams, ready
 from tegotae._support.errors import TegotaeError
-from tegotae.cli.commands import COMMANDS, MOVED, Command, Group, in_name_only
+from tegotae.cli.commands import COMMANDS, MOVED, Command, CommandGroup, in_name_only
 from tegotae.cli.console import make_safe
 from tegotae.cli.status import DEBUG, exit_status, leave, warn_in_one_line
 
@@ -60,7 +60,7 @@ def _run(words: list[str]) -> None:
 
 def parsed(
     words: Sequence[str],
-    commands: Mapping[str, Command | Group] = COMMANDS,
+    commands: Mapping[str, Command | CommandGroup] = COMMANDS,
     prog: str = "tegotae",
     description: str = f"{__doc__} {_SWITCHES}",
 ) -> Any:
@@ -84,7 +84,7 @@ def parsed(
     if before in MOVED:
         raise TegotaeError(f"tegotae {before} is tegotae {MOVED[before]} now")
     chosen = commands.get(name)
-    if isinstance(chosen, Group):
+    if isinstance(chosen, CommandGroup):
         return parsed(words[1:], chosen.commands, f"{prog} {name}", chosen.summary)
     import tyro
 

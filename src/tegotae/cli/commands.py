@@ -45,16 +45,16 @@ class Command:
 
 
 @dataclass(frozen=True)
-class Group:
+class CommandGroup:
     """Commands under a common name."""
 
     summary: str
     """What they are for."""
-    commands: Mapping[str, Command | Group]
+    commands: Mapping[str, Command | CommandGroup]
     """Each by its name."""
 
 
-def in_name_only(entry: Command | Group) -> Callable[[], Any]:
+def in_name_only(entry: Command | CommandGroup) -> Callable[[], Any]:
     """A stand-in with an entry's summary and without options, for a list of commands."""
 
     def stand_in() -> None:
@@ -64,7 +64,7 @@ def in_name_only(entry: Command | Group) -> Callable[[], Any]:
     return stand_in
 
 
-COMMANDS: Mapping[str, Command | Group] = {
+COMMANDS: Mapping[str, Command | CommandGroup] = {
     "models": Command("models", "Models"),
     "train": Command("train", "Train"),
     "tune": Command("tune", "Tune"),
@@ -72,21 +72,21 @@ COMMANDS: Mapping[str, Command | Group] = {
     "evaluate": Command("evaluate", "Evaluate"),
     "compare": Command("compare", "Compare"),
     "measure": Command("measure", "Measure"),
-    "figure": Group(
+    "figure": CommandGroup(
         "Draw a picture that explains a controller, with its numbers beside it.",
         {
             "gain-map": Command("figure.gain_map", "GainMap"),
-            "surface": Command("figure.surface", "Surface"),
+            "surface": Command("figure.surface", "SurfaceFigure"),
             "portrait": Command("figure.portrait", "Portrait"),
             "phase-locking": Command("figure.phase_locking", "PhaseLocking"),
-            "phase-response": Command("figure.phase_response", "PhaseResponse"),
+            "phase-response": Command("figure.phase_response", "PhaseResponseFigure"),
             "basin": Command("figure.basin", "Basin"),
-            "poincare": Command("figure.poincare", "Poincare"),
+            "poincare": Command("figure.poincare", "PoincareFigure"),
             "learning-curves": Command("figure.learning_curves", "LearningCurves"),
             "optimum": Command("figure.optimum", "Optimum"),
         },
     ),
-    "gait": Group(
+    "gait": CommandGroup(
         "Study the gaits of a body with several legs.",
         {
             "sweep": Command("gait.sweep", "Sweep"),
@@ -96,7 +96,7 @@ COMMANDS: Mapping[str, Command | Group] = {
         },
     ),
     "generalise": Command("generalise", "Generalise"),
-    "study": Group(
+    "study": CommandGroup(
         "Run the whole study of the paper, and report on it.",
         {
             "run": Command("study", "StudyRun"),
@@ -105,7 +105,7 @@ COMMANDS: Mapping[str, Command | Group] = {
             "export": Command("study", "StudyExport"),
             "figures": Command("study", "StudyFigures"),
             "merge": Command("study", "StudyMerge"),
-            "multiverse": Group(
+            "multiverse": CommandGroup(
                 "Judge the claims over what the paper leaves open: body, work, release, budgets.",
                 {
                     "run": Command("multiverse", "MultiverseRun"),
@@ -116,7 +116,7 @@ COMMANDS: Mapping[str, Command | Group] = {
             ),
         },
     ),
-    "export": Group(
+    "export": CommandGroup(
         "Take a controller to a robot.",
         {
             "c": Command("export.c", "ExportC"),

@@ -11,7 +11,7 @@ import tyro
 
 from tegotae._support.errors import TegotaeError
 from tegotae._support.files import output_file, write_atomically
-from tegotae.export.playground import Choice, Page, standard
+from tegotae.export.playground import ControllerChoice, Page, standard
 from tegotae.systems.resolve import resolve
 from tegotae.training.collection import controller_of
 
@@ -36,7 +36,7 @@ class Playground:
         path = output_file(self.out)
         stems = [Path(each).stem for each in self.controllers]
         own = [
-            Choice(name if stems.count(name) == 1 else each, controller_of(resolve(each)))
+            ControllerChoice(name if stems.count(name) == 1 else each, controller_of(resolve(each)))
             for name, each in zip(stems, self.controllers, strict=True)
         ]
         page = Page([*own, *standard()[:1]] if own else standard(), tell)

@@ -11,7 +11,7 @@ from typing import Annotated
 import tyro
 
 from tegotae._support.errors import TegotaeError, require_finite
-from tegotae.cli.gait.subject import OF_LEGS, LegsOptions, legs_of
+from tegotae.cli.gait.options import OF_LEGS, LegsOptions, legs_of
 from tegotae.cli.options import (
     EARLIER_NAME,
     UNSET,

@@ -25,7 +25,7 @@ from tegotae.systems.registry import name_of
 from tegotae.training.agents import AgentLearner, AgentSettings
 from tegotae.training.algorithms import Algorithm
 from tegotae.training.evolution import Evolution
-from tegotae.training.learner import Step
+from tegotae.training.learner import LearningStep
 from tegotae.training.registry import agents, evolutions
 from tegotae.training.run import Run, train
 from tegotae.training.stopping import CAP, PLATEAU, RUNNING, SEARCH, Stopping
@@ -189,7 +189,7 @@ class Train(EnvOptions, EvolutionOptions, ExperimentOptions):
             )
 
 
-def logger(out: Path) -> Callable[[Step], None]:
+def logger(out: Path) -> Callable[[LearningStep], None]:
     """A function that logs the points of a step for TensorBoard, into a folder made by then.
 
     Raises:
@@ -201,7 +201,7 @@ def logger(out: Path) -> Callable[[Step], None]:
     def writer():
         return tensorboard.SummaryWriter(str(out / "tensorboard"))
 
-    def log(step: Step) -> None:
+    def log(step: LearningStep) -> None:
         for point in step.points:
             for name, value in point._asdict().items():
                 if name not in ("seed", "step") and not math.isnan(value):

@@ -83,7 +83,7 @@ class _Numbers(NamedTuple):
 
 
 @dataclass(frozen=True)
-class _Program:
+class _CompiledSettings:
     """The settings that shape the compiled program."""
 
     controller: Controller
@@ -97,7 +97,7 @@ class _Program:
         return ClosedLoop(self.controller, Hold())
 
 
-class Step(NamedTuple):
+class EnvStep(NamedTuple):
     """Result of a step of the agent, NumPy arrays with lanes first."""
 
     observation: np.ndarray
@@ -130,7 +130,7 @@ class Hoppers:
     def __init__(self, settings: HopperSettings, lanes: int) -> None:
         set_up()
         self.settings, self.lanes = settings, lanes
-        self._program = _Program(
+        self._program = _CompiledSettings(
             settings.controller, settings.observed, settings.dimensionless, settings.reward
         )
         self._numbers = _Numbers(
@@ -143,7 +143,7 @@ class Hoppers:
         self._compiled = _compiled(self._program)
         self._episodes: Episodes | None = None
 
-    def reset(self, scenarios: Sequence[Scenario], where: np.ndarray | None = None) -> Step:
+    def reset(self, scenarios: Sequence[Scenario], where: np.ndarray | None = None) -> EnvStep:
         """Start new episodes, one scenario a lane, in all lanes or in those of the mask `where`.
 
         What it returns speaks of all lanes, as they now are; there are no rewards in it.
@@ -158,7 +158,7 @@ class Hoppers:
             )
         return self._unpack(packed)
 
-    def step(self, actions: np.ndarray) -> Step:
+    def step(self, actions: np.ndarray) -> EnvStep:
         """Hold the actions, shape [lanes], for one step of the agent.
 
         Raises:
@@ -172,10 +172,10 @@ class Hoppers:
         self._episodes, packed = self._compiled.advance(self._numbers, self._episodes, actions)
         return self._unpack(packed)
 
-    def _unpack(self, packed: jax.Array) -> Step:
+    def _unpack(self, packed: jax.Array) -> EnvStep:
         rows = np.asarray(packed)
         n = len(self._program.observed)
-        return Step(
+        return EnvStep(
             rows[:n].T.copy(),
             rows[n].copy(),
             rows[n + 1] > 0.0,
@@ -207,7 +207,7 @@ class _Compiled(NamedTuple):
 
 
 @cache
-def _compiled(program: _Program) -> _Compiled:
+def _compiled(program: _CompiledSettings) -> _Compiled:
     return _Compiled(*(jax.jit(partial(f, program)) for f in (_start, _restart, _advance)))
 
 
@@ -215,7 +215,9 @@ def _single(value: Any) -> jax.Array:
     return jnp.asarray(value, jnp.float32)
 
 
-def _start(program: _Program, numbers: _Numbers, scenario: Scenario) -> tuple[Episodes, jax.Array]:
+def _start(
+    program: _CompiledSettings, numbers: _Numbers, scenario: Scenario
+) -> tuple[Episodes, jax.Array]:
     """New episodes in every lane."""
     body = numbers.body
     scenario = jax.tree.map(jnp.asarray, scenario)
@@ -233,7 +235,7 @@ def _start(program: _Program, numbers: _Numbers, scenario: Scenario) -> tuple[Ep
 
 
 def _restart(
-    program: _Program,
+    program: _CompiledSettings,
     numbers: _Numbers,
     scenario: Scenario,
     episodes: Episodes,
@@ -246,7 +248,7 @@ def _restart(
 
 
 def _advance(
-    program: _Program, numbers: _Numbers, episodes: Episodes, actions: jax.Array
+    program: _CompiledSettings, numbers: _Numbers, episodes: Episodes, actions: jax.Array
 ) -> tuple[Episodes, jax.Array]:
     """One step of the agent: its action is held for `decimation` ticks."""
     command = jnp.clip(actions, -1.0, 1.0) * numbers.action_scale
@@ -263,7 +265,7 @@ def _advance(
 
 
 def _tick(
-    program: _Program,
+    program: _CompiledSettings,
     numbers: _Numbers,
     command: jax.Array,
     episodes: Episodes,
@@ -307,7 +309,7 @@ def _tick(
 
 
 def _report(
-    program: _Program, numbers: _Numbers, episodes: Episodes, reward: jax.Array
+    program: _CompiledSettings, numbers: _Numbers, episodes: Episodes, reward: jax.Array
 ) -> jax.Array:
     """All that leaves the device, one row a quantity: a single transfer instead of a dozen."""
     controller, body, moment = program.controller, numbers.body, episodes.lane.moment

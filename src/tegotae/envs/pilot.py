@@ -21,7 +21,7 @@ from tegotae.simulation.integrators.base import (
     phase_of,
     push,
     settled,
-    with_rhythm,
+    with_oscillator,
 )
 
 
@@ -122,7 +122,7 @@ def _sample(
     """Oscillators one step on, force share or places, feedback, phase; all held over the step."""
     rows = controller.spread(tuple(weights[i] for i in range(weights.shape[0])))
     omega, max_force, step_s = (numbers[name] for name in ("omega", "max_force", "step_s"))
-    signals = with_rhythm(controller, Signals(sensed, numbers["scales"]), oscillator)
+    signals = with_oscillator(controller, Signals(sensed, numbers["scales"]), oscillator)
     drive = decide(controller, rows, omega, signals, oscillator, max_force, added=added)
     ahead = held(oscillator, drive.rate, step_s)
     if controller.actuation.commands_force:

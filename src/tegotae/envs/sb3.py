@@ -11,7 +11,7 @@ import numpy as np
 
 from tegotae._support.errors import TegotaeError, require_count
 from tegotae._support.optional_dependencies import require
-from tegotae.envs.core import TELEMETRY, Hoppers, Step
+from tegotae.envs.core import TELEMETRY, EnvStep, Hoppers
 from tegotae.envs.lanes import LaneScenarios
 from tegotae.envs.rendering import draw
 from tegotae.envs.settings import HopperSettings
@@ -53,7 +53,7 @@ class HopperVecEnv(VecEnv):
         self._actions = np.zeros((num_envs, 1), np.float32)
         self._returns = np.zeros(num_envs)
         self._lengths = np.zeros(num_envs, np.int64)
-        self._last: Step | None = None
+        self._last: EnvStep | None = None
         self._begun = time.time()
         super().__init__(num_envs, observation_space(settings), action_space())
 
@@ -148,7 +148,7 @@ class HopperVecEnv(VecEnv):
         return [wrapper_class is Monitor for _ in self._get_indices(indices)]
 
 
-def _telemetry(step: Step, lane: int) -> dict[str, float]:
+def _telemetry(step: EnvStep, lane: int) -> dict[str, float]:
     return dict(zip(TELEMETRY, step.telemetry[lane].tolist(), strict=True))
 
 

@@ -8,7 +8,7 @@ import gymnasium
 import numpy as np
 
 from tegotae._support.errors import TegotaeError
-from tegotae.envs.core import TELEMETRY, Hoppers, Step
+from tegotae.envs.core import TELEMETRY, EnvStep, Hoppers
 from tegotae.envs.rendering import Window, draw
 from tegotae.envs.settings import HopperSettings, TegotaeHopperSettings, settings_of
 from tegotae.envs.spaces import action_space, observation_space, pose
@@ -53,7 +53,7 @@ class HopperEnv(gymnasium.Env[np.ndarray, np.ndarray]):
         self.observation_space = observation_space(self.settings)
         self.action_space = action_space()
         self._hoppers = Hoppers(self.settings, 1)
-        self._last: Step | None = None
+        self._last: EnvStep | None = None
         self._window: Window | None = None
         self._shown_s = 0.0
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from gymnasium.spaces import Box
 
-from tegotae.envs.core import TELEMETRY, Step, observation_bounds
+from tegotae.envs.core import TELEMETRY, EnvStep, observation_bounds
 from tegotae.envs.rendering import Pose
 from tegotae.envs.settings import HopperSettings
 
@@ -22,7 +22,7 @@ def observation_space(settings: HopperSettings) -> Box:
     return Box(np.where(one_sided, np.float32(0.0), -bounds), bounds, dtype=np.float32)
 
 
-def pose(settings: HopperSettings, step: Step, lane: int) -> Pose:
+def pose(settings: HopperSettings, step: EnvStep, lane: int) -> Pose:
     """What there is to draw of one lane."""
     now = dict(zip(TELEMETRY, step.telemetry[lane].tolist(), strict=True))
     return Pose(

@@ -9,7 +9,7 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
 from tegotae._support.errors import TegotaeError, require_count
-from tegotae.envs.core import TELEMETRY, Hoppers, Step
+from tegotae.envs.core import TELEMETRY, EnvStep, Hoppers
 from tegotae.envs.lanes import LaneScenarios
 from tegotae.envs.rendering import draw
 from tegotae.envs.settings import HopperSettings, TegotaeHopperSettings, settings_of
@@ -78,7 +78,7 @@ class HopperVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         self._hoppers = Hoppers(self.settings, num_envs)
         self._scenarios = LaneScenarios(self.settings, num_envs)
         self._ended = np.zeros(num_envs, np.bool_)
-        self._last: Step | None = None
+        self._last: EnvStep | None = None
 
     def reset(
         self, *, seed: int | list[int | None] | None = None, options: dict[str, Any] | None = None
@@ -159,7 +159,7 @@ class HopperVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
             raise TegotaeError("there is nothing to draw yet; call reset() before render()")
         return tuple(draw(pose(self.settings, self._last, i)) for i in range(self.num_envs))
 
-    def _infos(self, step: Step, where: np.ndarray) -> dict[str, Any]:
+    def _infos(self, step: EnvStep, where: np.ndarray) -> dict[str, Any]:
         """`info` of all lanes, as Gymnasium lays it out: a value and a mask by name."""
         infos: dict[str, Any] = {}
         for name, column in zip(TELEMETRY, step.telemetry.T, strict=True):

@@ -19,7 +19,7 @@ from tegotae.studies.paper.claims import (
     Verdict,
 )
 from tegotae.studies.paper.multiverse.influence import SIGNIFICANT, Influence, influences
-from tegotae.studies.paper.multiverse.readings import CHOICES, Choice, Reading
+from tegotae.studies.paper.multiverse.readings import CHOICES, AnalysisChoice, Reading
 from tegotae.studies.paper.multiverse.verdicts import (
     CLAIMS,
     VerdictsByReading,
@@ -212,7 +212,7 @@ def _words(influence: Influence) -> str:
     return f"ρ {influence.correlation:+.2f}".replace("-", "−") + f", {p}"
 
 
-def _range(choice: Choice) -> str:
+def _range(choice: AnalysisChoice) -> str:
     def word(value) -> str:
         known = {True: "yes", False: "no", math.inf: "plateau"}
         return known[value] if isinstance(value, bool) or value == math.inf else f"{value}"

@@ -29,7 +29,7 @@ class State(Channel):
     """The value at the end of each frame.
 
     Args:
-        of: from a `tegotae.simulation.recorder.Frame` to the value.
+        of: from a `tegotae.simulation.recorder.RecordedFrame` to the value.
     """
 
     of: Callable[[Any], jax.Array]

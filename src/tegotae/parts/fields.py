@@ -13,7 +13,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from tegotae._support.errors import TegotaeError, unknown
-from tegotae.parts.bodies import Around, Body
+from tegotae.parts.bodies import Body, BodyWrapper
 
 INNER = "body"
 """The field by which a wrapper holds the body within."""
@@ -27,7 +27,7 @@ def unwrapped(body: Body) -> Body:
         >>> type(unwrapped(Sensors(body=Bar(), delay_s=0.01))).__name__
         'Bar'
     """
-    while isinstance(body, Around):
+    while isinstance(body, BodyWrapper):
         body = body.body
     return body
 
@@ -44,7 +44,7 @@ def paths_of(body: Body) -> dict[str, str]:
         ('delay_s', 'body.inertia_ratio')
     """
     own = {name: name for name in _names(body)}
-    if not isinstance(body, Around):
+    if not isinstance(body, BodyWrapper):
         return own
     del own[INNER]
     within = {name: f"{INNER}.{path}" for name, path in paths_of(body.body).items()}
@@ -67,7 +67,7 @@ def path_of(body: Body, name: str) -> str:
         'body.mass_kg'
     """
     first, dot, rest = name.partition(".")
-    if first == INNER and isinstance(body, Around):
+    if first == INNER and isinstance(body, BodyWrapper):
         return f"{INNER}.{path_of(body.body, rest)}"
     known = paths_of(body)
     if first not in known:

@@ -30,7 +30,7 @@ from tegotae.simulation.loop import (
 )
 
 
-class Frame(NamedTuple):
+class RecordedFrame(NamedTuple):
     """A lane at the end of a frame: what a `State` channel reads."""
 
     time_s: PerLane
@@ -106,7 +106,7 @@ def _restored(channels: dict[str, Any]) -> Trajectory:
     return Trajectory(**channels)
 
 
-def _spring_force(frame: Frame) -> PerLimb:
+def _spring_force(frame: RecordedFrame) -> PerLimb:
     sensed = frame.body.sense(frame.lane.moment.body, frame.ground_m).values
     if "spring_force" not in sensed:
         return jnp.zeros_like(frame.lane.force_n)
@@ -320,7 +320,7 @@ class Recorder:
         return updated
 
     def frame(
-        self, frame: Frame, totals: dict[str, jax.Array], events: dict[str, jax.Array]
+        self, frame: RecordedFrame, totals: dict[str, jax.Array], events: dict[str, jax.Array]
     ) -> Trajectory:
         """What is recorded of a frame."""
         recorded = {}

@@ -35,7 +35,7 @@ from tegotae.simulation.loop import (
     Tick,
     check_senses,
 )
-from tegotae.simulation.recorder import Frame, Recorder, Trajectory
+from tegotae.simulation.recorder import RecordedFrame, Recorder, Trajectory
 from tegotae.simulation.world import (
     Scenario,
     ground_m,
@@ -474,7 +474,7 @@ def _advance_block(engine: Engine, weights: WeightMatrix, scenario: Scenario, bo
         meanwhile, _ = loop.meets(body, spread, last, tick_s)
         time = (first + timing.ticks_per_frame).astype(dtype) * tick_s
         time = jnp.broadcast_to(time, scenario.height_m.shape)
-        now = Frame(time, lane, ground, engine.controller, meanwhile)
+        now = RecordedFrame(time, lane, ground, engine.controller, meanwhile)
         return (lane, totals), recorder.frame(now, totals, events)
 
     lane = loop.start(rows, body, spread, tick_s)

@@ -181,7 +181,7 @@ def load(path: Path | str) -> SavedController:
     try:
         if document["version"] < VERSION:
             document = of_earlier_version(document)
-        entries = documents.fitted(document, _Document)
+        entries = documents.fitted(document, _ControllerFile)
         system = entry(document, "system", System)
         experiment = None
         if entries.experiment is not None:
@@ -211,7 +211,7 @@ def is_controller(document: Any) -> bool:
     return isinstance(document, dict) and document.get("format") == FORMAT
 
 
-class _Document(msgspec.Struct):
+class _ControllerFile(msgspec.Struct):
     """A controller file, but for its parts, whose kinds say what they hold."""
 
     system: dict[str, Any]

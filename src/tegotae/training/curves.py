@@ -124,7 +124,7 @@ def table(curves: Sequence[LearningCurve]) -> dict[str, np.ndarray]:
     }
 
 
-class _Algorithm(msgspec.Struct):
+class _AlgorithmEntry(msgspec.Struct):
     name: str
     population: Annotated[int, msgspec.Meta(ge=1)] = 1
 
@@ -137,7 +137,7 @@ class _System(msgspec.Struct):
     timing: _Timing
 
 
-class _Experiment(msgspec.Struct):
+class _ExperimentEntry(msgspec.Struct):
     name: str
     system: _System | None = None
     timing: _Timing | None = None
@@ -147,15 +147,15 @@ class _Experiment(msgspec.Struct):
 class _Trained(msgspec.Struct):
     """What is read of a training's configuration."""
 
-    experiment: _Experiment
-    algorithm: _Algorithm
+    experiment: _ExperimentEntry
+    algorithm: _AlgorithmEntry
 
 
 class _TrainedEarlier(msgspec.Struct):
     """The same as earlier versions wrote it."""
 
     model: str
-    algorithm: _Algorithm
+    algorithm: _AlgorithmEntry
     timing: _Timing
 
 

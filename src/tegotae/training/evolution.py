@@ -19,7 +19,7 @@ from tegotae.training.curve_file import CurvePoint
 from tegotae.training.evaluator import evaluator_of
 from tegotae.training.evolve import Curves, Progress, evolve, start
 from tegotae.training.folder import versions_of
-from tegotae.training.learner import Learned, Learner, Session, Step
+from tegotae.training.learner import LearnedController, Learner, LearningStep, Session
 from tegotae.training.search import best_gain
 from tegotae.training.stopping import SEARCH, Stopping
 from tegotae.training.trainable import Trainable
@@ -136,7 +136,7 @@ class EvolutionSession(Session):
         """The cap on generations."""
         return self._learner.stopping.generations
 
-    def steps(self) -> Iterator[Step]:
+    def steps(self) -> Iterator[LearningStep]:
         """A generation each."""
         progress, curves = self._reached
         if progress is None:
@@ -147,7 +147,7 @@ class EvolutionSession(Session):
             # In one assignment: an interrupt must not come between the two.
             self._reached = after, [*self._reached[1], new]
             done = len(self._reached[1])
-            yield Step(done, self._report(after, new), tuple(self._points(done - 1, new)))
+            yield LearningStep(done, self._report(after, new), tuple(self._points(done - 1, new)))
 
     def _report(self, progress: Progress, new: Curves) -> str:
         ended = sum(map(bool, self._learner.ends(self._reached[1])))
@@ -173,13 +173,13 @@ class EvolutionSession(Session):
         curves = self._reached[1]
         return [point for g, each in enumerate(curves) for point in self._points(g, each)]
 
-    def learned(self) -> list[Learned]:
+    def learned(self) -> list[LearnedController]:
         """The mean of the best distribution of each seed."""
         progress, curves = self._reached
         if progress is None or not curves:
             return []
         return [
-            Learned(
+            LearnedController(
                 self._experiment.controller,
                 np.asarray(progress.best_weights[i]),
                 {
@@ -238,16 +238,16 @@ class GainSearch(Session):
         """All gains are one step."""
         return 1
 
-    def steps(self) -> Iterator[Step]:
+    def steps(self) -> Iterator[LearningStep]:
         """All gains at once."""
         self._found = self._learner.search(self._experiment)
-        yield Step(1, f"fitness {self._found[1]:+.3f}", ())
+        yield LearningStep(1, f"fitness {self._found[1]:+.3f}", ())
 
     def points(self) -> list[CurvePoint]:
         """None: nothing is learned."""
         return []
 
-    def learned(self) -> list[Learned]:
+    def learned(self) -> list[LearnedController]:
         """The best gain."""
         if self._found is None:
             return []
@@ -259,7 +259,7 @@ class GainSearch(Session):
             "ended": SEARCH,
             "best_generation": 0,
         }
-        return [Learned(self._experiment.controller, np.array([gain]), outcome)]
+        return [LearnedController(self._experiment.controller, np.array([gain]), outcome)]
 
     def arrays(self) -> dict[str, np.ndarray]:
         """None: it begins anew."""

@@ -14,7 +14,7 @@ from tegotae.training.curve_file import CurvePoint
 from tegotae.training.trainable import Trainable
 
 
-class Step(NamedTuple):
+class LearningStep(NamedTuple):
     """What a session did since the step before."""
 
     done: int
@@ -26,7 +26,7 @@ class Step(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Learned:
+class LearnedController:
     """What the training of one seed has come to.
 
     Args:
@@ -46,10 +46,10 @@ class Session(ABC):
     @property
     @abstractmethod
     def length(self) -> int:
-        """What `Step.done` counts to."""
+        """What `LearningStep.done` counts to."""
 
     @abstractmethod
-    def steps(self) -> Iterator[Step]:
+    def steps(self) -> Iterator[LearningStep]:
         """Learn until every seed has ended. An interrupt between steps loses nothing."""
 
     @abstractmethod
@@ -57,7 +57,7 @@ class Session(ABC):
         """The learning curves of all seeds until here."""
 
     @abstractmethod
-    def learned(self) -> list[Learned]:
+    def learned(self) -> list[LearnedController]:
         """What every seed that has begun has come to."""
 
     @abstractmethod

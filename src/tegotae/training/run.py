@@ -28,7 +28,7 @@ from tegotae.systems.experiment import differing
 from tegotae.training.curve_file import is_earlier_format, write_curves
 from tegotae.training.evolution import Evolution
 from tegotae.training.folder import claim, save_controller
-from tegotae.training.learner import Learner, Session, Step
+from tegotae.training.learner import Learner, LearningStep, Session
 from tegotae.training.trainable import Trainable
 
 LearnerT = TypeVar("LearnerT", bound=Learner)
@@ -92,7 +92,7 @@ def train(
     out: Path,
     *,
     anew: bool = False,
-    on_step: Callable[[Step], None] | None = None,
+    on_step: Callable[[LearningStep], None] | None = None,
 ) -> list[Path]:
     """Train, or train on, in the folder `out`; return the controller files, one per seed.
 
@@ -121,7 +121,7 @@ def train(
 
 
 def _train(
-    run: Run[Any], session: Session, out: Path, on_step: Callable[[Step], None] | None
+    run: Run[Any], session: Session, out: Path, on_step: Callable[[LearningStep], None] | None
 ) -> list[Path]:
     """The same, alone in the folder."""
     saved_at = -np.inf

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated
 
-from tegotae.cli.figure.subject import Subject
-from tegotae.cli.gait.subject import OF_LEGS, LegsOptions, legs_of
+from tegotae.cli.figure.controller import ControllerFigure
+from tegotae.cli.gait.options import OF_LEGS, LegsOptions, legs_of
 from tegotae.cli.options import UNSET, refuse_given, require_ours
 from tegotae.systems.resolve import Resolved, resolve
 
@@ -14,7 +14,7 @@ OF_ONE_LEG = ("height", "velocity", "resolution", "actuation", "oscillator", "pr
 
 
 @dataclass(frozen=True, kw_only=True)
-class Basin(LegsOptions, Subject):
+class Basin(LegsOptions, ControllerFigure):
     """Basins of attraction: of one leg, which release height and phase end in which limit cycle;
     of several, which gaits come about from random phases, how often, and how soon.
 

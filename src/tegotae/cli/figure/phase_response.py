@@ -6,11 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tegotae.cli.figure.subject import SettledSubject
+from tegotae.cli.figure.controller import SettledSubject
 
 
 @dataclass(frozen=True, kw_only=True)
-class PhaseResponse(SettledSubject):
+class PhaseResponseFigure(SettledSubject):
     """How far a short push shifts the rhythm, over when in the limit cycle it comes."""
 
     push: tuple[float, ...] = (0.005, -0.005)

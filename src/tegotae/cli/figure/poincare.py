@@ -6,11 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tegotae.cli.figure.subject import SettledSubject
+from tegotae.cli.figure.controller import SettledSubject
 
 
 @dataclass(frozen=True, kw_only=True)
-class Poincare(SettledSubject):
+class PoincareFigure(SettledSubject):
     """Apexes from the release on, Floquet multipliers, and the decay of a nudge beside them."""
 
     step: float = 1e-4

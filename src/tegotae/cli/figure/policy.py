@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import tyro
 
 from tegotae._support.errors import TegotaeError
-from tegotae.cli.figure.subject import SettledSubject
+from tegotae.cli.figure.controller import SettledSubject
 from tegotae.cli.options import UNSET
 from tegotae.systems.presets import preset
 

@@ -32,7 +32,7 @@ class _Drawn:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Surface(PolicySubject):
+class SurfaceFigure(PolicySubject):
     """Actuator force over phase and spring force, with the limit cycle on it (Fig. 5)."""
 
     velocity: float = 0.0

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import numpy as np
 
 from tegotae._support.errors import TegotaeError
-from tegotae.cli.gait.subject import Subject, assignments
+from tegotae.cli.gait.options import GaitCommand, assignments
 from tegotae.cli.options import UNSET
 from tegotae.cli.tables import print_rows
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Lesion(Subject):
+class Lesion(GaitCommand):
     """A leg lost, a number of the body changed, or the ground dropped: who stays up, and how."""
 
     lose: tuple[str, ...] = ()

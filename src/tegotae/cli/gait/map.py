@@ -10,7 +10,7 @@ import numpy as np
 from tegotae._support.errors import TegotaeError, require_finite
 from tegotae._support.progress import reporting
 from tegotae._support.workplace import GAIT_MAP, require_free_for
-from tegotae.cli.gait.subject import Subject
+from tegotae.cli.gait.options import GaitCommand
 from tegotae.cli.tables import print_rows
 
 if TYPE_CHECKING:
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Map(Subject):
+class Map(GaitCommand):
     """Which gait comes about over two parameters: omega, sigma, or any two numbers of the body."""
 
     x: tuple[str, float, float]

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tegotae._support.errors import TegotaeError
-from tegotae.cli.gait.subject import Subject
+from tegotae.cli.gait.options import GaitCommand
 from tegotae.cli.tables import print_rows
 
 if TYPE_CHECKING:
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Stability(Subject):
+class Stability(GaitCommand):
     """How small deviations of the lags grow or die out, cycle by cycle, over a parameter."""
 
     over: tuple[str, float, float]

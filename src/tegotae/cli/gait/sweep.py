@@ -9,7 +9,7 @@ import numpy as np
 
 from tegotae._support.errors import TegotaeError, require_count, require_finite
 from tegotae._support.limits import MOST_POINTS, MOST_RAD_PER_S
-from tegotae.cli.gait.subject import Subject
+from tegotae.cli.gait.options import GaitCommand
 from tegotae.cli.options import UNSET
 from tegotae.cli.tables import print_rows
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Sweep(Subject):
+class Sweep(GaitCommand):
     """Raise the frequency level by level, and lower it: where gaits change, and hysteresis."""
 
     levels: tuple[float, float]

@@ -6,11 +6,11 @@ from pathlib import Path
 
 import numpy as np
 
-from tegotae.cli.gait.subject import Legs
+from tegotae.cli.gait.options import LeggedSystemOptions
 from tegotae.cli.tables import print_rows
 
 
-def draw_basin(legs: Legs, starts: int, out: Path) -> None:
+def draw_basin(legs: LeggedSystemOptions, starts: int, out: Path) -> None:
     """Release a body at random phases, write a figure with its table and document beside it, and
     print which gaits came about, how often, and how soon.
 

@@ -13,7 +13,7 @@ import numpy as np
 from tegotae._support.errors import TegotaeError
 from tegotae._support.files import output_file, output_folder
 from tegotae._support.tables import write_csv
-from tegotae.cli.gait.subject import Legs
+from tegotae.cli.gait.options import LeggedSystemOptions
 from tegotae.cli.tables import print_rows
 
 if TYPE_CHECKING:
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 def simulate_legs(
-    legs: Legs,
+    legs: LeggedSystemOptions,
     phases: Sequence[float],
     *,
     out: Path | None,

@@ -20,7 +20,7 @@ _OWN = "tegotae/"
 
 
 @dataclass(frozen=True)
-class Entry:
+class ObservedEntry:
     """One number that is observed: `gain * (sensor - offset)`, at least `least`."""
 
     name: str
@@ -40,7 +40,7 @@ class Sensing:
 
     model: Any
     """The `MjModel`."""
-    entries: tuple[Entry, ...]
+    entries: tuple[ObservedEntry, ...]
     """What is observed, in order."""
     actuators: tuple[str, ...]
     """What is driven. Adhesion is not: it is on all the time (`held`)."""
@@ -254,33 +254,35 @@ def _name(elements: Any, kind: str) -> None:
 
 def _entries(
     model: Any, joints: Sequence[Any], actuators: Sequence[str], feet: Sequence[str], at: Any
-) -> list[Entry]:
+) -> list[ObservedEntry]:
     entries = []
     for joint in joints:
-        entries.append(Entry(joint.name, at[_OWN + joint.name]))
-        entries.append(Entry(f"{joint.name}_velocity", at[f"{_OWN}{joint.name}_velocity"]))
+        entries.append(ObservedEntry(joint.name, at[_OWN + joint.name]))
+        entries.append(ObservedEntry(f"{joint.name}_velocity", at[f"{_OWN}{joint.name}_velocity"]))
     for joint in joints:
         own = model.joint(joint.name)
         if stiffness := float(np.ravel(own.stiffness)[0]):
             rest = float(model.qpos_spring[int(own.qposadr[0])])
-            entries.append(Entry(f"{joint.name}_spring", at[_OWN + joint.name], -stiffness, rest))
-    entries += [Entry(f"{name}_force", at[f"{_OWN}{name}_force"]) for name in actuators]
+            entries.append(
+                ObservedEntry(f"{joint.name}_spring", at[_OWN + joint.name], -stiffness, rest)
+            )
+    entries += [ObservedEntry(f"{name}_force", at[f"{_OWN}{name}_force"]) for name in actuators]
     taken = {entry.name for entry in entries}
     for foot in feet:
         name = f"{foot}_force" if f"{foot}_force" not in taken else f"{foot}_contact_force"
         # The sensor tells what the foot does to the ground.
-        entries.append(Entry(name, at[f"{_OWN}{foot}_force"] + 2, gain=-1.0, least=0.0))
+        entries.append(ObservedEntry(name, at[f"{_OWN}{foot}_force"] + 2, gain=-1.0, least=0.0))
     place, motion = at[f"{_OWN}root_place"], at[f"{_OWN}root_motion"]
-    entries += [Entry("root_height", place + 2), Entry("root_forward", place)]
-    entries += [Entry("root_velocity", motion), Entry("root_climb", motion + 2)]
-    return [*entries, Entry("root_upright", at[f"{_OWN}root_axis"] + 2)]
+    entries += [ObservedEntry("root_height", place + 2), ObservedEntry("root_forward", place)]
+    entries += [ObservedEntry("root_velocity", motion), ObservedEntry("root_climb", motion + 2)]
+    return [*entries, ObservedEntry("root_upright", at[f"{_OWN}root_axis"] + 2)]
 
 
-def _own_entries(model: Any, names: Sequence[str]) -> list[Entry]:
+def _own_entries(model: Any, names: Sequence[str]) -> list[ObservedEntry]:
     entries = []
     for name in names:
         own = model.sensor(name)
         first, size = int(own.adr[0]), int(own.dim[0])
         numbered = [name] if size == 1 else [f"{name}[{i}]" for i in range(size)]
-        entries += [Entry(each, first + i) for i, each in enumerate(numbered)]
+        entries += [ObservedEntry(each, first + i) for i, each in enumerate(numbered)]
     return entries

@@ -191,18 +191,18 @@ def _set(export: Export, values) -> str:
 
 
 def _signals(export: Export, functions: dict[str, Function]) -> str:
-    if not _heard(export):
+    if not _signal_names(export):
         return ""
     fields = "".join(
         f"    float {name}; /* {unit_of(name)[1]} */\n"
         if name in export.senses
         else f"    float {name};\n"
-        for name in _heard(export)
+        for name in _signal_names(export)
     )
     return f"/* All that the terms of a unit may read. */\ntypedef struct {{\n{fields}}} signals;\n"
 
 
-def _heard(export: Export) -> tuple[str, ...]:
+def _signal_names(export: Export) -> tuple[str, ...]:
     oscillator = export.saved.controller.oscillator
     return (*export.senses, *(() if oscillator is None else oscillator.SIGNALS))
 
@@ -298,7 +298,7 @@ def _started(call: str, phase: str) -> str:
 def _step(export: Export, functions: dict[str, Function]) -> str:
     """The step; of several limbs in three passes, since a coupling must have heard all of them."""
     controller = export.saved.controller
-    hears = bool(_heard(export))
+    hears = bool(_signal_names(export))
     at = "" if export.limbs == 1 else "[unit]"
     limb = "" if not at else "[limb]" if controller.wiring else "[unit]"
     length = f"[{export.prefix.upper()}_LIMBS]" if at else ""

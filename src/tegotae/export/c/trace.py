@@ -63,7 +63,7 @@ class _Commanded(Actuation):
 
 
 @dataclass(frozen=True)
-class _Heard(Coupling):
+class _KnownCoupling(Coupling):
     """A coupling whose input to the oscillator is known already."""
 
     def __call__(self, weights: Any, signals: Signals) -> jax.Array:
@@ -116,11 +116,11 @@ class Tracer:
             )
         return Piece(name, found, tuple(results))
 
-    def _heard(self, values: dict, scales: dict) -> Signals:
+    def _inputs(self, values: dict, scales: dict) -> Signals:
         return Signals(values, {name: scale.reshape(()) for name, scale in scales.items()})
 
     @property
-    def _said(self) -> dict[str, Any]:
+    def _symbols(self) -> dict[str, Any]:
         return {
             "values": {name: f"s->{name}" for name in self._signals},
             "scales": {name: scale_name(name) for name in self._scales},
@@ -128,16 +128,16 @@ class Tracer:
 
     def term(self, role: str, term: Term, paths: Sequence[Any]) -> Piece:
         """A′, R, G or the smooth part of T."""
-        said = self._said
+        symbols = self._symbols
         results: Sequence[str] = (role,)
         if role == "actuation":
-            said["values"]["feedback"] = "feedback"
+            symbols["values"]["feedback"] = "feedback"
             results = self._controller.actuation.COMMANDS
 
         def evaluate(weights: Any, values: Any, scales: Any) -> Any:
-            return term(weights, self._heard(values, scales))
+            return term(weights, self._inputs(values, scales))
 
-        return self._trace(role, evaluate, results, weights=_weights(paths), **said)
+        return self._trace(role, evaluate, results, weights=_weights(paths), **symbols)
 
     def feedback(self) -> Piece:
         """The law that makes the terms one feedback: `Controller.feedback`."""
@@ -204,14 +204,14 @@ class Tracer:
     def advance(self, paths: Sequence[Any]) -> Piece:
         """The oscillator's state a tick later, its rate held."""
         own = self._controller
-        heard = None if own.coupling is None else _Heard()
+        coupling = None if own.coupling is None else _KnownCoupling()
         controller = Controller(
             _Commanded(own.actuation),
             own.oscillator,
-            limbs=1 if heard is None else 2,
-            coupling=heard,
+            limbs=1 if coupling is None else 2,
+            coupling=coupling,
         )
-        pull = {} if heard is None else {"coupling": "pull"}
+        pull = {} if coupling is None else {"coupling": "pull"}
 
         def evaluate(
             weights: Any, state: Any, omega: Any, feedback: Any, pull: Any, tick: Any
@@ -239,7 +239,7 @@ class Tracer:
 
         def evaluate(weights: Any, values: Any, scales: Any) -> Any:
             rows = {name: jnp.stack(each) for name, each in values.items()}
-            return coupling(weights, self._heard(rows, scales))
+            return coupling(weights, self._inputs(rows, scales))
 
         values = {name: [f"heard[{i}].{name}" for i in range(limbs)] for name in self._signals}
         scales = {name: scale_name(name) for name in self._scales}

@@ -23,7 +23,7 @@ from tegotae.systems.descriptions import describe
 
 
 @dataclass(frozen=True)
-class Engine:
+class CompiledEngine:
     """A compiled closed loop.
 
     Args:
@@ -52,7 +52,7 @@ def name_of(controller: Controller, body: Body) -> str:
     return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
-def engine(controller: Controller, body: Body) -> Engine:
+def engine(controller: Controller, body: Body) -> CompiledEngine:
     """The engine of a controller on a body: from the shelf, or compiled.
 
     Raises:
@@ -63,7 +63,7 @@ def engine(controller: Controller, body: Body) -> Engine:
         return made(controller, body)
     about = json.loads(_kept(controller, body).read_text(encoding="utf-8"))
     wasm = (_engines() / about["wasm"]).read_bytes()
-    return Engine(wasm, about["layout"], about["made_by"])
+    return CompiledEngine(wasm, about["layout"], about["made_by"])
 
 
 def has(controller: Controller, body: Body) -> bool:
@@ -86,11 +86,11 @@ def _kept(controller: Controller, body: Body) -> Traversable:
     return _engines() / f"{name_of(controller, body)}.json"
 
 
-def made(controller: Controller, body: Body) -> Engine:
+def made(controller: Controller, body: Body) -> CompiledEngine:
     """The same, compiled anew."""
     program = Program(controller, body)
     wasm = gzip.compress(compiled(source(program)), mtime=0)
-    return Engine(wasm, program.layout.document(), makers())
+    return CompiledEngine(wasm, program.layout.document(), makers())
 
 
 def makers() -> dict[str, str]:
@@ -98,6 +98,6 @@ def makers() -> dict[str, str]:
     return {"jax": jax.__version__, "ziglang": version("ziglang") if has_compiler() else "none"}
 
 
-def document(engine: Engine, about: str, wasm: str) -> dict[str, Any]:
+def document(engine: CompiledEngine, about: str, wasm: str) -> dict[str, Any]:
     """What is kept beside an engine's WebAssembly."""
     return {"about": about, "wasm": wasm, "made_by": engine.made_by, "layout": engine.layout}

@@ -10,7 +10,7 @@ import numpy as np
 
 from tegotae.export.c.graph import Reader
 from tegotae.export.c.nodes import Node, given
-from tegotae.export.playground.layout import Entry, texts
+from tegotae.export.playground.layout import LayoutEntry, texts
 from tegotae.export.playground.program import Program
 from tegotae.parts.tracing import keeping_calls
 
@@ -19,17 +19,17 @@ ASKED = ("phase", "spring", "velocity")
 _KINDS = {"float32": "float", "int32": "int32_t", "bool": "bool"}
 
 
-class Function(NamedTuple):
+class EngineFunction(NamedTuple):
     """A traced function: what it is called, takes beside the lane, and writes into it."""
 
     name: str
     about: str
-    writes: tuple[tuple[Entry, tuple[Node, ...]], ...] = ()
+    writes: tuple[tuple[LayoutEntry, tuple[Node, ...]], ...] = ()
     takes: tuple[str, ...] = ()
     returns: Node | None = None
 
 
-def functions(program: Program) -> tuple[Function, ...]:
+def functions(program: Program) -> tuple[EngineFunction, ...]:
     """The functions of a program, traced in float32.
 
     Raises:
@@ -44,14 +44,14 @@ def functions(program: Program) -> tuple[Function, ...]:
     point = [np.array([given(name)], object) for name in ASKED]
     released = trace(program.released)
     ticked = trace(program.ticked, ticks, now)
-    told = trace(program.told, ticks, now)
+    recorded = trace(program.recorded, ticks, now)
     force = trace(program.answer, *point)[0].item()
     return (
-        Function("released", "The lane at its release.", _written(state, released)),
-        Function("quiet", "A frame begins: no event yet.", _written(events, nothing)),
-        Function("ticked", "One control tick.", _written(state, ticked)),
-        Function("told", "What is recorded of it.", _written(program.channels, told)),
-        Function("answer", "The force [N] of the first leg at this point.", (), ASKED, force),
+        EngineFunction("released", "The lane at its release.", _written(state, released)),
+        EngineFunction("quiet", "A frame begins: no event yet.", _written(events, nothing)),
+        EngineFunction("ticked", "One control tick.", _written(state, ticked)),
+        EngineFunction("recorded", "What is recorded of it.", _written(program.channels, recorded)),
+        EngineFunction("answer", "The force [N] of the first leg at this point.", (), ASKED, force),
     )
 
 
@@ -74,7 +74,7 @@ class _Trace:
             return self._reader.read(jax.make_jaxpr(flat)(*shapes), leaves)
 
 
-def _written(entries: Sequence[Entry], nodes: Sequence[np.ndarray]) -> Any:
+def _written(entries: Sequence[LayoutEntry], nodes: Sequence[np.ndarray]) -> Any:
     return tuple((e, tuple(n.reshape(-1))) for e, n in zip(entries, nodes, strict=True))
 
 
@@ -83,19 +83,19 @@ def _dtype(array: np.ndarray) -> str:
     return next(dtype for dtype, each in _KINDS.items() if each == kind)
 
 
-def _nodes(entry: Entry, shape: tuple[int, ...]) -> np.ndarray:
+def _nodes(entry: LayoutEntry, shape: tuple[int, ...]) -> np.ndarray:
     array = np.empty(entry.words, object)
     array[:] = [given(text, _KINDS[entry.kind]) for text in texts(entry)]
     return array.reshape(shape)
 
 
-def _arrays(entries: Sequence[Entry], shapes: Any) -> Any:
+def _arrays(entries: Sequence[LayoutEntry], shapes: Any) -> Any:
     leaves, structure = jax.tree.flatten(shapes)
     arrays = [_nodes(e, leaf.shape) for e, leaf in zip(entries, leaves, strict=True)]
     return jax.tree.unflatten(structure, arrays)
 
 
-def _no_number(entry: Entry) -> np.ndarray:
+def _no_number(entry: LayoutEntry) -> np.ndarray:
     """What an event is while there is none."""
     array = np.empty(entry.words, object)
     array[:] = [Node("literal", "float", detail=np.float32("nan")) for _ in range(entry.words)]

@@ -9,7 +9,7 @@ WORD_BYTES = 4
 
 
 @dataclass(frozen=True)
-class Entry:
+class LayoutEntry:
     """Some words of a lane.
 
     Args:
@@ -33,12 +33,12 @@ class Layout:
     """The block of a lane, entry after entry.
 
     Example:
-        >>> layout = Layout((Entry("omega", 2), Entry("body.mass_kg", 1)))
+        >>> layout = Layout((LayoutEntry("omega", 2), LayoutEntry("body.mass_kg", 1)))
         >>> layout.offsets(), layout.words
         ({'omega': 0, 'body.mass_kg': 2}, 3)
     """
 
-    entries: tuple[Entry, ...]
+    entries: tuple[LayoutEntry, ...]
 
     @property
     def words(self) -> int:
@@ -68,12 +68,12 @@ class Layout:
         return f"typedef struct {{\n{fields}}} lane_block;\n"
 
 
-def texts(entry: Entry) -> list[str]:
+def texts(entry: LayoutEntry) -> list[str]:
     """What C calls each word of an entry; a bool is what is not zero."""
     words = [f"l->{entry.member}[{i}]" for i in range(entry.words)]
     return [f"({word} != 0.0f)" for word in words] if entry.kind == "bool" else words
 
 
-def together(groups: Iterable[Iterable[Entry]]) -> Layout:
+def together(groups: Iterable[Iterable[LayoutEntry]]) -> Layout:
     """A layout of all entries, group after group."""
     return Layout(tuple(entry for group in groups for entry in group))

@@ -8,7 +8,7 @@ import re
 from pathlib import Path
 
 from tegotae._support.files import write_atomically
-from tegotae.export.playground import engine_cache as shelf
+from tegotae.export.playground import engine_cache
 from tegotae.export.playground.bodies import STANDARD
 from tegotae.export.playground.standard import standard
 
@@ -22,12 +22,12 @@ def main() -> None:
     for choice in standard():
         for body_name, body in STANDARD.items():
             controller = dataclasses.replace(choice.saved.controller, limbs=body.limbs)
-            key = shelf.name_of(controller, body)
+            key = engine_cache.name_of(controller, body)
             about = f"{choice.saved.name} on a {body_name}"
             wasm = re.sub(r"\W+", "-", about) + ".wasm.gz"
-            engine = shelf.made(controller, body)
+            engine = engine_cache.made(controller, body)
             write_atomically(FOLDER / wasm, engine.wasm)
-            text = json.dumps(shelf.document(engine, about, wasm), separators=(",", ":"))
+            text = json.dumps(engine_cache.document(engine, about, wasm), separators=(",", ":"))
             write_atomically(FOLDER / f"{key}.json", text + "\n")
             print(f"{about}: {len(engine.wasm)} bytes gzipped")
 

@@ -15,7 +15,7 @@ from tegotae import __version__
 from tegotae._support.devices import set_up
 from tegotae._support.errors import TegotaeError
 from tegotae._support.pages import as_script, filled
-from tegotae.export.playground import engine_cache as shelf
+from tegotae.export.playground import engine_cache
 from tegotae.export.playground.bodies import (
     STANDARD,
     Shown,
@@ -48,7 +48,7 @@ GENERATIONS = 150
 
 
 @dataclass(frozen=True)
-class Choice:
+class ControllerChoice:
     """A controller that a page offers.
 
     Args:
@@ -74,14 +74,14 @@ class Page:
         TegotaeError: for a controller that cannot be shown, by its name.
     """
 
-    choices: Sequence[Choice]
+    choices: Sequence[ControllerChoice]
     tell: Callable[[str], None] = print
     """Told, a line each, what takes long, and why a controller is not offered on a body."""
 
     def __post_init__(self) -> None:
         if not self.choices:
             raise TegotaeError("no controllers were given; a playground needs one at least")
-        self._engines: dict[str, shelf.Engine] = {}
+        self._engines: dict[str, engine_cache.CompiledEngine] = {}
         self._bodies: dict[str, Body] = dict(STANDARD)
         for choice in self.choices:
             self._know(choice)
@@ -118,7 +118,7 @@ class Page:
             "learning": _learning(),
         }
 
-    def _know(self, choice: Choice) -> None:
+    def _know(self, choice: ControllerChoice) -> None:
         """The body of a controller, as the page begins with it."""
         body = losing_legs(choice.saved.body)
         for name, known in self._bodies.items():
@@ -133,7 +133,7 @@ class Page:
         program = Program(_any_controller(body), body)
         return Shown(name, body).document(program.pose_names, program.numbers)
 
-    def _controller(self, choice: Choice) -> dict[str, Any]:
+    def _controller(self, choice: ControllerChoice) -> dict[str, Any]:
         saved = choice.saved
         own = saved.controller
         engines = {}
@@ -141,7 +141,7 @@ class Page:
             fitted = _fitted(saved, body)
             if fitted is None:
                 continue
-            if not shelf.has(fitted, body) and has_compiler():
+            if not engine_cache.has(fitted, body) and has_compiler():
                 self.tell(f"compiling {choice.label} on the {name}")
             try:
                 engines[name] = self._engine(fitted, body)
@@ -161,9 +161,9 @@ class Page:
         }
 
     def _engine(self, controller: Controller, body: Body) -> str:
-        name = shelf.name_of(controller, body)
+        name = engine_cache.name_of(controller, body)
         if name not in self._engines:
-            self._engines[name] = shelf.engine(controller, body)
+            self._engines[name] = engine_cache.engine(controller, body)
         return name
 
 

@@ -13,7 +13,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from tegotae._support.errors import TegotaeError
-from tegotae.export.playground.layout import Entry, Layout, together
+from tegotae.export.playground.layout import Layout, LayoutEntry, together
 from tegotae.export.playground.stopped import Stoppable
 from tegotae.parts.bodies import Body
 from tegotae.parts.controller import Controller
@@ -31,7 +31,7 @@ from tegotae.simulation.loop import (
     Tick,
     check_senses,
 )
-from tegotae.simulation.recorder import Frame, Recorder
+from tegotae.simulation.recorder import RecordedFrame, Recorder
 from tegotae.simulation.world import Scenario
 
 RELEASE = ("height_m", "velocity_m_per_s")
@@ -50,8 +50,8 @@ class Now(NamedTuple):
 class Program:
     """A controller on a body, with weights, numbers of the body and scenario as data.
 
-    What runs is `ClosedLoop` under the usual integrator, and what is told of it are the channels of
-    `Recorder`, so that a page sees what a rollout records.
+    What runs is `ClosedLoop` under the usual integrator, and what is recorded of it are the
+    channels of `Recorder`, so that a page sees what a rollout records.
 
     Args:
         controller: the structure, a unit for every limb of the body.
@@ -99,18 +99,18 @@ class Program:
         return tuple(name for name in self.body.pose_names if takes[name].default is not None)
 
     @cached_property
-    def given(self) -> tuple[Entry, ...]:
+    def given(self) -> tuple[LayoutEntry, ...]:
         """What a page says: weights, the body's numbers, frequency, world, release."""
         limbs = self.limbs
         return (
-            Entry("weights", self.controller.n_weights),
-            Entry("omega", limbs),
-            *(Entry(f"body.{n}", np.size(value)) for n, value in self.numbers.items()),
-            Entry("ground_m", 1),
-            Entry("tick_s", 1),
-            Entry("moving", 1),
-            *(Entry(f"release.{name}", 1) for name in (*RELEASE, *self.pose_names)),
-            Entry("release.phase_rad", limbs),
+            LayoutEntry("weights", self.controller.n_weights),
+            LayoutEntry("omega", limbs),
+            *(LayoutEntry(f"body.{n}", np.size(value)) for n, value in self.numbers.items()),
+            LayoutEntry("ground_m", 1),
+            LayoutEntry("tick_s", 1),
+            LayoutEntry("moving", 1),
+            *(LayoutEntry(f"release.{name}", 1) for name in (*RELEASE, *self.pose_names)),
+            LayoutEntry("release.phase_rad", limbs),
         )
 
     @cached_property
@@ -119,17 +119,17 @@ class Program:
 
     @cached_property
     def shapes(self) -> Any:
-        """A `Now`, and the channels told of it, as shapes."""
+        """A `Now`, and the channels recorded of it, as shapes."""
 
         def all_of(given: dict[str, jax.Array]) -> Any:
             now = self.released(given)
-            return now, self.told(given, jnp.asarray(0), now)
+            return now, self.recorded(given, jnp.asarray(0), now)
 
         arrays = {e.name: jax.ShapeDtypeStruct(self.shape_of(e), jnp.float32) for e in self.given}
         with jax.enable_x64(False):
             return jax.eval_shape(all_of, arrays)
 
-    def shape_of(self, entry: Entry) -> tuple[int, ...]:
+    def shape_of(self, entry: LayoutEntry) -> tuple[int, ...]:
         """The shape of what a page says, as an array of one lane."""
         if entry.name == "weights":
             return (entry.words, 1)
@@ -141,19 +141,21 @@ class Program:
         return self.limbs > 1 and name in ("omega", "release.phase_rad", "body.present")
 
     @cached_property
-    def state(self) -> tuple[Entry, ...]:
+    def state(self) -> tuple[LayoutEntry, ...]:
         """What a tick hands to the next."""
         return _entries("state", self.shapes[0])
 
     @cached_property
-    def channels(self) -> tuple[Entry, ...]:
-        """What is told of a frame."""
+    def channels(self) -> tuple[LayoutEntry, ...]:
+        """What is recorded of a frame."""
         return _entries("channel", self.shapes[1])
 
     @cached_property
     def layout(self) -> Layout:
         """The block of a lane."""
-        return together((self.given, (Entry("ticks", 1, "int32"),), self.state, self.channels))
+        return together(
+            (self.given, (LayoutEntry("ticks", 1, "int32"),), self.state, self.channels)
+        )
 
     def _setting(self, given: dict[str, jax.Array]) -> tuple[Any, Body, Scenario, Controller]:
         """Loop, body and scenario as the page says they are."""
@@ -196,11 +198,11 @@ class Program:
         record = self._recorder
         return Now(lane, record.add(now.totals, output), record.update(now.events, output))
 
-    def told(self, given: dict[str, jax.Array], ticks: jax.Array, now: Now) -> dict[str, Any]:
+    def recorded(self, given: dict[str, jax.Array], ticks: jax.Array, now: Now) -> dict[str, Any]:
         """The channels of a lane."""
         _, body, _, controller = self._setting(given)
         time = ticks.astype(jnp.float32) * given["tick_s"]
-        frame = Frame(time, now.lane, given["ground_m"], controller, body)
+        frame = RecordedFrame(time, now.lane, given["ground_m"], controller, body)
         return dict(self._recorder.frame(frame, now.totals, now.events).channels)
 
     def answer(
@@ -220,7 +222,7 @@ class Program:
         return mean if self.limbs == 1 else mean[0]
 
 
-def _entries(prefix: str, tree: Any) -> tuple[Entry, ...]:
+def _entries(prefix: str, tree: Any) -> tuple[LayoutEntry, ...]:
     """An entry for every leaf, named by its path."""
 
     def size(leaf: Any) -> int:
@@ -228,7 +230,7 @@ def _entries(prefix: str, tree: Any) -> tuple[Entry, ...]:
 
     leaves, _ = jax.tree_util.tree_flatten_with_path(tree)
     return tuple(
-        Entry(".".join((prefix, *map(_key, path))), size(leaf), str(leaf.dtype))
+        LayoutEntry(".".join((prefix, *map(_key, path))), size(leaf), str(leaf.dtype))
         for path, leaf in leaves
     )
 

@@ -9,11 +9,22 @@ from tegotae.export.c.lower import (
     wrapped,
 )
 from tegotae.export.c.names import plain
-from tegotae.export.playground.functions import Function, functions
-from tegotae.export.playground.layout import Entry
+from tegotae.export.playground.functions import EngineFunction, functions
+from tegotae.export.playground.layout import LayoutEntry
 from tegotae.export.playground.program import Program
 
-_OWN = ("l", "lane", "count", "i", "lane_block", "ticked", "told", "quiet", "released", "answer")
+_OWN = (
+    "l",
+    "lane",
+    "count",
+    "i",
+    "lane_block",
+    "ticked",
+    "recorded",
+    "quiet",
+    "released",
+    "answer",
+)
 
 MATHS = (
     *("expf", "exp2f", "expm1f", "logf", "log1pf", "sinf", "cosf", "tanf", "asinf", "acosf"),
@@ -38,12 +49,12 @@ _HEAD = """\
 """
 
 _EXPORTS = """\
-/* A release: what the page says is put in place, and told. */
+/* A release: what the page says is put in place, and recorded. */
 __attribute__((export_name("release"))) void release(lane_block *lane)
 {
     lane->ticks[0] = 0;
     released(lane);
-    told(lane);
+    recorded(lane);
 }
 
 /* A frame: as many control ticks, and then what is recorded of it. */
@@ -54,7 +65,7 @@ __attribute__((export_name("advance"))) void advance(lane_block *lane, int32_t c
         ticked(lane);
         lane->ticks[0] += 1;
     }
-    told(lane);
+    recorded(lane);
 }
 
 /* The force of the first leg at a point of the actuation surface [N]. */
@@ -103,7 +114,7 @@ def _calls(texts: list[str], name: str) -> bool:
     return any(f"{name}(" in text for text in texts)
 
 
-def _function(library: Library, of: Function) -> str:
+def _function(library: Library, of: EngineFunction) -> str:
     statements = Statements(library, (*_OWN, *of.takes))
     back = [] if of.returns is None else [of.returns]
     wanted = [node for _, nodes in of.writes for node in nodes]
@@ -121,9 +132,9 @@ def _function(library: Library, of: Function) -> str:
     return f"{comment_of(of.about)}static {kind} {of.name}({parameters})\n{{\n{body}\n}}\n"
 
 
-def _place(entry: Entry, word: int) -> str:
+def _place(entry: LayoutEntry, word: int) -> str:
     return f"l->{entry.member}[{word}]"
 
 
-def _kept(entry: Entry, number: int) -> str:
+def _kept(entry: LayoutEntry, number: int) -> str:
     return f"to_{number} ? 1.0f : 0.0f" if entry.kind == "bool" else f"to_{number}"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from importlib import resources
 
-from tegotae.export.playground.page import Choice
+from tegotae.export.playground.page import ControllerChoice
 from tegotae.systems import controller_file
 
 LABELS = {
@@ -16,7 +16,7 @@ LABELS = {
 """By the names of their files, in the order of the page."""
 
 
-def standard() -> list[Choice]:
+def standard() -> list[ControllerChoice]:
     """The paper's vanilla controller and three learned ones, trained as docs/playground.md says.
 
     Example:
@@ -27,5 +27,5 @@ def standard() -> list[Choice]:
     chosen = []
     for name, label in LABELS.items():
         with resources.as_file(folder / f"{name}.json") as path:
-            chosen.append(Choice(label, controller_file.load(path)))
+            chosen.append(ControllerChoice(label, controller_file.load(path)))
     return chosen

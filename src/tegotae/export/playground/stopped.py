@@ -9,11 +9,11 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 
-from tegotae.parts.oscillators.wrapper import Around
+from tegotae.parts.oscillators.wrapper import OscillatorWrapper
 
 
 @dataclass(frozen=True, eq=False)
-class Stoppable(Around):
+class Stoppable(OscillatorWrapper):
     """The oscillator within while `moving`, and `tegotae.parts.oscillators.Clamped` while not.
 
     Args:

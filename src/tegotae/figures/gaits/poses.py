@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from tegotae._support.errors import TegotaeError
-from tegotae.parts.bodies import Around, Body, Walker
+from tegotae.parts.bodies import Body, BodyWrapper, Walker
 from tegotae.parts.bodies.attitude import from_angles, rotation
 from tegotae.parts.bodies.upright import Upright
 from tegotae.simulation.recorder import Trajectory
@@ -46,7 +46,7 @@ def pose(body: Body, trajectory: Trajectory) -> LegPositions:
 
 
 @pose.register
-def _(body: Around, trajectory: Trajectory) -> LegPositions:
+def _(body: BodyWrapper, trajectory: Trajectory) -> LegPositions:
     return pose(body.body, trajectory)
 
 

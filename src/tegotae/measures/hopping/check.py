@@ -115,7 +115,7 @@ def _check_range(metric: Metric) -> None:
         )
 
 
-class _Declared:
+class _DeclaredChannels:
     """A recording of which only what a metric declares may be read."""
 
     def __init__(self, recorded: Trajectory, metric: GaitMetric) -> None:
@@ -174,8 +174,8 @@ def _check_gait(metric: GaitMetric, dtype: str) -> None:
     def compute(whole: Trajectory, table: Hops, cycle: Settled, omega: jax.Array) -> jax.Array:
         window = jax.tree.map(lambda x: x[: _FRAMES // 2], whole)
         episode = Episode(
-            trajectory=_Declared(window, metric),  # type: ignore[arg-type]
-            whole=_Declared(whole, metric),  # type: ignore[arg-type]
+            trajectory=_DeclaredChannels(window, metric),  # type: ignore[arg-type]
+            whole=_DeclaredChannels(whole, metric),  # type: ignore[arg-type]
             hops=table,
             cycle=cycle,
             omega=omega,

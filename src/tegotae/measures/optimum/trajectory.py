@@ -141,7 +141,7 @@ def optimise(
     random = np.random.default_rng(seed)
     found = []
     for shape in shapes:
-        solve = _Program(body, omega, work, shape, intervals)
+        solve = _OptimalControl(body, omega, work, shape, intervals)
         found += [gait for _ in range(starts) if (gait := solve(random)) is not None]
     if not found:
         at = "" if omega is None else f" at {omega:g} rad/s"
@@ -164,14 +164,14 @@ def highest_frequency(body: Body, *, starts: int = 4, intervals: int = 20, seed:
     """
     body = check(body)
     random = np.random.default_rng(seed)
-    program = _Program(body, None, "absolute", (Stance(),), intervals, fastest=True)
+    program = _OptimalControl(body, None, "absolute", (Stance(),), intervals, fastest=True)
     found = [gait for _ in range(starts) if (gait := program(random)) is not None]
     if not found:
         raise TegotaeError(f"no fastest hop was found: none of {starts} starts converged")
     return max(gait.omega for gait in found)
 
 
-class _Program:
+class _OptimalControl:
     """One shape's non-linear program, solved from random starts."""
 
     def __init__(

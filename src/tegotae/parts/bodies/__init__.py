@@ -18,16 +18,16 @@ from tegotae.parts.bodies.plate import Plate
 from tegotae.parts.bodies.sensors import Sensors, SensorsState
 from tegotae.parts.bodies.upright import UprightState
 from tegotae.parts.bodies.walker import Walker, WalkerState
-from tegotae.parts.bodies.wrapper import Around
+from tegotae.parts.bodies.wrapper import BodyWrapper
 
 __all__ = [
     "Actuators",
     "ActuatorsState",
-    "Around",
     "Bar",
     "Blows",
     "BlowsState",
     "Body",
+    "BodyWrapper",
     "Contact",
     "ExternalLimbs",
     "Hopper",

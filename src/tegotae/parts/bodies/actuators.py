@@ -10,7 +10,7 @@ import jax.numpy as jnp
 
 from tegotae._support.errors import TegotaeError, require_finite
 from tegotae.parts.bodies.base import Contact, Push
-from tegotae.parts.bodies.wrapper import Around, wide
+from tegotae.parts.bodies.wrapper import BodyWrapper, wide
 from tegotae.parts.commands import FORCE
 from tegotae.parts.parameters import traceable
 
@@ -26,7 +26,7 @@ class ActuatorsState(NamedTuple):
 
 @traceable
 @dataclass(frozen=True, kw_only=True)
-class Actuators(Around):
+class Actuators(BodyWrapper):
     """A body whose actuators follow the command u late, and bring a share of it:
 
         lag_s · ȧ = u - a,    F_a = strength · a.

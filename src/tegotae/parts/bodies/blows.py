@@ -11,7 +11,7 @@ import jax.numpy as jnp
 
 from tegotae._support.errors import require_finite
 from tegotae.parts.bodies.base import Contact, Push
-from tegotae.parts.bodies.wrapper import Around
+from tegotae.parts.bodies.wrapper import BodyWrapper
 from tegotae.parts.parameters import traceable
 
 
@@ -26,7 +26,7 @@ class BlowsState(NamedTuple):
 
 @traceable
 @dataclass(frozen=True, kw_only=True)
-class Blows(Around):
+class Blows(BodyWrapper):
     """A body whose centre of mass is struck once, vertically: its velocity changes by impulse / m.
 
     It is struck at the beginning of the first control tick that does not begin earlier than said.

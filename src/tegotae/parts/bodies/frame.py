@@ -38,7 +38,7 @@ class Law(NamedTuple):
     damping: jax.Array
 
 
-class Frame(NamedTuple):
+class FrameModes(NamedTuple):
     """A frame's modes, heave and then its turns: M_m q̈_m = Σ c_im F_i - K_m q_m, less g in heave.
 
     Hip i is at the height Σ c_im q_m.
@@ -56,7 +56,7 @@ class Frame(NamedTuple):
     @classmethod
     def of(
         cls, turns: Sequence[Turn], total_mass_kg: Any, gravity_m_per_s2: Any, like: jax.Array
-    ) -> Frame:
+    ) -> FrameModes:
         """The frame that turns in these ways, for lanes as in `like`."""
 
         def lanes(x: Any) -> jax.Array:

@@ -10,7 +10,7 @@ import jax.numpy as jnp
 
 from tegotae._support.errors import TegotaeError, require_count, require_finite
 from tegotae.parts.bodies.base import Contact, Push, Sensation
-from tegotae.parts.bodies.wrapper import Around, wide
+from tegotae.parts.bodies.wrapper import BodyWrapper, wide
 from tegotae.parts.parameters import STATIC, traceable
 
 
@@ -29,7 +29,7 @@ class SensorsState(NamedTuple):
 
 @traceable
 @dataclass(frozen=True, kw_only=True)
-class Sensors(Around):
+class Sensors(BodyWrapper):
     """A body that is felt late and with noise: `y(t) = felt(t - delay) + noise · scale · n(t)`.
 
     n is normal white noise, a number a control tick, sense and limb, the same for lanes of the same

@@ -17,7 +17,7 @@ from tegotae.parts.bodies.base import (
     Sensation,
 )
 from tegotae.parts.bodies.frame import (
-    Frame,
+    FrameModes,
     Law,
     Turn,
     in_heave,
@@ -208,8 +208,8 @@ class Upright(Body):
 
         return UprightState(modes(place), modes(rate))
 
-    def _frame(self, like: jax.Array) -> Frame:
-        return Frame.of(self.turns, self.total_mass_kg, self.gravity_m_per_s2, like)
+    def _frame(self, like: jax.Array) -> FrameModes:
+        return FrameModes.of(self.turns, self.total_mass_kg, self.gravity_m_per_s2, like)
 
     def _touchdown(self, state: UprightState, ground_m: jax.Array) -> jax.Array:
         """Where the modes are when the frame is level and its legs just touch, [modes, lanes]."""
@@ -357,7 +357,7 @@ class Upright(Body):
         )
 
     def _passed(
-        self, frame: Frame, at: _At, place: jax.Array, rate: jax.Array, time_s: jax.Array
+        self, frame: FrameModes, at: _At, place: jax.Array, rate: jax.Array, time_s: jax.Array
     ) -> _Passed:
         """What has happened when the frame has come to a further place without a change of mode."""
         before, climbing, climbs = at.passed, at.rate[0], rate[0]

@@ -27,7 +27,7 @@ from tegotae.parts.channels import (
 
 
 @dataclass(frozen=True, kw_only=True)
-class Around(Body):
+class BodyWrapper(Body):
     """As the body within; subclasses say what is different.
 
     Its state is a named tuple that has the state of the body within as `body`. That body's fields
@@ -146,26 +146,26 @@ def wide(of_body: Any, like: jax.Array) -> Any:
 
 
 def _within(channel: Channel) -> Channel:
-    """A channel of the body within, told of its own state."""
+    """A channel of the body within, of its own state."""
 
-    def bare(moment: Any) -> Any:
+    def unwrapped(moment: Any) -> Any:
         return moment._replace(body=moment.body.body)
 
-    def bare_frame(frame: Any) -> Any:
+    def unwrapped_frame(frame: Any) -> Any:
         inner = frame.lane.moment._replace(body=frame.lane.moment.body.body)
-        return bare(frame)._replace(lane=frame.lane._replace(moment=inner))
+        return unwrapped(frame)._replace(lane=frame.lane._replace(moment=inner))
 
-    def bare_tick(tick: Any) -> Any:
-        return bare(tick)._replace(end=tick.end._replace(body=tick.end.body.body))
+    def unwrapped_tick(tick: Any) -> Any:
+        return unwrapped(tick)._replace(end=tick.end._replace(body=tick.end.body.body))
 
     if isinstance(channel, State):
-        return replace(channel, of=lambda frame: channel.of(bare_frame(frame)))
+        return replace(channel, of=lambda frame: channel.of(unwrapped_frame(frame)))
     if isinstance(channel, Total):
-        return replace(channel, gain=lambda tick: channel.gain(bare_tick(tick)))
+        return replace(channel, gain=lambda tick: channel.gain(unwrapped_tick(tick)))
     if isinstance(channel, Latest):
         return replace(
             channel,
-            when=lambda tick: channel.when(bare_tick(tick)),
-            value=lambda tick: channel.value(bare_tick(tick)),
+            when=lambda tick: channel.when(unwrapped_tick(tick)),
+            value=lambda tick: channel.value(unwrapped_tick(tick)),
         )
     return channel

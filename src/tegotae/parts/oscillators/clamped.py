@@ -9,11 +9,11 @@ import jax
 import jax.numpy as jnp
 
 from tegotae.parts._shapes import StateTree, Weights
-from tegotae.parts.oscillators.wrapper import Around
+from tegotae.parts.oscillators.wrapper import OscillatorWrapper
 
 
 @dataclass(frozen=True)
-class Clamped(Around):
+class Clamped(OscillatorWrapper):
     """An oscillator whose state stays where it starts, `φ̇ = 0`.
 
     The measure CPGu asks whether a controller hops with the phase held at fixed values.

@@ -12,7 +12,7 @@ import jax
 from tegotae._support.errors import TegotaeError
 from tegotae.parts._shapes import StateTree, Weights
 from tegotae.parts.oscillators.planar import Planar
-from tegotae.parts.oscillators.wrapper import Around
+from tegotae.parts.oscillators.wrapper import OscillatorWrapper
 from tegotae.parts.parameters import changed
 from tegotae.parts.weight_names import WeightName
 
@@ -20,7 +20,7 @@ _SPREAD = 0.3
 
 
 @dataclass(frozen=True)
-class Learned(Around):
+class Learned(OscillatorWrapper):
     """A planar oscillator with its parameters among the trained numbers (`RANGES` of its class).
 
     A weight w moves a parameter p from its own value p₀, and w = 0 leaves it there. One that has

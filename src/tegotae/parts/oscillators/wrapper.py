@@ -14,7 +14,7 @@ from tegotae.parts.weight_names import WeightName
 
 
 @dataclass(frozen=True)
-class Around(Oscillator):
+class OscillatorWrapper(Oscillator):
     """As the oscillator within; subclasses say what is different.
 
     Args:

@@ -62,7 +62,7 @@ def _check_weights(name: str, term: Term) -> None:
         )
 
 
-class _Declared(Signals):
+class _DeclaredSignals(Signals):
     """Signals of which only those that a term declares may be read."""
 
     def __getitem__(self, name: str) -> jax.Array:
@@ -95,7 +95,7 @@ def _check_value(name: str, term: Term, dtype: str) -> None:
     weights = [probing.lanes_of(dtype, -1.0, 1.0, 100 + i) for i in range(term.n_weights)]
 
     def call(weights: Weights, values: dict[str, jax.Array]) -> Any:
-        return term(tuple(weights), _Declared(values, scales))
+        return term(tuple(weights), _DeclaredSignals(values, scales))
 
     result = probing.attempt(f"{name}.__call__", call, weights, values)
     if not isinstance(result, jax.Array):

@@ -71,10 +71,10 @@ def signals(
     """What the feedback terms may read: the body's senses and the oscillator's signals."""
     sensation = body.sense(body_state, ground_m)
     values = {name: to_units(controller, x) for name, x in sensation.values.items()}
-    return with_rhythm(controller, Signals(values, dict(sensation.scales)), oscillator)
+    return with_oscillator(controller, Signals(values, dict(sensation.scales)), oscillator)
 
 
-def with_rhythm(controller: Controller, sensed: Signals, oscillator: StateTree) -> Signals:
+def with_oscillator(controller: Controller, sensed: Signals, oscillator: StateTree) -> Signals:
     """What is sensed, and the signals of the oscillator, if there is one."""
     if controller.oscillator is None:
         return sensed
@@ -85,7 +85,7 @@ def decide(
     controller: Controller,
     weights: Weights,
     omega: PerLimb,
-    heard: Signals,
+    signals: Signals,
     oscillator: StateTree,
     max_force_n: Number,
     *,
@@ -98,18 +98,18 @@ def decide(
         controller: what decides.
         weights: spread over the limbs.
         omega: ω [rad/s], spread over the limbs.
-        heard: all that its terms may read (`signals`).
+        signals: all that its terms may read.
         oscillator: the oscillators' state.
         max_force_n: α [N].
         rate_scale: what makes the feedback dimensionless for a learned actuation [rad/s].
         added: feedback from elsewhere, such as an agent [rad/s].
     """
-    feedback = controller.feedback(weights, heard)
+    feedback = controller.feedback(weights, signals)
     if added is not None:
         feedback = feedback + added
-    everything = heard.adding(scale=rate_scale, feedback=feedback)
+    everything = signals.adding(scale=rate_scale, feedback=feedback)
     command = controller.command(weights, everything, max_force_n)
-    return Drive(feedback, command, controller.rate(weights, oscillator, omega, feedback, heard))
+    return Drive(feedback, command, controller.rate(weights, oscillator, omega, feedback, signals))
 
 
 def drive(
@@ -121,13 +121,12 @@ def drive(
     oscillator: StateTree,
     ground_m: PerLane,
 ) -> Drive:
-    """What the controller says to a body in this state."""
-    heard = signals(controller, body, body_state, oscillator, ground_m)
+    """The output of the controller on a body in this state."""
     return decide(
         controller,
         weights,
         omega,
-        heard,
+        signals(controller, body, body_state, oscillator, ground_m),
         oscillator,
         largest_force(body),
         rate_scale=body.rate_scale,

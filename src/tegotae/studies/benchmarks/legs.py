@@ -28,7 +28,7 @@ FOOT = EllipticFoot(shift_rad=0.4)
 OMEGA = 2.1
 
 
-class Row(NamedTuple):
+class BodySpeed(NamedTuple):
     """How fast a body is."""
 
     name: str
@@ -52,7 +52,7 @@ class LastFrame:
         return trajectory.work_absolute_j[-1], trajectory.failed[-1]
 
 
-def of_body(name: str, body: Body, lanes: int) -> Row:
+def of_body(name: str, body: Body, lanes: int) -> BodySpeed:
     """A body under vanilla Tegotae, each lane from phases of its own."""
     walks = isinstance(body, Walker)
     controller = dataclasses.replace(build("V-sector-w8"), limbs=body.limbs)
@@ -67,10 +67,10 @@ def of_body(name: str, body: Body, lanes: int) -> Row:
     run = Engine(controller=controller, timing=timing, summary=LastFrame())
     gains = np.full((lanes, 1), 1.25 if walks else 1.0)
     found = engine.timed(run, gains, scenario._replace(phase_rad=phases), body)
-    return Row(name, body.limbs, timing.tick_s, found.ticks_per_s, found.ticks_per_core_s)
+    return BodySpeed(name, body.limbs, timing.tick_s, found.ticks_per_s, found.ticks_per_core_s)
 
 
-def measured(lanes: int = 1024) -> list[Row]:
+def measured(lanes: int = 1024) -> list[BodySpeed]:
     """Hopper, bar, plate and walker with their oscillators, and the bare MuJoCo twin if installed.
 
     MuJoCo steps its model under a command made beforehand, with nothing to feel and nothing
@@ -89,4 +89,4 @@ def measured(lanes: int = 1024) -> list[Row]:
     except MissingExtraError:
         return rows
     tick = mujoco_walker.Settings().tick
-    return [*rows, Row("MuJoCo, no controller", Walker().limbs, tick, speed, per_core)]
+    return [*rows, BodySpeed("MuJoCo, no controller", Walker().limbs, tick, speed, per_core)]

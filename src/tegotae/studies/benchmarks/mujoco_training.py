@@ -27,7 +27,7 @@ ENVS = 8
 """Environments of the plain loop; one after the other, so that more make it no faster."""
 
 
-class Row(NamedTuple):
+class MujocoSpeed(NamedTuple):
     """How fast something steps the hopper."""
 
     name: str
@@ -40,7 +40,7 @@ class Row(NamedTuple):
     """Control period [s]."""
 
 
-def measured(steps: int = 200) -> list[Row]:
+def measured(steps: int = 200) -> list[MujocoSpeed]:
     """Threads, environments side by side in one process, and the plain loop, best of three.
 
     Raises:
@@ -66,10 +66,10 @@ def measured(steps: int = 200) -> list[Row]:
     rows = []
     for n in LANES:
         rates = driven(ModelLanes(spec.model_settings, n), n)
-        rows.append(Row("rollouts in threads", n, *rates, step_s))
+        rows.append(MujocoSpeed("rollouts in threads", n, *rates, step_s))
     rates = driven(GymLanes(spec.make, ENVS, 10**9), ENVS)
-    rows.append(Row("environments, one process", ENVS, *rates, step_s))
-    rows.append(Row("Stable-Baselines3, plain loop", ENVS, *_plain(steps), step_s))
+    rows.append(MujocoSpeed("environments, one process", ENVS, *rates, step_s))
+    rows.append(MujocoSpeed("Stable-Baselines3, plain loop", ENVS, *_plain(steps), step_s))
     return rows
 
 

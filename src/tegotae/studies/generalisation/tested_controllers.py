@@ -15,9 +15,9 @@ from tegotae.measures.gaits.places import leg_names, reference_leg
 from tegotae.measures.gaits.summary import has_mass
 from tegotae.parts.bodies import (
     Actuators,
-    Around,
     Blows,
     Body,
+    BodyWrapper,
     Sensors,
 )
 from tegotae.parts.commands import FORCE
@@ -221,7 +221,7 @@ class TestedControllers:
     @staticmethod
     def has(kind: type, body: Body) -> bool:
         """Whether a body has one of this kind around it."""
-        while isinstance(body, Around):
+        while isinstance(body, BodyWrapper):
             if isinstance(body, kind):
                 return True
             body = body.body

@@ -150,24 +150,24 @@ def read(path: Path) -> Record:
         raise DamagedRecordError(f"{path.name} is damaged: {why}") from None
 
 
-class _Algorithm(msgspec.Struct):
+class _RecordedAlgorithm(msgspec.Struct):
     population: Annotated[int, msgspec.Meta(ge=1)]
 
 
-class _Experiment(msgspec.Struct):
+class _RecordedExperiment(msgspec.Struct):
     name: str
 
 
-class _Configuration(msgspec.Struct):
+class _RecordedConfiguration(msgspec.Struct):
     """What is read of a record's configuration; all of it is in the record's name."""
 
-    experiment: _Experiment
-    algorithm: _Algorithm
+    experiment: _RecordedExperiment
+    algorithm: _RecordedAlgorithm
     budgets: list[Annotated[int, msgspec.Meta(ge=1)]]
 
 
 class _Header(msgspec.Struct):
-    configuration: _Configuration
+    configuration: _RecordedConfiguration
     software: dict[str, str]
 
 

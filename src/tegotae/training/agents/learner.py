@@ -20,7 +20,7 @@ from tegotae.training.agents.settings import AgentSettings, SACSettings
 from tegotae.training.algorithms.document import algorithm_document
 from tegotae.training.curve_file import CurvePoint
 from tegotae.training.folder import versions_of
-from tegotae.training.learner import Learned, Learner, Session, Step
+from tegotae.training.learner import LearnedController, Learner, LearningStep, Session
 from tegotae.training.trainable import Trainable
 
 if TYPE_CHECKING:
@@ -152,7 +152,7 @@ class AgentSession(Session):
         """Episodes of all seeds."""
         return len(self._seeds) * self._learner.episodes
 
-    def steps(self) -> Iterator[Step]:
+    def steps(self) -> Iterator[LearningStep]:
         """A point of a seed's learning curve each; seeds that are done are left as they are."""
         from tegotae.training.agents.learning import learn
 
@@ -168,7 +168,9 @@ class AgentSession(Session):
                 so_far = self._courses.get(seed) or _Course((), point, found.weights)
                 self._courses[seed] = so_far.then(point, found.weights)
                 done = i * episodes + min(round(found.episode), episodes)
-                yield Step(done, f"seed {seed}  CoT⁻¹ {found.cot_inverse:.3f} m/J", (point,))
+                yield LearningStep(
+                    done, f"seed {seed}  CoT⁻¹ {found.cot_inverse:.3f} m/J", (point,)
+                )
 
     def _is_done(self, seed: int) -> bool:
         course = self._courses.get(seed)
@@ -178,11 +180,11 @@ class AgentSession(Session):
         """The policy before training, and now and then, of each seed."""
         return [point for course in self._courses.values() for point in course.points]
 
-    def learned(self) -> list[Learned]:
+    def learned(self) -> list[LearnedController]:
         """The policy of each seed's best point."""
         controller = self._training.controller
         return [
-            Learned(
+            LearnedController(
                 controller,
                 course.weights,
                 {

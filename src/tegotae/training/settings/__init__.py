@@ -23,7 +23,7 @@ from tegotae.training.algorithms import Algorithm
 from tegotae.training.registry import learner
 
 
-class _Document(msgspec.Struct):
+class _SettingsFile(msgspec.Struct):
     algorithm: str
     settings: dict[str, Any]
     found: dict[str, Any]
@@ -83,7 +83,7 @@ def tuned(algorithm: str) -> Any:
 
 def _read(file: Path | Traversable) -> Configuration:
     try:
-        found = documents.fitted(documents.read(file), _Document)
+        found = documents.fitted(documents.read(file), _SettingsFile)
         kind = learner(found.algorithm)
     except FileNotFoundError as error:
         raise TegotaeError(f"cannot read {file}: {error.strerror}") from None

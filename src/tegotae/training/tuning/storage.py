@@ -144,7 +144,7 @@ def _study(optuna: Any, path: Path, configuration: dict[str, Any]) -> Study:
         if not isinstance(found, dict) or "experiments" not in found:
             raise _foreign(path, "a tuning of an earlier version of tegotae")
         try:
-            theirs = documents.fitted(found, _Configuration)
+            theirs = documents.fitted(found, _TunedConfiguration)
         except DamagedDocumentError as error:
             raise _foreign(path, f"a damaged study: {error}") from None
         names = ", ".join(each.name or "no name" for each in theirs.experiments)
@@ -164,13 +164,13 @@ class _Entry(msgspec.Struct):
     worker_id: str
 
 
-class _Experiment(msgspec.Struct):
+class _TunedExperiment(msgspec.Struct):
     name: str | None = None
 
 
-class _Configuration(msgspec.Struct):
+class _TunedConfiguration(msgspec.Struct):
     algorithm: str
-    experiments: list[_Experiment]
+    experiments: list[_TunedExperiment]
 
 
 def _require_values(study: Study) -> None:

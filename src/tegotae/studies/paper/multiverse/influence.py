@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tegotae.studies.paper.claims import Verdict
-from tegotae.studies.paper.multiverse.readings import CHOICES, Choice, Reading
+from tegotae.studies.paper.multiverse.readings import CHOICES, AnalysisChoice, Reading
 from tegotae.studies.paper.multiverse.verdicts import margin
 
 SIGNIFICANT = 0.05
@@ -30,7 +30,7 @@ class Influence:
             strongly: it allows for looking at all of them.
     """
 
-    choice: Choice
+    choice: AnalysisChoice
     correlation: float
     p: float
 

@@ -120,7 +120,7 @@ class Reading:
 
 
 @dataclass(frozen=True)
-class Choice:
+class AnalysisChoice:
     """One thing that the paper leaves open, and between what it is varied.
 
     Args:
@@ -153,7 +153,7 @@ class Choice:
 
 
 CHOICES = (
-    Choice(
+    AnalysisChoice(
         "natural_frequency",
         "ωₙ √(l₀/g)",
         (2.1, 3.0),
@@ -161,21 +161,21 @@ CHOICES = (
         "Below 2.1 a hop at 4 rad/s needs more than the leg's length, undamped; at 3 the leg is as "
         "stiff as a running human's (k l0 / m g about 10).",
     ),
-    Choice(
+    AnalysisChoice(
         "damping_ratio",
         "ζ",
         (0.05, 0.25),
         False,
         "An undriven stance keeps three quarters of its energy at 0.05, and a fifth at 0.25.",
     ),
-    Choice(
+    AnalysisChoice(
         "force_ratio",
         "α / mg",
         (2.0, 6.0),
         False,
         "Legged animals and robots push with two to six weights at most; 1 is needed to stand.",
     ),
-    Choice(
+    AnalysisChoice(
         "release",
         "release / l₀",
         (1.0, 1.3),
@@ -183,36 +183,36 @@ CHOICES = (
         "The co-author's program releases at l0; from above 1.3 and with the largest drop the "
         "softest leg would be pressed to its end.",
     ),
-    Choice(
+    AnalysisChoice(
         "drop",
         "drop / l₀",
         (0.05, 0.3),
         False,
         "From a step that is hardly felt to one higher than a good hop.",
     ),
-    Choice(
+    AnalysisChoice(
         "work",
         "work",
         ("net", "positive", "absolute"),
         True,
         "By how much negative work counts: it is regained, it is free, or it costs as much.",
     ),
-    Choice("follow_omega", "ΔΩ counts", (False, True), True, "The paper has it both ways."),
-    Choice(
+    AnalysisChoice("follow_omega", "ΔΩ counts", (False, True), True, "The paper has it both ways."),
+    AnalysisChoice(
         "tolerance",
         "tolerance",
         (0.5, 1.0, 2.0),
         True,
         "Half and twice the tolerances of apex height and phase (5 mm, 0.05 rad).",
     ),
-    Choice(
+    AnalysisChoice(
         "parameters",
         "parameters",
         (48, 96, 192),
         True,
         "Half and twice the paper's 96: beyond the 128 that it says cannot be trained.",
     ),
-    Choice(
+    AnalysisChoice(
         "episodes",
         "training",
         (1280, 5120, PLATEAU),

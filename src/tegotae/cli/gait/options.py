@@ -51,7 +51,7 @@ OF_LEGS = tuple(field.name for field in dataclasses.fields(LegsOptions))
 
 
 @dataclass(frozen=True, kw_only=True)
-class Legs(LegsOptions):
+class LeggedSystemOptions(LegsOptions):
     """A legged system by name, and what of it is to be otherwise."""
 
     system: Annotated[str, tyro.conf.Positional]
@@ -125,7 +125,7 @@ class Legs(LegsOptions):
         }
 
 
-def legs_of(command: Any, name: str) -> Legs:
+def legs_of(command: Any, name: str) -> LeggedSystemOptions:
     """The legged system of a command for any number of legs, with the options that are of legs.
 
     Args:
@@ -134,11 +134,11 @@ def legs_of(command: Any, name: str) -> Legs:
     """
     numbers = tuple(f"{field}={value!r}" for field, value in command.given.items())
     own = {each: getattr(command, each) for each in (*OF_LEGS, "omega", "sigma", "duration")}
-    return Legs(system=name, **{**own, "set": (*command.set, *numbers)})
+    return LeggedSystemOptions(system=name, **{**own, "set": (*command.set, *numbers)})
 
 
 @dataclass(frozen=True, kw_only=True)
-class Subject(Legs):
+class GaitCommand(LeggedSystemOptions):
     """A legged system, and a folder."""
 
     out: Path

@@ -21,7 +21,7 @@ _VANILLA = {Sector: "sector", Reflex: "reflex", SectorAndReflex: "sector and ref
 
 
 @dataclass(frozen=True, kw_only=True)
-class Subject(Output, ControllerOptions):
+class ControllerFigure(Output, ControllerOptions):
     """A figure of one controller: of a file, or a vanilla controller made of options."""
 
     path: Annotated[str | None, tyro.conf.Positional, UNSET] = None
@@ -44,7 +44,7 @@ class Subject(Output, ControllerOptions):
 
 
 @dataclass(frozen=True, kw_only=True)
-class SettledSubject(Subject):
+class SettledSubject(ControllerFigure):
     """A figure of the limit cycle that one controller settles on."""
 
     height: FromPreset = None
