@@ -15,6 +15,7 @@ from places import ROOT
 PACKAGE = ROOT / "src" / "tegotae"
 ROOMS = (
     "_support",
+    "lowering",
     "parts",
     "simulation",
     "measures",

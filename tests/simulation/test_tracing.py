@@ -12,11 +12,11 @@ import numpy as np
 import pytest
 
 from tegotae import Engine, Hopper, Scenario, Timing, build
+from tegotae.lowering.tracing import traced
 from tegotae.measures.evaluation import Protocol, evaluate
 from tegotae.measures.objectives.fitness import Fitness
 from tegotae.measures.objectives.objective import EpisodeSummary
 from tegotae.parts.oscillators import PhaseOscillator
-from tegotae.parts.tracing import traced
 from tegotae.simulation.loop import ClosedLoop
 from tegotae.simulation.rollout import _run
 

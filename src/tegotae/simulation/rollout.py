@@ -23,11 +23,11 @@ from tegotae._support.devices import (
 )
 from tegotae._support.errors import TegotaeError, require_finite
 from tegotae._support.limits import require_memory
+from tegotae.lowering.tracing import traced
 from tegotae.parts._shapes import Index, WeightMatrix, Weights
 from tegotae.parts.bodies import Body, Hopper
 from tegotae.parts.controller import Controller
 from tegotae.parts.fields import path_of
-from tegotae.parts.tracing import traced
 from tegotae.simulation.integrators import Integrator, PredictorCorrector
 from tegotae.simulation.loop import (
     ClosedLoop,

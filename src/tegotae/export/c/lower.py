@@ -10,18 +10,15 @@ from typing import Any
 import numpy as np
 
 from tegotae._support.errors import TegotaeError
+from tegotae.export.c.helpers import HELPERS
 from tegotae.export.c.names import c_name
-from tegotae.export.c.nodes import (
-    Call,
-    Loop,
-    Node,
-    Procedure,
-)
-from tegotae.export.c.primitives import (
+from tegotae.export.c.procedures import Call, LoopProcedure, Procedure
+from tegotae.lowering.graph import reachable
+from tegotae.lowering.nodes import Node
+from tegotae.lowering.operations import (
     ATOM,
-    HELPERS,
+    OPERATIONS,
     PRODUCT,
-    SCALAR,
     UNARY,
     WHOLE,
 )
@@ -48,7 +45,7 @@ class Library:
 
     def name_of(self, procedure: Procedure) -> str:
         """The name of a procedure in C, which is written on its first call."""
-        if id(procedure) not in self.names and isinstance(procedure, Loop):
+        if id(procedure) not in self.names and isinstance(procedure, LoopProcedure):
             name = self.names[id(procedure)] = c_name(procedure.name, self.taken)
             self.procedures.append(_loop(self, procedure, name))
         if id(procedure) not in self.names:
@@ -101,7 +98,7 @@ def function(
     return f"{text}static {head} {name}({parameters or 'void'})\n{{\n{body}\n}}\n"
 
 
-def _loop(library: Library, loop: Loop, name: str) -> str:
+def _loop(library: Library, loop: LoopProcedure, name: str) -> str:
     """A loop as a function: it changes its own copies of what is carried, and returns them."""
     carried = loop.inputs[len(loop.inputs) - loop.carried :]
     names = [str(node.detail) for node in carried]
@@ -162,7 +159,7 @@ class Statements:
 
     def all(self, nodes: Sequence[Node]) -> list[str]:
         """Texts of the nodes, with the statements that they need in `lines`."""
-        order = _reachable(nodes)
+        order = reachable(nodes)
         calls: set[Call] = set()
         for node in order:
             if node.operation == "result":  # of which a call may have several
@@ -241,10 +238,10 @@ class Statements:
         if of.kind == node.kind:
             return self._texts[of]
         if node.kind == "bool":
-            return f"{self._inside(of, PRODUCT)} != {number(0, of.kind)[0]}", SCALAR["ne"].binds
+            return f"{self._inside(of, PRODUCT)} != {number(0, of.kind)[0]}", OPERATIONS["ne"].binds
         if of.kind == "bool":
             yes, no = number(1, node.kind)[0], number(0, node.kind)[0]
-            return f"{self._inside(of, SCALAR['lt'].binds)} ? {yes} : {no}", 1
+            return f"{self._inside(of, OPERATIONS['lt'].binds)} ? {yes} : {no}", 1
         if node.kind == "int32_t":
             self._library.helpers.add("as_int32")
             return f"as_int32({self._texts[of][0]})", ATOM
@@ -269,7 +266,7 @@ def _operation(node: Node) -> Any:
                 f"the controller uses {node.operation!r} on whole numbers, which cannot be exported"
             )
         return operation
-    return SCALAR[node.operation]
+    return OPERATIONS[node.operation]
 
 
 def number(value: Any, kind: str) -> tuple[str, int]:
@@ -295,15 +292,3 @@ def number(value: Any, kind: str) -> tuple[str, int]:
     if "e" not in text and "." not in text:
         text += ".0"
     return f"{text}f", ATOM if single >= 0 and not text.startswith("-") else UNARY
-
-
-def _reachable(nodes: Sequence[Node]) -> list[Node]:
-    """All that the nodes are made of, in an order in which it can be computed."""
-    found: set[Node] = set()
-    left = list(nodes)
-    while left:
-        node = left.pop()
-        if node not in found:
-            found.add(node)
-            left += node.inputs
-    return sorted(found, key=lambda node: node.number)

@@ -11,13 +11,13 @@ import jax.numpy as jnp
 import numpy as np
 
 from tegotae._support.errors import TegotaeError
-from tegotae.export.c.graph import Reader
-from tegotae.export.c.nodes import Node, given
+from tegotae.export.c.reader import CReader
+from tegotae.lowering.nodes import Node, given
+from tegotae.lowering.tracing import keeping_calls
 from tegotae.parts.controller import Controller, Tegotae
 from tegotae.parts.couplings.base import Coupling
 from tegotae.parts.terms.actuation import Actuation
 from tegotae.parts.terms.base import Signals, Term
-from tegotae.parts.tracing import keeping_calls
 from tegotae.parts.weight_names import spelled
 from tegotae.simulation.integrators.base import held, push, settled
 
@@ -83,7 +83,7 @@ class Tracer:
         self, controller: Controller, senses: Sequence[str], scales: Sequence[str]
     ) -> None:
         self._controller = controller
-        self._reader = Reader()
+        self._reader = CReader()
         oscillator = controller.oscillator
         rhythm = () if oscillator is None else tuple(oscillator.SIGNALS)
         self._signals = (*senses, *rhythm)

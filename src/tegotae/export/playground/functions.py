@@ -8,11 +8,11 @@ from typing import Any, NamedTuple
 import jax
 import numpy as np
 
-from tegotae.export.c.graph import Reader
-from tegotae.export.c.nodes import Node, given
+from tegotae.export.c.reader import CReader
 from tegotae.export.playground.layout import LayoutEntry, texts
 from tegotae.export.playground.program import Program
-from tegotae.parts.tracing import keeping_calls
+from tegotae.lowering.nodes import Node, given
+from tegotae.lowering.tracing import keeping_calls
 
 ASKED = ("phase", "spring", "velocity")
 """What a point of the actuation surface is given by."""
@@ -59,7 +59,7 @@ class _Trace:
     """Traces functions of what a page gives, and of more."""
 
     def __init__(self, given: dict[str, np.ndarray]) -> None:
-        self._reader, self._given = Reader(loops=True), given
+        self._reader, self._given = CReader(loops=True), given
 
     def __call__(self, function: Callable[..., Any], *more: Any) -> list[np.ndarray]:
         """The results' scalars, leaf by leaf."""

@@ -1,4 +1,4 @@
-"""Operations of a trace that only put entries elsewhere: done at once, and nothing of them in C."""
+"""Operations of a trace that only put entries elsewhere: done at once, with nothing left."""
 
 from __future__ import annotations
 
@@ -8,17 +8,17 @@ from typing import Any
 import jax
 import numpy as np
 
-from tegotae._support.errors import TegotaeError
-from tegotae.export.c.nodes import constant
+from tegotae.lowering.errors import CannotLower
+from tegotae.lowering.nodes import array_of, constant
+
+COMPUTED = "it picks an entry by a number that is computed; pick it by jnp.where"
+"""Why an entry cannot be moved."""
 
 
 def _known(array: np.ndarray) -> int:
     node = array.item()
     if node.operation != "literal":
-        raise TegotaeError(
-            "the controller picks an entry by a number that it computes, which is "
-            "not exported; pick it by jnp.where"
-        )
+        raise CannotLower("dynamic_slice", why=COMPUTED)
     return int(node.detail)
 
 
@@ -77,3 +77,33 @@ MOVES: dict[str, Callable[[Any, Any], list[np.ndarray]]] = {
     "stop_gradient": lambda a, p: [a[0]],
 }
 """By their names in a trace: from arrays and parameters to arrays."""
+
+
+def moved_by_number(equation: Any, arguments: list[np.ndarray]) -> list[np.ndarray]:
+    """An operation such as `gather`, for places that are known: done once, with entries' numbers.
+
+    Raises:
+        CannotLower: for places that are computed.
+    """
+    name, entries, numbered = equation.primitive.name, [], []
+    for position, array in enumerate(arguments):
+        if position in _ENTRIES[name]:
+            numbered.append(np.arange(array.size, dtype=np.int32).reshape(array.shape))
+            numbered[-1] += len(entries)
+            entries += list(array.reshape(-1))
+        else:
+            values = [_known(np.asarray(each, object)) for each in array.reshape(-1)]
+            dtype = equation.invars[position].aval.dtype
+            numbered.append(np.asarray(values, dtype).reshape(array.shape))
+    parameters = dict(equation.params)
+    if "fill_value" in parameters:
+        parameters["fill_value"] = len(entries)
+    places = np.asarray(equation.primitive.bind(*numbered, **parameters))
+    dtype = equation.outvars[0].aval.dtype
+    filling = np.nan if np.issubdtype(dtype, np.floating) else 0
+    entries.append(constant(np.asarray(filling, dtype)).item())
+    return [array_of([entries[place] for place in places.reshape(-1)], places.shape)]
+
+
+_ENTRIES = {"gather": (0,), "scatter": (0, 2), "dynamic_update_slice": (0, 1), "pad": (0, 1)}
+"""Which operands hold entries; the others say where these go."""

@@ -1,0 +1,323 @@
+"""The one table of operations: what each of a trace is in NumPy, in C, and in LLVM."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+
+from tegotae.lowering.nodes import DTYPES, FLOATS, Node
+
+ATOM, UNARY, PRODUCT, SUM, ORDER, EQUAL, BITS, CHOICE = 9, 8, 7, 6, 5, 4, 3, 1
+"""How tightly C binds, from names and calls to `?:`."""
+
+
+class Writer(Protocol):
+    """Where instructions of LLVM are written; each gets a register."""
+
+    def type(self, kind: str) -> str:
+        """The type of such a value, one a lane."""
+        ...
+
+    def do(self, instruction: str) -> str:
+        """Write an instruction; the register of its value."""
+        ...
+
+    def number(self, value: Any, kind: str) -> str:
+        """A constant, the same for all lanes."""
+        ...
+
+    def call(self, intrinsic: str, kinds: tuple[str, ...], *operands: str) -> str:
+        """Call an intrinsic, named with the types that it is overloaded with."""
+        ...
+
+
+Emission = Callable[..., str]
+"""Writes an operation, from a writer, its node and the registers of its operands."""
+
+
+@dataclass(frozen=True)
+class Operation:
+    """What an operation on scalars is elsewhere.
+
+    Args:
+        text: the C, with {0}, {1} ... for what it acts on; None if it has none.
+        binds: how tightly the text binds.
+        inside: how tightly each operand must bind to stand without parentheses.
+        fold: the same in NumPy, for what is known beforehand; None where that is not worth it.
+        needs: a helper of C that the text calls.
+        detail: what of the operation's parameters the texts depend on.
+        llvm: writes the LLVM; None for what is made of others (`tegotae.lowering.functions`).
+    """
+
+    text: str | None
+    binds: int = ATOM
+    inside: tuple[int, ...] = (0, 0, 0)
+    fold: Callable[..., Any] | None = None
+    needs: str | None = None
+    detail: Callable[[Any], Any] = lambda parameters: None
+    llvm: Emission | None = None
+
+
+def _infix(sign: str, binds: int, fold: Any, llvm: Emission, *, safe: bool = False) -> Operation:
+    """`a sign b`; the right operand binds more tightly, so that sums keep their order."""
+    left = binds + 1 if safe else binds
+    return Operation(f"{{0}} {sign} {{1}}", binds, (left, binds + 1), fold, llvm=llvm)
+
+
+def _function(
+    name: str,
+    operands: int = 1,
+    needs: str | None = None,
+    fold: Any = None,
+    llvm: Emission | None = None,
+) -> Operation:
+    places = ", ".join(f"{{{i}}}" for i in range(operands))
+    return Operation(f"{name}({places})", needs=needs, fold=fold, llvm=llvm)
+
+
+def _instruction(of_floats: str, of_whole: str, unsigned: str | None = None) -> Emission:
+    """An instruction, by the kind of its first operand."""
+
+    def emit(w: Writer, node: Node, *operands: str) -> str:
+        kind = node.inputs[0].kind
+        name = of_floats if kind in FLOATS else of_whole
+        if unsigned is not None and kind.startswith("u"):
+            name = unsigned
+        return w.do(f"{name} {w.type(kind)} {', '.join(operands)}")
+
+    return emit
+
+
+def _comparison(of_floats: str, of_whole: str) -> Emission:
+    signless = of_whole in ("eq", "ne")
+    unsigned = of_whole if signless else of_whole.replace("s", "u", 1)
+    return _instruction(f"fcmp {of_floats}", f"icmp {of_whole}", f"icmp {unsigned}")
+
+
+def _intrinsic(name: str) -> Emission:
+    def emit(w: Writer, node: Node, *operands: str) -> str:
+        return w.call(name, (node.kind,), *operands)
+
+    return emit
+
+
+def _divided(w: Writer, node: Node, a: str, b: str) -> str:
+    """A ratio; of whole numbers one that no processor stops at: by zero it has all bits set."""
+    kind, mask = w.type(node.kind), w.type("bool")
+    if node.kind in FLOATS:
+        return w.do(f"fdiv {kind} {a}, {b}")
+    one = w.number(1, node.kind)
+    zero = w.do(f"icmp eq {kind} {b}, zeroinitializer")
+    over = w.do(f"select {mask} {zero}, {kind} {one}, {kind} {b}")
+    if node.kind[0] == "u":
+        ratio = w.do(f"udiv {kind} {a}, {over}")
+    else:
+        back = w.do(f"icmp eq {kind} {b}, {w.number(-1, node.kind)}")
+        over = w.do(f"select {mask} {back}, {kind} {one}, {kind} {over}")
+        ratio = w.do(f"sdiv {kind} {a}, {over}")
+        negated = w.do(f"sub {kind} zeroinitializer, {a}")
+        ratio = w.do(f"select {mask} {back}, {kind} {negated}, {kind} {ratio}")
+    return w.do(f"select {mask} {zero}, {kind} {w.number(-1, node.kind)}, {kind} {ratio}")
+
+
+def _negated(w: Writer, node: Node, x: str) -> str:
+    kind = w.type(node.kind)
+    return w.do(f"fneg {kind} {x}" if node.kind in FLOATS else f"sub {kind} zeroinitializer, {x}")
+
+
+def _magnitude(w: Writer, node: Node, x: str) -> str:
+    if node.kind in FLOATS:
+        return w.call("fabs", (node.kind,), x)
+    kind = w.type(node.kind)
+    below = w.do(f"icmp slt {kind} {x}, zeroinitializer")
+    negated = w.do(f"sub {kind} zeroinitializer, {x}")
+    return w.do(f"select {w.type('bool')} {below}, {kind} {negated}, {kind} {x}")
+
+
+def _extreme(of_floats: str, of_whole: str) -> Emission:
+    """The larger or smaller of two: no number if one of them is none.
+
+    `x > y ? x : y` is one instruction of many processors, and gives y where x is no number.
+    """
+
+    def emit(w: Writer, node: Node, a: str, b: str) -> str:
+        kind, mask, (first, second) = w.type(node.kind), w.type("bool"), node.inputs
+
+        def either(x: str, y: str) -> str:
+            if node.kind in FLOATS:
+                test = f"fcmp {of_floats}"
+            else:
+                test = f"icmp {of_whole.replace('s', 'u') if node.kind[0] == 'u' else of_whole}"
+            return w.do(f"select {mask} {w.do(f'{test} {kind} {x}, {y}')}, {kind} {x}, {kind} {y}")
+
+        if node.kind not in FLOATS or _is_number(first):
+            return either(a, b)
+        if _is_number(second):
+            return either(b, a)
+        none = w.do(f"fcmp uno {kind} {a}, {a}")
+        return w.do(f"select {mask} {none}, {kind} {a}, {kind} {either(a, b)}")
+
+    return emit
+
+
+def _is_number(node: Node) -> bool:
+    return node.operation == "literal" and not np.isnan(node.detail)
+
+
+def _inverted(w: Writer, node: Node, x: str) -> str:
+    ones = w.number(True if node.kind == "bool" else -1, node.kind)
+    return w.do(f"xor {w.type(node.kind)} {x}, {ones}")
+
+
+def _selected(w: Writer, node: Node, which: str, *cases: str) -> str:
+    kind, of = w.type(node.kind), node.inputs[0].kind
+    if of == "bool":
+        no, yes = cases
+        return w.do(f"select {w.type('bool')} {which}, {kind} {yes}, {kind} {no}")
+    taken = cases[0]
+    for number, case in enumerate(cases[1:], 1):
+        here = w.do(f"icmp sge {w.type(of)} {which}, {w.number(number, of)}")
+        taken = w.do(f"select {w.type('bool')} {here}, {kind} {case}, {kind} {taken}")
+    return taken
+
+
+def _bits(kind: str) -> int:
+    return 1 if kind == "bool" else 8 * np.dtype(DTYPES[kind]).itemsize
+
+
+def _converted(w: Writer, node: Node, x: str) -> str:
+    """Another type; floats that become whole are cut off towards zero, and kept in the range."""
+    of, to = node.inputs[0].kind, node.kind
+    before, after = w.type(of), w.type(to)
+    if of == to:
+        return x
+    if to == "bool":
+        test = "fcmp une" if of in FLOATS else "icmp ne"
+        return w.do(f"{test} {before} {x}, zeroinitializer")
+    if of in FLOATS and to in FLOATS:
+        return w.do(f"{'fpext' if to == 'double' else 'fptrunc'} {before} {x} to {after}")
+    if of in FLOATS:
+        return w.call("fptoui.sat" if to[0] == "u" else "fptosi.sat", (to, of), x)
+    unsigned = of == "bool" or of[0] == "u"
+    if to in FLOATS:
+        return w.do(f"{'uitofp' if unsigned else 'sitofp'} {before} {x} to {after}")
+    if _bits(of) == _bits(to):
+        return x
+    longer = "zext" if unsigned else "sext"
+    return w.do(f"{longer if _bits(to) > _bits(of) else 'trunc'} {before} {x} to {after}")
+
+
+def _as_bits(w: Writer, node: Node, x: str) -> str:
+    of, to = w.type(node.inputs[0].kind), w.type(node.kind)
+    return x if of == to else w.do(f"bitcast {of} {x} to {to}")
+
+
+def _shift(instruction: str) -> Emission:
+    """A shift by less bits than there are; by more, all are lost, or become the sign's."""
+
+    def emit(w: Writer, node: Node, x: str, by: str) -> str:
+        kind, last = w.type(node.kind), _bits(node.kind) - 1
+        amount = node.inputs[1]
+        if amount.operation == "literal" and 0 <= int(amount.detail) <= last:
+            return w.do(f"{instruction} {kind} {x}, {by}")
+        within = w.do(f"icmp ule {kind} {by}, {w.number(last, node.kind)}")
+        most = w.number(last, node.kind)
+        safe = w.do(f"select {w.type('bool')} {within}, {kind} {by}, {kind} {most}")
+        shifted = w.do(f"{instruction} {kind} {x}, {safe}")
+        if instruction == "ashr":
+            return shifted
+        mask = w.type("bool")
+        return w.do(f"select {mask} {within}, {kind} {shifted}, {kind} zeroinitializer")
+
+    return emit
+
+
+CALLS = frozenset(
+    ("jit", "pjit", "closed_call", "core_call", "custom_jvp_call", "custom_vjp_call", "remote")
+)
+"""Operations that call a trace within."""
+
+OPERATIONS: dict[str, Operation] = {
+    "add": _infix("+", SUM, np.add, _instruction("fadd", "add")),
+    "sub": _infix("-", SUM, np.subtract, _instruction("fsub", "sub")),
+    "mul": _infix("*", PRODUCT, np.multiply, _instruction("fmul", "mul")),
+    "div": _infix("/", PRODUCT, np.divide, _divided),
+    "neg": Operation("-{0}", UNARY, (ATOM,), np.negative, llvm=_negated),
+    "max": _function("larger", 2, "larger", np.maximum, _extreme("ogt", "sgt")),
+    "min": _function("smaller", 2, "smaller", np.minimum, _extreme("olt", "slt")),
+    "clamp": Operation("smaller(larger({1}, {0}), {2})", needs="smaller larger"),
+    "abs": _function("fabsf", fold=np.abs, llvm=_magnitude),
+    "sign": _function("sign_of", needs="sign_of"),
+    "floor": _function("floorf", fold=np.floor, llvm=_intrinsic("floor")),
+    "ceil": _function("ceilf", fold=np.ceil, llvm=_intrinsic("ceil")),
+    "round": _function("rintf", fold=np.rint, llvm=_intrinsic("rint")),
+    "sqrt": _function("sqrtf", llvm=_intrinsic("sqrt")),
+    "rsqrt": Operation("1.0f / sqrtf({0})", PRODUCT),
+    "cbrt": _function("cbrtf"),
+    "exp": _function("expf"),
+    "exp2": _function("exp2f"),
+    "expm1": _function("expm1f"),
+    "log": _function("logf"),
+    "log1p": _function("log1pf"),
+    "logistic": Operation("1.0f / (1.0f + expf(-{0}))", PRODUCT, (ATOM,)),
+    "erf": _function("erff"),
+    "sin": _function("sinf"),
+    "cos": _function("cosf"),
+    "tan": _function("tanf"),
+    "asin": _function("asinf"),
+    "acos": _function("acosf"),
+    "atan": _function("atanf"),
+    "sinh": _function("sinhf"),
+    "cosh": _function("coshf"),
+    "tanh": _function("tanhf"),
+    "asinh": _function("asinhf"),
+    "acosh": _function("acoshf"),
+    "atanh": _function("atanhf"),
+    "atan2": _function("atan2f", 2),
+    "rem": _function("fmodf", 2),
+    "pow": _function("powf", 2),
+    "square": Operation("{0} * {0}", PRODUCT, (ATOM,)),
+    "integer_pow": Operation("integer power", PRODUCT, (ATOM,), detail=lambda p: int(p["y"])),
+    "is_finite": _function("is_finite", needs="is_finite"),
+    "eq": _infix("==", EQUAL, np.equal, _comparison("oeq", "eq"), safe=True),
+    "ne": _infix("!=", EQUAL, np.not_equal, _comparison("une", "ne"), safe=True),
+    "lt": _infix("<", ORDER, np.less, _comparison("olt", "slt"), safe=True),
+    "le": _infix("<=", ORDER, np.less_equal, _comparison("ole", "sle"), safe=True),
+    "gt": _infix(">", ORDER, np.greater, _comparison("ogt", "sgt"), safe=True),
+    "ge": _infix(">=", ORDER, np.greater_equal, _comparison("oge", "sge"), safe=True),
+    "and": _infix("&", BITS, np.bitwise_and, _instruction("", "and"), safe=True),
+    "or": _infix("|", BITS, np.bitwise_or, _instruction("", "or"), safe=True),
+    "xor": _infix("^", BITS, np.bitwise_xor, _instruction("", "xor"), safe=True),
+    "not": Operation("!{0}", UNARY, (ATOM,), np.invert, llvm=_inverted),
+    # The first of the cases is that of false.
+    "select_n": Operation(
+        "{0} ? {2} : {1}",
+        CHOICE,
+        (ORDER, CHOICE + 1, CHOICE + 1),
+        lambda which, *cases: cases[int(np.clip(which, 0, len(cases) - 1))],
+        llvm=_selected,
+    ),
+    "convert_element_type": Operation("conversion", fold=lambda x: x, llvm=_converted),
+    "bitcast_convert_type": Operation(None, llvm=_as_bits),
+    "shift_left": Operation(None, llvm=_shift("shl")),
+    "shift_right_logical": Operation(None, llvm=_shift("lshr")),
+    "shift_right_arithmetic": Operation(None, llvm=_shift("ashr")),
+    "copy": Operation("{0}", UNARY, (UNARY,)),
+}
+"""By their names in a trace; in C, those on whole numbers are of `WHOLE`."""
+
+WHOLE: dict[str, Operation] = {
+    "add": _function("sum_of", 2, "sum_of"),
+    "sub": _function("difference_of", 2, "difference_of"),
+    "mul": _function("product_of", 2, "product_of"),
+    "neg": Operation("difference_of(0, {0})", needs="difference_of"),
+    "max": Operation("{0} > {1} ? {0} : {1}", CHOICE, (ATOM, ATOM)),
+    "min": Operation("{0} < {1} ? {0} : {1}", CHOICE, (ATOM, ATOM)),
+    "not": Operation("~{0}", UNARY, (ATOM,)),
+    **{name: OPERATIONS[name] for name in ("and", "or", "xor", "select_n", "copy")},
+    **{name: OPERATIONS[name] for name in ("eq", "ne", "lt", "le", "gt", "ge")},
+}
+"""In C, operations on int32_t, which wrap around as the traced ones do."""
