@@ -38,7 +38,7 @@ def _command(name: str, command: Command | Group, level: int = 2) -> Iterator[st
         return
     parser = _parser(command.load())
     yield f"{_text(parser.description or '')}\n"
-    # The class tells of what kind an action is, in tyro's own copy of argparse.
+    # The class of an action is its kind, in tyro's own copy of argparse.
     rows = [_row(each) for each in parser._actions if type(each).__name__ != "_HelpAction"]
     if rows:
         yield "| option | what it is |\n|---|---|"

@@ -21,7 +21,7 @@ extensions = [
     "myst_parser",
     "sphinx.ext.autodoc",
     "sphinx.ext.mathjax",
-    "sphinx-mathjax-offline",  # brings MathJax along: equations need no network
+    "sphinx-mathjax-offline",  # ships MathJax: equations need no network
     "sphinx.ext.viewcode",
 ]
 myst_enable_extensions = ["amsmath", "dollarmath", "deflist", "colon_fence"]

@@ -1,4 +1,4 @@
-"""Training under changing conditions: what it costs undisturbed, and what it brings.
+"""Training under changing conditions: what it costs undisturbed, and what it gains.
 
     python studies/changing_conditions.py STUDY --out FOLDER
 
@@ -97,7 +97,7 @@ def run_of(experiment: Experiment) -> Run:
 
 
 def tables(done: Sequence[Done], pairs) -> None:
-    """Write what it costs, what it brings, and the curves."""
+    """Write what it costs, what it gains, and the curves."""
     protocol = Protocol(offsets=(0.0,), drop_m=0.0)
     rows = []
     for pair in pairs:

@@ -1,4 +1,4 @@
-"""What learned feedback brings to bodies with legs: train, judge, disturb, tell.
+"""What bodies with legs gain from learned feedback: train, judge, disturb, tell.
 
     python studies/learned_legs.py train             # what is missing; about an hour of a core
     python studies/learned_legs.py train --only 'AR*@quadruped-c'

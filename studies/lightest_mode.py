@@ -1,4 +1,4 @@
-"""Why the lightest mode wins: averaging predicts which gait a body brings its legs to.
+"""Why the lightest mode wins: averaging predicts which gait a body gives its legs.
 
     python studies/lightest_mode.py
 

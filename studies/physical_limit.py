@@ -73,7 +73,7 @@ def row(name: str, level: float, omega: float) -> dict[str, Any]:
         bound = upper_bound(body, own, best=float(np.nan_to_num(best)))
     except TegotaeError:
         bound = np.nan
-    # What it falls from, if full force brings it to rest within the leg: at least this, as the
+    # What it falls from, if full force stops it within the leg: at least this, as the
     # damper helps.
     caught = most_lift_off(body) ** 2 / (2.0 * body.gravity_m_per_s2 * body.rest_length_m)
     return {**told, "cot_inverse": best, "upper_bound": bound, "caught_l0": caught}

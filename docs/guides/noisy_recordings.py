@@ -80,7 +80,7 @@ def noisy(
 
 
 def measured(walk: dict[str, np.ndarray], **settings: Any) -> Measured:
-    """What `measure` tells of it, all but the smoothness."""
+    """What `measure` prints of it, all but the smoothness."""
     return measure(**walk, rest_length_m=1.0, **settings)
 
 

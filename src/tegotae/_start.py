@@ -21,7 +21,7 @@ def end_on_ctrl_c() -> None:
 
 
 def ready() -> None:
-    """From here on Ctrl-C raises `KeyboardInterrupt`, which commands tell in their own words."""
+    """From here on Ctrl-C raises `KeyboardInterrupt`, which commands report in their own words."""
     if signal.getsignal(signal.SIGINT) is _end:
         signal.signal(signal.SIGINT, signal.default_int_handler)
 

@@ -75,7 +75,7 @@ def test_how_it_went_is_printed_and_how_far_it_is_goes_to_stderr(capsys, tmp_pat
             str(training["best_generation"]),
             str(tiny.GENERATIONS),
         ]
-        assert line.strip().endswith("at the cap: more generations may bring more")
+        assert line.strip().endswith("at the cap: more generations may gain more")
     first, *_, last = err.splitlines()
     assert first.startswith("ART-rF-tphif-w8  1/4  fitness ")
     assert "CoT⁻¹" in first

@@ -36,14 +36,14 @@ def commands(page: Path) -> list[str]:
     return [line for line in lines if line.startswith("tegotae ")]
 
 
-DEAR = ("legs", "oscillator")
+SLOW = ("legs", "oscillator")
 """Pages whose examples simulate for long."""
 
 
 @pytest.mark.parametrize(
     "page",
     [
-        pytest.param(p, id=p.stem, marks=pytest.mark.thorough if p.stem in DEAR else ())
+        pytest.param(p, id=p.stem, marks=pytest.mark.thorough if p.stem in SLOW else ())
         for p in EXAMPLES
         if blocks(p, "python")
     ],

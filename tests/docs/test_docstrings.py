@@ -31,7 +31,7 @@ def examples() -> dict[str, list[doctest.DocTest]]:
 
 
 FOUND = examples()
-DEAR = (
+SLOW = (
     "tegotae.studies.analysis.",
     "tegotae.simulation.checks.",
     "tegotae.systems.designs.",
@@ -43,7 +43,7 @@ DEAR = (
 @pytest.mark.parametrize(
     "name",
     [
-        pytest.param(name, marks=pytest.mark.thorough if name.startswith(DEAR) else ())
+        pytest.param(name, marks=pytest.mark.thorough if name.startswith(SLOW) else ())
         for name in FOUND
     ],
 )

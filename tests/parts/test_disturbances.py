@@ -155,7 +155,7 @@ def test_they_are_written_down_and_read_again():
     [
         (lambda: Actuators(strength=-0.1), "strength is -0.1; it must be at least 0"),
         (lambda: Actuators(lag_s=-1.0), "lag_s is -1; it must be at least 0"),
-        (lambda: Actuators(body=Walker(), strength=0.5), "told places of its feet, not forces"),
+        (lambda: Actuators(body=Walker(), strength=0.5), "takes places of its feet, not forces"),
         (lambda: Blows(impulse_ns=float("nan")), "impulse_ns is nan; it must be finite"),
         (lambda: Blows(body=3), "body is 3; it must be a Body"),
     ],

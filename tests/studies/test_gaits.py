@@ -461,7 +461,7 @@ def test_hips_are_where_the_body_has_them_and_feet_in_stance_on_the_ground(name,
 
 @pytest.mark.thorough
 def test_a_body_of_which_nobody_has_told_how_it_looks_is_not_drawn(tmp_path):
-    with pytest.raises(TegotaeError, match="a Hopper cannot be drawn: tell its pose"):
+    with pytest.raises(TegotaeError, match="a Hopper cannot be drawn: register its pose"):
         pose(Hopper(), None)
     run = simulate(SHORT, timing=Timing(duration_s=10.0))
     with pytest.raises(TegotaeError, match=r"use \.gif or \.mp4"):

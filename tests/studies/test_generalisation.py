@@ -117,7 +117,7 @@ def test_walkers_are_pushed_lose_legs_and_meet_slopes_and_keep_a_share_of_their_
         ["push-aside=0.001/9", "lost-leg=1", "slope=-9", "rough=0.001", "strength"]
     )
     got = tried(subject, chosen)
-    assert got.left_out == {"strength": "its actuators are told places, not forces"}
+    assert got.left_out == {"strength": "its actuators take places, not forces"}
     columns = got.columns
     pushed = columns["condition"] == "push-aside"
     at = {level: pushed & (columns["level"] == level) for level in (0.001, 9.0)}

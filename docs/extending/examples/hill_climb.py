@@ -36,7 +36,7 @@ class Climber:
         return state.mean[None] + state.std * noise, state
 
     def tell(self, key, samples, fitness, state, parameters):
-        """The state after the samples were judged, and anything else worth telling."""
+        """The state once the samples have been evaluated, and further metrics."""
         best = jnp.argmin(fitness)
         mean = jnp.where(fitness[best] < state.fitness, samples[best], state.mean)
         return ClimbState(mean, state.std, jnp.minimum(fitness[best], state.fitness)), {}

@@ -20,7 +20,7 @@ def use_cache() -> Path | None:
     """Let JAX keep what it compiles, and return the folder; None if nothing is kept by this.
 
     Called by `tegotae._support.devices.set_up`. `TEGOTAE_CACHE=off` keeps nothing, any other value
-    is the folder to use. Where the user has told JAX itself (`JAX_COMPILATION_CACHE_DIR`), that
+    is the folder to use. Where the user has set JAX's own (`JAX_COMPILATION_CACHE_DIR`), that
     stands. A folder that cannot be written to is no error: programs are then compiled anew.
 
     Programs are safe among processes that run at a time: JAX takes a lock. They hold machine code,

@@ -17,7 +17,7 @@ from tegotae._support.errors import TegotaeError, require_count
 
 _XLA_FLAGS = {
     # A rollout's tick is a few hundred elementwise operations with some twenty results. XLA fuses
-    # such a graph once per result, and so computes it many times over, unless told to share.
+    # such a graph once per result, and so computes it many times over, unless set to share.
     "xla_backend_extra_options": "xla_cpu_use_multi_output_fusion=true",
 }
 

@@ -9,7 +9,7 @@ from tegotae._support.errors import TegotaeError
 
 
 class MissingExtraError(TegotaeError, ImportError):
-    """An optional package is not installed: says which extra of tegotae brings it."""
+    """An optional package is not installed: says which extra of tegotae installs it."""
 
 
 def require(module: str, extra: str) -> ModuleType:

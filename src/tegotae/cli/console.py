@@ -52,7 +52,7 @@ def make_safe() -> None:
 
 
 def one_line(text: str) -> str:
-    r"""The same in one line, with control characters (such as a terminal's commands) told apart.
+    r"""The same in one line, with control characters (such as a terminal's commands) made visible.
 
     Example:
         >>> print(one_line("no file\ncalled \x1b[31mred"))

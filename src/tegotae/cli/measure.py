@@ -56,7 +56,7 @@ class Measure(WorkOption):
     """The recording, .csv, .npz or .parquet; its first sample is the release. A column is known by
     its name with its unit: time_s (or ms, us), height_m (cm, mm), and, where they were recorded,
     ground_m, phase_rad (deg), actuator_force_n or force_n (kN, mN, MN), and running totals, which
-    go before what the samples tell: work_j (kJ, mJ, MJ) of the actuators' work, climb_flight_m of
+    go before the samples: work_j (kJ, mJ, MJ) of the actuators' work, climb_flight_m of
     the heights climbed in flight, climb_m of all. Files of `tegotae simulate --csv` are measured as
     they are."""
     columns: tuple[str, ...] = ()
@@ -76,11 +76,11 @@ class Measure(WorkOption):
     max_force: Given = None
     """Largest actuator force α [N], which the smoothness needs."""
     mass: Given = None
-    """Mass [kg], with which the efficiency is also told without a unit, m g CoT⁻¹."""
+    """Mass [kg], with which the efficiency is also given without a unit, m g CoT⁻¹."""
     gravity: Annotated[float | None, tyro.conf.arg(help_behavior_hint=_EARTH)] = None
     """Gravity [m/s²], which belongs to the mass."""
     disturbed_at: Given = None
-    """When a disturbance came, as the recording tells time [s]; T1 is measured from there."""
+    """When a disturbance came, in the time of the recording [s]; T1 is measured from there."""
     preset: Annotated[str | None, UNSET] = None
     """A hopper of this package that the recording is of, such as paper: gives rest length, largest
     force and mass, and the share of its optimum."""

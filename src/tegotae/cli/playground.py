@@ -39,12 +39,12 @@ class Playground:
             ControllerChoice(name if stems.count(name) == 1 else each, controller_of(resolve(each)))
             for name, each in zip(stems, self.controllers, strict=True)
         ]
-        page = Page([*own, *standard()[:1]] if own else standard(), tell)
+        page = Page([*own, *standard()[:1]] if own else standard(), report)
         html = page.html()
         write_atomically(path, html)
         print(f"{path}: {len(html.encode()) / 1024:.0f} KB; open it in a browser")
 
 
-def tell(line: str) -> None:
+def report(line: str) -> None:
     """A line for people, beside what the command says."""
     print(line, file=sys.stderr, flush=True)

@@ -19,13 +19,13 @@ _PADDING = 3
 def print_rows(columns: Iterable[str], rows: Iterable[Iterable[str]], *, key: int = 1) -> None:
     """Print a table; on a terminal too narrow for it, as several, one below the other.
 
-    Each part begins with the key columns, so that its rows can be told apart. Where the output is
+    Each part begins with the key columns, so that its rows are distinct. Where the output is
     no terminal the table is one, as wide as it needs to be. A cut number is worse than a long line.
 
     Args:
         columns: the headings.
         rows: of the table, one text a column.
-        key: how many columns, the first ones, tell the rows apart.
+        key: how many columns, the first ones, name the row.
     """
     # A name in a cell is no markup, whatever brackets it has.
     console, wide = (

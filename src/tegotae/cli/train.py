@@ -64,7 +64,7 @@ class EvolutionOptions:
     to_cap: bool = False
     """Go on to the most generations, plateau or not."""
     plateau_share: Annotated[float | None, tyro.conf.arg(help_behavior_hint=_SHARE_HINT)] = None
-    """A run ends when this share of its training so far has brought no gain ..."""
+    """A run ends when this share of its training so far gave no gain ..."""
     plateau_tolerance: Annotated[float | None, tyro.conf.arg(help_behavior_hint=_GAIN_HINT)] = None
     """... of more than this fitness [m/J]."""
     algorithm: str = "pgpe"
@@ -213,7 +213,7 @@ def logger(out: Path) -> Callable[[LearningStep], None]:
 
 _ENDED = {
     PLATEAU: "on its plateau",
-    CAP: "at the cap: more generations may bring more",
+    CAP: "at the cap: more generations may gain more",
     SEARCH: "found by search",
     RUNNING: "not yet",
 }

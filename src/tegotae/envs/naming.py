@@ -104,7 +104,7 @@ def _numbered(name: str, size: int, alone: str | None = None) -> tuple[str, ...]
 
 
 def _mujoco_observation_names(env: gymnasium.Env[Any, Any]) -> tuple[str, ...] | None:
-    """Names by joint, for Gymnasium's MuJoCo environments, which tell what their parts are."""
+    """Names by joint, for Gymnasium's MuJoCo environments, which name their parts."""
     model = getattr(env.unwrapped, "model", None)
     structure = getattr(env.unwrapped, "observation_structure", None)
     if model is None or structure is None:

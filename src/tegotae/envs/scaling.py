@@ -91,7 +91,7 @@ def body_scales(body: Body) -> dict[str, float]:
 
 
 def contact_entries(env: gymnasium.Env[Any, Any]) -> tuple[str, ...]:
-    """The observation entries that are contact forces, of which an environment may tell.
+    """The observation entries that are contact forces, which an environment may name.
 
     MuJoCo models and `MujocoContactForce` do; another one does by an attribute `contact_names`.
     """

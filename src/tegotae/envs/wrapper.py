@@ -34,7 +34,7 @@ class TegotaeWrapper(gymnasium.Wrapper[Any, np.ndarray, Any, np.ndarray]):
     to the agent alone.
 
     The observation is the environment's own, and after it sin φ of all limbs and cos φ of all
-    limbs (in a dictionary, under the key `phase`). `info` tells `phase_rad`, `feedback_rad_per_s`
+    limbs (in a dictionary, under the key `phase`). `info` has `phase_rad`, `feedback_rad_per_s`
     and `force_share`, shape [limbs] each.
 
     Args:

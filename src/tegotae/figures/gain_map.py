@@ -55,7 +55,7 @@ def gain_map_figure(
     ]
     is_censored = any(found.censored.any() for found in ridges.values())
     with styled():
-        # The line of the legend that tells of censored gains is two lines high.
+        # The line of the legend on censored gains is two lines high.
         height = (1.3 if is_censored else 0.95) + 1.45 * len(sweeps) + 1.0
         figure = new_figure(COLUMN_IN, height)
         rows = figure.subplots(

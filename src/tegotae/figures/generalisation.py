@@ -16,7 +16,7 @@ from tegotae.studies.generalisation.run import Done
 from tegotae.studies.generalisation.table import MEASURES, share_interval
 
 MOST_LINES = len(COLOURS)
-"""Lines that a panel can tell apart."""
+"""Lines that a panel can distinguish."""
 FEW = 8
 """Of fewer runs no interval is drawn: it would cover the panel."""
 _COLUMNS = 4

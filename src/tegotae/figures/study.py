@@ -39,7 +39,7 @@ _LINE = 0.13
 """Height of a line of small numbers over that of the highest bar."""
 _OUTLINE = withStroke(linewidth=1.0, foreground="white")
 _LESS = 0.005
-"""Share of runs without the metric that is too small to be told."""
+"""Share of runs without the metric that is too small to be mentioned."""
 
 
 _OF_FORCE_ALONE = ("V", "VT", "A", "AT")

@@ -256,7 +256,7 @@ class Controller:
 
 
 def _names(part: Term | Oscillator) -> tuple[WeightName, ...]:
-    """The names that a part gives its weights; numbers, if they do not tell all of them apart."""
+    """The names that a part gives its weights; numbers, if they are not all different."""
     names = part.weight_names
     return names if len(set(names)) == part.n_weights == len(names) else numbered(part.n_weights)
 

@@ -1,4 +1,4 @@
-"""What a rollout records: channels, each declared by who can tell it, and only those asked for."""
+"""What a rollout records: channels, each declared by its part; only those asked for."""
 
 from __future__ import annotations
 

@@ -158,7 +158,7 @@ class Legged:
         return self.system.scenario(phase_rad=phase_rad, **more)
 
     def summary(self, **more: Any) -> CoordinationSummary:
-        """What tells the coordination of its legs; `more` are arguments of the summary."""
+        """The summary of how its legs are coordinated; `more` are arguments of the summary."""
         given = {"reference": self.reference, **more}
         return CoordinationSummary.on(self.controller, self.body, **given)
 

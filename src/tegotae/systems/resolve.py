@@ -339,7 +339,7 @@ def _is_controller(path: Path) -> bool:
     """Whether a JSON file is a controller's and no other document.
 
     Raises:
-        TegotaeError: if that cannot be told.
+        TegotaeError: if that cannot be decided.
     """
     try:
         return controller_file.is_controller(documents.read(path))

@@ -38,7 +38,7 @@ EFFICIENCY = (
     *("cot_inverse_flight", "cot_inverse_total"),
     *("climb_flight_m", "climb_total_m", "work_j", "window_s"),
 )
-"""What a summary tells of whole hops: all null where none counts."""
+"""What a summary has of whole hops: all null where none counts."""
 
 
 @dataclass(frozen=True)

@@ -26,7 +26,7 @@ _OF_A_RUN = frozenset(
 )
 """What a file says of its own run. All else is the training, which runs of other seeds share."""
 _MOST_SHOWN = 3
-"""Differences that a name tells; of more it tells their number."""
+"""Differences that a name shows; of more it shows their number."""
 
 
 def read(place: str | Path) -> list[ControllerSet]:
@@ -118,7 +118,7 @@ def _without_doubles(
 
 
 def _differences(sets: list[list[tuple[Path, SavedController]]]) -> list[str]:
-    """What tells sets of runs of one model apart, a text each, no two alike."""
+    """How sets of runs of one model differ, a text each, no two alike."""
     documents = [_document(members[0][1]) for members in sets]
     found = (name for other in documents[1:] for name in differing(documents[0], other))
     names = list(dict.fromkeys(found))
@@ -132,7 +132,7 @@ def _differences(sets: list[list[tuple[Path, SavedController]]]) -> list[str]:
         ", ".join([*(_formatted(document, name) for name in names[:_MOST_SHOWN]), *end])
         for document in documents
     ]
-    if len(set(labels)) < len(labels):  # of another length, or of what a word cannot tell
+    if len(set(labels)) < len(labels):  # of another length, or of what a word cannot express
         folders = [f"in {members[0][0].parent}" for members in sets]
         labels = [", ".join(filter(None, each)) for each in zip(labels, folders, strict=True)]
     counts = Counter(labels)

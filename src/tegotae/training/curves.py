@@ -65,7 +65,7 @@ def read_curves(places: Sequence[Path]) -> list[LearningCurve]:
             `tegotae figure learning-curves` writes.
 
     Raises:
-        TegotaeError: if there are none, a file is damaged, or two runs cannot be told apart.
+        TegotaeError: if there are none, a file is damaged, or two runs cannot be distinguished.
     """
     trainings: list[_Training] = []
     curves: list[LearningCurve] = []

@@ -1,4 +1,4 @@
-"""Evolution of weights: ask for candidates, have them judged, tell the optimiser; and again.
+"""Evolution of weights: ask for candidates, evaluate them, and update the optimiser.
 
 Where the candidates are tried is the evaluator's affair (`tegotae.training.evaluator`).
 """

@@ -59,7 +59,7 @@ class Stopping:
         if self.share >= 1.0:
             raise TegotaeError(
                 f"share is {self.share:g}; it must be less than 1: the part of a training that "
-                "brings no gain"
+                "gives no gain"
             )
 
     @classmethod

@@ -27,7 +27,7 @@ SERIES = (
     "climb_flight_m",
     "climb_m",
 )
-"""What the time series tells, a column each, and beside it the running total of the work."""
+"""The columns of the time series, and beside it the running total of the work."""
 
 
 def check_outputs(csv: Path | None, plot: Path | None, animate: Path | None) -> None:

@@ -16,7 +16,7 @@ def fit(
 ) -> None:
     """Change an `MjSpec` that is not compiled yet.
 
-    A servo tells its joint the torque `k (u - q)` at position q for the command u, within the
+    A servo gives its joint the torque `k (u - q)` at position q for the command u, within the
     motor's own limits of force; u is limited to the joint's range. What damps it is the joint's own
     damping.
 

@@ -270,7 +270,7 @@ def _entries(
     taken = {entry.name for entry in entries}
     for foot in feet:
         name = f"{foot}_force" if f"{foot}_force" not in taken else f"{foot}_contact_force"
-        # The sensor tells what the foot does to the ground.
+        # The sensor measures the force of the foot on the ground.
         entries.append(ObservedEntry(name, at[f"{_OWN}{foot}_force"] + 2, gain=-1.0, least=0.0))
     place, motion = at[f"{_OWN}root_place"], at[f"{_OWN}root_motion"]
     entries += [ObservedEntry("root_height", place + 2), ObservedEntry("root_forward", place)]

@@ -192,7 +192,7 @@ def check_entries(name: str, entries: int | None, meaning: Meaning) -> None:
 
     Args:
         name: of the policy.
-        entries: how many it observes; None if it does not tell.
+        entries: how many it observes; None if that is unknown.
         meaning: what they are said to be.
     """
     named = meaning.settings.observed

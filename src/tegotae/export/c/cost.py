@@ -24,12 +24,12 @@ from tegotae.systems.controller_file import SavedController
 from tegotae.systems.models import find
 
 CLOCK_HZ = 64e6
-"""The clock of the share that is told."""
+"""The clock for which the share is reported."""
 TICKS = 200
 """Ticks of the golden run that are counted."""
 COMPILER, EMULATOR = "arm-none-eabi-gcc", "qemu-system-arm"
 PACKAGES = "gcc-arm-none-eabi libnewlib-arm-none-eabi qemu-system-arm"
-"""What brings the tools on Debian."""
+"""The Debian packages of the tools."""
 _NS_PER_SYSTICK = 40
 """The emulated boards count at 25 MHz, and an instruction takes 1 ns there by `-icount shift=0`."""
 _PATIENCE_S = 120.0

@@ -81,7 +81,7 @@ class Export:
 
     @property
     def senses(self) -> tuple[str, ...]:
-        """What the robot must tell the controller: signals of the body that its terms read."""
+        """What the robot must measure: signals of the body that its terms read."""
         controller, body = self.saved.controller, self.saved.body
         reads = [name for term in controller.terms.values() for name in term.reads]
         if controller.coupling is not None:
@@ -126,7 +126,7 @@ class Export:
 
     @property
     def trained_tick_s(self) -> float | None:
-        """The control period of the training [s], if the file tells it."""
+        """The control period of the training [s], if the file has it."""
         trained = self.saved.experiment
         return None if trained is None else trained.timing.tick_s
 

@@ -68,14 +68,14 @@ class Page:
 
     Args:
         choices: the controllers, at least one.
-        tell: where lines for people go.
+        report: where lines for people go.
 
     Raises:
         TegotaeError: for a controller that cannot be shown, by its name.
     """
 
     choices: Sequence[ControllerChoice]
-    tell: Callable[[str], None] = print
+    report: Callable[[str], None] = print
     """Told, a line each, what takes long, and why a controller is not offered on a body."""
 
     def __post_init__(self) -> None:
@@ -142,13 +142,13 @@ class Page:
             if fitted is None:
                 continue
             if not engine_cache.has(fitted, body) and has_compiler():
-                self.tell(f"compiling {choice.label} on the {name}")
+                self.report(f"compiling {choice.label} on the {name}")
             try:
                 engines[name] = self._engine(fitted, body)
             except TegotaeError as error:
                 if of_same_form(body, losing_legs(saved.body)):
                     raise TegotaeError(f"{choice.label}: {error}") from None
-                self.tell(f"{choice.label} is not offered on the {name}: {error}")
+                self.report(f"{choice.label} is not offered on the {name}: {error}")
         weights = np.asarray(saved.weights, np.float32)
         return {
             "label": choice.label,

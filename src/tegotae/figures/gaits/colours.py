@@ -27,7 +27,7 @@ _ORDER |= {"lateral-sequence walk": 3, "diagonal-sequence walk": 6, "transverse 
 _ORDER |= {"rotary gallop": 2, "canter": 7, "tripod": 5, "tetrapod": 4, "metachronal wave": 3}
 
 MARKERS = ("o", "s", "^", "D", "v", "P", "X", "<")
-"""Of gaits or legs, for those who do not tell colours apart."""
+"""Of gaits or legs, for those who do not distinguish colours."""
 
 
 def gait_colour(name: str) -> str:

@@ -1,6 +1,6 @@
 """Where a body's hips and feet are, frame by frame: all that is needed to draw it.
 
-A body of your own is drawn by telling this for it: `@pose.register`.
+A body of your own is drawn once this is registered for it: `@pose.register`.
 """
 
 from __future__ import annotations
@@ -37,10 +37,10 @@ def pose(body: Body, trajectory: Trajectory) -> LegPositions:
         trajectory: of one lane, [frames, limbs] or [frames].
 
     Raises:
-        TegotaeError: for a body of which nobody has told it.
+        TegotaeError: for a body for which none is registered.
     """
     raise TegotaeError(
-        f"a {type(body).__name__} cannot be drawn: tell its pose with "
+        f"a {type(body).__name__} cannot be drawn: register its pose with "
         "tegotae.figures.gaits.poses.pose.register"
     )
 

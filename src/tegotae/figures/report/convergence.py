@@ -61,7 +61,7 @@ def table(records: Iterable[Record]) -> dict[str, np.ndarray]:
 
 def _together(records: list[Record]) -> Trainings:
     longest = max(len(record.curves["centre_fitness"]) for record in records)
-    # The row of a generation tells of the distribution that it began with.
+    # The row of a generation is of the distribution that it began with.
     points = np.unique(np.geomspace(1, longest, POINTS).round().astype(int))
     curves = []
     for record in records:

@@ -14,7 +14,7 @@ import jax.numpy as jnp
 from tegotae.simulation.recorder import Trajectory
 
 HEADING = ("time_s", "x_m", "y_m", "yaw_rad")
-"""The channels that tell it."""
+"""The channels from which it follows."""
 
 
 def speed_ahead_m_per_s(trajectory: Trajectory, first: int) -> jax.Array:

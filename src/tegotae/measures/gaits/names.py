@@ -95,7 +95,7 @@ PATTERNS: tuple[Pattern, ...] = (
         _COLLINS_INSECTS,
     ),
 )
-"""The patterns that are told apart; of those with a left and a right, their mirror images too."""
+"""The patterns with names; of those with a left and a right, their mirror images too."""
 
 
 def patterns_for(legs: Sequence[str]) -> tuple[Pattern, ...]:
@@ -160,7 +160,7 @@ def named(lag: ArrayLike, legs: Sequence[str], tolerance: float = TOLERANCE) -> 
     off = np.stack([distance(lag, _row(pattern, legs)) for pattern in patterns])
     off = np.where(np.isfinite(off), off, np.inf)
     nearest = np.array([pattern.name for pattern in patterns], object)[off.argmin(axis=0)]
-    # What is at the border, as near as floats can tell, is within it.
+    # What is at the border, as near as floats can resolve, is within it.
     return np.where(off.min(axis=0) <= tolerance + 1e-9, nearest, IN_BETWEEN).astype(str)
 
 

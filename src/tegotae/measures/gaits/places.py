@@ -1,4 +1,4 @@
-"""Where a body's legs are: what tells the hind from the fore ones, and left from right."""
+"""Where a body's legs are: which are hind or fore, left or right."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def names_of(forward_m: ArrayLike, left_m: ArrayLike) -> tuple[str, ...]:
 
     L and R are left and right, H, M and F hind, middle and fore. Without a left and a right, as on
     a bar, or without hind and fore, as on a biped, that letter is left out. Legs that such letters
-    do not tell apart are numbered from 1 on, in their order.
+    do not distinguish are numbered from 1 on, in their order.
 
     Args:
         forward_m: how far forward of the middle each hip is, [limbs].

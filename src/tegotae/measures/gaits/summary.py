@@ -37,7 +37,7 @@ TOLERANCE = 0.05
 """How far the lags of a locked gait may stray from their mean [cycles]."""
 
 LEAST_FRAMES = 8
-"""Frames of the shortest recording from which a gait is told."""
+"""Frames of the shortest recording from which a gait is measured."""
 
 _OF_ALL = ("time_s", "failed", "stance_time_s", "touchdown_time_s", "work_absolute_j")
 _OF_SOME = ("x_m", "y_m", "slid_m")
@@ -264,7 +264,7 @@ def coordination(
 
 
 def require_frames(frames: int, timing: Timing) -> None:
-    """Raise `TegotaeError` if a recording has too few frames for a gait to be told from it."""
+    """Raise `TegotaeError` if a recording has too few frames to measure a gait."""
     if frames < LEAST_FRAMES:
         raise TegotaeError(
             f"the duration is {timing.duration_s:g}; a gait takes {LEAST_FRAMES} frames at least "
@@ -289,6 +289,6 @@ def length(parts: Sequence[jax.Array]) -> jax.Array:
 
 
 def over_limbs(x: AnyArray, limbs: int) -> jax.Array:
-    """The sum over the limbs of what is told a limb, [lanes]."""
+    """The sum over the limbs of what is recorded limb by limb, [lanes]."""
     x = jnp.asarray(x)
     return x.sum(axis=0) if x.ndim == 2 and x.shape[0] == limbs else x

@@ -15,10 +15,10 @@ _BOUNCE = 0.01  # of the rest length a hop, which bounces that are no hops may c
 def contradictions(
     frames: Trajectory, table: Hops, span: tuple[int, int], rest_length_m: float
 ) -> tuple[str, ...]:
-    """A sentence on every two ways of telling the same that disagree, as noise makes them do.
+    """A sentence on every two measurements of the same that disagree, as noise makes them do.
 
-    From one apex to another, the height's spectrum tells how often the body swings, which is once
-    a hop, or once in a few hops of different heights; and the apexes tell how much was climbed in
+    From one apex to another, the height's spectrum shows how often the body swings, which is once
+    a hop, or once in a few hops of different heights; and the apexes show how much was climbed in
     flight.
 
     Args:

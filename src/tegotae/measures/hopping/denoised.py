@@ -1,4 +1,4 @@
-"""A recording with noise in it, as the metrics can take it, and what they can then not tell."""
+"""A recording with noise in it, as the metrics can take it, and what they can then not measure."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Denoised:
     prominence_m: float
     """How far an apex must rise from the heights around it not to be noise [m]."""
     limit_cycle: LimitCycle
-    """What counts as settled, as far as noise lets it be told."""
+    """What counts as settled, as far as noise lets it be seen."""
     notes: tuple[str, ...]
     """What was done, a sentence each."""
 

@@ -30,7 +30,7 @@ class LimitCycle:
     pass as a cycle however small its steps. Of all k up to `max_period` that hold for the last
     cycle and at least `min_repeats` before it, the smallest counts.
 
-    Four repeats are also what the spectrum needs to tell the harmonics of the cycle apart.
+    Four repeats are also what the spectrum needs to separate the harmonics of the cycle.
 
     Args:
         height_tolerance_m: tolerance of the apex height [m].

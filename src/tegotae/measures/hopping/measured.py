@@ -272,7 +272,7 @@ def _rows(table: Hops) -> Hops:
 
 
 def _counted(names: list[str]) -> tuple[str, ...]:
-    """A sentence on the running totals that stand in place of what samples tell."""
+    """A sentence on the running totals that stand in place of what follows from samples."""
     if not names:
         return ()
     listed = ", ".join(names[:-1]) + (" and " if names[1:] else "") + names[-1]

@@ -122,7 +122,7 @@ def cleaned(
 
         mean (y - ŷ)² + 2 σ² mean G,
 
-    with the noise σ as `noise_std` tells it, and the gain G of forward and backward pass over the
+    with the noise σ of `noise_std`, and the gain G of forward and backward pass over the
     frequencies. Too low a cutoff shows in the first term, too high a one in the second.
 
     Args:
@@ -183,7 +183,7 @@ def work_under_noise(
 ) -> np.ndarray:
     """Running total of the work, in which noise averages out [J], [samples].
 
-    |F̄ Δy| of noise is work. So the signs that a definition wants are told apart from the sizes:
+    |F̄ Δy| of noise is work. So the signs that a definition wants are separated from the sizes:
     that of the velocity from a smoother height, that of the force from its own low-pass, where a
     force within four deviations of what that leaves keeps the sign that it had before. Given its
     signs, `Σ ± F̄ Δy` is linear in force and height, and noise of theirs has no mean.

@@ -47,9 +47,9 @@ def from_samples(
 
     Touchdowns lie where the height crosses `l0 + h`, between two samples by linear interpolation.
     Every flight has one apex: its highest sample, refined by a parabola through three, which is
-    exact in ballistic flight. The actuator's work is what `work_j` tells, or else
+    exact in ballistic flight. The actuator's work is what `work_j` says, or else
     `E = Σ F̄ Δy`, with the mean force between two samples. Running totals of climbs likewise go
-    before what the heights tell: they were counted between the samples, too.
+    before what follows from the heights: they were counted between the samples, too.
 
     Args:
         time_s: sampling times, uniform and increasing [s], shape [samples].
@@ -68,7 +68,7 @@ def from_samples(
 
     Returns:
         The trajectory, from the first sample on, of shape [frames, 1] in float64; NaN in what the
-        samples do not tell.
+        samples do not show.
 
     Raises:
         TegotaeError: for arrays that differ in length, hold values that are not finite or beyond

@@ -29,7 +29,7 @@ class Quantity:
     def of(self, unit: str) -> float | None:
         """How much a unit is of the SI's; None if it is no unit of this.
 
-        Capitals count only where they tell two units apart, as those of mN and MN do.
+        Capitals count only where they distinguish two units, as those of mN and MN do.
         """
         alike = [known for known in self.units if known.lower() == unit.lower()]
         if len(alike) > 1:
@@ -55,7 +55,7 @@ QUANTITIES = {
 
 
 def split(column: str) -> tuple[str, str]:
-    """A column's name in small letters, and its unit, if its name tells one.
+    """A column's name in small letters, and its unit, if its name has one.
 
     Example:
         >>> split("Height (mm)"), split("height_mm"), split("height")

@@ -27,7 +27,7 @@ class ActuatorsState(NamedTuple):
 @traceable
 @dataclass(frozen=True, kw_only=True)
 class Actuators(BodyWrapper):
-    """A body whose actuators follow the command u late, and bring a share of it:
+    """A body whose actuators follow the command u late, and deliver a share of it:
 
         lag_s · ȧ = u - a,    F_a = strength · a.
 
@@ -60,7 +60,7 @@ class Actuators(BodyWrapper):
         require_finite("lag_s", self.lag_s, least=0.0)
         if self.strength != 1.0 and self.COMMANDS != FORCE:
             raise TegotaeError(
-                f"strength is {self.strength:g}, and a {type(self.body).__name__} is told places "
+                f"strength is {self.strength:g}, and a {type(self.body).__name__} takes places "
                 "of its feet, not forces; it must be 1"
             )
 
@@ -103,7 +103,7 @@ class Actuators(BodyWrapper):
     def predict(
         self, state: ActuatorsState, force_n: jax.Array, ground_m: jax.Array, tick_s: jax.Array
     ) -> tuple[ActuatorsState, jax.Array, jax.Array]:
-        """The body's guess, under what the actuators would bring."""
+        """The body's guess, under what the actuators would deliver."""
         mean, end = self._follow(state.reached, force_n, tick_s)
         arrives = (mean if self.COMMANDS == FORCE else end) * wide(self.strength, mean)
         guess, begins, ends = self.body.predict(state.body, arrives, ground_m, tick_s)

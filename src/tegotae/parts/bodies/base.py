@@ -82,7 +82,7 @@ class Body(ABC):
     SENSES: tuple[str, ...] = ()
     """Names of what `sense` returns; a controller that reads another name is refused."""
     COMMANDS: tuple[str, ...] = FORCE
-    """What the actuators are told: a force, unless said otherwise (`Actuation.COMMANDS`)."""
+    """What the actuators take: a force, unless stated otherwise (`Actuation.COMMANDS`)."""
 
     max_force_n: Any
     """Largest actuator force α [N]: a field of every body."""

@@ -87,7 +87,7 @@ class AdaptiveHopf(Hopf):
 
         φ̇ = ω + a + p,   ȧ = η p,
 
-    p being what feedback adds to φ̇. So ω is where the frequency starts. Nothing brings it back:
+    p being what feedback adds to φ̇. So ω is where the frequency starts. Nothing restores it:
     feedback that holds the phase still (p = -ω - a) wears the frequency down to nothing.
 
     Args:
@@ -119,7 +119,7 @@ class AdaptiveHopf(Hopf):
     def start(
         self, phase_rad: jax.Array, radius: Any = None, shift_rad_per_s: Any = None
     ) -> AdaptiveState:
-        """State at phase φ [rad] and, unless told otherwise, at the prescribed frequency."""
+        """State at phase φ [rad] and, unless given otherwise, at the prescribed frequency."""
         shift = jnp.zeros_like(phase_rad) if shift_rad_per_s is None else shift_rad_per_s
         of_hopf = super().start(phase_rad, radius)
         return AdaptiveState(of_hopf.phase, of_hopf.radius, shift)

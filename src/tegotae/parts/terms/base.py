@@ -45,7 +45,7 @@ class Term(ABC):
 
     A new term is a subclass with `reads`, `n_weights`, `initial` and `__call__`, and with
     `weight_names` if its weights are to have names in files and in C; nothing else needs to know of
-    it. `tegotae.check_term` tells what is missing.
+    it. `tegotae.check_term` names what is missing.
     """
 
     @property

@@ -1,4 +1,4 @@
-"""Whether a scenario and a body go together; told before anything is computed."""
+"""Whether a scenario and a body go together, before anything is computed."""
 
 from __future__ import annotations
 

@@ -21,7 +21,7 @@ class Condition(ABC):
     Args:
         name: a field of the body ("mass_kg", "terrain.rise_m"), an entry of the scenario
             ("omega", "height_m", "velocity_m_per_s", "phase_rad", "drop_m", "drop_time_s"), or a
-            posture of the release ("pitch_rad").
+            initial pose of the release ("pitch_rad").
         from_s: from when on it holds [s]; of "drop_m" when the ground drops.
         until_s: until when [s]; None to the end.
 

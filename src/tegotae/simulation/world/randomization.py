@@ -1,9 +1,9 @@
 """The episodes of a training under changing conditions: who meets what, generation by generation.
 
-All candidates of a generation and seed meet the same episodes, so that what tells them apart is
-their weights and not their luck; the next generation meets new ones. The centre of a distribution,
-by which the best one is chosen and a plateau is seen, meets the same episodes in every generation
-and with every seed, the evaluation set: else the luckiest generation would be kept.
+All candidates of a generation and seed meet the same episodes, so that they differ by their weights
+and not by their luck; the next generation meets new ones. The centre of a distribution, by which
+the best one is chosen and a plateau is seen, meets the same episodes in every generation and with
+every seed, the evaluation set: else the luckiest generation would be kept.
 """
 
 from __future__ import annotations

@@ -55,7 +55,7 @@ class Poincare:
     distance: np.ndarray
     """|x_n - x*|, in m and rad, shape [turns]."""
     observed: float
-    """Mean factor by which the distance shrinks per turn, late; NaN if it cannot be told."""
+    """Mean factor by which the distance shrinks per turn, late; NaN if it cannot be measured."""
 
     @property
     def decay_s(self) -> float:

@@ -305,5 +305,5 @@ def aftermath(
 
 
 def _of_legs(x: jax.Array, legs: Sequence[int]) -> jax.Array:
-    """What a recording [frames, (limbs,) lanes] tells of some legs."""
+    """What a recording [frames, (limbs,) lanes] shows of some legs."""
     return x[:, np.array(legs)] if x.ndim == 3 else x

@@ -186,7 +186,7 @@ def stability(
 
     At each value of the parameter the body is released at the lags of the gait, and runs on for
     half the time. If it is in that gait then, the phases of its legs are kicked: for a moment each
-    leg's ω is another, in pairs of lanes by as much up as down. The kicked lags are told at the
+    leg's ω is another, in pairs of lanes by as much up as down. The kicked lags are measured at the
     sections where the reference leg's phase passes zero; half the differences of such pairs are
     deviations δ. The first cycles also show what the kick did to the body's motion, and are left
     out; over those that follow, δ' = M δ is fitted by least squares. The eigenvalues of M are the

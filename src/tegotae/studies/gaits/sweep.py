@@ -44,7 +44,7 @@ from tegotae.systems.legged import Legged, lanes_of, random_phases
 UP, DOWN = "up", "down"
 DETUNING = 1e-4
 """By how much the legs' frequencies differ from the level's, relatively (standard deviation). Legs
-that are exactly in phase stay so for ever, stable or not, unless something tells them apart."""
+that are exactly in phase stay so for ever, stable or not, unless something separates them."""
 MEASURED = 0.5
 """Share of every level, its end, that is measured."""
 
@@ -308,7 +308,7 @@ def switches(omega: Sequence[float], gait: Sequence[str]) -> tuple[Switch, ...]:
 def hysteresis(omega: Any, up: Any, down: Any) -> tuple[Hysteresis, ...]:
     """Between which levels gaits change on the way up and on the way down, over all starts.
 
-    A pair of gaits is told of if starts change from the one to the other on the way up, and back on
+    A pair of gaits is listed if starts change from the one to the other on the way up, and back on
     the way down. Of a start that changes so several times, the last time counts.
 
     Args:

@@ -84,7 +84,7 @@ class TestedControllers:
         except TegotaeError as error:
             raise TegotaeError(f"{self.name} cannot be tried: {error}") from None
         own = {"rest_length_m": hasattr(self.unwrapped, "rest_length_m")}
-        if not self.hops:  # whose cost of transport is told
+        if not self.hops:  # whose cost of transport is measured
             own["mass_kg"] = has_mass(self.unwrapped)
             own["gravity_m_per_s2"] = hasattr(self.unwrapped, "gravity_m_per_s2")
         for field, there in own.items():
@@ -153,7 +153,7 @@ class TestedControllers:
 
     @property
     def takes_forces(self) -> bool:
-        """Whether its actuators are told forces, and not places of feet."""
+        """Whether its actuators take forces, and not places of feet."""
         return self.body.COMMANDS == FORCE
 
     @cached_property

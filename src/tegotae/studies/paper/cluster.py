@@ -73,7 +73,7 @@ def on_cluster(
 def _as_they_come(
     distributed: Any, client: Any, futures: Iterable[Any], address: str, patience_s: float
 ) -> Iterator[Any]:
-    """Futures as they are done. That nobody is there to do them is told, and borne for so long."""
+    """Futures as they are done. A missing worker is reported, and borne for so long."""
     pending, alone_since, warned = set(futures), None, not client.scheduler_info()["workers"]
     while pending:
         done: set[Any] = set()
@@ -125,7 +125,7 @@ def _client(distributed: Any, address: str, timeout_s: float) -> Iterator[Any]:
 def _knock(address: str, timeout_s: float, patience_s: float) -> None:
     """See that a scheduler answers: a client tries again for long, and does not say why.
 
-    One without workers would be waited for in silence, so it is told of.
+    One without workers would be waited for in silence, so it is reported.
     """
     distributed = require("distributed", "cluster")
     place = require("distributed.comm", "cluster").get_address_host_port

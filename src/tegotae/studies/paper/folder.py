@@ -122,7 +122,7 @@ class Folder:
         """Write into the folder what it is for, beside the experiments that it has already.
 
         Raises:
-            TegotaeError: if the folder has records that nothing tells of, holds another study, or
+            TegotaeError: if the folder has records of no known plan, holds another study, or
                 cannot be written.
         """
         place = self.path / "study.json"

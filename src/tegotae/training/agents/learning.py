@@ -22,7 +22,7 @@ from tegotae.training.agents.actor import Feedback, Observed
 from tegotae.training.agents.policy import agent_controller, initial_weights
 from tegotae.training.agents.settings import AgentSettings
 
-require("stable_baselines3", "sb3")  # before the environments ask for Gymnasium, which it brings
+require("stable_baselines3", "sb3")  # before the environments ask for Gymnasium, which it installs
 
 import torch  # noqa: E402
 from stable_baselines3.common.base_class import BaseAlgorithm  # noqa: E402

@@ -154,7 +154,7 @@ class WalkerNumbers:
 
     @property
     def max_force_n(self) -> float:
-        """The weight, by which forces of this body are told: its actuators have no limit [N]."""
+        """The weight, by which forces of this body are scaled: its actuators have no limit [N]."""
         return self.weight_n
 
     @property

@@ -32,7 +32,7 @@ class Blow(Disturbance):
 
 @dataclass(frozen=True, kw_only=True)
 class ForcePulse(Disturbance):
-    """A force on the centre of mass for a short time, that alone would bring the level in m/s.
+    """A force on the centre of mass for a short time, that alone changes its velocity by the level.
 
     In m/s of a leg of a metre on Earth, else times √(g l0).
     """

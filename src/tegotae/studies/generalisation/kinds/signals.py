@@ -9,13 +9,13 @@ from tegotae.studies.generalisation.disturbance import Disturbance, release_of
 
 @dataclass(frozen=True, kw_only=True)
 class Strength(Disturbance):
-    """Actuators that bring this share of the force."""
+    """Actuators that deliver this share of the force."""
 
     neutral: float = 1.0
 
     def lacks(self, subject):
         """See `Disturbance.lacks`."""
-        return "" if subject.takes_forces else "its actuators are told places, not forces"
+        return "" if subject.takes_forces else "its actuators take places, not forces"
 
     def changes(self, subject, level, at_s):
         """See `Disturbance.changes`."""

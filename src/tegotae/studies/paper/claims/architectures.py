@@ -64,7 +64,7 @@ def _minus(
     """The difference of two sets of runs of the same ω_t and the same input of the actuation.
 
     Then its mean over these. At ω_t = 4 rad/s gaits are twice as efficient as at 8, and settle
-    half as often: a difference of overall means would tell how many settled at which. A single run
+    half as often: a difference of overall means would show how many settled at which. A single run
     of a model whose gain is found by search, as in older tables, is exact.
     """
     a, b = designs(ours, alike), designs(theirs, alike)

@@ -10,7 +10,7 @@ from tegotae.measures.hopping.statistics import Interval
 
 HOLDS, FAILS, UNDECIDED, NOT_MEASURED = "holds", "fails", "undecided", "not measured"
 INFORMATION = ""
-"""What is not claimed, and tells how to read what is."""
+"""What is not claimed, and helps to read what is."""
 
 
 @dataclass(frozen=True)

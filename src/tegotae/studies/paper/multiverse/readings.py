@@ -28,7 +28,7 @@ class Reading:
 
     Lengths are in leg lengths l0, forces in weights m g, times in √(l0/g). The body follows with
     l0 = 1 m, g = 9.81 m/s² and m = 0.1 kg, which only set the units in which σ is searched and
-    CoT⁻¹ is told. ω_t stays at 4 and 8 rad/s, so that its ratio to ω_n varies with the body.
+    CoT⁻¹ is reported. ω_t stays at 4 and 8 rad/s, so that its ratio to ω_n varies with the body.
 
     Args:
         natural_frequency: ω_n √(l0/g), of the leg without damping.
