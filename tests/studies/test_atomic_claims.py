@@ -7,7 +7,7 @@ import pytest
 
 from tegotae.measures.hopping.registry import names
 from tegotae.studies.paper.claims.atomic import ALIKE, ATOMIC_CLAIMS, LESS, MORE
-from tegotae.studies.paper.claims.effects import Correlation, Difference, Gain
+from tegotae.studies.paper.claims.effects import Correlation, Difference, DoubleDifference
 from tegotae.studies.paper.claims.quotations import hashes_of, stands_in
 from tegotae.studies.paper.table import ARCHITECTURES
 
@@ -44,7 +44,7 @@ def test_effects_name_metrics_and_architectures_that_there_are():
     for effect in (claim.effect for claim in ATOMIC_CLAIMS):
         if isinstance(effect, Correlation):
             assert {effect.a, effect.b} <= set(names())
-        if isinstance(effect, Difference | Gain):
+        if isinstance(effect, Difference | DoubleDifference):
             assert effect.metric in names()
         if isinstance(effect, Difference):
             groups = [group for group in (effect.ours, effect.theirs) if group]

@@ -30,7 +30,7 @@ MODELS = 10
 """A correlation needs so many models: among fewer one of 0.6 and more is often mere chance, and of
 three models nearly any two metrics go together."""
 
-_DRIVES = {"sector": "φ", "tphi": "φ", "reflex": "f", "tf": "f", "both": "φf", "tphif": "φf"}
+DRIVES = {"sector": "φ", "tphi": "φ", "reflex": "f", "tf": "f", "both": "φf", "tphif": "φf"}
 """What an actuation follows, vanilla or learned."""
 
 
@@ -40,7 +40,7 @@ def designs(table: Table, more: tuple[str, ...] = ()) -> dict[tuple, Table]:
     A single network has neither; all of its rows are one design.
     """
     omegas = np.nan_to_num(table["omega_t"])
-    drives = np.array([_DRIVES.get(name, "") for name in table["actuation"]])
+    drives = np.array([DRIVES.get(name, "") for name in table["actuation"]])
     columns = [column.tolist() for column in (omegas, drives, *(table[name] for name in more))]
     keys = list(zip(*columns, strict=True))
     rows = {key: [other == key for other in keys] for key in sorted(set(keys))}

@@ -17,11 +17,11 @@ from dataclasses import dataclass
 from tegotae.studies.paper.claims.effects import (
     LEARNED_FEEDBACK,
     WITH_OSCILLATOR,
+    ArchitectureGroup,
     Correlation,
     Difference,
+    DoubleDifference,
     Effect,
-    Gain,
-    Group,
     OfGainMap,
     OfGaits,
     OfTrainings,
@@ -60,18 +60,18 @@ class AtomicClaim:
     note: str = ""
 
 
-def _f(*architectures: str) -> Group:
-    return Group(architectures)
+def _f(*architectures: str) -> ArchitectureGroup:
+    return ArchitectureGroup(architectures)
 
 
-def _fv(*architectures: str) -> Group:
-    return Group(architectures, "Fv")
+def _fv(*architectures: str) -> ArchitectureGroup:
+    return ArchitectureGroup(architectures, "Fv")
 
 
 _OVER_ALPHA = "Rates are over the largest possible force α: a weak force counts as smooth."
 _GAIN_ON_LEARNED = ("ARG", "ARGT")
-_OTHERS = Group(tuple(name for name in WITH_OSCILLATOR if name not in V), "")
-_ALL_OTHERS = Group((*_OTHERS.architectures, "T"), "")
+_OTHERS = ArchitectureGroup(tuple(name for name in WITH_OSCILLATOR if name not in V), "")
+_ALL_OTHERS = ArchitectureGroup((*_OTHERS.architectures, "T"), "")
 
 ATOMIC_CLAIMS: tuple[AtomicClaim, ...] = (
     # What the paper says of itself.
@@ -80,7 +80,7 @@ ATOMIC_CLAIMS: tuple[AtomicClaim, ...] = (
         words="our end-to-end learnable Tegotae policy demonstrated major efficiency gains, "
         "compared to previous, manually designed Tegotae-based methods",
         section="VI",
-        effect=Difference("cot_inverse", Group(LEARNED_FEEDBACK), Group(V)),
+        effect=Difference("cot_inverse", _f(*LEARNED_FEEDBACK), _f(*V)),
         sign=MORE,
         size="major",
         headline=True,
@@ -91,7 +91,7 @@ ATOMIC_CLAIMS: tuple[AtomicClaim, ...] = (
         "information, while outperforming unstructured, classic reinforcement learning policies of "
         "equal complexity",
         section="Abstract",
-        effect=Difference("cot_inverse", Group(LEARNED_FEEDBACK), _f("T")),
+        effect=Difference("cot_inverse", _f(*LEARNED_FEEDBACK), _f("T")),
         sign=MORE,
         headline=True,
         note="On [F_k] the single network's zero is a theorem.",
@@ -101,7 +101,7 @@ ATOMIC_CLAIMS: tuple[AtomicClaim, ...] = (
         words="The distributed policy architecture proved to be especially robust to reduced "
         "information environments",
         section="VI",
-        effect=Gain("cot_inverse", (_fv("ART"), _f("ART")), (_fv("T"), _f("T"))),
+        effect=DoubleDifference("cot_inverse", (_fv("ART"), _f("ART")), (_fv("T"), _f("T"))),
         sign=LESS,
         headline=True,
         note="What ART loses without ẏ, less what T loses.",
@@ -130,7 +130,7 @@ ATOMIC_CLAIMS: tuple[AtomicClaim, ...] = (
         words="The resulting control strategies are strongly connected to the state of the "
         "oscillators",
         section="V",
-        effect=Difference("cpgu", Group(V), _OTHERS),
+        effect=Difference("cpgu", _f(*V), _OTHERS),
         sign=MORE,
         size="strongly",
     ),
@@ -138,7 +138,7 @@ ATOMIC_CLAIMS: tuple[AtomicClaim, ...] = (
         name="v-medium-cot",
         words="and achieved medium CoT^{-1} performance",
         section="V",
-        effect=Difference("cot_inverse", Group(V), _OTHERS, lowest=True),
+        effect=Difference("cot_inverse", _f(*V), _OTHERS, lowest=True),
         sign=MORE,
         size="medium",
         note="Medium has others below it: V is compared with the lowest other architecture.",
@@ -148,7 +148,7 @@ ATOMIC_CLAIMS: tuple[AtomicClaim, ...] = (
         words="their stability to unforeseen environmental disturbances are among the best (small "
         "T0 and T1) of all tested architectures",
         section="V",
-        effect=Difference("t0_s", Group(V), _ALL_OTHERS),
+        effect=Difference("t0_s", _f(*V), _ALL_OTHERS),
         sign=LESS,
         size="among the best",
     ),
@@ -157,7 +157,7 @@ ATOMIC_CLAIMS: tuple[AtomicClaim, ...] = (
         words="their stability to unforeseen environmental disturbances are among the best (small "
         "T0 and T1) of all tested architectures",
         section="V",
-        effect=Difference("t1_s", Group(V), _ALL_OTHERS),
+        effect=Difference("t1_s", _f(*V), _ALL_OTHERS),
         sign=LESS,
         size="among the best",
     ),
@@ -166,7 +166,7 @@ ATOMIC_CLAIMS: tuple[AtomicClaim, ...] = (
         words="the oscillator is slowed down during actuation in both instances, to synchronize "
         "power injection with the stance phase",
         section="V",
-        effect=OfGaits("feedback_while_pushing", Group(V)),
+        effect=OfGaits("feedback_while_pushing", _f(*V)),
         sign=LESS,
     ),
     # The gain map.
@@ -209,7 +209,7 @@ ATOMIC_CLAIMS: tuple[AtomicClaim, ...] = (
         words="Adding active gain modulation to the otherwise unchanged model (VG) vastly improves "
         "the CoT^{-1}",
         section="V",
-        effect=Difference("cot_inverse", _f("VG"), Group(V)),
+        effect=Difference("cot_inverse", _f("VG"), _f(*V)),
         sign=MORE,
         size="vastly",
     ),
@@ -217,7 +217,7 @@ ATOMIC_CLAIMS: tuple[AtomicClaim, ...] = (
         name="vg-t0",
         words="initial and perturbation recovery transients are substantially prolonged",
         section="V",
-        effect=Difference("t0_s", _f("VG"), Group(V)),
+        effect=Difference("t0_s", _f("VG"), _f(*V)),
         sign=MORE,
         size="substantially",
     ),
@@ -225,7 +225,7 @@ ATOMIC_CLAIMS: tuple[AtomicClaim, ...] = (
         name="vg-t1",
         words="initial and perturbation recovery transients are substantially prolonged",
         section="V",
-        effect=Difference("t1_s", _f("VG"), Group(V)),
+        effect=Difference("t1_s", _f("VG"), _f(*V)),
         sign=MORE,
         size="substantially",
     ),
@@ -233,7 +233,7 @@ ATOMIC_CLAIMS: tuple[AtomicClaim, ...] = (
         name="vg-feedback-off",
         words="gain modulation effectively switches off the oscillator feedback mechanism",
         section="V",
-        effect=OfGaits("feedback_share", _f("VG"), Group(V)),
+        effect=OfGaits("feedback_share", _f("VG"), _f(*V)),
         sign=LESS,
         size="effectively switches off",
     ),
@@ -242,7 +242,7 @@ ATOMIC_CLAIMS: tuple[AtomicClaim, ...] = (
         words="the independence of the actuation instant from the oscillator state, while the "
         "actuation force is solely modulated by F_k",
         section="V",
-        effect=OfGaits("phase_share", _f("VG"), Group(V)),
+        effect=OfGaits("phase_share", _f("VG"), _f(*V)),
         sign=LESS,
         size="independence",
     ),
@@ -251,7 +251,7 @@ ATOMIC_CLAIMS: tuple[AtomicClaim, ...] = (
         name="vt-cot",
         words="does on average not lead to large deviations from the baseline performance",
         section="V",
-        effect=Difference("cot_inverse", _f("VT"), Group(V)),
+        effect=Difference("cot_inverse", _f("VT"), _f(*V)),
         sign=ALIKE,
         size="not large",
     ),
@@ -259,7 +259,7 @@ ATOMIC_CLAIMS: tuple[AtomicClaim, ...] = (
         name="vt-smooth",
         words="but produces smoother actuation signals (compare Fig. 5 (V) and (VT))",
         section="V",
-        effect=Difference("smoothness", _f("VT"), Group(V)),
+        effect=Difference("smoothness", _f("VT"), _f(*V)),
         sign=LESS,
         note=_OVER_ALPHA,
     ),
@@ -269,7 +269,7 @@ ATOMIC_CLAIMS: tuple[AtomicClaim, ...] = (
         words="Learning the Tegotae feedback mechanism (AR), has the potential to improve the "
         "efficiency of the system",
         section="V",
-        effect=Difference("cot_inverse", _f("AR"), Group(V)),
+        effect=Difference("cot_inverse", _f("AR"), _f(*V)),
         sign=MORE,
     ),
     AtomicClaim(
@@ -336,28 +336,28 @@ ATOMIC_CLAIMS: tuple[AtomicClaim, ...] = (
         name="arg-t0",
         words="reduces the efficiency, which is inherently correlated with lower transient periods",
         section="V",
-        effect=Difference("t0_s", Group(_GAIN_ON_LEARNED), _f("AR", "ART")),
+        effect=Difference("t0_s", _f(*_GAIN_ON_LEARNED), _f("AR", "ART")),
         sign=LESS,
     ),
     AtomicClaim(
         name="arg-t1",
         words="reduces the efficiency, which is inherently correlated with lower transient periods",
         section="V",
-        effect=Difference("t1_s", Group(_GAIN_ON_LEARNED), _f("AR", "ART")),
+        effect=Difference("t1_s", _f(*_GAIN_ON_LEARNED), _f("AR", "ART")),
         sign=LESS,
     ),
     AtomicClaim(
         name="arg-below-v",
         words="For ARG this results in below-baseline performance",
         section="V",
-        effect=Difference("cot_inverse", _f("ARG"), Group(V)),
+        effect=Difference("cot_inverse", _f("ARG"), _f(*V)),
         sign=LESS,
     ),
     AtomicClaim(
         name="arg-feedback-off",
         words="gain modulation switches off the Tegotae feedback mechanism",
         section="V",
-        effect=OfGaits("feedback_share", Group(_GAIN_ON_LEARNED), _f("AR", "ART")),
+        effect=OfGaits("feedback_share", _f(*_GAIN_ON_LEARNED), _f("AR", "ART")),
         sign=LESS,
         size="switches off",
     ),
@@ -366,7 +366,7 @@ ATOMIC_CLAIMS: tuple[AtomicClaim, ...] = (
         name="t-below-v",
         words="it is not capable of beating or even approaching the baseline",
         section="V",
-        effect=Difference("cot_inverse", _f("T"), Group(V)),
+        effect=Difference("cot_inverse", _f("T"), _f(*V)),
         sign=LESS,
         size="zero performance",
         note="On [F_k] the single network's zero is a theorem.",
@@ -410,7 +410,7 @@ ATOMIC_CLAIMS: tuple[AtomicClaim, ...] = (
         words=r"providing \dot{y} to the Tegotae feedback structure, makes the controller less "
         "dependent on the oscillator activity (low CPGu metric)",
         section="V",
-        effect=Difference("cpgu", Group(LEARNED_FEEDBACK, "Fv"), Group(LEARNED_FEEDBACK)),
+        effect=Difference("cpgu", _fv(*LEARNED_FEEDBACK), _f(*LEARNED_FEEDBACK)),
         sign=LESS,
         size="low",
     ),
@@ -418,7 +418,11 @@ ATOMIC_CLAIMS: tuple[AtomicClaim, ...] = (
         name="v-input-cot",
         words="and enables large gains in efficiency",
         section="V",
-        effect=Difference("cot_inverse", Group(LEARNED_FEEDBACK, "Fv"), Group(LEARNED_FEEDBACK)),
+        effect=Difference(
+            "cot_inverse",
+            _fv(*LEARNED_FEEDBACK),
+            _f(*LEARNED_FEEDBACK),
+        ),
         sign=MORE,
         size="large",
     ),
@@ -426,7 +430,7 @@ ATOMIC_CLAIMS: tuple[AtomicClaim, ...] = (
         name="v-input-t1",
         words="but entails an equally large degradation of stability to disturbances",
         section="V",
-        effect=Difference("t1_s", Group(LEARNED_FEEDBACK, "Fv"), Group(LEARNED_FEEDBACK)),
+        effect=Difference("t1_s", _fv(*LEARNED_FEEDBACK), _f(*LEARNED_FEEDBACK)),
         sign=MORE,
         size="equally large",
     ),

@@ -12,7 +12,7 @@ WITH_OSCILLATOR = ("V", "VG", "VT", "VGT", *LEARNED_FEEDBACK)
 
 
 @dataclass(frozen=True)
-class Group:
+class ArchitectureGroup:
     """Architectures that sense the same; each of them counts alike in the group's mean.
 
     Args:
@@ -28,7 +28,7 @@ class Group:
         """How tables call it.
 
         Example:
-            >>> Group(("AR", "ART"), "Fv").label
+            >>> ArchitectureGroup(("AR", "ART"), "Fv").label
             'AR, ART on [F_k, ẏ]'
         """
         names = ", ".join(self.architectures)
@@ -50,18 +50,18 @@ class Difference:
     """
 
     metric: str
-    ours: Group
-    theirs: Group | None
+    ours: ArchitectureGroup
+    theirs: ArchitectureGroup | None
     lowest: bool = False
 
 
 @dataclass(frozen=True)
-class Gain:
+class DoubleDifference:
     """How much more one pair of groups differs than another: `(a - b) - (c - d)`."""
 
     metric: str
-    ours: tuple[Group, Group]
-    theirs: tuple[Group, Group]
+    ours: tuple[ArchitectureGroup, ArchitectureGroup]
+    theirs: tuple[ArchitectureGroup, ArchitectureGroup]
 
 
 @dataclass(frozen=True)
@@ -121,9 +121,9 @@ class OfGaits:
     """
 
     measure: str
-    ours: Group
-    theirs: Group | None = None
+    ours: ArchitectureGroup
+    theirs: ArchitectureGroup | None = None
 
 
-Effect = Difference | Gain | Correlation | OfTrainings | OfGainMap | OfGaits
+Effect = Difference | DoubleDifference | Correlation | OfTrainings | OfGainMap | OfGaits
 """What a claim is about, in one number."""

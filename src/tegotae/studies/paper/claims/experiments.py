@@ -29,7 +29,8 @@ CLAIM_10 = "More than 128 parameters cannot be trained by PGPE"
 CLAIM_11 = "The best σ grows near-linearly with ω for sector actuation, and not for reflex"
 
 _RESAMPLES = 4000
-_PARAMETERS = 128
+PARAMETERS = 128
+"""More than these the paper could not train."""
 
 
 def claim_1(curves: Sequence[LearningCurve]) -> Verdict:
@@ -75,13 +76,13 @@ def claim_10(trainings: Sequence[Training]) -> Verdict:
     for way in dict.fromkeys(t.way for t in trainings):
         own = [t for t in trainings if t.way == way]
         sizes = sorted({t.parameters for t in own})
-        small = [t.fitness for t in own if t.parameters <= _PARAMETERS]
+        small = [t.fitness for t in own if t.parameters <= PARAMETERS]
         start = [t.untrained_fitness for t in own if t.untrained_fitness > 0.5 * FAILED_FITNESS]
         if not small or not start:
             continue
         untrained = float(np.median(start))
         half_way = 0.5 * (untrained + float(np.mean(np.maximum(small, untrained))))
-        for size in (size for size in sizes if size > _PARAMETERS):
+        for size in (size for size in sizes if size > PARAMETERS):
             # A rollout that failed has a fitness of minus a million, which says nothing in a mean.
             fitness = [max(t.fitness, untrained) for t in own if t.parameters == size]
             what = f"fitness of {size} parameters, settings {way}"
@@ -142,12 +143,29 @@ def _verdict_on_curves(path: Path) -> Verdict:
 
 
 def _verdict_on_sizes(path: Path) -> Verdict:
-    columns = ("way", "parameters", "untrained_fitness", "fitness")
-    rows = _rows(path, columns, (str, int, float, float))
-    return claim_10([Training(*row) for row in rows])
+    return claim_10(read_trainings(path))
 
 
 def _verdict_on_ridges(path: Path) -> Verdict:
+    return claim_11(read_ridges(path))
+
+
+def read_trainings(path: Path) -> list[Training]:
+    """The trainings of a table such as `parameter_limit.csv`.
+
+    Raises:
+        TegotaeError: if it cannot be read.
+    """
+    columns = ("way", "parameters", "untrained_fitness", "fitness")
+    return [Training(*row) for row in _rows(path, columns, (str, int, float, float))]
+
+
+def read_ridges(path: Path) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+    """Frequencies and the best gain at each, by actuation, of a table such as `gain_map.ridge.csv`.
+
+    Raises:
+        TegotaeError: if it cannot be read.
+    """
     columns = ("actuation", "omega_rad_per_s", "best_sigma_rad_per_s_n", "censored")
     rows = _rows(path, columns, (str, float, float, int))
 
@@ -155,7 +173,7 @@ def _verdict_on_ridges(path: Path) -> Verdict:
         own = np.array([row[1:] for row in rows if row[0] == actuation], float).reshape(-1, 3)
         return own[:, 0], np.where(own[:, 2] == 0.0, own[:, 1], np.nan)
 
-    return claim_11({name: points(name) for name in ("sector", "reflex")})
+    return {name: points(name) for name in ("sector", "reflex")}
 
 
 def _rows(
