@@ -72,6 +72,16 @@ def _short(value: int) -> str:
     return str(value) if value.bit_length() < 100 else f"about 2^{value.bit_length()}"
 
 
+def is_of(value: object, kind: type) -> bool:
+    """Whether a value is of this class: for what a user gave, whom annotations do not hold.
+
+    Example:
+        >>> is_of(True, int), is_of("one", int)
+        (True, False)
+    """
+    return isinstance(value, kind)
+
+
 def formatted(error: BaseException) -> str:
     """What an error of somebody else's code is, in short: its kind and its first line.
 

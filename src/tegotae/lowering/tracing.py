@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from contextvars import ContextVar
-from typing import Any, ParamSpec, TypeVar, cast
+from typing import ParamSpec, TypeVar, cast
 
 import jax
 from jax.extend.core import jaxpr_as_fun
+
+from tegotae._support.transforms import jit, trace_of
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -22,7 +24,7 @@ def stays_a_call(function: Callable[P, T]) -> Callable[P, T]:
 
     Everywhere else it is the plain function: nothing of it shows in a compiled program.
     """
-    apart = cast(Callable[..., Any], jax.jit(function))
+    apart = jit(function)
 
     @functools.wraps(function)
     def call(*args: P.args, **kwargs: P.kwargs) -> T:
@@ -32,7 +34,7 @@ def stays_a_call(function: Callable[P, T]) -> Callable[P, T]:
 
 
 @contextmanager
-def keeping_calls() -> Iterator[None]:
+def keeping_calls() -> Generator[None]:
     """While this lasts, traces show calls of functions that are made for it.
 
     Example:
@@ -52,7 +54,7 @@ def keeping_calls() -> Iterator[None]:
         _kept.reset(token)
 
 
-def traced(function: Callable[..., Any], *like: Any) -> tuple[Callable[..., Any], Any]:
+def traced(function: Callable[..., T], *like: object) -> tuple[Callable[..., T], T]:
     """The function as one trace of it has it, which may become part of several programs.
 
     Args:
@@ -68,10 +70,11 @@ def traced(function: Callable[..., Any], *like: Any) -> tuple[Callable[..., Any]
         >>> shape.shape, doubled(jnp.ones(3)).tolist()
         ((3,), [2.0, 2.0, 2.0])
     """
-    trace, shapes = jax.make_jaxpr(function, return_shape=True)(*like)
-    flat, structure = jaxpr_as_fun(trace), jax.tree.structure(shapes)
+    trace, shapes = trace_of(function, *like)
+    flat = cast(Callable[..., list[jax.Array]], jaxpr_as_fun(trace))
+    structure = jax.tree.structure(shapes)
 
-    def again(*given: Any) -> Any:
+    def again(*given: object) -> T:
         return jax.tree.unflatten(structure, flat(*jax.tree.leaves(given)))
 
     return again, shapes

@@ -4,9 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING
 
 import jax
+
+if TYPE_CHECKING:  # of the room above, which records: no import where the program runs
+    from tegotae.simulation.loop import Tick
+    from tegotae.simulation.recorder import RecordedFrame
+else:
+    RecordedFrame = Tick = object
+
+__all__ = ["Channel", "Combined", "Latest", "RecordedFrame", "State", "Tick", "Total"]
 
 
 @dataclass(frozen=True)
@@ -32,7 +40,7 @@ class State(Channel):
         of: from a `tegotae.simulation.recorder.RecordedFrame` to the value.
     """
 
-    of: Callable[[Any], jax.Array]
+    of: Callable[[RecordedFrame], jax.Array]
 
 
 @dataclass(frozen=True)
@@ -43,7 +51,7 @@ class Total(Channel):
         gain: from a `tegotae.simulation.loop.Tick` to what it adds.
     """
 
-    gain: Callable[[Any], jax.Array]
+    gain: Callable[[Tick], jax.Array]
 
 
 @dataclass(frozen=True)
@@ -55,8 +63,8 @@ class Latest(Channel):
         value: and to what is recorded of it.
     """
 
-    when: Callable[[Any], jax.Array]
-    value: Callable[[Any], jax.Array]
+    when: Callable[[Tick], jax.Array]
+    value: Callable[[Tick], jax.Array]
 
 
 @dataclass(frozen=True)

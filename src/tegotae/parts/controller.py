@@ -9,6 +9,7 @@ import jax.numpy as jnp
 
 from tegotae._support.errors import (
     TegotaeError,
+    is_of,
     require_count,
     require_finite,
     whole_numbers,
@@ -97,7 +98,7 @@ class Controller:
     def __post_init__(self) -> None:
         require_count("limbs", self.limbs)
         if self.coupling is not None:
-            if not isinstance(self.coupling, Coupling):
+            if not is_of(self.coupling, Coupling):
                 raise TegotaeError(f"coupling is {self.coupling!r}; it must be a Coupling")
             if self.oscillator is None:
                 raise TegotaeError("the controller has a coupling but no oscillators to couple")
@@ -109,7 +110,7 @@ class Controller:
                 numbers = whole_numbers(name, getattr(self, name))
                 check(numbers, self.limbs)
                 object.__setattr__(self, name, numbers)
-        if isinstance(self.actuation, Actuation):
+        if is_of(self.actuation, Actuation):
             self.actuation.check(self.limbs, self.sets)
 
     @property
@@ -144,7 +145,8 @@ class Controller:
     @property
     def layout(self) -> dict[str, slice]:
         """Where in a unit's weights those of each part lie."""
-        slices, start = {}, 0
+        slices: dict[str, slice] = {}
+        start = 0
         for role, part in self._parts.items():
             slices[role] = slice(start, start + part.n_weights)
             start += part.n_weights

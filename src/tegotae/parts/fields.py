@@ -10,11 +10,19 @@ from __future__ import annotations
 import dataclasses
 import reprlib
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, TypeVar, cast
 
 from tegotae._support.errors import TegotaeError, unknown
 from tegotae.parts.bodies import Body, BodyWrapper
 
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
+
+B = TypeVar("B", bound=Body)
+T = TypeVar("T")
+
+FieldNumber = float | tuple[float, ...]
+"""A number of a body, or one a limb."""
 INNER = "body"
 """The field by which a wrapper holds the body within."""
 
@@ -77,7 +85,7 @@ def path_of(body: Body, name: str) -> str:
     return path
 
 
-def value_of(body: Body, name: str) -> Any:
+def value_of(body: Body, name: str) -> object:
     """A field of a body, by name or path.
 
     Raises:
@@ -91,7 +99,7 @@ def value_of(body: Body, name: str) -> Any:
     return _at(body, path_of(body, name))
 
 
-def number_of(body: Body, name: str) -> Any:
+def number_of(body: Body, name: str) -> FieldNumber:
     """A number of a body, by name or path; a tuple where each limb has one.
 
     Raises:
@@ -108,10 +116,10 @@ def number_of(body: Body, name: str) -> Any:
             f"{name} of this {type(body).__name__} is {reprlib.repr(value)}, which no change can "
             "make a number; give the body one to begin with"
         )
-    return value
+    return cast(FieldNumber, value)
 
 
-def numbers_of(body: Body) -> dict[str, Any]:
+def numbers_of(body: Body) -> dict[str, FieldNumber]:
     """All numbers of a body and of the bodies within it, by name; tuples are a number a limb.
 
     Example:
@@ -120,10 +128,10 @@ def numbers_of(body: Body) -> dict[str, Any]:
         1.0
     """
     values = {name: _at(body, path) for name, path in paths_of(body).items()}
-    return {name: value for name, value in values.items() if _is_number(value)}
+    return {name: cast(FieldNumber, x) for name, x in values.items() if _is_number(x)}
 
 
-def with_fields(body: Any, fields: Mapping[str, Any]) -> Any:
+def with_fields(body: B, fields: Mapping[str, object]) -> B:
     """A body with other fields, each named by its path or by its name alone, validated.
 
     A number for a field of the limbs holds for each of them.
@@ -139,10 +147,10 @@ def with_fields(body: Any, fields: Mapping[str, Any]) -> Any:
     return _replaced(body, {path_of(body, name): value for name, value in fields.items()})
 
 
-def _replaced(value: Any, fields: Mapping[str, Any]) -> Any:
+def _replaced(value: T, fields: Mapping[str, object]) -> T:
     """A dataclass with the fields of these paths replaced."""
     plain = {path: x for path, x in fields.items() if "." not in path}
-    nested: dict[str, dict[str, Any]] = {}
+    nested: dict[str, dict[str, object]] = {}
     for path, x in fields.items():
         outer, dot, inner = path.partition(".")
         if dot:
@@ -151,11 +159,11 @@ def _replaced(value: Any, fields: Mapping[str, Any]) -> Any:
     for name, x in plain.items():
         usual = getattr(value, name)
         if isinstance(usual, tuple) and not isinstance(x, tuple):
-            plain[name] = (x,) * len(usual)
-    return dataclasses.replace(value, **plain)
+            plain[name] = (x,) * len(cast(tuple[object, ...], usual))
+    return cast(T, dataclasses.replace(cast("DataclassInstance", value), **plain))
 
 
-def _at(value: Any, path: str) -> Any:
+def _at(value: object, path: str) -> object:
     """What is at a path of a dataclass."""
     for part in path.split("."):
         known = _names(value)
@@ -165,12 +173,13 @@ def _at(value: Any, path: str) -> Any:
     return value
 
 
-def _names(value: Any) -> list[str]:
+def _names(value: object) -> list[str]:
     fields = dataclasses.fields(value) if dataclasses.is_dataclass(value) else ()
     return [field.name for field in fields]
 
 
-def _is_number(value: Any) -> bool:
+def _is_number(value: object) -> bool:
     if isinstance(value, tuple):
-        return bool(value) and all(map(_is_number, value))
+        inside = cast(tuple[object, ...], value)
+        return bool(inside) and all(map(_is_number, inside))
     return isinstance(value, (int, float)) and not isinstance(value, bool)

@@ -4,9 +4,13 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, TypeVar, cast
 
-import jax
+from tegotae._support.transforms import register_pytree
+from tegotae.parts._shapes import Number
+
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
 
 T = TypeVar("T")
 
@@ -21,25 +25,25 @@ def traceable(cls: type[T]) -> type[T]:
     The constructor (and so its validation) runs for a user's values, never for traced ones: a
     changed mass or stiffness does not compile a new program.
     """
-    fields = dataclasses.fields(cls)  # type: ignore[arg-type]
-    static = [field.name for field in fields if field.metadata == STATIC]
+    fields = dataclasses.fields(cast("type[DataclassInstance]", cls))
+    static = [field.name for field in fields if dict(field.metadata) == STATIC]
     names = [field.name for field in fields if field.name not in static]
 
-    def flatten(value: T):
+    def flatten(value: T) -> tuple[tuple[object, ...], tuple[object, ...]]:
         leaves = tuple(getattr(value, name) for name in names)
         return leaves, tuple(getattr(value, name) for name in static)
 
-    def unflatten(fixed, leaves) -> T:
+    def unflatten(fixed: tuple[object, ...], leaves: tuple[object, ...]) -> T:
         value = object.__new__(cls)
         for name, leaf in zip((*names, *static), (*leaves, *fixed), strict=True):
             object.__setattr__(value, name, leaf)
         return value
 
-    jax.tree_util.register_pytree_node(cls, flatten, unflatten)
+    register_pytree(cls, flatten, unflatten)
     return cls
 
 
-def changed(value: T, name: str, change: Callable[[Any], Any]) -> T:
+def changed(value: T, name: str, change: Callable[[Number], Number]) -> T:
     """The same with one field changed, for values inside a compiled program: nothing is validated.
 
     Args:
@@ -56,7 +60,7 @@ def changed(value: T, name: str, change: Callable[[Any], Any]) -> T:
     old = getattr(value, outer)
     new = changed(old, inner, change) if inner else change(old)
     copy = object.__new__(type(value))
-    for field in dataclasses.fields(value):  # type: ignore[arg-type]
+    for field in dataclasses.fields(cast("DataclassInstance", value)):
         object.__setattr__(copy, field.name, getattr(value, field.name))
     object.__setattr__(copy, outer, new)
     return copy

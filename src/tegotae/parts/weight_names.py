@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import cast
 
-from tegotae._support.documents import DamagedDocumentError
+from tegotae._support.documents import DamagedDocumentError, Json
 
 WeightName = tuple[str | int, ...]
 """Where a weight stands: names, and numbers from 0 on, such as ("neuron", 2, "bias")."""
+
+_Tree = dict[str | int, object]
+"""What `nested` builds: objects by their steps, the lists not yet made."""
 
 
 def numbered(count: int) -> tuple[WeightName, ...]:
@@ -21,30 +24,31 @@ def inside(outer: WeightName, paths: Sequence[WeightName]) -> tuple[WeightName, 
     return tuple((*outer, *path) for path in paths)
 
 
-def nested(paths: Sequence[WeightName], values: Sequence[Any]) -> Any:
+def nested(paths: Sequence[WeightName], values: Sequence[Json]) -> dict[str, Json]:
     """The values as objects and lists within each other.
 
     Example:
         >>> nested([("gain", "sigma"), ("neuron", 0), ("neuron", 1)], [2.0, 0.5, 0.25])
         {'gain': {'sigma': 2.0}, 'neuron': [0.5, 0.25]}
     """
-    tree: Any = {}
+    tree: _Tree = {}
     for path, value in zip(paths, values, strict=True):
         at = tree
         for step in path[:-1]:
-            at = at.setdefault(step, {})
+            at = cast(_Tree, at.setdefault(step, {}))
         at[path[-1]] = value
-    return _with_lists(tree)
+    return cast(dict[str, Json], _with_lists(tree))
 
 
-def _with_lists(tree: Any) -> Any:
+def _with_lists(tree: object) -> Json:
     if not isinstance(tree, dict):
-        return tree
-    entries = {step: _with_lists(entry) for step, entry in tree.items()}
-    return list(entries.values()) if entries and all(isinstance(x, int) for x in tree) else entries
+        return cast(Json, tree)
+    entries = {step: _with_lists(entry) for step, entry in cast(_Tree, tree).items()}
+    numbers = entries and all(isinstance(step, int) for step in entries)
+    return list(entries.values()) if numbers else cast(dict[str, Json], entries)
 
 
-def flat(paths: Sequence[WeightName], tree: Any) -> list[Any]:
+def flat(paths: Sequence[WeightName], tree: Json) -> list[Json]:
     """What `nested` made, as the values in the order of the paths.
 
     Raises:
@@ -70,7 +74,7 @@ def flat(paths: Sequence[WeightName], tree: Any) -> list[Any]:
     return [entries[path] for path in paths]
 
 
-def _entries(tree: Any, path: WeightName) -> list[tuple[WeightName, Any]]:
+def _entries(tree: Json, path: WeightName) -> list[tuple[WeightName, Json]]:
     if isinstance(tree, Mapping):
         return [each for name, inner in tree.items() for each in _entries(inner, (*path, name))]
     if isinstance(tree, list):

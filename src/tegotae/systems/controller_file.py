@@ -230,12 +230,14 @@ def _in_order(controller: Controller, weights: dict[str, Any] | list[float]) -> 
         return weights
     paths = controller.weight_names
     values = flat(paths, weights)
+    numbers: list[float] = []
     for path, value in zip(paths, values, strict=True):
         if isinstance(value, bool) or not isinstance(value, (int, float)):
             raise DamagedDocumentError(
                 f"its {spelled(('weights', *path))} is {reprlib.repr(value)}; it must be a number"
             )
-    return values
+        numbers.append(value)
+    return numbers
 
 
 NOT_OURS = "is not a controller file of tegotae"

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
 
 from tegotae._support.errors import TegotaeError, require_finite
+from tegotae.parts._shapes import Number, PerLane, StateTree
 from tegotae.parts.bodies.base import Contact, Push
 from tegotae.parts.bodies.wrapper import BodyWrapper, wide
 from tegotae.parts.commands import FORCE
@@ -18,7 +19,7 @@ from tegotae.parts.parameters import traceable
 class ActuatorsState(NamedTuple):
     """The body's state, and what its actuators have come to."""
 
-    body: Any
+    body: StateTree
     """The state of the body."""
     reached: jax.Array
     """What of the command the actuators follow now, [(commands,) (limbs,) lanes]."""
@@ -75,7 +76,9 @@ class Actuators(BodyWrapper):
                 f"{weight_n:g} N; it cannot hop"
             )
 
-    def release(self, height_m, velocity_m_per_s, **initial_pose) -> ActuatorsState:
+    def release(
+        self, height_m: PerLane, velocity_m_per_s: PerLane, **initial_pose: Number
+    ) -> ActuatorsState:
         """The state at release; an initial pose is the body's."""
         state = self.body.release(height_m, velocity_m_per_s, **initial_pose)
         commands = () if self.COMMANDS == FORCE else (len(self.COMMANDS),)
@@ -88,7 +91,7 @@ class Actuators(BodyWrapper):
         return ActuatorsState(self.body.commanded(state.body, command), command)
 
     def _follow(
-        self, reached: jax.Array, aim: jax.Array, tick_s: Any
+        self, reached: jax.Array, aim: jax.Array, tick_s: jax.Array
     ) -> tuple[jax.Array, jax.Array]:
         """Mean over a tick, and what is reached at its end, of a command that is held at `aim`."""
         lag = wide(self.lag_s, reached)

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 from tegotae._support.errors import TegotaeError, require_finite
+from tegotae.parts._shapes import Number, PerLane
 from tegotae.parts.bodies.frame import Turn
 from tegotae.parts.bodies.hips import hips_at, require_level
 from tegotae.parts.bodies.upright import Upright, UprightState
@@ -73,7 +74,11 @@ class Bar(Upright):
         return self.inertia_ratio * self.total_mass_kg * self.half_span_m**2
 
     def release(
-        self, height_m, velocity_m_per_s, pitch_rad=0.0, pitch_rate_rad_per_s=0.0
+        self,
+        height_m: PerLane,
+        velocity_m_per_s: PerLane,
+        pitch_rad: Number = 0.0,
+        pitch_rate_rad_per_s: Number = 0.0,
     ) -> UprightState:
         """State at release: heave, pitch and their rates."""
         return self._released((height_m, pitch_rad), (velocity_m_per_s, pitch_rate_rad_per_s))

@@ -5,8 +5,9 @@ from __future__ import annotations
 import inspect
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import NamedTuple, TypeVar, cast
 
+import jax
 import jax.numpy as jnp
 
 from tegotae._support.errors import TegotaeError
@@ -21,6 +22,8 @@ from tegotae.parts._shapes import (
 )
 from tegotae.parts.channels import Channel
 from tegotae.parts.commands import FORCE
+
+T = TypeVar("T")
 
 
 class Sensation(NamedTuple):
@@ -84,9 +87,9 @@ class Body(ABC):
     COMMANDS: tuple[str, ...] = FORCE
     """What the actuators take: a force, unless stated otherwise (`Actuation.COMMANDS`)."""
 
-    max_force_n: Any
+    max_force_n: float
     """Largest actuator force α [N]: a field of every body."""
-    rest_length_m: Any
+    rest_length_m: float
     """Length of the unloaded leg l0 [m], below which there is stance: a field of every body."""
 
     @property
@@ -110,7 +113,7 @@ class Body(ABC):
         """A typical rate of the body [rad/s], by which a network sees the Tegotae feedback."""
 
     @property
-    def touching_height_m(self) -> Any:
+    def touching_height_m(self) -> float:
         """Height of the body at which its legs at rest just touch level ground [m]."""
         return self.rest_length_m
 
@@ -185,17 +188,19 @@ class Body(ABC):
         """Mechanical energy, kinetic + potential (height above zero) + elastic [J]."""
 
 
-def for_limbs(of_body: Any) -> Any:
+def for_limbs(of_body: T) -> T:
     """What belongs to the body, with an axis for the limbs before that of the lanes.
 
-    A number stays a number: a body's field may be one, or an array of the lanes.
+        A number stays a number: a body's field may be one, or an array of the lanes.
 
-    Example:
-        >>> import jax.numpy as jnp
-        >>> for_limbs(jnp.zeros(5)).shape, for_limbs(2.0)
-        ((1, 5), 2.0)
+        Example:
+            >>> import jax
+    import jax.numpy as jnp
+            >>> for_limbs(jnp.zeros(5)).shape, for_limbs(2.0)
+            ((1, 5), 2.0)
     """
-    return of_body[..., None, :] if jnp.ndim(of_body) else of_body
+    array = cast(jax.Array, of_body)
+    return cast(T, array[..., None, :]) if jnp.ndim(array) else of_body
 
 
 def require_one_limb(body: Body, what: str) -> None:

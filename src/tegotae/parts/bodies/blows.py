@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
 
 from tegotae._support.errors import require_finite
+from tegotae.parts._shapes import Number, PerLane, StateTree
 from tegotae.parts.bodies.base import Contact, Push
 from tegotae.parts.bodies.wrapper import BodyWrapper
 from tegotae.parts.parameters import traceable
@@ -18,7 +19,7 @@ from tegotae.parts.parameters import traceable
 class BlowsState(NamedTuple):
     """The body's state, and how many ticks there have been."""
 
-    body: Any
+    body: StateTree
     """The state of the body."""
     tick: jax.Array
     """How many ticks there have been, [lanes]."""
@@ -55,7 +56,9 @@ class Blows(BodyWrapper):
         if self.at_s != math.inf:
             require_finite("at_s", self.at_s, least=0.0)
 
-    def release(self, height_m, velocity_m_per_s, **initial_pose) -> BlowsState:
+    def release(
+        self, height_m: PerLane, velocity_m_per_s: PerLane, **initial_pose: Number
+    ) -> BlowsState:
         """The state at release; an initial pose is the body's."""
         state = self.body.release(height_m, velocity_m_per_s, **initial_pose)
         return BlowsState(state, jnp.zeros_like(height_m))
@@ -64,7 +67,7 @@ class Blows(BodyWrapper):
         """As the body's."""
         return state._replace(body=self.body.commanded(state.body, command))
 
-    def _with_impulse(self, state: BlowsState, tick_s: Any) -> BlowsState:
+    def _with_impulse(self, state: BlowsState, tick_s: jax.Array) -> BlowsState:
         now = state.tick == jnp.ceil(self.at_s / tick_s - 1e-3)
         impulse = jnp.where(now, self.impulse_ns, 0.0)
         return BlowsState(self.body.apply_impulse(state.body, impulse), state.tick + 1.0)

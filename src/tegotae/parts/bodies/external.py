@@ -3,12 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any, NoReturn
+from typing import NoReturn
 
+import jax
 import jax.numpy as jnp
 
 from tegotae._support.errors import TegotaeError
-from tegotae.parts.bodies.base import Body, Sensation
+from tegotae.parts._shapes import (
+    PerLane,
+    PerLimb,
+    Scalar,
+    StateTree,
+)
+from tegotae.parts.bodies.base import Body, Push, Sensation
 from tegotae.parts.bodies.interface import Interface
 from tegotae.parts.parameters import traceable
 
@@ -48,21 +55,21 @@ class ExternalLimbs(Body):
         return self.interface.limbs
 
     @property
-    def max_force_n(self) -> Any:  # type: ignore[override]
+    def max_force_n(self) -> float:  # type: ignore[override]
         """The force α at full push [N]."""
         return self._known("max_force_n", "the force at which the actuators are at full push")
 
     @property
-    def rest_length_m(self) -> Any:  # type: ignore[override]
+    def rest_length_m(self) -> float:  # type: ignore[override]
         """Height at which the feet touch the ground [m]."""
         return self._known("rest_length_m", "the height at which the feet touch the ground [m]")
 
     @property
-    def rate_scale(self) -> Any:
+    def rate_scale(self) -> jax.Array:
         """√(g / l) [rad/s]."""
         return jnp.asarray(self._known("feedback_scale", "the scale of the feedback [rad/s]"))
 
-    def sense(self, state: Any, ground_m: Any) -> Sensation:
+    def sense(self, state: dict[str, PerLimb], ground_m: PerLane) -> Sensation:
         """The signals that were handed in, by their names, with the scales that are known."""
         scales = self.interface.known_scales
         return Sensation(dict(state), {n: scales[n] for n in self.SENSES if n in scales})
@@ -71,35 +78,37 @@ class ExternalLimbs(Body):
         """Raise `TegotaeError`: it cannot be released here."""
         self._elsewhere()
 
-    def release(self, height_m: Any, velocity_m_per_s: Any) -> Any:
+    def release(self, height_m: PerLane, velocity_m_per_s: PerLane) -> NoReturn:
         """Refused."""
         self._elsewhere()
 
-    def predict(self, state: Any, force_n: Any, ground_m: Any, tick_s: Any) -> Any:
+    def predict(
+        self, state: StateTree, force_n: PerLimb, ground_m: PerLane, tick_s: Scalar
+    ) -> NoReturn:
         """Refused."""
         self._elsewhere()
 
-    def advance(self, state: Any, push: Any, ground_m: Any, tick_s: Any) -> Any:
+    def advance(self, state: StateTree, push: Push, ground_m: PerLane, tick_s: Scalar) -> NoReturn:
         """Refused."""
         self._elsewhere()
 
-    def failed(self, state: Any, ground_m: Any) -> Any:
+    def failed(self, state: StateTree, ground_m: PerLane) -> NoReturn:
         """Refused."""
         self._elsewhere()
 
-    def height(self, state: Any) -> Any:
+    def height(self, state: StateTree) -> NoReturn:
         """Refused."""
         self._elsewhere()
 
-    def velocity(self, state: Any) -> Any:
+    def velocity(self, state: StateTree) -> NoReturn:
         """Refused."""
         self._elsewhere()
 
-    def energy(self, state: Any, ground_m: Any) -> Any:
+    def energy(self, state: StateTree, ground_m: PerLane) -> NoReturn:
         """Refused."""
         self._elsewhere()
 
-    def _known(self, name: str, what: str) -> Any:
+    def _known(self, name: str, what: str) -> float:
         value = getattr(self.interface, name)
         if value is None:
             raise TegotaeError(f"{name} of these limbs is not known; give {what}")

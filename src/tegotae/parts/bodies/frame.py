@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
 
+from tegotae.parts._shapes import Number
 from tegotae.parts.bodies.motion import ORDER
 
 
@@ -16,13 +17,13 @@ class Turn(NamedTuple):
 
     name: str
     """What it is called, such as "pitch"."""
-    arms_m: Sequence[Any]
+    arms_m: Sequence[float]
     """How far each hip rises with the angle x_i [m/rad]."""
-    reach_m: Any
+    reach_m: float
     """The distance a from the axis [m] which makes the inertia a ratio."""
-    inertia_ratio: Any
+    inertia_ratio: float
     """j = J / (n m a²)."""
-    stiffness_nm_per_rad: Any = 0.0
+    stiffness_nm_per_rad: float = 0.0
     """Stiffness K against the angle [N m/rad]."""
 
 
@@ -55,14 +56,14 @@ class FrameModes(NamedTuple):
 
     @classmethod
     def of(
-        cls, turns: Sequence[Turn], total_mass_kg: Any, gravity_m_per_s2: Any, like: jax.Array
+        cls, turns: Sequence[Turn], total_mass_kg: float, gravity_m_per_s2: float, like: jax.Array
     ) -> FrameModes:
         """The frame that turns in these ways, for lanes as in `like`."""
 
-        def lanes(x: Any) -> jax.Array:
+        def lanes(x: Number) -> jax.Array:
             return jnp.broadcast_to(jnp.asarray(x, like.dtype), like.shape)
 
-        def legs(arms: Sequence[Any]) -> jax.Array:
+        def legs(arms: Sequence[float]) -> jax.Array:
             return jnp.stack([lanes(arm) for arm in arms])
 
         level = [1.0] * len(turns[0].arms_m)

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any
+from typing import cast
 
 from tegotae._support.errors import TegotaeError, require_finite
 
 
-def hips_at(name: str, value: Any, wanted: str) -> tuple[float, ...]:
+def hips_at(name: str, value: object, wanted: str) -> tuple[float, ...]:
     """The places as a tuple: of a list, say.
 
     Args:
@@ -25,7 +25,7 @@ def hips_at(name: str, value: Any, wanted: str) -> tuple[float, ...]:
     """
     if not isinstance(value, Iterable) or isinstance(value, str):
         raise TegotaeError(f"{name} is {value!r}; name {wanted}")
-    found = tuple(value)
+    found = tuple(cast(Iterable[float], value))
     for hip in found:
         require_finite("a hip", hip)
     return found

@@ -12,6 +12,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from tegotae._support.errors import TegotaeError, require_finite
+from tegotae._support.transforms import cond
 from tegotae.parts.bodies.base import (
     Body,
     Contact,
@@ -33,6 +34,10 @@ class HopperState(NamedTuple):
 
     height: jax.Array
     velocity: jax.Array
+
+
+_Motion = tuple[jax.Array, jax.Array]
+"""Height over touchdown [m] and velocity [m/s]."""
 
 
 class _Law(NamedTuple):
@@ -217,7 +222,7 @@ class Hopper(Body):
         x_whole, v_whole = _flow(rising, x0, v0, tick_s)
         crosses = (x_whole < 0.0) != stance
 
-        def across() -> tuple[jax.Array, ...]:
+        def across() -> tuple[jax.Array, jax.Array, jax.Array, jax.Array]:
             before = jnp.where(crosses, crossing_time(_derivatives(held, x0, v0), tick_s), tick_s)
             _, v_cross = _flow(held, x0, v0, before)
             other = self._law(~stance, push.mean_n, 0.0)
@@ -225,18 +230,29 @@ class Hopper(Body):
             pick = partial(jnp.where, crosses)
             return before, pick(v_cross, v_whole), pick(x1, x_whole), pick(v1, v_whole)
 
-        def along() -> tuple[jax.Array, ...]:
+        def along() -> tuple[jax.Array, jax.Array, jax.Array, jax.Array]:
             return jnp.broadcast_to(tick_s, x0.shape), v_whole, x_whole, v_whole
 
         # Few ticks see any lane change its mode: a quarter of the work is for those alone.
-        before, v_mid, x1, v1 = jax.lax.cond(jnp.any(crosses), across, along)
+        before, v_mid, x1, v1 = cond(jnp.any(crosses), across, along)
         x_mid = jnp.where(crosses, 0.0, x_whole)
         end = HopperState(rest + x1, v1)
         return end, self._contact(
             (x0, v0), (x_mid, v_mid), (x1, v1), crosses, before, tick_s - before, rest, push, tick_s
         )
 
-    def _contact(self, start, middle, end, crosses, before, after, rest, push, tick_s) -> Contact:
+    def _contact(
+        self,
+        start: _Motion,
+        middle: _Motion,
+        end: _Motion,
+        crosses: jax.Array,
+        before: jax.Array,
+        after: jax.Array,
+        rest: jax.Array,
+        push: Push,
+        tick_s: jax.Array,
+    ) -> Contact:
         """What happened in a tick that passed (height over touchdown, velocity) at three times."""
         (x0, v0), (x_mid, v_mid), (x1, v1) = start, middle, end
         stance = x0 < 0.0

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from tegotae._support.errors import TegotaeError, require_finite
+from tegotae.parts._shapes import Number, PerLane
 from tegotae.parts.bodies.frame import Turn
 from tegotae.parts.bodies.hips import hips_at, require_level
 from tegotae.parts.bodies.upright import Upright, UprightState
@@ -128,14 +129,14 @@ class Plate(Upright):
 
     def release(
         self,
-        height_m,
-        velocity_m_per_s,
-        pitch_rad=0.0,
-        pitch_rate_rad_per_s=0.0,
-        roll_rad=0.0,
-        roll_rate_rad_per_s=0.0,
-        twist_rad=None,
-        twist_rate_rad_per_s=None,
+        height_m: PerLane,
+        velocity_m_per_s: PerLane,
+        pitch_rad: Number = 0.0,
+        pitch_rate_rad_per_s: Number = 0.0,
+        roll_rad: Number = 0.0,
+        roll_rate_rad_per_s: Number = 0.0,
+        twist_rad: Number | None = None,
+        twist_rate_rad_per_s: Number | None = None,
     ) -> UprightState:
         """State at release: heave, pitch, roll, with a spine the twist, and their rates.
 

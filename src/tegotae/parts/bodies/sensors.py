@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
 
 from tegotae._support.errors import TegotaeError, require_count, require_finite
+from tegotae._support.transforms import iota
+from tegotae.parts._shapes import Number, PerLane, StateTree
 from tegotae.parts.bodies.base import Contact, Push, Sensation
 from tegotae.parts.bodies.wrapper import BodyWrapper, wide
 from tegotae.parts.parameters import STATIC, traceable
@@ -17,7 +19,7 @@ from tegotae.parts.parameters import STATIC, traceable
 class SensorsState(NamedTuple):
     """The body's state, and what its sensors have felt lately."""
 
-    body: Any
+    body: StateTree
     """The state of the body."""
     felt: dict[str, jax.Array]
     """What was felt at the last ticks, newest first, [ticks, (limbs,) lanes]."""
@@ -77,7 +79,9 @@ class Sensors(BodyWrapper):
                 f"the sensors keep {self.most_ticks}: give them more most_ticks"
             )
 
-    def release(self, height_m, velocity_m_per_s, **initial_pose) -> SensorsState:
+    def release(
+        self, height_m: PerLane, velocity_m_per_s: PerLane, **initial_pose: Number
+    ) -> SensorsState:
         """The state at release; an initial pose is the body's."""
         state = self.body.release(height_m, velocity_m_per_s, **initial_pose)
         tick = jnp.zeros_like(height_m)
@@ -101,12 +105,14 @@ class Sensors(BodyWrapper):
         }
         return Sensation(measured, scales)
 
-    def _noise(self, like: jax.Array, scale: Any, tick: jax.Array, sense: int) -> jax.Array:
+    def _noise(self, like: jax.Array, scale: Number, tick: jax.Array, sense: int) -> jax.Array:
         seed = jnp.broadcast_to(self.seed, tick.shape).astype(tick.dtype)
         normal = _normal(like, tick, seed, sense)
         return wide(self.noise, like) * wide(scale, like) * normal
 
-    def _felt(self, state: SensorsState, body_state: Any, ground_m: Any, tick_s: Any) -> Any:
+    def _felt(
+        self, state: SensorsState, body_state: StateTree, ground_m: jax.Array, tick_s: jax.Array
+    ) -> SensorsState:
         """The state once the body has come to a state."""
         now = self.body.sense(body_state, ground_m).values
         felt = {name: jnp.concatenate([now[name][None], x[:-1]]) for name, x in state.felt.items()}
@@ -129,7 +135,7 @@ class Sensors(BodyWrapper):
         return self._felt(state, end, ground_m, tick_s), contact
 
 
-def _at(past: jax.Array, late: Any) -> jax.Array:
+def _at(past: jax.Array, late: Number) -> jax.Array:
     """The past, newest first, so many ticks ago; linear between them."""
     value = past[0]
     for ago in range(1, len(past)):
@@ -140,7 +146,7 @@ def _at(past: jax.Array, late: Any) -> jax.Array:
 
 def _normal(like: jax.Array, tick: jax.Array, seed: jax.Array, sense: int) -> jax.Array:
     """Normal numbers that follow from tick, seed, sense and limb alone, of the shape of `like`."""
-    limb = jax.lax.broadcasted_iota(jnp.uint32, like.shape, 0) if like.ndim > 1 else jnp.uint32(0)
+    limb = iota(jnp.uint32, like.shape, 0) if like.ndim > 1 else jnp.uint32(0)
     start = jax.lax.bitcast_convert_type(seed.astype(jnp.float32), jnp.uint32)
     bits = _mixed(start ^ _mixed(tick.astype(jnp.uint32) + jnp.uint32(sense * 0x9E3779B9 % 2**32)))
     bits = _mixed(wide(bits, like) + limb * jnp.uint32(0x85EBCA6B))

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from dataclasses import dataclass, fields
-from typing import Any, NamedTuple
+from typing import NamedTuple, cast
 
 import jax
 import jax.numpy as jnp
 
 from tegotae._support.errors import TegotaeError, require_finite
+from tegotae.parts._shapes import Number, PerLane
 from tegotae.parts.bodies.base import (
     Body,
     Contact,
@@ -29,7 +30,7 @@ from tegotae.parts.bodies.motion import (
     rise,
     series,
 )
-from tegotae.parts.channels import Channel, State
+from tegotae.parts.channels import Channel, RecordedFrame, State
 
 
 class UprightState(NamedTuple):
@@ -200,13 +201,19 @@ class Upright(Body):
         except TegotaeError as error:
             raise TegotaeError(f"as a leg of this {type(self).__name__.lower()}, {error}") from None
 
-    def _released(self, place: tuple[Any, ...], rate: tuple[Any, ...]) -> UprightState:
+    def _released(
+        self, place: tuple[PerLane, *tuple[Number, ...]], rate: tuple[PerLane, *tuple[Number, ...]]
+    ) -> UprightState:
         """The state with heave and turns at these values."""
 
-        def modes(values: tuple[Any, ...]) -> jax.Array:
+        def modes(values: tuple[PerLane, *tuple[Number, ...]]) -> jax.Array:
             return jnp.stack([jnp.zeros_like(values[0]) + x for x in values])
 
         return UprightState(modes(place), modes(rate))
+
+    def hips(self, state: UprightState) -> jax.Array:
+        """Heights of the hips y_i [m], [limbs, lanes]."""
+        return self._frame(state.place[0]).hips(state.place)
 
     def _frame(self, like: jax.Array) -> FrameModes:
         return FrameModes.of(self.turns, self.total_mass_kg, self.gravity_m_per_s2, like)
@@ -265,7 +272,7 @@ class Upright(Body):
         return Sensation(values, scales)
 
     def _law(self, stance: jax.Array, force_n: jax.Array, rise_n_per_s: jax.Array) -> Law:
-        def in_stance(x: Any) -> jax.Array:
+        def in_stance(x: Number) -> jax.Array:
             return jnp.where(stance, _per_limb(x, force_n), jnp.zeros_like(force_n))
 
         return Law(
@@ -405,11 +412,11 @@ class Upright(Body):
         )
 
 
-def _hips(frame: Any) -> jax.Array:
-    state, body = frame.lane.moment.body, frame.body
-    return body._frame(state.place[0]).hips(state.place)
+def _hips(frame: RecordedFrame) -> jax.Array:
+    body = cast(Upright, frame.body)
+    return body.hips(frame.lane.moment.body)
 
 
-def _per_limb(x: Any, like: jax.Array) -> jax.Array:
+def _per_limb(x: Number, like: jax.Array) -> jax.Array:
     """A number, or one a lane, for every limb."""
     return jnp.broadcast_to(jnp.asarray(x, like.dtype), like.shape)

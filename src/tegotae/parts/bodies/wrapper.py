@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import TypeVar, cast
 
 import jax
 import jax.numpy as jnp
 
-from tegotae._support.errors import TegotaeError
-from tegotae.parts._shapes import StateTree
+from tegotae._support.errors import TegotaeError, is_of
+from tegotae.parts._shapes import Number, StateTree
 from tegotae.parts.bodies.base import (
     Body,
     Contact,
@@ -21,9 +22,13 @@ from tegotae.parts.bodies.hopper import Hopper
 from tegotae.parts.channels import (
     Channel,
     Latest,
+    RecordedFrame,
     State,
+    Tick,
     Total,
 )
+
+T = TypeVar("T")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -43,7 +48,7 @@ class BodyWrapper(Body):
     body: Body = field(default_factory=Hopper)
 
     def __post_init__(self) -> None:
-        if not isinstance(self.body, Body):
+        if not is_of(self.body, Body):
             raise TegotaeError(f"body is {self.body!r}; it must be a Body, such as Hopper()")
 
     @property
@@ -62,22 +67,22 @@ class BodyWrapper(Body):
         return self.body.limbs
 
     @property
-    def max_force_n(self) -> Any:  # type: ignore[override]
+    def max_force_n(self) -> float:  # type: ignore[override]
         """That of the body within [N]."""
         return self.body.max_force_n
 
     @property
-    def rest_length_m(self) -> Any:  # type: ignore[override]
+    def rest_length_m(self) -> float:  # type: ignore[override]
         """That of the body within [m]."""
         return self.body.rest_length_m
 
     @property
-    def touching_height_m(self) -> Any:
+    def touching_height_m(self) -> float:
         """That of the body within [m]."""
         return self.body.touching_height_m
 
     @property
-    def rate_scale(self) -> Any:
+    def rate_scale(self) -> Number:
         """That of the body within [rad/s]."""
         return self.body.rate_scale
 
@@ -138,9 +143,9 @@ class BodyWrapper(Body):
         return self.body.energy(state.body, ground_m)
 
 
-def wide(of_body: Any, like: jax.Array) -> Any:
+def wide(of_body: T, like: jax.Array) -> T:
     """A number of the body, with the axes that `like` has before that of the lanes."""
-    while 0 < jnp.ndim(of_body) < like.ndim:
+    while 0 < jnp.ndim(cast(jax.Array, of_body)) < like.ndim:
         of_body = for_limbs(of_body)
     return of_body
 
@@ -148,24 +153,29 @@ def wide(of_body: Any, like: jax.Array) -> Any:
 def _within(channel: Channel) -> Channel:
     """A channel of the body within, of its own state."""
 
-    def unwrapped(moment: Any) -> Any:
-        return moment._replace(body=moment.body.body)
+    def inner(body: Body) -> Body:
+        return cast(BodyWrapper, body).body
 
-    def unwrapped_frame(frame: Any) -> Any:
-        inner = frame.lane.moment._replace(body=frame.lane.moment.body.body)
-        return unwrapped(frame)._replace(lane=frame.lane._replace(moment=inner))
+    def unwrapped_frame(frame: RecordedFrame) -> RecordedFrame:
+        moment = frame.lane.moment._replace(body=frame.lane.moment.body.body)
+        return frame._replace(body=inner(frame.body), lane=frame.lane._replace(moment=moment))
 
-    def unwrapped_tick(tick: Any) -> Any:
-        return unwrapped(tick)._replace(end=tick.end._replace(body=tick.end.body.body))
+    def unwrapped_tick(tick: Tick) -> Tick:
+        end = tick.end._replace(body=tick.end.body.body)
+        return tick._replace(body=inner(tick.body), end=end)
+
+    def of_frame(
+        value: Callable[[RecordedFrame], jax.Array],
+    ) -> Callable[[RecordedFrame], jax.Array]:
+        return lambda frame: value(unwrapped_frame(frame))
+
+    def of_tick(value: Callable[[Tick], jax.Array]) -> Callable[[Tick], jax.Array]:
+        return lambda tick: value(unwrapped_tick(tick))
 
     if isinstance(channel, State):
-        return replace(channel, of=lambda frame: channel.of(unwrapped_frame(frame)))
+        return replace(channel, of=of_frame(channel.of))
     if isinstance(channel, Total):
-        return replace(channel, gain=lambda tick: channel.gain(unwrapped_tick(tick)))
+        return replace(channel, gain=of_tick(channel.gain))
     if isinstance(channel, Latest):
-        return replace(
-            channel,
-            when=lambda tick: channel.when(unwrapped_tick(tick)),
-            value=lambda tick: channel.value(unwrapped_tick(tick)),
-        )
+        return replace(channel, when=of_tick(channel.when), value=of_tick(channel.value))
     return channel

@@ -38,7 +38,7 @@ class LearnedCoupling(Coupling):
         sine, cosine = signals["sin_phase"], signals["cos_phase"]
         limbs = sine.shape[0]
         rows = iter(weights)
-        inputs = []
+        inputs: list[jax.Array] = []
         for to in range(limbs):
             total = jnp.zeros_like(sine[0])
             for of in (other for other in range(limbs) if other != to):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -32,7 +31,7 @@ class Clamped(OscillatorWrapper):
         omega: jax.Array,
         feedback: jax.Array,
         weights: Weights = (),
-    ) -> Any:
+    ) -> StateTree:
         """Zero."""
         return jax.tree.map(jnp.zeros_like, state)
 

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, ClassVar, NamedTuple
+from typing import ClassVar, NamedTuple
 
 import jax
 import jax.numpy as jnp
 
 from tegotae._support.errors import require_finite
 from tegotae.parts import maths
+from tegotae.parts._shapes import PerLimb, StateTree, Weights
 from tegotae.parts.oscillators.planar import Planar, Ranges
 
 
@@ -55,12 +56,12 @@ class Hopf(Planar):
         require_finite("mu", self.mu, above=0.0)
         require_finite("recovery_per_s", self.recovery_per_s, above=0.0)
 
-    def start(self, phase_rad: jax.Array, radius: Any = None) -> Any:
+    def start(self, phase_rad: PerLimb, radius: PerLimb | None = None) -> StateTree:
         """State at phase φ [rad]; on the limit cycle, or at another radius."""
         own = jnp.full_like(phase_rad, self.mu**0.5) if radius is None else radius
         return HopfState(maths.wrap_phase(phase_rad), own)
 
-    def free(self, state, sine, cosine, omega) -> Any:
+    def free(self, state: StateTree, sine: PerLimb, cosine: PerLimb, omega: PerLimb) -> StateTree:
         """φ̇ = ω, ṙ = γ (μ - r²) r."""
         _, radius = state
         growing = self.recovery_per_s * (self.mu - radius * radius) * radius
@@ -117,20 +118,27 @@ class AdaptiveHopf(Hopf):
         require_finite("learning_per_s", self.learning_per_s, least=0.0)
 
     def start(
-        self, phase_rad: jax.Array, radius: Any = None, shift_rad_per_s: Any = None
+        self,
+        phase_rad: PerLimb,
+        radius: PerLimb | None = None,
+        shift_rad_per_s: PerLimb | None = None,
     ) -> AdaptiveState:
         """State at phase φ [rad] and, unless given otherwise, at the prescribed frequency."""
         shift = jnp.zeros_like(phase_rad) if shift_rad_per_s is None else shift_rad_per_s
         of_hopf = super().start(phase_rad, radius)
         return AdaptiveState(of_hopf.phase, of_hopf.radius, shift)
 
-    def free(self, state, sine, cosine, omega) -> AdaptiveState:
+    def free(
+        self, state: StateTree, sine: PerLimb, cosine: PerLimb, omega: PerLimb
+    ) -> AdaptiveState:
         """φ̇ = ω + a, ṙ = γ (μ - r²) r, ȧ = 0."""
         *of_hopf, shift = state
         own = super().free(tuple(of_hopf), sine, cosine, omega)
         return AdaptiveState(own.phase + shift, own.radius, jnp.zeros_like(shift))
 
-    def rate(self, state, omega, feedback, weights=()) -> AdaptiveState:
+    def rate(
+        self, state: StateTree, omega: PerLimb, feedback: PerLimb, weights: Weights = ()
+    ) -> AdaptiveState:
         """Free motion and feedback together; the frequency learns."""
         turning, _ = self.entering(state, *maths.sin_cos(state[0]), feedback)
         rate = super().rate(state, omega, feedback)

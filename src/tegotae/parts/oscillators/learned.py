@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from functools import partial
+from typing import cast
 
 import jax
 
 from tegotae._support.errors import TegotaeError
-from tegotae.parts._shapes import StateTree, Weights
+from tegotae.parts._shapes import Number, StateTree, Weights
 from tegotae.parts.oscillators.planar import Planar
 from tegotae.parts.oscillators.wrapper import OscillatorWrapper
 from tegotae.parts.parameters import changed
@@ -51,7 +52,7 @@ class Learned(OscillatorWrapper):
                 f"a {type(self.inner).__name__} has no numbers to train; Learned takes a Hopf, "
                 "an AdaptiveHopf, a VanDerPol, a Matsuoka, or another Planar oscillator"
             )
-        for name, bounds in self.inner.RANGES.items():
+        for name, bounds in self._planar.RANGES.items():
             value = getattr(self.inner, name)
             if bounds is not None and not bounds[0] < value < bounds[1]:
                 raise TegotaeError(
@@ -60,9 +61,13 @@ class Learned(OscillatorWrapper):
                 )
 
     @property
+    def _planar(self) -> Planar:
+        return cast(Planar, self.inner)
+
+    @property
     def names(self) -> tuple[str, ...]:
         """What is trained, in the order of the weights."""
-        return tuple(self.inner.RANGES)  # type: ignore[attr-defined]
+        return tuple(self._planar.RANGES)
 
     @property
     def n_weights(self) -> int:
@@ -78,11 +83,11 @@ class Learned(OscillatorWrapper):
         """Near the oscillator within: normal, of standard deviation 0.3."""
         return _SPREAD * jax.random.normal(key, (self.n_weights,))
 
-    def with_weights(self, weights: Sequence[Any]) -> Any:
+    def with_weights(self, weights: Sequence[Number]) -> Planar:
         """The oscillator within, with the parameters that the weights say."""
-        oscillator = self.inner
-        for (name, bounds), weight in zip(self.inner.RANGES.items(), weights, strict=True):  # type: ignore[attr-defined]
-            oscillator = changed(oscillator, name, lambda p, b=bounds, w=weight: _moved(p, b, w))
+        oscillator = self._planar
+        for (name, bounds), weight in zip(oscillator.RANGES.items(), weights, strict=True):
+            oscillator = changed(oscillator, name, partial(_moved, bounds=bounds, weight=weight))
         return oscillator
 
     def rate(
@@ -91,20 +96,24 @@ class Learned(OscillatorWrapper):
         omega: jax.Array,
         feedback: jax.Array,
         weights: Weights = (),
-    ) -> Any:
+    ) -> StateTree:
         """That of the oscillator within, with the parameters that the weights say."""
         return self.with_weights(weights).rate(state, omega, feedback)
 
     def decay_per_s(self, omega: float) -> float:
         """That of the oscillator within, with each parameter at its upper bound."""
-        oscillator = self.inner
-        for name, bounds in self.inner.RANGES.items():  # type: ignore[attr-defined]
+        oscillator = self._planar
+        for name, bounds in oscillator.RANGES.items():
             if bounds is not None:
-                oscillator = changed(oscillator, name, lambda _, most=bounds[1]: most)
+                oscillator = changed(oscillator, name, partial(_replaced, by=bounds[1]))
         return oscillator.decay_per_s(omega)
 
 
-def _moved(own: float, bounds: tuple[float, float] | None, weight: Any) -> Any:
+def _replaced(_: Number, by: float) -> Number:
+    return by
+
+
+def _moved(own: Number, bounds: tuple[float, float] | None, weight: Number) -> Number:
     """A parameter that a weight moves from its own value."""
     if bounds is None:
         return own + weight

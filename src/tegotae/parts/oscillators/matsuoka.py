@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, ClassVar, NamedTuple
+from typing import ClassVar, NamedTuple
 
 import jax
 import jax.numpy as jnp
 
 from tegotae._support.errors import require_finite
 from tegotae.parts import maths
+from tegotae.parts._shapes import PerLimb, StateTree
 from tegotae.parts.oscillators.planar import NEAR, Planar, Ranges
 
 
@@ -26,13 +27,13 @@ class MatsuokaState(NamedTuple):
 class Cycle(NamedTuple):
     """The limit cycle of the half-centre with τ = 1, by Matsuoka's formulas."""
 
-    omega: Any
+    omega: float
     """Its frequency."""
-    amplitude: Any
+    amplitude: float
     """Amplitude of a neuron's potential."""
-    lag: Any
+    lag: float
     """tan δ, δ being how far fatigue lags behind the potential."""
-    fatigue: Any
+    fatigue: float
     """Amplitude of a neuron's fatigue."""
 
 
@@ -90,7 +91,7 @@ class Matsuoka(Planar):
             require_finite(name, getattr(self, name), least=low, most=high)
 
     @property
-    def inhibition(self) -> Any:
+    def inhibition(self) -> float:
         """a."""
         least = 1.0 + 1.0 / self.slowness
         return least + self.inhibition_share * (1.0 + self.adaptation - least)
@@ -114,20 +115,20 @@ class Matsuoka(Planar):
         lag = omega * slow
         return Cycle(omega, amplitude, lag, amplitude * gain / (1.0 + lag * lag) ** 0.5)
 
-    def input_axis(self) -> tuple[Any, Any]:
+    def input_axis(self) -> tuple[float, float]:
         """(1, -cot δ): an input moves the potentials and leaves the fatigues."""
         return 1.0, -1.0 / self.cycle().lag
 
     def start(
         self,
         phase_rad: jax.Array,
-        radius: Any = None,
-        mean_potential: Any = None,
-        mean_fatigue: Any = None,
+        radius: PerLimb | None = None,
+        mean_potential: PerLimb | None = None,
+        mean_fatigue: PerLimb | None = None,
     ) -> MatsuokaState:
         """State at phase φ [rad]; near the limit cycle, or elsewhere."""
 
-        def own(given: Any, value: float) -> Any:
+        def own(given: PerLimb | None, value: float) -> PerLimb:
             return jnp.full_like(phase_rad, value) if given is None else given
 
         # Both neurons at rest, equally active.
@@ -139,7 +140,7 @@ class Matsuoka(Planar):
             own(mean_fatigue, rest),
         )
 
-    def neurons(self, state: Any) -> tuple[jax.Array, jax.Array, jax.Array, jax.Array]:
+    def neurons(self, state: MatsuokaState) -> tuple[jax.Array, jax.Array, jax.Array, jax.Array]:
         """u₁, u₂, v₁, v₂."""
         phase, radius, mean_u, mean_v = state
         sine, cosine = maths.sin_cos(phase)
@@ -152,7 +153,9 @@ class Matsuoka(Planar):
         cos_lag = 1.0 / (1.0 + cycle.lag * cycle.lag) ** 0.5
         return cycle.amplitude * x, cycle.fatigue * cos_lag * (x + cycle.lag * y)
 
-    def free(self, state, sine, cosine, omega) -> MatsuokaState:
+    def free(
+        self, state: StateTree, sine: PerLimb, cosine: PerLimb, omega: PerLimb
+    ) -> MatsuokaState:
         """The neurons' equations in the means and differences of the two."""
         _, radius, mean_u, mean_v = state
         cycle = self.cycle()

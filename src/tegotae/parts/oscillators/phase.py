@@ -9,6 +9,7 @@ import jax
 import jax.numpy as jnp
 
 from tegotae.parts import maths
+from tegotae.parts._shapes import PerLimb, Weights
 from tegotae.parts.oscillators.base import Oscillator
 
 
@@ -39,21 +40,23 @@ class PhaseOscillator(Oscillator):
         """State at phase φ [rad]."""
         return PhaseState(maths.wrap_phase(phase_rad))
 
-    def rate(self, state, omega, feedback, weights=()) -> PhaseState:
+    def rate(
+        self, state: PhaseState, omega: PerLimb, feedback: PerLimb, weights: Weights = ()
+    ) -> PhaseState:
         """φ̇ = ω + f [rad/s]."""
         rate = omega + feedback
         if self.slowest_rad_per_s is not None:
             rate = jnp.maximum(rate, self.slowest_rad_per_s)
         return PhaseState(rate)
 
-    def phase(self, state) -> jax.Array:
+    def phase(self, state: PhaseState) -> jax.Array:
         """φ [rad]."""
         return state.phase
 
-    def sin_cos(self, state) -> tuple[jax.Array, jax.Array]:
+    def sin_cos(self, state: PhaseState) -> tuple[jax.Array, jax.Array]:
         """sin φ, cos φ."""
         return maths.sin_cos(state.phase)
 
-    def settle(self, state) -> PhaseState:
+    def settle(self, state: PhaseState) -> PhaseState:
         """φ modulo 2π: a growing phase would lose float32 digits."""
         return PhaseState(maths.wrap_phase(state.phase))

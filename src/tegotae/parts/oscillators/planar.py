@@ -6,15 +6,15 @@ from abc import abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import jax
 import jax.numpy as jnp
 
 from tegotae._support.errors import require_finite
 from tegotae.parts import maths
-from tegotae.parts._shapes import StateTree, Weights
-from tegotae.parts.channels import Channel, Latest, State
+from tegotae.parts._shapes import PerLimb, StateTree, Weights
+from tegotae.parts.channels import Channel, Latest, RecordedFrame, State, Tick
 from tegotae.parts.oscillators.base import Oscillator
 
 Ranges = Mapping[str, tuple[float, float] | None]
@@ -69,10 +69,10 @@ class Planar(Oscillator):
         require_finite("push", self.push)
 
     @abstractmethod
-    def free(self, state: StateTree, sine: jax.Array, cosine: jax.Array, omega: jax.Array) -> Any:
+    def free(self, state: StateTree, sine: PerLimb, cosine: PerLimb, omega: PerLimb) -> StateTree:
         """Time derivative of the state without feedback, at frequency `omega` [rad/s]."""
 
-    def input_axis(self) -> tuple[Any, Any]:
+    def input_axis(self) -> tuple[float, float]:
         """Direction b of the input in the plane."""
         return 0.0, 1.0
 
@@ -91,7 +91,7 @@ class Planar(Oscillator):
         omega: jax.Array,
         feedback: jax.Array,
         weights: Weights = (),
-    ) -> Any:
+    ) -> StateTree:
         """Free motion and feedback together."""
         sine, cosine = maths.sin_cos(state[0])
         own = self.free(state, sine, cosine, self.pace * omega)
@@ -130,16 +130,17 @@ class Planar(Oscillator):
         )
 
 
-def _now(name: str, frame: Any) -> jax.Array:
+def _now(name: str, frame: RecordedFrame) -> jax.Array:
     return getattr(frame.lane.moment.oscillator, name)
 
 
-def _is_apex(tick: Any) -> jax.Array:
+def _is_apex(tick: Tick) -> jax.Array:
     return ~jnp.isnan(tick.contact.apex_share)
 
 
-def _at(name: str, tick: Any) -> jax.Array:
+def _at(name: str, tick: Tick) -> jax.Array:
     """What it is at the apex: what it is at the tick's end, less what came since."""
-    at_end, rate = (getattr(x, name) for x in (tick.end.oscillator, tick.end.drive.rate))
+    at_end: PerLimb = getattr(tick.end.oscillator, name)
+    rate: PerLimb = getattr(tick.end.drive.rate, name)
     since = (1.0 - jnp.broadcast_to(tick.contact.apex_share, at_end.shape)) * tick.tick_s
     return at_end - since * rate

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, ClassVar, NamedTuple
+from typing import ClassVar, NamedTuple
 
 import jax
 import jax.numpy as jnp
 
 from tegotae._support.errors import require_finite
 from tegotae.parts import maths
+from tegotae.parts._shapes import PerLimb, StateTree
 from tegotae.parts.oscillators.planar import Planar, Ranges
 
 _MOST_MU = 5.0
@@ -61,12 +62,14 @@ class VanDerPol(Planar):
         super().__post_init__()
         require_finite("mu", self.mu, least=0.0, most=_MOST_MU)
 
-    def start(self, phase_rad: jax.Array, radius: Any = None) -> VanDerPolState:
+    def start(self, phase_rad: PerLimb, radius: PerLimb | None = None) -> VanDerPolState:
         """State at phase φ [rad], at its amplitude or another radius."""
         own = jnp.ones_like(phase_rad) if radius is None else radius
         return VanDerPolState(maths.wrap_phase(phase_rad), own)
 
-    def free(self, state, sine, cosine, omega) -> VanDerPolState:
+    def free(
+        self, state: StateTree, sine: PerLimb, cosine: PerLimb, omega: PerLimb
+    ) -> VanDerPolState:
         """The equations in polar coordinates."""
         _, radius = state
         x = radius * cosine
@@ -81,7 +84,7 @@ class VanDerPol(Planar):
         return float(3.0 * self.mu * period_ratio(self.mu) * self.pace * omega)
 
 
-def period_ratio(mu: Any) -> Any:
+def period_ratio(mu: float) -> float:
     """T(μ) / 2π of van der Pol's oscillator, within 0.2 % for μ from 0 to 5.
 
         T(μ) / 2π = √[(1 + 0.16321 μ² + 0.00254 μ⁴) / (1 + 0.03821 μ²)]

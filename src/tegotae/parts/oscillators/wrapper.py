@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import jax
 
@@ -52,7 +51,7 @@ class OscillatorWrapper(Oscillator):
         """As the oscillator within."""
         return self.inner.initial(key)
 
-    def start(self, phase_rad: jax.Array, **rest: jax.Array) -> Any:
+    def start(self, phase_rad: jax.Array, **rest: jax.Array) -> StateTree:
         """As the oscillator within."""
         return self.inner.start(phase_rad, **rest)
 
@@ -62,7 +61,7 @@ class OscillatorWrapper(Oscillator):
         omega: jax.Array,
         feedback: jax.Array,
         weights: Weights = (),
-    ) -> Any:
+    ) -> StateTree:
         """As the oscillator within."""
         given = (weights,) if self.inner.n_weights else ()
         return self.inner.rate(state, omega, feedback, *given)

@@ -80,7 +80,9 @@ class Sector(Actuation):
         require_finite("width_rad", self.width_rad, least=0.0)
         require_finite("duration_s", self.duration_s, least=0.0)
 
-    def full_force(self, phase_start, phase_end, omega) -> tuple[jax.Array, jax.Array]:
+    def full_force(
+        self, phase_start: jax.Array, phase_end: jax.Array, omega: jax.Array
+    ) -> tuple[jax.Array, jax.Array]:
         """Share of the path inside the sector and its centre; exact for paths below one turn."""
         width = self.width_rad + self.duration_s * omega
         low, high = jnp.minimum(phase_start, phase_end), jnp.maximum(phase_start, phase_end)

@@ -23,7 +23,7 @@ class Signals:
     """
 
     values: dict[str, PerLimb]
-    scales: Mapping[str, Number] = field(default_factory=dict)
+    scales: Mapping[str, Number] = field(default_factory=dict[str, Number])
 
     def __getitem__(self, name: str) -> PerLimb:
         return self.values[name]

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import jax
 import jax.numpy as jnp
 
-from tegotae._support.errors import TegotaeError, require_finite
+from tegotae._support.errors import TegotaeError, is_of, require_finite
 from tegotae.parts._shapes import Weights
 from tegotae.parts.commands import FOOT
 from tegotae.parts.terms.actuation import Actuation
@@ -148,7 +148,7 @@ class CorrectedFoot(LearnedFoot):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if not isinstance(self.around, EllipticFoot):
+        if not is_of(self.around, EllipticFoot):
             raise TegotaeError(f"around is {self.around!r}; it must be an EllipticFoot")
 
     @property

@@ -81,7 +81,8 @@ class Network(Term):
 
     def _one_by_one(self, weights: Weights, x: list[jax.Array]) -> jax.Array:
         stride = len(x) + 2
-        drives, outer = [], []
+        drives: list[jax.Array] = []
+        outer: list[jax.Array] = []
         # A matrix product of such small, per-lane matrices is slow.
         for j in range(self.hidden):
             *w, bias, v = weights[j * stride : (j + 1) * stride]

@@ -7,6 +7,8 @@ from abc import ABC, abstractmethod
 import jax
 import jax.numpy as jnp
 
+from tegotae._support.transforms import jvp
+
 
 class Terrain(ABC):
     """A ground h(x, y): a frozen dataclass of numbers, made a pytree by `traceable`.
@@ -25,6 +27,6 @@ class Terrain(ABC):
         By default the derivatives of `height_m`.
         """
         one = jnp.ones_like(x_m)
-        _, along = jax.jvp(lambda x: self.height_m(x, y_m), (x_m,), (one,))
-        _, across = jax.jvp(lambda y: self.height_m(x_m, y), (y_m,), (one,))
+        _, along = jvp(lambda x: self.height_m(x, y_m), x_m, one)
+        _, across = jvp(lambda y: self.height_m(x_m, y), y_m, one)
         return along, across

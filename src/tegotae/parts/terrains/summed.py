@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 import jax
 
-from tegotae._support.errors import TegotaeError
+from tegotae._support.errors import TegotaeError, is_of
 from tegotae.parts.parameters import traceable
 from tegotae.parts.terrains.base import Terrain
 from tegotae.parts.terrains.flat import Flat
@@ -32,7 +32,7 @@ class Sum(Terrain):
 
     def __post_init__(self) -> None:
         for terrain in (self.first, self.second):
-            if not isinstance(terrain, Terrain):
+            if not is_of(terrain, Terrain):
                 raise TegotaeError(f"{terrain!r} is no Terrain, such as Flat()")
 
     def height_m(self, x_m: jax.Array, y_m: jax.Array) -> jax.Array:

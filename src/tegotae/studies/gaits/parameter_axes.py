@@ -94,7 +94,7 @@ def fields_at(body: Body, at: Mapping[str, float]) -> dict[str, Any]:
     """
     usual = numbers_of(body)
     return {
-        name: tuple(value * x for x in usual[name]) if isinstance(usual[name], tuple) else value
+        name: tuple(value * x for x in own) if isinstance(own := usual[name], tuple) else value
         for name, value in at.items()
         if name not in (OMEGA, SIGMA)
     }

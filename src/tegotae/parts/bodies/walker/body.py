@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
 
 import jax
 import jax.numpy as jnp
 
+from tegotae.parts._shapes import Number, PerLane, Scalar
 from tegotae.parts.bodies.attitude import (
     angles,
     cross,
@@ -53,7 +53,7 @@ LARGEST_TILT_COS = 0.5
 
 @traceable
 @dataclass(frozen=True, kw_only=True)
-class Walker(WalkerNumbers, Body):
+class Walker(WalkerNumbers, Body):  # type: ignore[override] - a property is its max_force_n
     """A rigid torso on massless compliant legs, of any number at any place: biped to hexapod.
 
     Body axes: x forward, y left, z up, from the centre of mass. With (x_i, y_i) the hip of leg i
@@ -104,14 +104,14 @@ class Walker(WalkerNumbers, Body):
 
     def release(
         self,
-        height_m,
-        velocity_m_per_s,
-        speed_m_per_s=0.0,
-        roll_rad=0.0,
-        pitch_rad=0.0,
-        yaw_rad=0.0,
-        pitch_rate_rad_per_s=0.0,
-        roll_rate_rad_per_s=0.0,
+        height_m: PerLane,
+        velocity_m_per_s: PerLane,
+        speed_m_per_s: Number = 0.0,
+        roll_rad: Number = 0.0,
+        pitch_rad: Number = 0.0,
+        yaw_rad: Number = 0.0,
+        pitch_rate_rad_per_s: Number = 0.0,
+        roll_rate_rad_per_s: Number = 0.0,
     ) -> WalkerState:
         """State at release: the centre of mass over the origin, moving forward at a speed [m/s].
 
@@ -334,7 +334,7 @@ class Walker(WalkerNumbers, Body):
         )
 
 
-def _slid(anchor: Sequence[jax.Array], slip: Sequence[jax.Array], time_s: Any) -> jax.Array:
+def _slid(anchor: Sequence[jax.Array], slip: Sequence[jax.Array], time_s: Scalar) -> jax.Array:
     """Anchors after sliding for a time, [2, limbs, lanes]."""
     return jnp.stack([a + time_s * s for a, s in zip(anchor, slip, strict=True)])
 

@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import cast
 
 import jax
 import jax.numpy as jnp
 
 from tegotae.parts.bodies.attitude import angles
 from tegotae.parts.bodies.walker.legs import ground_under, stance_of
+from tegotae.parts.bodies.walker.numbers import WalkerNumbers
 from tegotae.parts.bodies.walker.state import WalkerState
-from tegotae.parts.channels import Channel, State, Total
+from tegotae.parts.channels import Channel, RecordedFrame, State, Total
 
 
-def _state(frame: Any) -> WalkerState:
+def _state(frame: RecordedFrame) -> WalkerState:
     return frame.lane.moment.body
 
 
@@ -37,9 +38,9 @@ CHANNELS: tuple[Channel, ...] = (
 """What a walker records beside what is recorded of every body."""
 
 
-def _foot(frame: Any, axis: int) -> jax.Array:
+def _foot(frame: RecordedFrame, axis: int) -> jax.Array:
     """Where the feet are: their anchors on the ground, else the commanded places."""
-    state, body = _state(frame), frame.body
+    state, body = _state(frame), cast(WalkerNumbers, frame.body)
     stance = stance_of(body, state, frame.ground_m)
     stands = stance.contact & (state.stands > 0.5)
     ahead, aside = stance.anchor

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import partial
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -57,7 +58,7 @@ class Legs(NamedTuple):
     """Velocity of the anchors, x and y [m/s]."""
 
 
-def of_legs(values: Any, like: jax.Array) -> jax.Array:
+def of_legs(values: Sequence[float], like: jax.Array) -> jax.Array:
     """A number of each leg as [limbs, lanes]."""
     rows = [jnp.broadcast_to(x, like.shape).astype(like.dtype) for x in values]
     return jnp.stack(rows)
@@ -121,11 +122,11 @@ def legs_of(
     return Legs(stance, force, of_body, cross(arm, of_body), load, (slides[0], slides[1]))
 
 
-def springs_of(numbers: WalkerNumbers) -> tuple[Vector, Vector]:
+def springs_of(numbers: WalkerNumbers) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """Stiffness [N/m] and damping [N s/m] of a leg along the body axes."""
     stiff = numbers.stiffness_x_n_per_m, numbers.stiffness_y_n_per_m, numbers.stiffness_z_n_per_m
     damp = numbers.damping_xy_ns_per_m, numbers.damping_xy_ns_per_m, numbers.damping_z_ns_per_m
-    return vector(map(for_limbs, stiff)), vector(map(for_limbs, damp))
+    return tuple(map(for_limbs, stiff)), tuple(map(for_limbs, damp))
 
 
 def _upon(

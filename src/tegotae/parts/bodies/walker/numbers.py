@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass, field, fields
-from typing import Any
+from typing import cast
 
 import jax
 import jax.numpy as jnp
 
-from tegotae._support.errors import TegotaeError, require_finite
+from tegotae._support.errors import TegotaeError, is_of, require_finite
 from tegotae.parts.terrains import Flat, Terrain
 
 LARGEST_STEP = 0.5
@@ -99,7 +99,7 @@ class WalkerNumbers:
                 require_finite(each.name, value, least=0.0)
             else:
                 require_finite(each.name, value)
-        if not isinstance(self.terrain, Terrain):
+        if not is_of(self.terrain, Terrain):
             raise TegotaeError(f"terrain is {self.terrain!r}; it must be a Terrain, such as Flat()")
         if any(leaf is self.terrain for leaf in jax.tree.leaves(self.terrain)):
             raise TegotaeError(
@@ -117,7 +117,7 @@ class WalkerNumbers:
             value = getattr(self, name)
             if not isinstance(value, Iterable):
                 raise TegotaeError(f"{name} is {value!r}; it must have a number for each leg")
-            object.__setattr__(self, name, tuple(value))
+            object.__setattr__(self, name, tuple(cast(Iterable[float], value)))
             for number in getattr(self, name):
                 require_finite(f"an entry of {name}", number)
         if len(self.hips_x_m) < 2 or len(self.hips_x_m) != len(self.hips_y_m):
@@ -163,7 +163,7 @@ class WalkerNumbers:
         return jnp.sqrt(self.gravity_m_per_s2 / self.rest_length_m)
 
     @property
-    def touching_height_m(self) -> Any:
+    def touching_height_m(self) -> float:
         """Height of the centre of mass over legs at rest, l0 + com_z [m]."""
         return self.rest_length_m + self.com_z_m
 
