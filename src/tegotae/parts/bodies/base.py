@@ -191,13 +191,12 @@ class Body(ABC):
 def for_limbs(of_body: T) -> T:
     """What belongs to the body, with an axis for the limbs before that of the lanes.
 
-        A number stays a number: a body's field may be one, or an array of the lanes.
+    A number stays a number: a body's field may be one, or an array of the lanes.
 
-        Example:
-            >>> import jax
-    import jax.numpy as jnp
-            >>> for_limbs(jnp.zeros(5)).shape, for_limbs(2.0)
-            ((1, 5), 2.0)
+    Example:
+        >>> import jax.numpy as jnp
+        >>> for_limbs(jnp.zeros(5)).shape, for_limbs(2.0)
+        ((1, 5), 2.0)
     """
     array = cast(jax.Array, of_body)
     return cast(T, array[..., None, :]) if jnp.ndim(array) else of_body
