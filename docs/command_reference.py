@@ -9,7 +9,7 @@ from typing import Any
 
 import tyro
 
-from tegotae.cli.commands import COMMANDS, Command, Group
+from tegotae.cli.commands import COMMANDS, Command, CommandGroup
 
 _AS_THE_COMMAND = (
     tyro.conf.FlagCreatePairsOff,
@@ -29,9 +29,9 @@ def _parser(command: type) -> Any:
         return tyro.extras.get_parser(command, config=_AS_THE_COMMAND)
 
 
-def _command(name: str, command: Command | Group, level: int = 2) -> Iterator[str]:
+def _command(name: str, command: Command | CommandGroup, level: int = 2) -> Iterator[str]:
     yield f"{'#' * level} `tegotae {name}`\n"
-    if isinstance(command, Group):
+    if isinstance(command, CommandGroup):
         yield f"{_text(command.summary)}\n"
         for sub, its in command.commands.items():
             yield from _command(f"{name} {sub}", its, level + 1)

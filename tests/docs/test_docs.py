@@ -1,7 +1,6 @@
 """The documentation keeps its word: examples run, commands exist, pages build without a warning."""
 
 import importlib.util
-import re
 import shlex
 import subprocess
 import sys
@@ -9,10 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from places import ROOT
+from pages import DOCS, blocks
 from tegotae.cli import parsed, split_parts
 
-DOCS = ROOT / "docs"
 FOLDERS = (".", "extending", "gaits", "deploy", "guides")
 PAGES = sorted(page for folder in FOLDERS for page in (DOCS / folder).glob("*.md"))
 EXAMPLE_FILES = sorted(DOCS.glob("extending/examples/*.py"))
@@ -20,13 +18,6 @@ EXAMPLES = [
     *(DOCS / f"{name}.md" for name in ("getting-started", "concepts", "legs", "generalisation"))
 ]
 EXAMPLES += [*DOCS.glob("extending/*.md"), *DOCS.glob("deploy/*.md")]
-
-
-def blocks(page: Path, language: str) -> list[tuple[int, str]]:
-    """Fenced blocks of a page: the line on which each begins, and its text."""
-    text = page.read_text(encoding="utf-8")
-    fence = re.compile(rf"^```{language}\n(.*?)^```$", re.MULTILINE | re.DOTALL)
-    return [(text[: m.start(1)].count("\n"), m.group(1)) for m in fence.finditer(text)]
 
 
 def commands(page: Path) -> list[str]:

@@ -6,9 +6,9 @@ import subprocess
 import sys
 
 import pytest
-from test_docs import DOCS
 
 import browser
+from pages import DOCS
 
 pytest.importorskip("selenium")
 for extra in ("furo", "myst_parser", "sphinx", "sphinx-mathjax-offline"):

@@ -11,8 +11,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from test_docs import DOCS, blocks
 
+from pages import DOCS, blocks
 from tegotae.cli import main, parsed
 from tegotae.cli.commands import COMMANDS, Command
 

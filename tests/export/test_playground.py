@@ -14,7 +14,15 @@ import numpy as np
 import pytest
 
 import tegotae
-from played import Case, assert_same, in_node, needs_node, played_in_node, wasm_of
+from played import (
+    Case,
+    all_that_can_happen,
+    assert_same,
+    in_node,
+    needs_node,
+    played_in_node,
+    wasm_of,
+)
 from tegotae import Engine, Scenario, Timing, build
 from tegotae._support.errors import TegotaeError
 from tegotae.cli import main
@@ -45,24 +53,6 @@ needs_compiler = pytest.mark.skipif(
 )
 CHOICES = {choice.saved.name: choice.saved for choice in standard()}
 ART, VANILLA = CHOICES["ART-rF-tphif-w8"], CHOICES["V-sector-w8"]
-
-
-def all_that_can_happen() -> Case:
-    """A learned controller; frequency, mass, stiffness and gravity change, and the ground drops."""
-    changes = {
-        "omega": Step(7.0, from_s=2.0),
-        "mass_kg": Step(0.11, from_s=3.0),
-        "stiffness_n_per_m": Step(6.0, from_s=4.0),
-        "gravity_m_per_s2": Step(9.0, from_s=5.0),
-    }
-    happens = [
-        (change.from_s, name if name == "omega" else f"body.{name}", change.value)
-        for name, change in changes.items()
-    ]
-    scenario = Scenario(omega=8.0, changes=changes, drop_m=0.1, drop_time_s=6.0)
-    return Case(
-        ART.controller, ART.weights, Hopper(), scenario, (*happens, (6.0, "ground_m", -0.1)), 9.0
-    )
 
 
 def a_quadruped_that_loses_a_leg() -> Case:

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from test_playground import all_that_can_happen
 
 from browser import CHROMIUM, DRIVER, MISSING, chromium, prefer, requested, resize
-from played import PLAYED, arrays, assert_same
+from played import PLAYED, all_that_can_happen, arrays, assert_same
 from tegotae.export.playground import Page, standard
 
 pytestmark = pytest.mark.skipif(CHROMIUM is None or DRIVER is None, reason=MISSING)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from study_tables import table
 from tegotae.figures.study import (
     ARCHITECTURES,
     architecture_metrics,
@@ -19,32 +20,6 @@ from tegotae.measures.hopping.registry import names
 from tegotae.studies.paper.claims import verdicts, verdicts_by_omega
 from tegotae.studies.paper.table import Table, design, of_runs
 from tegotae.systems.models import all_models
-
-MODELS = {
-    "V-sector-w4": 0.6,
-    "V-sector-w8": 0.3,
-    "ART-rF-tphif-w4": 1.2,
-    "ART-rF-tphif-w8": 0.45,
-    "T-F": 0.0,
-    "T-Fv": 1.3,
-}
-
-
-def table(**changed: np.ndarray) -> Table:
-    """Five runs of each model that learns, whose CoT⁻¹ lie around a value of the model."""
-    known = all_models()
-
-    def metrics(name: str, runs: int) -> dict[str, np.ndarray]:
-        found = {metric: np.linspace(0.8, 1.0, runs) for metric in names()}
-        found["cot_inverse"] = MODELS[name] * np.linspace(0.9, 1.1, runs)
-        return found | changed
-
-    sets = []
-    for name in MODELS:
-        runs = 5 if known[name].is_trained else 1
-        values = {metric: row[:runs] for metric, row in metrics(name, runs).items()}
-        sets.append((design(known[name]), {"best_fitness": np.zeros(runs)}, values))
-    return of_runs(sets)
 
 
 def with_own() -> Table:

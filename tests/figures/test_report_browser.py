@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from test_study_records import instant, made_up
 
 from browser import CHROMIUM, DRIVER, MISSING, chromium, prefer, requested, resize
+from records import instant, made_up
 from tegotae._support.errors import TegotaeError
 from tegotae.figures.report.page import report
 from tegotae.figures.style import new_figure, save_figure

@@ -17,11 +17,12 @@ import pytest
 
 import tegotae.export.playground
 from tegotae import Engine, Scenario, Timing
-from tegotae.export.playground import engine_cache
+from tegotae.export.playground import engine_cache, standard
 from tegotae.export.playground.program import Program
-from tegotae.parts.bodies import Body
+from tegotae.parts.bodies import Body, Hopper
 from tegotae.parts.controller import Controller
 from tegotae.simulation.recorder import needing
+from tegotae.simulation.world import Step
 
 WEB = Path(str(resources.files(tegotae.export.playground) / "web"))
 NODE = shutil.which("node")
@@ -166,3 +167,27 @@ def assert_same(found: dict[str, np.ndarray], wanted: dict[str, np.ndarray]) -> 
     assert (np.isnan(found["apex_height_m"]) ^ np.isnan(wanted["apex_height_m"])).sum() <= 2
     gap = np.abs(found["apex_height_m"] - wanted["apex_height_m"])[both]
     assert gap.size == 0 or gap.max() < 1e-4
+
+
+def all_that_can_happen() -> Case:
+    """A learned controller; frequency, mass, stiffness and gravity change, and the ground drops."""
+    saved = next(each.saved for each in standard() if each.saved.name == "ART-rF-tphif-w8")
+    changes = {
+        "omega": Step(7.0, from_s=2.0),
+        "mass_kg": Step(0.11, from_s=3.0),
+        "stiffness_n_per_m": Step(6.0, from_s=4.0),
+        "gravity_m_per_s2": Step(9.0, from_s=5.0),
+    }
+    happens = [
+        (change.from_s, name if name == "omega" else f"body.{name}", change.value)
+        for name, change in changes.items()
+    ]
+    scenario = Scenario(omega=8.0, changes=changes, drop_m=0.1, drop_time_s=6.0)
+    return Case(
+        saved.controller,
+        saved.weights,
+        Hopper(),
+        scenario,
+        (*happens, (6.0, "ground_m", -0.1)),
+        9.0,
+    )

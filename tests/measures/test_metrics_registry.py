@@ -7,9 +7,9 @@ import json
 
 import numpy as np
 import pytest
-from test_figures_study import table
 
 import peak_force
+from study_tables import table
 from tegotae import TegotaeError, build, find
 from tegotae.cli import main
 from tegotae.figures.study import architectures_figure

@@ -11,9 +11,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from test_study_claims import results
 
 import studies
+from study_tables import results
 from tegotae._support.errors import TegotaeError
 from tegotae.cli import main
 from tegotae.figures.multiverse import curve_figure, overview_figure

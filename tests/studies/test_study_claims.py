@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from study_tables import results
 from tegotae._support.errors import TegotaeError
 from tegotae.figures.data import write_tables
 from tegotae.figures.learning_curves import algorithms_tables
-from tegotae.measures.hopping.registry import names
 from tegotae.studies.paper.claims import (
     EXPERIMENTS,
     FAILS,
@@ -25,30 +25,8 @@ from tegotae.studies.paper.claims import (
     experiment_verdicts,
     verdicts,
 )
-from tegotae.studies.paper.table import Table, design
-from tegotae.systems.models import all_models
+from tegotae.studies.paper.table import Table
 from tegotae.training.curves import LearningCurve
-
-
-def results(effects: dict[str, dict[str, float]], *, noise: float = 0.02, seed: int = 0) -> Table:
-    """Three runs of every model; `effects` adds to metrics by architecture (and observation)."""
-    random = np.random.default_rng(seed)
-    rows: dict[str, list] = {}
-    for model in all_models().values():
-        place = design(model)
-        for run in range(3):
-            row = {**place, "run": run, "best_fitness": 0.0}
-            for metric in names():
-                value = 1.0 + noise * random.normal()
-                for key in (
-                    place["architecture"],
-                    f"{place['architecture']}/{place['observation']}",
-                ):
-                    value += effects.get(key, {}).get(metric, 0.0)
-                row[metric] = value
-            for key, value in row.items():
-                rows.setdefault(key, []).append(value)
-    return Table({key: np.array(values) for key, values in rows.items()})
 
 
 def verdict(table: Table, number: int) -> str:

@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from test_study_claims import results
 
+from study_tables import results
 from tegotae._support.errors import TegotaeError
 from tegotae.figures.report.markdown import claims_table, endings_table, verdicts_table
 from tegotae.studies.paper.claims import (

@@ -15,6 +15,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from controller_files import text
+from records import made_up
 from tegotae import TegotaeError
 from tegotae._support import documents
 from tegotae._support.arrays import read_arrays
@@ -226,8 +228,6 @@ def test_kept_settings_are_held_against_their_algorithm(tmp_path, settings, said
 
 @pytest.mark.parametrize("name", BAD_TEXTS)
 def test_a_controller_whose_name_would_harm_is_refused_in_one_line(tmp_path, name, one_line_error):
-    from test_controller_file import text
-
     path = tmp_path / "controller.json"
     path.write_text(json.dumps({**json.loads(text()), "model": name}))
     with pytest.raises(TegotaeError, match="which no text of such a file has"):
@@ -241,8 +241,6 @@ def test_a_controller_whose_name_would_harm_is_refused_in_one_line(tmp_path, nam
 def written(folder: Path, **changes: Any) -> Path:
     """A record with made-up numbers and some entries changed, its checksum right."""
     import dataclasses
-
-    from test_study_records import made_up
 
     record = dataclasses.replace(made_up(plan("smoke").units[0]), **changes)
     write(record, folder / "a.npz")

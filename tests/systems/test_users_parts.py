@@ -30,10 +30,9 @@ from tegotae.systems.registry import kinds
 from tegotae.systems.user_objects import imported, named
 from tegotae.training.algorithms import PGPE, Algorithm
 from tegotae.training.collection import read
-from tegotae.training.evolution import Evolution
 from tegotae.training.evolve import start
 from tegotae.training.run import Run, train
-from tegotae.training.stopping import Stopping
+from users_training import run_of
 
 FILE = TESTS / "users" / "my_parts.py"
 EXPERIMENT, ALGORITHM = f"{FILE}:experiment", f"{FILE}:Climb"
@@ -44,14 +43,6 @@ NAMES = {"HarmonicAction", "DriftingPhase", "LoadedHopper", "Height", "climb"}
 def parts():
     """The user's module, its parts registered."""
     return imported(str(FILE))
-
-
-def run_of(parts, generations: int = 3) -> Run:
-    return Run(
-        experiment=parts.experiment,
-        seeds=(0, 1),
-        learner=Evolution(algorithm=parts.Climb(), stopping=Stopping.after(generations)),
-    )
 
 
 @pytest.fixture(scope="module")
@@ -110,7 +101,7 @@ from pathlib import Path
 import conftest  # the tests' promotion rules: with others XLA may round otherwise
 from tegotae.systems.user_objects import imported
 parts = imported(sys.argv[1])
-from test_users_parts import run_of
+from users_training import run_of
 from tegotae.training.run import train
 
 def kill(step):

@@ -13,7 +13,7 @@ Collect = Callable[[int, int, Any], None]
 
 
 @dataclass(frozen=True)
-class Episode:
+class TracedEpisode:
     """A program of lanes, as pure JAX functions of one block: arrays [..., lanes], lanes last.
 
     The functions are traced once, for a single lane, and must be elementwise over lanes. A kernel
@@ -33,7 +33,7 @@ class Episode:
 
 
 def compile_episode(
-    episode: Episode,
+    episode: TracedEpisode,
     lanes_shapes: Any,
     shared_shapes: Any,
     dtype: str,

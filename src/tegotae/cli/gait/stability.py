@@ -12,8 +12,8 @@ from tegotae.cli.gait.options import GaitCommand
 from tegotae.cli.tables import print_rows
 
 if TYPE_CHECKING:
-    from tegotae.studies.gaits.stability import Branch
     from tegotae.studies.gaits.stability import GaitStability as Found
+    from tegotae.studies.gaits.stability import StabilityBranch
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -116,6 +116,6 @@ def _print(found: Found) -> None:
         print("no multiplier crosses one between neighbouring values")
 
 
-def _formatted(branch: Branch, i: int) -> str:
+def _formatted(branch: StabilityBranch, i: int) -> str:
     each = branch.maps[i]
     return "–" if np.isnan(each.largest) else f"{each.largest:.3f}, {each.residual:.3f}"

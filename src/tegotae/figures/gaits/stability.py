@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from tegotae.figures.gaits.colours import gait_colour, gait_marker
 from tegotae.figures.gaits.map import label
 from tegotae.figures.style import COLUMN_IN, new_figure, styled
-from tegotae.studies.gaits.stability import Branch, GaitStability
+from tegotae.studies.gaits.stability import GaitStability, StabilityBranch
 
 
 def stability_figure(found: GaitStability, note: str = "") -> Figure:
@@ -47,7 +47,7 @@ def stability_figure(found: GaitStability, note: str = "") -> Figure:
     return figure
 
 
-def _moduli(axes: Axes, values: np.ndarray, branch: Branch) -> None:
+def _moduli(axes: Axes, values: np.ndarray, branch: StabilityBranch) -> None:
     colour, marker = gait_colour(branch.gait), gait_marker(branch.gait)
     _line(axes, values, branch.largest, branch.gait)
     for each in np.abs([m.multipliers for m in branch.maps]).T[1:]:

@@ -92,7 +92,7 @@ def fit_return_map(deviation: Any, *, most: float = LINEAR) -> ReturnMap:
 
 
 @dataclass(frozen=True)
-class Branch:
+class StabilityBranch:
     """One gait along a parameter."""
 
     gait: str
@@ -129,7 +129,7 @@ class GaitStability:
     """The system."""
     over: Axis
     """The parameter."""
-    branches: tuple[Branch, ...]
+    branches: tuple[StabilityBranch, ...]
     """The gaits."""
     refused: tuple[str, ...]
     """Why there is no body at a value; empty if there is one."""
@@ -239,7 +239,7 @@ def stability(
     sections = Sections(cut, skip + cycles + 1, legged.reference)
     lag, late = _run(legged, able, lags, kicks, cut, sections, timing)
 
-    def branch(number: int, name: str, pattern: np.ndarray) -> Branch:
+    def branch(number: int, name: str, pattern: np.ndarray) -> StabilityBranch:
         maps, stays, at = [], [], []
         for each in made:
             if each.body is None:
@@ -252,7 +252,7 @@ def stability(
             stays.append(bool(_near(late[:, own, number, :1], pattern, tolerance)[0]))
             there = _near(lag[0, :, own, number, :1], pattern, tolerance)[0]
             at.append(np.where(there, lag[0, :, own, number, 0], np.nan))
-        return Branch(name, np.array(at), tuple(maps), np.array(stays))
+        return StabilityBranch(name, np.array(at), tuple(maps), np.array(stays))
 
     branches = tuple(branch(i, *each) for i, each in enumerate(released))
     return GaitStability(legged, over, branches, tuple(each.refused for each in made))

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import re
-from pathlib import Path
 
 import pytest
 
+from pages import DOCS
 from tegotae.cli import main
 
-PAGE = Path(__file__).parent.parent / "docs" / "figures" / "gain-map.md"
+PAGE = DOCS / "figures" / "gain-map.md"
 ROW = re.compile(
     r"^\| (\w+) \| ([\w ]+) \| (\S+) ± (\S+) \| (\S+) \[(\S+), (\S+)\] \| (\d+) \| (\d+) \|$",
     re.MULTILINE,

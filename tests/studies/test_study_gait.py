@@ -6,8 +6,8 @@ import dataclasses
 
 import numpy as np
 import pytest
-from test_study_records import made_up
 
+from records import made_up
 from tegotae import TegotaeError
 from tegotae.figures.report.best import best_controllers
 from tegotae.measures.evaluation import Evaluation, Protocol, evaluate

@@ -6,12 +6,12 @@ import csv
 import importlib.util
 import json
 import sys
-from pathlib import Path
 
 import numpy as np
 import pandas
 import pytest
 
+from places import ROOT
 from synthetic import Hopping, seconds
 from tegotae import TegotaeError
 from tegotae.cli import main
@@ -19,7 +19,7 @@ from tegotae.measures.hopping import LimitCycle, measure
 from tegotae.measures.hopping.denoised import denoised
 from tegotae.measures.hopping.noise import cleaned, noise_std, work_under_noise
 
-GUIDES = Path(__file__).resolve().parents[1] / "docs" / "guides"
+GUIDES = ROOT / "docs" / "guides"
 TIME = seconds(20.0, 0.01)
 HEIGHT = 1.0 + 0.3 * np.sin(6.0 * TIME)
 FORCE = 2.0 * (1.0 + np.cos(6.0 * TIME))

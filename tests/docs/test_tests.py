@@ -1,0 +1,35 @@
+"""The tests mirror the rooms, and share by helpers alone."""
+
+from __future__ import annotations
+
+import re
+
+from places import ROOT, TESTS
+
+ROOMS = {
+    folder.name.lstrip("_")
+    for folder in (ROOT / "src" / "tegotae").iterdir()
+    if any(folder.glob("*/*.py")) or any(folder.glob("*.py"))
+}
+OTHERS = {"docs", "helpers", "kept", "users"}
+"""Pages, what tests share, what must not change, and parts of a user."""
+FILES = sorted(TESTS.rglob("test_*.py"))
+
+
+def test_every_folder_of_tests_is_that_of_a_room():
+    folders = {file.relative_to(TESTS).parts[0] for file in FILES}
+    assert folders <= ROOMS | OTHERS
+
+
+def test_every_file_of_tests_is_in_a_room():
+    assert [file.name for file in FILES if file.parent == TESTS] == []
+
+
+def test_no_two_files_of_tests_have_one_name():
+    assert len({file.name for file in TESTS.rglob("*.py")}) == len(list(TESTS.rglob("*.py")))
+
+
+def test_no_file_of_tests_imports_another():
+    pattern = re.compile(r"^\s*(?:from|import) (test_\w+)", re.MULTILINE)
+    found = {file.name: pattern.findall(file.read_text(encoding="utf-8")) for file in FILES}
+    assert {name: others for name, others in found.items() if others} == {}

@@ -1,0 +1,41 @@
+"""Records of a study, made up."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+
+import numpy as np
+
+from tegotae.measures.hopping.registry import names, range_of
+from tegotae.studies.paper.record import Record
+from tegotae.studies.paper.unit import Unit
+
+
+def made_up(unit: Unit, runs: int = 2) -> Record:
+    """A record of the right form with numbers that depend on the unit alone."""
+    random = np.random.default_rng(int(unit.key[-8:], 16))
+
+    def metric(name: str, *shape: int) -> np.ndarray:
+        least, most = range_of(name)
+        return np.clip(random.normal(size=shape), least, most).astype("float32")
+
+    n_weights = unit.run.experiment.controller.n_weights
+    return Record(
+        unit.configuration,
+        {"tegotae": "0"},
+        random.normal(size=(runs, n_weights)).astype("float32"),
+        random.normal(size=runs).astype("float32"),
+        random.integers(1, 4, runs),
+        np.array(["cap"] * runs),
+        {"centre_fitness": random.normal(size=(3, runs)).astype("float32")},
+        np.array([7.0, 9.0]),
+        {name: metric(name, runs, 2) for name in names()},
+        {name: metric(name, 1, runs, 2) for name in names()},
+    )
+
+
+def instant(bundles: Iterable[Iterable[Unit]]) -> Iterator[tuple[Unit, Record]]:
+    """Stands in for workers."""
+    for bundle in bundles:
+        for unit in bundle:
+            yield unit, made_up(unit)

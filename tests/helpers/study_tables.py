@@ -1,0 +1,57 @@
+"""Tables of a study, made up."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tegotae.measures.hopping.registry import names
+from tegotae.studies.paper.table import Table, design, of_runs
+from tegotae.systems.models import all_models
+
+MODELS = {
+    "V-sector-w4": 0.6,
+    "V-sector-w8": 0.3,
+    "ART-rF-tphif-w4": 1.2,
+    "ART-rF-tphif-w8": 0.45,
+    "T-F": 0.0,
+    "T-Fv": 1.3,
+}
+"""Mean CoT⁻¹ of some models [m/J]."""
+
+
+def table(**changed: np.ndarray) -> Table:
+    """Five runs of each model that learns, whose CoT⁻¹ lie around a value of the model."""
+    known = all_models()
+
+    def metrics(name: str, runs: int) -> dict[str, np.ndarray]:
+        found = {metric: np.linspace(0.8, 1.0, runs) for metric in names()}
+        found["cot_inverse"] = MODELS[name] * np.linspace(0.9, 1.1, runs)
+        return found | changed
+
+    sets = []
+    for name in MODELS:
+        runs = 5 if known[name].is_trained else 1
+        values = {metric: row[:runs] for metric, row in metrics(name, runs).items()}
+        sets.append((design(known[name]), {"best_fitness": np.zeros(runs)}, values))
+    return of_runs(sets)
+
+
+def results(effects: dict[str, dict[str, float]], *, noise: float = 0.02, seed: int = 0) -> Table:
+    """Three runs of every model; `effects` adds to metrics by architecture (and observation)."""
+    random = np.random.default_rng(seed)
+    rows: dict[str, list] = {}
+    for model in all_models().values():
+        place = design(model)
+        for run in range(3):
+            row = {**place, "run": run, "best_fitness": 0.0}
+            for metric in names():
+                value = 1.0 + noise * random.normal()
+                for key in (
+                    place["architecture"],
+                    f"{place['architecture']}/{place['observation']}",
+                ):
+                    value += effects.get(key, {}).get(metric, 0.0)
+                row[metric] = value
+            for key, value in row.items():
+                rows.setdefault(key, []).append(value)
+    return Table({key: np.array(values) for key, values in rows.items()})
