@@ -11,7 +11,7 @@ import pytest
 from tegotae import Release, System, Timing, build
 from tegotae.cli import main
 from tegotae.measures.evaluation import Protocol
-from tegotae.parts.bodies import ExternalLimbs
+from tegotae.parts.bodies import Interface
 from tegotae.simulation.integrators import Hold
 from tegotae.systems import controller_file
 from tegotae.systems.controller_file import SavedController
@@ -64,7 +64,7 @@ def test_what_a_name_cannot_answer_is_refused_in_one_line(words, said, one_line_
 @pytest.fixture
 def foreign(tmp_path):
     """The file of a controller whose limb a foreign simulator moves."""
-    body = ExternalLimbs()
+    body = Interface()
     system = System(controller=build("V-reflex-w8"), body=body, omega=8.0)
     controller_file.save(SavedController(system, np.ones(1)), tmp_path / "there.json")
     return str(tmp_path / "there.json")

@@ -170,7 +170,7 @@ def test_a_candidates_fitness_is_the_mean_over_its_episodes(run):
 def test_the_frequency_can_be_another_for_a_part_of_the_episode():
     slower = Uniform("omega", low=5.0, high=7.0, from_s=1.0, until_s=2.0)
     made = varied(slower)
-    met = applied([slower], {"omega": np.array([6.0])}, made.system.scenario(), made.system.body)
+    met = applied([slower], {"omega": np.array([6.0])}, made.system.scenario(), made.body)
     assert met.omega == made.system.omega
     assert met.changes["omega"] == Step(6.0, 1.0, 2.0)
 

@@ -18,7 +18,6 @@ from tegotae import (
 from tegotae.cli import main
 from tegotae.cli.generalise import Generalise
 from tegotae.measures.gaits.summary import CoordinationSummary
-from tegotae.parts.bodies.external import ExternalLimbs
 from tegotae.parts.bodies.interface import Interface
 from tegotae.parts.commands import FOOT
 from tegotae.simulation.integrators import Hold
@@ -362,9 +361,9 @@ def test_one_that_can_meet_nothing_is_left_out_beside_others(tmp_path):
 
 def test_a_body_of_another_simulator_is_refused_in_one_line():
     with pytest.raises(TegotaeError, match="V cannot be tried: "):
-        hopper().replaced(body=ExternalLimbs())
+        hopper().replaced(body=Interface())
     with pytest.raises(TegotaeError, match=r"C cannot be tried: .*its body is not here"):
-        quadruped().replaced(body=ExternalLimbs(interface=Interface(limbs=4, commands=FOOT)))
+        quadruped().replaced(body=Interface(limbs=4, commands=FOOT))
 
 
 def test_the_command_tries_those_whose_names_match(tmp_path):

@@ -27,7 +27,7 @@ from tegotae import (
 )
 from tegotae.measures.objectives.fitness import Fitness
 from tegotae.measures.objectives.walking import Walking
-from tegotae.parts.bodies import Bar, ExternalLimbs, Interface, Walker
+from tegotae.parts.bodies import Bar, Interface, Walker
 from tegotae.parts.couplings import LearnedCoupling
 from tegotae.parts.oscillators import PhaseOscillator
 from tegotae.parts.terms import VanillaReaction
@@ -224,11 +224,22 @@ def test_a_training_on_an_environment_of_version_3_keeps_its_wiring():
     assert (saved.task.env, saved.task.duration_s) == ("leg", 2.0)
     assert saved.task.objective == {"kind": "Hopping", "settle_s": 1.0, "follow_omega": True}
     assert [limb.drives for limb in saved.task.wiring.limbs] == ["knee", "hip"]
-    assert saved.body == ExternalLimbs(
-        interface=Interface(
-            scales=(14.2,), limbs=2, max_force_n=4.0, rest_length_m=0.386, feedback_scale=5.2
-        )
+    assert saved.system.body == Interface(
+        scales=(14.2,), limbs=2, max_force_n=4.0, rest_length_m=0.386, feedback_scale=5.2
     )
+    with pytest.raises(TegotaeError, match="its body is not here"):
+        _ = saved.body
+
+
+def test_limbs_elsewhere_are_read_from_the_first_files_of_version_4(tmp_path):
+    saved = load(KEPT / "environment-v3.json")
+    save(saved, tmp_path / "controller.json")
+    document = json.loads((tmp_path / "controller.json").read_text())
+    interface = document["system"]["body"]
+    assert interface.pop("kind") == "Interface"
+    document["system"]["body"] = {"kind": "ExternalLimbs", "interface": interface}
+    (tmp_path / "first.json").write_text(json.dumps(document))
+    assert_same(saved, load(tmp_path / "first.json"))
 
 
 def test_what_version_3_wrote_as_1_because_nobody_knew_it_is_not_known(tmp_path):
@@ -238,8 +249,8 @@ def test_what_version_3_wrote_as_1_because_nobody_knew_it_is_not_known(tmp_path)
     wiring["scales"] = {"spring_force": 1.0}
     document["body"] |= {"scales": [1.0], "rest_length_m": 1.0, "feedback_scale": 1.0}
     (tmp_path / "controller.json").write_text(json.dumps(document))
-    body = load(tmp_path / "controller.json").body
-    assert body == ExternalLimbs(interface=Interface(scales=(1.0,), limbs=2, max_force_n=4.0))
+    body = load(tmp_path / "controller.json").system.body
+    assert body == Interface(scales=(1.0,), limbs=2, max_force_n=4.0)
 
 
 @pytest.mark.parametrize("name", ["hopper", "quadruped", "searched", "agent", "environment"])

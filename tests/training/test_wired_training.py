@@ -113,7 +113,7 @@ def test_a_training_leaves_controllers_curves_and_an_account_of_itself(trained):
     assert saved.training["generations"] == GENERATIONS
     assert saved.task is not None
     assert (saved.task.env, saved.task.settings) == (ENV, {})
-    assert saved.body.interface.known_scales == {"spring_force": 1.0, "feedback": 3.0}
+    assert saved.system.body.known_scales == {"spring_force": 1.0, "feedback": 3.0}
     document = json.loads((folder / "run.json").read_text())["configuration"]
     assert document["experiment"]["objective"] == {"kind": "Return"}
 
@@ -403,10 +403,8 @@ def test_what_the_wiring_does_not_say_is_not_known_of_the_limbs(tmp_path):
     text = json.loads((tmp_path / "limbs.json").read_text())
     assert text["system"].keys() == {"controller", "body", "omega"}
     again = controller_file.load(tmp_path / "limbs.json")
-    assert again.body == own.body
+    assert again.system.body == own.interface
     assert Wiring.from_controller(tmp_path / "limbs.json").scales == {}
-    with pytest.raises(TegotaeError, match="rest_length_m of these limbs is not known; give the h"):
-        _ = again.body.touching_height_m
 
 
 def test_a_file_says_in_which_experiment_its_controller_was_trained(trained):

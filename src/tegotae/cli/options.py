@@ -17,8 +17,7 @@ from tegotae.cli.conditions import conditions_named
 from tegotae.measures.evaluation import Protocol
 from tegotae.measures.objectives.fitness import Fitness
 from tegotae.measures.objectives.objective import Objective
-from tegotae.parts.bodies import Body, ExternalLimbs, Hopper
-from tegotae.parts.fields import unwrapped
+from tegotae.parts.bodies import Body, Hopper, Interface
 from tegotae.parts.oscillators import Oscillator, oscillator_named
 from tegotae.parts.oscillators.named import PHASE
 from tegotae.simulation.integrators import Hold
@@ -405,7 +404,7 @@ def require_hopper(found: Resolved) -> None:
 
 def require_ours(found: Resolved) -> None:
     """Raise `TegotaeError` for a controller of limbs that a foreign simulator moves."""
-    if isinstance(unwrapped(found.body), ExternalLimbs):
+    if isinstance(found.body, Interface):
         raise TegotaeError(
             f"{found.name} drives the limbs of a foreign simulator, whose mechanics are not here; "
             "run it there: tegotae.envs.load_wiring"

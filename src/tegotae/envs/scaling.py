@@ -13,7 +13,7 @@ import numpy as np
 from tegotae._support.errors import TegotaeError, unknown
 from tegotae._support.optional_dependencies import require
 from tegotae.envs.wiring import Wiring
-from tegotae.parts.bodies import Body, ExternalLimbs
+from tegotae.parts.bodies import Body, Interface
 from tegotae.parts.terms import Network
 
 
@@ -67,7 +67,7 @@ def model_scales(
     }
 
 
-def body_scales(body: Body) -> dict[str, float]:
+def body_scales(body: Body | Interface) -> dict[str, float]:
     """What networks divide a body's signals by, and √(g/l0) as that of `feedback`, in SI units.
 
     A signal whose scale differs between limbs is left out.
@@ -81,8 +81,8 @@ def body_scales(body: Body) -> dict[str, float]:
         height 1.000
         feedback 3.132
     """
-    if isinstance(body, ExternalLimbs):
-        return body.interface.known_scales
+    if isinstance(body, Interface):
+        return body.known_scales
     still = ground_m = jnp.zeros(1)
     state = body.release(still + body.touching_height_m, still)
     found = {**body.sense(state, ground_m).scales, "feedback": body.rate_scale}

@@ -172,13 +172,14 @@ class Wiring:
         if saved.controller.oscillator is None:
             raise TegotaeError("the controller has no oscillator; take one that has, such as ART")
         reads = {*read_by(saved.controller), "feedback"}
-        own = {name: x for name, x in body_scales(saved.body).items() if name in reads}
+        body = saved.system.body
+        own = {name: x for name, x in body_scales(body).items() if name in reads}
         return dataclasses.replace(
             self.reading(saved.controller),
             scales={**own, **self.scales},
             weights=saved.weights,
             omega=saved.omega,
-            max_force=float(saved.body.max_force_n),
+            max_force=self.max_force if body.max_force_n is None else float(body.max_force_n),
         )
 
     def reading(self, controller: Controller) -> Wiring:

@@ -11,7 +11,7 @@ import jax.numpy as jnp
 
 from tegotae._support.errors import TegotaeError
 from tegotae.parts._shapes import Index, MaskPerLane, PerLane, PerLimb, Scalar, Weights
-from tegotae.parts.bodies import Body, Contact
+from tegotae.parts.bodies import Body, Contact, Interface
 from tegotae.parts.controller import Controller
 from tegotae.simulation.integrators import Integrator, Moment
 from tegotae.simulation.integrators.base import drive, phase_of, settled
@@ -166,26 +166,30 @@ def over_limbs(reduce: Callable[..., jax.Array], x: jax.Array, body: Body) -> ja
     return x if body.limbs == 1 else reduce(x, axis=0)
 
 
-def check_senses(controller: Controller, body: Body) -> None:
+def check_senses(controller: Controller, body: Body | Interface) -> None:
     """Raise `TegotaeError` if controller and body do not go together.
 
     That is: if they differ in their limbs or in what is commanded, a term or coupling reads a
     signal that nothing provides, or an actuation needs a phase that the oscillator has not.
     """
+    if isinstance(body, Interface):
+        senses, takes, who = body.senses, body.commands, "the interface"
+    else:
+        senses, takes, who = body.SENSES, body.COMMANDS, f"a {type(body).__name__}"
     if controller.limbs != body.limbs:
         raise TegotaeError(
-            f"the controller drives {controller.limbs} limbs, and a {type(body).__name__} has "
-            f"{body.limbs}; each limb needs one unit"
+            f"the controller drives {controller.limbs} limbs, and {who} has {body.limbs}; each "
+            "limb needs one unit"
         )
     commands = controller.actuation.COMMANDS
-    if commands != body.COMMANDS:
+    if commands != takes:
         raise TegotaeError(
-            f"{type(controller.actuation).__name__} commands {' and '.join(commands)}, and a "
-            f"{type(body).__name__} takes {' and '.join(body.COMMANDS)}"
+            f"{type(controller.actuation).__name__} commands {' and '.join(commands)}, and {who} "
+            f"takes {' and '.join(takes)}"
         )
     oscillator = controller.oscillator
     signals = set() if oscillator is None else set(oscillator.SIGNALS)
-    known = set(body.SENSES) | signals
+    known = set(senses) | signals
     reads = {f"{role} term": term.reads for role, term in controller.terms.items()}
     if controller.coupling is not None:
         reads["coupling"] = controller.coupling.READS

@@ -16,7 +16,7 @@ from tegotae._support import documents
 from tegotae._support.documents import DamagedDocumentError
 from tegotae._support.errors import TegotaeError
 from tegotae._support.files import write_atomically
-from tegotae.parts.bodies import Body, ExternalLimbs, Hopper
+from tegotae.parts.bodies import Body, Hopper, Interface
 from tegotae.parts.controller import Controller
 from tegotae.parts.weight_names import flat, nested, spelled
 from tegotae.systems.descriptions import (
@@ -25,7 +25,7 @@ from tegotae.systems.descriptions import (
     entry,
     restore,
 )
-from tegotae.systems.earlier_files import of_earlier_version, usual_system
+from tegotae.systems.earlier_files import of_earlier_version, usual_system, with_interface
 from tegotae.systems.env_task import EnvTask
 from tegotae.systems.experiment import Experiment
 from tegotae.systems.system import System
@@ -103,8 +103,8 @@ class SavedController:
 
     @property
     def body(self) -> Body:
-        """The body."""
-        return self.system.body
+        """The body, which moves here (`System.mechanics`)."""
+        return self.system.mechanics
 
     @property
     def omega(self) -> float | None:
@@ -135,9 +135,9 @@ def save(saved: SavedController, path: Path | str) -> None:
 
 
 def _system(system: System) -> dict[str, Any]:
-    """A system's document; without release and times on limbs elsewhere, which has them."""
+    """A system's document; of limbs elsewhere without release and times, which are not known."""
     document = describe(system)
-    if not isinstance(system.body, ExternalLimbs):
+    if not isinstance(system.body, Interface):
         return document
     return {name: document[name] for name in ("controller", "body", "omega")}
 
@@ -181,6 +181,7 @@ def load(path: Path | str) -> SavedController:
     try:
         if document["version"] < VERSION:
             document = of_earlier_version(document)
+        document = with_interface(document)
         entries = documents.fitted(document, _ControllerFile)
         system = entry(document, "system", System)
         experiment = None

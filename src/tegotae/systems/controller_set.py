@@ -49,7 +49,7 @@ class ControllerSet:
     @property
     def body(self) -> Body:
         """The body they were trained on."""
-        return self.system.body
+        return self.system.mechanics
 
     def replaced(self, **changes: Any) -> ControllerSet:
         """The same weights in another system: other fields of the system or its release.

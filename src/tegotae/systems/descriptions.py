@@ -77,7 +77,10 @@ def restore(value: Any, hint: Any, name: str) -> Any:
     if isinstance(hint, type) and registry.contract_of(hint) is not None:
         return _restore_part(value, hint, name)
     if isinstance(hint, type) and dataclasses.is_dataclass(hint):
-        return _restore_fields(_checked(value, dict, name), hint)
+        values = dict(_checked(value, dict, name))
+        if "NAME" in vars(hint):
+            values.pop("kind")
+        return _restore_fields(values, hint)
     if get_origin(hint) in (tuple, list) and any(map(_is_description, get_args(hint))):
         return tuple(restore(each, get_args(hint)[0], name) for each in _checked(value, list, name))
     value = _checked(value, hint, name)
@@ -125,6 +128,11 @@ def _restore_union(value: Any, hints: tuple[Any, ...], name: str) -> Any:
         return None
     options = [hint for hint in hints if hint is not NoneType]
     descriptions = [hint for hint in options if _is_description(hint)]
+    if len(descriptions) > 1 and isinstance(value, dict):
+        # A part's contract has many kinds; another description is called by its own name.
+        called = [hint for hint in descriptions if vars(hint).get("NAME") == value["kind"]]
+        rest = [hint for hint in descriptions if "NAME" not in vars(hint)]
+        descriptions = called or rest
     if len(descriptions) == 1 and isinstance(value, dict):
         return restore(value, descriptions[0], name)
     for hint in options:

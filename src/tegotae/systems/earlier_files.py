@@ -10,7 +10,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from tegotae.parts.bodies import Body, Walker
+from tegotae.parts.bodies import Body, Interface, Walker
 from tegotae.parts.controller import Controller
 from tegotae.parts.fields import unwrapped
 from tegotae.simulation.rollout import Timing
@@ -28,7 +28,7 @@ _OF_RELEASE = {"release_m": "height_m", "phase_rad": "phase_rad", "posture": "in
 _OWN = ("conditions", "episodes", "objective", "protocol")
 
 
-def usual_system(controller: Controller, body: Body, omega: float | None) -> System:
+def usual_system(controller: Controller, body: Body | Interface, omega: float | None) -> System:
     """A controller on a body, released and timed as is usual for this body.
 
     A walker begins on its feet, and its times are in √(l0 / g); others are released as the paper's
@@ -37,7 +37,7 @@ def usual_system(controller: Controller, body: Body, omega: float | None) -> Sys
     Raises:
         TegotaeError: for what does not go together.
     """
-    own = unwrapped(body)
+    own = body if isinstance(body, Interface) else unwrapped(body)
     if not isinstance(own, Walker):
         return System(controller=controller, body=body, omega=omega)
     unit_s = math.sqrt(own.rest_length_m / own.gravity_m_per_s2)
@@ -69,7 +69,10 @@ def of_earlier_version(document: Mapping[str, Any]) -> dict[str, Any]:
     own = entry(document, "body", dict)
     if own["kind"] == "WiredLimbs":
         own = _external_limbs(own, {} if task is None else task["wiring"])
-    controller, body = entry(document, "controller", Controller), restore(own, Body, "body")
+    controller, body = (
+        entry(document, "controller", Controller),
+        restore(own, Body | Interface, "body"),
+    )
     omega = entry(document, "omega_rad_per_s", float | None)
     system = describe(usual_system(controller, body, None if omega is None else float(omega)))
     experiment = None
@@ -152,7 +155,20 @@ def _external_limbs(body: Mapping[str, Any], wiring: Mapping[str, Any]) -> dict[
         "rest_length_m": rest_m,
         "feedback_scale": of("feedback", body.get("feedback_scale")),
     }
-    return {"kind": "ExternalLimbs", "interface": interface}
+    return {"kind": "Interface", **interface}
+
+
+def with_interface(document: Mapping[str, Any]) -> dict[str, Any]:
+    """A controller document whose limbs elsewhere are an interface.
+
+    The first files of version 4 had a body around it, `ExternalLimbs`.
+    """
+    system = entry(document, "system", dict)
+    body = entry(system, "body", dict)
+    if body.get("kind") != "ExternalLimbs":
+        return dict(document)
+    interface = {"kind": "Interface", **entry(body, "interface", dict)}
+    return {**document, "system": {**system, "body": interface}}
 
 
 def _of_version_1(document: Mapping[str, Any]) -> dict[str, Any]:

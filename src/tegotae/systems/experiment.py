@@ -100,7 +100,7 @@ class Experiment:
     @property
     def body(self) -> Body:
         """The body of the system."""
-        return self.system.body
+        return self.system.mechanics
 
     @property
     def omega(self) -> float | None:

@@ -12,7 +12,7 @@ import numpy as np
 from tegotae._support.errors import TegotaeError, require_count, require_finite
 from tegotae.measures.gaits.places import leg_names, reference_leg
 from tegotae.measures.gaits.summary import CoordinationSummary
-from tegotae.parts.bodies import Body, Walker
+from tegotae.parts.bodies import Body, Interface, Walker
 from tegotae.parts.controller import Controller
 from tegotae.parts.fields import unwrapped
 from tegotae.simulation.rollout import (
@@ -77,7 +77,7 @@ class Legged:
     @property
     def body(self) -> Body:
         """The body."""
-        return self.system.body
+        return self.system.mechanics
 
     @property
     def omega(self) -> float | None:
@@ -175,7 +175,7 @@ class Legged:
         return self.engine(summary, timing).run(self.weights, scenario, self.body)
 
 
-def require_legs(body: Body) -> None:
+def require_legs(body: Body | Interface) -> None:
     """Raise `TegotaeError` for a body of one leg, which has no gait."""
     if body.limbs < 2:
         raise TegotaeError(

@@ -163,7 +163,7 @@ def settling(system: System, weights: Any, about: str = "") -> Legged:
     Raises:
         TegotaeError: for a body of one leg, or weights of the wrong number.
     """
-    timing = dataclasses.replace(system.timing, duration_s=settling_s(system.body))
+    timing = dataclasses.replace(system.timing, duration_s=settling_s(system.mechanics))
     return Legged(
         about=about or type(system.body).__name__,
         system=dataclasses.replace(system, timing=timing),

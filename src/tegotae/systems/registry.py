@@ -124,14 +124,14 @@ def name_of(kind: type) -> str:
 
 
 def kind_of(part: Any) -> str | None:
-    """What documents call an instance of a part; None for other dataclasses.
+    """What documents call an instance of a part; of other dataclasses their `NAME`, None without.
 
     Raises:
         TegotaeError: for a part that is not registered.
     """
     kind = type(part)
     if contract_of(kind) is None:
-        return None
+        return vars(kind).get("NAME")
     name = name_of(kind)
     known = kinds().get(name)
     if known is not kind:

@@ -30,7 +30,7 @@ from tegotae._support import documents
 from tegotae._support.documents import DamagedDocumentError
 from tegotae._support.errors import TegotaeError, unknown
 from tegotae._support.workplace import is_earlier
-from tegotae.parts.bodies import Body
+from tegotae.parts.bodies import Body, Interface
 from tegotae.systems import controller_file
 from tegotae.systems.controller_file import SavedController
 from tegotae.systems.designs import design, is_design
@@ -74,8 +74,8 @@ class Resolved:
         return bool(self.experiments) and not self.controllers
 
     @property
-    def body(self) -> Body:
-        """The body; of several systems that of the first."""
+    def body(self) -> Body | Interface:
+        """The body, or the interface of limbs elsewhere; of several systems that of the first."""
         systems = [self.system, *(saved.system for _, saved in self.controllers)]
         systems += [experiment.system for experiment in self.experiments]
         return next(each.body for each in systems if each is not None)

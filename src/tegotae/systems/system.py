@@ -9,7 +9,7 @@ from typing import Any
 
 from tegotae._support.errors import TegotaeError, require_finite
 from tegotae._support.limits import MOST_RAD_PER_S
-from tegotae.parts.bodies import Body, Hopper
+from tegotae.parts.bodies import Body, Hopper, Interface
 from tegotae.parts.controller import Controller
 from tegotae.simulation.integrators import Integrator, PredictorCorrector
 from tegotae.simulation.loop import check_senses
@@ -31,7 +31,8 @@ class System:
 
     Args:
         controller: the structure; its weights are given with the question.
-        body: the body.
+        body: the body; of limbs that are moved elsewhere, by another simulator or a robot, their
+            interface.
         omega: prescribed frequency ω [rad/s]; None without an oscillator.
         release: how an episode begins.
         timing: an episode's duration, control period and recording period.
@@ -51,7 +52,7 @@ class System:
     """
 
     controller: Controller
-    body: Body = field(default_factory=Hopper)
+    body: Body | Interface = field(default_factory=Hopper)
     omega: float | None = None
     release: Release = field(default_factory=Release)
     timing: Timing = field(default_factory=Timing)
@@ -68,8 +69,23 @@ class System:
         if self.omega is not None:
             require_finite("omega", self.omega, above=0.0, most=MOST_RAD_PER_S)
         check_senses(self.controller, self.body)
-        self.release.check(self.body, self.controller.oscillator, self.omega, self.timing)
-        self.body.check_tick(self.timing.tick_s)
+        if isinstance(self.body, Body):
+            self.release.check(self.body, self.controller.oscillator, self.omega, self.timing)
+            self.body.check_tick(self.timing.tick_s)
+
+    @property
+    def mechanics(self) -> Body:
+        """The body, which moves here.
+
+        Raises:
+            TegotaeError: for limbs that are moved elsewhere.
+        """
+        if isinstance(self.body, Interface):
+            raise TegotaeError(
+                "this controller was trained on an environment, and its body is not here; use "
+                "Wiring.from_controller there, or give a body of this package, such as a Hopper"
+            )
+        return self.body
 
     def replaced(self, changes: Mapping[str, Any]) -> System:
         """The system with other fields; names of a release's fields are understood, too.
@@ -104,7 +120,7 @@ class System:
 
     def height_on(self, body: Body) -> float:
         """Height that releases another body as high over where its legs touch the ground [m]."""
-        higher = float(body.touching_height_m) - float(self.body.touching_height_m)
+        higher = float(body.touching_height_m) - float(self.mechanics.touching_height_m)
         return self.release.height_m + higher
 
     def period_s(self, usual_s: float) -> float:
@@ -151,7 +167,7 @@ class System:
             TegotaeError: for what the engine refuses.
         """
         episode = self.scenario() if scenario is None else scenario
-        return self.engine(summary).run(weights, episode, self.body, dtype=dtype)
+        return self.engine(summary).run(weights, episode, self.mechanics, dtype=dtype)
 
 
 _OF_RELEASE = {field.name for field in dataclasses.fields(Release)}

@@ -11,7 +11,6 @@ from tegotae.parts.bodies.base import (
     require_one_limb,
 )
 from tegotae.parts.bodies.blows import Blows, BlowsState
-from tegotae.parts.bodies.external import ExternalLimbs
 from tegotae.parts.bodies.hopper import Hopper, HopperState
 from tegotae.parts.bodies.interface import Interface
 from tegotae.parts.bodies.plate import Plate
@@ -29,7 +28,6 @@ __all__ = [
     "Body",
     "BodyWrapper",
     "Contact",
-    "ExternalLimbs",
     "Hopper",
     "HopperState",
     "Interface",

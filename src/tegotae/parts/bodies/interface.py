@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import ClassVar
 
 from tegotae._support.errors import TegotaeError, require_count, require_finite
 from tegotae.parts.commands import FORCE
@@ -14,6 +15,7 @@ from tegotae.parts.parameters import STATIC, traceable
 class Interface:
     """Signals, commands and scales of limbs; None for what is not known.
 
+    It stands for a body whose mechanics are elsewhere, in somebody else's simulator or in a robot.
     A network sees a signal x as x / scale, and one without a known scale as x.
 
     Args:
@@ -32,6 +34,9 @@ class Interface:
         >>> Interface(senses=("spring_force", "velocity"), scales=(9.81, None)).known_scales
         {'spring_force': 9.81}
     """
+
+    NAME: ClassVar[str] = "Interface"
+    """What documents call it, where a body could stand."""
 
     senses: tuple[str, ...] = field(default=("spring_force",), metadata=STATIC)
     scales: tuple[float | None, ...] | None = None

@@ -129,7 +129,7 @@ class TestedControllers:
     @property
     def body(self) -> Body:
         """The body they were trained on."""
-        return self.system.body
+        return self.system.mechanics
 
     def replaced(self, **changes: Any) -> TestedControllers:
         """The same runs in another system: other fields of the system or its release."""

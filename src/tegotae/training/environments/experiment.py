@@ -18,7 +18,7 @@ from tegotae.envs.env_spec import EnvSpec
 from tegotae.envs.wires import Wires, controller_of, look_up, read_by
 from tegotae.envs.wiring import Wiring
 from tegotae.envs.wiring_file import wiring_document, wiring_of
-from tegotae.parts.bodies import ExternalLimbs, Interface
+from tegotae.parts.bodies import Interface
 from tegotae.parts.controller import Controller
 from tegotae.systems.controller_file import SavedController
 from tegotae.systems.descriptions import describe
@@ -156,14 +156,9 @@ class EnvExperiment:
         )
 
     @property
-    def body(self) -> ExternalLimbs:
-        """The limbs, whose mechanics are the environment's."""
-        return ExternalLimbs(interface=self.interface)
-
-    @property
     def system(self) -> System:
         """The closed loop, as far as it is here: controller, interface and ω."""
-        return System(controller=self.controller, body=self.body, omega=self.omega)
+        return System(controller=self.controller, body=self.interface, omega=self.omega)
 
     @property
     def task(self) -> EnvTask:
@@ -271,7 +266,7 @@ class EnvExperiment:
             "name": self.name,
             "controller": describe(self.controller),
             "omega": self.omega,
-            "body": describe(self.body),
+            "body": describe(self.interface),
             "environment": {"env": self.spec.env, "settings": dict(self.spec.settings)},
             "wiring": wiring_document(self.wiring),
             "objective": self.objective.document,

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any, ClassVar, cast
 
 import jax
 import jax.numpy as jnp
@@ -21,7 +21,7 @@ from tegotae.measures.hopping.efficiency import check_work
 from tegotae.measures.hopping.recording import from_samples
 from tegotae.measures.objectives.fitness import Fitness
 from tegotae.measures.objectives.objective import FAILED_FITNESS
-from tegotae.parts.bodies import ExternalLimbs, Interface
+from tegotae.parts.bodies import Body, Interface
 from tegotae.simulation.rollout import Timing, Trajectory
 from tegotae.simulation.world import Scenario
 from tegotae.systems.user_objects import named, source_of
@@ -156,7 +156,7 @@ class Hopping(EnvObjective):
         channels["failed"] = fell & (channels["time_s"] > begun)
         channels["failed"][-1] |= fell
         timing = Timing(duration_s=len(at) * frame_s, frame_s=frame_s, tick_s=frame_s)
-        body = ExternalLimbs(interface=Interface(rest_length_m=rest))
+        body = Interface(rest_length_m=rest)
         scenario = Scenario.of(wiring.omega)
         found = _as_rollout(self._fitness, timing, channels, scenario, body)
         return Scores(*(np.asarray(found[name]) for name in Scores._fields))
@@ -168,10 +168,11 @@ def _as_rollout(
     timing: Timing,
     channels: dict[str, Any],
     scenario: Scenario,
-    body: ExternalLimbs,
+    body: Interface,
 ) -> dict[str, jax.Array]:
     channels = {name: jnp.asarray(x) for name, x in channels.items()}
-    return fitness(Trajectory(**channels), scenario, body, timing)
+    # Of a body, the fitness reads nothing but its rest length.
+    return fitness(Trajectory(**channels), scenario, cast(Body, body), timing)
 
 
 @dataclass(frozen=True)
