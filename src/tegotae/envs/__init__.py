@@ -10,7 +10,7 @@ Importing this package registers the environments:
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from tegotae._support.errors import unknown
 from tegotae._support.optional_dependencies import require
@@ -65,7 +65,7 @@ __all__ = [
 
 
 def make_sb3(
-    name: str, num_envs: int = 1, *, render_mode: str | None = None, **settings: Any
+    name: str, num_envs: int = 1, *, render_mode: str | None = None, **settings: object
 ) -> HopperVecEnv:
     """Many hoppers as a Stable-Baselines3 `VecEnv`.
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -25,15 +25,15 @@ class Apexes(NamedTuple):
         [0.25]
     """
 
-    count: Any
+    n_apexes: jax.Array
     """How many there were, [lanes]."""
-    first: Any
+    first: jax.Array
     """Climbed height [m] and work [J] at the first, [2, lanes]."""
-    second: Any
+    second: jax.Array
     """The same at the second."""
-    last: Any
+    last: jax.Array
     """The same at the last."""
-    last_s: Any
+    last_s: jax.Array
     """Time of the last [s], [lanes]; minus infinity before any."""
 
     @classmethod
@@ -43,7 +43,9 @@ class Apexes(NamedTuple):
         count = jnp.zeros(like.shape, jnp.int32)
         return cls(count, nothing, nothing, nothing, jnp.full_like(like, -jnp.inf))
 
-    def after(self, apex: jax.Array, time_s: Any, climb_m: Any, work_j: Any) -> Apexes:
+    def after(
+        self, apex: jax.Array, time_s: jax.Array, climb_m: jax.Array, work_j: jax.Array
+    ) -> Apexes:
         """The same after a tick.
 
         Args:
@@ -54,16 +56,16 @@ class Apexes(NamedTuple):
         """
         now = jnp.stack([climb_m, work_j])
         return Apexes(
-            jnp.where(apex, self.count + 1, self.count),
-            jnp.where(apex & (self.count == 0), now, self.first),
-            jnp.where(apex & (self.count == 1), now, self.second),
+            jnp.where(apex, self.n_apexes + 1, self.n_apexes),
+            jnp.where(apex & (self.n_apexes == 0), now, self.first),
+            jnp.where(apex & (self.n_apexes == 1), now, self.second),
             jnp.where(apex, now, self.last),
             jnp.where(apex, time_s, self.last_s),
         )
 
-    def cot_inverse(self, now_s: Any) -> jax.Array:
+    def cot_inverse(self, now_s: jax.Array) -> jax.Array:
         """CoT⁻¹ over whole hops [m/J], [lanes]: 0 without any, or where hopping has died out."""
-        whole = self.count - 1
+        whole = self.n_apexes - 1
         begin = jnp.where(left_out(whole) > 0, self.second, self.first)
         climb_m, work_j = self.last - begin
         goes_on = (whole > 0) & ~dies_out(self.last_s, now_s)

@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Any
-
-import gymnasium
 import numpy as np
 
+from tegotae.envs._types import AnyEnv
 from tegotae.envs.contact import with_contact
 from tegotae.envs.naming import flat, observation_names
 from tegotae.envs.wires import look_up, weights_of
 from tegotae.envs.wiring import Wiring
 
 
-def check_wiring(
-    env: gymnasium.Env[Any, Any], wiring: Wiring, *, steps: int = 200, seed: int = 0
-) -> list[str]:
+def check_wiring(env: AnyEnv, wiring: Wiring, *, steps: int = 200, seed: int = 0) -> list[str]:
     """What is missing before this environment can be controlled so: one plain sentence each.
 
     First the names, shapes and numbers are looked up; if all are there, the environment is run for
@@ -33,6 +29,7 @@ def check_wiring(
         The problems; an empty list if there are none.
 
     Example:
+        >>> import gymnasium
         >>> from tegotae.envs import Limb
         >>> limb = Limb(senses={"spring_force": "touch"}, drives="action[0]")
         >>> env = gymnasium.make("Pendulum-v1")
@@ -47,7 +44,7 @@ observation[2]"]
     return _run(env, wiring, steps, seed)
 
 
-def missing(env: gymnasium.Env[Any, Any], wiring: Wiring) -> list[str]:
+def missing(env: AnyEnv, wiring: Wiring) -> list[str]:
     """The same without running the environment, whose contact forces are observed already."""
     _, problems = look_up(env, wiring)
     if wiring.weights is not None:
@@ -57,7 +54,7 @@ def missing(env: gymnasium.Env[Any, Any], wiring: Wiring) -> list[str]:
     return problems
 
 
-def _run(env: gymnasium.Env[Any, Any], wiring: Wiring, steps: int, seed: int) -> list[str]:
+def _run(env: AnyEnv, wiring: Wiring, steps: int, seed: int) -> list[str]:
     """Random actions, to see whether the contact forces look like such."""
     names = list(wiring.observation_names or observation_names(env))
     contacts = [limb.senses.get("spring_force") for limb in wiring.limbs]

@@ -11,6 +11,7 @@ from gymnasium.spaces import Box
 
 from tegotae._support.errors import TegotaeError, unknown
 from tegotae._support.optional_dependencies import require
+from tegotae.envs._types import AnyEnv
 from tegotae.envs.naming import observation_names, space_of
 
 
@@ -35,7 +36,7 @@ class MujocoContactForce(gymnasium.ObservationWrapper[np.ndarray, Any, np.ndarra
         'foot_force'
     """
 
-    def __init__(self, env: gymnasium.Env[Any, Any], *bodies: str) -> None:
+    def __init__(self, env: AnyEnv, *bodies: str) -> None:
         super().__init__(env)
         self._mujoco = require("mujoco", "mujoco")
         base: Any = env.unwrapped
@@ -89,7 +90,7 @@ class MujocoContactForce(gymnasium.ObservationWrapper[np.ndarray, Any, np.ndarra
         return total
 
 
-def with_contact(env: gymnasium.Env[Any, Any], bodies: Sequence[str]) -> gymnasium.Env[Any, Any]:
+def with_contact(env: AnyEnv, bodies: Sequence[str]) -> AnyEnv:
     """The environment with the contact forces of bodies that it does not observe already.
 
     Raises:

@@ -10,11 +10,12 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache, partial
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
+from numpy.typing import ArrayLike
 
 from tegotae._support.devices import set_up
 from tegotae._support.errors import TegotaeError
@@ -211,7 +212,7 @@ def _compiled(program: _CompiledSettings) -> _Compiled:
     return _Compiled(*(jax.jit(partial(f, program)) for f in (_start, _restart, _advance)))
 
 
-def _single(value: Any) -> jax.Array:
+def _single(value: ArrayLike) -> jax.Array:
     return jnp.asarray(value, jnp.float32)
 
 

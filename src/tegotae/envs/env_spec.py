@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import importlib
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TypeVar
 
+from tegotae._support.documents import Json
 from tegotae._support.errors import TegotaeError, formatted, unknown
 from tegotae._support.optional_dependencies import require
+from tegotae.envs._types import AnyEnv
 from tegotae.envs.mujoco.sensing import located
-from tegotae.envs.mujoco.settings import PACKAGED
+from tegotae.envs.mujoco.settings import PACKAGED, ModelSettings
 from tegotae.systems.user_objects import is_reference, named, source_of
+
+T = TypeVar("T")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -31,7 +35,7 @@ class EnvSpec:
     """
 
     env: str
-    settings: tuple[tuple[str, Any], ...] = ()
+    settings: tuple[tuple[str, Json], ...] = ()
 
     @property
     def is_model(self) -> bool:
@@ -46,7 +50,7 @@ class EnvSpec:
         return source_of(self.env) if is_reference(self.env) else None
 
     @property
-    def model_settings(self) -> Any:
+    def model_settings(self) -> ModelSettings:
         """The settings of a MuJoCo model.
 
         Raises:
@@ -57,7 +61,7 @@ class EnvSpec:
 
         return settings_of(None, {"model": self.env, **dict(self.settings)})
 
-    def make(self) -> Any:
+    def make(self) -> AnyEnv:
         """The environment.
 
         Raises:
@@ -94,7 +98,7 @@ class EnvSpec:
 _Function = type(lambda: None)
 
 
-def _made(name: str, maker: Callable[..., Any], settings: dict[str, Any]) -> Any:
+def _made(name: str, maker: Callable[..., T], settings: Mapping[str, object]) -> T:
     try:
         return maker(**settings)
     except TegotaeError:

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import numpy as np
 from gymnasium.utils import seeding
+from numpy.typing import ArrayLike
 
 from tegotae._support.errors import TegotaeError
 from tegotae.envs.settings import HopperSettings
@@ -48,7 +48,7 @@ class LaneScenarios:
                 self._random[lane], _ = seeding.np_random(own)
 
     def next(
-        self, where: np.ndarray | None = None, options: Mapping[str, Any] | None = None
+        self, where: np.ndarray | None = None, options: Mapping[str, ArrayLike] | None = None
     ) -> list[Scenario]:
         """One scenario a lane; lanes outside the mask `where` draw nothing.
 
@@ -79,7 +79,7 @@ class LaneScenarios:
         return self._random[lane]
 
 
-def _array(name: str, value: Any, lanes: int) -> np.ndarray:
+def _array(name: str, value: ArrayLike, lanes: int) -> np.ndarray:
     array = np.asarray(value)
     if array.shape not in ((), (lanes,)):
         raise TegotaeError(

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Mapping, Sequence
 
-import gymnasium
 import numpy as np
-from gymnasium.spaces import Box, Dict, Space
+from gymnasium.spaces import Box, Dict
 
 from tegotae._support.errors import TegotaeError
+from tegotae.envs._types import AnyEnv, AnySpace
 
 
-def observation_names(env: gymnasium.Env[Any, Any]) -> tuple[str, ...]:
+def observation_names(env: AnyEnv) -> tuple[str, ...]:
     """Names of the observation's entries, in the order of `flat`.
 
     Taken from the first that there is: an attribute `observation_names` of the environment or one
@@ -24,6 +23,7 @@ def observation_names(env: gymnasium.Env[Any, Any]) -> tuple[str, ...]:
         TegotaeError: for a space that is neither a one-dimensional Box nor a dictionary of Boxes.
 
     Example:
+        >>> import gymnasium
         >>> observation_names(gymnasium.make("CartPole-v1"))
         ('observation[0]', 'observation[1]', 'observation[2]', 'observation[3]')
     """
@@ -40,7 +40,7 @@ def observation_names(env: gymnasium.Env[Any, Any]) -> tuple[str, ...]:
     return _numbered("observation", size)
 
 
-def action_names(env: gymnasium.Env[Any, Any]) -> tuple[str, ...]:
+def action_names(env: AnyEnv) -> tuple[str, ...]:
     """Names of the action's entries: an attribute `action_names`, a MuJoCo model's actuators, or
     `action[i]`.
 
@@ -61,14 +61,14 @@ def action_names(env: gymnasium.Env[Any, Any]) -> tuple[str, ...]:
     return _numbered("action", space.shape[0])
 
 
-def flat(space: Space[Any], observation: Any) -> np.ndarray:
+def flat(space: AnySpace, observation: Mapping[str, np.ndarray] | np.ndarray) -> np.ndarray:
     """The observation's entries in the order of `observation_names`, shape [entries]."""
     if isinstance(space, Dict):
         return np.concatenate([np.ravel(observation[key]) for key in space.spaces])
     return np.asarray(observation)
 
 
-def space_of(env: gymnasium.Env[Any, Any], what: str) -> Space[Any]:
+def space_of(env: AnyEnv, what: str) -> AnySpace:
     """A space of the environment, "observation" or "action".
 
     Raises:
@@ -82,7 +82,7 @@ def space_of(env: gymnasium.Env[Any, Any], what: str) -> Space[Any]:
         ) from None
 
 
-def _sizes(what: str, space: Space[Any]) -> Sequence[tuple[str, int]]:
+def _sizes(what: str, space: AnySpace) -> Sequence[tuple[str, int]]:
     """Key and number of entries of each part of a space."""
     parts = dict(space.spaces) if isinstance(space, Dict) else {"": space}
     sizes = []
@@ -103,7 +103,7 @@ def _numbered(name: str, size: int, alone: str | None = None) -> tuple[str, ...]
     return tuple(f"{name}[{i}]" for i in range(size))
 
 
-def _mujoco_observation_names(env: gymnasium.Env[Any, Any]) -> tuple[str, ...] | None:
+def _mujoco_observation_names(env: AnyEnv) -> tuple[str, ...] | None:
     """Names by joint, for Gymnasium's MuJoCo environments, which name their parts."""
     model = getattr(env.unwrapped, "model", None)
     structure = getattr(env.unwrapped, "observation_structure", None)

@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import partial
 from typing import Any
 
 import jax
 import jax.numpy as jnp
 import numpy as np
+from numpy.typing import ArrayLike
 
 from tegotae._support.devices import set_up
 from tegotae._support.errors import TegotaeError
 from tegotae.envs.wires import Wires
 from tegotae.envs.wiring import Wiring
+from tegotae.parts._shapes import PerLimb, StateTree
 from tegotae.parts.controller import Controller
 from tegotae.parts.terms import Signals
 from tegotae.simulation.integrators.base import (
@@ -72,7 +75,7 @@ class Pilot:
         """Force as a share of α over the last step, [limbs, lanes]; 0 for commanded places."""
 
     def act(
-        self, observed: np.ndarray, *, added: np.ndarray | None = None, free: Any = 0.0
+        self, observed: np.ndarray, *, added: np.ndarray | None = None, free: ArrayLike = 0.0
     ) -> np.ndarray:
         """One sample: the actions [lanes, entries], the oscillators being a step on then.
 
@@ -114,11 +117,11 @@ class Pilot:
 def _sample(
     controller: Controller,
     weights: jax.Array,
-    oscillator: Any,
-    sensed: Any,
-    added: Any,
-    numbers: Any,
-) -> tuple[Any, jax.Array, jax.Array, jax.Array]:
+    oscillator: StateTree,
+    sensed: dict[str, PerLimb],
+    added: PerLimb,
+    numbers: Mapping[str, Any],
+) -> tuple[StateTree, jax.Array, jax.Array, jax.Array]:
     """Oscillators one step on, force share or places, feedback, phase; all held over the step."""
     rows = controller.spread(tuple(weights[i] for i in range(weights.shape[0])))
     omega, max_force, step_s = (numbers[name] for name in ("omega", "max_force", "step_s"))

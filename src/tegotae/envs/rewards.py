@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
+import jax
 import jax.numpy as jnp
 
 from tegotae._support.errors import require_finite
 from tegotae.measures.hopping.efficiency import check_work, cot_inverse
+from tegotae.parts._shapes import Numeric
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -46,13 +47,15 @@ class HopReward:
         require_finite("least_work_j", self.least_work_j, least=0.0)
         check_work(self.work)
 
-    def counted(self, work_j: Any) -> Any:
+    def counted(self, work_j: Numeric) -> Numeric:
         """What counts of the actuator's signed work over a tick [J]."""
         if self.work == "net":
             return work_j
         return jnp.abs(work_j) if self.work == "absolute" else jnp.maximum(work_j, 0.0)
 
-    def of_hop(self, *, climb_m: Any, work_j: Any, lost_j: Any) -> tuple[Any, Any]:
+    def of_hop(
+        self, *, climb_m: Numeric, work_j: Numeric, lost_j: Numeric
+    ) -> tuple[jax.Array, jax.Array]:
         """CoT⁻¹ of a hop [m/J] and whether it is paid, each of the shape of the lanes."""
         paid = jnp.asarray(work_j) > self.least_work_j
         spent = work_j + jnp.maximum(lost_j, 0.0) if self.charge_stored else work_j

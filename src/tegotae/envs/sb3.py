@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterable, Sequence
-from typing import Any
+from collections.abc import Iterable, Mapping, Sequence
+from typing import NoReturn
 
 import gymnasium
 import numpy as np
+from numpy.typing import ArrayLike
 
 from tegotae._support.errors import TegotaeError, require_count
 from tegotae._support.optional_dependencies import require
+from tegotae.envs._types import Info
 from tegotae.envs.core import TELEMETRY, EnvStep, Hoppers
 from tegotae.envs.lanes import LaneScenarios
 from tegotae.envs.rendering import draw
@@ -78,13 +80,13 @@ class HopperVecEnv(VecEnv):
             )
         self._actions = actions
 
-    def step_wait(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, list[dict[str, Any]]]:
+    def step_wait(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, list[Info]]:
         """Step, and begin new episodes where one ended."""
         step = self._hoppers.step(self._actions[:, 0])
         self._returns += step.reward
         self._lengths += 1
         done = step.terminated | step.truncated
-        infos: list[dict[str, Any]] = [{} for _ in range(self.num_envs)]
+        infos: list[Info] = [{} for _ in range(self.num_envs)]
         observation = step.observation
         self._last = step
         if done.any():
@@ -116,13 +118,13 @@ class HopperVecEnv(VecEnv):
             raise TegotaeError("there is nothing to draw yet; call reset() before render()")
         return [draw(pose(self.settings, self._last, lane)) for lane in range(self.num_envs)]
 
-    def get_attr(self, attr_name: str, indices: int | Iterable[int] | None = None) -> list[Any]:
+    def get_attr(self, attr_name: str, indices: int | Iterable[int] | None = None) -> list[object]:
         """An attribute, the same for each lane asked for."""
         value = getattr(self, attr_name)
         return [value for _ in self._get_indices(indices)]
 
     def set_attr(
-        self, attr_name: str, value: Any, indices: int | Iterable[int] | None = None
+        self, attr_name: str, value: object, indices: int | Iterable[int] | None = None
     ) -> None:
         """Set an attribute; the lanes of a batch share all theirs, so it is all or none."""
         if len(list(self._get_indices(indices))) != self.num_envs:
@@ -132,10 +134,10 @@ class HopperVecEnv(VecEnv):
     def env_method(
         self,
         method_name: str,
-        *method_args: Any,
+        *method_args: object,
         indices: int | Iterable[int] | None = None,
-        **method_kwargs: Any,
-    ) -> list[Any]:
+        **method_kwargs: object,
+    ) -> NoReturn:
         """There are no environments behind the batch whose methods could be called."""
         raise TegotaeError(
             f"a batch of hoppers has no single environments, and so no method {method_name!r}"
@@ -152,7 +154,7 @@ def _telemetry(step: EnvStep, lane: int) -> dict[str, float]:
     return dict(zip(TELEMETRY, step.telemetry[lane].tolist(), strict=True))
 
 
-def _columns(options: list[dict[str, Any]]) -> dict[str, list[Any]]:
+def _columns(options: list[Info]) -> Mapping[str, ArrayLike]:
     """Options by lane, as SB3 keeps them, by name."""
     names = {name for lane in options for name in lane}
     for name in names:

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Sequence
-from typing import Any
+from types import ModuleType
 
-import gymnasium
 import jax.numpy as jnp
 import numpy as np
 
 from tegotae._support.errors import TegotaeError, unknown
 from tegotae._support.optional_dependencies import require
+from tegotae.envs._types import AnyEnv, MjData, MjModel
 from tegotae.envs.wiring import Wiring
 from tegotae.parts.bodies import Body, Interface
 from tegotae.parts.terms import Network
@@ -22,7 +22,7 @@ class WiringWarning(UserWarning):
 
 
 def model_scales(
-    env: gymnasium.Env[Any, Any], *, feet: Sequence[str] | None = None, limbs: int = 1
+    env: AnyEnv, *, feet: Sequence[str] | None = None, limbs: int = 1
 ) -> dict[str, float]:
     """The scales of a limb's signals, from the masses and lengths of a MuJoCo model.
 
@@ -43,15 +43,15 @@ def model_scales(
         TegotaeError: for an environment without a MuJoCo model, or one without mass or gravity.
 
     Example:
+        >>> import gymnasium
         >>> env = gymnasium.make("Hopper-v5")  # doctest: +SKIP
         >>> model_scales(env, feet=["foot"])["spring_force"]  # doctest: +SKIP
         35.79
     """
     mujoco = require("mujoco", "mujoco")
-    base: Any = env.unwrapped
-    model = getattr(base, "model", None)
+    model = getattr(env.unwrapped, "model", None)
     if model is None or not isinstance(model, mujoco.MjModel):
-        raise TegotaeError(f"{base} has no MuJoCo model to take scales from; give scales=")
+        raise TegotaeError(f"{env.unwrapped} has no MuJoCo model to take scales from; give scales=")
     gravity = float(np.linalg.norm(model.opt.gravity))
     weight = gravity * float(model.body_mass.sum())
     if weight <= 0.0:
@@ -90,7 +90,7 @@ def body_scales(body: Body | Interface) -> dict[str, float]:
     return {name: float(scale[0]) for name, scale in values.items() if scale.size == 1}
 
 
-def contact_entries(env: gymnasium.Env[Any, Any]) -> tuple[str, ...]:
+def contact_entries(env: AnyEnv) -> tuple[str, ...]:
     """The observation entries that are contact forces, which an environment may name.
 
     MuJoCo models and `MujocoContactForce` do; another one does by an attribute `contact_names`.
@@ -134,7 +134,7 @@ impacts, where the paper's law feels the spring alone
     return found
 
 
-def _length(mujoco: Any, model: Any, feet: Sequence[str] | None) -> float:
+def _length(mujoco: ModuleType, model: MjModel, feet: Sequence[str] | None) -> float:
     data = mujoco.MjData(model)
     if model.nkey:
         mujoco.mj_resetDataKeyframe(model, data, 0)
@@ -158,7 +158,7 @@ def _length(mujoco: Any, model: Any, feet: Sequence[str] | None) -> float:
     return com - lowest
 
 
-def _below(mujoco: Any, model: Any, data: Any, geom: int) -> float:
+def _below(mujoco: ModuleType, model: MjModel, data: MjData, geom: int) -> float:
     """How far a geom reaches below its centre [m]."""
     size, kinds = model.geom_size[geom], mujoco.mjtGeom
     axis = np.abs(data.geom_xmat[geom].reshape(3, 3)[2])

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Any, TypeAlias
+from typing import TYPE_CHECKING, TypeAlias, TypeVar
 
 import numpy as np
 
@@ -27,6 +27,12 @@ from tegotae.parts.terms import (
     SectorAndReflex,
 )
 from tegotae.simulation.rollout import Scenario
+
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
+
+K = TypeVar("K")
+T = TypeVar("T", bound="DataclassInstance")
 
 Chosen: TypeAlias = float | tuple[float, float]
 """A number, or the two ends of the range from which every episode draws its own."""
@@ -126,7 +132,7 @@ class HopperSettings:
         return tuple(names)
 
     def scenario(
-        self, random: np.random.Generator | None, options: Mapping[str, Any] | None = None
+        self, random: np.random.Generator | None, options: Mapping[str, float] | None = None
     ) -> Scenario:
         """What one episode meets: the chosen numbers, drawn where they are ranges.
 
@@ -234,7 +240,7 @@ class TegotaeHopperSettings(HopperSettings):
         return self.max_feedback_rad_per_s
 
 
-def _check_number(name: str, value: Any) -> None:
+def _check_number(name: str, value: float) -> None:
     if name == "drop_time_s":
         if value != math.inf:
             require_finite(name, value, least=0.0)
@@ -244,7 +250,7 @@ def _check_number(name: str, value: Any) -> None:
         require_finite(name, value)
 
 
-def _of_kind(kind: type[Any], name: str, value: Any, usual: type[Any]) -> Any:
+def _of_kind(kind: type[K], name: str, value: object, usual: type[T]) -> K | T:
     """The value, which may be given as a mapping of the arguments of the usual one."""
     if isinstance(value, Mapping):
         return _construct(usual, f"argument of {name}", value)
@@ -256,15 +262,16 @@ def _of_kind(kind: type[Any], name: str, value: Any, usual: type[Any]) -> Any:
     return value
 
 
-def _construct(kind: type[Any], what: str, arguments: Mapping[str, Any]) -> Any:
+def _construct(kind: type[T], what: str, arguments: Mapping[str, object]) -> T:
     known = kind.__dataclass_fields__
     for name in arguments:
         if name not in known:
             raise unknown(what, str(name), known)
-    return kind(**arguments)
+    make: Callable[..., T] = kind
+    return make(**arguments)
 
 
-def settings_of(kind: type[HopperSettings], arguments: Mapping[str, Any]) -> HopperSettings:
+def settings_of(kind: type[HopperSettings], arguments: Mapping[str, object]) -> HopperSettings:
     """The settings that these keyword arguments of an environment stand for.
 
     Raises:

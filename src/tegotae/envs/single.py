@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import gymnasium
 import numpy as np
 
 from tegotae._support.errors import TegotaeError
+from tegotae.envs._types import Info
 from tegotae.envs.core import TELEMETRY, EnvStep, Hoppers
 from tegotae.envs.rendering import Window, draw
 from tegotae.envs.settings import HopperSettings, TegotaeHopperSettings, settings_of
@@ -37,13 +38,13 @@ class HopperEnv(gymnasium.Env[np.ndarray, np.ndarray]):
         (0.0, False, False)
     """
 
-    metadata: dict[str, Any] = {  # noqa: RUF012 - Gymnasium's own type
+    metadata: Info = {  # noqa: RUF012 - Gymnasium's own type
         "render_modes": RENDER_MODES,
         "render_fps": _FRAMES_PER_SECOND,
     }
     SETTINGS: ClassVar[type[HopperSettings]] = HopperSettings
 
-    def __init__(self, render_mode: str | None = None, **settings: Any) -> None:
+    def __init__(self, render_mode: str | None = None, **settings: object) -> None:
         if render_mode is not None and render_mode not in RENDER_MODES:
             raise TegotaeError(
                 f"render_mode is {render_mode!r}; it must be one of {', '.join(RENDER_MODES)}"
@@ -58,8 +59,8 @@ class HopperEnv(gymnasium.Env[np.ndarray, np.ndarray]):
         self._shown_s = 0.0
 
     def reset(
-        self, *, seed: int | None = None, options: dict[str, Any] | None = None
-    ) -> tuple[np.ndarray, dict[str, Any]]:
+        self, *, seed: int | None = None, options: Info | None = None
+    ) -> tuple[np.ndarray, Info]:
         """Start an episode; `options` may set any chosen number for it, such as `height_m`."""
         super().reset(seed=seed)
         scenario = self.settings.scenario(self.np_random, options)
@@ -68,7 +69,7 @@ class HopperEnv(gymnasium.Env[np.ndarray, np.ndarray]):
         self._show()
         return self._last.observation[0], self._info()
 
-    def step(self, action: np.ndarray) -> tuple[np.ndarray, float, bool, bool, dict[str, Any]]:
+    def step(self, action: np.ndarray) -> tuple[np.ndarray, float, bool, bool, Info]:
         """Hold an action, shape [1], for `decimation` control ticks.
 
         Raises:
@@ -106,7 +107,7 @@ class HopperEnv(gymnasium.Env[np.ndarray, np.ndarray]):
             self._window.close()
             self._window = None
 
-    def _info(self) -> dict[str, Any]:
+    def _info(self) -> Info:
         assert self._last is not None
         return dict(zip(TELEMETRY, self._last.telemetry[0].tolist(), strict=True))
 

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
 from tegotae._support.errors import TegotaeError, require_count
+from tegotae.envs._types import Info
 from tegotae.envs.core import TELEMETRY, EnvStep, Hoppers
 from tegotae.envs.lanes import LaneScenarios
 from tegotae.envs.rendering import draw
@@ -43,7 +44,7 @@ class HopperVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         ((1000, 2), (1000,))
     """
 
-    metadata: dict[str, Any] = {  # noqa: RUF012 - Gymnasium's own type
+    metadata: Info = {  # noqa: RUF012 - Gymnasium's own type
         "render_modes": ["rgb_array"],
         "render_fps": 50,
         "autoreset_mode": AutoresetMode.NEXT_STEP,
@@ -55,7 +56,7 @@ class HopperVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         num_envs: int = 1,
         render_mode: str | None = None,
         autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
-        **settings: Any,
+        **settings: object,
     ) -> None:
         require_count("num_envs", num_envs)
         if render_mode not in (None, "rgb_array"):
@@ -81,8 +82,8 @@ class HopperVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         self._last: EnvStep | None = None
 
     def reset(
-        self, *, seed: int | list[int | None] | None = None, options: dict[str, Any] | None = None
-    ) -> tuple[np.ndarray, dict[str, Any]]:
+        self, *, seed: int | list[int | None] | None = None, options: Info | None = None
+    ) -> tuple[np.ndarray, Info]:
         """Start episodes in all lanes, or in those of `options["reset_mask"]`.
 
         Other options are chosen numbers for these episodes, such as `height_m`: a number, or one
@@ -108,7 +109,7 @@ class HopperVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
 
     def step(
         self, actions: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, Info]:
         """Hold actions, shape [num_envs, 1], for `decimation` control ticks.
 
         Raises:
@@ -159,9 +160,9 @@ class HopperVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
             raise TegotaeError("there is nothing to draw yet; call reset() before render()")
         return tuple(draw(pose(self.settings, self._last, i)) for i in range(self.num_envs))
 
-    def _infos(self, step: EnvStep, where: np.ndarray) -> dict[str, Any]:
+    def _infos(self, step: EnvStep, where: np.ndarray) -> Info:
         """`info` of all lanes, as Gymnasium lays it out: a value and a mask by name."""
-        infos: dict[str, Any] = {}
+        infos: Info = {}
         for name, column in zip(TELEMETRY, step.telemetry.T, strict=True):
             infos[name] = np.where(where, column, 0.0)
             infos[f"_{name}"] = where.copy()

@@ -5,13 +5,12 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
-import gymnasium
 import numpy as np
 from gymnasium.spaces import Box
 
 from tegotae._support.errors import TegotaeError, require_finite, unknown
+from tegotae.envs._types import AnyEnv
 from tegotae.envs.naming import action_names, observation_names
 from tegotae.envs.wiring import Limb, Wiring, misnamed_scales
 from tegotae.parts.controller import Controller
@@ -76,7 +75,7 @@ def controller_of(wiring: Wiring) -> Controller:
             f"the controller has {own.limbs} units and the wiring {limbs} limbs; give one unit a "
             "limb, or a controller of one limb, which each of them then has"
         )
-    free = np.ndim(wiring.weights) == 2
+    free = wiring.weights is not None and np.ndim(wiring.weights) == 2
     return dataclasses.replace(own, limbs=limbs, sharing=tuple(range(limbs)) if free else None)
 
 
@@ -97,7 +96,7 @@ def weights_of(wiring: Wiring) -> tuple[np.ndarray, list[str]]:
     return weights.ravel(), []
 
 
-def look_up(env: gymnasium.Env[Any, Any], wiring: Wiring) -> tuple[Wires | None, list[str]]:
+def look_up(env: AnyEnv, wiring: Wiring) -> tuple[Wires | None, list[str]]:
     """The wires, or what stands in their way; weights and frequency apart."""
     problems: list[str] = []
     try:
@@ -263,7 +262,7 @@ def _ends(space: Box, i: int, limb: Limb, entry: int, problems: list[str]) -> tu
     return rest, push
 
 
-def _try(problems: list[str], name: str, value: Any, above: float | None = None) -> None:
+def _try(problems: list[str], name: str, value: float, above: float | None = None) -> None:
     try:
         require_finite(name, value, above=above)
     except TegotaeError as error:

@@ -8,11 +8,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from difflib import get_close_matches
 from pathlib import Path
-from typing import Any
 
-import gymnasium
+from numpy.typing import ArrayLike
 
 from tegotae._support.errors import TegotaeError, require_finite
+from tegotae.envs._types import AnyEnv
 from tegotae.parts.controller import Controller
 from tegotae.parts.terms import Sector
 from tegotae.systems.controller_file import SavedController
@@ -65,7 +65,7 @@ class Wiring:
 
     limbs: Sequence[Limb]
     """The limbs."""
-    weights: Any = None
+    weights: ArrayLike | None = None
     """The controller's weights, shape [n_weights], or [limbs, n_weights]; σ for the vanilla one."""
     omega: float | None = None
     """Prescribed frequency ω [rad/s]."""
@@ -122,7 +122,7 @@ class Wiring:
 
     @classmethod
     def from_controller(
-        cls, file: Path | str, wiring: Wiring | Path | str | None = None, **changes: Any
+        cls, file: Path | str, wiring: Wiring | Path | str | None = None, **changes: object
     ) -> Wiring:
         """The wiring of a controller file.
 
@@ -195,7 +195,7 @@ class Wiring:
         )
         return dataclasses.replace(self, controller=controller, limbs=limbs)
 
-    def with_scales(self, env: gymnasium.Env[Any, Any]) -> Wiring:
+    def with_scales(self, env: AnyEnv) -> Wiring:
         """The same, scales that are not given being those of the environment's MuJoCo model.
 
         Raises:

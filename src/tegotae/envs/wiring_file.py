@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
+from collections.abc import Mapping
 from importlib import resources
 from pathlib import Path
 from typing import Any
@@ -11,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from tegotae._support import documents
-from tegotae._support.documents import DamagedDocumentError
+from tegotae._support.documents import DamagedDocumentError, JsonObject
 from tegotae._support.errors import TegotaeError, unknown
 from tegotae._support.files import write_atomically
 from tegotae.envs.wiring import Limb, Wiring
@@ -88,7 +89,7 @@ def save_wiring(wiring: Wiring, path: Path | str) -> None:
         raise TegotaeError(f"{path} is no wiring; its name must end in .toml or .json")
 
 
-def wiring_document(wiring: Wiring) -> dict[str, Any]:
+def wiring_document(wiring: Wiring) -> JsonObject:
     """A wiring as plain JSON values; all but its controller and weights.
 
     Example:
@@ -111,7 +112,7 @@ def wiring_document(wiring: Wiring) -> dict[str, Any]:
     }
 
 
-def wiring_of(document: Any, folder: Path | None = None) -> Wiring:
+def wiring_of(document: object, folder: Path | None = None) -> Wiring:
     """The wiring of plain JSON values.
 
     Args:
@@ -122,9 +123,11 @@ def wiring_of(document: Any, folder: Path | None = None) -> Wiring:
         DamagedDocumentError: for values that are no wiring's.
         TegotaeError: for a controller file that cannot be read.
     """
-    found = document
-    if not isinstance(document, WiringDocument):
-        found = documents.fitted(documents.checked(document), WiringDocument)
+    found = (
+        document
+        if isinstance(document, WiringDocument)
+        else documents.fitted(documents.checked(document), WiringDocument)
+    )
     if found.format != WIRING_FORMAT:
         raise DamagedDocumentError(f"its format is {found.format!r}; it must be {WIRING_FORMAT!r}")
     limbs = tuple(
@@ -138,7 +141,7 @@ def wiring_of(document: Any, folder: Path | None = None) -> Wiring:
         for each in found.limbs
     )
     lists: dict[str, Any] = {name: getattr(found, name) for name in _LISTS}
-    numbers: dict[str, Any] = {name: getattr(found, name) for name in _OWN}
+    numbers = {name: getattr(found, name) for name in _OWN}
     lists = {name: None if each is None else tuple(each) for name, each in lists.items()}
     wiring = Wiring(
         limbs=limbs,
@@ -168,7 +171,7 @@ def _parsed(text: str, suffix: str, path: Path) -> Wiring:
         raise TegotaeError(f"{path} is no wiring: {error}") from None
 
 
-def _given(values: dict[str, Any]) -> dict[str, Any]:
+def _given(values: Mapping[str, str | float | None]) -> JsonObject:
     """What is not None, numbers as JSON has them."""
     return {
         name: value if isinstance(value, str) else float(value)

@@ -10,6 +10,7 @@ import numpy as np
 from gymnasium.spaces import Box, Dict
 
 from tegotae._support.errors import TegotaeError
+from tegotae.envs._types import AnyEnv, AnySpace, Info
 from tegotae.envs.contact import with_contact
 from tegotae.envs.naming import flat
 from tegotae.envs.pilot import Pilot
@@ -52,7 +53,7 @@ class TegotaeWrapper(gymnasium.Wrapper[Any, np.ndarray, Any, np.ndarray]):
         >>> env = TegotaeWrapper(env, wiring)  # doctest: +SKIP
     """
 
-    def __init__(self, env: gymnasium.Env[Any, Any], wiring: Wiring) -> None:
+    def __init__(self, env: AnyEnv, wiring: Wiring) -> None:
         super().__init__(with_contact(env, wiring.contact_bodies))
         env = self.env
         wires, problems = look_up(env, wiring)
@@ -80,16 +81,14 @@ class TegotaeWrapper(gymnasium.Wrapper[Any, np.ndarray, Any, np.ndarray]):
         self._n = n
         self._sensed: np.ndarray | None = None
 
-    def reset(
-        self, *, seed: int | None = None, options: dict[str, Any] | None = None
-    ) -> tuple[Any, dict[str, Any]]:
+    def reset(self, *, seed: int | None = None, options: Info | None = None) -> tuple[Any, Info]:
         """Reset the environment, and the oscillators to their `phase_rad`."""
         observation, info = self.env.reset(seed=seed, options=options)
         self._pilot.reset()
         self._sensed = flat(self.env.observation_space, observation)
         return self._outward(observation, info)
 
-    def step(self, action: np.ndarray) -> tuple[Any, Any, bool, bool, dict[str, Any]]:
+    def step(self, action: np.ndarray) -> tuple[Any, Any, bool, bool, Info]:
         """One step of the environment.
 
         Raises:
@@ -114,7 +113,7 @@ class TegotaeWrapper(gymnasium.Wrapper[Any, np.ndarray, Any, np.ndarray]):
         observation, info = self._outward(observation, info)
         return observation, reward, terminated, truncated, info
 
-    def _outward(self, observation: Any, info: dict[str, Any]) -> tuple[Any, dict[str, Any]]:
+    def _outward(self, observation: Any, info: Info) -> tuple[Any, Info]:
         """Observation and info with the oscillators' part."""
         phase = self._pilot.phase[:, 0]
         entries = np.concatenate([np.sin(phase), np.cos(phase)])
@@ -130,7 +129,7 @@ class TegotaeWrapper(gymnasium.Wrapper[Any, np.ndarray, Any, np.ndarray]):
         return observation, {**info, **{name: value.copy() for name, value in mine.items()}}
 
 
-def _with_phase_space(space: gymnasium.Space[Any], limbs: int) -> gymnasium.Space[Any]:
+def _with_phase_space(space: AnySpace, limbs: int) -> AnySpace:
     ones = np.ones(2 * limbs, np.float32)
     if isinstance(space, Dict):
         if PHASE_KEY in space.spaces:

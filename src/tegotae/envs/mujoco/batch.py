@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from types import ModuleType
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from tegotae._support.devices import available_cores
 from tegotae._support.errors import TegotaeError, require_count, require_finite
 from tegotae._support.optional_dependencies import require
+from tegotae.envs._types import MjModel
 from tegotae.envs.mujoco.sensing import Sensing
 
 
@@ -38,7 +40,7 @@ class ModelBatch:
         lanes: int,
         control_s: float,
         *,
-        models: Sequence[Any] | None = None,
+        models: Sequence[MjModel] | None = None,
         threads: int | None = None,
     ) -> None:
         require_count("lanes", lanes)
@@ -69,7 +71,7 @@ class ModelBatch:
         """
         return self._states[:, -1].copy()
 
-    def reset(self, height_m: Any = 0.0, noise: Any = None) -> np.ndarray:
+    def reset(self, height_m: ArrayLike = 0.0, noise: np.ndarray | None = None) -> np.ndarray:
         """All lanes at the model's start; what is observed there, [lanes, entries].
 
         Args:
@@ -153,7 +155,7 @@ def ticks_in(control_s: float, tick_s: float) -> int:
     return round(ratio)
 
 
-def _height_of(mujoco: Any, model: Any) -> int:
+def _height_of(mujoco: ModuleType, model: MjModel) -> int:
     """Where in the positions the height of the first body is."""
     for i in range(model.njnt):
         if model.jnt_bodyid[i] != 1:

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Mapping
 
 import gymnasium
 import numpy as np
 from gymnasium.spaces import Box
 
 from tegotae._support.errors import TegotaeError
+from tegotae.envs._types import Info
 from tegotae.envs.mujoco.batch import ModelBatch
 from tegotae.envs.mujoco.episodes import Fate
+from tegotae.envs.mujoco.sensing import Sensing
 from tegotae.envs.mujoco.settings import PACKAGED, ModelSettings
 
 
@@ -38,7 +40,7 @@ class ModelEnv(gymnasium.Env[np.ndarray, np.ndarray]):
 
     metadata = {"render_modes": []}  # noqa: RUF012 - as Gymnasium has it
 
-    def __init__(self, settings: ModelSettings | None = None, **fields: Any) -> None:
+    def __init__(self, settings: ModelSettings | None = None, **fields: object) -> None:
         self.settings = settings_of(settings, fields)
         own = self.settings
         self.sensing = own.sensed
@@ -56,8 +58,8 @@ class ModelEnv(gymnasium.Env[np.ndarray, np.ndarray]):
         self._seen: np.ndarray | None = None
 
     def reset(
-        self, *, seed: int | None = None, options: dict[str, Any] | None = None
-    ) -> tuple[np.ndarray, dict[str, Any]]:
+        self, *, seed: int | None = None, options: Info | None = None
+    ) -> tuple[np.ndarray, Info]:
         """The model at its release."""
         super().reset(seed=seed)
         own = self.settings
@@ -66,7 +68,7 @@ class ModelEnv(gymnasium.Env[np.ndarray, np.ndarray]):
         self.fate.begin(self._seen)
         return self._observation(self._seen), {}
 
-    def step(self, action: np.ndarray) -> tuple[np.ndarray, float, bool, bool, dict[str, Any]]:
+    def step(self, action: np.ndarray) -> tuple[np.ndarray, float, bool, bool, Info]:
         """One control period; the action is clipped to its bounds.
 
         Raises:
@@ -92,7 +94,7 @@ class ModelEnv(gymnasium.Env[np.ndarray, np.ndarray]):
         self.batch.close()
 
 
-def settings_of(settings: ModelSettings | None, fields: dict[str, Any]) -> ModelSettings:
+def settings_of(settings: ModelSettings | None, fields: Mapping[str, object]) -> ModelSettings:
     """The settings, with fields by name; those of a packaged model are its own by default.
 
     Raises:
@@ -113,7 +115,7 @@ def settings_of(settings: ModelSettings | None, fields: dict[str, Any]) -> Model
     return ModelSettings(**{**values, **fields})
 
 
-def action_space(sensing: Any) -> Box:
+def action_space(sensing: Sensing) -> Box:
     """The actuators' ranges; unbounded where a model gives none."""
     model, driven = sensing.model, sensing.driven
     limited = model.actuator_ctrllimited[driven].astype(bool)

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from tegotae.envs.mujoco.sensing import Sensing
 from tegotae.envs.mujoco.settings import ModelSettings
+from tegotae.parts._shapes import Numeric
 
 
 class Fate:
@@ -28,7 +27,7 @@ class Fate:
         self._weight_n = float(model.body_mass.sum()) * gravity
         self._length_m = 1.0
         self._done = 0
-        self._seen: tuple[Any, Any] = (0.0, 0.0)
+        self._seen: tuple[Numeric, Numeric] = (0.0, 0.0)
 
     def begin(self, seen: np.ndarray) -> None:
         """A new episode of every lane, from what is observed at its start [lanes, entries]."""

@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
 from tegotae._support.errors import TegotaeError, unknown
 from tegotae._support.optional_dependencies import require
+from tegotae.envs._types import MjsActuator, MjSpec
 
 
 def fit(
-    spec: Any, *, ground: bool = False, without: Sequence[str] = (), servo_nm_per_rad: float = 0.0
+    spec: MjSpec,
+    *,
+    ground: bool = False,
+    without: Sequence[str] = (),
+    servo_nm_per_rad: float = 0.0,
 ) -> None:
     """Change an `MjSpec` that is not compiled yet.
 
@@ -47,7 +51,7 @@ def fit(
         _make_servos(spec, servo_nm_per_rad)
 
 
-def _make_servos(spec: Any, stiffness: float) -> None:
+def _make_servos(spec: MjSpec, stiffness: float) -> None:
     """Position servos in place of the motors of joints."""
     mujoco = require("mujoco", "mujoco")
     motors = [
@@ -74,7 +78,7 @@ def _make_servos(spec: Any, stiffness: float) -> None:
         motor.forcerange = [-most, most] if np.isfinite(most) else [0.0, 0.0]
 
 
-def _most_force(motor: Any) -> float:
+def _most_force(motor: MjsActuator) -> float:
     """The largest force of a motor, before its gear; infinite if nothing limits it."""
     gain = abs(float(motor.gainprm[0]))
     most = [scale * np.abs(each).max() for scale, each in

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from importlib import resources
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
+from typing import Protocol
 
 import numpy as np
 
 from tegotae._support.errors import TegotaeError, unknown
 from tegotae._support.optional_dependencies import require
+from tegotae.envs._types import MjModel, MjSpec
 from tegotae.envs.mujoco.fitting import fit
 
 _OWN = "tegotae/"
@@ -38,7 +39,7 @@ class Sensing:
         TegotaeError: for a file that is no model, or a foot that is no body of it.
     """
 
-    model: Any
+    model: MjModel
     """The `MjModel`."""
     entries: tuple[ObservedEntry, ...]
     """What is observed, in order."""
@@ -81,7 +82,7 @@ class Sensing:
         return data[..., self.forces] * data[..., self.speeds]
 
 
-def read(source: str | Path) -> Any:
+def read(source: str | Path) -> MjSpec:
     """The `MjSpec` of an MJCF file, of its text, or of a model of this package by its name.
 
     A file of another package that is installed is `PACKAGE:FILE` (`located`).
@@ -197,7 +198,7 @@ def sensing(
     _name(spec.actuators, "actuator")
     scalar = (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE)
     joints = [joint for joint in spec.joints if joint.type in scalar]
-    plans: list[tuple[str, Any, Any, str, dict[str, Any]]] = []
+    plans: list[tuple[str, object, object, str, dict[str, list[int]]]] = []
     for joint in joints:
         plans.append((joint.name, kinds.mjSENS_JOINTPOS, objects.mjOBJ_JOINT, joint.name, {}))
         velocity = f"{joint.name}_velocity"
@@ -245,7 +246,11 @@ def sensing(
     )
 
 
-def _name(elements: Any, kind: str) -> None:
+class _Named(Protocol):
+    name: str
+
+
+def _name(elements: Iterable[_Named], kind: str) -> None:
     """Give every element that has none a name."""
     for i, element in enumerate(elements):
         if not element.name:
@@ -253,7 +258,11 @@ def _name(elements: Any, kind: str) -> None:
 
 
 def _entries(
-    model: Any, joints: Sequence[Any], actuators: Sequence[str], feet: Sequence[str], at: Any
+    model: MjModel,
+    joints: Sequence[_Named],
+    actuators: Sequence[str],
+    feet: Sequence[str],
+    at: Mapping[str, int],
 ) -> list[ObservedEntry]:
     entries = []
     for joint in joints:
@@ -278,7 +287,7 @@ def _entries(
     return [*entries, ObservedEntry("root_upright", at[f"{_OWN}root_axis"] + 2)]
 
 
-def _own_entries(model: Any, names: Sequence[str]) -> list[ObservedEntry]:
+def _own_entries(model: MjModel, names: Sequence[str]) -> list[ObservedEntry]:
     entries = []
     for name in names:
         own = model.sensor(name)

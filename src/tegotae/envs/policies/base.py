@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from tegotae._support.errors import (
     TegotaeError,
@@ -142,7 +143,7 @@ class Policy:
         array([0. , 0.5])
     """
 
-    answer: Callable[[np.ndarray], Any]
+    answer: Callable[[np.ndarray], ArrayLike]
     meaning: Meaning
     name: str = "policy"
 

@@ -1,0 +1,22 @@
+"""Types of Gymnasium, whose spaces hold anything, and of MuJoCo, which has none for checkers."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+if TYPE_CHECKING:
+    import gymnasium
+
+    AnyEnv: TypeAlias = gymnasium.Env[Any, Any]
+    AnySpace: TypeAlias = gymnasium.Space[Any]
+else:  # Gymnasium is optional.
+    AnyEnv = AnySpace = object
+
+Info: TypeAlias = dict[str, Any]
+"""What an environment says beside its observation, or is asked at a reset: by name, anything."""
+
+_OfMujoco: TypeAlias = Any
+MjData: TypeAlias = _OfMujoco
+MjModel: TypeAlias = _OfMujoco
+MjSpec: TypeAlias = _OfMujoco
+MjsActuator: TypeAlias = _OfMujoco
