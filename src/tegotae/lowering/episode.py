@@ -2,11 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+import ctypes
+import itertools
+import os
+import threading
+import time
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field
 from typing import Any
 
-from tegotae.lowering.errors import CannotLower
+import jax
+import numpy as np
+
+from tegotae.lowering.buffers import aligned
+from tegotae.lowering.graph import Reader
+from tegotae.lowering.llvm.compile import Compiled
+from tegotae.lowering.llvm.module import EpisodeModule
+from tegotae.lowering.llvm.target import Target, target_of
+from tegotae.lowering.nodes import KINDS, Node, array_of, given, scalars
+from tegotae.lowering.stages import Roots, Stages
+
+_BUFFER_BYTES = 4 * 2**20
+"""Frames that a thread records before they are collected, unless a block alone has more."""
 
 Collect = Callable[[int, int, Any], None]
 """Takes the first lane of a group, how many it has, and its channels [frames, ..., lanes]."""
@@ -38,7 +56,7 @@ def compile_episode(
     shared_shapes: Any,
     dtype: str,
     *,
-    target: str = "host",
+    target: str | Target = "host",
     vectors: int = 2,
 ) -> Kernel:
     """The kernel of a program; the same one for the same program.
@@ -49,13 +67,100 @@ def compile_episode(
             arrays or `jax.ShapeDtypeStruct` of shape [..., lanes]; how many lanes is ignored.
         shared_shapes: the pytree that all lanes share, of shape [...].
         dtype: "float32" or "float64".
-        target: "host", "avx2", "avx512", "aarch64", or "scalar".
+        target: "host", "avx2", "avx512", "aarch64", "scalar", or a `Target`.
         vectors: vectors of lanes that a block has. Results do not depend on it.
 
     Raises:
         CannotLower: for an operation that has no native code, by its name and place.
     """
-    raise CannotLower("episode")
+    chosen = target_of(target)
+    shapes = [
+        tuple((tuple(leaf.shape[:last]), str(leaf.dtype)) for leaf in jax.tree.leaves(tree))
+        for tree, last in ((lanes_shapes, -1), (shared_shapes, None))
+    ]
+    structures = [jax.tree.structure(tree) for tree in (lanes_shapes, shared_shapes)]
+    try:
+        key = (episode, *shapes, *structures, dtype, chosen, vectors)
+        hash(key)
+    except TypeError:  # functions that hold arrays, say
+        return _compiled(episode, lanes_shapes, shared_shapes, dtype, chosen, vectors)
+    with _lock:
+        if key not in _kernels:
+            _kernels[key] = _compiled(episode, lanes_shapes, shared_shapes, dtype, chosen, vectors)
+        return _kernels[key]
+
+
+_kernels: dict[Any, Kernel] = {}
+_lock = threading.RLock()
+
+
+def _compiled(
+    episode: Episode, lanes: Any, shared: Any, dtype: str, target: Target, vectors: int
+) -> Kernel:
+    begun = time.perf_counter()
+    with jax.enable_x64(dtype == "float64"):
+        read = _Read.of(episode, lanes, shared)
+    module = EpisodeModule(Stages.of(read.roots), read.lane_kinds, target, dtype, vectors)
+    code = Compiled(module.text(), target)
+    return Kernel(
+        target, module.block, time.perf_counter() - begun, read.channels, module, read, code
+    )
+
+
+@dataclass(frozen=True)
+class _Read:
+    """A program that was traced and read."""
+
+    roots: Roots
+    lane_kinds: tuple[str, ...]
+    """Kinds of what is given lane by lane, entry by entry."""
+    shared_dtypes: tuple[str, ...]
+    channels: Any
+    """What a frame records, as shapes of one lane."""
+
+    @classmethod
+    def of(cls, episode: Episode, lanes: Any, shared: Any) -> _Read:
+        """Traced for one lane."""
+        lanes = jax.tree.map(lambda x: jax.ShapeDtypeStruct((*x.shape[:-1], 1), x.dtype), lanes)
+        shared = jax.tree.map(lambda x: jax.ShapeDtypeStruct(x.shape, x.dtype), shared)
+        index = jax.ShapeDtypeStruct((), "int32")
+        reader = Reader()
+
+        def read(function: Callable[..., Any], **arguments: Any) -> tuple[list[Node], Any]:
+            trace, shapes = jax.make_jaxpr(function, return_shape=True)(*arguments.values())
+            inputs = [
+                array
+                for name, tree in arguments.items()
+                for array in _given(name, jax.tree.leaves(tree))
+            ]
+            return scalars(reader.read(trace, inputs)), shapes
+
+        start, state = read(episode.start, lanes=lanes, shared=shared)
+        of_state = jax.tree.map(lambda x: jax.ShapeDtypeStruct(x.shape, x.dtype), state)
+        given_all = {"lanes": lanes, "shared": shared, "state": of_state, "index": index}
+        tick, _ = read(episode.tick, **given_all)
+        frame, (_, channels) = read(episode.frame, **given_all)
+        roots = Roots(tuple(start), tuple(tick), *_split(frame, len(start)))
+        lane_kinds = [k for leaf in jax.tree.leaves(lanes) for k in _kinds(leaf)]
+        dtypes = [str(leaf.dtype) for leaf in jax.tree.leaves(shared) for _ in _kinds(leaf)]
+        return cls(roots, tuple(lane_kinds), tuple(dtypes), channels)
+
+
+def _split(nodes: Sequence[Node], first: int) -> tuple[tuple[Node, ...], tuple[Node, ...]]:
+    return tuple(nodes[:first]), tuple(nodes[first:])
+
+
+def _kinds(leaf: Any) -> list[str]:
+    return [KINDS[str(leaf.dtype)]] * int(np.prod(leaf.shape, dtype=int))
+
+
+def _given(name: str, leaves: Sequence[Any]) -> list[np.ndarray]:
+    """Nodes of what is given, leaf by leaf, numbered one after the other."""
+    numbers = itertools.count()
+    return [
+        array_of([given((name, next(numbers)), kind) for kind in _kinds(leaf)], leaf.shape)
+        for leaf in leaves
+    ]
 
 
 @dataclass(frozen=True)
@@ -66,7 +171,7 @@ class Kernel:
     processor, and the number of threads.
     """
 
-    target: str
+    target: Target
     """What it was compiled for."""
     block: int
     """Lanes that are advanced together; a last block is filled up with the last lane."""
@@ -74,6 +179,9 @@ class Kernel:
     """Seconds that tracing and compiling took."""
     channels: Any
     """What a frame records, as `jax.ShapeDtypeStruct` of one lane."""
+    _module: EpisodeModule = field(repr=False)
+    _read: _Read = field(repr=False)
+    _code: Compiled = field(repr=False)
 
     def run(
         self,
@@ -97,4 +205,117 @@ class Kernel:
                 first lane, its number of lanes, and its channels as arrays [frames, ..., lanes],
                 which are only valid meanwhile. What it raises, `run` raises.
         """
-        raise CannotLower("episode")
+        run = _Run(self, lanes, shared, frames, ticks_per_frame, collect)
+        run.go(threads or len(os.sched_getaffinity(0)))
+
+
+class _Run:
+    """One run of a kernel: what all threads share."""
+
+    def __init__(
+        self,
+        kernel: Kernel,
+        lanes: Any,
+        shared: Any,
+        frames: int,
+        ticks: int,
+        collect: Collect,
+    ) -> None:
+        self._module, self._read, self._code = kernel._module, kernel._read, kernel._code
+        self._block, self._channels = kernel.block, kernel.channels
+        self._frames, self._ticks, self._collect = frames, ticks, collect
+        leaves = [np.asarray(leaf) for leaf in jax.tree.leaves(lanes)]
+        self._lanes = leaves[0].shape[-1]
+        self._given = [leaf.reshape(-1, self._lanes) for leaf in leaves]
+        self._blocks = -(-self._lanes // self._block)
+        self._uniform = aligned(8 * len(self._module.stages.uniform))
+        self._spread(shared)
+
+    def _spread(self, shared: Any) -> None:
+        """What all lanes share, computed once."""
+        dtypes = self._read.shared_dtypes
+        memory = aligned(8 * len(dtypes))
+        entries = [x for leaf in jax.tree.leaves(shared) for x in np.asarray(leaf).reshape(-1)]
+        for i, (entry, dtype) in enumerate(zip(entries, dtypes, strict=True)):
+            stored = "int32" if dtype == "bool" else dtype
+            np.ndarray((1,), stored, memory.data, 8 * i)[0] = entry
+        self._function("uniform", 2)(memory.ctypes.data, self._uniform.ctypes.data)
+
+    def _function(self, name: str, pointers: int, numbers: int = 0) -> Callable[..., None]:
+        kinds = [ctypes.c_void_p] * pointers + [ctypes.c_int64] * numbers
+        return ctypes.CFUNCTYPE(None, *kinds)(self._code.address(name))
+
+    def go(self, threads: int) -> None:
+        """Roll out group after group, each by the thread that is free."""
+        frame_bytes = self._module.channel_rows.offsets[-1] * self._block * self._frames
+        fits = max(1, _BUFFER_BYTES // max(1, frame_bytes))
+        threads = max(1, min(threads, self._blocks))
+        group = min(fits, -(-self._blocks // threads))
+        groups = iter(range(0, self._blocks, group))
+        lock = threading.Lock()
+
+        def work() -> None:
+            worker = _Worker(self, group)
+            while True:
+                with lock:
+                    first = next(groups, None)
+                if first is None:
+                    return
+                worker.roll_out(first, min(group, self._blocks - first))
+
+        if threads == 1:
+            work()
+            return
+        with ThreadPoolExecutor(threads) as pool:
+            for done in [pool.submit(work) for _ in range(threads)]:
+                done.result()
+
+
+class _Worker:
+    """The memory of a thread, and what it does with a group of blocks."""
+
+    def __init__(self, run: _Run, group: int) -> None:
+        module, block = run._module, run._block
+        self._run, self._block = run, block
+        self._given = module.lane_rows.memory(block)
+        self._invariant = module.invariant_rows.memory(block)
+        self._state = module.state_rows.memory(block)
+        self._out = module.channel_rows.memory(block * group, run._frames)
+        self._start = run._function("start", 4)
+        self._episode = run._function("episode", 4, 4)
+        rows, first, self._leaves = module.lane_rows, 0, []
+        for leaf in run._given:
+            self._leaves.append(rows.view(self._given, first, first + len(leaf), block)[0])
+            first += len(leaf)
+
+    def roll_out(self, first: int, blocks: int) -> None:
+        """Roll out so many blocks from the first one on, and let them be collected."""
+        run, block, row = self._run, self._block, self._block * blocks
+        uniform, given, invariant, state, out = (
+            each.ctypes.data
+            for each in (run._uniform, self._given, self._invariant, self._state, self._out)
+        )
+        for number in range(blocks):
+            at = (first + number) * block
+            lanes = min(block, run._lanes - at)
+            for leaf, rows in zip(run._given, self._leaves, strict=True):
+                rows[:, :lanes] = leaf[:, at : at + lanes]
+                rows[:, lanes:] = leaf[:, -1:]
+            self._start(given, uniform, invariant, state)
+            self._episode(
+                uniform, invariant, state, out, run._frames, run._ticks, row, number * block
+            )
+        lanes = min(row, run._lanes - first * block)
+        run._collect(first * block, lanes, self._channels(row, lanes))
+
+    def _channels(self, row: int, lanes: int) -> Any:
+        """What was recorded, as arrays [frames, ..., lanes]."""
+        run, first, found = self._run, 0, []
+        leaves, structure = jax.tree.flatten(run._channels)
+        for leaf in leaves:
+            last = first + int(np.prod(leaf.shape, dtype=int))
+            view = run._module.channel_rows.view(self._out, first, last, row, run._frames)
+            array = view.reshape(run._frames, *leaf.shape[:-1], row)[..., :lanes]
+            found.append(array != 0 if leaf.dtype == bool else array)
+            first = last
+        return jax.tree.unflatten(structure, found)

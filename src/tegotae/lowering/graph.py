@@ -16,7 +16,7 @@ from tegotae.lowering.moves import MOVES, moved_by_number
 from tegotae.lowering.nodes import (
     DTYPES,
     KINDS,
-    Branch,
+    Fork,
     Loop,
     Node,
     array_of,
@@ -141,7 +141,7 @@ class Reader:
         if condition.operation == "literal":
             return yes if condition.detail else no
         differ = [i for i, (a, b) in enumerate(zip(no, yes, strict=True)) if a is not b]
-        branch = Branch(tuple(no[i] for i in differ), tuple(yes[i] for i in differ))
+        branch = Fork(tuple(no[i] for i in differ), tuple(yes[i] for i in differ))
         node = Node("branch", "", (condition, *branch.no, *branch.yes), branch)
         results = list(no)
         for part, i in enumerate(differ):

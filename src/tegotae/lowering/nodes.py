@@ -46,7 +46,7 @@ class Node:
 
 
 @dataclass(eq=False)
-class Branch:
+class Fork:
     """What a node `branch` decides between: the results of either side.
 
     The node's inputs are the condition, then `no`, then `yes`.

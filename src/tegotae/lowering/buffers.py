@@ -1,0 +1,61 @@
+"""Memory that kernels read and write: rows of lanes, each of its own type."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from tegotae.lowering.nodes import DTYPES
+
+ALIGNMENT = 64
+"""Bytes that memory begins at a multiple of: a vector of AVX-512."""
+
+
+@dataclass(frozen=True)
+class Rows:
+    """Scalars of these kinds, each a row of as many lanes as one likes; true and false as int32."""
+
+    kinds: tuple[str, ...]
+
+    @cached_property
+    def dtypes(self) -> tuple[np.dtype, ...]:
+        """The type of each row in memory."""
+        return tuple(np.dtype("int32" if k == "bool" else DTYPES[k]) for k in self.kinds)
+
+    @cached_property
+    def offsets(self) -> tuple[int, ...]:
+        """Where each row begins, in bytes a lane, and where the last one ends."""
+        return tuple(np.cumsum([0, *(dtype.itemsize for dtype in self.dtypes)]).tolist())
+
+    def memory(self, lanes: int, times: int = 1) -> np.ndarray:
+        """Bytes for all rows of so many lanes, so many times."""
+        return aligned(self.offsets[-1] * lanes * times)
+
+    def view(
+        self, memory: np.ndarray, first: int, last: int, lanes: int, times: int = 1
+    ) -> np.ndarray:
+        """Rows that follow each other, of one type: [times, rows, lanes]."""
+        dtype = self.dtypes[first]
+        row = dtype.itemsize * lanes
+        return np.ndarray(
+            (times, last - first, lanes),
+            dtype,
+            memory.data,
+            self.offsets[first] * lanes,
+            (self.offsets[-1] * lanes, row, dtype.itemsize),
+        )
+
+
+def aligned(size: int) -> np.ndarray:
+    """So many bytes of memory, which begin where a vector may."""
+    memory = np.empty(size + ALIGNMENT, np.uint8)
+    offset = -memory.ctypes.data % ALIGNMENT
+    return memory[offset : offset + size]
+
+
+def numbers_of(memory: np.ndarray, dtypes: Sequence[str]) -> list[np.ndarray]:
+    """Scalars of these types in memory of eight bytes each, as arrays of one entry."""
+    return [np.ndarray((1,), dtype, memory.data, 8 * i) for i, dtype in enumerate(dtypes)]

@@ -1,0 +1,1 @@
+"""Graphs of scalars as LLVM: each scalar a vector of lanes."""

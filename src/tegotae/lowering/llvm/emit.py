@@ -1,0 +1,252 @@
+"""Nodes as instructions: branches that are taken if any lane takes them, loops while any lane goes.
+
+Every fused multiply-add is formed here, from the graph alone, and nothing is left to the compiler:
+so results are the same bits for any width of vectors, any number of them, any processor.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+
+from tegotae.lowering.graph import reachable
+from tegotae.lowering.llvm.writer import BYTES, TYPES, FunctionWriter
+from tegotae.lowering.nodes import FLOATS, Fork, Loop, Node
+from tegotae.lowering.operations import OPERATIONS
+from tegotae.lowering.regions import Region, Regions
+
+_SMALLEST_SIDE = 8
+"""Operations from which the side of a branch is worth a jump."""
+
+Leaf = Callable[[Node], tuple[str, int, bool] | str | None]
+"""Where a node comes from: base, offset in bytes of the first vector, whether one number serves all
+lanes; or the register of a number; None if it is to be computed."""
+
+
+class Emitter:
+    """Writes what some nodes come to.
+
+    Args:
+        writer: where to.
+        vectors: vectors of a block.
+        results: the nodes.
+        leaf: what is in memory already.
+    """
+
+    def __init__(
+        self, writer: FunctionWriter, vectors: int, results: Iterable[Node], leaf: Leaf
+    ) -> None:
+        self._writer, self._vectors, self._leaf = writer, vectors, leaf
+        self._regions = Regions(
+            results, lambda node: node.operation == "literal" or leaf(node) is not None
+        )
+        self._values: list[dict[Node, list[str]]] = [{}]
+        self._fused = self._products_within_sums()
+        self._emit(self._regions.top)
+
+    def values(self, node: Node) -> list[str]:
+        """A node's registers, one a vector."""
+        for known in reversed(self._values):
+            if node in known:
+                return known[node]
+        w = self._writer
+        if node.operation == "literal":
+            return [w.number(node.detail, node.kind)] * self._vectors
+        where = self._leaf(node)
+        assert where is not None, f"{node.operation} is not computed yet"
+        if isinstance(where, str):
+            found = [w.spread(where, node.kind)] * self._vectors
+        else:
+            base, offset, spread = where
+            if spread:
+                found = [w.load(base, offset, node.kind, spread=True)] * self._vectors
+            else:
+                scalar = TYPES[node.kind]
+                size = w.lanes * BYTES["i32" if scalar == "i1" else scalar]
+                found = [w.load(base, offset + u * size, node.kind) for u in range(self._vectors)]
+        self._values[-1][node] = found
+        return found
+
+    def _products_within_sums(self) -> dict[Node, int]:
+        """Of sums that take a product with them, which of their two inputs it is."""
+        uses, region = self._regions.uses, self._regions.region
+        fused: dict[Node, int] = {}
+        for node in region:
+            if node.operation not in ("add", "sub") or node.kind not in FLOATS:
+                continue
+            a, b = node.inputs
+            products = [i for i, x in enumerate((a, b)) if x.operation == "mul" and x in region]
+            if a is b or not products:
+                continue
+            fused[node] = min(products, key=lambda i: (uses[node.inputs[i]], i))
+        for node, which in fused.items():
+            uses[node.inputs[which]] -= 1
+        return fused
+
+    def _emit(self, region: Region) -> None:
+        for node in self._regions.nodes.get(region, ()):
+            self._compute(node)
+
+    def _compute(self, node: Node) -> None:
+        known = self._values[-1]
+        if node.operation == "mul" and not self._regions.uses[node]:
+            return  # all that use it take it with them
+        if node.operation == "branch":
+            self._branch(node)
+        elif node.operation == "loop":
+            self._loop(node)
+        elif node.operation in ("given", "part") or node in known:
+            return
+        elif node in self._fused:
+            known[node] = self._fused_sum(node)
+        else:
+            emission = OPERATIONS[node.operation].llvm
+            assert emission is not None, node.operation
+            operands = [self.values(each) for each in node.inputs]
+            known[node] = [
+                emission(self._writer, node, *registers)
+                for registers in zip(*operands, strict=True)
+            ]
+
+    def _fused_sum(self, node: Node) -> list[str]:
+        """a b + c, or with either sign, rounded once."""
+        w, which = self._writer, self._fused[node]
+        product, other = node.inputs[which], node.inputs[1 - which]
+        kind = w.type(node.kind)
+        found = []
+        for a, b, c in zip(*(self.values(each) for each in (*product.inputs, other)), strict=True):
+            if node.operation == "sub" and which == 1:
+                a = w.do(f"fneg {kind} {a}")
+            if node.operation == "sub" and which == 0:
+                c = w.do(f"fneg {kind} {c}")
+            found.append(w.call("fma", (node.kind,), a, b, c))
+        return found
+
+    def _branch(self, node: Node) -> None:
+        fork: Fork = node.detail
+        regions, w = self._regions, self._writer
+        parts = {part: i for i in regions.parts[node] if (part := regions.part_of(node, i))}
+        masks = self.values(node.inputs[0])
+        no_side, yes_side = regions.sides[node]
+        if self._is_small(no_side):
+            self._emit(no_side)
+            no = {part: self.values(fork.no[i]) for part, i in parts.items()}
+        else:
+            flipped = [w.do(f"xor {w.type('bool')} {m}, {w.number(True, 'bool')}") for m in masks]
+            no = self._if_any(flipped, no_side, {p: fork.no[i] for p, i in parts.items()}, None)
+        if self._is_small(yes_side):
+            self._emit(yes_side)
+            self._values[-1].update(
+                (part, self._chosen(masks, part, self.values(fork.yes[i]), no[part]))
+                for part, i in parts.items()
+            )
+        else:
+            yes = {part: fork.yes[i] for part, i in parts.items()}
+            self._values[-1].update(self._if_any(masks, yes_side, yes, no))
+
+    def _chosen(
+        self, masks: Sequence[str], part: Node, yes: Sequence[str], no: Sequence[str]
+    ) -> list[str]:
+        w = self._writer
+        return [w.select(m, part.kind, y, n) for m, y, n in zip(masks, yes, no, strict=True)]
+
+    def _is_small(self, side: Region) -> bool:
+        nodes = self._regions.nodes.get(side, ())
+        inner = any(node.operation in ("branch", "loop") for node in nodes)
+        return len(nodes) < _SMALLEST_SIDE and not inner
+
+    def _if_any(
+        self,
+        masks: list[str],
+        side: Region,
+        results: dict[Node, Node],
+        otherwise: dict[Node, list[str]] | None,
+    ) -> dict[Node, list[str]]:
+        """Results of a side, for lanes that take it; computed if any does."""
+        w = self._writer
+        inside, after = w.label("taken"), w.label("joined")
+        w.go_if(w.any(masks), inside, after, rarely=otherwise is not None)
+        before = w.block
+        w.begin(inside)
+        self._values.append({})
+        self._emit(side)
+        found = {}
+        for part, node in results.items():
+            found[part] = self.values(node)
+            if otherwise is not None:
+                found[part] = self._chosen(masks, part, found[part], otherwise[part])
+        self._values.pop()
+        end = w.block
+        w.go(after)
+        w.begin(after)
+        joined = {}
+        for part, values in found.items():
+            none = [w.number(0, part.kind)] * self._vectors
+            others = none if otherwise is None else otherwise[part]
+            joined[part] = [
+                w.either(part.kind, (value, end), (other, before))
+                for value, other in zip(values, others, strict=True)
+            ]
+        return joined
+
+    def _loop(self, node: Node) -> None:
+        """Rounds while any lane goes on; what a lane carries stays when it does not."""
+        loop: Loop = node.detail
+        w, regions = self._writer, self._regions
+        slots = regions.parts[node]
+        carried = [loop.carried[slot] for slot in slots]
+        begins = [self.values(node.inputs[slot]) for slot in slots]
+        going = self._goes_on(node, carried, begins)
+        inside, latch, after = w.label("round"), w.label("latch"), w.label("ended")
+        before = w.block
+        w.go_if(w.any(going), inside, after, rarely=True)
+        w.begin(inside)
+        now = [
+            [
+                w.either(each.kind, (value, before), (f"%{latch}.{slot}.{u}", latch))
+                for u, value in enumerate(values)
+            ]
+            for each, slot, values in zip(carried, slots, begins, strict=True)
+        ]
+        goes = [
+            w.either("bool", (mask, before), (f"%{latch}.goes.{u}", latch))
+            for u, mask in enumerate(going)
+        ]
+        self._values.append(dict(zip(carried, now, strict=True)))
+        self._emit(regions.rounds[node])
+        moved = [
+            [
+                w.select(*each, name=f"%{latch}.{slot}.{u}")
+                for u, each in enumerate(
+                    zip(goes, [carry.kind] * len(goes), self.values(new), old, strict=True)
+                )
+            ]
+            for carry, slot, new, old in zip(
+                carried, slots, [loop.onwards[slot] for slot in slots], now, strict=True
+            )
+        ]
+        self._values.pop()
+        for u, mask in enumerate(self._goes_on(node, carried, moved)):
+            w.do(f"or {w.type('bool')} {mask}, {mask}", name=f"%{latch}.goes.{u}")
+        w.go(latch)
+        w.begin(latch)
+        w.go_if(w.any([f"%{latch}.goes.{u}" for u in range(len(goes))]), inside, after)
+        w.begin(after)
+        for slot, first, last in zip(slots, begins, moved, strict=True):
+            part = regions.part_of(node, slot)
+            if part is not None:
+                self._values[-1][part] = [
+                    w.either(part.kind, (b, before), (m, latch))
+                    for b, m in zip(first, last, strict=True)
+                ]
+
+    def _goes_on(self, node: Node, carried: list[Node], values: list[list[str]]) -> list[str]:
+        """The condition of a loop, of what it carries."""
+        condition = node.detail.goes_on
+        self._values.append(dict(zip(carried, values, strict=True)))
+        needed = set(reachable((condition,)))
+        for each in self._regions.nodes.get(self._regions.rounds[node], ()):
+            if each in needed:
+                self._compute(each)
+        found = self.values(condition)
+        self._values.pop()
+        return found

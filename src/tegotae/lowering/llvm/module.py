@@ -1,0 +1,212 @@
+"""A staged program of lanes as a module: once a run, once an episode, and the loop of ticks."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+from tegotae.lowering.buffers import Rows
+from tegotae.lowering.llvm.emit import Emitter
+from tegotae.lowering.llvm.target import Target
+from tegotae.lowering.llvm.writer import FunctionWriter
+from tegotae.lowering.nodes import Node
+from tegotae.lowering.stages import LANE, UNIFORM, Stages
+
+Address = tuple[str, int, bool]
+
+
+@dataclass(frozen=True)
+class EpisodeModule:
+    """The code of a program of lanes.
+
+    Its functions, of which pointers are to memory that begins at multiples of 64 bytes:
+
+    - `uniform(shared, uniform)`: what all lanes share, eight bytes a number;
+    - `start(lanes, uniform, invariant, state)`: a block's release;
+    - `episode(uniform, invariant, state, out, frames, ticks, row, column)`: its frames, written at
+      a column of rows of so many lanes.
+
+    Args:
+        stages: the program.
+        lanes: kinds of what is given lane by lane.
+        target: the processor.
+        dtype: the type of its numbers.
+        vectors: vectors of a block.
+    """
+
+    stages: Stages
+    lanes: tuple[str, ...]
+    target: Target
+    dtype: str
+    vectors: int
+
+    @property
+    def width(self) -> int:
+        """Lanes of a vector."""
+        return self.target.lanes_of_vector(self.dtype)
+
+    @property
+    def block(self) -> int:
+        """Lanes of a block."""
+        return self.width * self.vectors
+
+    @cached_property
+    def lane_rows(self) -> Rows:
+        """Rows of what is given."""
+        return Rows(self.lanes)
+
+    @cached_property
+    def state_rows(self) -> Rows:
+        """Rows of the state."""
+        start = self.stages.roots.start
+        return Rows(tuple(start[slot].kind for slot in self.stages.slots))
+
+    @cached_property
+    def invariant_rows(self) -> Rows:
+        """Rows of what a block computes once."""
+        return Rows(tuple(node.kind for node in self.stages.invariant))
+
+    @cached_property
+    def channel_rows(self) -> Rows:
+        """Rows of what is recorded."""
+        return Rows(tuple(node.kind for node in self.stages.roots.channels))
+
+    def text(self) -> str:
+        """The module in LLVM's language."""
+        declared: set[str] = set()
+        functions = (
+            self._uniform(FunctionWriter(1, declared)),
+            self._start(FunctionWriter(self.width, declared)),
+            self._episode(FunctionWriter(self.width, declared)),
+        )
+        bits = self.target.vector_bits
+        wide = f'"prefer-vector-width"="{bits}" "min-legal-vector-width"="{bits}" ' if bits else ""
+        return "\n".join(
+            (
+                *functions,
+                *sorted(declared),
+                f"attributes #0 = {{ {wide}nounwind }}",
+                '!0 = !{!"branch_weights", i32 1, i32 50}',
+                "",
+            )
+        )
+
+    @cached_property
+    def _shared(self) -> dict[Node, int]:
+        return {node: 8 * i for i, node in enumerate(self.stages.uniform)}
+
+    @cached_property
+    def _kept(self) -> dict[Node, int]:
+        offsets = self.invariant_rows.offsets
+        return {n: self.block * offsets[i] for i, n in enumerate(self.stages.invariant)}
+
+    def _uniform(self, w: FunctionWriter) -> str:
+        def leaf(node: Node) -> Address | None:
+            given = node.operation == "given" and node.detail[0] == "shared"
+            return ("%shared", 8 * node.detail[1], False) if given else None
+
+        wanted = self.stages.uniform
+        found = Emitter(w, 1, wanted, leaf)
+        for node, offset in self._shared.items():
+            w.store("%uniform", offset, node.kind, found.values(node)[0])
+        return w.function("@uniform(ptr %shared, ptr %uniform)")
+
+    def _start(self, w: FunctionWriter) -> str:
+        stages, rows = self.stages, self.lane_rows
+
+        def leaf(node: Node) -> Address | None:
+            if stages.level.get(node) == UNIFORM:
+                return "%uniform", self._shared[node], True
+            if node.operation == "given":
+                return "%lanes", self.block * rows.offsets[node.detail[1]], False
+            return None
+
+        released = [stages.roots.start[slot] for slot in stages.slots]
+        found = Emitter(w, self.vectors, (*stages.invariant, *released), leaf)
+        for node, offset in self._kept.items():
+            self._store(w, "%invariant", offset, node.kind, found.values(node))
+        self._store_state(w, released, found)
+        return w.function("@start(ptr %lanes, ptr %uniform, ptr %invariant, ptr %state)")
+
+    def _episode(self, w: FunctionWriter) -> str:
+        roots, slots = self.stages.roots, self.stages.slots
+        w.go("frame")
+        w.begin("frame")
+        w.also("%f = phi i64 [ 0, %entry ], [ %next.f, %recorded ]")
+        w.also("%first64 = mul i64 %f, %ticks")
+        w.also("%first = trunc i64 %first64 to i32")
+        w.also("%count = trunc i64 %ticks to i32")
+        w.also("%end = add i32 %first, %count")
+        w.go("tick")
+        w.begin("tick")
+        w.also("%index = phi i32 [ %first, %frame ], [ %next.index, %ticked ]")
+        after = [roots.tick[slot] for slot in slots]
+        self._store_state(w, after, Emitter(w, self.vectors, after, self._leaf("%index")))
+        w.go("ticked")
+        w.begin("ticked")
+        w.also("%next.index = add i32 %index, 1")
+        w.also("%more = icmp slt i32 %next.index, %end")
+        w.go_if("%more", "tick", "record")
+        w.begin("record")
+        w.also("%last = sub i32 %end, 1")
+        again = [roots.frame[slot] for slot in slots]
+        found = Emitter(w, self.vectors, (*roots.channels, *again), self._leaf("%last"))
+        self._record(w, found)
+        self._store_state(w, again, found)
+        w.go("recorded")
+        w.begin("recorded")
+        w.also("%next.f = add i64 %f, 1")
+        w.also("%on = icmp slt i64 %next.f, %frames")
+        w.go_if("%on", "frame", "stop")
+        w.begin("stop")
+        return w.function(
+            "@episode(ptr %uniform, ptr %invariant, ptr %state, ptr %out, "
+            "i64 %frames, i64 %ticks, i64 %row, i64 %column)"
+        )
+
+    def _leaf(self, index: str) -> Callable[[Node], Address | str | None]:
+        """Where the loop of ticks finds what was computed before."""
+        level, offsets = self.stages.level, self.state_rows.offsets
+        place = {slot: self.block * offsets[i] for i, slot in enumerate(self.stages.slots)}
+
+        def leaf(node: Node) -> Address | str | None:
+            stage = level.get(node)
+            if stage == UNIFORM:
+                return "%uniform", self._shared[node], True
+            if stage == LANE:
+                return "%invariant", self._kept[node], False
+            if node.operation != "given":
+                return None
+            name, number = node.detail
+            return index if name == "index" else ("%state", place[number], False)
+
+        return leaf
+
+    def _record(self, w: FunctionWriter, found: Emitter) -> None:
+        rows = self.channel_rows
+        lanes = w.do("mul i64 %f, %row")
+        for i, node in enumerate(self.stages.roots.channels):
+            size = rows.dtypes[i].itemsize
+            whole = w.do(f"mul i64 {lanes}, {rows.offsets[-1]}")
+            row = w.do(f"mul i64 %row, {rows.offsets[i]}")
+            column = w.do(f"mul i64 %column, {size}")
+            offset = w.do(f"add i64 {w.do(f'add i64 {whole}, {row}')}, {column}")
+            base = w.do(f"getelementptr i8, ptr %out, i64 {offset}")
+            self._store(w, base, 0, node.kind, found.values(node))
+
+    def _store_state(self, w: FunctionWriter, nodes: Sequence[Node], found: Emitter) -> None:
+        """The state, once all of it is known."""
+        values = [found.values(node) for node in nodes]
+        for i, (node, registers) in enumerate(zip(nodes, values, strict=True)):
+            slot = self.stages.slots[i]
+            if node.operation == "given" and node.detail == ("state", slot):
+                continue  # it stays as it is
+            self._store(w, "%state", self.block * self.state_rows.offsets[i], node.kind, registers)
+
+    def _store(
+        self, w: FunctionWriter, base: str, offset: int, kind: str, registers: Sequence[str]
+    ) -> None:
+        size = Rows((kind,)).dtypes[0].itemsize * self.width
+        for u, register in enumerate(registers):
+            w.store(base, offset + u * size, kind, register)

@@ -1,0 +1,166 @@
+"""Text of a function in LLVM: instructions with their registers, in blocks."""
+
+from __future__ import annotations
+
+import struct
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from tegotae.lowering.nodes import FLOATS
+
+TYPES = {
+    "float": "float",
+    "double": "double",
+    "int32_t": "i32",
+    "uint32_t": "i32",
+    "int64_t": "i64",
+    "uint64_t": "i64",
+    "bool": "i1",
+}
+"""Types in LLVM by those in C."""
+BYTES = {"float": 4, "double": 8, "i32": 4, "i64": 8}
+"""Bytes of a value in memory."""
+_LIKELY = "!0"
+_SHORT = {"float": "f32", "double": "f64"}
+
+
+@dataclass
+class FunctionWriter:
+    """Writes a function; implements `tegotae.lowering.operations.Writer`.
+
+    Args:
+        lanes: numbers in a vector; 1 for plain scalars.
+        declared: declarations of the intrinsics that are called, shared by functions of a module.
+    """
+
+    lanes: int
+    declared: set[str]
+    lines: list[str] = field(default_factory=list)
+    block: str = "entry"
+    """The block that is being written."""
+    _registers: int = 0
+    _labels: int = 0
+
+    def type(self, kind: str) -> str:
+        """The type of such a value, one a lane."""
+        return self._wide(TYPES[kind])
+
+    def _wide(self, scalar: str) -> str:
+        return scalar if self.lanes == 1 else f"<{self.lanes} x {scalar}>"
+
+    def do(self, instruction: str, name: str = "") -> str:
+        """Write an instruction; the register of its value, of this name or of a new one."""
+        self._registers += 1
+        register = name or f"%v{self._registers}"
+        self.lines.append(f"  {register} = {instruction}")
+        return register
+
+    def also(self, instruction: str) -> None:
+        """Write an instruction without a value."""
+        self.lines.append(f"  {instruction}")
+
+    def label(self, name: str) -> str:
+        """A name for a block that is to come."""
+        self._labels += 1
+        return f"{name}{self._labels}"
+
+    def begin(self, label: str) -> None:
+        """Begin a block."""
+        self.lines.append(f"{label}:")
+        self.block = label
+
+    def number(self, value: Any, kind: str) -> str:
+        """A constant, the same for all lanes."""
+        if kind in FLOATS:
+            exact = float(np.float32(value) if kind == "float" else np.float64(value))
+            if exact != exact:
+                exact = float("nan")
+            text = f"0x{struct.unpack('<Q', struct.pack('<d', exact))[0]:016X}"
+        elif kind == "bool":
+            text = "true" if value else "false"
+        else:
+            text = str(int(value))
+        return text if self.lanes == 1 else f"splat ({TYPES[kind]} {text})"
+
+    def call(self, intrinsic: str, kinds: tuple[str, ...], *operands: str) -> str:
+        """Call an intrinsic, named with the types that it is overloaded with."""
+        wide = "" if self.lanes == 1 else f"v{self.lanes}"
+        names = [wide + _SHORT.get(TYPES[kind], TYPES[kind]) for kind in kinds]
+        name = f"@llvm.{'.'.join((intrinsic, *names))}"
+        result, operand = self.type(kinds[0]), self.type(kinds[-1])
+        self.declared.add(f"declare {result} {name}({', '.join([operand] * len(operands))})")
+        arguments = ", ".join(f"{operand} {each}" for each in operands)
+        return self.do(f"call {result} {name}({arguments})")
+
+    def select(self, mask: str, kind: str, yes: str, no: str, name: str = "") -> str:
+        """One of two values, lane by lane."""
+        of = self.type(kind)
+        return self.do(f"select {self.type('bool')} {mask}, {of} {yes}, {of} {no}", name)
+
+    def any(self, masks: list[str]) -> str:
+        """Whether a mask holds for any lane of any vector."""
+        together, kind = masks[0], self.type("bool")
+        for mask in masks[1:]:
+            together = self.do(f"or {kind} {together}, {mask}")
+        if self.lanes == 1:
+            return together
+        bits = self.do(f"bitcast {kind} {together} to i{self.lanes}")
+        return self.do(f"icmp ne i{self.lanes} {bits}, 0")
+
+    def go(self, label: str) -> None:
+        """Go on at a block."""
+        self.also(f"br label %{label}")
+
+    def go_if(self, condition: str, yes: str, no: str, *, rarely: bool = False) -> None:
+        """Go on at either block."""
+        weights = f", !prof {_LIKELY}" if rarely else ""
+        self.also(f"br i1 {condition}, label %{yes}, label %{no}{weights}")
+
+    def either(self, kind: str, *cases: tuple[str, str]) -> str:
+        """The value that the block before gave, from pairs of value and block."""
+        of = ", ".join(f"[ {value}, %{block} ]" for value, block in cases)
+        return self.do(f"phi {self.type(kind)} {of}")
+
+    def load(self, base: str, offset: int, kind: str, *, spread: bool = False) -> str:
+        """A value from memory; `spread` one number over all lanes."""
+        scalar = TYPES[kind]
+        stored = "i32" if scalar == "i1" else scalar
+        size = BYTES[stored]
+        address = self.do(f"getelementptr i8, ptr {base}, i64 {offset}") if offset else base
+        if spread and self.lanes > 1:
+            one = self.do(f"load {stored}, ptr {address}, align {size}")
+            wide = self._wide(stored)
+            first = self.do(f"insertelement {wide} poison, {stored} {one}, i64 0")
+            zeros = f"<{self.lanes} x i32> zeroinitializer"
+            value = self.do(f"shufflevector {wide} {first}, {wide} poison, {zeros}")
+        else:
+            wide, bytes_ = self._wide(stored), size * self.lanes
+            value = self.do(f"load {wide}, ptr {address}, align {min(bytes_, 64)}")
+        if scalar == "i1":
+            value = self.do(f"icmp ne {wide} {value}, zeroinitializer")
+        return value
+
+    def store(self, base: str, offset: int, kind: str, value: str) -> None:
+        """A value to memory; true and false as whole numbers."""
+        scalar = TYPES[kind]
+        stored = "i32" if scalar == "i1" else scalar
+        if scalar == "i1":
+            value = self.do(f"zext {self.type(kind)} {value} to {self._wide(stored)}")
+        address = self.do(f"getelementptr i8, ptr {base}, i64 {offset}") if offset else base
+        bytes_ = min(BYTES[stored] * self.lanes, 64)
+        self.also(f"store {self._wide(stored)} {value}, ptr {address}, align {bytes_}")
+
+    def spread(self, scalar: str, kind: str) -> str:
+        """A number in a register of its own, over all lanes."""
+        if self.lanes == 1:
+            return scalar
+        of, wide = TYPES[kind], self.type(kind)
+        first = self.do(f"insertelement {wide} poison, {of} {scalar}, i64 0")
+        zeros = f"<{self.lanes} x i32> zeroinitializer"
+        return self.do(f"shufflevector {wide} {first}, {wide} poison, {zeros}")
+
+    def function(self, head: str) -> str:
+        """All of the function, with its head."""
+        return "\n".join((f"define void {head} #0 {{", "entry:", *self.lines, "  ret void", "}"))

@@ -1,0 +1,183 @@
+"""Where in a function each node is computed: always, on one side of a branch, in a loop."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+
+from tegotae.lowering.nodes import Fork, Loop, Node
+
+
+@dataclass(eq=False)
+class Region:
+    """A stretch of a function: all of it, a side of a branch, or the rounds of a loop."""
+
+    outer: Region | None = None
+    loop: Node | None = None
+    """The loop whose rounds it is."""
+    depth: int = 0
+
+    def within(self, loop: Node | None = None) -> Region:
+        """A region inside of this one."""
+        return Region(self, loop, self.depth + 1)
+
+
+class Regions:
+    """The nodes that some results need, each in the innermost region that all its uses are in.
+
+    So what a branch shares with the world around is computed before it, and what a loop repeats in
+    vain before the loop; what only one side of a branch needs is left out where no lane takes it.
+
+    Args:
+        results: what is asked for.
+        is_leaf: whether a node comes from memory or is a constant, so that nothing of it is
+            computed here.
+    """
+
+    def __init__(self, results: Iterable[Node], is_leaf: Callable[[Node], bool]) -> None:
+        self.results = tuple(results)
+        self._is_leaf = is_leaf
+        self.parts: dict[Node, list[int]] = {}
+        """Which results of a branch or loop are used."""
+        self._parts: dict[tuple[Node, int], Node] = {}
+        self._carriers: dict[Node, tuple[Node, int]] = {}
+        self._changing: dict[Node, set[Node]] = {}
+        live = sorted(self._live(), key=lambda node: node.number)
+        self.top = Region()
+        self.sides: dict[Node, tuple[Region, Region]] = {}
+        """Of a branch the regions of no and yes."""
+        self.rounds: dict[Node, Region] = {}
+        """Of a loop the region of its rounds."""
+        self.uses: dict[Node, int] = {}
+        """How often a node is used."""
+        self.region = self._placed(live)
+        self.nodes: dict[Region, list[Node]] = {}
+        """The nodes of each region, in an order in which they can be computed."""
+        for node in live:
+            self.nodes.setdefault(self.region[node], []).append(node)
+
+    def part_of(self, node: Node, index: int) -> Node | None:
+        """The node of a result of a branch or loop, if anything uses it."""
+        return self._parts.get((node, index))
+
+    def _live(self) -> set[Node]:
+        live: set[Node] = set()
+        left = list(self.results)
+
+        def carry(loop: Node, slot: int) -> None:
+            slots = self.parts[loop]
+            if slot not in slots:
+                slots.append(slot)
+                left.extend((loop.inputs[slot], loop.detail.onwards[slot]))
+
+        while left:
+            node = left.pop()
+            if node in self._carriers:
+                carry(*self._carriers[node])
+                live.add(node)
+                continue
+            if node in live or self._is_leaf(node):
+                continue
+            live.add(node)
+            if node.operation == "loop":
+                self.parts.setdefault(node, [])
+                loop: Loop = node.detail
+                self._carriers.update((each, (node, i)) for i, each in enumerate(loop.carried))
+                left.append(loop.goes_on)
+            elif node.operation == "branch":
+                self.parts.setdefault(node, [])
+                left.append(node.inputs[0])
+            elif node.operation == "part":
+                (of,) = node.inputs
+                self._parts[of, node.detail] = node
+                if of not in live:
+                    left += [node, of]
+                    live.discard(node)
+                elif of.operation == "loop":
+                    carry(of, node.detail)
+                elif node.detail not in self.parts[of]:
+                    self.parts[of].append(node.detail)
+                    left += [of.detail.no[node.detail], of.detail.yes[node.detail]]
+            else:
+                left += node.inputs
+        for node, slots in self.parts.items():
+            slots.sort()
+            if node.operation == "loop":
+                self._changing[node] = _changing(node.detail)
+        return live
+
+    def _placed(self, live: list[Node]) -> dict[Node, Region]:
+        region: dict[Node, Region] = {}
+        alive = set(live)
+
+        def use(node: Node, where: Region) -> None:
+            if node not in alive:
+                return
+            self.uses[node] = self.uses.get(node, 0) + 1
+            where = self._out_of_loops(node, where)
+            region[node] = _common(region.get(node, where), where)
+
+        for node in self.results:
+            use(node, self.top)
+        for node in reversed(live):
+            here = region[node]
+            if node.operation == "branch":
+                branch: Fork = node.detail
+                no, yes = self.sides[node] = here.within(), here.within()
+                use(node.inputs[0], here)
+                for part in self.parts[node]:
+                    use(branch.no[part], no)
+                    use(branch.yes[part], yes)
+            elif node.operation == "loop":
+                loop: Loop = node.detail
+                rounds = self.rounds[node] = here.within(node)
+                use(loop.goes_on, rounds)
+                for part in self.parts[node]:
+                    region.setdefault(loop.carried[part], rounds)
+                    use(node.inputs[part], here)
+                    use(loop.onwards[part], rounds)
+            elif node not in self._carriers:
+                for each in node.inputs:
+                    use(each, here)
+        return region
+
+    def _out_of_loops(self, node: Node, where: Region) -> Region:
+        """The region outside of all loops that do not change a node."""
+        found = where
+        for region in _outwards(where):
+            if region.loop is not None and node not in self._changing[region.loop]:
+                assert region.outer is not None
+                found = region.outer
+        return found
+
+
+def _outwards(region: Region | None) -> Iterator[Region]:
+    while region is not None:
+        yield region
+        region = region.outer
+
+
+def _common(a: Region, b: Region) -> Region:
+    """The innermost region that both are in."""
+    while a is not b:
+        if a.depth < b.depth:
+            a, b = b, a
+        assert a.outer is not None
+        a = a.outer
+    return a
+
+
+def _changing(loop: Loop) -> set[Node]:
+    """What changes from round to round."""
+    changing: dict[Node, bool] = dict.fromkeys(loop.carried, True)
+    left = [loop.goes_on, *loop.onwards]
+    while left:
+        node = left[-1]
+        unknown = [each for each in node.inputs if each not in changing]
+        if node in changing or not unknown:
+            left.pop()
+            if node not in changing:
+                changing[node] = any(changing[each] for each in node.inputs)
+        else:
+            left += unknown
+    return {node for node, is_so in changing.items() if is_so}
