@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tegotae import TegotaeError
-from tegotae.lowering.episode import Episode, compile_episode
+from tegotae.lowering.episode import TracedEpisode, compile_episode
 
 FRAMES, TICKS = 5, 4
 
@@ -31,7 +31,7 @@ def frame(lanes, shared, state, last):
     return {**state, "largest": jnp.full_like(state["x"], -jnp.inf)}, told
 
 
-PROGRAM = Episode(start, tick, frame)
+PROGRAM = TracedEpisode(start, tick, frame)
 
 
 def given(lanes=37, dtype="float32"):
@@ -83,7 +83,7 @@ def test_the_same_program_is_compiled_once():
     of_lanes, shared = given()
     more, _ = given(lanes=5)
     assert compile_episode(PROGRAM, of_lanes, shared, "float32") is compile_episode(
-        Episode(start, tick, frame), more, shared, "float32"
+        TracedEpisode(start, tick, frame), more, shared, "float32"
     )
 
 
