@@ -3,30 +3,16 @@
 from __future__ import annotations
 
 import re
-import warnings
 from collections.abc import Iterator
 from typing import Any
 
-import tyro
-
 from tegotae.cli.commands import COMMANDS, Command, CommandGroup
-
-_AS_THE_COMMAND = (
-    tyro.conf.FlagCreatePairsOff,
-    tyro.conf.DisallowNone,
-    tyro.conf.PositionalMetavarFromFieldName,
-)
+from tegotae.cli.parsing import parser
 
 
 def command_reference() -> str:
     """All commands with their arguments and options, as Markdown."""
     return "\n".join(part for name, command in COMMANDS.items() for part in _command(name, command))
-
-
-def _parser(command: type) -> Any:
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", DeprecationWarning)
-        return tyro.extras.get_parser(command, config=_AS_THE_COMMAND)
 
 
 def _command(name: str, command: Command | CommandGroup, level: int = 2) -> Iterator[str]:
@@ -36,13 +22,14 @@ def _command(name: str, command: Command | CommandGroup, level: int = 2) -> Iter
         for sub, its in command.commands.items():
             yield from _command(f"{name} {sub}", its, level + 1)
         return
-    parser = _parser(command.load())
-    yield f"{_text(parser.description or '')}\n"
-    # The class of an action is its kind, in tyro's own copy of argparse.
-    rows = [_row(each) for each in parser._actions if type(each).__name__ != "_HelpAction"]
+    own = parser(command.load())
+    yield f"{_text(own.description or '')}\n"
+    # The class tells of what kind an action is, in tyro's own copy of argparse.
+    rows = [_row(each) for each in own._actions if type(each).__name__ != "_HelpAction"]
     if rows:
-        yield "| option | what it is |\n|---|---|"
+        yield "| option | meaning |\n|---|---|"
         yield "\n".join(rows) + "\n"
+    yield "```console\n" + "\n".join(command.examples) + "\n```\n"
 
 
 def _row(action: Any) -> str:

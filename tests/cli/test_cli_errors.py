@@ -6,6 +6,7 @@ import errno
 import inspect
 import os
 import re
+import shlex
 import subprocess
 import sys
 
@@ -13,8 +14,8 @@ import pytest
 from jax.errors import JaxRuntimeError
 
 from tegotae import Engine, TegotaeError
-from tegotae.cli import main
-from tegotae.cli.commands import COMMANDS, Command, CommandGroup
+from tegotae.cli import main, parsed, split_parts
+from tegotae.cli.commands import COMMANDS, SECTIONS, Command, CommandGroup
 from tegotae.cli.status import exit_status
 
 
@@ -63,17 +64,24 @@ def explanation(capsys, *words: str) -> str:
 
 @pytest.mark.parametrize("command", COMMANDS)
 def test_every_command_explains_itself_and_its_options(capsys, command):
+    entry = COMMANDS[command]
     out = explanation(capsys, command)
     assert out.startswith(f"usage: tegotae {command} ")
-    parts = re.match(r"usage: tegotae \w+ \[-h\] \{(.*)\}", out)
-    for part in parts[1].split(",") if parts else ():
-        out += explanation(capsys, command, part)
+    if isinstance(entry, CommandGroup):
+        assert all(f"  {part} " in out for part in entry.commands)
+        out += "".join(explanation(capsys, command, part) for part in entry.commands)
     assert "None" not in out  # plain words, no Python
 
 
-def test_the_program_explains_itself(capsys):
+def test_the_program_lists_its_commands_by_purpose_within_80_columns(capsys):
     out = explanation(capsys)
-    assert all(f"• {name} " in out for name in COMMANDS)
+    assert all(f"\n  {name} " in out for name in COMMANDS)
+    assert all(f"\n{title}\n" in out for title in SECTIONS)
+    assert max(map(len, out.splitlines())) <= 80
+
+
+def test_every_command_has_one_place_in_the_list():
+    assert sorted(name for names in SECTIONS.values() for name in names) == sorted(COMMANDS)
 
 
 def every_command(commands=COMMANDS) -> list[Command]:
@@ -90,9 +98,26 @@ def test_the_line_about_a_command_is_the_first_of_its_docstring(command):
     assert command.summary.endswith(".")
 
 
+@pytest.mark.parametrize("command", every_command(), ids=lambda each: each.name)
+def test_every_command_has_two_examples_that_are_understood(command):
+    assert len(command.examples) == 2
+    for example in command.examples:
+        program, *words = shlex.split(example.partition(" > ")[0])
+        assert program == "tegotae"
+        assert isinstance(parsed(split_parts(words)[0]), command.load())
+
+
+@pytest.mark.parametrize("words", ["cite", "figure surface", "study", "study multiverse run"])
+def test_the_help_of_a_command_ends_with_its_examples(capsys, words):
+    *_, title, first, second = explanation(capsys, *words.split()).splitlines()
+    assert title == "Examples:"
+    assert first.startswith(f"  tegotae {words}")
+    assert second.startswith(f"  tegotae {words}")
+
+
 LISTING = """
 import sys
-from tegotae.cli import main
+from tegotae.cli import main, parsed, split_parts
 try:
     main({words})
 except SystemExit as end:

@@ -56,6 +56,30 @@ def test_a_file_or_pipe_gets_one_wide_table(shown):
     assert max(map(len, lines)) > 30
 
 
+def printed(columns, rows, capsys) -> list[str]:
+    print_rows(columns, rows, turned=True)
+    return [line.rstrip() for line in capsys.readouterr().out.splitlines() if line.strip()]
+
+
+WIDE = tuple(f"quantity {i}" for i in range(12))
+
+
+def test_many_numbers_of_few_are_listed_below_each_other(capsys):
+    lines = printed(
+        ("controller", *WIDE), [("V", *"0123456789ab"), ("ART", *"cdefghijklmn")], capsys
+    )
+    assert lines[0].split() == ["controller", "V", "ART"]
+    assert lines[3].split() == ["quantity", "1", "1", "d"]
+    assert max(map(len, lines)) <= 80
+
+
+def test_a_table_that_fits_or_would_not_fit_either_way_has_a_line_a_row(capsys):
+    lines = printed(("controller", "T0 [s]"), [("V", "1"), ("ART", "2")], capsys)
+    assert lines[0].split() == ["controller", "T0", "[s]"]
+    lines = printed(("controller", *WIDE), [(f"controller {i}", *WIDE) for i in range(9)], capsys)
+    assert lines[0].split()[:3] == ["controller", "quantity", "0"]
+
+
 def test_columns_are_as_wide_as_their_widest_text():
     assert column_widths(("a", "bc"), [("long", "x"), ("", "")]) == [7, 5]
 

@@ -19,6 +19,8 @@ from rich.progress import (
 )
 from rich.text import Text
 
+from tegotae._support.quiet import is_quiet
+
 _SECONDS_BETWEEN_LINES = 10.0
 
 
@@ -62,9 +64,9 @@ class _RateColumn(ProgressColumn):
 
 @contextmanager
 def reporting(title: str, total: int) -> Iterator[Reporter]:
-    """Report on stderr while the work goes on."""
-    console = Console(stderr=True, soft_wrap=True)
-    if not console.is_terminal:
+    """Report on stderr while the work goes on, unless the user wants no progress (`is_quiet`)."""
+    console = Console(stderr=True, soft_wrap=True, quiet=is_quiet())
+    if console.quiet or not console.is_terminal:
         yield Reporter(title, total, console, None)
         return
     columns = (

@@ -1,4 +1,4 @@
-"""Train, simulate and compare learned Tegotae feedback in central pattern generators."""
+"""The `tegotae` command: which words make which command, and how it ends."""
 
 from __future__ import annotations
 
@@ -9,16 +9,13 @@ from typing import Any
 
 from tegotae._start import end_on_ctrl_c, open_streams, ready
 from tegotae._support.errors import TegotaeError
-from tegotae.cli.commands import COMMANDS, MOVED, Command, CommandGroup, in_name_only
+from tegotae._support.quiet import QUIET
+from tegotae.cli.commands import COMMANDS, MOVED, Command, CommandGroup
 from tegotae.cli.console import make_safe
+from tegotae.cli.help import examples_of, overview, overview_of
 from tegotae.cli.status import DEBUG, exit_status, leave, warn_in_one_line
 
-_SWITCHES = (
-    "With --parts FILE.py, or --parts MODULE, any command knows the parts that you wrote there, "
-    "which files that name them need; several files may follow, or another --parts. "
-    "--version says which version this is. With --debug, or "
-    "TEGOTAE_DEBUG=1, an error shows where it arose."
-)
+_HELP = (["-h"], ["--help"])
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -28,9 +25,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         SystemExit: of status 2 for arguments that do not make a command; of 0 after `--help`.
     """
     words = list(sys.argv[1:] if arguments is None else arguments)
-    if "--debug" in words:
-        os.environ[DEBUG] = "1"  # which worker processes inherit
-    words = [word for word in words if word != "--debug"]
+    for switch, variable in (("--debug", DEBUG), ("--quiet", QUIET)):
+        if switch in words:
+            os.environ[variable] = "1"  # which worker processes inherit
+            words = [word for word in words if word != switch]
     return exit_status(lambda: _run(words))
 
 
@@ -62,7 +60,6 @@ def parsed(
     words: Sequence[str],
     commands: Mapping[str, Command | CommandGroup] = COMMANDS,
     prog: str = "tegotae",
-    description: str = f"{__doc__} {_SWITCHES}",
 ) -> Any:
     """The command that words make, with its options; of all commands this one alone is imported.
 
@@ -70,7 +67,6 @@ def parsed(
         words: such as `["figure", "surface", "--out", "surface.png"]`.
         commands: those to choose from.
         prog: the words before.
-        description: what the help says above the list of commands.
 
     Raises:
         SystemExit: of status 2 for words that do not make a command; of 0 after `--help`.
@@ -83,25 +79,23 @@ def parsed(
     before = f"{prog} {name}".removeprefix("tegotae ")
     if before in MOVED:
         raise TegotaeError(f"tegotae {before} is tegotae {MOVED[before]} now")
+    if prog == "tegotae" and list(words) in _HELP:
+        print(overview())
+        raise SystemExit(0)
     chosen = commands.get(name)
     if isinstance(chosen, CommandGroup):
-        return parsed(words[1:], chosen.commands, f"{prog} {name}", chosen.summary)
-    import tyro
+        if list(words[1:]) in _HELP:
+            print(overview_of(f"{prog} {name}", chosen))
+            raise SystemExit(0)
+        return parsed(words[1:], chosen.commands, f"{prog} {name}")
+    from tegotae.cli.parsing import parse
 
-    known: dict[str, Any] = {each: in_name_only(entry) for each, entry in commands.items()}
-    if chosen is not None:
-        known[name] = chosen.load()
-    return tyro.extras.subcommand_cli_from_dict(
-        known,
-        prog=prog,
-        description=description,
-        args=list(words),
-        config=(
-            tyro.conf.FlagCreatePairsOff,
-            tyro.conf.DisallowNone,
-            tyro.conf.PositionalMetavarFromFieldName,
-        ),
-    )
+    try:
+        return parse(words, commands, prog)
+    except SystemExit as end:
+        if chosen is not None and end.code == 0:  # after its help
+            print("\n".join(examples_of(chosen)))
+        raise
 
 
 def _start_engine() -> None:

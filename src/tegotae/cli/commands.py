@@ -22,6 +22,8 @@ class Command:
     """Its module in `tegotae.cli`."""
     name: str
     """Its class."""
+    examples: tuple[str, ...]
+    """Lines that a user can type, for the end of its help."""
 
     @property
     def summary(self) -> str:
@@ -53,6 +55,11 @@ class CommandGroup:
     commands: Mapping[str, Command | CommandGroup]
     """Each by its name."""
 
+    @property
+    def examples(self) -> tuple[str, ...]:
+        """The first example of its first two commands."""
+        return tuple(each.examples[0] for each in list(self.commands.values())[:2])
+
 
 def in_name_only(entry: Command | CommandGroup) -> Callable[[], Any]:
     """A stand-in with an entry's summary and without options, for a list of commands."""
@@ -65,53 +72,256 @@ def in_name_only(entry: Command | CommandGroup) -> Callable[[], Any]:
 
 
 COMMANDS: Mapping[str, Command | CommandGroup] = {
-    "models": Command("models", "Models"),
-    "train": Command("train", "Train"),
-    "tune": Command("tune", "Tune"),
-    "simulate": Command("simulate", "Simulate"),
-    "evaluate": Command("evaluate", "Evaluate"),
-    "compare": Command("compare", "Compare"),
-    "measure": Command("measure", "Measure"),
+    "models": Command(
+        "models", "Models", ("tegotae models 'ART*'", "tegotae models '*@quadruped-c'")
+    ),
+    "train": Command(
+        "train",
+        "Train",
+        (
+            "tegotae train ART --seeds 4 --out runs/art",
+            "tegotae train AR@quadruped-c --generations 40",
+        ),
+    ),
+    "tune": Command(
+        "tune",
+        "Tune",
+        (
+            "tegotae tune ART --storage tuning.log --trials 20",
+            "tegotae tune ART --storage tuning.log --confirm 8 --keep best.json",
+        ),
+    ),
+    "simulate": Command(
+        "simulate",
+        "Simulate",
+        (
+            "tegotae simulate V-sector-w4 --plot hop.png --animate hop.gif",
+            "tegotae simulate quadruped-c --out walk",
+        ),
+    ),
+    "evaluate": Command(
+        "evaluate",
+        "Evaluate",
+        ("tegotae evaluate V-sector-w4", "tegotae evaluate runs/art --csv runs.csv"),
+    ),
+    "compare": Command(
+        "compare",
+        "Compare",
+        (
+            "tegotae compare V-sector-w4 V-reflex-w4",
+            "tegotae compare runs/art runs/ar --metric cot_inverse",
+        ),
+    ),
+    "measure": Command(
+        "measure",
+        "Measure",
+        (
+            "tegotae measure walk.csv --rest-length 1 --omega 5 --plot walk.png",
+            "tegotae measure walk.csv --preset paper --json",
+        ),
+    ),
     "figure": CommandGroup(
         "Draw a picture that explains a controller, with its numbers beside it.",
         {
-            "gain-map": Command("figure.gain_map", "GainMap"),
-            "surface": Command("figure.surface", "SurfaceFigure"),
-            "portrait": Command("figure.portrait", "Portrait"),
-            "phase-locking": Command("figure.phase_locking", "PhaseLocking"),
-            "phase-response": Command("figure.phase_response", "PhaseResponseFigure"),
-            "basin": Command("figure.basin", "Basin"),
-            "poincare": Command("figure.poincare", "PoincareFigure"),
-            "learning-curves": Command("figure.learning_curves", "LearningCurves"),
-            "optimum": Command("figure.optimum", "Optimum"),
+            "gain-map": Command(
+                "figure.gain_map",
+                "GainMap",
+                (
+                    "tegotae figure gain-map --resolution 40",
+                    "tegotae figure gain-map --omega 3 9 --out gain.pdf",
+                ),
+            ),
+            "surface": Command(
+                "figure.surface",
+                "SurfaceFigure",
+                (
+                    "tegotae figure surface V-sector-w4",
+                    "tegotae figure surface runs/art/ART-rF-tphif-w8-seed0.json --out surface.pdf",
+                ),
+            ),
+            "portrait": Command(
+                "figure.portrait",
+                "Portrait",
+                (
+                    "tegotae figure portrait V-sector-w4",
+                    "tegotae figure portrait V-reflex-w8 --heights 1.1 1.5 2",
+                ),
+            ),
+            "phase-locking": Command(
+                "figure.phase_locking",
+                "PhaseLocking",
+                (
+                    "tegotae figure phase-locking --resolution 40",
+                    "tegotae figure phase-locking --actuation reflex --cut 3",
+                ),
+            ),
+            "phase-response": Command(
+                "figure.phase_response",
+                "PhaseResponseFigure",
+                (
+                    "tegotae figure phase-response V-sector-w4",
+                    "tegotae figure phase-response V-sector-w8 --push 0.01 -0.01",
+                ),
+            ),
+            "basin": Command(
+                "figure.basin",
+                "Basin",
+                (
+                    "tegotae figure basin V-sector-w4",
+                    "tegotae figure basin quadruped-c --starts 64",
+                ),
+            ),
+            "poincare": Command(
+                "figure.poincare",
+                "PoincareFigure",
+                (
+                    "tegotae figure poincare V-sector-w4",
+                    "tegotae figure poincare V-reflex-w8 --turns 20",
+                ),
+            ),
+            "learning-curves": Command(
+                "figure.learning_curves",
+                "LearningCurves",
+                (
+                    "tegotae figure learning-curves runs/art",
+                    "tegotae figure learning-curves runs/art runs/ar --out curves.pdf",
+                ),
+            ),
+            "optimum": Command(
+                "figure.optimum",
+                "Optimum",
+                (
+                    "tegotae figure optimum",
+                    "tegotae figure optimum --controller V-sector-w4 --omega 4",
+                ),
+            ),
         },
     ),
     "gait": CommandGroup(
         "Study the gaits of a body with several legs.",
         {
-            "sweep": Command("gait.sweep", "Sweep"),
-            "map": Command("gait.map", "Map"),
-            "stability": Command("gait.stability", "Stability"),
-            "lesion": Command("gait.lesion", "Lesion"),
+            "sweep": Command(
+                "gait.sweep",
+                "Sweep",
+                (
+                    "tegotae gait sweep quadruped-c --levels 0.7 3.5",
+                    "tegotae gait sweep bar-light --levels 2 6 --count 8 --out bar",
+                ),
+            ),
+            "map": Command(
+                "gait.map",
+                "Map",
+                (
+                    "tegotae gait map bar-light --x inertia_ratio 0.4 1.6 --y omega 2 6",
+                    "tegotae gait map quadruped-c --x com_x_m -0.3 0.3 --y omega 0.7 3.5",
+                ),
+            ),
+            "stability": Command(
+                "gait.stability",
+                "Stability",
+                (
+                    "tegotae gait stability bar-light --over inertia_ratio 0.4 1.6",
+                    "tegotae gait stability quadruped-c --over omega 0.7 3.5 --gaits trot walk",
+                ),
+            ),
+            "lesion": Command(
+                "gait.lesion",
+                "Lesion",
+                (
+                    "tegotae gait lesion hexapod --lose L2 R2",
+                    "tegotae gait lesion quadruped-c --drop 0.05",
+                ),
+            ),
         },
     ),
-    "generalise": Command("generalise", "Generalise"),
+    "generalise": Command(
+        "generalise",
+        "Generalise",
+        ("tegotae generalise --list", "tegotae generalise runs/art --conditions delay noise"),
+    ),
     "study": CommandGroup(
         "Run the whole study of the paper, and report on it.",
         {
-            "run": Command("study", "StudyRun"),
-            "status": Command("study", "StudyStatus"),
-            "report": Command("study", "StudyReport"),
-            "export": Command("study", "StudyExport"),
-            "figures": Command("study", "StudyFigures"),
-            "merge": Command("study", "StudyMerge"),
+            "run": Command(
+                "study",
+                "StudyRun",
+                (
+                    "tegotae study run --dir study --scale smoke",
+                    "tegotae study run --dir study --scale quick --models 'ART*'",
+                ),
+            ),
+            "status": Command(
+                "study",
+                "StudyStatus",
+                ("tegotae study status --dir study", "tegotae study status --dir results/quick"),
+            ),
+            "report": Command(
+                "study",
+                "StudyReport",
+                (
+                    "tegotae study report --dir study",
+                    "tegotae study report --dir study --out report.html",
+                ),
+            ),
+            "export": Command(
+                "study",
+                "StudyExport",
+                (
+                    "tegotae study export --dir study --out runs.csv",
+                    "tegotae study export --dir study --out runs.parquet",
+                ),
+            ),
+            "figures": Command(
+                "study",
+                "StudyFigures",
+                (
+                    "tegotae study figures runs.csv --out figures",
+                    "tegotae study figures study --out figures",
+                ),
+            ),
+            "merge": Command(
+                "study",
+                "StudyMerge",
+                (
+                    "tegotae study merge other-study --dir study",
+                    "tegotae study merge /mnt/cluster/study --dir study",
+                ),
+            ),
             "multiverse": CommandGroup(
                 "Judge the claims over what the paper leaves open: body, work, release, budgets.",
                 {
-                    "run": Command("multiverse", "MultiverseRun"),
-                    "status": Command("multiverse", "MultiverseStatus"),
-                    "export": Command("multiverse", "MultiverseExport"),
-                    "figures": Command("multiverse", "MultiverseFigures"),
+                    "run": Command(
+                        "multiverse",
+                        "MultiverseRun",
+                        (
+                            "tegotae study multiverse run --dir readings --scale smoke",
+                            "tegotae study multiverse run --dir readings --readings 8",
+                        ),
+                    ),
+                    "status": Command(
+                        "multiverse",
+                        "MultiverseStatus",
+                        (
+                            "tegotae study multiverse status --dir readings",
+                            "tegotae study multiverse status --dir readings --readings 8",
+                        ),
+                    ),
+                    "export": Command(
+                        "multiverse",
+                        "MultiverseExport",
+                        (
+                            "tegotae study multiverse export --dir readings --out tables",
+                            "tegotae study multiverse export --dir readings --out t --readings 8",
+                        ),
+                    ),
+                    "figures": Command(
+                        "multiverse",
+                        "MultiverseFigures",
+                        (
+                            "tegotae study multiverse figures tables --out figures",
+                            "tegotae study multiverse figures readings --out figures --omega 8",
+                        ),
+                    ),
                 },
             ),
         },
@@ -119,14 +329,51 @@ COMMANDS: Mapping[str, Command | CommandGroup] = {
     "export": CommandGroup(
         "Take a controller to a robot.",
         {
-            "c": Command("export.c", "ExportC"),
-            "cost": Command("export.cost", "ExportCost"),
+            "c": Command(
+                "export.c",
+                "ExportC",
+                (
+                    "tegotae export c V-sector-w4 --out robot",
+                    "tegotae export c runs/art/ART-rF-tphif-w8-seed0.json --out robot --tick 0.002",
+                ),
+            ),
+            "cost": Command(
+                "export.cost",
+                "ExportCost",
+                (
+                    "tegotae export cost --model V-sector-w4 ART-rF-tphif-w8",
+                    "tegotae export cost --json",
+                ),
+            ),
         },
     ),
-    "playground": Command("playground", "Playground"),
-    "bench": Command("bench", "Bench"),
-    "cite": Command("cite", "Cite"),
+    "playground": Command(
+        "playground",
+        "Playground",
+        ("tegotae playground", "tegotae playground V-sector-w4 V-reflex-w8 --out page.html"),
+    ),
+    "bench": Command(
+        "bench", "Bench", ("tegotae bench --skip-memory", "tegotae bench --lanes 256 --json")
+    ),
+    "doctor": Command("doctor", "Doctor", ("tegotae doctor", "tegotae doctor --json")),
+    "completion": Command(
+        "completion",
+        "Completion",
+        ("tegotae completion bash > tegotae-completion.bash", "tegotae completion zsh > _tegotae"),
+    ),
+    "cite": Command("cite", "Cite", ("tegotae cite", "tegotae cite --bibtex")),
 }
+
+SECTIONS: Mapping[str, tuple[str, ...]] = {
+    "See a controller move": ("simulate", "playground", "models"),
+    "Learn one": ("train", "tune"),
+    "Measure and compare": ("evaluate", "compare", "measure", "generalise"),
+    "Understand one": ("figure", "gait"),
+    "Repeat the study of the paper": ("study",),
+    "Use one on a robot": ("export",),
+    "Get help, cite": ("doctor", "bench", "completion", "cite"),
+}
+"""The commands by what one wants to do, for the list of them."""
 
 MOVED: Mapping[str, str] = {
     "train-env": "train MODEL --env ENV",

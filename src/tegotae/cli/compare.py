@@ -16,7 +16,7 @@ from tegotae._support.errors import TegotaeError
 from tegotae.cli.metrics import named
 from tegotae.cli.one_leg.evaluate import evaluate_all, print_table, show, shown
 from tegotae.cli.options import ProtocolOptions
-from tegotae.cli.tables import print_rows
+from tegotae.cli.tables import print_rows, print_text
 from tegotae.measures.evaluation import Evaluation
 from tegotae.measures.hopping.metric import Metric
 from tegotae.measures.hopping.registry import range_of
@@ -144,9 +144,9 @@ def _print_differences(base: ControllerSet, differences: list, shown: tuple[Metr
         for runs, is_paired, by_metric in differences
     )
     headings = (metric.heading for metric in shown)
-    print_rows((f"minus {base.name}", "interval", *headings), rows)
-    print("+ is better and - is worse, where the interval of the difference leaves zero out.")
-    print(
+    print_rows((f"minus {base.name}", "interval", *headings), rows, turned=True)
+    print_text("+ is better and - is worse, where the interval of the difference leaves zero out.")
+    print_text(
         "Runs are paired, seed by seed, where they share what is random: controller, algorithm and "
         "conditions."
     )

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import sys
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -13,6 +12,7 @@ import numpy as np
 import tyro
 
 from tegotae._support.errors import TegotaeError, require_finite
+from tegotae._support.quiet import note
 from tegotae.cli.console import one_line
 from tegotae.cli.options import UNSET, WorkOption
 from tegotae.cli.tables import print_rows
@@ -133,7 +133,7 @@ class Measure(WorkOption):
         columns = read_columns(self.file)
         read = recording(columns, self.columns, rate_hz=self.rate)
         for line in left_alone(columns, self.columns):
-            print(f"tegotae: {one_line(line)}", file=sys.stderr)
+            note(f"tegotae: {one_line(line)}")
         return read if self.resample is None else read.resampled(self.resample)
 
     def _body(self) -> Body | None:
@@ -201,8 +201,8 @@ def _print(found: Measured, weight_n: float | None) -> None:
     print_rows(("metric", "value", "what it is, or why it is undefined"), rows)
     if found.efficiency is not None and math.isfinite(found.efficiency.cot_inverse):
         print(_efficiency(found.efficiency, weight_n))
-    for note in found.notes:
-        print(note)
+    for each in found.notes:
+        print(each)
 
 
 def _efficiency(of: Efficiency, weight_n: float | None) -> str:

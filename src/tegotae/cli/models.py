@@ -45,7 +45,7 @@ class Models:
             print(json.dumps([describe(model, self.budget) for model in models], indent=1))
             return
         print_rows(
-            ("model", "architecture", "learned", "senses", "actuation", "ω_t", "parameters"),
+            ("model", "learned", "senses", "actuation", "ω_t", "weights"),
             (_row(describe(model, self.budget)) for model in models),
         )
         print(f"{len(models)} models")
@@ -59,7 +59,7 @@ class Models:
         if self.json:
             print(json.dumps(rows, indent=1))
             return
-        titles = ("design", "what it is", "ω", "parameters")
+        titles = ("design", "about", "ω", "weights")
         print_rows(titles, (tuple(map(str, each.values())) for each in rows))
         print(f"{len(rows)} designs")
 
@@ -68,9 +68,8 @@ def _row(model: dict) -> tuple[str, ...]:
     omega = model["omega_t_rad_per_s"]
     return (
         model["name"],
-        model["architecture"],
         "".join(model["learned_terms"]) or "-",
-        ", ".join(model["observation"]),
+        ", ".join(name.removeprefix("spring_") for name in model["observation"]),
         model["actuation"],
         "-" if omega is None else f"{omega:g}",
         str(model["parameters"]),

@@ -43,6 +43,8 @@ OWN = tyro.conf.arg(help_behavior_hint="(default: the experiment's)")
 """For an option without which an experiment stays as it is."""
 EARLIER_NAME = tyro.conf.arg(aliases=["--energy"])
 """For the definition of work, which earlier versions called energy."""
+HEIGHT = tyro.conf.arg(name="height", aliases=["--release"])
+"""For the height of the release, which trainings of earlier versions called release."""
 OF_PROTOCOL = tyro.conf.arg(help_behavior_hint="(default: its protocol's)")
 """The same of the protocol by which something is evaluated."""
 OWN_BODY = tyro.conf.arg(help_behavior_hint="(default: its own)")
@@ -180,7 +182,7 @@ class OscillatorOption:
 class ExperimentOptions(BodyOptions):
     """What of an experiment is to be other than it is by itself."""
 
-    release: Annotated[float | None, OWN] = None
+    release: Annotated[float | None, OWN, HEIGHT] = None
     """Height of the release [m], in training and evaluation."""
     drop: Annotated[float | None, OWN] = None
     """How far the ground drops in the evaluation [m]."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated
@@ -11,6 +10,7 @@ import tyro
 
 from tegotae._support.errors import TegotaeError
 from tegotae._support.files import output_file, write_atomically
+from tegotae._support.quiet import note
 from tegotae.export.playground import ControllerChoice, Page, standard
 from tegotae.systems.resolve import resolve
 from tegotae.training.collection import controller_of
@@ -39,12 +39,7 @@ class Playground:
             ControllerChoice(name if stems.count(name) == 1 else each, controller_of(resolve(each)))
             for name, each in zip(stems, self.controllers, strict=True)
         ]
-        page = Page([*own, *standard()[:1]] if own else standard(), report)
+        page = Page([*own, *standard()[:1]] if own else standard(), note)
         html = page.html()
         write_atomically(path, html)
         print(f"{path}: {len(html.encode()) / 1024:.0f} KB; open it in a browser")
-
-
-def report(line: str) -> None:
-    """A line for people, beside what the command says."""
-    print(line, file=sys.stderr, flush=True)

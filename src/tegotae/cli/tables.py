@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Iterable, Sequence
 from functools import partial
 
@@ -12,11 +13,15 @@ from rich.table import Table
 
 from tegotae.cli.console import shown
 
+WIDTH = 80
+"""That lines and tables are to fit where the output is no terminal [columns]."""
 _PADDING = 3
 """Blanks around a cell, and to the next."""
 
 
-def print_rows(columns: Iterable[str], rows: Iterable[Iterable[str]], *, key: int = 1) -> None:
+def print_rows(
+    columns: Iterable[str], rows: Iterable[Iterable[str]], *, key: int = 1, turned: bool = False
+) -> None:
     """Print a table; on a terminal too narrow for it, as several, one below the other.
 
     Each part begins with the key columns, so that its rows are distinct. Where the output is
@@ -26,6 +31,7 @@ def print_rows(columns: Iterable[str], rows: Iterable[Iterable[str]], *, key: in
         columns: the headings.
         rows: of the table, one text a column.
         key: how many columns, the first ones, name the row.
+        turned: print a line per column, and a column per row, where that makes the table fit.
     """
     # A name in a cell is no markup, whatever brackets it has.
     console, wide = (
@@ -33,6 +39,10 @@ def print_rows(columns: Iterable[str], rows: Iterable[Iterable[str]], *, key: in
     )
     plain = partial(shown, encoding=console.encoding)
     columns, rows = tuple(map(plain, columns)), [tuple(map(plain, row)) for row in rows]
+    if turned and not _fits(columns, rows, console):
+        across = list(zip(columns, *rows, strict=True))
+        if _fits(across[0], across[1:], console):
+            columns, rows = across[0], across[1:]
     parts = [tuple(range(len(columns)))]
     if console.is_terminal:
         parts = fitting(column_widths(columns, rows), console.width, key)
@@ -44,6 +54,16 @@ def print_rows(columns: Iterable[str], rows: Iterable[Iterable[str]], *, key: in
             table.add_row(*(row[i] for i in part))
         console.width = max(console.width, wide.measure(table).maximum)
         console.print(table)
+
+
+def _fits(columns: Sequence[str], rows: Sequence[Sequence[str]], console: Console) -> bool:
+    width = console.width if console.is_terminal else WIDTH
+    return 1 + sum(column_widths(columns, rows)) <= width
+
+
+def print_text(text: str) -> None:
+    """Print a paragraph in lines that fit a screen."""
+    print(textwrap.fill(text, WIDTH))
 
 
 def column_widths(columns: Sequence[str], rows: Sequence[Sequence[str]]) -> list[int]:

@@ -59,4 +59,4 @@ class Basin(LegsOptions, ControllerFigure):
     def _of_several(self, found: Resolved) -> None:
         from tegotae.cli.several_legs.basin import draw_basin
 
-        draw_basin(legs_of(self, found.name), self.starts, self.out)
+        draw_basin(legs_of(self, found.name), self.starts, self.file)

@@ -28,6 +28,12 @@ class ControllerFigure(Output, ControllerOptions):
     """A controller file of `tegotae train`, or another name with weights, such as V-sector-w4;
     without it, a vanilla controller made of options."""
 
+    def called(self) -> str:
+        """The controller's name, or the actuation of a vanilla one."""
+        if self.path is not None:
+            return self.path
+        return preset(self.preset).actuation if self.actuation is None else self.actuation
+
     def saved(self) -> SavedController:
         """The controller, its weights, frequency and hopper."""
         return self.chosen(self.path)

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
+
+from tegotae.cli.options import UNSET
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -15,19 +18,44 @@ if TYPE_CHECKING:
 class Output:
     """Where a figure goes."""
 
-    out: Path
-    """The figure's file (.png, .pdf or .svg); what it shows goes beside it as .csv."""
+    out: Annotated[Path | None, UNSET] = None
+    """The figure's file (.png, .pdf or .svg), in this folder and called after the figure and the
+    controller by default; what it shows goes beside it as .csv."""
+
+    def called(self) -> str:
+        """What the figure is of, for the name of its file; nothing by default."""
+        return ""
+
+    @property
+    def file(self) -> Path:
+        """The file that is written, such as `surface-V-sector-w4.png`."""
+        if self.out is not None:
+            return self.out
+        kind = type(self).__module__.rpartition(".")[2].replace("_", "-")
+        return Path("-".join(filter(None, [kind, file_stem(self.called())])) + ".png")
 
     def check_out(self) -> None:
         """Raise `TegotaeError` before long work if the figure could not be written."""
         from tegotae.figures.style import figure_file
 
-        figure_file(self.out)
+        figure_file(self.file)
 
     def write(self, figure: Figure, tables: Mapping[str, Mapping[str, Any]]) -> None:
         """Write the figure and its data, and say where."""
         from tegotae.figures.data import write_tables
         from tegotae.figures.style import save_figure
 
-        written = [save_figure(figure, self.out), *write_tables(self.out, tables)]
+        written = [save_figure(figure, self.file), *write_tables(self.file, tables)]
         print("wrote " + ", ".join(map(str, written)))
+
+
+def file_stem(name: str) -> str:
+    """What something is called, as a part of a file's name.
+
+    Example:
+        >>> file_stem("runs/art/ART-rF-w8-seed0.json"), file_stem("mine.py:hopper")
+        ('ART-rF-w8-seed0', 'hopper')
+    """
+    last = re.split(r"[/\\\\:]", name)[-1]
+    stem = re.sub(r"\.(json|zip|onnx|py)$", "", last)
+    return re.sub(r"[^\w.@+-]+", "-", stem).strip("-.")

@@ -37,6 +37,10 @@ class PolicySubject(SettledSubject):
     step: float = 0.01
     """For how long an answer is held [s], in whole ticks of 1 ms."""
 
+    def called(self) -> str:
+        """The policy's name, or the controller's."""
+        return super().called() if self.policy is None else self.policy
+
     def loaded(self) -> Policy | None:
         """The policy; None if the figure is of a controller.
 

@@ -67,7 +67,7 @@ class Lesion(GaitCommand):
         )  # fmt: skip
         written = [
             self.draw(lesion_figure(found, self.title(legged)), "lesion"),
-            *write(self.out, "lesion", document, rows),
+            *write(self.folder, "lesion", document, rows),
         ]
         _print(found)
         self.wrote(written)

@@ -40,7 +40,7 @@ class Map(GaitCommand):
         from tegotae.studies.gaits.map import gait_map
         from tegotae.studies.gaits.parameter_axes import Axis
 
-        require_free_for(self.out, GAIT_MAP)
+        require_free_for(self.folder, GAIT_MAP)
         x = Axis.between(*self.x, self.cells[0])
         y = Axis.between(*self.y, self.cells[1])
         legged = self._legged(x, y)
@@ -52,14 +52,14 @@ class Map(GaitCommand):
                 starts=self.starts,
                 seed=self.seed,
                 tolerance=self.tolerance,
-                kept=self.out / "map.partial.npz",
+                kept=self.folder / "map.partial.npz",
                 progress=lambda done, of: reporter.update(done + x_times_y(x, y) - of),
             )
         given = {axis.name for axis in (x, y)}
         document = self.document(legged, "gait map", x=x, y=y)
         written = [
             self.draw(map_figure(found, self.title(legged, omega="omega" not in given)), "map"),
-            *write(self.out, "map", document, rows_of(found)),
+            *write(self.folder, "map", document, rows_of(found)),
         ]
         _print(found)
         self.wrote(written)

@@ -14,6 +14,7 @@ import tyro
 
 from tegotae._support.errors import TegotaeError, require_finite, unknown
 from tegotae._support.files import output_folder
+from tegotae.cli.figure.output import file_stem
 from tegotae.cli.options import UNSET, AsItIs
 
 if TYPE_CHECKING:
@@ -141,8 +142,15 @@ def legs_of(command: Any, name: str) -> LeggedSystemOptions:
 class GaitCommand(LeggedSystemOptions):
     """A legged system, and a folder."""
 
-    out: Path
-    """The folder for pictures (.png), tables (.csv) and documents (.json)."""
+    out: Annotated[Path | None, UNSET] = None
+    """The folder for pictures (.png), tables (.csv) and documents (.json), called after the command
+    and the system by default."""
+
+    @property
+    def folder(self) -> Path:
+        """The folder that is written, such as `gait-map-quadruped-c`."""
+        kind = f"gait-{type(self).__module__.rpartition('.')[2]}"
+        return Path(f"{kind}-{file_stem(self.system)}") if self.out is None else self.out
 
     def legged(self) -> Legged:
         """The system with what was given; the folder is made.
@@ -151,14 +159,14 @@ class GaitCommand(LeggedSystemOptions):
             TegotaeError: for what cannot be, before anything is computed.
         """
         found = super().legged()
-        output_folder(self.out)
+        output_folder(self.folder)
         return found
 
     def draw(self, figure: Figure, name: str) -> Path:
         """Write a picture."""
         from tegotae.figures.style import save_figure
 
-        return save_figure(figure, self.out / f"{name}.png")
+        return save_figure(figure, self.folder / f"{name}.png")
 
     def wrote(self, paths: Iterable[Path]) -> None:
         """Say what was written."""

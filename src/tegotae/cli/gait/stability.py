@@ -69,7 +69,7 @@ class Stability(GaitCommand):
         title = self.title(legged, omega=over.name != "omega")
         written = [
             self.draw(stability_figure(found, title), "stability"),
-            *write(self.out, "stability", document, rows_of(found)),
+            *write(self.folder, "stability", document, rows_of(found)),
         ]
         _print(found)
         self.wrote(written)

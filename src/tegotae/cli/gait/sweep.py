@@ -71,7 +71,7 @@ class Sweep(GaitCommand):
         )
         written = [
             self.draw(sweep_figure(found, self.title(legged, omega=False)), "sweep"),
-            *write(self.out, "sweep", document, rows),
+            *write(self.folder, "sweep", document, rows),
         ]
         print_rows(
             ("ω", "gaits on the way up", "gaits on the way down"),

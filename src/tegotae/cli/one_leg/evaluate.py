@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from tegotae._support.progress import reporting
-from tegotae.cli.tables import print_rows
+from tegotae.cli.tables import print_rows, print_text
 from tegotae.measures.evaluation import Evaluation, evaluate, require_evaluable
 from tegotae.measures.hopping.metric import TABLE, Metric
 from tegotae.measures.hopping.registry import metrics
@@ -72,8 +72,9 @@ def print_table(found: list[tuple[ControllerSet, Evaluation]], shown: tuple[Metr
             (runs.name, str(evaluation.n_runs), *(show(summary[m.name]) for m in shown))
             for (runs, evaluation), summary in zip(found, summaries, strict=True)
         ),
+        turned=True,
     )
-    print(
+    print_text(
         "Mean over runs [95 % interval]. A body at rest has CoT⁻¹ 0; hopping without a "
         "limit cycle has neither CoT⁻¹ nor transients, and counts in the share of limit cycles. "
         "– is undefined, * means that some runs are."

@@ -5,7 +5,6 @@ from __future__ import annotations
 import asyncio
 import logging
 import socket
-import sys
 import time
 from collections.abc import Generator, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
@@ -13,6 +12,7 @@ from typing import Any
 
 from tegotae._support.errors import TegotaeError
 from tegotae._support.optional_dependencies import require
+from tegotae._support.quiet import note
 from tegotae.studies.paper.record import Record
 from tegotae.studies.paper.runner import Results, WorkersDiedError, work_all
 from tegotae.studies.paper.unit import Unit
@@ -97,10 +97,7 @@ def _as_they_come(
 
 
 def _warn_of_no_workers(address: str, patience_s: float) -> None:
-    print(
-        f"the Dask scheduler at {address} has no workers; waiting {patience_s:g} s for some",
-        file=sys.stderr,
-    )
+    note(f"the Dask scheduler at {address} has no workers; waiting {patience_s:g} s for some")
 
 
 @contextmanager

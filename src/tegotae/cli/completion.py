@@ -1,0 +1,83 @@
+"""`tegotae completion`: names of commands and options for the TAB key of a shell."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Annotated, Literal
+
+import tyro
+
+from tegotae.cli.commands import COMMANDS, Command, CommandGroup
+from tegotae.cli.help import SWITCHES
+from tegotae.cli.parsing import parser
+
+_BASH = """\
+# Completion of tegotae. In bash: source this file, such as in ~/.bashrc.
+_tegotae() {{
+    local word path="" words=""
+    for word in "${{COMP_WORDS[@]:1:COMP_CWORD-1}}"; do
+        case "$path $word" in
+{paths}
+        esac
+    done
+    case "$path" in
+{completions}
+    esac
+    local typed="${{COMP_WORDS[COMP_CWORD]}}"
+    COMPREPLY=($(compgen -W "$words" -- "$typed"))
+    if [[ "$path" && "$typed" != -* ]]; then
+        COMPREPLY+=($(compgen -f -- "$typed"))
+    fi
+}}
+complete -o filenames -F _tegotae tegotae
+"""
+
+_ZSH = """\
+# Completion of tegotae. In zsh: source this file, such as in ~/.zshrc.
+autoload -U +X bashcompinit && bashcompinit
+"""
+
+
+@dataclass(frozen=True)
+class Completion:
+    """Print a script that completes commands and options with the TAB key."""
+
+    shell: Annotated[Literal["bash", "zsh"], tyro.conf.Positional]
+    """Which shell the script is for."""
+
+    def run(self) -> None:
+        """Print the script."""
+        print((_ZSH if self.shell == "zsh" else "") + script(), end="")
+
+
+def script() -> str:
+    """The script for bash."""
+    known = dict(completions(COMMANDS))
+    known[""] += tuple(switch.split()[0] for switch in SWITCHES)
+    paths = (f'            "{path}") path="{path}" ;;' for path in known if path)
+    words = (f'        "{path}") words="{" ".join(each)}" ;;' for path, each in known.items())
+    return _BASH.format(paths="\n".join(paths), completions="\n".join(words))
+
+
+def completions(
+    commands: Mapping[str, Command | CommandGroup], path: str = ""
+) -> Iterator[tuple[str, tuple[str, ...]]]:
+    """What may follow the words so far: ` figure` is followed by figures, a command by options.
+
+    Args:
+        commands: those that may come next.
+        path: the words so far, each with a blank before it.
+    """
+    yield path, tuple(commands)
+    for name, entry in commands.items():
+        if isinstance(entry, CommandGroup):
+            yield from completions(entry.commands, f"{path} {name}")
+        else:
+            yield f"{path} {name}", tuple(options(entry.load()))
+
+
+def options(command: type) -> Iterator[str]:
+    """The options of a command, such as `--out`."""
+    for action in parser(command)._actions:
+        yield from (each for each in action.option_strings if each.startswith("--"))

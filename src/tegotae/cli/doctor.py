@@ -1,0 +1,142 @@
+"""`tegotae doctor`: what is installed and what the machine offers, for a bug report."""
+
+from __future__ import annotations
+
+import json
+import os
+import platform
+import re
+import shutil
+import subprocess
+import sys
+from collections.abc import Mapping
+from dataclasses import dataclass
+from importlib.metadata import PackageNotFoundError, metadata, version
+from pathlib import Path
+from typing import Any
+
+from tegotae import __version__
+
+_CORE = ("jax", "jaxlib", "numpy", "scipy", "matplotlib")
+"""Required packages whose versions decide about results."""
+_FOR_DEVELOPERS = ("all", "dev", "docs", "test")
+"""Extras that no command needs."""
+_COMPILERS = ("cc", "gcc", "clang")
+_PROGRAMS = ("ffmpeg",)
+
+
+@dataclass(frozen=True)
+class Doctor:
+    """Print versions, extras, cores, engine, cache and compiler: what a bug report needs."""
+
+    json: bool = False
+    """Print one JSON object."""
+
+    def run(self) -> None:
+        """Look, and print."""
+        found = diagnosis()
+        if self.json:
+            print(json.dumps(found, indent=1))
+            return
+        for title, values in found.items():
+            print(title)
+            for name, value in values.items():
+                print(f"  {name:<14} {value}")
+
+
+def diagnosis() -> dict[str, dict[str, Any]]:
+    """What is installed here and what this machine offers, by subject."""
+    return {
+        "versions": {
+            "tegotae": __version__,
+            "python": platform.python_version(),
+            **{name: installed(name) or "missing" for name in _CORE},
+        },
+        "extras": dict(_extras()),
+        "machine": _machine(),
+        "engine": _engine(),
+        "settings": _settings(),
+    }
+
+
+def installed(package: str) -> str | None:
+    """The version of an installed package; None if it is not installed.
+
+    Example:
+        >>> installed("no-such-package") is None
+        True
+    """
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return None
+
+
+def extras() -> Mapping[str, tuple[str, ...]]:
+    """The packages of each extra that a command may need, from the metadata of tegotae."""
+    found: dict[str, list[str]] = {}
+    for line in metadata("tegotae").get_all("Requires-Dist") or ():
+        extra = re.search(r"extra == ['\"]([\w-]+)['\"]", line)
+        name = re.match(r"[\w.-]+(\[[\w-]+\])?", line)
+        if extra is None or name is None or extra[1] in _FOR_DEVELOPERS:
+            continue
+        package = name[0].removesuffix("[mujoco]")
+        found.setdefault(extra[1], []).append("mujoco" if package != name[0] else package)
+    return {extra: tuple(packages) for extra, packages in found.items()}
+
+
+def _extras() -> Any:
+    for extra, packages in extras().items():
+        versions = {package: installed(package) for package in packages}
+        missing = [package for package, found in versions.items() if found is None]
+        if missing:
+            yield extra, f"not installed: {', '.join(missing)}; pip install 'tegotae[{extra}]'"
+        else:
+            yield extra, ", ".join(f"{package} {found}" for package, found in versions.items())
+
+
+def _machine() -> dict[str, Any]:
+    from tegotae._support.devices import available_cores
+
+    compiler = next(filter(None, map(shutil.which, _COMPILERS)), None)
+    return {
+        "system": f"{platform.system()} {platform.release()}, {platform.machine()}",
+        "cores": available_cores(),
+        "compiler": "none" if compiler is None else _first_line(compiler, "--version"),
+        **{name: shutil.which(name) or "none" for name in _PROGRAMS},
+    }
+
+
+def _first_line(*command: str) -> str:
+    try:
+        done = subprocess.run(command, capture_output=True, text=True, timeout=10)
+    except (OSError, subprocess.TimeoutExpired) as error:
+        return f"{command[0]} does not run: {error}"
+    return (done.stdout.splitlines() or [f"{command[0]} prints no version"])[0]
+
+
+def _engine() -> dict[str, Any]:
+    import jax
+
+    from tegotae._support.devices import described_devices, loops_are_kernels, xla_options
+
+    folder = jax.config.values.get("jax_compilation_cache_dir")
+    kept = [file for file in Path(folder).rglob("*") if file.is_file()] if folder else []
+    return {
+        "engine": "XLA",
+        "devices": described_devices(),
+        "fast loops": "on" if loops_are_kernels() else "off",
+        "XLA options": " ".join(xla_options()) or "none",
+        "cache": folder or "off",
+        "cache size": f"{sum(file.stat().st_size for file in kept) / 2**20:.0f} MB",
+    }
+
+
+def _settings() -> dict[str, str]:
+    """The variables of the environment that change what tegotae does."""
+    own = {
+        name: value
+        for name, value in sorted(os.environ.items())
+        if name.startswith(("TEGOTAE_", "JAX_", "OMP_"))
+    }
+    return own | {"executable": sys.executable}

@@ -1,0 +1,143 @@
+"""What users have at hand: a report for bugs, the TAB key, silence, and names for pictures."""
+
+from __future__ import annotations
+
+import json
+import shlex
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from tegotae import __version__
+from tegotae._support.progress import reporting
+from tegotae._support.quiet import QUIET, note
+from tegotae.cli import main, parsed
+from tegotae.cli.doctor import extras, installed
+
+
+@pytest.fixture
+def diagnosis(capsys):
+    assert main(["doctor", "--json"]) == 0
+    return json.loads(capsys.readouterr().out)
+
+
+def test_a_bug_report_has_versions_machine_engine_and_cache(diagnosis):
+    assert diagnosis["versions"]["tegotae"] == __version__
+    assert diagnosis["versions"]["jax"] == installed("jax")
+    assert diagnosis["machine"]["cores"] >= 1
+    assert {"compiler", "system"} < diagnosis["machine"].keys()
+    assert {"devices", "cache", "cache size"} < diagnosis["engine"].keys()
+
+
+def test_a_bug_report_names_the_extra_that_is_missing_and_how_to_install_it(capsys, monkeypatch):
+    monkeypatch.setattr(
+        "tegotae.cli.doctor.installed", lambda name: None if name == "optuna" else "1.0"
+    )
+    assert main(["doctor"]) == 0
+    assert "not installed: optuna; pip install 'tegotae[tune]'" in capsys.readouterr().out
+
+
+def test_the_extras_of_a_bug_report_are_those_of_the_package():
+    found = extras()
+    assert found["tune"] == ("optuna",)
+    assert found["mujoco"] == ("mujoco",)
+    assert not {"all", "dev", "docs", "test"} & found.keys()
+
+
+def test_a_bug_report_has_what_the_environment_sets(capsys, monkeypatch):
+    monkeypatch.setenv("TEGOTAE_DEBUG", "0")
+    assert main(["doctor", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["settings"]["TEGOTAE_DEBUG"] == "0"
+
+
+@pytest.fixture(scope="module")
+def completed(tmp_path_factory):
+    """A function: what bash offers for a line whose last word is being typed."""
+    from tegotae.cli.completion import script
+
+    file = tmp_path_factory.mktemp("completion") / "tegotae.bash"
+    file.write_text(script(), encoding="utf-8")
+
+    def offers(line: str) -> list[str]:
+        words = line.split(" ")
+        program = (
+            f"source {shlex.quote(str(file))}; COMP_WORDS=({shlex.join(words)}); "
+            f'COMP_CWORD={len(words) - 1}; _tegotae; printf "%s\\n" "${{COMPREPLY[@]}}"'
+        )
+        done = subprocess.run(
+            ["bash", "--norc", "-c", program], capture_output=True, text=True, cwd=file.parent
+        )
+        assert (done.returncode, done.stderr) == (0, "")
+        return done.stdout.split()
+
+    return offers
+
+
+@pytest.mark.parametrize(
+    ("line", "offered"),
+    [
+        ("tegotae sim", ["simulate"]),
+        ("tegotae figure po", ["portrait", "poincare"]),
+        ("tegotae study multiverse st", ["status"]),
+        ("tegotae train ART --sto", []),
+        ("tegotae train ART --see", ["--seeds"]),
+        ("tegotae figure surface --resol", ["--resolution"]),
+        ("tegotae simulate tegotae.b", ["tegotae.bash"]),
+    ],
+)
+def test_the_tab_key_completes_commands_options_and_files(completed, line, offered):
+    assert completed(line) == offered
+
+
+def test_zsh_is_given_the_same_script_in_its_own_way(capsys):
+    assert main(["completion", "zsh"]) == 0
+    out = capsys.readouterr().out
+    assert "bashcompinit" in out
+    assert "complete -o filenames -F _tegotae tegotae" in out
+
+
+@pytest.mark.parametrize(("switch", "shown"), [([], True), (["--quiet"], False)])
+def test_a_quiet_command_prints_its_results_but_no_progress(capsys, monkeypatch, switch, shown):
+    def work(_):
+        with reporting("work", 1) as report:
+            report.update(1)
+        note("a note")
+        print("a result")
+
+    monkeypatch.setenv(QUIET, "0")  # which the switch sets, until the test is over
+    monkeypatch.setattr("tegotae.cli.models.Models.run", work)
+    assert main(["models", *switch]) == 0
+    out, err = capsys.readouterr()
+    assert out == "a result\n"
+    assert ("1/1" in err, "a note" in err) == (shown, shown)
+
+
+@pytest.mark.parametrize(
+    ("words", "file"),
+    [
+        ("surface V-sector-w4", "surface-V-sector-w4.png"),
+        ("surface runs/ART-rF-w8-seed0.json", "surface-ART-rF-w8-seed0.png"),
+        ("surface --policy walker.zip", "surface-walker.png"),
+        ("basin mine.py:hopper", "basin-hopper.png"),
+        ("gain-map", "gain-map.png"),
+        ("gain-map --out gain.pdf", "gain.pdf"),
+    ],
+)
+def test_a_figure_without_a_name_is_called_after_what_it_shows(words, file):
+    assert parsed(["figure", *words.split()]).file == Path(file)
+
+
+def test_a_figure_is_written_under_its_own_name(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert (
+        main(["figure", "portrait", "--actuation", "reflex", "--heights", "1.2", "--duration", "2"])
+        == 0
+    )
+    assert (tmp_path / "portrait-reflex.png").stat().st_size > 0
+    assert "wrote portrait-reflex.png" in capsys.readouterr().out
+
+
+def test_a_gait_command_without_a_folder_makes_one_called_after_it():
+    command = parsed(["gait", "sweep", "bar-light", "--levels", "3", "4"])
+    assert command.folder == Path("gait-sweep-bar-light")
