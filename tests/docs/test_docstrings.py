@@ -5,10 +5,20 @@ from __future__ import annotations
 import doctest
 import importlib
 import pkgutil
+import re
+from collections.abc import Iterator
+from inspect import isabstract, isclass, isfunction, isroutine
 
 import pytest
 
 import tegotae
+from api import public
+from tegotae.measures.hopping import catalogue
+from tegotae.parts.couplings import Coupling
+from tegotae.parts.oscillators import Oscillator
+from tegotae.parts.terms import Term
+from tegotae.simulation.integrators import Integrator
+from tegotae.training.algorithms import Algorithm
 
 _OPTIONAL = {"tegotae.__main__", "tegotae.cli.optimum_table"}
 """Modules that are programs."""
@@ -61,3 +71,56 @@ def test_there_are_examples_in_most_packages():
     packages = {name.split(".")[1] for name in FOUND}
     assert {"parts", "simulation", "measures", "systems", "envs", "training", "studies"} <= packages
     assert len(FOUND) > 40
+
+
+PUBLIC = dict(public())
+"""Every name of the API's pages."""
+CODE = [name for name, value in PUBLIC.items() if isroutine(value) or isclass(value)]
+SOURCED = (
+    "tegotae.parts.couplings.",
+    "tegotae.parts.oscillators.",
+    "tegotae.parts.terms.",
+    "tegotae.simulation.integrators.",
+    "tegotae.training.algorithms.",
+)
+"""Rooms whose parts are somebody's: equations of the paper, a reference, or this library's own."""
+SOURCE = re.compile(r"\bSource:|\bReferences?:|paper (?:equations?|[IV]+-[A-Z])")
+
+
+_CONTRACTS = (Algorithm, Coupling, Integrator, Oscillator, Term)
+
+
+def is_part(value: object) -> bool:
+    """Whether it is a part that can be chosen, and no contract or tuple of numbers."""
+    return isclass(value) and not isabstract(value) and issubclass(value, _CONTRACTS)
+
+
+def test_every_public_class_and_function_has_a_docstring():
+    assert [name for name in CODE if not (PUBLIC[name].__doc__ or "").strip()] == []
+
+
+def test_every_public_method_has_a_docstring():
+    found = [
+        f"{name}.{method}"
+        for name in CODE
+        if isclass(value := PUBLIC[name]) and value.__module__.startswith("tegotae.")
+        for method, own in vars(value).items()
+        if not method.startswith("_") and isfunction(own) and not (own.__doc__ or "").strip()
+    ]
+    assert found == []
+
+
+def test_every_part_names_its_source():
+    parts = [name for name in CODE if name.startswith(SOURCED) and is_part(PUBLIC[name])]
+    assert len(parts) > 25
+    assert [name for name in parts if not SOURCE.search(PUBLIC[name].__doc__)] == []
+
+
+def _catalogue() -> Iterator[pkgutil.ModuleInfo]:
+    return pkgutil.iter_modules(catalogue.__path__, f"{catalogue.__name__}.")
+
+
+def test_every_metric_of_the_package_names_its_source():
+    modules = [importlib.import_module(info.name) for info in _catalogue()]
+    assert len(modules) > 12
+    assert [each.__name__ for each in modules if not SOURCE.search(each.__doc__ or "")] == []

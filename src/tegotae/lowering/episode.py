@@ -95,7 +95,7 @@ _lock = threading.RLock()
 
 
 def _compiled(
-    episode: Episode, lanes: Any, shared: Any, dtype: str, target: Target, vectors: int
+    episode: TracedEpisode, lanes: Any, shared: Any, dtype: str, target: Target, vectors: int
 ) -> Kernel:
     begun = time.perf_counter()
     with jax.enable_x64(dtype == "float64"):
@@ -119,7 +119,7 @@ class _Read:
     """What a frame records, as shapes of one lane."""
 
     @classmethod
-    def of(cls, episode: Episode, lanes: Any, shared: Any) -> _Read:
+    def of(cls, episode: TracedEpisode, lanes: Any, shared: Any) -> _Read:
         """Traced for one lane."""
         lanes = jax.tree.map(lambda x: jax.ShapeDtypeStruct((*x.shape[:-1], 1), x.dtype), lanes)
         shared = jax.tree.map(lambda x: jax.ShapeDtypeStruct(x.shape, x.dtype), shared)

@@ -76,6 +76,9 @@ class Protocol:
     Raises:
         TegotaeError: for a time or a height that is not positive, a negative drop, no episode, or
             an unknown definition of work.
+
+    Source: paper IV-A, on T1 and CPGu, and IV-B, on the five frequencies; what these leave open is
+    in docs/fidelity.
     """
 
     offsets: tuple[float, ...] = (-2.0, -1.0, 0.0, 1.0, 2.0)

@@ -36,6 +36,11 @@ class Tegotae:
 
     Raises:
         TegotaeError: for a limit that is not positive.
+
+    Example:
+        >>> from tegotae.parts.terms import ConstantGain, VanillaAction, VanillaReaction
+        >>> Tegotae(VanillaAction(), VanillaReaction(), ConstantGain(start=2.0)).gain.start
+        2.0
     """
 
     action: Term

@@ -37,6 +37,9 @@ def circular_mean(lag: AnyArray, axis: int = 0) -> jax.Array:
 
     Undefined lags (NaN) do not enter; NaN where there is none.
 
+    Source:
+        Mardia and Jupp, Directional Statistics (2000), section 2.2.
+
     Example:
         >>> round(float(circular_mean(jnp.array([0.9, 0.2]))), 6)
         0.05

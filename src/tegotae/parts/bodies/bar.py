@@ -36,6 +36,8 @@ class Bar(Upright):
         TegotaeError: for a number out of its range, or hips that are not two to four places around
             the middle.
 
+    Source: of this library; each leg is that of paper equations 8-10.
+
     Example:
         >>> bar = Bar(inertia_ratio=0.6)
         >>> bar.limbs, round(bar.inertia_kg_m2, 3)

@@ -18,6 +18,9 @@ class Coupling(ABC):
     No coupling at all is Tegotae control's own way: what couples the limbs is the body. Everything
     else in a controller is elementwise; a coupling alone may look across the limb axis, and even it
     never across lanes.
+
+    Source: of this library; the paper has one limb, and (V) names networks of oscillators as future
+    work.
     """
 
     READS: tuple[str, ...] = ("sin_phase", "cos_phase")

@@ -20,6 +20,8 @@ class LearnedCoupling(Coupling):
     Strength and lag of each pair are `√(a² + b²)` and `atan2(-b, a)`: two weights for every ordered
     pair of different limbs, a then b, limb by limb.
 
+    Source: Kuramoto's coupling (`Neighbours`) with trained strengths and lags.
+
     Example:
         >>> LearnedCoupling().n_weights(4)
         24

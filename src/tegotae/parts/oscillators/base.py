@@ -22,6 +22,8 @@ class Oscillator(ABC):
     Its state is a pytree of arrays (a NamedTuple, say), passed in and out; every method is
     elementwise. A phase is the usual thing to have, and not a must: an oscillator without one
     leaves `phase` and `sin_cos` alone, and names and gives its own `signals`.
+
+    Source: paper equation 5, whose φ̇ is the `rate` of the usual one, `PhaseOscillator`.
     """
 
     SIGNALS: tuple[str, ...] = ("sin_phase", "cos_phase")
@@ -65,9 +67,13 @@ class Oscillator(ABC):
         feedback: PerLimb,
         weights: Weights = (),
     ) -> StateTree:
-        """Time derivative of the state, given ω and the Tegotae feedback f [rad/s].
+        """Time derivative of the state.
 
-        `weights` are given to an oscillator that has some: n_weights arrays, each like the lanes.
+        Args:
+            state: a pytree of arrays [(limbs,) lanes].
+            omega: prescribed frequency ω [rad/s], like the lanes.
+            feedback: Tegotae feedback and the coupling's input f [rad/s], like the lanes.
+            weights: of an oscillator that has some, n_weights arrays, each like the lanes.
         """
 
     def phase(self, state: StateTree) -> PerLimb:

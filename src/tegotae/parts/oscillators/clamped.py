@@ -17,6 +17,8 @@ class Clamped(OscillatorWrapper):
 
     The measure CPGu asks whether a controller hops with the phase held at fixed values.
 
+    Source: paper IV-A, on CPGu.
+
     Example:
         >>> from tegotae.parts.oscillators import PhaseOscillator
         >>> import jax.numpy as jnp

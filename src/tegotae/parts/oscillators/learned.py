@@ -36,6 +36,8 @@ class Learned(OscillatorWrapper):
     Raises:
         TegotaeError: for an oscillator of another kind, or a parameter not between its bounds.
 
+    Source: of this library; the paper (V) names learnable oscillators as future work.
+
     Example:
         >>> from tegotae.parts.oscillators import VanDerPol
         >>> learned = Learned(VanDerPol())

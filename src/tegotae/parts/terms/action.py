@@ -14,7 +14,15 @@ from tegotae.parts.weight_names import WeightName
 
 @dataclass(frozen=True)
 class VanillaAction(Term):
-    """`A′(φ) = C′(φ) = -cos φ`, from the belief C(φ) = -sin φ that stance has sin φ < 0 (IV-A)."""
+    """`A′(φ) = C′(φ) = -cos φ`, from the belief C(φ) = -sin φ that stance has sin φ < 0.
+
+    Source: paper equation 2; the belief is in IV-A.
+
+    Example:
+        >>> from tegotae.parts.terms import Signals
+        >>> VanillaAction()((), Signals({"cos_phase": jnp.array([1.0, -1.0])})).tolist()
+        [-1.0, 1.0]
+    """
 
     @property
     def reads(self) -> tuple[str, ...]:
@@ -61,7 +69,10 @@ class OffsetAction(Term):
 
 @dataclass(frozen=True)
 class UnitAction(Term):
-    """`A′ = 1`: what is sensed reaches the oscillator as it is, an input like any other."""
+    """`A′ = 1`: what is sensed reaches the oscillator as it is, `f = G · R(s)` [rad/s].
+
+    Source: of this library; with it a sensed load is a plain input, as of a Matsuoka neuron.
+    """
 
     def __call__(self, weights: Weights, signals: Signals) -> jax.Array:
         """1."""

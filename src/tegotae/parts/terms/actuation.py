@@ -26,6 +26,8 @@ class Actuation(Term):
     Most actuations are smooth functions of the signals, and are sampled at the control ticks. One
     that switches full force on over a sector of the phase says so through `full_force`, so that
     the sector's edges take effect inside a tick.
+
+    Source: paper III-A, "actuator signals"; the limits are those of III-B, 0 <= F_a <= α.
     """
 
     COMMANDS: tuple[str, ...] = FORCE
@@ -107,7 +109,14 @@ class Sector(Actuation):
 
 @dataclass(frozen=True)
 class Reflex(Actuation):
-    """Reaction to falling Tegotae, `F_a = -min(0, f)` [N] (paper equation 7)."""
+    """Reaction to falling Tegotae, `F_a = -min(0, f)` [N] (paper equation 7).
+
+    The feedback f [rad/s] counts as newtons, one for one.
+
+    Example:
+        >>> Reflex()((), Signals({"feedback": jnp.array([-2.0, 3.0])})).tolist()
+        [2.0, -0.0]
+    """
 
     @property
     def reads(self) -> tuple[str, ...]:
@@ -121,7 +130,13 @@ class Reflex(Actuation):
 
 @dataclass(frozen=True)
 class SectorAndReflex(Sector):
-    """The sum of sector and reflex, clipped like either."""
+    """The sum of sector and reflex [N], clipped like either:
+
+        F_a = (α  while φ is in the sector,  else 0) - min(0, f).
+
+    Source: paper equations 6 and 7, for the observation [φ, f] of IV-B. How the two go together,
+    the paper leaves open.
+    """
 
     @property
     def reads(self) -> tuple[str, ...]:
@@ -135,5 +150,14 @@ class SectorAndReflex(Sector):
 
 @dataclass(frozen=True)
 class LearnedActuation(Network, Actuation):
-    """A learned actuation T: a network of any of {phase}, {feedback}, {phase, feedback}, or, in
-    the single network without oscillator, of what is sensed. Its output is the force [N]."""
+    """A learned actuation T: a network whose output is the force [N].
+
+    Its inputs are {phase}, {feedback} or {phase, feedback}; in the single network without
+    oscillator they are what is sensed.
+
+    Source: paper III-A, the network T of Fig. 1; the single network is that of IV-A.
+
+    Example:
+        >>> LearnedActuation(("phase", "feedback"), hidden=4).n_weights
+        20
+    """

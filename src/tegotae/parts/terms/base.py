@@ -20,6 +20,16 @@ class Signals:
     `values` holds SI quantities by name: what the body senses (such as `spring_force` [N] and
     `velocity` [m/s]), `sin_phase` and `cos_phase` where there is an oscillator, and, for the
     actuation, the Tegotae `feedback` [rad/s]. `scales` makes them dimensionless.
+
+    Args:
+        values: arrays [(limbs,) lanes] by the names of the signals.
+        scales: by the same names, in the signal's units; 1 for those that are not there.
+
+    Example:
+        >>> Signals({"spring_force": jnp.array([3.0])}, {"spring_force": 1.5}).dimensionless(
+        ...     "spring_force"
+        ... ).tolist()
+        [2.0]
     """
 
     values: dict[str, PerLimb]
@@ -46,6 +56,8 @@ class Term(ABC):
     A new term is a subclass with `reads`, `n_weights`, `initial` and `__call__`, and with
     `weight_names` if its weights are to have names in files and in C; nothing else needs to know of
     it. `tegotae.check_term` names what is missing.
+
+    Source: paper equation 4, `f = G A′ R`, and Fig. 1 for T.
     """
 
     @property
@@ -69,4 +81,13 @@ class Term(ABC):
 
     @abstractmethod
     def __call__(self, weights: Weights, signals: Signals) -> PerCommand:
-        """The term's value, elementwise; `weights` are n_weights arrays, each like the lanes."""
+        """The term's value, elementwise.
+
+        Args:
+            weights: n_weights arrays, each like the lanes.
+            signals: what it `reads`, arrays [(limbs,) lanes].
+
+        Returns:
+            The value, [(limbs,) lanes]; of an actuation of several commands [commands, limbs,
+            lanes].
+        """

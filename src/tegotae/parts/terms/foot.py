@@ -81,6 +81,8 @@ class LearnedFoot(Actuation):
     Raises:
         TegotaeError: for what a network refuses, or a reach that is not positive.
 
+    Source: of this library; the learned actuation T of the paper (III-A), for a foot's place.
+
     Example:
         >>> LearnedFoot(("phase", "feedback"), hidden=4).n_weights
         40
@@ -138,6 +140,8 @@ class CorrectedFoot(LearnedFoot):
 
     Raises:
         TegotaeError: for what a `LearnedFoot` refuses, or what is no ellipse.
+
+    Source: of this library; the ellipse is that of `EllipticFoot`.
 
     Example:
         >>> CorrectedFoot(("phase",), hidden=4, around=EllipticFoot(stride_m=0.3)).n_weights

@@ -34,6 +34,9 @@ class Network(Term):
     Raises:
         TegotaeError: for no inputs, or fewer than one hidden neuron.
 
+    Source: paper equations 3 and 4, where networks stand for A′, R and G. Their form is this
+    library's choice (docs/fidelity).
+
     Example:
         >>> Network(("phase", "spring_force"), hidden=8).n_weights
         40

@@ -34,6 +34,8 @@ class WholeBody(Actuation):
     Raises:
         TegotaeError: for no inputs, fewer than two legs, or fewer than one hidden neuron.
 
+    Source: the single network of the paper (IV-A), for a body with several legs.
+
     Example:
         >>> WholeBody(("spring_force",), ("phase",), limbs=4, hidden=8).n_weights
         88
@@ -132,6 +134,8 @@ class WholeBodyFoot(WholeBody):
 
     Raises:
         TegotaeError: for what a `WholeBody` refuses, or a reach that is not positive.
+
+    Source: as of `WholeBody`; the places are those of `LearnedFoot`.
     """
 
     COMMANDS = FOOT

@@ -21,7 +21,7 @@ from tegotae.parts.terms.base import Signals
 
 
 class Drive(NamedTuple):
-    """What the controller says at one instant; arrays [(limbs,) lanes]."""
+    """The output of the controller at one instant; arrays [(limbs,) lanes]."""
 
     feedback: PerLimb
     """Tegotae feedback f [rad/s]."""
@@ -36,9 +36,13 @@ class Moment(NamedTuple):
     """Where a rollout is: all that one tick hands to the next."""
 
     body: StateTree
+    """State of the body."""
     oscillator: StateTree
+    """State of the oscillators; () without."""
     drive: Drive
+    """The last output of the controller."""
     earlier: Drive
+    """The one a tick before; the same at the release."""
 
 
 class Integrator(ABC):
@@ -57,7 +61,17 @@ class Integrator(ABC):
     ) -> tuple[Moment, Contact, Push]:
         """The moment one tick on, what the body did, and the actuators' push on it.
 
-        `weights` and `omega` have been spread over the limbs (`Controller.spread`).
+        Args:
+            controller: what decides.
+            body: what moves.
+            weights: spread over the limbs (`Controller.spread`), n_weights arrays.
+            omega: ω [rad/s], spread alike, [(limbs,) lanes].
+            moment: where the rollout is.
+            ground_m: height of the ground [m], [lanes].
+            tick_s: control period [s].
+
+        Returns:
+            The next moment, the body's `Contact`, and the `Push` of the units on its limbs.
         """
 
 

@@ -20,7 +20,14 @@ from tegotae.simulation.integrators.base import (
 class Hold(Integrator):
     """Feedback and command evaluated at the tick's start and held; the body advances exactly.
 
-    A foot that is commanded to a place is on its way there during the tick (`Push`).
+    With t_n the tick's start and T its length, for t in [t_n, t_n + T):
+
+        f(t) = f(t_n),   F_a(t) = F_a(t_n),   φ(t_n + T) = φ(t_n) + T φ̇(t_n).
+
+    It is how a microcontroller runs a controller. A foot that is commanded to a place is on its way
+    there during the tick (`Push`).
+
+    Reference: K. J. Åström, B. Wittenmark, Computer-Controlled Systems (1997), on zero-order hold.
     """
 
     def tick(self, controller, body, weights, omega, moment, ground_m, tick_s):

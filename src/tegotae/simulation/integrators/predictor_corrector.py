@@ -34,6 +34,9 @@ class PredictorCorrector(Integrator):
     so a tick costs one evaluation and not the two of Heun's method. At 1 ms it has half of that
     method's typical error and a quarter of its largest (convergence study, documentation).
 
+        predicted   φ* = φ + T (3/2 φ̇_n - 1/2 φ̇_{n-1}),
+        corrected   φ_{n+1} = φ + T (5/12 φ̇* + 8/12 φ̇_n - 1/12 φ̇_{n-1}).
+
     Reference: E. Hairer, S. P. Nørsett, G. Wanner, Solving Ordinary Differential Equations I,
     section III.1.
     """

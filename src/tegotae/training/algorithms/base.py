@@ -14,6 +14,9 @@ import jax.numpy as jnp
 class Algorithm(ABC):
     """An optimiser of weights from episode fitness alone: a frozen dataclass of its settings.
 
+    Between generations it moves a search distribution with mean μ and standard deviation σ, both of
+    [n_weights], towards higher fitness.
+
     It makes a strategy: any object with evosax's `init(key, mean, parameters)`,
     `ask(key, state, parameters)`, `tell(key, samples, fitness, state, parameters)` and
     `default_params`, pure functions of arrays whose state has a `mean`, shape [n_weights], and a

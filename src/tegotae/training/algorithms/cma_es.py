@@ -20,6 +20,9 @@ if TYPE_CHECKING:
 class CMAES(Algorithm):
     """CMA-ES with its standard settings (through evosax).
 
+    Candidates are θ ~ N(μ, s² C); weighted by the ranks of their fitness, they move the mean μ, the
+    step size s and the covariance C.
+
     It sets the BLAS libraries of this process to one thread.
 
     Raises:

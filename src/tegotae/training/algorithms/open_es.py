@@ -20,6 +20,9 @@ if TYPE_CHECKING:
 class OpenES(Algorithm):
     """OpenAI-ES: antithetic pairs, centred ranks, Adam, a fixed deviation (through evosax).
 
+    With samples `θ± = μ ± σ ε`, ε ~ N(0, 1), and centred ranks r of their fitness, Adam moves μ
+    along `∇μ = Σ (r₊ - r₋) ε / (n σ)`.
+
     Raises:
         TegotaeError: for an odd population or a setting out of its range.
 

@@ -61,7 +61,7 @@ class WorkerPool:
         self, experiment: EnvExperiment, size: int, lanes: int, limit_s: float = 60.0
     ) -> None:
         self._experiment, self.size, self.lanes, self._limit_s = experiment, size, lanes, limit_s
-        self._workers = [_Worker(experiment, lanes, limit_s) for _ in range(size)]
+        self._workers = [_EnvWorker(experiment, lanes, limit_s) for _ in range(size)]
 
     def try_out(self, weights: np.ndarray) -> Trials:
         """Scores of candidates, [candidates, n_weights].
@@ -91,7 +91,7 @@ class WorkerPool:
                     raise answer
                 lane, why = answer
                 self._workers[index].end()
-                self._workers[index] = _Worker(self._experiment, self.lanes, self._limit_s)
+                self._workers[index] = _EnvWorker(self._experiment, self.lanes, self._limit_s)
                 if not 0 <= lane < len(job.alive):
                     deaths += 1
                     if deaths >= _MOST_DEATHS:
@@ -126,7 +126,7 @@ class WorkerPool:
         self.close()
 
 
-class _Worker:
+class _EnvWorker:
     """One worker process, and what it is at."""
 
     def __init__(self, experiment: EnvExperiment, lanes: int, limit_s: float) -> None:

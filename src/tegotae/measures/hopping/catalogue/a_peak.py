@@ -1,4 +1,7 @@
-"""How pure the body's oscillation is."""
+"""How pure the body's oscillation is.
+
+Source: paper equation 13, A_peak.
+"""
 
 from __future__ import annotations
 

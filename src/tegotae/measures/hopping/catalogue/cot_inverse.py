@@ -1,4 +1,7 @@
-"""CoT⁻¹ A, of the heights climbed in flight."""
+"""CoT⁻¹ A, of the heights climbed in flight.
+
+Source: paper equation 12, the variant A of Fig. 4.
+"""
 
 from __future__ import annotations
 

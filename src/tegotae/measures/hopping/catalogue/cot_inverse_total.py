@@ -1,4 +1,7 @@
-"""CoT⁻¹ B, of all heights climbed."""
+"""CoT⁻¹ B, of all heights climbed.
+
+Source: paper equation 12, the variant B of Fig. 4.
+"""
 
 from __future__ import annotations
 

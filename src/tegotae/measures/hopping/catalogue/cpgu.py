@@ -1,4 +1,7 @@
-"""CPGu, how much a gait needs its oscillator."""
+"""CPGu, how much a gait needs its oscillator.
+
+Source: paper IV-A.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""ΔΩ, how far a gait is from a pure oscillation at the prescribed frequency."""
+"""ΔΩ, how far a gait is from a pure oscillation at the prescribed frequency.
+
+Source: paper equation 13.
+"""
 
 from __future__ import annotations
 

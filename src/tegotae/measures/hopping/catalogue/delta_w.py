@@ -1,4 +1,7 @@
-"""Δw, how far the spectrum's peaks are from the prescribed frequency."""
+"""Δw, how far the spectrum's peaks are from the prescribed frequency.
+
+Source: paper equation 14.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Which episodes end in a failure."""
+"""Which episodes end in a failure.
+
+Source: of this library.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""The hop frequency: hops over time."""
+"""The hop frequency: hops over time.
+
+Source: of this library.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""The period of the limit cycle."""
+"""The period of the limit cycle.
+
+Source: of this library; the paper (IV-A) asks for a limit cycle of any period.
+"""
 
 from __future__ import annotations
 

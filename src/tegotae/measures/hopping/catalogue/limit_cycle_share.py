@@ -1,4 +1,7 @@
-"""Which episodes settle."""
+"""Which episodes settle.
+
+Source: of this library; the paper (IV-A) asks of every episode whether a limit cycle forms.
+"""
 
 from __future__ import annotations
 

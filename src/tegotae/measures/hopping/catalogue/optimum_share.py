@@ -1,4 +1,7 @@
-"""How near a gait comes to what is physically possible."""
+"""How near a gait comes to what is physically possible.
+
+Source: of this library (`tegotae.measures.optimum`).
+"""
 
 from __future__ import annotations
 

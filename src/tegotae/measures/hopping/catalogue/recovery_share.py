@@ -1,4 +1,7 @@
-"""Which settled episodes settle again after the ground dropped."""
+"""Which settled episodes settle again after the ground dropped.
+
+Source: paper IV-A, on T1: "new limit cycle formation, if any".
+"""
 
 from __future__ import annotations
 

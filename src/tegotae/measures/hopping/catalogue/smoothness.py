@@ -1,4 +1,7 @@
-"""How smoothly the actuator force changes."""
+"""How smoothly the actuator force changes.
+
+Source: of this library; the paper (V) calls actuation smooth and gives no measure.
+"""
 
 from __future__ import annotations
 

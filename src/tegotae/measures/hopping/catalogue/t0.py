@@ -1,4 +1,7 @@
-"""T0, how long a gait takes to settle."""
+"""T0, how long a gait takes to settle.
+
+Source: paper IV-A, T0.
+"""
 
 from __future__ import annotations
 

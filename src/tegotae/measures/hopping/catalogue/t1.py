@@ -1,4 +1,7 @@
-"""T1, how long a gait takes to settle again after the ground dropped."""
+"""T1, how long a gait takes to settle again after the ground dropped.
+
+Source: paper IV-A, T1.
+"""
 
 from __future__ import annotations
 

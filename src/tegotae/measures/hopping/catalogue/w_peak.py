@@ -1,4 +1,7 @@
-"""The frequency at which the body's height mostly oscillates."""
+"""The frequency at which the body's height mostly oscillates.
+
+Source: paper equation 13, w_peak.
+"""
 
 from __future__ import annotations
 

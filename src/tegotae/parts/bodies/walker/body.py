@@ -80,6 +80,9 @@ class Walker(WalkerNumbers, Body):  # type: ignore[override] - a property is its
         TegotaeError: for a number out of its range, legs without places, an inertia that no body
             can have, or legs too soft to stand on.
 
+    Source: of this library; the ellipses of its feet and its feedback are Owaki et al.'s
+    (`tegotae.parts.terms.EllipticFoot`).
+
     Example:
         >>> body = Walker()
         >>> body.limbs, round(body.standing_height_m, 3)
