@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+import tegotae
 from places import ROOT
 
 PACKAGE = ROOT / "src" / "tegotae"
@@ -105,3 +106,17 @@ def test_the_files_that_the_page_on_architecture_names_are_there():
     named = re.findall(rf"`((?:{rooms})/[\w/]*(?:\.py)?)`", page)
     assert len(named) > len(ROOMS)
     assert [name for name in named if not (PACKAGE / name).exists()] == []
+
+
+def test_the_page_on_architecture_names_every_shape():
+    page = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
+    section = page.split("## Shapes\n")[1].split("\n## ")[0]
+    tree = ast.parse((PACKAGE / "parts" / "_shapes.py").read_text(encoding="utf-8"))
+    stored = (n for n in ast.walk(tree) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store))
+    shapes = {node.id for node in stored if not node.id.startswith("_")}
+    assert shapes <= set(re.findall(r"`(\w+)`", section))
+
+
+def test_the_page_of_names_has_what_the_package_names():
+    page = (ROOT / "docs" / "api" / "names.md").read_text(encoding="utf-8")
+    assert sorted(re.findall(r"`(\w+) <tegotae", page)) == sorted(tegotae.__all__)
