@@ -48,3 +48,9 @@ else:
 
     StateTree = PyTree[Shaped[Array, "..."]]
 """What a body or an oscillator keeps between ticks: any pytree of arrays, lanes last."""
+if TYPE_CHECKING:
+    LaneNumbers = Any
+else:
+    LaneNumbers = float | Shaped[Array, "..."] | np.ndarray | np.generic | Sequence
+"""What a user gives for the lanes: a number, a list or an array of NumPy; in a compiled program an
+array of JAX."""

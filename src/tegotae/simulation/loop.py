@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import NamedTuple
 
 import jax
@@ -151,7 +152,7 @@ class ClosedLoop:
         sound &= over_limbs(jnp.all, jnp.isfinite(travel), body)
         force = push.mean_n * contact.stance_share if contact.force_n is None else contact.force_n
         advanced = Lane(moment, force, lane.failed)
-        kept = jax.tree.map(lambda new, old: keep(sound, new, old), advanced, lane)
+        kept = jax.tree.map(partial(keep, sound), advanced, lane)
         output = Tick(index, tick_s, sound, body, contact, force, phase, travel, moment, ground)
         return kept._replace(failed=~sound), output
 
@@ -188,13 +189,12 @@ def check_senses(controller: Controller, body: Body | Interface) -> None:
             f"takes {' and '.join(takes)}"
         )
     oscillator = controller.oscillator
-    signals = set() if oscillator is None else set(oscillator.SIGNALS)
-    known = set(senses) | signals
+    known = {*senses, *(() if oscillator is None else oscillator.SIGNALS)}
     reads = {f"{role} term": term.reads for role, term in controller.terms.items()}
     if controller.coupling is not None:
         reads["coupling"] = controller.coupling.READS
     for reader, names in reads.items():
-        available = known | ({"feedback"} if reader == "actuation term" else set())
+        available = known | {"feedback"} if reader == "actuation term" else known
         for name in names:
             if name not in available:
                 raise TegotaeError(

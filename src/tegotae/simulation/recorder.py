@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol, TypeAlias, TypeVar, cast
 
 import jax
 import jax.numpy as jnp
 
 from tegotae._support.errors import TegotaeError, unknown
+from tegotae._support.transforms import shapes_of
 from tegotae.parts._shapes import MaskPerLane, PerCommand, PerLane, PerLimb
 from tegotae.parts.bodies import Body
 from tegotae.parts.channels import (
@@ -45,6 +46,19 @@ class RecordedFrame(NamedTuple):
     """The body."""
 
 
+Recorded: TypeAlias = Any
+"""What is recorded of a channel: an array of JAX, or of NumPy once a rollout is over, or what
+stands for one in a trace."""
+C = TypeVar("C", bound=Channel)
+S = TypeVar("S")
+
+
+class _Needing(Protocol):
+    """A summary that says which channels it needs."""
+
+    needs: tuple[str, ...]
+
+
 @jax.tree_util.register_pytree_node_class
 class Trajectory:
     """What was recorded: a channel an attribute, each frame at its end.
@@ -67,13 +81,13 @@ class Trajectory:
 
     __slots__ = ("channels",)
 
-    channels: Mapping[str, Any]
+    channels: Mapping[str, Recorded]
     """The recorded arrays by name."""
 
-    def __init__(self, **channels: Any) -> None:
+    def __init__(self, **channels: Recorded) -> None:
         object.__setattr__(self, "channels", MappingProxyType(channels))
 
-    def __getattr__(self, name: str) -> Any:
+    def __getattr__(self, name: str) -> Recorded:
         if name.startswith("_") or name == "channels":
             raise AttributeError(name)
         try:
@@ -83,26 +97,26 @@ class Trajectory:
                 f"{name!r} was not recorded; recorded are {', '.join(self.channels)}"
             ) from None
 
-    def __setattr__(self, name: str, value: Any) -> None:
+    def __setattr__(self, name: str, value: object) -> None:
         raise AttributeError("a trajectory does not change; make another")
 
     def __repr__(self) -> str:
         return f"Trajectory({', '.join(self.channels)})"
 
-    def __reduce__(self) -> Any:
+    def __reduce__(self) -> tuple[Callable[..., Trajectory], tuple[dict[str, Recorded]]]:
         return _restored, (dict(self.channels),)
 
-    def tree_flatten(self) -> tuple[tuple[Any, ...], tuple[str, ...]]:
+    def tree_flatten(self) -> tuple[tuple[Recorded, ...], tuple[str, ...]]:
         """The arrays, and their names."""
         return tuple(self.channels.values()), tuple(self.channels)
 
     @classmethod
-    def tree_unflatten(cls, names: tuple[str, ...], arrays: Iterable[Any]) -> Trajectory:
+    def tree_unflatten(cls, names: tuple[str, ...], arrays: Iterable[Recorded]) -> Trajectory:
         """From the arrays and their names."""
         return cls(**dict(zip(names, arrays, strict=True)))
 
 
-def _restored(channels: dict[str, Any]) -> Trajectory:
+def _restored(channels: dict[str, Recorded]) -> Trajectory:
     return Trajectory(**channels)
 
 
@@ -128,6 +142,10 @@ def _apex(tick: Tick) -> MaskPerLane:
 def _at(tick: Tick, share: PerLimb) -> PerLimb:
     """The time at a share of a tick [s]."""
     return (tick.number.astype(share.dtype) + share) * tick.tick_s
+
+
+def _absolute(positive: PerLane, net: PerLane) -> PerLane:
+    return 2.0 * positive - net  # |x| = 2 max(0, x) - x
 
 
 COMMON: tuple[Channel, ...] = (
@@ -168,7 +186,7 @@ COMMON: tuple[Channel, ...] = (
     Combined(
         "work_absolute_j",
         "Total of ∫ |F_a ẏ| dt [J].",
-        lambda positive, net: 2.0 * positive - net,  # |x| = 2 max(0, x) - x
+        _absolute,
         ("work_positive_j", "work_net_j"),
     ),
     Total(
@@ -238,7 +256,7 @@ def declared(controller: Controller, body: Body) -> dict[str, Channel]:
     return channels
 
 
-def needing(*names: str) -> Callable[[Any], Any]:
+def needing(*names: str) -> Callable[[S], S]:
     """Say of a summary which channels it needs; others are not computed for it.
 
     Example:
@@ -249,8 +267,8 @@ def needing(*names: str) -> Callable[[Any], Any]:
         ('height_m',)
     """
 
-    def declare(summary: Any) -> Any:
-        summary.needs = names
+    def declare(summary: S) -> S:
+        cast(_Needing, summary).needs = names
         return summary
 
     return declare
@@ -285,7 +303,7 @@ class Recorder:
         served = [n for name in recorded for n in getattr(known[name], "needs", ())]
         return cls({name: known[name] for name in (*recorded, *served)}, recorded)
 
-    def _of(self, kind: type) -> dict[str, Any]:
+    def _of(self, kind: type[C]) -> dict[str, C]:
         return {name: c for name, c in self.channels.items() if isinstance(c, kind)}
 
     def nothing(
@@ -298,10 +316,10 @@ class Recorder:
             totals = {name: each.gain(output) for name, each in self._of(Total).items()}
             return totals, {name: each.value(output) for name, each in self._of(Latest).items()}
 
-        totals, events = jax.eval_shape(given)
+        totals, events = shapes_of(given)
         return (
-            jax.tree.map(lambda s: jnp.zeros(s.shape, s.dtype), totals),
-            jax.tree.map(lambda s: jnp.full(s.shape, jnp.nan, s.dtype), events),
+            {name: jnp.zeros(s.shape, s.dtype) for name, s in totals.items()},
+            {name: jnp.full(s.shape, jnp.nan, s.dtype) for name, s in events.items()},
         )
 
     def add(self, totals: dict[str, jax.Array], tick: Tick) -> dict[str, jax.Array]:
@@ -311,7 +329,7 @@ class Recorder:
 
     def update(self, events: dict[str, jax.Array], tick: Tick) -> dict[str, jax.Array]:
         """The events after a tick; a failed lane has none."""
-        updated = {}
+        updated: dict[str, jax.Array] = {}
         for name, each in self._of(Latest).items():
             value, happens = each.value(tick), each.when(tick)
             happens = jnp.broadcast_to(happens, value.shape)

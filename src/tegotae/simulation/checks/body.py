@@ -4,14 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cache
-from typing import Any
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
 from tegotae._support.devices import set_up
-from tegotae._support.errors import TegotaeError
+from tegotae._support.errors import TegotaeError, is_of
+from tegotae._support.transforms import jit
+from tegotae.parts._shapes import (
+    MaskPerLane,
+    Number,
+    PerCommand,
+    PerLane,
+    PerLimb,
+    Scalar,
+    StateTree,
+)
 from tegotae.parts.bodies import (
     Body,
     Contact,
@@ -28,6 +37,9 @@ _OF_LIMBS = ("stance_share", "work_j", "touchdown_share", "force_n")
 """What of a `Contact` belongs to each limb."""
 _ENERGY_TOLERANCE = 1e-3
 """Share of the energy that may be made from nothing over a rollout: integration error."""
+
+_Worked = tuple[StateTree, PerLane]
+"""A state, and the work of the actuators so far [J]."""
 
 
 def check_body(body: Body) -> None:
@@ -58,24 +70,37 @@ def check_body(body: Body) -> None:
 
 
 @cache
-def _method(name: str) -> Callable:
+def _method(name: str) -> Callable[..., StateTree]:
     """A body's method as a function of the body, which is traced as in a rollout.
 
     The same function for every trial of it, so that it is compiled once.
     """
-    return lambda body, *args: getattr(body, name)(*args)
+
+    def call(body: Body, *args: object) -> StateTree:
+        return getattr(body, name)(*args)
+
+    return call
 
 
-def _advance(body: Body, state: Any, force: jax.Array, ground: jax.Array, tick: jax.Array) -> Any:
+def _advance(
+    body: Body, state: StateTree, force: PerCommand, ground: PerLane, tick: Scalar
+) -> StateTree:
     return body.advance(state, Push(force), ground, tick)
 
 
-def _sensed(body: Body, state: Any, ground: jax.Array) -> Any:
+def _sensed(body: Body, state: StateTree, ground: PerLane) -> dict[str, PerLimb]:
     return body.sense(state, ground).values
 
 
+def _itself(body: Body) -> Body:
+    return body
+
+
 def _cast(body: Body, dtype: str) -> Body:
-    return jax.tree.map(lambda x: jnp.asarray(x, dtype), body)
+    def cast(x: Number) -> jax.Array:
+        return jnp.asarray(x, dtype)
+
+    return jax.tree.map(cast, body)
 
 
 def _check_pytree(name: str, body: Body) -> None:
@@ -87,7 +112,7 @@ def _check_pytree(name: str, body: Body) -> None:
     for leaf in leaves:
         if isinstance(leaf, bool) or not isinstance(leaf, int | float | np.number | jax.Array):
             raise TegotaeError(f"{name} has a field {leaf!r}; its fields must be numbers")
-    probing.attempt(f"{name} inside a compiled program", lambda b: b, body)
+    probing.attempt(f"{name} inside a compiled program", _itself, body)
 
 
 def _check_properties(name: str, body: Body) -> None:
@@ -104,7 +129,7 @@ def _per_limb(body: Body, x: jax.Array) -> jax.Array:
     return jnp.broadcast_to(x, (*body.limb_shape, *x.shape))
 
 
-def _command(body: Body, share: Any, like: jax.Array) -> jax.Array:
+def _command(body: Body, share: Number, like: jax.Array) -> jax.Array:
     """A share of the largest force; or feet that are commanded to places, a little from rest."""
     if body.COMMANDS == FORCE:
         return _per_limb(body, share * jnp.asarray(body.max_force_n, like.dtype) + 0.0 * like)
@@ -112,7 +137,7 @@ def _command(body: Body, share: Any, like: jax.Array) -> jax.Array:
     return jnp.stack([places] * len(body.COMMANDS))
 
 
-def _start(body: Body, dtype: str) -> tuple[Any, jax.Array]:
+def _start(body: Body, dtype: str) -> tuple[StateTree, PerLane]:
     """Lanes in flight, in stance and about to touch down, and a ground that is not at zero."""
     rest = float(body.touching_height_m)
     shares = jnp.linspace(0.9, 1.2, probing.LANES, dtype=dtype)
@@ -125,7 +150,7 @@ def _check_methods(name: str, body: Body, dtype: str) -> None:
     height = probing.lanes_of(dtype, 0.9, 1.2, 5) * float(body.touching_height_m)
     velocity = probing.lanes_of(dtype, -1.0, 1.0, 6)
     state = probing.attempt(f"{name}.release", _method("release"), body, height, velocity)
-    if not isinstance(state, tuple) or not state:
+    if not is_of(state, tuple) or not state:
         raise TegotaeError(
             f"{name}.release returns {state!r:.60}; it must return a tuple of arrays"
         )
@@ -154,7 +179,7 @@ def _check_methods(name: str, body: Body, dtype: str) -> None:
         probing.require_independent(f"{name}.{method}", _method(method), body, state, ground)
 
 
-def _check_sense(name: str, body: Body, state: Any, ground: jax.Array, dtype: str) -> None:
+def _check_sense(name: str, body: Body, state: StateTree, ground: jax.Array, dtype: str) -> None:
     what = f"{name}.sense"
     sensation = probing.attempt(what, _method("sense"), body, state, ground)
     if not isinstance(sensation, Sensation):
@@ -177,10 +202,18 @@ def _check_sense(name: str, body: Body, state: Any, ground: jax.Array, dtype: st
     probing.require_independent(what, _sensed, body, state, ground)
 
 
-def _check_predict(name, body, state, force, ground, tick, dtype) -> None:
+def _check_predict(
+    name: str,
+    body: Body,
+    state: StateTree,
+    force: PerCommand,
+    ground: PerLane,
+    tick: Scalar,
+    dtype: str,
+) -> None:
     what = f"{name}.predict"
     result = probing.attempt(what, _method("predict"), body, state, force, ground, tick)
-    if not isinstance(result, tuple) or len(result) != 3:
+    if not is_of(result, tuple) or len(result) != 3:
         raise TegotaeError(f"{what} must return (state, stance from, stance to)")
     guess, stance_from, stance_to = result
     probing.same_structure(what, guess, state)
@@ -195,12 +228,21 @@ def _check_predict(name, body, state, force, ground, tick, dtype) -> None:
     probing.require_independent(what, _method("predict"), body, state, force, ground, tick)
 
 
-def _check_advance(name, body, state, force, ground, tick, dtype) -> None:
+def _check_advance(
+    name: str,
+    body: Body,
+    state: StateTree,
+    force: PerCommand,
+    ground: PerLane,
+    tick: Scalar,
+    dtype: str,
+) -> None:
     what = f"{name}.advance"
     result = probing.attempt(what, _advance, body, state, force, ground, tick)
-    if not isinstance(result, tuple) or len(result) != 2 or not isinstance(result[1], Contact):
+    if not is_of(result, tuple) or len(result) != 2 or not is_of(result[1], Contact):
         raise TegotaeError(f"{what} must return (state, tegotae.parts.bodies.Contact)")
-    end, contact = result
+    end = result[0]
+    contact: Contact = result[1]
     probing.same_structure(what, end, state)
     probing.require_arrays(what, end, dtype, before=None)
     for field, value in contact._asdict().items():
@@ -234,11 +276,11 @@ def _check_small_ticks(name: str, body: Body) -> None:
     force = _command(body, 0.5, ground)
     released = body.commanded(state, force)
 
-    def seen(at: Any) -> list[jax.Array]:
+    def seen(at: StateTree) -> list[jax.Array]:
         """What the controller would know of a state: of it alone the guess must be right."""
         return [*body.sense(at, ground).values.values(), body.height(at), body.velocity(at)]
 
-    @jax.jit
+    @jit
     def gaps(tick: jax.Array) -> tuple[jax.Array, jax.Array]:
         # A body may guess from what its last tick was like.
         begun, _ = body.advance(released, Push(force), ground, tick)
@@ -271,11 +313,11 @@ def _check_energy(name: str, body: Body) -> None:
     start, ground = _start(body, "float64")
     tick = jnp.asarray(_TICK_S)
 
-    @jax.jit
+    @jit
     def excess(share: jax.Array) -> jax.Array:
         push = Push(_command(body, share, ground))
 
-        def step(carry: Any, _: Any) -> Any:
+        def step(carry: _Worked, _: None) -> tuple[_Worked, tuple[PerLane, MaskPerLane]]:
             state, work = carry
             state, contact = body.advance(state, push, ground, tick)
             work = work + over_limbs(jnp.sum, contact.work_j, body)

@@ -6,7 +6,7 @@ import jax
 import numpy as np
 
 from tegotae._support.devices import set_up
-from tegotae._support.errors import TegotaeError
+from tegotae._support.errors import TegotaeError, is_of
 from tegotae.parts.bodies import Body
 from tegotae.parts.controller import Controller
 from tegotae.parts.terms.actuation import Actuation
@@ -36,14 +36,14 @@ def check_controller(controller: Controller, body: Body) -> None:
         >>> check_controller(tegotae.build("V-reflex-w4"), tegotae.Hopper())
     """
     set_up()
-    if not isinstance(controller, Controller):
+    if not is_of(controller, Controller):
         raise TegotaeError(
             f"{type(controller).__name__} is no Controller; make one of terms: "
             "Controller(actuation, oscillator, Tegotae(action, reaction, gain))"
         )
     for term in controller.terms.values():
         check_term(term)
-    if not isinstance(controller.actuation, Actuation):
+    if not is_of(controller.actuation, Actuation):
         raise TegotaeError(
             f"{type(controller.actuation).__name__} cannot be the actuation; make it a subclass of "
             "tegotae.parts.terms.Actuation"

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
 from tegotae._support.devices import set_up
-from tegotae._support.errors import TegotaeError
+from tegotae._support.errors import TegotaeError, is_of
+from tegotae.parts._shapes import PerLane, PerLimb, StateTree
 from tegotae.parts.maths import TWO_PI
 from tegotae.parts.oscillators import Oscillator
 from tegotae.simulation.checks import probing
@@ -60,11 +60,15 @@ def _weights(name: str, oscillator: Oscillator, dtype: str) -> tuple[jax.Array, 
     return tuple(jnp.asarray(w, dtype) * ones for w in first)
 
 
-def _rate_of(name: str, oscillator: Oscillator, dtype: str) -> Callable:
+def _rate_of(name: str, oscillator: Oscillator, dtype: str) -> Callable[..., StateTree]:
     """Its rate as the integrators call it: with weights if it has some."""
     weights = _weights(name, oscillator, dtype)
     given = (weights,) if weights else ()
-    return lambda state, omega, feedback: oscillator.rate(state, omega, feedback, *given)
+
+    def rate(state: StateTree, omega: PerLimb, feedback: PerLimb) -> StateTree:
+        return oscillator.rate(state, omega, feedback, *given)
+
+    return rate
 
 
 def _check_methods(name: str, oscillator: Oscillator, dtype: str) -> None:
@@ -106,9 +110,11 @@ def _check_methods(name: str, oscillator: Oscillator, dtype: str) -> None:
     probing.require_independent(f"{name}.start", oscillator.start, phase)
     probing.require_independent(f"{name}.rate", rate_of, state, omega, feedback)
     probing.require_independent(f"{name}.settle", oscillator.settle, state)
-    probing.require_independent(
-        f"{name}.signals", lambda s: tuple(oscillator.signals(s).values()), state
-    )
+
+    def signals(state: StateTree) -> tuple[PerLimb, ...]:
+        return tuple(oscillator.signals(state).values())
+
+    probing.require_independent(f"{name}.signals", signals, state)
 
 
 def _check_phase(name: str, oscillator: Oscillator, dtype: str) -> None:
@@ -119,7 +125,7 @@ def _check_phase(name: str, oscillator: Oscillator, dtype: str) -> None:
     _require_close(f"{name}.phase of {name}.start(φ)", phases, phase, "φ")
 
     sin_cos = probing.attempt(f"{name}.sin_cos", oscillator.sin_cos, state)
-    if not isinstance(sin_cos, tuple) or len(sin_cos) != 2:
+    if not is_of(sin_cos, tuple) or len(sin_cos) != 2:
         raise TegotaeError(f"{name}.sin_cos must return a pair (sine, cosine) of the phase")
     probing.require_arrays(f"{name}.sin_cos", sin_cos, dtype)
     _require_close(f"the sine of {name}.sin_cos", sin_cos[0], jnp.sin(phases), "sin of its phase")
@@ -128,7 +134,7 @@ def _check_phase(name: str, oscillator: Oscillator, dtype: str) -> None:
         probing.require_independent(f"{name}.{method}", getattr(oscillator, method), state)
 
 
-def _require_close(what: str, value: Any, expected: Any, meaning: str) -> None:
+def _require_close(what: str, value: jax.Array, expected: jax.Array, meaning: str) -> None:
     if not np.allclose(value, expected, atol=1e-4):
         raise TegotaeError(
             f"{what} is {probing.listed(value)}; it must be {meaning}, {probing.listed(expected)}"
@@ -141,7 +147,7 @@ def _check_turns(name: str, oscillator: Oscillator) -> None:
     state = oscillator.settle(oscillator.start(jnp.zeros_like(omega)))
     ticks = round(2.0 * TWO_PI / 4.0 / _TICK_S)
 
-    def tick(state: Any, _: Any) -> Any:
+    def tick(state: StateTree, _: None) -> tuple[StateTree, tuple[PerLane, PerLane]]:
         ahead = held(state, rate_of(state, omega, jnp.zeros_like(omega)), _TICK_S)
         settled = oscillator.settle(ahead)
         return settled, (
@@ -149,7 +155,7 @@ def _check_turns(name: str, oscillator: Oscillator) -> None:
             oscillator.phase(settled),
         )
 
-    def turn(state: Any) -> Any:
+    def turn(state: StateTree) -> tuple[jax.Array, jax.Array]:
         return jax.lax.scan(tick, state, None, length=ticks)[1]
 
     steps, phases = probing.attempt(f"{name} over two turns", turn, state)

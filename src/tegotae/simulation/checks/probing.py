@@ -4,13 +4,20 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, TypeVar, cast
 
 import jax
 import jax.numpy as jnp
 import numpy as np
+import numpy.typing as npt
 
-from tegotae._support.errors import TegotaeError
+from tegotae._support.errors import TegotaeError, is_of
+from tegotae._support.transforms import jit
+
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
+
+T = TypeVar("T")
 
 LANES = 6
 """Trial lanes."""
@@ -21,7 +28,7 @@ SPOILED = 2
 DTYPES = ("float32", "float64")
 
 
-def require_part(part: Any, contract: type) -> str:
+def require_part(part: object, contract: type) -> str:
     """The part's name, after seeing that it is an instance of its contract and a plain value.
 
     Raises:
@@ -44,7 +51,7 @@ def require_part(part: Any, contract: type) -> str:
     return name
 
 
-def require_hashable(name: str, part: Any) -> None:
+def require_hashable(name: str, part: object) -> None:
     """Raise `TegotaeError` unless equal parts are equal keys of one compiled program."""
     try:
         hash(part)
@@ -53,7 +60,7 @@ def require_hashable(name: str, part: Any) -> None:
             f"{name} cannot be hashed ({error}); use tuples and numbers as its fields"
         ) from None
     try:
-        same = part == dataclasses.replace(part)
+        same: object = part == dataclasses.replace(cast("DataclassInstance", part))
     except Exception as error:
         raise TegotaeError(
             f"{name} cannot be compared with a copy of itself ({first_line(error)})"
@@ -77,19 +84,19 @@ def first_line(error: Exception) -> str:
     return f"{type(error).__name__}: {lines[0]}" if lines else type(error).__name__
 
 
-def listed(array: Any) -> str:
+def listed(array: npt.ArrayLike | jax.Array) -> str:
     """An array's values in one line."""
     return ", ".join(f"{x:.5g}" for x in np.ravel(array))
 
 
-def attempt(what: str, function: Callable, *args: Any) -> Any:
+def attempt(what: str, function: Callable[..., T], *args: object) -> T:
     """The function's result inside a compiled program.
 
     Raises:
         TegotaeError: if it raises, naming `what`, or if it needs an array's value in Python.
     """
     try:
-        return jax.jit(function)(*args)
+        return jit(function)(*args)
     except TegotaeError:
         raise
     except (
@@ -107,7 +114,7 @@ def attempt(what: str, function: Callable, *args: Any) -> Any:
 
 def require_arrays(
     what: str,
-    value: Any,
+    value: object,
     dtype: str,
     *,
     kind: str = "finite",
@@ -141,7 +148,7 @@ def require_arrays(
             raise TegotaeError(f"{what} is not finite on ordinary lanes: {listed(array)}")
 
 
-def require_independent(what: str, function: Callable, *args: Any) -> None:
+def require_independent(what: str, function: Callable[..., object], *args: object) -> None:
     """Raise `TegotaeError` if spoiling one lane of the arguments changes another lane's result.
 
     Args:
@@ -149,7 +156,7 @@ def require_independent(what: str, function: Callable, *args: Any) -> None:
         function: of pytrees of arrays.
         args: the arguments; of every array [..., LANES] a lane is spoiled.
     """
-    program = jax.jit(function)
+    program = jit(function)
     sound = program(*args)
     for poison in (jnp.nan, 17.0):
 
@@ -172,19 +179,21 @@ def require_independent(what: str, function: Callable, *args: Any) -> None:
                 )
 
 
-def require_positive(what: str, value: Any) -> None:
+def require_positive(what: str, value: object) -> None:
     """Raise `TegotaeError` unless the value is a single finite number above zero."""
     try:
-        number = float(value)
+        number = float(cast(float, value))
     except (TypeError, ValueError):
         raise TegotaeError(f"{what} is {value!r}; it must be one number") from None
     if not (np.isfinite(number) and number > 0.0):
         raise TegotaeError(f"{what} is {number:g}; it must be finite and greater than 0")
 
 
-def require_names(what: str, names: Any) -> None:
+def require_names(what: str, names: object) -> None:
     """Raise `TegotaeError` unless the value is a tuple of strings."""
-    if not isinstance(names, tuple) or not all(isinstance(name, str) for name in names):
+    if not isinstance(names, tuple) or not all(
+        is_of(name, str) for name in cast(tuple[object, ...], names)
+    ):
         hint = f"({names!r},)" if isinstance(names, str) else 'such as ("spring_force",)'
         raise TegotaeError(f"{what} is {names!r}; it must be a tuple of names: {hint}")
 
@@ -194,7 +203,7 @@ def lanes_of(dtype: str, low: float, high: float, seed: int) -> jax.Array:
     return jnp.asarray(np.random.default_rng(seed).uniform(low, high, LANES), dtype)
 
 
-def same_structure(what: str, value: Any, like: Any) -> None:
+def same_structure(what: str, value: object, like: object) -> None:
     """Raise `TegotaeError` unless a returned state has the form of the state at the start."""
     if jax.tree.structure(value) != jax.tree.structure(like):
         raise TegotaeError(
@@ -203,7 +212,6 @@ def same_structure(what: str, value: Any, like: Any) -> None:
         )
 
 
-def _form(state: Any) -> str:
-    if isinstance(state, tuple):
-        return f"{type(state).__name__} of {len(state)}"
-    return type(state).__name__
+def _form(state: object) -> str:
+    form = type(state).__name__
+    return f"{form} of {len(cast(tuple[object, ...], state))}" if is_of(state, tuple) else form

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import jax
 import jax.numpy as jnp
 
 from tegotae._support.devices import set_up
-from tegotae._support.errors import TegotaeError
-from tegotae.parts._shapes import Weights
+from tegotae._support.errors import TegotaeError, is_of
+from tegotae.parts._shapes import PerCommand, Weights
 from tegotae.parts.maths import TWO_PI
 from tegotae.parts.terms.actuation import Actuation
 from tegotae.parts.terms.base import Signals, Term
@@ -44,7 +42,7 @@ def check_term(term: Term) -> None:
 
 def _check_weights(name: str, term: Term) -> None:
     n_weights = term.n_weights
-    if isinstance(n_weights, bool) or not isinstance(n_weights, int) or n_weights < 0:
+    if isinstance(n_weights, bool) or not is_of(n_weights, int) or n_weights < 0:
         raise TegotaeError(
             f"{name}.n_weights is {n_weights!r}; it must be a whole number of at least 0 "
             "(a property, not a method)"
@@ -80,7 +78,7 @@ class _DeclaredSignals(Signals):
 
 def _signals(term: Term, dtype: str) -> dict[str, jax.Array]:
     phase = probing.lanes_of(dtype, 0.0, TWO_PI, 0)
-    values = {}
+    values: dict[str, jax.Array] = {}
     # Every actuation is given the feedback, declared or not.
     names = {*term.reads, "feedback"} if isinstance(term, Actuation) else set(term.reads)
     for seed, signal in enumerate(sorted(names)):
@@ -94,11 +92,11 @@ def _check_value(name: str, term: Term, dtype: str) -> None:
     scales = {s: jnp.asarray(1.5, dtype) for s in values if not s.endswith("_phase")}
     weights = [probing.lanes_of(dtype, -1.0, 1.0, 100 + i) for i in range(term.n_weights)]
 
-    def call(weights: Weights, values: dict[str, jax.Array]) -> Any:
+    def call(weights: Weights, values: dict[str, jax.Array]) -> PerCommand:
         return term(tuple(weights), _DeclaredSignals(values, scales))
 
     result = probing.attempt(f"{name}.__call__", call, weights, values)
-    if not isinstance(result, jax.Array):
+    if not is_of(result, jax.Array):
         raise TegotaeError(
             f"{name}.__call__ returns a {type(result).__name__}; it must return one array"
         )
@@ -114,7 +112,7 @@ def _check_full_force(name: str, term: Actuation, dtype: str) -> None:
     sector = probing.attempt(what, term.full_force, start, end, omega)
     if sector is None:
         return
-    if not isinstance(sector, tuple) or len(sector) != 2:
+    if not is_of(sector, tuple) or len(sector) != 2:
         raise TegotaeError(f"{what} must return None, or a pair (share of the path, its centre)")
     probing.require_arrays(what, sector, dtype)
     for meaning, value in zip(("share", "centre"), sector, strict=True):

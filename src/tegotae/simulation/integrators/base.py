@@ -162,7 +162,11 @@ def moved(state: StateTree, step: Callable[..., jax.Array], *rates: StateTree) -
 
 def held(state: StateTree, rate: StateTree, tick_s: Number) -> StateTree:
     """An oscillator's state after a tick at a held rate."""
-    return moved(state, lambda x: tick_s * x, rate)
+
+    def step(x: jax.Array) -> jax.Array:
+        return tick_s * x
+
+    return moved(state, step, rate)
 
 
 def settled(controller: Controller, oscillator: StateTree) -> StateTree:

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from tegotae.parts._shapes import PerLane, PerLimb, Scalar, Weights
+from tegotae.parts.bodies import Body, Contact, Push
+from tegotae.parts.controller import Controller
 from tegotae.simulation.integrators.base import (
     Integrator,
     Moment,
@@ -30,7 +33,16 @@ class Hold(Integrator):
     Reference: K. J. Åström, B. Wittenmark, Computer-Controlled Systems (1997), on zero-order hold.
     """
 
-    def tick(self, controller, body, weights, omega, moment, ground_m, tick_s):
+    def tick(
+        self,
+        controller: Controller,
+        body: Body,
+        weights: Weights,
+        omega: PerLimb,
+        moment: Moment,
+        ground_m: PerLane,
+        tick_s: Scalar,
+    ) -> tuple[Moment, Contact, Push]:
         """One tick; see `Integrator.tick`."""
         now = drive(controller, body, weights, omega, moment.body, moment.oscillator, ground_m)
         oscillator = held(moment.oscillator, now.rate, tick_s)

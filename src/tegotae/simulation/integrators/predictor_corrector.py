@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import jax
 import jax.numpy as jnp
 
+from tegotae.parts._shapes import Number, PerCommand, PerLane, PerLimb, Scalar, Weights
+from tegotae.parts.bodies import Body, Contact, Push
 from tegotae.parts.controller import Controller
 from tegotae.simulation.integrators.base import (
     Drive,
@@ -41,17 +42,24 @@ class PredictorCorrector(Integrator):
     section III.1.
     """
 
-    def tick(self, controller, body, weights, omega, moment, ground_m, tick_s):
+    def tick(
+        self,
+        controller: Controller,
+        body: Body,
+        weights: Weights,
+        omega: PerLimb,
+        moment: Moment,
+        ground_m: PerLane,
+        tick_s: Scalar,
+    ) -> tuple[Moment, Contact, Push]:
         """One tick; see `Integrator.tick`."""
         now, earlier = moment.drive, moment.earlier
         phase = phase_of(controller, moment.oscillator, now.feedback)
 
-        guess = moved(
-            moment.oscillator,
-            lambda rate, rate_earlier: tick_s * (1.5 * rate - 0.5 * rate_earlier),
-            now.rate,
-            earlier.rate,
-        )
+        def adams_bashforth(rate: jax.Array, rate_earlier: jax.Array) -> jax.Array:
+            return tick_s * (1.5 * rate - 0.5 * rate_earlier)
+
+        guess = moved(moment.oscillator, adams_bashforth, now.rate, earlier.rate)
         phase_guess = phase_of(controller, guess, now.feedback)
         command = _predicted(controller, earlier, now)
         force = push(controller, largest_force(body), command, phase, phase_guess, omega)
@@ -82,7 +90,7 @@ class PredictorCorrector(Integrator):
         return Moment(state, oscillator, then, now), contact, force
 
 
-def _predicted(controller: Controller, earlier: Drive, now: Drive) -> jax.Array:
+def _predicted(controller: Controller, earlier: Drive, now: Drive) -> PerCommand:
     """The command over a tick from what was said before it."""
     if controller.actuation.commands_force:
         return now.command
@@ -90,8 +98,8 @@ def _predicted(controller: Controller, earlier: Drive, now: Drive) -> jax.Array:
 
 
 def _corrected(
-    controller: Controller, max_force_n: Any, earlier: Drive, now: Drive, then: Drive
-) -> jax.Array:
+    controller: Controller, max_force_n: Number, earlier: Drive, now: Drive, then: Drive
+) -> PerCommand:
     """The command over a tick: a force on average, a place of the foot at the tick's end."""
     if not controller.actuation.commands_force:
         return then.command
@@ -99,6 +107,6 @@ def _corrected(
     return jnp.clip(mean, 0.0, max_force_n)
 
 
-def _adams_moulton(earlier, now, then):
+def _adams_moulton(earlier: jax.Array, now: jax.Array, then: jax.Array) -> jax.Array:
     """Mean over the tick from now to then of the parabola through three evaluations."""
     return (5.0 * then + 8.0 * now - earlier) * (1.0 / 12.0)

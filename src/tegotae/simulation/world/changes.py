@@ -8,13 +8,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from typing import Any, NamedTuple, TypeVar
+from typing import NamedTuple, TypeVar, cast
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
 from tegotae._support.errors import TegotaeError
+from tegotae.parts._shapes import LaneNumbers, Number, PerLimb
 from tegotae.parts.bodies import Body
 from tegotae.parts.fields import path_of
 from tegotae.parts.parameters import changed
@@ -43,14 +44,14 @@ class Step(NamedTuple):
         [0.10000000149011612, 0.12999999523162842]
     """
 
-    value: Any
+    value: LaneNumbers
     """What it is meanwhile."""
-    from_s: Any = 0.0
+    from_s: LaneNumbers = 0.0
     """From when on [s]."""
-    until_s: Any = math.inf
+    until_s: LaneNumbers = math.inf
     """Until when [s]."""
 
-    def at(self, tick: jax.Array, usual: Any, tick_s: Any) -> jax.Array:
+    def at(self, tick: jax.Array, usual: LaneNumbers, tick_s: LaneNumbers) -> jax.Array:
         """The value during a control tick, given the usual one."""
         begun = _reached(self.from_s, tick, tick_s) & ~_reached(self.until_s, tick, tick_s)
         return jnp.where(begun, self.value, usual)
@@ -69,19 +70,19 @@ class Staircase(NamedTuple):
         [2.0, 2.5, 3.0, 3.0]
     """
 
-    step: Any
+    step: LaneNumbers
     """How much it rises at once."""
-    dwell_s: Any
+    dwell_s: LaneNumbers
     """How long a level lasts [s]."""
-    levels: Any = math.inf
+    levels: LaneNumbers = math.inf
     """How many levels there are, the first included."""
 
-    def at(self, tick: jax.Array, usual: Any, tick_s: Any) -> jax.Array:
+    def at(self, tick: jax.Array, usual: LaneNumbers, tick_s: LaneNumbers) -> jax.Array:
         """The value during a control tick, given the usual one."""
         dwell = jnp.round(self.dwell_s / tick_s)
         level = jnp.minimum(jnp.floor(tick.astype(dwell.dtype) / dwell), self.levels - 1.0)
         rise = level * self.step
-        shape = jnp.broadcast_shapes(jnp.shape(usual), jnp.shape(rise))
+        shape = np.broadcast_shapes(jnp.shape(usual), jnp.shape(rise))
         return jnp.broadcast_to(usual, shape) + jnp.broadcast_to(rise, shape)
 
 
@@ -89,7 +90,7 @@ Change = Step | Staircase
 """How a value changes during a run."""
 
 
-def with_changes(scenario: Scenario, body: Body, changes: Mapping[str, Any]) -> Scenario:
+def with_changes(scenario: Scenario, body: Body, changes: Mapping[str, LaneNumbers]) -> Scenario:
     """The scenario in which what is named is otherwise.
 
     Args:
@@ -111,7 +112,7 @@ def with_changes(scenario: Scenario, body: Body, changes: Mapping[str, Any]) -> 
         >>> found.drop_m, found.drop_time_s, found.changes
         (0.05, 30.0, {'body.inertia_ratio': 0.6})
     """
-    entries: dict[str, Any] = {}
+    entries: dict[str, LaneNumbers] = {}
     initial_pose, of_body = dict(scenario.initial_pose), dict(scenario.changes)
     for name, change in changes.items():
         scheduled = isinstance(change, (Step, Staircase))
@@ -140,7 +141,7 @@ def with_changes(scenario: Scenario, body: Body, changes: Mapping[str, Any]) -> 
     )
 
 
-def _reached(time_s: Any, tick: jax.Array, tick_s: Any) -> jax.Array:
+def _reached(time_s: LaneNumbers, tick: jax.Array, tick_s: LaneNumbers) -> jax.Array:
     # Late times are whole ticks only to within the digits of float32.
     exact = time_s / tick_s
     first = jnp.ceil(exact - 1e-3 - 3e-7 * jnp.where(jnp.isfinite(exact), exact, 0.0))
@@ -148,8 +149,12 @@ def _reached(time_s: Any, tick: jax.Array, tick_s: Any) -> jax.Array:
 
 
 def apply_changes(
-    body: T, omega: Any, changes: Mapping[str, Any], tick: jax.Array, tick_s: Any
-) -> tuple[T, Any]:
+    body: T,
+    omega: PerLimb,
+    changes: Mapping[str, LaneNumbers],
+    tick: jax.Array,
+    tick_s: LaneNumbers,
+) -> tuple[T, PerLimb]:
     """Body and frequency during a control tick.
 
     Args:
@@ -167,9 +172,9 @@ def apply_changes(
     return body, omega
 
 
-def whole_run(body: T, changes: Mapping[str, Any]) -> tuple[T, dict[str, Any]]:
+def whole_run(body: T, changes: Mapping[str, LaneNumbers]) -> tuple[T, dict[str, LaneNumbers]]:
     """The body with what holds for the whole run, and the changes that are left."""
-    left = {}
+    left: dict[str, LaneNumbers] = {}
     for name, change in changes.items():
         if isinstance(change, (Step, Staircase)):
             left[name] = change
@@ -178,13 +183,15 @@ def whole_run(body: T, changes: Mapping[str, Any]) -> tuple[T, dict[str, Any]]:
     return body, left
 
 
-def map_change(function: Callable[[Any], Any], change: Any) -> Any:
+def map_change(function: Callable[[LaneNumbers], LaneNumbers], change: LaneNumbers) -> LaneNumbers:
     """A change with a function applied to its entries; to the value, where it is no more."""
     if isinstance(change, (Step, Staircase)):
         return type(change)(*map(function, change))
     return function(change)
 
 
-def _stacked(usual: Any) -> Any:
+def _stacked(usual: LaneNumbers) -> Number:
     """A field of the limbs as an array, [limbs, 1]; what is one already as it is."""
-    return jnp.stack([jnp.asarray(x) for x in usual])[:, None] if type(usual) is tuple else usual
+    if type(usual) is not tuple:
+        return usual
+    return jnp.stack([jnp.asarray(x) for x in cast(tuple[float, ...], usual)])[:, None]

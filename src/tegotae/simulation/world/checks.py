@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import reprlib
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 
 from tegotae._support.errors import TegotaeError, require_finite
+from tegotae.parts._shapes import LaneNumbers
 from tegotae.parts.bodies import Body
-from tegotae.parts.fields import number_of, with_fields
+from tegotae.parts.fields import FieldNumber, number_of, with_fields
 from tegotae.parts.oscillators import Oscillator
 from tegotae.simulation.world.changes import (
     GROUND,
@@ -102,11 +102,13 @@ def _levels(stairs: Staircase, duration_s: float) -> np.ndarray:
     return np.minimum(reached, np.asarray(stairs.levels, float) - 1.0)
 
 
-def _entries(change: Any) -> dict[str, Any]:
+def _entries(change: LaneNumbers) -> dict[str, LaneNumbers]:
     return change._asdict() if isinstance(change, (Step, Staircase)) else {"value": change}
 
 
-def _check_bodies(body: Body, fields: Mapping[str, Any], tick_s: float, duration_s: float) -> None:
+def _check_bodies(
+    body: Body, fields: Mapping[str, LaneNumbers], tick_s: float, duration_s: float
+) -> None:
     """Make every body that is met: for every lane, whenever something changes."""
     columns = {
         (name, entry): np.atleast_1d(np.asarray(value, float))
@@ -120,7 +122,7 @@ def _check_bodies(body: Body, fields: Mapping[str, Any], tick_s: float, duration
             f"changes have shapes {shapes}; each must be a number or have one entry per lane"
         )
     rows = [np.broadcast_to(x, (*x.shape[:-1], lanes)).reshape(-1, lanes) for x in columns.values()]
-    made = set()
+    made: set[tuple[FieldNumber, ...]] = set()
     for lane in np.unique(np.concatenate(rows), axis=1).T:
         parts = np.split(lane, np.cumsum([len(row) for row in rows])[:-1])
         own = {
@@ -136,7 +138,7 @@ def _check_bodies(body: Body, fields: Mapping[str, Any], tick_s: float, duration
                 times.add(float(value * _levels(stairs, duration_s)))
         for time in sorted(t for t in times if 0.0 <= t <= duration_s):
             applied = {
-                name: _value_at(body, name, type(fields[name]), own, time) for name in fields
+                name: _value_at(body, name, change, own, time) for name, change in fields.items()
             }
             if (key := tuple(applied.values())) not in made:
                 made.add(key)
@@ -144,21 +146,25 @@ def _check_bodies(body: Body, fields: Mapping[str, Any], tick_s: float, duration
 
 
 def _value_at(
-    body: Body, name: str, kind: type, own: Mapping[tuple[str, str], Any], time: float
-) -> Any:
+    body: Body,
+    name: str,
+    change: LaneNumbers,
+    own: Mapping[tuple[str, str], LaneNumbers],
+    time: float,
+) -> FieldNumber:
     """What a field is at a time: a number, or a tuple of the legs' numbers."""
     usual = np.asarray(number_of(body, name), float)
     value = own.get((name, "value"), usual)
-    if kind is Step and not own[name, "from_s"] <= time < own[name, "until_s"]:
+    if isinstance(change, Step) and not own[name, "from_s"] <= time < own[name, "until_s"]:
         value = usual
-    if kind is Staircase:
+    if isinstance(change, Staircase):
         steps = min(np.floor(time / own[name, "dwell_s"] + 1e-6), own[name, "levels"] - 1.0)
         value = usual + steps * own[name, "step"]
     value = np.broadcast_to(value, np.broadcast_shapes(np.shape(value), usual.shape))
     return tuple(map(float, value)) if value.ndim else float(value)
 
 
-def _check_numbers(name: str, entry: str, value: Any, tick_s: float) -> None:
+def _check_numbers(name: str, entry: str, value: LaneNumbers, tick_s: float) -> None:
     what = f"the change of {name}" + ("" if entry == "value" else f", {entry},")
     for number in np.ravel(np.asarray(value, object)):
         if entry in ("until_s", "levels", "from_s") and number == float("inf"):
@@ -167,7 +173,7 @@ def _check_numbers(name: str, entry: str, value: Any, tick_s: float) -> None:
         require_finite(what, number, least=least)
 
 
-def _check_shape(name: str, entry: str, value: Any, usual: Any) -> None:
+def _check_shape(name: str, entry: str, value: LaneNumbers, usual: FieldNumber | None) -> None:
     shape = np.shape(np.asarray(value, float))
     if isinstance(usual, tuple) and entry in ("value", "step"):
         if shape and (len(shape) != 2 or shape[0] != len(usual)):
@@ -181,7 +187,7 @@ def _check_shape(name: str, entry: str, value: Any, usual: Any) -> None:
         )
 
 
-def _require_names(what: str, given: Any, example: str) -> None:
+def _require_names(what: str, given: object, example: str) -> None:
     if not isinstance(given, Mapping) and given != ():
         raise TegotaeError(
             f"{what} is {reprlib.repr(given)}; it must be numbers by name, such as {example}"

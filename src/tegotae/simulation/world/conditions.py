@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from tegotae._support.errors import TegotaeError, require_finite
+from tegotae.parts.fields import FieldNumber
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,7 @@ class Condition(ABC):
 
     @property
     @abstractmethod
-    def extremes(self) -> tuple[Any, ...]:
+    def extremes(self) -> tuple[FieldNumber, ...]:
         """Values between which all draws lie: numbers, or tuples of one a limb."""
 
     @property
@@ -134,6 +134,6 @@ class OneOf(Condition):
         return isinstance(self.values[0], tuple)
 
     @property
-    def extremes(self) -> tuple[Any, ...]:
+    def extremes(self) -> tuple[FieldNumber, ...]:
         """The least and the largest number, or all values of several limbs."""
         return self.values if self._by_limb else tuple(sorted({min(self.values), max(self.values)}))

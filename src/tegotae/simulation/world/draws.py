@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import cast
 
 import numpy as np
 
 from tegotae._support.errors import TegotaeError, unknown
+from tegotae.parts._shapes import LaneNumbers
 from tegotae.parts.bodies import Body
 from tegotae.parts.fields import (
     INNER,
@@ -55,7 +56,7 @@ def draw(
         [0, 1, 2, 3]
     """
     random = np.random.default_rng(list(key))
-    found = {}
+    found: dict[str, np.ndarray] = {}
     for condition in conditions:
         # What has its values limb by limb already is drawn as a whole.
         whole = np.ndim(condition.extremes[0]) > 0 or not _of_limbs(condition.name, body)
@@ -67,7 +68,10 @@ def draw(
 
 
 def applied(
-    conditions: Sequence[Condition], values: Mapping[str, Any], scenario: Scenario, body: Body
+    conditions: Sequence[Condition],
+    values: Mapping[str, LaneNumbers],
+    scenario: Scenario,
+    body: Body,
 ) -> Scenario:
     """The scenario in which each condition has these values.
 
@@ -77,7 +81,7 @@ def applied(
         scenario: as it is otherwise.
         body: which decides what is an initial pose of its release.
     """
-    changes: dict[str, Any] = {}
+    changes: dict[str, LaneNumbers] = {}
     for condition in conditions:
         value, until_s = values[condition.name], condition.until_s
         changes[condition.name] = (
@@ -160,10 +164,9 @@ def _check_name(
     if name == OMEGA:
         if oscillator is None:
             raise TegotaeError("omega is varied, and the controller has no oscillator to follow it")
-        if min(condition.extremes) <= 0.0:
-            raise TegotaeError(
-                f"omega is varied from {min(condition.extremes):g} on; it must be greater than 0"
-            )
+        least = min(cast(tuple[float, ...], condition.extremes))
+        if least <= 0.0:
+            raise TegotaeError(f"omega is varied from {least:g} on; it must be greater than 0")
 
 
 def _of_limbs(name: str, body: Body) -> bool:
@@ -173,7 +176,7 @@ def _of_limbs(name: str, body: Body) -> bool:
     return isinstance(number_of(body, name), tuple)
 
 
-def _combinations(conditions: Sequence[Condition]) -> list[dict[str, Any]]:
+def _combinations(conditions: Sequence[Condition]) -> list[dict[str, LaneNumbers]]:
     """Every combination of the extremes, by name."""
     names = [condition.name for condition in conditions]
     extremes = [condition.extremes for condition in conditions]
@@ -188,7 +191,7 @@ def _combinations(conditions: Sequence[Condition]) -> list[dict[str, Any]]:
 def _corners(conditions: Sequence[Condition], scenario: Scenario, body: Body) -> Scenario:
     """A scenario with a lane for every combination of the extremes."""
     rows = _combinations(conditions)
-    values = {}
+    values: dict[str, np.ndarray] = {}
     for condition in conditions:
         column = np.array([row[condition.name] for row in rows], float)
         if column.ndim == 1 and _of_limbs(condition.name, body):

@@ -3,13 +3,20 @@
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from collections.abc import Mapping
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
 
+from tegotae.parts._shapes import LaneNumbers
+
 GROUND = "ground_m"
 """The name of a change of the ground's height, which is no field of the body."""
+
+
+ByName = Mapping[str, LaneNumbers] | tuple[tuple[str, LaneNumbers], ...]
+"""Numbers by name; () for none."""
 
 
 class Scenario(NamedTuple):
@@ -19,24 +26,24 @@ class Scenario(NamedTuple):
     they are the same for all limbs.
     """
 
-    omega: Any
+    omega: LaneNumbers
     """Prescribed frequency ω [rad/s]."""
-    height_m: Any = 1.2
+    height_m: LaneNumbers = 1.2
     """Release height [m]."""
-    velocity_m_per_s: Any = 0.0
+    velocity_m_per_s: LaneNumbers = 0.0
     """Release velocity [m/s]."""
-    phase_rad: Any = 0.0
+    phase_rad: LaneNumbers = 0.0
     """Oscillator phase at release [rad]."""
-    drop_m: Any = 0.0
+    drop_m: LaneNumbers = 0.0
     """How far the ground drops [m]."""
-    drop_time_s: Any = math.inf
+    drop_time_s: LaneNumbers = math.inf
     """When it drops [s]; at the first control tick not earlier."""
-    initial_pose: Any = ()
+    initial_pose: ByName = ()
     """What else the body's release takes, by name: {"pitch_rad": 0.1} for a bar."""
-    oscillator_state: Any = ()
+    oscillator_state: ByName = ()
     """What else than the phase the oscillator starts with, by name: {"radius": 0.5}
     (`Oscillator.STATE`)."""
-    changes: Any = ()
+    changes: ByName = ()
     """Fields of the body that are otherwise, and a frequency that changes on the way.
 
     By name, such as {"mass_kg": [0.08, 0.1, 0.12]} for a mass a lane, or {"mass_kg": Step(0.13,
@@ -44,7 +51,7 @@ class Scenario(NamedTuple):
     (`tegotae.simulation.world.changes`)."""
 
     @classmethod
-    def of(cls, omega: float | None, **entries: Any) -> Scenario:
+    def of(cls, omega: float | None, **entries: LaneNumbers) -> Scenario:
         """A scenario at a prescribed frequency [rad/s], None without an oscillator.
 
         Nothing reads a frequency then; a number, which the lanes are made of, stands in for it.
