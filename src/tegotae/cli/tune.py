@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import dataclasses
 import json
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
@@ -25,6 +26,8 @@ from tegotae.training.tuning.task import BUDGET_S, FIRST_SEED, Task
 
 if TYPE_CHECKING:
     from optuna.trial import FrozenTrial
+
+    from tegotae.training.tuning.record import Confirmation, TunedSettings
 
 _FRESH_SEEDS = 10_000
 """How far the seeds of the confirmation lie from those of the search."""
@@ -91,8 +94,9 @@ class Tune(ExperimentOptions):
             )
             settings = [tried_first(space), space.suggest(ranked[0])]
             found = evaluate_settings(space, settings, fresh, workers=self.workers)
-            document["found"]["confirmation"] = confirmation(fresh, *found)
-            _print_confirmation(document["found"]["confirmation"])
+            confirmed = confirmation(fresh, *found)
+            document["found"]["confirmation"] = confirmed
+            _print_confirmation(confirmed)
         if self.keep is not None:
             write_atomically(self.keep, json.dumps(document, indent=1) + "\n")
             print(f"wrote {self.keep}")
@@ -116,7 +120,7 @@ class Tune(ExperimentOptions):
         return Task(experiments=tuple(experiments), seeds=self.seeds, budget_s=self.budget_s)
 
 
-def _print(document: dict[str, Any], ranked: list[FrozenTrial]) -> None:
+def _print(document: TunedSettings, ranked: list[FrozenTrial]) -> None:
     """The best trials, and the settings of the best."""
     parameters = list(ranked[0].params)
     print_rows(
@@ -132,8 +136,8 @@ def _print(document: dict[str, Any], ranked: list[FrozenTrial]) -> None:
         print(f"  {name} = {value:.4g}" if isinstance(value, float) else f"  {name} = {value}")
 
 
-def _print_confirmation(found: dict[str, Any]) -> None:
-    def show(i: dict[str, float]) -> str:
+def _print_confirmation(found: Confirmation) -> None:
+    def show(i: Mapping[str, float]) -> str:
         return f"{i['mean']:.4f} [{i['low']:.4f}, {i['high']:.4f}]"
 
     print(

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, TypeAlias
+
+import numpy as np
 
 if TYPE_CHECKING:
     import gymnasium
@@ -12,6 +15,8 @@ if TYPE_CHECKING:
 else:  # Gymnasium is optional.
     AnyEnv = AnySpace = object
 
+Observation: TypeAlias = "np.ndarray | Mapping[str, np.ndarray]"
+"""An array, or a dictionary of arrays."""
 Info: TypeAlias = dict[str, Any]
 """What an environment says beside its observation, or is asked at a reset: by name, anything."""
 

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 from gymnasium.spaces import Box, Dict
 
 from tegotae._support.errors import TegotaeError
-from tegotae.envs._types import AnyEnv, AnySpace
+from tegotae.envs._types import AnyEnv, AnySpace, Observation
 
 
 def observation_names(env: AnyEnv) -> tuple[str, ...]:
@@ -61,7 +61,7 @@ def action_names(env: AnyEnv) -> tuple[str, ...]:
     return _numbered("action", space.shape[0])
 
 
-def flat(space: AnySpace, observation: Mapping[str, np.ndarray] | np.ndarray) -> np.ndarray:
+def flat(space: AnySpace, observation: Observation) -> np.ndarray:
     """The observation's entries in the order of `observation_names`, shape [entries]."""
     if isinstance(space, Dict):
         return np.concatenate([np.ravel(observation[key]) for key in space.spaces])

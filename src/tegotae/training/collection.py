@@ -6,11 +6,11 @@ import json
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 import msgspec
 import numpy as np
 
+from tegotae._support.documents import Json, JsonObject
 from tegotae.systems.controller_file import SavedController
 from tegotae.systems.controller_set import ControllerSet
 from tegotae.systems.descriptions import describe
@@ -141,7 +141,7 @@ def _differences(sets: list[list[tuple[Path, SavedController]]]) -> list[str]:
     ]
 
 
-def _document(saved: SavedController) -> dict[str, Any]:
+def _document(saved: SavedController) -> JsonObject:
     """All that decides what a controller became, but for its seed, as JSON values."""
     training = {name: value for name, value in saved.training.items() if name not in _OF_A_RUN}
     about = {} if saved.experiment is None else describe(saved.experiment)
@@ -157,11 +157,11 @@ def _document(saved: SavedController) -> dict[str, Any]:
     return json.loads(json.dumps(whole))
 
 
-def _formatted(document: Mapping[str, Any], name: str) -> str:
+def _formatted(document: Mapping[str, Json], name: str) -> str:
     """An entry of a document in a few words, such as "fitness.work net"."""
     if name.startswith("code of "):
         return name
-    value: Any = document
+    value: Json = document
     for key in name.split("."):
         if not isinstance(value, Mapping) or key not in value:
             return f"usual {name}" if name.partition(".")[0] not in document else name

@@ -183,7 +183,7 @@ class _Training:
         return cls(configuration, curves_of(curves, _per_generation_s(configuration)), folder)
 
     @property
-    def settings(self) -> Mapping[str, Any]:
+    def settings(self) -> Mapping[str, object]:
         """Those of the algorithm, with its name."""
         document = self.configuration["algorithm"]
         return {**document, "name": algorithm_name(document)}
@@ -250,7 +250,7 @@ def _labelled(trainings: Sequence[_Training]) -> list[LearningCurve]:
     for training in trainings:
         try:
             own = training.settings
-            label = own["name"]
+            label = str(own["name"])
             others = [t.settings for t in trainings if t.settings["name"] == own["name"]]
             for name, value in own.items():
                 if any(other.get(name) != value for other in others):
@@ -261,7 +261,7 @@ def _labelled(trainings: Sequence[_Training]) -> list[LearningCurve]:
     return curves
 
 
-def _words(value: Any) -> str:
+def _words(value: object) -> str:
     return ("+".join(map(str, value)) or "none") if isinstance(value, list) else str(value)
 
 

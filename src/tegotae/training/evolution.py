@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
 
 import jax
 import numpy as np
+from numpy.typing import ArrayLike
 
+from tegotae._support.documents import JsonObject
 from tegotae._support.limits import require_memory
 from tegotae.measures.hopping.statistics import mean_defined
 from tegotae.systems.descriptions import check_kept
@@ -56,7 +57,7 @@ class Evolution(Learner):
     def check(self, experiment: Trainable) -> None:
         """It learns whatever has weights (`Experiment.check`)."""
 
-    def configuration(self, experiment: Trainable, seeds: tuple[int, ...]) -> dict[str, Any]:
+    def configuration(self, experiment: Trainable, seeds: tuple[int, ...]) -> JsonObject:
         """What decides the result, but for the cap on generations, as JSON values."""
         return {
             "experiment": experiment.document,
@@ -73,7 +74,7 @@ class Evolution(Learner):
             return GainSearch(self, experiment, seeds)
         return EvolutionSession(self, experiment, seeds)
 
-    def program(self, experiment: Trainable) -> tuple[Any, ...]:
+    def program(self, experiment: Trainable) -> tuple[object, ...]:
         """What is compiled: trainings of which this is equal share it."""
         with evaluator_of(experiment) as evaluator:
             return (self.algorithm.program, *evaluator.program)
@@ -87,7 +88,7 @@ class Evolution(Learner):
         experiment: Trainable,
         seeds: Sequence[int],
         progress: Progress | None = None,
-        fitness: Any = None,
+        fitness: ArrayLike | None = None,
     ) -> Iterator[tuple[Progress, Curves]]:
         """Learn on until every seed has ended, from random weights if there is no progress.
 
@@ -151,7 +152,7 @@ class EvolutionSession(Session):
 
     def _report(self, progress: Progress, new: Curves) -> str:
         ended = sum(map(bool, self._learner.ends(self._reached[1])))
-        mean = float(mean_defined(new.centre_cot_inverse))
+        mean = float(mean_defined(np.asarray(new.centre_cot_inverse)))
         measured = ["CoT⁻¹", f"{mean:.3f}", *self._experiment.cot_unit.split()]
         return (
             f"fitness {float(np.mean(progress.best_fitness)):+.3f}  "

@@ -8,17 +8,20 @@ from __future__ import annotations
 import warnings
 from collections.abc import Iterator, Sequence
 from functools import partial
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
+from numpy.typing import ArrayLike
 
 from tegotae._support.devices import set_up
 from tegotae._support.errors import TegotaeError
+from tegotae.parts._shapes import AnyArray
 from tegotae.parts.controller import Controller
 from tegotae.systems.descriptions import check_kept
 from tegotae.training.algorithms import Algorithm
+from tegotae.training.algorithms.base import Parameters, SearchState
 from tegotae.training.evaluator import Evaluator, Generation, Scores
 from tegotae.training.stopping import RUNNING, Stopping
 
@@ -29,32 +32,32 @@ class Progress(NamedTuple):
     Seeds that have ended stand still.
     """
 
-    generation: Any
+    generation: AnyArray
     """Generations done."""
-    search: Any
+    search: SearchState
     """The optimiser's state."""
-    best_fitness: Any
+    best_fitness: AnyArray
     """Fitness of the best distribution seen."""
-    best_weights: Any
+    best_weights: AnyArray
     """Mean of that distribution, shape [seeds, n_weights]."""
-    best_std: Any
+    best_std: AnyArray
     """Its standard deviation, shape [seeds, n_weights]."""
-    best_generation: Any
+    best_generation: AnyArray
     """The generation in which it was seen."""
 
 
 class Curves(NamedTuple):
     """One generation's learning curves, each of shape [seeds]; NaN where a seed has ended."""
 
-    centre_fitness: Any
+    centre_fitness: AnyArray
     """Fitness of the distribution's mean."""
-    centre_cot_inverse: Any
+    centre_cot_inverse: AnyArray
     """CoT⁻¹ of the distribution's mean [m/J]."""
-    mean_fitness: Any
+    mean_fitness: AnyArray
     """Mean fitness of the samples that did not fail."""
-    best_fitness: Any
+    best_fitness: AnyArray
     """Fitness of the best sample."""
-    failed_share: Any
+    failed_share: AnyArray
     """Share of the samples that failed."""
 
 
@@ -114,7 +117,7 @@ def evolve(
     seeds: Sequence[int],
     stopping: Stopping,
     *,
-    fitness: Any = None,
+    fitness: ArrayLike | None = None,
 ) -> Iterator[tuple[Progress, Curves]]:
     """Train on, one generation at a time, until every seed has ended.
 
@@ -170,7 +173,7 @@ def _per_weight(std: jax.Array, centre: jax.Array) -> jax.Array:
 def _keys(progress: Progress, seeds: jax.Array) -> tuple[jax.Array, jax.Array]:
     """Of every seed the generation's keys, to ask and to tell with."""
 
-    def keys(seed: jax.Array, generation: jax.Array) -> jax.Array:
+    def keys(seed: jax.Array, generation: AnyArray) -> jax.Array:
         return jax.random.split(jax.random.fold_in(jax.random.key(seed), generation), 2)
 
     ask, tell = jnp.unstack(jax.vmap(keys)(seeds, progress.generation), axis=1)
@@ -179,8 +182,8 @@ def _keys(progress: Progress, seeds: jax.Array) -> tuple[jax.Array, jax.Array]:
 
 @partial(jax.jit, static_argnums=0)
 def _ask(
-    algorithm: Algorithm, parameters: Any, progress: Progress, seeds: jax.Array
-) -> tuple[Any, jax.Array]:
+    algorithm: Algorithm, parameters: Parameters, progress: Progress, seeds: jax.Array
+) -> tuple[SearchState, jax.Array]:
     """The optimiser's new state, and the candidates [seeds, population + 1, n_weights].
 
     The last candidate is the distribution's mean, by which the best distribution is chosen.
@@ -196,9 +199,9 @@ def _ask(
 @partial(jax.jit, static_argnums=0)
 def _tell(
     algorithm: Algorithm,
-    parameters: Any,
+    parameters: Parameters,
     before: Progress,
-    search: Any,
+    search: SearchState,
     everyone: jax.Array,
     scores: Scores,
     seeds: jax.Array,

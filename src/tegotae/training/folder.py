@@ -13,7 +13,7 @@ import msgspec
 import numpy as np
 
 from tegotae._support import documents
-from tegotae._support.documents import DamagedDocumentError
+from tegotae._support.documents import DamagedDocumentError, Json
 from tegotae._support.errors import TegotaeError
 from tegotae._support.files import write_atomically
 from tegotae.parts.controller import Controller
@@ -34,7 +34,7 @@ def versions_of(*packages: str) -> dict[str, str]:
     return {name: version(name) for name in ("tegotae", "jax", "jaxlib", *packages, "numpy")}
 
 
-def claim(out: Path, configuration: Mapping[str, Any], versions: Mapping[str, str]) -> None:
+def claim(out: Path, configuration: Mapping[str, Json], versions: Mapping[str, str]) -> None:
     """Write into `run.json` what the folder is for, or see that what is in it is of this training.
 
     Raises:
@@ -78,8 +78,8 @@ def save_controller(
     experiment: Trainable,
     controller: Controller,
     weights: np.ndarray,
-    configuration: Mapping[str, Any],
-    outcome: Mapping[str, Any],
+    configuration: Mapping[str, Json],
+    outcome: Mapping[str, Json],
     versions: Mapping[str, str],
 ) -> Path:
     """Write `NAME-seedN.json`, the controller that the training of one seed ended in.

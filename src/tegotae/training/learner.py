@@ -5,10 +5,11 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar, NamedTuple
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 
+from tegotae._support.documents import Json, JsonObject
 from tegotae.parts.controller import Controller
 from tegotae.training.curve_file import CurvePoint
 from tegotae.training.trainable import Trainable
@@ -37,7 +38,7 @@ class LearnedController:
 
     controller: Controller
     weights: np.ndarray
-    outcome: Mapping[str, Any]
+    outcome: Mapping[str, Json]
 
 
 class Session(ABC):
@@ -89,7 +90,7 @@ class Learner(ABC):
         """Raise `TegotaeError` if it cannot learn this experiment."""
 
     @abstractmethod
-    def configuration(self, experiment: Trainable, seeds: tuple[int, ...]) -> dict[str, Any]:
+    def configuration(self, experiment: Trainable, seeds: tuple[int, ...]) -> JsonObject:
         """What decides the result, but for how long is learned, as JSON values."""
 
     @abstractmethod

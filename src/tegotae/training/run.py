@@ -13,13 +13,13 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Generic, TypeVar
+from typing import Generic, TypeVar
 
 import numpy as np
 
 from tegotae._support.arrays import read_arrays
 from tegotae._support.devices import set_up
-from tegotae._support.documents import fitted, parse
+from tegotae._support.documents import JsonObject, fitted, parse
 from tegotae._support.errors import TegotaeError, require_count
 from tegotae._support.files import write_atomically
 from tegotae._support.progress import reporting
@@ -28,7 +28,7 @@ from tegotae.systems.experiment import differing
 from tegotae.training.curve_file import is_earlier_format, write_curves
 from tegotae.training.evolution import Evolution
 from tegotae.training.folder import claim, save_controller
-from tegotae.training.learner import Learner, LearningStep, Session
+from tegotae.training.learner import LearnedController, Learner, LearningStep, Session
 from tegotae.training.trainable import Trainable
 
 LearnerT = TypeVar("LearnerT", bound=Learner)
@@ -74,7 +74,7 @@ class Run(Generic[LearnerT]):
         self.learner.check(self.experiment)
 
     @property
-    def configuration(self) -> dict[str, Any]:
+    def configuration(self) -> JsonObject:
         """What decides the result, but for how long is learned, as JSON values."""
         return self.learner.configuration(self.experiment, self.seeds)
 
@@ -88,7 +88,7 @@ class Run(Generic[LearnerT]):
 
 
 def train(
-    run: Run[Any],
+    run: Run[LearnerT],
     out: Path,
     *,
     anew: bool = False,
@@ -121,7 +121,7 @@ def train(
 
 
 def _train(
-    run: Run[Any], session: Session, out: Path, on_step: Callable[[LearningStep], None] | None
+    run: Run[LearnerT], session: Session, out: Path, on_step: Callable[[LearningStep], None] | None
 ) -> list[Path]:
     """The same, alone in the folder."""
     saved_at = -np.inf
@@ -143,7 +143,7 @@ def _train(
     return paths
 
 
-def _save(run: Run[Any], learned: Any, out: Path) -> Path:
+def _save(run: Run[LearnerT], learned: LearnedController, out: Path) -> Path:
     return save_controller(
         out,
         experiment=run.experiment,
@@ -155,7 +155,7 @@ def _save(run: Run[Any], learned: Any, out: Path) -> Path:
     )
 
 
-def _resume(run: Run[Any], session: Session, out: Path) -> None:
+def _resume(run: Run[LearnerT], session: Session, out: Path) -> None:
     """Take up the checkpoint, if there is one.
 
     Raises:
@@ -191,7 +191,7 @@ def _useless(path: Path) -> Iterator[None]:
         raise TegotaeError(f"{path} is damaged; {_REMEDY}") from None
 
 
-def _checkpoint(run: Run[Any], session: Session, out: Path) -> None:
+def _checkpoint(run: Run[LearnerT], session: Session, out: Path) -> None:
     if arrays := session.arrays():
         arrays["configuration"] = np.array(json.dumps(run.configuration))
         stream = io.BytesIO()

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 
+from tegotae._support.documents import JsonObject
 from tegotae.parts.controller import Controller
 from tegotae.systems.env_task import EnvTask
 from tegotae.systems.system import System
@@ -40,7 +41,7 @@ class Trainable(Protocol):
         ...
 
     @property
-    def document(self) -> dict[str, Any]:
+    def document(self) -> JsonObject:
         """The experiment as plain JSON values."""
         ...
 

@@ -49,7 +49,7 @@ class TermModule(nn.Module):
 
     weights: nn.Parameter
 
-    def __init__(self, term: Any, observed: Observed, weights: np.ndarray) -> None:
+    def __init__(self, term: Term, observed: Observed, weights: np.ndarray) -> None:
         super().__init__()
         self.weights = nn.Parameter(torch.tensor(weights, dtype=torch.float32))
         self.columns = [observed.column(name) for name in term.reads]
@@ -130,13 +130,15 @@ class _ThroughJax(torch.autograd.Function):
     """A function of JAX in a graph of torch; observations need no gradient."""
 
     @staticmethod
-    def forward(ctx: Any, weights: torch.Tensor, columns: torch.Tensor, module: Any) -> Any:
+    def forward(
+        ctx: Any, weights: torch.Tensor, columns: torch.Tensor, module: JaxTermModule
+    ) -> torch.Tensor:
         ctx.save_for_backward(weights, columns)
         ctx.module = module
         return _to_torch(module.value(_to_numpy(weights), _to_numpy(columns)))
 
     @staticmethod
-    def backward(ctx: Any, *gradients: torch.Tensor) -> Any:
+    def backward(ctx: Any, *gradients: torch.Tensor) -> tuple[torch.Tensor, None, None]:
         weights, columns = ctx.saved_tensors
         found = ctx.module.pull(*map(_to_numpy, (weights, columns, gradients[0])))
         return _to_torch(found), None, None

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tegotae._support.documents import JsonObject
 from tegotae._support.errors import TegotaeError, require_count
 from tegotae.parts.bodies import require_one_limb
 from tegotae.parts.controller import Controller
@@ -70,7 +71,7 @@ class AgentLearner(Learner):
         """The policy."""
         return agent_controller(experiment, self.settings)
 
-    def configuration(self, experiment: Trainable, seeds: tuple[int, ...]) -> dict[str, Any]:
+    def configuration(self, experiment: Trainable, seeds: tuple[int, ...]) -> JsonObject:
         """What decides a seed's result, but for the number of episodes, as JSON values."""
         own = _on_engine(experiment)
         return {

@@ -13,6 +13,7 @@ require("stable_baselines3", "sb3")
 
 from stable_baselines3 import PPO  # noqa: E402
 from stable_baselines3.common.policies import ActorCriticPolicy  # noqa: E402
+from stable_baselines3.common.type_aliases import Schedule  # noqa: E402
 from stable_baselines3.common.vec_env import VecEnv  # noqa: E402
 from torch import nn  # noqa: E402
 
@@ -25,7 +26,7 @@ class FeedbackPPOPolicy(ActorCriticPolicy):
         self._parts = (feedback,)
         super().__init__(*args, **options)
 
-    def _build(self, lr_schedule: Any) -> None:
+    def _build(self, lr_schedule: Schedule) -> None:
         super()._build(lr_schedule)
         self.action_net = nn.Sequential(*self._parts, nn.Tanh())
         self.optimizer = self.optimizer_class(

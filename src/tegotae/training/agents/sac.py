@@ -13,6 +13,7 @@ require("stable_baselines3", "sb3")
 
 import torch  # noqa: E402
 from stable_baselines3 import SAC  # noqa: E402
+from stable_baselines3.common.torch_layers import BaseFeaturesExtractor  # noqa: E402
 from stable_baselines3.common.vec_env import VecEnv  # noqa: E402
 from stable_baselines3.sac.policies import Actor, SACPolicy  # noqa: E402
 from torch import nn  # noqa: E402
@@ -38,7 +39,7 @@ class FeedbackSACPolicy(SACPolicy):
         self._parts = (feedback, noise)
         super().__init__(*args, **options)
 
-    def make_actor(self, features_extractor: Any = None) -> Actor:
+    def make_actor(self, features_extractor: BaseFeaturesExtractor | None = None) -> Actor:
         """SB3's actor with the feedback law in the place of its network."""
         actor = super().make_actor(features_extractor)
         feedback, noise = self._parts

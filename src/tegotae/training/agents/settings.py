@@ -3,9 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 from tegotae._support.errors import TegotaeError, require_count, require_finite
+
+if TYPE_CHECKING:
+    from stable_baselines3.common.base_class import BaseAlgorithm
+    from stable_baselines3.common.vec_env import VecEnv
+
+    from tegotae.training.agents.actor import Feedback
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -61,7 +67,7 @@ class AgentSettings:
         object.__setattr__(self, "critic_senses", tuple(self.critic_senses))
         object.__setattr__(self, "critic_layers", tuple(self.critic_layers))
 
-    def make(self, env: Any, feedback: Any, seed: int) -> Any:
+    def make(self, env: VecEnv, feedback: Feedback, seed: int) -> BaseAlgorithm:
         """The Stable-Baselines3 agent, not yet trained.
 
         Args:
@@ -116,7 +122,7 @@ class SACSettings(AgentSettings):
                 f"({self.batch_size}) and a step of all hoppers ({self.n_envs})"
             )
 
-    def make(self, env: Any, feedback: Any, seed: int) -> Any:
+    def make(self, env: VecEnv, feedback: Feedback, seed: int) -> BaseAlgorithm:
         """SB3's SAC, its actor the feedback law."""
         from tegotae.training.agents.sac import make_sac
 
@@ -165,7 +171,7 @@ class PPOSettings(AgentSettings):
                 f"{self.n_envs} hoppers gather in {self.n_steps} steps"
             )
 
-    def make(self, env: Any, feedback: Any, seed: int) -> Any:
+    def make(self, env: VecEnv, feedback: Feedback, seed: int) -> BaseAlgorithm:
         """SB3's PPO, its actor the feedback law."""
         from tegotae.training.agents.ppo import make_ppo
 

@@ -4,11 +4,21 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
+from dataclasses import Field
 from functools import cache
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias, TypeVar
 
 import jax
 import jax.numpy as jnp
+
+T = TypeVar("T")
+
+Strategy: TypeAlias = Any
+"""Any object with the methods of an evosax strategy that `Algorithm` names."""
+SearchState: TypeAlias = Any
+"""What a strategy keeps from generation to generation: a pytree with a `mean` and a `std`."""
+Parameters: TypeAlias = Any
+"""A strategy's parameters: a pytree of its own."""
 
 
 class Algorithm(ABC):
@@ -31,6 +41,9 @@ class Algorithm(ABC):
     population: int
     """Episodes per generation and seed."""
 
+    if TYPE_CHECKING:  # Every algorithm is a dataclass.
+        __dataclass_fields__: ClassVar[dict[str, Field[object]]]
+
     @property
     def program(self) -> Algorithm:
         """What is compiled: all settings, unless a class says which of them are data.
@@ -41,35 +54,35 @@ class Algorithm(ABC):
         return self
 
     @abstractmethod
-    def make(self, n_weights: int) -> Any:
+    def make(self, n_weights: int) -> Strategy:
         """A new evosax strategy for this many weights and this population."""
 
-    def strategy(self, n_weights: int) -> Any:
+    def strategy(self, n_weights: int) -> Strategy:
         """The evosax strategy for this many weights (always the same: a new one compiles anew)."""
         return _made(self.program, n_weights)
 
-    def parameters(self, n_weights: int) -> Any:
+    def parameters(self, n_weights: int) -> Parameters:
         """The strategy's parameters."""
         return self.strategy(n_weights).default_params
 
-    def of_seeds(self, function: Callable[..., Any]) -> Callable[..., Any]:
+    def of_seeds(self, function: Callable[..., T]) -> Callable[..., T]:
         """A function of one seed's arrays as one of all seeds', [seeds, ...]: all at once."""
         return jax.vmap(function)
 
-    def start(self, key: jax.Array, weights: jax.Array) -> Any:
+    def start(self, key: jax.Array, weights: jax.Array) -> SearchState:
         """State of a search that starts from `weights`, shape [n_weights]."""
         n = weights.shape[0]
         return self.strategy(n).init(key, weights, self.parameters(n))
 
 
-def with_hyperparameters(state: Any, **values: float) -> Any:
+def with_hyperparameters(state: SearchState, **values: float) -> SearchState:
     """A strategy's state with these settings of its `optax.inject_hyperparams` optimiser."""
     settings = {name: jnp.asarray(value, "float32") for name, value in values.items()}
     return state.replace(opt_state=state.opt_state._replace(hyperparams=settings))
 
 
 @cache
-def _made(algorithm: Algorithm, n_weights: int) -> Any:
+def _made(algorithm: Algorithm, n_weights: int) -> Strategy:
     # Strategies compute constants when made, which must not be part of a program being traced.
     with jax.ensure_compile_time_eval():
         return algorithm.make(n_weights)

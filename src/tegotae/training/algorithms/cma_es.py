@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, TypeVar
 
 import jax
 import jax.numpy as jnp
@@ -14,6 +14,9 @@ from tegotae.training.algorithms.base import Algorithm
 
 if TYPE_CHECKING:
     from evosax.algorithms import CMA_ES
+
+
+T = TypeVar("T")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -56,7 +59,7 @@ class CMAES(Algorithm):
         threadpool_limits(limits=1, user_api="blas")
         return CMA_ES(self.population, jnp.zeros(n_weights))
 
-    def of_seeds(self, function: Callable[..., Any]) -> Callable[..., Any]:
+    def of_seeds(self, function: Callable[..., T]) -> Callable[..., T]:
         """One seed after the other.
 
         The covariances of all seeds at once are decomposed by the threads of a pool that the

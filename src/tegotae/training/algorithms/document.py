@@ -3,15 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING
 
+from tegotae._support.documents import JsonObject
 from tegotae.systems.descriptions import describe
+
+if TYPE_CHECKING:
+    from tegotae.training.agents.settings import AgentSettings
+    from tegotae.training.algorithms.base import Algorithm
 
 _EARLIER_NAMES = {"cmaes": "cma-es", "CMAES": "cma-es", "openes": "openai-es", "PGPE": "pgpe"}
 """What earlier versions wrote for some algorithms."""
 
 
-def algorithm_document(settings: Any) -> dict[str, Any]:
+def algorithm_document(settings: Algorithm | AgentSettings) -> JsonObject:
     """Name and settings of an algorithm, a strategy's or an agent's, as JSON values.
 
     Raises:
@@ -22,11 +27,11 @@ def algorithm_document(settings: Any) -> dict[str, Any]:
         >>> algorithm_document(CMAES(population=8))
         {'name': 'cma-es', 'population': 8, 'std': 0.3}
     """
-    document: dict[str, Any] = describe(settings)
+    document = describe(settings)
     return {"name": document.pop("kind"), **document}
 
 
-def algorithm_name(document: Mapping[str, Any]) -> str:
+def algorithm_name(document: Mapping[str, object]) -> str:
     """The algorithm's name in a document of this version or an earlier one."""
-    name: str = document["name"]
+    name = str(document["name"])
     return _EARLIER_NAMES.get(name, name)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections import Counter
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -61,7 +61,7 @@ class EnvEvaluator(Evaluator):
         trials = self._tried(wanted, seeds * per_seed)
         self._warn(trials)
 
-        def spread(values: np.ndarray, empty: Any) -> np.ndarray:
+        def spread(values: np.ndarray, empty: float) -> np.ndarray:
             whole = np.full((seeds, per_seed), empty, values.dtype)
             whole[going] = values.reshape(-1, per_seed)
             return whole

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from tegotae._support.documents import fitted
+from tegotae._support.documents import JsonObject, fitted
 from tegotae._support.errors import TegotaeError, require_count, require_finite
 from tegotae._support.limits import MOST_RAD_PER_S
 from tegotae._support.part_code import code_of_file
@@ -260,7 +260,7 @@ class EnvExperiment:
         return np.geomspace(0.01, 10.0, 32) * rate / load
 
     @property
-    def document(self) -> dict[str, Any]:
+    def document(self) -> JsonObject:
         """The experiment as plain JSON values."""
         return {
             "name": self.name,

@@ -10,6 +10,7 @@ import numpy as np
 
 from tegotae._support.errors import formatted
 from tegotae._support.optional_dependencies import require
+from tegotae.envs._types import AnyEnv, MjModel, Observation
 from tegotae.envs.contact import with_contact
 from tegotae.envs.mujoco.batch import ModelBatch
 from tegotae.envs.mujoco.episodes import Fate
@@ -60,7 +61,7 @@ class GymLanes(Lanes):
 
     def __init__(
         self,
-        make: Callable[[], Any],
+        make: Callable[[], AnyEnv],
         lanes: int,
         steps: int,
         contact_bodies: Sequence[str] = (),
@@ -103,7 +104,7 @@ class GymLanes(Lanes):
         for lane in map(int, np.flatnonzero(alive)):
             outcome: dict[str, Any] = {}
 
-            def once(lane: int = lane, outcome: dict[str, Any] = outcome) -> Any:
+            def once(lane: int = lane, outcome: dict[str, Any] = outcome) -> Observation:
                 action = np.clip(actions[lane], self._low, self._high).astype(self._dtype)
                 seen, outcome["reward"], ends, cut, _ = self._envs[lane].step(action)
                 outcome["over"] = bool(ends) or bool(cut)
@@ -120,7 +121,7 @@ class GymLanes(Lanes):
                 self.troubles[lane] = "it ended at its first step"
         return self._seen.copy(), rewards, over
 
-    def _guarded(self, lane: int, act: Callable[[], Any]) -> np.ndarray | None:
+    def _guarded(self, lane: int, act: Callable[[], Observation]) -> np.ndarray | None:
         """What an environment shows after an act; None, and a trouble, if something went wrong."""
         self._beat(lane)
         try:
@@ -167,7 +168,7 @@ class ModelLanes(Lanes):
         lanes: int,
         *,
         threads: int | None = None,
-        models: Sequence[Any] | None = None,
+        models: Sequence[MjModel] | None = None,
     ) -> None:
         self._settings, self.lanes = settings, lanes
         self._sensing = settings.sensed

@@ -5,16 +5,17 @@ from __future__ import annotations
 import dataclasses
 import reprlib
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any, ClassVar, cast
+from typing import Any, ClassVar, SupportsFloat, cast
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
+from tegotae._support.documents import JsonObject
 from tegotae._support.errors import TegotaeError, formatted
 from tegotae.envs.wiring import Wiring
 from tegotae.measures.hopping.efficiency import check_work
@@ -52,7 +53,7 @@ class EnvObjective(ABC):
         return None
 
     @property
-    def document(self) -> dict[str, Any]:
+    def document(self) -> JsonObject:
         """Kind and settings as plain JSON values."""
         settings = dataclasses.asdict(self)  # type: ignore[call-overload]
         return {"kind": type(self).__name__, **settings}
@@ -166,13 +167,13 @@ class Hopping(EnvObjective):
 def _as_rollout(
     fitness: Fitness,
     timing: Timing,
-    channels: dict[str, Any],
+    channels: dict[str, np.ndarray],
     scenario: Scenario,
     body: Interface,
 ) -> dict[str, jax.Array]:
-    channels = {name: jnp.asarray(x) for name, x in channels.items()}
+    arrays = {name: jnp.asarray(x) for name, x in channels.items()}
     # Of a body, the fitness reads nothing but its rest length.
-    return fitness(Trajectory(**channels), scenario, cast(Body, body), timing)
+    return fitness(Trajectory(**arrays), scenario, cast(Body, body), timing)
 
 
 @dataclass(frozen=True)
@@ -209,7 +210,7 @@ class UserObjective(EnvObjective):
         failed = ~(record.sound & np.isfinite(fitness))
         return Scores(fitness, np.full(fitness.shape, np.nan), failed)
 
-    def _of(self, score: Any, episode: EnvEpisode) -> float:
+    def _of(self, score: Callable[[EnvEpisode], SupportsFloat], episode: EnvEpisode) -> float:
         try:
             value = score(episode)
         except TegotaeError as error:

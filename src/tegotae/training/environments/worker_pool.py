@@ -6,10 +6,10 @@ import contextlib
 import multiprocessing
 import os
 import time
-from ctypes import c_longlong
+from ctypes import Array, c_longlong
 from dataclasses import dataclass, field
 from multiprocessing.connection import Connection, wait
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -109,7 +109,7 @@ class WorkerPool:
 
     def _answering(self, busy: dict[int, Job]) -> list[int]:
         """The workers that have an answer, are dead, or hang."""
-        by_link: dict[Any, int] = {self._workers[index].link: index for index in busy}
+        by_link: dict[object, int] = {self._workers[index].link: index for index in busy}
         ready = {by_link[link] for link in wait(list(by_link), timeout=0.2)}  # type: ignore[misc]
         hung = [i for i in busy if i not in ready and self._workers[i].hangs()]
         return [*sorted(ready), *hung]
@@ -173,7 +173,9 @@ class _EnvWorker:
         self._process.join()
 
 
-def _work(link: Connection, beat: Any, experiment: EnvExperiment, lanes: int, parent: int) -> None:
+def _work(
+    link: Connection, beat: Array[c_longlong], experiment: EnvExperiment, lanes: int, parent: int
+) -> None:
     """What a worker does: try out what it is given until nobody is left to give it anything."""
     end_with_parent(parent)
 

@@ -6,6 +6,7 @@ Each is a file of this folder, as `tegotae tune --keep` writes it.
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib import resources
 from importlib.resources.abc import Traversable
@@ -25,8 +26,8 @@ from tegotae.training.registry import learner
 
 class _SettingsFile(msgspec.Struct):
     algorithm: str
-    settings: dict[str, Any]
-    found: dict[str, Any]
+    settings: dict[str, object]
+    found: dict[str, object]
 
 
 @dataclass(frozen=True)
@@ -37,7 +38,7 @@ class Configuration:
     """The algorithm's name, as `tegotae train --algorithm` takes it."""
     settings: Algorithm | AgentSettings
     """Its settings."""
-    found: dict[str, Any]
+    found: Mapping[str, object]
     """On what, by how many trials, how good; see `tegotae.training.tuning.describe`."""
 
 
@@ -93,7 +94,7 @@ def _read(file: Path | Traversable) -> Configuration:
         ) from None
     except TegotaeError as error:
         raise TegotaeError(f"{file} is no configuration known here: {error}") from None
-    names = [field.name for field in dataclasses.fields(kind)]  # type: ignore[arg-type]  # type: ignore[arg-type]
+    names = [field.name for field in dataclasses.fields(kind)]
     if others := [name for name in found.settings if name not in names]:
         raise TegotaeError(f"{file} has settings that {found.algorithm} does not have: {others[0]}")
     try:

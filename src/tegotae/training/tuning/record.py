@@ -6,20 +6,40 @@ import dataclasses
 import time
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypedDict
 
 import numpy as np
 
 from tegotae._support.errors import TegotaeError
 from tegotae._support.optional_dependencies import require
-from tegotae.measures.hopping.statistics import interval, paired_difference
+from tegotae.measures.hopping.statistics import Interval, interval, paired_difference
 from tegotae.training.folder import versions_of
 from tegotae.training.tuning.spaces import Space
+from tegotae.training.tuning.spaces.base import Settings
 from tegotae.training.tuning.task import Task
 from tegotae.training.tuning.tuner import P_PRUNED
 
 if TYPE_CHECKING:
     from optuna.trial import FrozenTrial
+
+
+class TunedSettings(TypedDict):
+    """A named configuration, as JSON values."""
+
+    algorithm: str
+    settings: dict[str, object]
+    found: dict[str, Any]
+    """On what, by how many trials, how good."""
+
+
+class Confirmation(TypedDict):
+    """How settings do on fresh trainings: mean and ends of an interval each, as JSON values."""
+
+    first_seed: int
+    seeds: int
+    best: Mapping[str, float]
+    tried_first: Mapping[str, float]
+    difference: Mapping[str, float]
 
 
 def ranking(trials: Sequence[FrozenTrial]) -> list[FrozenTrial]:
@@ -34,7 +54,7 @@ def ranking(trials: Sequence[FrozenTrial]) -> list[FrozenTrial]:
     return sorted(complete, key=lambda trial: trial.value or 0.0, reverse=True)
 
 
-def tried_first(space: Space) -> Any:
+def tried_first(space: Space) -> Settings:
     """The settings that every search of a space begins with."""
     trial = require("optuna", "tune").trial.FixedTrial(dict(space.first))
     return space.suggest(trial)
@@ -42,7 +62,7 @@ def tried_first(space: Space) -> Any:
 
 def describe(
     algorithm: str, task: Task, space: Space, trials: Sequence[FrozenTrial]
-) -> dict[str, Any]:
+) -> TunedSettings:
     """The best settings and how they were found, as JSON values: a named configuration.
 
     Raises:
@@ -72,7 +92,7 @@ def describe(
     }
 
 
-def confirmation(task: Task, first: np.ndarray, best: np.ndarray) -> dict[str, Any]:
+def confirmation(task: Task, first: np.ndarray, best: np.ndarray) -> Confirmation:
     """How the settings tried first and the best ones do on trainings they were not chosen by.
 
     The intervals are over all trainings, models and seeds alike, the difference's over pairs.
@@ -83,7 +103,7 @@ def confirmation(task: Task, first: np.ndarray, best: np.ndarray) -> dict[str, A
         best: the same with the best settings.
     """
 
-    def numbers(found: Any) -> Mapping[str, float]:
+    def numbers(found: Interval) -> Mapping[str, float]:
         return {"mean": found.mean, "low": found.low, "high": found.high}
 
     return {

@@ -8,12 +8,13 @@ import os
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import IO, TYPE_CHECKING, Any
+from types import ModuleType
+from typing import IO, TYPE_CHECKING
 
 import msgspec
 
 from tegotae._support import documents
-from tegotae._support.documents import DamagedDocumentError
+from tegotae._support.documents import DamagedDocumentError, Json, JsonObject
 from tegotae._support.errors import TegotaeError
 from tegotae._support.files import output_file
 from tegotae._support.locks import hold
@@ -32,7 +33,7 @@ _CONFIGURATION = "configuration"
 
 
 @contextmanager
-def opened(path: Path, configuration: Mapping[str, Any], *, anew: bool = False) -> Iterator[Study]:
+def opened(path: Path, configuration: Mapping[str, Json], *, anew: bool = False) -> Iterator[Study]:
     """The study in a storage file, begun or gone on with; nobody else may open it meanwhile.
 
     What a killed tuner left is put in order: half a line at the file's end is cut off, and trials
@@ -120,7 +121,7 @@ def _mend(stream: IO[bytes], path: Path) -> None:
     stream.truncate(whole)
 
 
-def _study(optuna: Any, path: Path, configuration: dict[str, Any]) -> Study:
+def _study(optuna: ModuleType, path: Path, configuration: JsonObject) -> Study:
     journal = optuna.storages.journal
     lock = journal.JournalFileOpenLock(str(path))
     try:
@@ -181,7 +182,7 @@ def _require_values(study: Study) -> None:
                 raise ValueError(f"trial {trial.number} has the value {value!r}")
 
 
-def _requeue_abandoned(optuna: Any, study: Study) -> None:
+def _requeue_abandoned(optuna: ModuleType, study: Study) -> None:
     """Trials left running by a tuner that was killed: nobody else can be at them."""
     states = optuna.trial.TrialState
     for trial in study.get_trials(deepcopy=False, states=(states.RUNNING,)):

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
+from tegotae._support.documents import JsonObject
 from tegotae._support.errors import TegotaeError, require_count, require_finite
 from tegotae._support.limits import MOST_SEEDS
 from tegotae.systems.experiment import Experiment
@@ -97,7 +97,7 @@ class Task:
         return [(each, block) for block in blocks for each in range(len(self.experiments))]
 
     @property
-    def configuration(self) -> dict[str, Any]:
+    def configuration(self) -> JsonObject:
         """All that decides a setting's value, as JSON values."""
         return {
             "experiments": [experiment.document for experiment in self.experiments],

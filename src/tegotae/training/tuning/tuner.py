@@ -7,23 +7,28 @@ from collections.abc import Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, as_completed, wait
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from types import ModuleType
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
 from tegotae._support.devices import available_cores, require_workers
 from tegotae._support.errors import TegotaeError, require_count
 from tegotae._support.optional_dependencies import require
-from tegotae._support.progress import reporting
+from tegotae._support.progress import Reporter, reporting
 from tegotae._support.workers import Workers, WorkersDied
+from tegotae.systems.experiment import Experiment
 from tegotae.systems.registry import CODE, code_noted, kinds
 from tegotae.training.tuning.spaces import Space, space_of
+from tegotae.training.tuning.spaces.base import Settings
 from tegotae.training.tuning.storage import opened
 from tegotae.training.tuning.task import Task
 
 if TYPE_CHECKING:
     from optuna.study import Study
     from optuna.trial import FrozenTrial, Trial
+
+T = TypeVar("T")
 
 P_PRUNED = 0.1
 """A trial is given up once it is worse than the best one at this p-value."""
@@ -84,7 +89,7 @@ def tune(
 
 
 def evaluate_settings(
-    space: Space, settings: Sequence[Any], task: Task, *, workers: int = 1
+    space: Space, settings: Sequence[Settings], task: Task, *, workers: int = 1
 ) -> np.ndarray:
     """Fitness of each setting on all of a task's trainings, shape [settings, instances]."""
     values = np.full((len(settings), task.instances), np.nan)
@@ -107,7 +112,7 @@ def _pool(workers: int) -> Workers:
     return Workers(workers, cores=max(1, available_cores() // workers))
 
 
-def _answer(future: Future[Any]) -> Any:
+def _answer(future: Future[T]) -> T:
     """What a worker found.
 
     Raises:
@@ -122,7 +127,7 @@ def _answer(future: Future[Any]) -> Any:
         ) from None
 
 
-def _prepare(optuna: Any, study: Study, space: Space) -> None:
+def _prepare(optuna: ModuleType, study: Study, space: Space) -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", optuna.exceptions.ExperimentalWarning)
         study.pruner = optuna.pruners.WilcoxonPruner(p_threshold=P_PRUNED)
@@ -143,15 +148,15 @@ class _Attempt:
     """A trial that a worker is at."""
 
     trial: Trial
-    settings: Any
+    settings: Settings
     jobs: list[tuple[int, tuple[int, ...]]]
     values: list[float]
 
 
 def _search(
-    study: Study, space: Space, task: Task, trials: int, pool: Workers, reporter: Any
+    study: Study, space: Space, task: Task, trials: int, pool: Workers, reporter: Reporter
 ) -> None:
-    at: dict[Future[Any], _Attempt] = {}
+    at: dict[Future[list[float]], _Attempt] = {}
 
     def go_on(attempt: _Attempt) -> None:
         job = _training(task, attempt.jobs[0])
@@ -178,7 +183,9 @@ def _search(
             reporter.update(_evaluated(study), _note(study))
 
 
-def _training(task: Task, job: tuple[int, tuple[int, ...]]) -> tuple[Any, ...]:
+def _training(
+    task: Task, job: tuple[int, tuple[int, ...]]
+) -> tuple[Task, Experiment, tuple[int, ...]]:
     """Task, experiment and seeds, as `Space.learn` takes them."""
     number, seeds = job
     return task, task.experiments[number], tuple(task.first_seed + seed for seed in seeds)

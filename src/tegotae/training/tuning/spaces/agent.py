@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from contextlib import suppress
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, TypedDict
 
 from tegotae.systems.experiment import Experiment
 from tegotae.training.agents import AgentSettings
@@ -16,7 +16,16 @@ _POINTS = 20
 """Evaluations in a training: as seldom as the best of them allows."""
 
 
-def suggest_shared(trial: BaseTrial, step_s: float = 0.01) -> dict[str, Any]:
+class SharedSettings(TypedDict):
+    """What is searched of the settings of every agent."""
+
+    gamma: float
+    learning_rate: float
+    noise: float
+    normalize_reward: bool
+
+
+def suggest_shared(trial: BaseTrial, step_s: float = 0.01) -> SharedSettings:
     """Discount (as a horizon in time), step size, noise, and whether rewards are normalised."""
     horizon_s = trial.suggest_float("horizon_s", 0.2, 20.0, log=True)
     return {

@@ -4,13 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from tegotae.systems.experiment import Experiment
+from tegotae.training.agents.settings import AgentSettings
+from tegotae.training.algorithms import Algorithm
 from tegotae.training.tuning.task import Task
 
 if TYPE_CHECKING:
     from optuna.trial import BaseTrial
+
+
+Settings: TypeAlias = Algorithm | AgentSettings
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -29,8 +34,8 @@ class Space:
             the settings are worth more.
     """
 
-    suggest: Callable[[BaseTrial], Any]
+    suggest: Callable[[BaseTrial], Settings]
     learn: Callable[[Any, Task, Experiment, tuple[int, ...]], list[float]]
-    first: Mapping[str, Any]
+    first: Mapping[str, float]
     least_episodes: int = 1
     seeds_at_once: int = 1

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -51,7 +51,7 @@ def evolved(
     return [float(fitness) for fitness in np.asarray(progress.best_fitness)]
 
 
-def evolution(*, suggest: Callable[[BaseTrial], Algorithm], first: Mapping[str, Any]) -> Space:
+def evolution(*, suggest: Callable[[BaseTrial], Algorithm], first: Mapping[str, float]) -> Space:
     """The space of an evolution strategy."""
     return Space(
         suggest=suggest,
