@@ -16,7 +16,7 @@ import jax
 import numpy as np
 
 from tegotae.lowering.buffers import aligned
-from tegotae.lowering.graph import Reader
+from tegotae.lowering.lane_reader import LaneReader
 from tegotae.lowering.llvm.compile import Compiled
 from tegotae.lowering.llvm.module import EpisodeModule
 from tegotae.lowering.llvm.target import Target, target_of
@@ -124,7 +124,7 @@ class _Read:
         lanes = jax.tree.map(lambda x: jax.ShapeDtypeStruct((*x.shape[:-1], 1), x.dtype), lanes)
         shared = jax.tree.map(lambda x: jax.ShapeDtypeStruct(x.shape, x.dtype), shared)
         index = jax.ShapeDtypeStruct((), "int32")
-        reader = Reader()
+        reader = LaneReader()
 
         def read(function: Callable[..., Any], **arguments: Any) -> tuple[list[Node], Any]:
             trace, shapes = jax.make_jaxpr(function, return_shape=True)(*arguments.values())
@@ -228,7 +228,7 @@ class _Run:
         self._lanes = leaves[0].shape[-1]
         self._given = [leaf.reshape(-1, self._lanes) for leaf in leaves]
         self._blocks = -(-self._lanes // self._block)
-        self._uniform = aligned(8 * len(self._module.stages.uniform))
+        self._uniform = aligned(self._module.uniform_bytes)
         self._spread(shared)
 
     def _spread(self, shared: Any) -> None:

@@ -54,8 +54,9 @@ def _exact(node: Node) -> Node | None:
         for one, other in (inputs, inputs[::-1]):
             if _is(one, 1):
                 return other
-    if operation == "div" and _is(inputs[1], 1):
-        return inputs[0]
+    if operation == "div" and _is_power_of_two(inputs[1]):
+        inverse = _literal(1.0 / inputs[1].detail, node.kind)
+        return folded(Node("mul", node.kind, (inputs[0], inverse), None, node.place))
     if operation == "convert_element_type" and inputs[0].kind == node.kind:
         return inputs[0]
     if operation == "neg" and inputs[0].operation == "neg":
@@ -79,6 +80,17 @@ def _is(node: Node, value: float) -> bool:
     return node.operation == "literal" and node.detail == value
 
 
+def _is_power_of_two(node: Node) -> bool:
+    """Whether it is one whose inverse is exact, too."""
+    if node.operation != "literal" or node.kind not in FLOATS:
+        return False
+    size = abs(float(node.detail))
+    return 1e-30 < size < 1e30 and np.frexp(size)[0] == 0.5
+
+
 def _zero(kind: str) -> Node:
-    dtype: Any = DTYPES[kind]
-    return literal(np.zeros((), dtype)[()], kind)
+    return _literal(0, kind)
+
+
+def _literal(value: Any, kind: str) -> Node:
+    return literal(np.asarray(value, DTYPES[kind])[()], kind)

@@ -5,12 +5,14 @@ from __future__ import annotations
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from tegotae.lowering.errors import CannotLower
-from tegotae.lowering.places import Place
+
+if TYPE_CHECKING:
+    from tegotae.lowering.places import Place
 
 KINDS = {
     "float32": "float",

@@ -184,6 +184,25 @@ def _selected(w: Writer, node: Node, which: str, *cases: str) -> str:
     return taken
 
 
+def _cut_off(w: Writer, of: str, to: str, x: str) -> str:
+    """The whole part of a float, the nearest there is beyond the range, zero for no number.
+
+    LLVM's own saturating conversion takes a vector apart into its numbers.
+    """
+    before, after, mask = w.type(of), w.type(to), w.type("bool")
+    bits = _bits(to) - (to[0] != "u")
+    lowest = 0.0 if to[0] == "u" else -(2.0**bits)
+    most = 2**bits - 1
+    above = w.do(f"fcmp oge {before} {x}, {w.number(2.0**bits, of)}")
+    within = w.do(f"fcmp oge {before} {x}, {w.number(lowest, of)}")
+    bound = w.do(f"select {mask} {within}, {before} {x}, {before} {w.number(lowest, of)}")
+    safe = w.do(f"select {mask} {above}, {before} zeroinitializer, {before} {bound}")
+    whole = w.do(f"{'fptoui' if to[0] == 'u' else 'fptosi'} {before} {safe} to {after}")
+    whole = w.do(f"select {mask} {above}, {after} {w.number(most, to)}, {after} {whole}")
+    none = w.do(f"fcmp uno {before} {x}, {x}")
+    return w.do(f"select {mask} {none}, {after} zeroinitializer, {after} {whole}")
+
+
 def _bits(kind: str) -> int:
     return 1 if kind == "bool" else 8 * np.dtype(DTYPES[kind]).itemsize
 
@@ -200,7 +219,7 @@ def _converted(w: Writer, node: Node, x: str) -> str:
     if of in FLOATS and to in FLOATS:
         return w.do(f"{'fpext' if to == 'double' else 'fptrunc'} {before} {x} to {after}")
     if of in FLOATS:
-        return w.call("fptoui.sat" if to[0] == "u" else "fptosi.sat", (to, of), x)
+        return _cut_off(w, of, to, x)
     unsigned = of == "bool" or of[0] == "u"
     if to in FLOATS:
         return w.do(f"{'uitofp' if unsigned else 'sitofp'} {before} {x} to {after}")
@@ -288,6 +307,8 @@ OPERATIONS: dict[str, Operation] = {
     "le": _infix("<=", ORDER, np.less_equal, _comparison("ole", "sle"), safe=True),
     "gt": _infix(">", ORDER, np.greater, _comparison("ogt", "sgt"), safe=True),
     "ge": _infix(">=", ORDER, np.greater_equal, _comparison("oge", "sge"), safe=True),
+    # Of numbers alone: false where one is none. No trace has it (`lane_reader`).
+    "differ": Operation(None, llvm=_comparison("one", "ne")),
     "and": _infix("&", BITS, np.bitwise_and, _instruction("", "and"), safe=True),
     "or": _infix("|", BITS, np.bitwise_or, _instruction("", "or"), safe=True),
     "xor": _infix("^", BITS, np.bitwise_xor, _instruction("", "xor"), safe=True),

@@ -13,6 +13,11 @@ UNIFORM, LANE, TICK = range(3)
 _BEGINS = {"shared": UNIFORM, "lanes": LANE, "state": TICK, "index": TICK}
 
 
+def begins(node: Node) -> int:
+    """The stage of what is given, or of a constant."""
+    return UNIFORM if node.operation == "literal" else _BEGINS.get(node.detail[0], TICK)
+
+
 @dataclass(frozen=True)
 class Roots:
     """What a program of lanes computes, as nodes of what is given.
@@ -50,12 +55,8 @@ class Stages:
         order = _with_rounds(reachable(whole))
         level: dict[Node, int] = {}
         for node in order:
-            if node.operation == "literal":
-                level[node] = UNIFORM
-            elif node.operation == "given":
-                level[node] = _BEGINS.get(node.detail[0], TICK)
-            else:
-                level[node] = max((level[each] for each in node.inputs), default=UNIFORM)
+            inputs = node.inputs
+            level[node] = max(level[each] for each in inputs) if inputs else begins(node)
         slots = _needed(roots)
         ticked = [roots.tick[i] for i in slots] + [roots.frame[i] for i in slots]
         later = [*ticked, *roots.channels]

@@ -7,7 +7,7 @@ from typing import Any
 
 from tegotae.lowering.llvm.target import Target
 
-_OPTIMISATION = 3
+_OPTIMISATION = 1
 
 
 class Compiled:

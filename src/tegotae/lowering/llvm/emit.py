@@ -17,6 +17,9 @@ from tegotae.lowering.regions import Region, Regions
 _SMALLEST_SIDE = 8
 """Operations from which the side of a branch is worth a jump."""
 
+_SLOW = frozenset(("branch", "loop", "div", "sqrt"))
+"""Operations that make a side worth a jump alone."""
+
 Leaf = Callable[[Node], tuple[str, int, bool] | str | None]
 """Where a node comes from: base, offset in bytes of the first vector, whether one number serves all
 lanes; or the register of a number; None if it is to be computed."""
@@ -49,9 +52,9 @@ class Emitter:
             if node in known:
                 return known[node]
         w = self._writer
-        if node.operation == "literal":
-            return [w.number(node.detail, node.kind)] * self._vectors
         where = self._leaf(node)
+        if where is None and node.operation == "literal":
+            return [w.number(node.detail, node.kind)] * self._vectors
         assert where is not None, f"{node.operation} is not computed yet"
         if isinstance(where, str):
             found = [w.spread(where, node.kind)] * self._vectors
@@ -151,7 +154,7 @@ class Emitter:
 
     def _is_small(self, side: Region) -> bool:
         nodes = self._regions.nodes.get(side, ())
-        inner = any(node.operation in ("branch", "loop") for node in nodes)
+        inner = any(node.operation in _SLOW for node in nodes)
         return len(nodes) < _SMALLEST_SIDE and not inner
 
     def _if_any(

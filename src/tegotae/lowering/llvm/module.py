@@ -6,11 +6,13 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
+import numpy as np
+
 from tegotae.lowering.buffers import Rows
 from tegotae.lowering.llvm.emit import Emitter
 from tegotae.lowering.llvm.target import Target
 from tegotae.lowering.llvm.writer import FunctionWriter
-from tegotae.lowering.nodes import Node
+from tegotae.lowering.nodes import DTYPES, FLOATS, Node
 from tegotae.lowering.stages import LANE, UNIFORM, Stages
 
 Address = tuple[str, int, bool]
@@ -76,9 +78,9 @@ class EpisodeModule:
         """The module in LLVM's language."""
         declared: set[str] = set()
         functions = (
-            self._uniform(FunctionWriter(1, declared)),
             self._start(FunctionWriter(self.width, declared)),
             self._episode(FunctionWriter(self.width, declared)),
+            self._uniform(FunctionWriter(1, declared)),
         )
         bits = self.target.vector_bits
         wide = f'"prefer-vector-width"="{bits}" "min-legal-vector-width"="{bits}" ' if bits else ""
@@ -97,6 +99,28 @@ class EpisodeModule:
         return {node: 8 * i for i, node in enumerate(self.stages.uniform)}
 
     @cached_property
+    def _constants(self) -> dict[tuple[str, bytes], tuple[int, Node]]:
+        """Constants that the loop of ticks reads from memory, and where they are."""
+        return {}
+
+    def _constant(self, node: Node) -> Address | None:
+        """Where a constant is: a processor reads and spreads one as it uses it.
+
+        Written as such it would take a register all the time, of which there are few.
+        """
+        if node.kind not in FLOATS or node.detail == 0.0:
+            return None
+        key = node.kind, np.asarray(node.detail, DTYPES[node.kind]).tobytes()
+        first = 8 * len(self.stages.uniform)
+        offset, _ = self._constants.setdefault(key, (first + 8 * len(self._constants), node))
+        return "%uniform", offset, True
+
+    @property
+    def uniform_bytes(self) -> int:
+        """Memory for what all lanes share; known once there is the text."""
+        return 8 * (len(self.stages.uniform) + len(self._constants))
+
+    @cached_property
     def _kept(self) -> dict[Node, int]:
         offsets = self.invariant_rows.offsets
         return {n: self.block * offsets[i] for i, n in enumerate(self.stages.invariant)}
@@ -110,12 +134,16 @@ class EpisodeModule:
         found = Emitter(w, 1, wanted, leaf)
         for node, offset in self._shared.items():
             w.store("%uniform", offset, node.kind, found.values(node)[0])
+        for offset, node in self._constants.values():
+            w.store("%uniform", offset, node.kind, w.number(node.detail, node.kind))
         return w.function("@uniform(ptr %shared, ptr %uniform)")
 
     def _start(self, w: FunctionWriter) -> str:
         stages, rows = self.stages, self.lane_rows
 
         def leaf(node: Node) -> Address | None:
+            if node.operation == "literal":
+                return None
             if stages.level.get(node) == UNIFORM:
                 return "%uniform", self._shared[node], True
             if node.operation == "given":
@@ -171,6 +199,8 @@ class EpisodeModule:
         place = {slot: self.block * offsets[i] for i, slot in enumerate(self.stages.slots)}
 
         def leaf(node: Node) -> Address | str | None:
+            if node.operation == "literal":
+                return self._constant(node)
             stage = level.get(node)
             if stage == UNIFORM:
                 return "%uniform", self._shared[node], True
