@@ -4,12 +4,19 @@ from __future__ import annotations
 
 import re
 
+import numpy as np
 import pytest
 
 from places import ROOT
-from tegotae.figures.report.verdicts import verdict_texts
+from tegotae.figures.report.atomic import by_budget_table, outcomes_table
+from tegotae.figures.report.markdown import endings_table
 from tegotae.figures.study import ARCHITECTURES, architectures
-from tegotae.studies.paper.claims import NOT_MEASURED, all_verdicts
+from tegotae.studies.paper.claims.atomic import ATOMIC_CLAIMS
+from tegotae.studies.paper.claims.counting import Count
+from tegotae.studies.paper.claims.effect_table import effects_csv, read_effects
+from tegotae.studies.paper.claims.findings import OPPOSITE, findings
+from tegotae.studies.paper.claims.slices import by_budget
+from tegotae.studies.paper.endings import endings_by_architecture
 from tegotae.studies.paper.export import read_csv
 from tegotae.systems.models import all_models
 
@@ -22,18 +29,12 @@ def table():
 
 
 @pytest.fixture(scope="module")
-def verdicts(table):
-    return all_verdicts(table, KEPT / "experiments")
+def effects():
+    """What was found of each claim: of the study, and of those beside."""
+    return {name: read_effects(KEPT / "study" / f"effects{name}.csv") for name in ("", *BESIDE)}
 
 
-def kept_beside() -> dict:
-    """The tables that stand beside that of the study, where there are some."""
-    budgets = KEPT / "study" / "paper-budgets.csv"
-    others = sorted((KEPT / "study").glob("paper-[!b]*.csv"), reverse=True)
-    return {
-        "budgets": read_csv(budgets) if budgets.exists() else None,
-        "beside": {path.stem: read_csv(path) for path in others},
-    }
+BESIDE = ("-paper-deviation-0.2", "-paper-80x16")
 
 
 def test_the_table_has_fifteen_runs_of_every_model(table):
@@ -47,26 +48,84 @@ def test_all_models_of_the_table_are_the_papers(table):
     assert set(architectures(table)) == set(table["architecture"].tolist())
 
 
-def test_every_claim_is_measured(verdicts):
-    assert [verdict.number for verdict in verdicts] == list(range(1, 12))
-    assert all(verdict.verdict != NOT_MEASURED for verdict in verdicts)
+def test_the_pages_tables_follow_from_the_kept_effects(effects):
+    beside = {name.removeprefix("-"): effects[name] for name in BESIDE}
+    assert (KEPT / "study" / "claims.md").read_text() == outcomes_table(effects[""], beside)
 
 
-def test_the_page_of_the_claims_shows_what_the_tables_say(table):
-    texts = verdict_texts(table, KEPT / "experiments", **kept_beside())
-    for name, text in texts.items():
-        assert (KEPT / "study" / name).read_text(encoding="utf-8") == text, name
+def test_kept_effects_are_those_of_the_kept_tables(table, effects):
+    """Of a few claims in every way to count; all of them where time does not matter."""
+    few = ("learned-beats-v", "vg-t1", "v-input-cpgu")
+    claims = [claim for claim in ATOMIC_CLAIMS if claim.name in few]
+    kept = [each for each in effects[""] if each.claim in claims]
+    assert effects_csv(findings(table, KEPT / "experiments", claims)) == effects_csv(kept)
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("name", ["", *BESIDE])
+def test_all_kept_effects_are_those_of_the_kept_tables(effects, name):
+    runs = read_csv(KEPT / "study" / f"{name.removeprefix('-') or 'paper'}.csv")
+    assert effects_csv(findings(runs, KEPT / "experiments")) == effects_csv(effects[name])
+
+
+def test_verdicts_after_each_budget_are_those_of_the_kept_tables(table):
+    after = {
+        name: findings(runs, ways=[Count()])
+        for name, runs in by_budget(read_csv(KEPT / "study" / "paper-budgets.csv"), table).items()
+    }
+    assert (KEPT / "study" / "claims-by-budget.md").read_text() == by_budget_table(after)
+
+
+def test_how_trainings_ended_is_what_the_table_says(table):
+    assert (KEPT / "study" / "endings.md").read_text() == endings_table(
+        endings_by_architecture(table)
+    )
 
 
 @pytest.mark.parametrize("page", ["README.md", "docs/claims.md"])
-def test_verdicts_in_prose_are_those_of_the_tables(page, verdicts):
-    text = (ROOT / page).read_text(encoding="utf-8")
-    pattern = {
-        "README.md": r"^\| (\d+) \|.*?\*\*(\w+)\*\*",
-        "docs/claims.md": r"^\*\*(\d+)\. .*?: (holds|fails|undecided)",
-    }[page]
-    said = {int(number): word for number, word in re.findall(pattern, text, re.MULTILINE)}
-    assert said == {verdict.number: verdict.verdict for verdict in verdicts}
+def test_effects_in_prose_are_those_of_the_tables(page, effects):
+    known = {
+        f"{each.effect:+.2f} [{each.low:.2f}, {each.high:.2f}]"
+        for found in effects.values()
+        for finding in found
+        for each in finding.by_count.values()
+    }
+    text = (ROOT / page).read_text(encoding="utf-8").partition("## On several legs")[0]
+    said = re.findall(r"[+-]\d+\.\d\d \[-?\d+\.\d\d, -?\d+\.\d\d\]", text)
+    assert len(said) >= 10
+    assert set(said) - known == set()
+
+
+def test_outcomes_in_the_readme_are_those_of_the_tables(effects):
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    said = dict(re.findall(r"^\| ([a-z0-9-]+) \|.*?\| \*\*([^*]+)\*\* \|", text, re.MULTILINE))
+    outcomes = {each.claim.name: each.outcome for each in effects[""]}
+    assert len(said) >= 10
+    assert said == {name: outcomes[name] for name in said}
+    assert {name for name in outcomes if outcomes[name].startswith("depends")} - {*said} <= {
+        "efficient-is-unstable"  # as efficient-is-slow
+    }
+    assert not [e for e in effects[""] if e.is_robust and e.outcome == OPPOSITE], "none, it says"
+    assert {e.claim.name for e in effects[""] if e.claim.headline} <= {*said}
+
+
+def test_a_learned_force_on_the_phase_is_smoother_than_the_sectors(table):
+    for omega in (4.0, 8.0):
+        at = table.where(omega_t=omega)
+        means = {
+            name: np.nanmean(at.where(architecture=("V", "VT"), actuation=name)["smoothness"])
+            for name in ("sector", "tphi", "reflex", "tf")
+        }
+        assert means["tphi"] < means["sector"]
+        assert means["tf"] > means["reflex"]
+
+
+def test_the_shares_that_the_page_gives_are_those_of_the_table(table):
+    page = (KEPT.parent / "claims.md").read_text(encoding="utf-8")
+    for omega in (4.0, 8.0):
+        settled = table.where(architecture="V", omega_t=omega)["limit_cycle_share"].mean()
+        assert f"{100 * (1 - settled):.0f} %" in page
+    assert np.nanmax(table.where(model="T-Fv")["recovery_share"]) == 0.0
 
 
 def test_the_multiverses_shares_follow_from_its_kept_tables():

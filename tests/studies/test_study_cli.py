@@ -20,6 +20,8 @@ from tegotae._support.errors import TegotaeError
 from tegotae.cli import main
 from tegotae.measures.objectives.fitness import Fitness
 from tegotae.studies.paper import runner
+from tegotae.studies.paper.claims.atomic import ATOMIC_CLAIMS
+from tegotae.studies.paper.claims.effect_table import effects_csv, read_effects
 from tegotae.studies.paper.folder import Folder
 from tegotae.studies.paper.plan import plan
 from tegotae.studies.paper.record import SUFFIX, read, write
@@ -136,36 +138,56 @@ def test_both_kinds_of_table_hold_the_same(smoke_study, tmp_path):
             assert written == [str(value) for value in values]
 
 
-def test_an_exported_table_gives_the_same_claims_and_figures_as_the_study(smoke_study, tmp_path):
+def test_an_exported_table_gives_the_same_figures_as_the_study(smoke_study, tmp_path):
     budgets = ["--budgets", str(tmp_path / "budgets.csv")]
     table = export(smoke_study, tmp_path / "a.csv", *budgets)
     for source, out, more in ((smoke_study, "study", []), (table, "table", budgets)):
         assert main(["study", "figures", str(source), "--out", str(tmp_path / out), *more]) == 0
     written = contents(tmp_path / "study")
     pictures = ["architectures.png", "budgets.png", "correlations.png", "metrics.png"]
-    tables = ["claims-by-budget.md", "claims-w8.md", "claims.md", "endings.md"]
+    tables = ["endings.md"]
     # How training went is in the study's records alone.
     curves = ["convergence-w8.png", "convergence.csv"]
     assert sorted(written) == sorted([*pictures, *tables, *curves])
     assert contents(tmp_path / "table") == {n: c for n, c in written.items() if n not in curves}
-    rows = written["claims.md"].decode().splitlines()
-    assert [row.split("|")[1].strip() for row in rows[2:]] == [str(n) for n in range(1, 12)]
 
 
-def test_verdicts_of_another_study_and_of_each_budget_stand_beside(smoke_study, tmp_path):
+def test_an_exported_table_gives_the_same_claims_as_the_study(smoke_study, tmp_path, capsys):
+    budgets = ["--budgets", str(tmp_path / "budgets.csv")]
+    table = export(smoke_study, tmp_path / "a.csv", *budgets)
+    for source, out, more in ((smoke_study, "study", []), (table, "table", budgets)):
+        assert main(["study", "claims", str(source), "--out", str(tmp_path / out), *more]) == 0
+    written = contents(tmp_path / "study")
+    assert sorted(written) == ["claims-by-budget.md", "claims.md", "effects.csv"]
+    assert contents(tmp_path / "table") == written
+    printed = capsys.readouterr().out.splitlines()
+    assert [line.split()[0] for line in printed[-1 - len(ATOMIC_CLAIMS) : -1]] == [
+        claim.name for claim in ATOMIC_CLAIMS
+    ]
+
+
+def test_outcomes_of_another_study_and_of_each_budget_stand_beside(smoke_study, tmp_path):
     table = export(smoke_study, tmp_path / "old.csv")
     head, *rows = table.read_text().splitlines()
     budgets = [f"{row},{episodes}" for episodes in (1280, 5120) for row in rows]
     (tmp_path / "budgets.csv").write_text("\n".join([f"{head},training_budget", *budgets]))
     words = ["--budgets", str(tmp_path / "budgets.csv"), "--beside", str(table)]
     out = tmp_path / "out"
-    assert main(["study", "figures", str(table), "--out", str(out), *words]) == 0
-    first, _, *claims = (out / "claims.md").read_text().splitlines()
-    assert first == "| | Claim | Verdict | ω_t = 8 | old | Effects: mean [95 % interval] |"
-    assert all(len(row.split("|")) == len(first.split("|")) for row in claims)
+    assert main(["study", "claims", str(table), "--out", str(out), *words]) == 0
+    heads = [row for row in (out / "claims.md").read_text().splitlines() if "| Outcome |" in row]
+    assert heads
+    assert all(row.endswith("| Ways: + / 0 / − | old |") for row in heads)
     first = (out / "claims-by-budget.md").read_text().splitlines()[0]
-    assert first == "| | Claim | 1280 episodes | 5120 episodes | plateau |"
-    assert (out / "endings.md").read_text().splitlines()[-1].startswith("| all | 6 | ")
+    assert first == "| | 1280 episodes | 5120 episodes | plateau |"
+    assert (out / "effects-old.csv").read_text() == (out / "effects.csv").read_text()
+
+
+def test_effects_are_read_as_they_were_written(smoke_study, tmp_path):
+    table = export(smoke_study, tmp_path / "a.csv")
+    assert main(["study", "claims", str(table), "--out", str(tmp_path)]) == 0
+    found = read_effects(tmp_path / "effects.csv")
+    assert [each.claim for each in found] == list(ATOMIC_CLAIMS)
+    assert effects_csv(found) == (tmp_path / "effects.csv").read_text()
 
 
 def test_a_table_that_does_not_say_its_budgets_is_refused(smoke_study, tmp_path, one_line_error):

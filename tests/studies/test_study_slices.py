@@ -9,7 +9,7 @@ import pytest
 
 from study_tables import results
 from tegotae._support.errors import TegotaeError
-from tegotae.figures.report.markdown import claims_table, endings_table, verdicts_table
+from tegotae.figures.report.markdown import endings_table
 from tegotae.studies.paper.claims import (
     FAILS,
     HOLDS,
@@ -155,17 +155,3 @@ def test_a_table_that_does_not_say_how_training_ended_leaves_that_open():
 def test_architectures_are_counted_apart_and_together():
     found = endings_by_architecture(results({}))
     assert sum(each.runs for name, each in found.items() if name != "all") == found["all"].runs
-
-
-# As tables.
-
-
-def test_verdicts_of_other_data_stand_in_columns_beside():
-    ours, theirs = verdicts(results(ART_BETTER)), verdicts(results({"AR": {"cot_inverse": 0.5}}))
-    head, _, *rows = claims_table(ours, {"before": theirs}).splitlines()
-    assert head == "| | Claim | Verdict | before | Effects: mean [95 % interval] |"
-    five = next(row for row in rows if row.startswith("| 5 |"))
-    assert "| **holds** | fails |" in five
-    head, _, *rows = verdicts_table({"before": theirs, "now": ours}).splitlines()
-    assert head == "| | Claim | before | now |"
-    assert next(row for row in rows if row.startswith("| 5 |")).endswith("| fails | holds |")

@@ -271,6 +271,14 @@ COMMANDS: Mapping[str, Command | CommandGroup] = {
                     "tegotae study export --dir study --out runs.parquet",
                 ),
             ),
+            "claims": Command(
+                "claims",
+                "StudyClaims",
+                (
+                    "tegotae study claims runs.csv",
+                    "tegotae study claims runs.csv --out claims --beside other-study.csv",
+                ),
+            ),
             "figures": Command(
                 "study",
                 "StudyFigures",

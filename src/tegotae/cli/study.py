@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from itertools import chain
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
@@ -19,6 +19,9 @@ from tegotae.studies.paper.folder import Folder
 from tegotae.studies.paper.plan import Plan, plan
 from tegotae.studies.paper.record import Record
 from tegotae.training.algorithms import Algorithm
+
+if TYPE_CHECKING:
+    from tegotae.studies.paper.table import Table
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -166,26 +169,22 @@ class StudyExport:
 
 @dataclass(frozen=True)
 class StudyFigures:
-    """Draw Fig. 2 and judge the claims, from an exported table or a study's folder."""
+    """Draw Fig. 2 and how trainings went, from an exported table or a study's folder."""
 
     source: Annotated[Path, tyro.conf.Positional]
     """A table that `tegotae study export` wrote (.csv), or a study's folder, which also has the
     curves of its trainings."""
     out: Path
     """Folder for the pictures and tables."""
-    experiments: Annotated[Path | None, UNSET] = None
-    """Folder of the experiments on claims 1, 10 and 11, as for the report."""
     budgets: Annotated[Path | None, UNSET] = None
     """Table of the same runs after several budgets of training (.csv), as `export` writes it; a
     study's folder has its own."""
-    beside: tuple[Path, ...] = ()
-    """Tables of other studies (.csv), whose verdicts stand beside."""
 
     def run(self) -> None:
-        """Draw, and write the verdicts."""
+        """Draw."""
         from tegotae.figures.budgets import budgets_figure
         from tegotae.figures.report import convergence
-        from tegotae.figures.report.verdicts import verdict_texts
+        from tegotae.figures.report.markdown import endings_table
         from tegotae.figures.study import (
             architectures_figure,
             correlation_figure,
@@ -193,18 +192,13 @@ class StudyFigures:
         )
         from tegotae.figures.style import save_figure
         from tegotae.studies.paper.claims import verdicts_by_budget
-        from tegotae.studies.paper.export import csv_of, read_csv
-        from tegotae.studies.paper.table import Table, tabulate, tabulate_budgets
+        from tegotae.studies.paper.endings import endings_by_architecture
+        from tegotae.studies.paper.export import csv_of
+        from tegotae.studies.paper.table import Table
 
-        if self.source.is_dir():
-            records = _records(Folder(self.source))
-            table, budgets = tabulate(records), tabulate_budgets(records)
-        else:
-            records, table, budgets = [], read_csv(self.source), None
-        if self.budgets is not None:
-            budgets = read_csv(self.budgets)
-        beside = {path.stem: read_csv(path) for path in self.beside}
-        texts = verdict_texts(table, self.experiments, budgets, beside)
+        table, budgets = tables_of(self.source, self.budgets)
+        records = _records(Folder(self.source)) if self.source.is_dir() else []
+        texts = {"endings.md": endings_table(endings_by_architecture(table))}
         figures = {
             "architectures.png": pictograms_figure(table),
             "metrics.png": architectures_figure(table),
@@ -239,6 +233,27 @@ class StudyMerge:
 
         copied = merge(Folder(self.source), Folder(self.dir))
         print(f"{copied} records copied to {self.dir}")
+
+
+def tables_of(source: Path, budgets: Path | None = None) -> tuple[Table, Table | None]:
+    """The table of a study, and that of its budgets if there is one, from files or its folder.
+
+    Args:
+        source: an exported table, or a study's folder.
+        budgets: the exported table of budgets; a folder has its own.
+
+    Raises:
+        TegotaeError: if one cannot be read.
+    """
+    from tegotae.studies.paper.export import read_csv
+    from tegotae.studies.paper.table import tabulate, tabulate_budgets
+
+    if source.is_dir():
+        records = _records(Folder(source))
+        table, own = tabulate(records), tabulate_budgets(records)
+    else:
+        table, own = read_csv(source), None
+    return table, own if budgets is None else read_csv(budgets)
 
 
 def _records(folder: Folder) -> list[Record]:

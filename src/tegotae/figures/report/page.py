@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Mapping
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -15,7 +16,6 @@ from tegotae.figures.optimum import optimum_figure
 from tegotae.figures.report import convergence
 from tegotae.figures.report.best import best_controllers, gaits_of_best_run
 from tegotae.figures.report.values import embedded_figure, embedded_file, number
-from tegotae.figures.report.verdicts import labelled
 from tegotae.figures.study import architectures_figure, correlation_figure, pictograms_figure
 from tegotae.measures.hopping.metric import REPORT
 from tegotae.measures.optimum.table import curve, stances
@@ -176,11 +176,19 @@ def _claims(table: Table, experiments: Path | None) -> list[dict[str, Any]]:
     ]
 
 
+def _labelled(by_budget: Mapping[float | str, list[Verdict]]) -> dict[str, list[Verdict]]:
+    """The same by a heading, such as "5120 episodes", or the word that a budget is."""
+    return {
+        budget if isinstance(budget, str) else f"{budget:.0f} episodes": found
+        for budget, found in by_budget.items()
+    }
+
+
 def _by_budget(budgets: Table | None, final: Table) -> dict[str, Any]:
     """Headings, and a row per claim: its number, the claim, and its verdict after each budget."""
     if budgets is None:
         return {"headings": [], "rows": []}
-    by = labelled(verdicts_by_budget(budgets, final))
+    by = _labelled(verdicts_by_budget(budgets, final))
     rows = [
         [each[0].number, each[0].claim, *(verdict.verdict for verdict in each)]
         for each in zip(*by.values(), strict=True)

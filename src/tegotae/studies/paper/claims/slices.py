@@ -52,14 +52,32 @@ def verdicts_by_budget(
     Raises:
         TegotaeError: for a table without that column, or without a budget in it.
     """
+    return {budget: verdicts(runs) for budget, runs in _slices(table, final).items()}
+
+
+def by_budget(table: Table, final: Table | None = None) -> dict[str, Table]:
+    """The runs after each budget of training, by a heading, such as "5120 episodes".
+
+    Args:
+        table: as for `verdicts_by_budget`.
+        final: the same runs at the end of training.
+
+    Raises:
+        TegotaeError: for a table without that column, or without a budget in it.
+    """
+    return {
+        budget if isinstance(budget, str) else f"{budget:.0f} episodes": runs
+        for budget, runs in _slices(table, final).items()
+    }
+
+
+def _slices(table: Table, final: Table | None) -> dict[float | str, Table]:
     budgets = table.columns.get("training_budget", np.array([]))
     known = np.unique(budgets[~np.isnan(budgets)])
     if len(known) == 0:
         raise TegotaeError("the table has no training_budget; it must say how long each run was")
-    found: dict[float | str, list[Verdict]] = {
-        float(budget): verdicts(_after(table, budget)) for budget in known
-    }
-    return found if final is None else found | {PLATEAU: verdicts(final)}
+    found: dict[float | str, Table] = {float(budget): _after(table, budget) for budget in known}
+    return found if final is None else found | {PLATEAU: final}
 
 
 def _after(table: Table, budget: float) -> Table:

@@ -1,0 +1,61 @@
+"""`tegotae study claims`: what results say of each of the paper's claims."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import tyro
+
+from tegotae._support.files import output_folder, write_atomically
+from tegotae.cli.options import UNSET
+
+
+@dataclass(frozen=True)
+class StudyClaims:
+    """Judge the paper's claims one by one, in every way to count the same results."""
+
+    source: Annotated[Path, tyro.conf.Positional]
+    """A table that `tegotae study export` wrote (.csv), or a study's folder."""
+    out: Annotated[Path | None, UNSET] = None
+    """Folder for the tables: claims.md for eyes, and effects.csv with the effect of every claim in
+    every way to count."""
+    experiments: Annotated[Path | None, UNSET] = None
+    """Folder of the experiments beside the study: figure3.csv, parameter_limit.csv and
+    gain_map.ridge.csv."""
+    budgets: Annotated[Path | None, UNSET] = None
+    """Table of the same runs after several budgets of training (.csv), as `export` writes it; a
+    study's folder has its own."""
+    beside: tuple[Path, ...] = ()
+    """Tables of other studies (.csv), whose outcomes stand beside."""
+
+    def run(self) -> None:
+        """Judge, print, and write if asked to."""
+        from tegotae.cli.study import tables_of
+        from tegotae.figures.report.atomic import by_budget_table, outcomes_table
+        from tegotae.studies.paper.claims.counting import Count
+        from tegotae.studies.paper.claims.effect_table import effects_csv
+        from tegotae.studies.paper.claims.findings import findings
+        from tegotae.studies.paper.claims.slices import by_budget
+        from tegotae.studies.paper.export import read_csv
+
+        table, budgets = tables_of(self.source, self.budgets)
+        found = findings(table, self.experiments)
+        beside = {path.stem: findings(read_csv(path), self.experiments) for path in self.beside}
+        for each in found:
+            print(f"{each.claim.name:26} {each.outcome}")
+        if self.out is None:
+            return
+        texts = {"claims.md": outcomes_table(found, beside), "effects.csv": effects_csv(found)}
+        texts |= {f"effects-{name}.csv": effects_csv(each) for name, each in beside.items()}
+        if budgets is not None:
+            after = {
+                name: findings(runs, ways=[Count()])
+                for name, runs in by_budget(budgets, table).items()
+            }
+            texts["claims-by-budget.md"] = by_budget_table(after)
+        output_folder(self.out)
+        for name, text in texts.items():
+            write_atomically(self.out / name, text)
+        print(f"wrote {', '.join(texts)} to {self.out}")

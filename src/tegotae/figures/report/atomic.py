@@ -1,0 +1,169 @@
+"""What came of each of the paper's claims, as tables of Markdown."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+
+import numpy as np
+
+from tegotae.figures.report.markdown import table
+from tegotae.measures.hopping.registry import find, names
+from tegotae.studies.paper.claims.atomic import LESS, MORE
+from tegotae.studies.paper.claims.effects import (
+    Correlation,
+    Difference,
+    DoubleDifference,
+    Effect,
+    OfGainMap,
+    OfTrainings,
+)
+from tegotae.studies.paper.claims.estimates import EffectEstimate
+from tegotae.studies.paper.claims.findings import (
+    NOT_MEASURED,
+    OPPOSITE,
+    REPRODUCED,
+    SHOWN,
+    TOO_SMALL,
+    Finding,
+)
+
+GROUPS: Mapping[str, Callable[[Finding], bool]] = {
+    "What the paper says of itself": lambda f: f.claim.headline,
+    "Opposite in every way to count": lambda f: f.is_robust and f.outcome == OPPOSITE,
+    "What depends on how is counted": lambda f: f.outcome.startswith("depends on"),
+    "Opposite in some ways, and reproduced in none": lambda f: f.outcome.startswith(OPPOSITE),
+    "Reproduced in every way to count": lambda f: f.is_robust,
+    "Reproduced in some ways, and opposite in none": lambda f: f.outcome.startswith(REPRODUCED),
+    "Too small to tell in every way": lambda f: f.outcome == TOO_SMALL,
+    "Alike: shown without a verdict": lambda f: f.outcome == SHOWN,
+    "Not measured": lambda f: f.outcome == NOT_MEASURED,
+}
+"""The groups of the page, in its order; a claim is in the first that it belongs to."""
+
+_MEASURES = {
+    "slope": "slope of best σ over ω [1/N]",
+    "r_squared": "R² of the line of best σ over ω",
+    "resonance_shift": "shift of the best ω over the range of σ [rad/s]",
+    "loss": "share of CoT⁻¹ lost 1 rad/s away at the same σ",
+    "feedback_while_pushing": "feedback while the actuator pushes [rad/s]",
+    "feedback_share": "share of the phase's advance that feedback makes",
+    "phase_share": "share of the force that φ explains at given F_k",
+    "rate_slope": "slope of the hop rate over ω",
+    "nearer_resonance": "how much nearer to the resonance than to ω the hop rate is [rad/s]",
+    "fitness": "fitness [m/J]",
+}
+
+
+def outcomes_table(
+    findings: Sequence[Finding], beside: Mapping[str, Sequence[Finding]] | None = None
+) -> str:
+    """A table per group of `GROUPS`: words, effect, size, outcome, and how many ways say what.
+
+    Args:
+        findings: of the study.
+        beside: of other studies, by the heading of their column.
+    """
+    left, texts = list(findings), []
+    others = {
+        heading: {each.claim.name: each.outcome for each in found}
+        for heading, found in (beside or {}).items()
+    }
+    for heading, belongs in GROUPS.items():
+        own = [finding for finding in left if belongs(finding)]
+        left = [finding for finding in left if finding not in own]
+        if own:
+            texts.append(f"**{heading}**\n\n{_group(own, others)}")
+    return "\n".join(texts)
+
+
+def _group(findings: Sequence[Finding], others: Mapping[str, Mapping[str, str]]) -> str:
+    head = ["", "The paper's words", "Effect [95 % interval]", "Outcome", "Ways: + / 0 / −"]
+    rows = [[*head, *others]]
+    for finding in findings:
+        claim = finding.claim
+        rows.append(
+            [
+                claim.name,
+                f"“{_words(claim.words)}” ({claim.section})",
+                "<br>".join(filter(None, (_effect(finding), claim.note))),
+                f"**{finding.outcome}**",
+                _tally(finding),
+                *(found.get(claim.name, "") for found in others.values()),
+            ]
+        )
+    return table(rows)
+
+
+def _words(text: str) -> str:
+    """A quotation without the marks of mathematics."""
+    return text.replace("CoT^{-1}", "CoT⁻¹").replace(r"\dot{y}", "ẏ").replace("|", "&#124;")
+
+
+def _effect(finding: Finding) -> str:
+    """The effect as the study counts; in the first way that measures it if that does not."""
+    known = [found for found in finding.by_count.values() if found.known]
+    found = known[0] if known else EffectEstimate(np.nan, np.nan, np.nan)
+    claimed = {MORE: ", claimed > 0", LESS: ", claimed < 0"}.get(finding.claim.sign, "")
+    words = described(finding.claim.effect)
+    if not known:
+        return f"{words}{claimed}"
+    size = "" if np.isnan(found.size) or _is_plain(finding) else f", of {found.size:.2f}"
+    return f"{words}: {found.effect:+.2f} [{found.low:.2f}, {found.high:.2f}]{size}{claimed}"
+
+
+def _is_plain(finding: Finding) -> bool:
+    """Whether an effect is a difference to nothing, which is no size."""
+    return isinstance(finding.claim.effect, Correlation)
+
+
+def _tally(finding: Finding) -> str:
+    found = finding.tally
+    counts = [found[word] for word in (REPRODUCED, TOO_SMALL, OPPOSITE)]
+    return " / ".join(map(str, counts)) if any(counts) else "–"
+
+
+def described(effect: Effect) -> str:
+    """An effect in words, with its unit.
+
+    Example:
+        >>> from tegotae.studies.paper.claims.atomic import ATOMIC_CLAIMS
+        >>> described(ATOMIC_CLAIMS[0].effect)
+        'CoT⁻¹ [m/J], AR, ART, ARG, ARGT − V'
+    """
+    if isinstance(effect, Correlation):
+        return f"correlation of {find(effect.a).label} and {find(effect.b).label}"
+    if isinstance(effect, DoubleDifference):
+        (a, b), (c, d) = effect.ours, effect.theirs
+        return f"{_heading(effect.metric)}, ({a.label} − {b.label}) − ({c.label} − {d.label})"
+    if isinstance(effect, OfTrainings):
+        return f"{_heading(effect.metric)}, {effect.ours} − {effect.theirs}"
+    if isinstance(effect, OfGainMap):
+        theirs = f" − {effect.theirs}" if effect.theirs else ""
+        return f"{_heading(effect.measure)}, {effect.ours}{theirs}"
+    metric = effect.metric if isinstance(effect, Difference) else effect.measure
+    theirs = "" if effect.theirs is None else f" − {effect.theirs.label}"
+    if isinstance(effect, Difference) and effect.lowest:
+        theirs = " − the lowest other"
+    return f"{_heading(metric)}, {effect.ours.label}{theirs}"
+
+
+def _heading(name: str) -> str:
+    return find(name).heading if name in names() else _MEASURES[name]
+
+
+def by_budget_table(by: Mapping[str, Iterable[Finding]]) -> str:
+    """A row per claim that the study's table measures: its verdict after each budget of training.
+
+    Args:
+        by: findings, of which the first way to count is taken, by the heading of their column.
+    """
+    verdicts = {
+        heading: {each.claim.name: next(iter(each.verdicts.values())) for each in found}
+        for heading, found in by.items()
+    }
+    rows = [["", *verdicts]]
+    for name in next(iter(verdicts.values())):
+        words = [found[name] for found in verdicts.values()]
+        if set(words) - {NOT_MEASURED, SHOWN}:
+            rows.append([name, *words])
+    return table(rows)
