@@ -7,7 +7,7 @@ import importlib
 import pkgutil
 import re
 from collections.abc import Iterator
-from inspect import isabstract, isclass, isfunction, isroutine
+from inspect import isabstract, isclass, isfunction, isroutine, signature
 
 import pytest
 
@@ -87,6 +87,9 @@ SOURCED = (
 SOURCE = re.compile(r"\bSource:|\bReferences?:|paper (?:equations?|[IV]+-[A-Z])")
 
 
+_EXPLAINED = tuple(
+    f"tegotae.{room}." for room in ("parts", "simulation", "measures", "systems", "training")
+)
 _CONTRACTS = (Algorithm, Coupling, Integrator, Oscillator, Term)
 
 
@@ -124,3 +127,15 @@ def test_every_metric_of_the_package_names_its_source():
     modules = [importlib.import_module(info.name) for info in _catalogue()]
     assert len(modules) > 12
     assert [each.__name__ for each in modules if not SOURCE.search(each.__doc__ or "")] == []
+
+
+def test_every_public_function_of_several_arguments_explains_them():
+    found = [
+        name
+        for name in CODE
+        if name.startswith(_EXPLAINED)
+        and isfunction(value := PUBLIC[name])
+        and len(signature(value).parameters) > 1
+        and "Args:" not in value.__doc__
+    ]
+    assert found == []

@@ -455,7 +455,7 @@ def test_the_command_trains_and_the_same_command_goes_on(tmp_path, capsys):
         (["hopper", "--episodes-per-candidate", "4"], "the 4 episodes on hopper would be alike"),
         (["hopper", "--settings", "duration_s=9"], "the experiment's duration_s is 24"),
         (["hopper", "--algorithm", "sac"], "needs an evolution strategy"),
-        (["hopper", "--episodes", "4"], "judged by --episodes-per-candidate"),
+        (["hopper", "--episodes", "4"], "a candidate has --episodes-per-candidate"),
         (["hopper", "--mass", "2"], "--mass belongs to this package's engine"),
         (["hopper", "--work", "positive"], "the wiring does not say work_positive"),
         (["hopper", "--fitness", "return", "--cot-only"], "--cot-only belongs to the fitness hop"),

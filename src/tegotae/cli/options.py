@@ -191,7 +191,7 @@ class ExperimentOptions(BodyOptions):
     tick: Annotated[float | None, OWN] = None
     """Control period in training [s]."""
     settle: Annotated[float | None, OWN] = None
-    """Time in an episode before it is judged [s]."""
+    """Time in an episode before it is evaluated [s]."""
     work: Annotated[str | None, OWN, EARLIER_NAME] = None
     """Definition of the actuator's work: absolute, positive or net."""
     hold: bool = False
@@ -208,7 +208,7 @@ class ExperimentOptions(BodyOptions):
     """What differs from one episode of training to another, such as mass_kg=0.08:0.12 (any value
     between), omega=6/8/10 (one of these) or push_x_n=-5:5@8:8.2 (from 8 s to 8.2 s)."""
     episodes_per_candidate: Annotated[int | None, OWN] = None
-    """By how many episodes a candidate is judged, where they vary."""
+    """How many episodes a candidate has, where they vary."""
 
     def applied(self, experiment: Experiment, budget: int | None = None) -> Experiment:
         """The experiment with what was given.

@@ -141,7 +141,7 @@ class Train(EnvOptions, EvolutionOptions, ExperimentOptions):
                 raise TegotaeError(f"--{option} belongs to this package's engine; leave --env out")
         if self.episodes is not None:
             raise TegotaeError(
-                "--episodes counts those of an agent; on an environment a candidate is judged by "
+                "--episodes counts those of an agent; on an environment a candidate has "
                 "--episodes-per-candidate"
             )
         own = {"episodes": self.episodes_per_candidate, "budget": self.budget}

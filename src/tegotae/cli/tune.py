@@ -39,13 +39,13 @@ class Tune(ExperimentOptions):
 
     models: Annotated[tuple[str, ...], tyro.conf.Positional]
     """Models to do well on (see `tegotae models`), or experiments of your own, FILE.py:OBJECT:
-    settings are judged by their mean fitness."""
+    settings are compared by their mean fitness."""
     storage: Path
     """File that keeps every trial: an Optuna journal."""
     algorithm: str = "pgpe"
     """Whose settings: a name such as pgpe, or FILE.py:OBJECT."""
     trials: int = 50
-    """Settings to judge, those of earlier calls included."""
+    """Settings to evaluate, those of earlier calls included."""
     seeds: int = 4
     """Trainings of each model per setting."""
     workers: int = 1
@@ -109,11 +109,13 @@ class Tune(ExperimentOptions):
 
     @property
     def task(self) -> Task:
-        """What settings are judged on."""
+        """What settings are evaluated on."""
         experiments = [
             self.applied(experiment_named(name, self.budget), self.budget) for name in self.models
         ]
-        if self._algorithm() in agents():  # whose reward has no ΔΩ, and so they are judged without
+        if (
+            self._algorithm() in agents()
+        ):  # whose reward has no ΔΩ, and so they are evaluated without
             experiments = [
                 each.replaced(objective=each.objective.without_frequency()) for each in experiments
             ]

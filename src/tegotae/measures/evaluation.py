@@ -316,13 +316,18 @@ def require_evaluable(controller: Controller, body: Body, protocol: Protocol) ->
 
     That is: if they do not go together, the control period is too long for the body, or the body
     has several limbs, for whose gaits there are no metrics.
+
+    Args:
+        controller: what drives the body.
+        body: the body.
+        protocol: how it would be evaluated.
     """
     check_senses(controller, body)
     body.check_tick(protocol.tick_s)
     try:
         require_one_limb(body, "the evaluation of hopping")
     except TegotaeError as error:
-        raise TegotaeError(f"{error}; tegotae evaluate judges legs by gaits") from None
+        raise TegotaeError(f"{error}; tegotae evaluate takes legs by their gaits") from None
 
 
 def _of_gait(

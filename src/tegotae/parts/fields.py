@@ -88,6 +88,10 @@ def path_of(body: Body, name: str) -> str:
 def value_of(body: Body, name: str) -> object:
     """A field of a body, by name or path.
 
+    Args:
+        body: the body, perhaps a wrapper around another one.
+        name: such as "mass_kg", or a path such as "body.mass_kg".
+
     Raises:
         TegotaeError: for a name that neither the body nor a wrapper has.
 
@@ -101,6 +105,10 @@ def value_of(body: Body, name: str) -> object:
 
 def number_of(body: Body, name: str) -> FieldNumber:
     """A number of a body, by name or path; a tuple where each limb has one.
+
+    Args:
+        body: the body, perhaps a wrapper around another one.
+        name: such as "mass_kg", or a path such as "body.mass_kg".
 
     Raises:
         TegotaeError: for an unknown name, or a field that is no number.
@@ -135,6 +143,10 @@ def with_fields(body: B, fields: Mapping[str, object]) -> B:
     """A body with other fields, each named by its path or by its name alone, validated.
 
     A number for a field of the limbs holds for each of them.
+
+    Args:
+        body: the body, perhaps a wrapper around another one.
+        fields: values by name or path.
 
     Raises:
         TegotaeError: for an unknown name, or a value that the body refuses.

@@ -95,6 +95,12 @@ def add_ratio(
 ) -> tuple[jax.Array, jax.Array]:
     """Numerator and denominator of the sum of two ratios, without a division.
 
+    Args:
+        over: numerator of the one.
+        under: its denominator.
+        numerator: that of the other.
+        denominator: its denominator.
+
     Example:
         >>> tuple(map(float, add_ratio(*map(jnp.float32, (1.0, 2.0, 1.0, 4.0)))))
         (6.0, 8.0)

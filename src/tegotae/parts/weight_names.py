@@ -20,12 +20,21 @@ def numbered(count: int) -> tuple[WeightName, ...]:
 
 
 def inside(outer: WeightName, paths: Sequence[WeightName]) -> tuple[WeightName, ...]:
-    """The same paths within another one."""
+    """The same paths within another one.
+
+    Args:
+        outer: the path within which they are.
+        paths: the paths.
+    """
     return tuple((*outer, *path) for path in paths)
 
 
 def nested(paths: Sequence[WeightName], values: Sequence[Json]) -> dict[str, Json]:
     """The values as objects and lists within each other.
+
+    Args:
+        paths: of the values, in their order.
+        values: as many.
 
     Example:
         >>> nested([("gain", "sigma"), ("neuron", 0), ("neuron", 1)], [2.0, 0.5, 0.25])
@@ -50,6 +59,10 @@ def _with_lists(tree: object) -> Json:
 
 def flat(paths: Sequence[WeightName], tree: Json) -> list[Json]:
     """What `nested` made, as the values in the order of the paths.
+
+    Args:
+        paths: of the values, in their order.
+        tree: objects and lists within each other.
 
     Raises:
         DamagedDocumentError: if one is missing, or there are others.

@@ -158,12 +158,24 @@ class ClosedLoop:
 
 
 def keep(sound: MaskPerLane, new: jax.Array, old: jax.Array) -> jax.Array:
-    """The new value in sound lanes, the old one in others; with or without a limb axis."""
+    """The new value in sound lanes, the old one in others; with or without a limb axis.
+
+    Args:
+        sound: which lanes go on, [lanes].
+        new: [(limbs,) lanes].
+        old: like `new`.
+    """
     return jnp.where(jnp.broadcast_to(sound, jnp.shape(new)), new, old)
 
 
 def over_limbs(reduce: Callable[..., jax.Array], x: jax.Array, body: Body) -> jax.Array:
-    """What the limbs of a lane make together, such as their sum; `x` itself of a single limb."""
+    """What the limbs of a lane make together, such as their sum; `x` itself of a single limb.
+
+    Args:
+        reduce: over an axis, such as `jnp.sum` or `jnp.all`.
+        x: [(limbs,) lanes].
+        body: which has one limb or several.
+    """
     return x if body.limbs == 1 else reduce(x, axis=0)
 
 
@@ -172,6 +184,10 @@ def check_senses(controller: Controller, body: Body | Interface) -> None:
 
     That is: if they differ in their limbs or in what is commanded, a term or coupling reads a
     signal that nothing provides, or an actuation needs a phase that the oscillator has not.
+
+    Args:
+        controller: what drives the body.
+        body: the body.
     """
     if isinstance(body, Interface):
         senses, takes, who = body.senses, body.commands, "the interface"

@@ -241,6 +241,10 @@ COMMON: tuple[Channel, ...] = (
 def declared(controller: Controller, body: Body) -> dict[str, Channel]:
     """All that can be recorded of a controller on a body, by name.
 
+    Args:
+        controller: whose oscillator declares channels.
+        body: the body, which does, too.
+
     Raises:
         TegotaeError: for two channels of one name.
     """

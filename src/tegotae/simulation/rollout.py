@@ -103,7 +103,14 @@ class Timing:
 def whole_trajectory(
     trajectory: Trajectory, scenario: Scenario, body: Body, timing: Timing
 ) -> Trajectory:
-    """The trajectory as it is: the summary that keeps everything."""
+    """The trajectory as it is: the summary that keeps everything.
+
+    Args:
+        trajectory: what was recorded.
+        scenario: the world of every lane.
+        body: the body.
+        timing: duration and periods.
+    """
     return trajectory
 
 

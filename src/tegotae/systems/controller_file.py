@@ -115,6 +115,10 @@ class SavedController:
 def save(saved: SavedController, path: Path | str) -> None:
     """Write a controller file.
 
+    Args:
+        saved: the system, its weights and how they were trained.
+        path: the file.
+
     Raises:
         TegotaeError: if it cannot be written, or its weights are not finite or of the wrong number.
     """

@@ -34,6 +34,11 @@ def usual_system(controller: Controller, body: Body | Interface, omega: float | 
     A walker begins on its feet, and its times are in √(l0 / g); others are released as the paper's
     hopper is.
 
+    Args:
+        controller: what drives the body.
+        body: the body, or what is known of it.
+        omega: frequency ω [rad/s]; None without an oscillator.
+
     Raises:
         TegotaeError: for what does not go together.
     """

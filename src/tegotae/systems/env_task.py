@@ -54,11 +54,11 @@ class EnvTask(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
     wiring: WiringDocument
     """What the limbs sense and drive there."""
     objective: dict[str, Any]
-    """By what an episode was judged: its `kind`, and its settings."""
+    """The measure of an episode: its `kind`, and its settings."""
     duration_s: float
     """Length of an episode [s]."""
     episodes: int = 1
-    """How many episodes each candidate was judged by."""
+    """How many episodes each candidate had."""
     seed: int = 0
     """Of the first episode's reset."""
     sha256: dict[str, str] = {}

@@ -47,16 +47,16 @@ class Experiment:
         system: the closed loop whose weights are learned; its release and timing are those of an
             episode of training. A study evaluates in continuous time, whatever its integrator;
             `tegotae evaluate` keeps the system's.
-        objective: the measure by which an episode is judged in training.
+        objective: the measure of an episode in training.
         conditions: what differs from one episode of training to another: numbers of the body or of
             the scenario, drawn anew in every generation (domain randomisation).
-        episodes: how many episodes each candidate is judged by, on average; more than one only
+        episodes: how many episodes each candidate has, on average; more than one only
             under changing conditions.
         protocol: how what was learned is evaluated.
 
     Raises:
         TegotaeError: for a name that is no file's, a condition that body and scenario do not have
-            or whose extremes make no body, or an episode that cannot be judged.
+            or whose extremes make no body, or an episode that cannot be evaluated.
 
     Example:
         >>> from tegotae import Hopper, find
@@ -221,6 +221,10 @@ def require_name(name: Any) -> None:
 
 def differing(found: Any, wanted: Any) -> list[str]:
     """Names of what differs between two documents, such as `fitness.work` or `code of MyTerm`.
+
+    Args:
+        found: a document, JSON values.
+        wanted: another one.
 
     Example:
         >>> differing({"seeds": 1, "body": {"mass_kg": 1}}, {"seeds": 1, "body": {"mass_kg": 2}})

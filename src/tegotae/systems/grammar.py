@@ -165,7 +165,12 @@ def networks(
 
 
 def with_networks(own: Tegotae, learned: Mapping[str, Term]) -> Tegotae:
-    """Tegotae feedback with networks in place of the terms A, R and G that are learned."""
+    """Tegotae feedback with networks in place of the terms A, R and G that are learned.
+
+    Args:
+        own: the feedback.
+        learned: networks by "A", "R" and "G".
+    """
     return dataclasses.replace(
         own,
         action=learned.get("A", own.action),
@@ -203,6 +208,10 @@ def hidden_sizes(n_inputs: list[int], budget: int) -> list[int]:
     A network with n inputs and h neurons has h·(n + 2) weights. Starting from equal h, neurons are
     added so that the total is the largest possible not above the budget; of equal totals the most
     even split is taken, then the first in the order of the networks.
+
+    Args:
+        n_inputs: numbers that each network reads.
+        budget: weights of all of them together, at most.
 
     Raises:
         TegotaeError: for a budget that does not give every network a neuron.

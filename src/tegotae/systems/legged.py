@@ -189,6 +189,11 @@ def random_phases(limbs: int, starts: int, seed: int = 0) -> np.ndarray:
 
     Drawn start by start: more starts begin with the same ones.
 
+    Args:
+        limbs: how many legs.
+        starts: how many releases.
+        seed: of the draw.
+
     Example:
         >>> random_phases(2, 3).shape
         (2, 3)

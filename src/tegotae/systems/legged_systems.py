@@ -36,6 +36,10 @@ def hopping(about: str, body: Body) -> Legged:
     """The paper's legs under a bar or a plate; sector, ω 8, σ 1.
 
     Lags are measured from the (left) hind leg.
+
+    Args:
+        about: the system in one line.
+        body: a bar or a plate.
     """
     controller = dataclasses.replace(build("V-sector-w8"), limbs=body.limbs)
     system = System(
@@ -51,7 +55,13 @@ def bar(inertia_ratio: float) -> Legged:
 
 
 def plate(pitch: float, roll: float, twist: float | None = None) -> Legged:
-    """Four of them under a plate with these inertia ratios, and a limp spine if it twists."""
+    """Four of them under a plate with these inertia ratios, and a limp spine if it twists.
+
+    Args:
+        pitch: inertia ratio j_p.
+        roll: inertia ratio j_r.
+        twist: inertia ratio j_t; None for a rigid spine.
+    """
     twisting = "" if twist is None else f", j_t = {twist:g}"
     return hopping(
         f"four hopper legs under a plate, j_p = {pitch:g}, j_r = {roll:g}{twisting}",
@@ -64,6 +74,13 @@ def walking(about: str, body: Walker, foot: EllipticFoot, sigma: float, omega: f
 
     Dimensionless: l0 = m = g = 1. It begins on its feet, at rest; lags are measured from the left
     hind leg, or the first one where there is none.
+
+    Args:
+        about: the system in one line.
+        body: the torso and where its legs are.
+        foot: the ellipse.
+        sigma: gain σ [rad/(s N)].
+        omega: frequency ω [rad/s].
     """
     controller = Controller(
         foot,
@@ -159,6 +176,11 @@ def settling(system: System, weights: Any, about: str = "") -> Legged:
     """A system with its weights, timed so that it settles whatever its release.
 
     Gaits lock in some 20 to 60 √(l0 / g), which is more than an episode of training.
+
+    Args:
+        system: the system.
+        weights: shape [n_weights].
+        about: the system in one line; the kind of its body by default.
 
     Raises:
         TegotaeError: for a body of one leg, or weights of the wrong number.

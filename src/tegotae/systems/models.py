@@ -224,5 +224,10 @@ def find(name: str) -> Model:
 
 
 def build(name: str, budget: int = BUDGET) -> Controller:
-    """The controller of the model of that name (see `find`), within a budget of weights."""
+    """The controller of the model of that name (see `find`), within a budget of weights.
+
+    Args:
+        name: the model's, such as "ART" or "V-sector-w8".
+        budget: weights at most.
+    """
     return find(name).controller(budget)

@@ -51,7 +51,12 @@ _OF_EPISODES = {"episode": "step"}
 
 
 def write_curves(path: Path, points: Sequence[CurvePoint]) -> None:
-    """Write the points of all seeds, each seed's together."""
+    """Write the points of all seeds, each seed's together.
+
+    Args:
+        path: the file.
+        points: of all seeds, in any order.
+    """
     rows = sorted(points, key=lambda point: (point.seed, point.step))
     columns = {name: [getattr(row, name) for row in rows] for name in COLUMNS}
     write_csv(path, columns, digits=6)

@@ -34,7 +34,7 @@ class Scores(NamedTuple):
 
 
 class Generation(NamedTuple):
-    """For whom candidates are judged, and when."""
+    """For whom candidates are evaluated, and when."""
 
     seeds: tuple[int, ...]
     """The runs."""

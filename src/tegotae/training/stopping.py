@@ -28,7 +28,7 @@ class Stopping:
         b(g) - b(g - ⌈share · g⌉) <= tolerance   and   g >= least.
 
     The wait grows with the training, so that a run which found something late is given its time
-    again. A jump that comes after a longer wait than this is missed. Each run is judged alone.
+    again. A jump that comes after a longer wait than this is missed. Each run is decided alone.
 
     Args:
         generations: the cap: no run has more generations.

@@ -47,7 +47,7 @@ class Trainable(Protocol):
 
     @property
     def episodes(self) -> int:
-        """How many episodes each candidate is judged by."""
+        """How many episodes each candidate has."""
         ...
 
     @property

@@ -25,6 +25,10 @@ TURN = 2.0 * math.pi
 def apart(a: Numeric, b: Numeric) -> jax.Array:
     """How far lag a is behind lag b, the short way round, in [-0.5, 0.5) [cycles].
 
+    Args:
+        a: lags [cycles], any shape.
+        b: lags that broadcast against these.
+
     Example:
         >>> round(float(apart(0.05, 0.95)), 6), round(float(apart(0.5, 0.75)), 6)
         (0.1, -0.25)
@@ -36,6 +40,10 @@ def circular_mean(lag: AnyArray, axis: int = 0) -> jax.Array:
     """Mean of lags on the circle, `arg(mean exp(2πi lag)) / 2π`, in [0, 1) [cycles].
 
     Undefined lags (NaN) do not enter; NaN where there is none.
+
+    Args:
+        lag: lags [cycles], any shape.
+        axis: the one over which the mean is taken.
 
     Source:
         Mardia and Jupp, Directional Statistics (2000), section 2.2.
@@ -51,6 +59,10 @@ def circular_spread(lag: AnyArray, axis: int = 0) -> jax.Array:
     """Circular standard deviation of lags, `√(-2 ln |mean exp(2πi lag)|) / 2π` [cycles].
 
     Zero for lags that are all alike; infinite for lags that cancel. Undefined lags do not enter.
+
+    Args:
+        lag: lags [cycles], any shape.
+        axis: the one over which it is taken.
 
     Source:
         Mardia and Jupp, Directional Statistics (2000), equation 2.3.11.

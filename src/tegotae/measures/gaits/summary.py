@@ -264,7 +264,12 @@ def coordination(
 
 
 def require_frames(frames: int, timing: Timing) -> None:
-    """Raise `TegotaeError` if a recording has too few frames to measure a gait."""
+    """Raise `TegotaeError` if a recording has too few frames to measure a gait.
+
+    Args:
+        frames: how many there are.
+        timing: of the recording, for the message.
+    """
     if frames < LEAST_FRAMES:
         raise TegotaeError(
             f"the duration is {timing.duration_s:g}; a gait takes {LEAST_FRAMES} frames at least "
@@ -289,6 +294,11 @@ def length(parts: Sequence[jax.Array]) -> jax.Array:
 
 
 def over_limbs(x: AnyArray, limbs: int) -> jax.Array:
-    """The sum over the limbs of what is recorded limb by limb, [lanes]."""
+    """The sum over the limbs of what is recorded limb by limb, [lanes].
+
+    Args:
+        x: [limbs, lanes], or [lanes], which stays as it is.
+        limbs: how many there are.
+    """
     x = jnp.asarray(x)
     return x.sum(axis=0) if x.ndim == 2 and x.shape[0] == limbs else x

@@ -22,6 +22,10 @@ def check_work(definition: str, name: str = "work") -> None:
 def work_total(trajectory: Trajectory, definition: str = "absolute") -> AnyArray:
     """Running total of the actuator's work [J], shape [frames, lanes].
 
+    Args:
+        trajectory: which has the channel `work_absolute_j`, or that of the definition.
+        definition: one of `WORK`.
+
     Raises:
         TegotaeError: for a definition that is none of `WORK`.
     """

@@ -21,7 +21,12 @@ such a bounce is no hop.
 
 
 def hop_height_m(rest_length_m: Numeric, ground_m: Numeric = 0.0) -> Numeric:
-    """The least height of a hop's apex, `(1 + 0.01) l0 + h` [m]."""
+    """The least height of a hop's apex, `(1 + 0.01) l0 + h` [m].
+
+    Args:
+        rest_length_m: rest length of the leg l0 [m].
+        ground_m: height of the ground h [m].
+    """
     return (1.0 + HOP_CLEARANCE) * rest_length_m + ground_m
 
 

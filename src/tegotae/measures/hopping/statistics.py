@@ -138,7 +138,11 @@ def difference(values: ArrayLike, baseline: ArrayLike, *, within: Range = UNBOUN
 
     `std` is its standard error; `count` and `undefined` are over both rows. A row with a single
     defined value leaves the interval undefined, and one with none the difference, too.
-    `within` is as for `paired_difference`.
+
+    Args:
+        values: one row, NaN where undefined, [count].
+        baseline: the other, [count] of its own.
+        within: least and largest possible value of either.
 
     Example:
         >>> found = difference([2.0, 2.2, 1.8], [1.0, 1.1, 0.9, 1.0])

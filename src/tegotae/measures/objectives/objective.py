@@ -19,7 +19,13 @@ FAILED_FITNESS = -1e6
 
 
 def with_failures(fitness: AnyArray, failed: AnyArray, survived: AnyArray) -> jax.Array:
-    """The fitness, and of rollouts that failed one below all: the later, the better, [lanes]."""
+    """The fitness, and of rollouts that failed one below all: the later, the better, [lanes].
+
+    Args:
+        fitness: of every rollout, [lanes].
+        failed: whether it failed, [lanes].
+        survived: share of the episode before it did, 0 to 1, [lanes].
+    """
     return jnp.where(failed, FAILED_FITNESS + survived, fitness)
 
 

@@ -149,8 +149,15 @@ def upper_bound(
 ) -> float:
     """An upper bound of CoT⁻¹ over gaits of period 1 [m/J]: every hop alike.
 
-    The largest bound of `upper_certificates`, whose arguments and errors it has; zero if no hop is
-    so fast.
+    The largest bound of `upper_certificates`, whose errors it has; zero if no hop is so fast.
+
+    Args:
+        body: the hopper.
+        omega: hop frequency ω [rad/s]; None for any.
+        best: CoT⁻¹ of a gait that is known [m/J].
+        work: definition of work, one of "absolute", "positive", "net".
+        cells: as in `certify`.
+        programs: how many linear programs to solve at most.
     """
     given = {"best": best, "work": work, "cells": cells, "programs": programs}
     return max((each.bound for each in upper_certificates(body, omega, **given)), default=0.0)

@@ -56,6 +56,13 @@ def flow(body: Hopper, x: Any, v: Any, force_n: Any, time_s: Any) -> tuple[Any, 
 
     The Taylor series of the exact motion, as in `Hopper.advance`: exact to rounding for times of a
     few percent of 1/ω_n. Works on numbers, arrays and symbols alike.
+
+    Args:
+        body: the hopper.
+        x: height over touchdown [m].
+        v: velocity [m/s].
+        force_n: actuator force, held [N].
+        time_s: how long [s].
     """
     stiffness = body.stiffness_n_per_m / body.mass_kg
     damping = body.damping_ns_per_m / body.mass_kg
@@ -104,6 +111,10 @@ def small_hop_limit(body: Body, work: str = "absolute") -> float:
     energy and `m g d` twice; d is least under full force, `d = v² / (2 (α/m - g))`. So
 
         absolute: CoT⁻¹ = (1 - m g/α) / (2 m g),   positive: twice that,   net: no limit.
+
+    Args:
+        body: the hopper.
+        work: definition of work, one of "absolute", "positive", "net".
 
     Source: this project. Absolute and positive work are bounded by it however fast the hops.
 

@@ -92,7 +92,12 @@ def read(file: Path = FILE) -> list[Certificate]:
 
 
 def write(certificates: Sequence[Certificate], file: Path = FILE) -> None:
-    """Keep certificates; those of absolute work alone have a place."""
+    """Keep certificates; those of absolute work alone have a place.
+
+    Args:
+        certificates: what is kept.
+        file: where; the package's own by default.
+    """
     stream = io.BytesIO()
     np.savez_compressed(
         stream,
@@ -167,6 +172,10 @@ def _frequency(omega: float) -> float | None:
 
 def rounded_up(value: float, digits: int = DIGITS) -> float:
     """The next number of so many significant digits that is not smaller.
+
+    Args:
+        value: a number.
+        digits: how many significant digits.
 
     Example:
         >>> rounded_up(1.2216545282)

@@ -94,7 +94,12 @@ def _kept(name: str) -> dict[str, np.ndarray]:
 
 
 def has_table(body: object, work: str = "absolute") -> bool:
-    """Whether the kept table holds for this body and definition of work."""
+    """Whether the kept table holds for this body and definition of work.
+
+    Args:
+        body: any body; the table is that of `Hopper()`.
+        work: definition of work; the table is that of "absolute".
+    """
     return work == "absolute" and isinstance(body, Hopper) and body == Hopper()
 
 

@@ -158,6 +158,12 @@ def highest_frequency(body: Body, *, starts: int = 4, intervals: int = 20, seed:
 
     There is no lowest: at the top of a swing in stance the mass can be held for ever.
 
+    Args:
+        body: the hopper.
+        starts: random starts of the search.
+        intervals: intervals of constant force per swing up or down.
+        seed: of the starts.
+
     Raises:
         TegotaeError: for what `problem.check` refuses, or if no start converges.
         MissingExtraError: if CasADi is not installed.

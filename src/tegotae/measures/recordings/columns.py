@@ -124,6 +124,10 @@ def recording(
 def left_alone(columns: Mapping[str, Collection[object]], named: Sequence[str] = ()) -> list[str]:
     """A line on every column that has a quantity's name, and is not read since its unit is unknown.
 
+    Args:
+        columns: arrays by name, as for `recording`.
+        named: which column is what, as for `recording`.
+
     Example:
         >>> left_alone({"time_s": [], "height_m": [], "force": []})
         ["column 'force' is without a unit and is left alone; say it, such as force=force[N]"]

@@ -28,6 +28,10 @@ def check_controller(controller: Controller, body: Body) -> None:
     terms read; `check_body`; and that 0.1 s with random weights stays finite in one lane while
     another lane's weights are NaN.
 
+    Args:
+        controller: what drives the body.
+        body: the body.
+
     Raises:
         TegotaeError: for the first breach, with what would be right.
 

@@ -1,4 +1,4 @@
-"""What all checks share: trial lanes, and one way of calling a method and judging its arrays."""
+"""What all checks share: trial lanes, and one way of calling a method and checking its arrays."""
 
 from __future__ import annotations
 

@@ -173,7 +173,12 @@ def apply_changes(
 
 
 def whole_run(body: T, changes: Mapping[str, LaneNumbers]) -> tuple[T, dict[str, LaneNumbers]]:
-    """The body with what holds for the whole run, and the changes that are left."""
+    """The body with what holds for the whole run, and the changes that are left.
+
+    Args:
+        body: the body.
+        changes: by the path of a field, values or changes in time.
+    """
     left: dict[str, LaneNumbers] = {}
     for name, change in changes.items():
         if isinstance(change, (Step, Staircase)):
@@ -184,7 +189,12 @@ def whole_run(body: T, changes: Mapping[str, LaneNumbers]) -> tuple[T, dict[str,
 
 
 def map_change(function: Callable[[LaneNumbers], LaneNumbers], change: LaneNumbers) -> LaneNumbers:
-    """A change with a function applied to its entries; to the value, where it is no more."""
+    """A change with a function applied to its entries; to the value, where it is no more.
+
+    Args:
+        function: of one entry.
+        change: a `Step`, a `Staircase`, or a value.
+    """
     if isinstance(change, (Step, Staircase)):
         return type(change)(*map(function, change))
     return function(change)

@@ -103,6 +103,14 @@ def check_conditions(
     """Raise `TegotaeError` for a condition that nobody has, or extremes that make no body.
 
     Every combination of the extremes is made once, so that the body itself says what it refuses.
+
+    Args:
+        conditions: how episodes differ.
+        scenario: the world otherwise.
+        body: the body.
+        oscillator: whose state may be drawn; None without.
+        tick_s: control period [s].
+        duration_s: length of an episode [s].
     """
     names = [condition.name for condition in conditions]
     for condition in conditions:
@@ -115,7 +123,13 @@ def check_conditions(
 
 
 def check_releases(conditions: Sequence[Condition], scenario: Scenario, body: Body) -> None:
-    """Raise `TegotaeError` if under some combination of the extremes the body can never hop."""
+    """Raise `TegotaeError` if under some combination of the extremes the body can never hop.
+
+    Args:
+        conditions: how episodes differ.
+        scenario: the world otherwise.
+        body: the body.
+    """
     lasting = [condition for condition in conditions if condition.lasts]
     for values in _combinations(lasting):
         fields = {n: x for n, x in values.items() if n not in ENTRIES and n not in body.pose_names}

@@ -60,7 +60,13 @@ class Scenario(NamedTuple):
 
 
 def ground_m(scenario: Scenario, tick: jax.Array, tick_s: jax.Array) -> jax.Array:
-    """Height of the ground during a control tick [m]."""
+    """Height of the ground during a control tick [m].
+
+    Args:
+        scenario: the world of every lane.
+        tick: number of the control tick.
+        tick_s: control period [s].
+    """
     drop_tick = jnp.ceil(scenario.drop_time_s / tick_s - 1e-3)
     ground = jnp.where(tick.astype(drop_tick.dtype) >= drop_tick, -scenario.drop_m, 0.0)
     change = dict(scenario.changes).get(GROUND)

@@ -40,6 +40,10 @@ def of_leg(observation: str, body: Body) -> tuple[str, ...]:
 def of_body(observation: str, body: Body) -> tuple[str, ...]:
     """The names of what is the same for all legs: the body's angles, if they are observed.
 
+    Args:
+        observation: what is observed, such as "F" or "Fa".
+        body: the body.
+
     Example:
         >>> from tegotae.parts.bodies import Bar
         >>> of_body("Fa", Bar()), of_body("F", Bar())
@@ -50,7 +54,12 @@ def of_body(observation: str, body: Body) -> tuple[str, ...]:
 
 
 def all_of(observation: str, body: Body) -> tuple[str, ...]:
-    """What a leg's own network is given: what the leg senses, and what the body does."""
+    """What a leg's own network is given: what the leg senses, and what the body does.
+
+    Args:
+        observation: what is observed, such as "F" or "Fa".
+        body: the body.
+    """
     return (*of_leg(observation, body), *of_body(observation, body))
 
 

@@ -69,7 +69,13 @@ def usual_gain(legged: Legged) -> float:
 
 
 def learned_actuation(legged: Legged, inputs: tuple[str, ...], hidden: int) -> Actuation:
-    """A learned T for the legs of a system: a place of the foot, or a force."""
+    """A learned T for the legs of a system: a place of the foot, or a force.
+
+    Args:
+        legged: the system.
+        inputs: signals that the network reads.
+        hidden: neurons of each network.
+    """
     if legged.controller.actuation.COMMANDS == FOOT:
         return LearnedFoot(inputs, hidden, reach_m=reach_m(legged))
     return LearnedActuation(inputs, hidden)
@@ -77,6 +83,11 @@ def learned_actuation(legged: Legged, inputs: tuple[str, ...], hidden: int) -> A
 
 def corrected(legged: Legged, inputs: tuple[str, ...], hidden: int) -> Actuation:
     """A learned T that is added to the ellipse of a system.
+
+    Args:
+        legged: the system.
+        inputs: signals that the networks read.
+        hidden: neurons of each network.
 
     Raises:
         TegotaeError: for a system without one.
@@ -105,6 +116,10 @@ def nominal_speed_m_per_s(legged: Legged, omega: float) -> float | None:
     """Speed of a body whose feet cross their stride in half a turn, 2 B ω / π [m/s].
 
     None where the feet do not go round ellipses.
+
+    Args:
+        legged: the system.
+        omega: ω [rad/s].
 
     Example:
         >>> from tegotae.studies.gaits import system

@@ -110,7 +110,7 @@ class AgentTraining:
 
     @property
     def scenario(self) -> Scenario:
-        """An episode by which the policy is judged."""
+        """An episode on which the policy is evaluated."""
         return Scenario.of(self.experiment.omega, height_m=self.release_m)
 
     @property
@@ -120,7 +120,7 @@ class AgentTraining:
 
     @property
     def engine(self) -> Engine:
-        """The engine that judges a policy."""
+        """The engine that evaluates a policy."""
         return Engine(controller=self.controller, timing=self.timing, summary=self.fitness)
 
 
@@ -129,7 +129,7 @@ class DivergedError(TegotaeError):
 
 
 class Point(NamedTuple):
-    """A point of a learning curve: the deterministic policy, judged."""
+    """A point of a learning curve: the deterministic policy, evaluated."""
 
     episode: float
     """Simulated time learned from, in whole episodes: one that failed early counts in part."""

@@ -44,9 +44,9 @@ class EnvExperiment:
         name: what it is called, in files and tables.
         spec: the environment.
         wiring: the limbs, without weights; its controller is what is trained, at its ω.
-        objective: by what an episode is judged.
+        objective: the measure of an episode.
         duration_s: length of an episode [s], if the environment does not end it before.
-        episodes: how many episodes each candidate is judged by; on a MuJoCo model several take its
+        episodes: how many episodes each candidate has; on a MuJoCo model several take its
             setting `noise`.
         seed: of the first episode's reset; the same for every candidate and generation.
         limit_s: longest time that one step of the environment may take in a worker [s].

@@ -35,7 +35,7 @@ _ENTRY = {"absolute": "work", "positive": "work_positive", "net": "work_net"}
 
 
 class EnvObjective(ABC):
-    """By what episodes are judged: a frozen dataclass of its settings."""
+    """The measure of an episode: a frozen dataclass of its settings."""
 
     whole: ClassVar[bool] = False
     """Whether it reads what was done and the phases, too."""
@@ -78,7 +78,7 @@ class Hopping(EnvObjective):
     """CoT⁻¹ + ΔΩ of a body whose height and work are observed: the hopper's own fitness.
 
     The episode becomes a recording (`tegotae.measures.hopping.recording.from_samples`), and is
-    judged by `tegotae.measures.objectives.fitness.Fitness` as an episode of the engine is.
+    evaluated by `tegotae.measures.objectives.fitness.Fitness` as an episode of the engine is.
 
     Args:
         settle_s: time left to settle [s].
@@ -198,7 +198,7 @@ class UserObjective(EnvObjective):
         named(self.function, type(lambda: None), "fitness")
 
     def score(self, record: EpisodeBatch, wiring: Wiring) -> Scores:
-        """Scores of every lane; one without an episode to judge has failed.
+        """Scores of every lane; one without an episode has failed.
 
         Raises:
             TegotaeError: if the function fails, or returns no number.

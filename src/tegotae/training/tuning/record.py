@@ -65,6 +65,12 @@ def describe(
 ) -> TunedSettings:
     """The best settings and how they were found, as JSON values: a named configuration.
 
+    Args:
+        algorithm: its name.
+        task: what was tried on.
+        space: what was tried.
+        trials: all of them.
+
     Raises:
         TegotaeError: if no trial is complete.
     """

@@ -1,4 +1,4 @@
-"""What settings are judged on: experiments, seeds, and a budget of simulated time."""
+"""What settings are evaluated on: experiments, seeds, and a budget of simulated time."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Task:
     """The trainings that a setting has to do well in: every experiment with every seed.
 
     Every training may simulate for `budget_s`, whatever its algorithm and its settings: a larger
-    population has fewer generations. Episodes that only judge what was learned are not counted.
+    population has fewer generations. Episodes that only evaluate what was learned are not counted.
 
     Args:
         experiments: what is trained.

@@ -1,4 +1,4 @@
-"""The search: trials of settings, judged seed by seed in parallel, pruned, and never lost."""
+"""The search: trials of settings, evaluated seed by seed in parallel, pruned, and never lost."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def tune(
     workers: int = 1,
     anew: bool = False,
 ) -> list[FrozenTrial]:
-    """Try settings until `trials` of them are judged, those of earlier calls included.
+    """Try settings until `trials` of them are evaluated, those of earlier calls included.
 
     A trial's value is the mean, over experiments and seeds, of the best fitness found within the
     task's budget. Values are reported one by one; a trial is pruned once a signed-rank test over
@@ -56,9 +56,9 @@ def tune(
 
     Args:
         algorithm: its name, as `space_of` takes it.
-        task: what settings are judged on.
+        task: what settings are evaluated on.
         storage: an Optuna journal, made if it does not exist.
-        trials: judged settings in all, completed or pruned.
+        trials: evaluated settings in all, completed or pruned.
         workers: processes, each with its share of the cores.
         anew: whether a tuning that is in the file is set aside, in one beside it.
 
@@ -91,7 +91,14 @@ def tune(
 def evaluate_settings(
     space: Space, settings: Sequence[Settings], task: Task, *, workers: int = 1
 ) -> np.ndarray:
-    """Fitness of each setting on all of a task's trainings, shape [settings, instances]."""
+    """Fitness of each setting on all of a task's trainings, shape [settings, instances].
+
+    Args:
+        space: the algorithm's search space.
+        settings: settings of the algorithm.
+        task: experiments, seeds and budget.
+        workers: worker processes.
+    """
     values = np.full((len(settings), task.instances), np.nan)
     jobs = [(row, job) for row in range(len(settings)) for job in task.jobs(space.seeds_at_once)]
     with _pool(workers) as pool, reporting("evaluate", len(jobs)) as reporter:

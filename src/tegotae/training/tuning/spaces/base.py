@@ -20,7 +20,7 @@ Settings: TypeAlias = Algorithm | AgentSettings
 
 @dataclass(frozen=True, kw_only=True)
 class Space:
-    """A search space, and how a point in it is judged.
+    """A search space, and how a point in it is evaluated.
 
     Args:
         suggest: from an Optuna trial to the algorithm's settings, a frozen dataclass. It may ask
