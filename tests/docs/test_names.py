@@ -11,24 +11,10 @@ from pathlib import Path
 import pytest
 
 from places import ROOT
+from vocabulary import NAMES
 
 PACKAGE = ROOT / "src" / "tegotae"
 FILES = sorted(PACKAGE.rglob("*.py"))
-TERMS = {
-    "brought": "output",
-    "crew": "pool",
-    "dear": "slow",
-    "heard": "signals",
-    "judged": "evaluated",
-    "posture": "initial_pose",
-    "shelf": "cache",
-    "struck": "impulse",
-    "told": "formatted",
-    "troupe": "pool",
-    "variety": "randomization",
-    "yardstick": "evaluation_set",
-}
-"""Words that no name of the package has in it, and what the field says."""
 
 
 def definitions(file: Path) -> Iterator[tuple[str, int]]:
@@ -51,10 +37,10 @@ def test_no_two_classes_have_one_name():
     assert {name: found for name, found in places.items() if len(found) > 1} == {}
 
 
-@pytest.mark.parametrize("word", TERMS)
+@pytest.mark.parametrize("word", NAMES)
 def test_a_name_is_the_fields_term(word):
     found = [
-        f"{file.relative_to(PACKAGE)}:{line} {name}: {TERMS[word]}"
+        f"{file.relative_to(PACKAGE)}:{line} {name}: {NAMES[word]}"
         for file in FILES
         for name, line in definitions(file)
         if word in re.findall(r"[a-z]+", re.sub(r"(?<=[a-z])(?=[A-Z])", "_", name).lower())

@@ -1,0 +1,100 @@
+"""Texts for people use the field's words, and every term of the project is in the glossary."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+
+import pytest
+
+from pages import DOCS
+from places import ROOT
+from tegotae.cli.commands import COMMANDS, CommandGroup
+from tegotae.cli.help import SWITCHES, overview
+from vocabulary import PROSE
+
+PAGES = sorted(
+    [
+        *(page for page in DOCS.rglob("*.md") if "_static" not in page.parts),
+        *(ROOT / name for name in ("README.md", "CONTRIBUTING.md")),
+    ]
+)
+TERMS = (
+    *("Tegotae", "central pattern generator", "oscillator", "phase", "term", "action", "reaction"),
+    *("gain", "actuation", "vanilla", "architecture", "model", "design", "coupling", "limb"),
+    *("system", "experiment", "controller file", "preset", "release", "hop", "limit cycle"),
+    *("CoT⁻¹", "ΔΩ", "Δw", "T0", "T1", "CPGu", "fitness", "PGPE", "plateau", "lane", "tick"),
+    *("channel", "wiring", "gait", "lag", "hysteresis", "CPG", "ω_t", "σ"),
+)
+
+
+def prose(text: str) -> Iterator[tuple[int, str]]:
+    """The lines of a page, numbered, without code, links' targets and comments."""
+
+    def blank(match: re.Match[str]) -> str:
+        return re.sub(r"[^\n]", " ", match[0])
+
+    text = re.sub(r"^(`{3,})(?!\{).*?^\1$", blank, text, flags=re.MULTILINE | re.DOTALL)
+    text = re.sub(r"<!--.*?-->", blank, text, flags=re.DOTALL)
+    text = re.sub(r"`[^`\n]*`|\]\([^)]*\)|\{\w+(:\w+)?\}", blank, text)
+    yield from enumerate(text.splitlines(), 1)
+
+
+def unplain(text: str) -> list[str]:
+    """Words of a text that the project does not use, with line and advice."""
+    found = []
+    for pattern, advice in PROSE.items():
+        flags = re.IGNORECASE if pattern == pattern.lower() else 0
+        word = re.compile(rf"(?<![\w-])(?:{pattern})(?![\w-])", flags)
+        found += [
+            f"line {number}: {match[0]!r}: {advice}"
+            for number, line in prose(text)
+            for match in word.finditer(line)
+        ]
+    return found
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+def test_a_page_is_in_plain_english(page):
+    assert unplain(page.read_text(encoding="utf-8")) == []
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "The paper tells nothing.",
+        "This brings speed.",
+        "## What is varied",
+        "It hops. What is found is a gait.",
+        "| option | what it is |",
+    ],
+)
+def test_words_that_are_not_plain_are_found(text):
+    assert len(unplain(text)) == 1
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["What is a lane?", "`tell` is a method.", "```console\nstudy.py tell\n```", "a storyteller"],
+)
+def test_questions_and_code_are_left_alone(text):
+    assert unplain(text) == []
+
+
+def helps(commands=COMMANDS) -> Iterator[str]:
+    for entry in commands.values():
+        yield entry.summary
+        if isinstance(entry, CommandGroup):
+            yield from helps(entry.commands)
+
+
+def test_the_list_of_commands_is_in_plain_english():
+    assert unplain("\n".join([overview(), *helps(), *SWITCHES.values()])) == []
+
+
+@pytest.mark.parametrize("term", TERMS)
+def test_a_term_of_the_project_is_in_the_glossary(term):
+    defined = re.findall(
+        r"^\*\*(.+?)\*\*", (DOCS / "glossary.md").read_text(encoding="utf-8"), re.M
+    )
+    assert term in {each for entry in defined for each in re.split(r", ", entry)}

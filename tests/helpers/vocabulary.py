@@ -1,0 +1,33 @@
+"""Words that the project does not use, and the field's words for them."""
+
+from __future__ import annotations
+
+NAMES = {
+    "brought": "output",
+    "crew": "pool",
+    "dear": "slow",
+    "heard": "signals",
+    "judged": "evaluated",
+    "posture": "initial_pose",
+    "shelf": "cache",
+    "struck": "impulse",
+    "told": "formatted",
+    "troupe": "pool",
+    "variety": "randomization",
+    "yardstick": "evaluation_set",
+}
+"""Not in any name of the package."""
+
+PROSE = {
+    r"tells?|told": "report, say, name or show",
+    r"brings?|brought": "give, add or cause",
+    r"dear(er|est)?": "slow or expensive",
+    r"yardsticks?": "evaluation set",
+    r"troupes?|crews?|shelf|shelves": "pool or cache",
+    r"misfortunes?": "disturbance",
+    r"whoever|whosoever|whatsoever": "name who or what",
+    r"what it is": "meaning or content",
+    r"(^|(?<=[.:;|!] )|(?<=# )|(?<=\*\*))What (is|was|are|were)\b(?![^.!]*\?)": "name the subject",
+}
+"""Not in any text for people; patterns of whole words, without regard to case where they have
+small letters alone."""
