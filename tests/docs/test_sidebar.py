@@ -1,0 +1,49 @@
+"""The sidebar is short: pages are arranged by need, and each is in it once."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from pathlib import Path
+
+import pytest
+
+from pages import DOCS
+
+MOST = 7
+"""Entries of a group on the front page."""
+
+
+def contents(page: Path) -> dict[str, list[Path]]:
+    """The pages of each table of contents of a page, by its caption."""
+    found: dict[str, list[Path]] = {}
+    for block in re.findall(r"^```\{toctree\}\n(.*?)^```$", page.read_text(), re.M | re.S):
+        caption = re.search(r":caption: (.*)", block)
+        entries = [line for line in block.splitlines() if line and not line.startswith(":")]
+        pages = [(page.parent / f"{entry}.md").resolve() for entry in entries]
+        found.setdefault(caption[1] if caption else page.stem, []).extend(pages)
+    return found
+
+
+def test_pages_are_arranged_by_need():
+    needs = ["Tutorials", "How to", "Explanation", "Evidence", "Reference"]
+    assert list(contents(DOCS / "index.md")) == needs
+
+
+@pytest.mark.parametrize("group", contents(DOCS / "index.md"))
+def test_a_group_of_the_sidebar_has_few_entries(group):
+    assert len(contents(DOCS / "index.md")[group]) <= MOST
+
+
+def test_the_front_page_does_not_repeat_the_sidebar():
+    text = (DOCS / "index.md").read_text(encoding="utf-8")
+    assert text.count("```{toctree}") == text.count(":hidden:")
+
+
+def test_every_page_is_in_the_sidebar_once():
+    pages = {page for page in DOCS.rglob("*.md") if not {"_static", "_build"} & {*page.parts}}
+    listed = Counter(
+        entry for page in pages for group in contents(page).values() for entry in group
+    )
+    assert {page for page, times in listed.items() if times > 1} == set()
+    assert pages - listed.keys() == {DOCS / "index.md"}
