@@ -19,7 +19,7 @@ NAMES = {
 """Not in any name of the package."""
 
 PROSE = {
-    r"tells?|told": "report, say, name or show",
+    r"tells|told|(?<!too small to )tell": "report, say, name or show",
     r"brings?|brought": "give, add or cause",
     r"dear(er|est)?": "slow or expensive",
     r"yardsticks?": "evaluation set",
