@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import dataclasses
 from functools import cache
 
 import numpy as np
 import pytest
 
 from oracle import fly, vanilla
-from tegotae import Hopper, TegotaeError, build
+from tegotae import Hopper, TegotaeError, Timing, build
+from tegotae.simulation.integrators import Hold, PredictorCorrector
 from tegotae.studies.analysis import (
     NoLimitCycleError,
     Orbit,
@@ -22,6 +24,7 @@ from tegotae.studies.analysis import (
 )
 from tegotae.studies.analysis.outcome import turn
 from tegotae.studies.analysis.poincare import fixed_point, linearised, observed_factor
+from tegotae.studies.analysis.portrait import paths_of
 from tegotae.systems.controller_file import SavedController
 
 REFLEX = SavedController.of(build("V-reflex-w8"), np.array([2.0]), 8.0)
@@ -99,7 +102,40 @@ def test_a_gait_without_limit_cycle_is_an_error_that_says_what_it_does(weights, 
 @pytest.mark.parametrize("release", [{"height_m": np.nan}, {"phase_rad": np.inf}])
 def test_a_release_that_is_not_finite_is_refused(release):
     with pytest.raises(TegotaeError, match="must be finite"):
-        find_orbit(REFLEX, **release)
+        find_orbit(REFLEX.replaced(**release))
+
+
+# Whose system it is.
+
+HELD = REFLEX.replaced(
+    integrator=Hold(),
+    timing=Timing(tick_s=0.004),
+    height_m=1.1,
+    phase_rad=0.5,
+)
+
+
+def test_every_figure_of_a_held_controller_keeps_its_period_and_its_hold():
+    found = find_orbit(HELD)
+    np.testing.assert_allclose(np.diff(found.time_s), 0.004, atol=1e-9)
+    free = find_orbit(HELD.replaced(integrator=PredictorCorrector()), tick_s=0.004)
+    assert found.period_s != free.period_s
+    section = poincare_section(HELD, found, turns=3)
+    assert section.distance[0] == pytest.approx(0.01)
+    shift = measure_phase_response(HELD, found, np.array([0.0]), points=3, cycles=4).shift_rad
+    np.testing.assert_allclose(shift, 0.0, atol=1e-9)
+    assert paths_of(HELD, np.array([1.2]), duration_s=1.0).time_s[0] == pytest.approx(0.008)
+
+
+def test_a_gait_that_settles_nowhere_is_said_to_be_released_as_its_system_says():
+    still = dataclasses.replace(HELD, weights=np.zeros(1))
+    with pytest.raises(NoLimitCycleError, match=r"released from 1\.1 m at phase 0\.5 rad"):
+        find_orbit(still, settle_s=20.0)
+
+
+def test_a_period_of_which_20_ms_is_no_multiple_is_refused_with_those_that_go():
+    with pytest.raises(TegotaeError, match=r"period is 0\.003 s; .* such as 0\.001, 0\.002"):
+        find_orbit(HELD.replaced(timing=Timing(tick_s=0.003, frame_s=0.021)))
 
 
 # The actuation surface.

@@ -9,8 +9,10 @@ import numpy as np
 import pytest
 
 from records import instant, made_up
+from tegotae import Timing
 from tegotae._support.errors import TegotaeError
 from tegotae.measures.hopping.registry import names
+from tegotae.simulation.integrators import Hold
 from tegotae.studies.paper import runner
 from tegotae.studies.paper.export import merge, read_csv, write_csv
 from tegotae.studies.paper.folder import Folder
@@ -22,6 +24,7 @@ from tegotae.studies.paper.record import (
     write,
 )
 from tegotae.studies.paper.table import tabulate
+from tegotae.studies.paper.unit import work
 from tegotae.systems.models import find
 from tegotae.training.stopping import Stopping
 
@@ -55,6 +58,38 @@ def test_a_table_says_how_many_numbers_a_model_learns(folder: Folder, tmp_path: 
     again = read_csv(tmp_path / "table.csv")
     assert again["parameters"].tolist() == table["parameters"].tolist()
     assert again["parameters"].dtype.kind == "i"
+
+
+def test_a_unit_is_evaluated_as_its_system_is_released_and_held(monkeypatch) -> None:
+    class AskedError(Exception):
+        pass
+
+    def evaluate(*given, start, integrator, **rest):
+        raise AskedError(given[4].release_m, given[4].tick_s, start.phase_rad, integrator)
+
+    usual = plan("smoke", "V-sector-w8").units[0]
+    held = usual.run.experiment.replaced(
+        integrator=Hold(),
+        timing=Timing(duration_s=4.0, tick_s=0.004),
+        height_m=1.1,
+        phase_rad=0.5,
+    )
+    unit = dataclasses.replace(usual, run=dataclasses.replace(usual.run, experiment=held))
+    monkeypatch.setattr("tegotae.studies.paper.unit.evaluate", evaluate)
+    with pytest.raises(AskedError) as asked:
+        work(unit)
+    assert asked.value.args == (1.1, 0.004, 0.5, Hold())
+    assert unit.configuration["evaluated"] == "as its system"
+    assert "evaluated" not in usual.configuration
+
+
+def test_a_period_that_cannot_be_measured_is_refused_before_training() -> None:
+    usual = plan("smoke", "V-sector-w8").units[0]
+    odd = usual.run.experiment.replaced(
+        integrator=Hold(), timing=Timing(duration_s=4.2, tick_s=0.003, frame_s=0.021)
+    )
+    with pytest.raises(TegotaeError, match=r"the control period is 0.003 s; hops are measured"):
+        work(dataclasses.replace(usual, run=dataclasses.replace(usual.run, experiment=odd)))
 
 
 @pytest.mark.parametrize("damage", ["cut", "flipped", "foreign", "empty"])

@@ -37,6 +37,7 @@ from tegotae.measures.hopping.registry import (
     summarise,
     with_needed,
 )
+from tegotae.measures.hopping.smoothness import require_measurable
 from tegotae.measures.hopping.statistics import Interval, mean_defined
 from tegotae.parts._shapes import Numeric
 from tegotae.parts.bodies import Body, Hopper, require_one_limb
@@ -314,8 +315,8 @@ def evaluate(
 def require_evaluable(controller: Controller, body: Body, protocol: Protocol) -> None:
     """Raise `TegotaeError` if a controller on a body cannot be evaluated: before long work starts.
 
-    That is: if they do not go together, the control period is too long for the body, or the body
-    has several limbs, for whose gaits there are no metrics.
+    That is: if they do not go together, the control period is too long for the body or no part of
+    20 ms, or the body has several limbs, for whose gaits there are no metrics.
 
     Args:
         controller: what drives the body.
@@ -324,6 +325,7 @@ def require_evaluable(controller: Controller, body: Body, protocol: Protocol) ->
     """
     check_senses(controller, body)
     body.check_tick(protocol.tick_s)
+    require_measurable(protocol.tick_s)
     try:
         require_one_limb(body, "the evaluation of hopping")
     except TegotaeError as error:

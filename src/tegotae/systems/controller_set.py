@@ -61,13 +61,9 @@ class ControllerSet:
 
     @property
     def protocol(self) -> Protocol:
-        """How its hopping is evaluated: as its experiment says, else from its own release.
+        """How its hopping is evaluated: as its experiment says, from its system's release.
 
-        What is held over a control period keeps that period (`System.period_s`).
+        What is held over a control period keeps that period (`System.evaluated_by`).
         """
-        own = (
-            Protocol(release_m=self.system.release.height_m)
-            if self.experiment is None
-            else self.experiment.protocol
-        )
-        return dataclasses.replace(own, tick_s=self.system.period_s(own.tick_s))
+        own = Protocol() if self.experiment is None else self.experiment.protocol
+        return self.system.evaluated_by(own)

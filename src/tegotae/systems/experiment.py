@@ -45,8 +45,7 @@ class Experiment:
     Args:
         name: what it is called, in files, tables and figures.
         system: the closed loop whose weights are learned; its release and timing are those of an
-            episode of training. A study evaluates in continuous time, whatever its integrator;
-            `tegotae evaluate` keeps the system's.
+            episode of training, and its release and integrator those of the evaluation, too.
         objective: the measure of an episode in training.
         conditions: what differs from one episode of training to another: numbers of the body or of
             the scenario, drawn anew in every generation (domain randomisation).

@@ -9,6 +9,7 @@ from typing import Any
 
 from tegotae._support.errors import TegotaeError, require_finite
 from tegotae._support.limits import MOST_RAD_PER_S
+from tegotae.measures.evaluation import Protocol
 from tegotae.parts.bodies import Body, Hopper, Interface
 from tegotae.parts.controller import Controller
 from tegotae.simulation.integrators import Integrator, PredictorCorrector
@@ -130,6 +131,43 @@ class System:
         or advances in a way of its own, keeps its own: it would be another system.
         """
         return usual_s if self.integrator == PredictorCorrector() else self.timing.tick_s
+
+    def evaluated_by(self, protocol: Protocol) -> Protocol:
+        """A protocol from the system's own release, and of its control period where that is held.
+
+        Args:
+            protocol: its episodes, times, drop and work.
+        """
+        return dataclasses.replace(
+            protocol, release_m=self.release.height_m, tick_s=self.period_s(protocol.tick_s)
+        )
+
+    def timing_over(
+        self, duration_s: float, *, tick_s: float = Timing.tick_s, frame_s: float = Timing.frame_s
+    ) -> Timing:
+        """The timing of a question: at its usual control period, or the system's (`period_s`).
+
+        Args:
+            duration_s: how long [s].
+            tick_s: the usual control period [s].
+            frame_s: the usual recording period [s]; the whole multiple of the control period that
+                is nearest to it is taken.
+
+        Example:
+            >>> from tegotae.simulation.integrators import Hold
+            >>> from tegotae.systems.models import build
+            >>> held = Timing(tick_s=0.008, frame_s=0.016)
+            >>> robot = System(
+            ...     controller=build("V-reflex-w8"), omega=8.0, timing=held, integrator=Hold()
+            ... )
+            >>> f"{robot.timing_over(40.0).frame_s:g}"
+            '0.016'
+        """
+        tick_s = self.period_s(tick_s)
+        ratio = frame_s / tick_s
+        ticks = max(1, round(ratio))
+        frame_s = frame_s if abs(ratio - ticks) < 1e-6 else ticks * tick_s
+        return Timing(duration_s=duration_s, tick_s=tick_s, frame_s=frame_s)
 
     def scenario(self, **entries: Any) -> Scenario:
         """An episode of one lane, but for the entries that are given."""

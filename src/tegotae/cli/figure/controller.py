@@ -9,9 +9,8 @@ from typing import TYPE_CHECKING, Annotated
 import tyro
 
 from tegotae.cli.figure.output import Output
-from tegotae.cli.options import UNSET, ControllerOptions, FromPreset
+from tegotae.cli.options import UNSET, AsItIs, ControllerOptions
 from tegotae.parts.terms import Reflex, Sector, SectorAndReflex
-from tegotae.systems.presets import preset
 
 if TYPE_CHECKING:
     from tegotae.studies.analysis import Orbit
@@ -53,22 +52,21 @@ class ControllerFigure(Output, ControllerOptions):
 class SettledSubject(ControllerFigure):
     """A figure of the limit cycle that one controller settles on."""
 
-    height: FromPreset = None
+    height: AsItIs = None
     """Release height [m]."""
-    phase: float = 0.0
+    phase: AsItIs = None
     """Phase at release [rad]."""
     settle: float = 60.0
     """Simulated time in which to settle [s]."""
 
-    @property
-    def release_m(self) -> float:
-        """Release height, the preset's if none was given [m]."""
-        return preset(self.preset).height_m if self.height is None else self.height
+    def saved(self) -> SavedController:
+        """The system with its weights, released as the options say, and else as it is by itself."""
+        saved = super().saved()
+        given = {"height_m": self.height, "phase_rad": self.phase}
+        return saved.replaced(**{name: x for name, x in given.items() if x is not None})
 
     def orbit(self, saved: SavedController) -> Orbit:
         """The limit cycle; raises `NoLimitCycleError` if there is none."""
         from tegotae.studies.analysis import find_orbit
 
-        return find_orbit(
-            saved, height_m=self.release_m, phase_rad=self.phase, settle_s=self.settle
-        )
+        return find_orbit(saved, settle_s=self.settle)

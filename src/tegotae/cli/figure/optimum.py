@@ -13,7 +13,6 @@ import tyro
 from tegotae._support.errors import TegotaeError, require_finite
 from tegotae.cli.figure.output import Output
 from tegotae.measures.hopping.gait import Gait, GaitSummary
-from tegotae.simulation.rollout import Engine, Scenario, Timing
 
 if TYPE_CHECKING:
     from tegotae.studies.analysis import Orbit
@@ -106,10 +105,9 @@ def _optimal_stance(omega: float) -> dict[str, np.ndarray]:
 
 def _gait(saved: SavedController) -> Gait:
     """The gait that a controller settles on, of single numbers."""
-    engine = Engine(
-        controller=saved.controller, timing=Timing(duration_s=60.0), summary=GaitSummary()
-    )
-    return engine.run(saved.weights, Scenario.of(saved.omega), saved.body).lane()
+    system = saved.system
+    engine = system.engine(GaitSummary(), system.timing_over(60.0))
+    return engine.run(saved.weights, system.scenario(), saved.body).lane()
 
 
 def _stance(orbit: Orbit) -> dict[str, np.ndarray]:

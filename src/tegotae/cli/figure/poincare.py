@@ -31,9 +31,7 @@ class PoincareFigure(SettledSubject):
         saved = self.saved()
         orbit = self.orbit(saved)
         found = poincare_section(saved, orbit, step=self.step, nudge=self.nudge, turns=self.turns)
-        apexes = transient(
-            saved, height_m=self.release_m, phase_rad=self.phase, duration_s=self.settle
-        )
+        apexes = transient(saved, duration_s=self.settle)
         hops = "1 hop" if found.hops == 1 else f"{found.hops} hops"
         print(f"limit cycle of {hops}, {found.period_s:.4f} s")
         if not found.refined:

@@ -69,6 +69,12 @@ class PolicySubject(SettledSubject):
         )
         return load_policy(self.policy, meaning)
 
+    @property
+    def released(self) -> tuple[float, float]:
+        """From which height [m] and phase [rad] a policy is released."""
+        height_m = preset(self.preset).height_m if self.height is None else self.height
+        return height_m, 0.0 if self.phase is None else self.phase
+
     def _check_unused(self) -> None:
         for each in ("acts", "observes", "si", "answer_scale", "step"):
             if getattr(self, each) != getattr(PolicySubject, each):

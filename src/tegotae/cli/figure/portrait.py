@@ -28,12 +28,13 @@ class Portrait(PolicySubject):
         policy = self.loaded()
         if policy is None:
             saved = self.saved()
-            paths = paths_of(saved, heights, phase_rad=self.phase, duration_s=self.duration)
+            paths = paths_of(saved, heights, duration_s=self.duration)
             title, rest_length = self.title(saved), saved.body.rest_length_m
         else:
             from tegotae.studies.analysis.policy import policy_paths
 
-            paths = policy_paths(policy, heights, phase_rad=self.phase, duration_s=self.duration)
+            phase_rad = self.released[1]
+            paths = policy_paths(policy, heights, phase_rad=phase_rad, duration_s=self.duration)
             title, rest_length = self.policy_title(policy), policy.meaning.body.rest_length_m
         figure = portrait_figure(paths, rest_length_m=float(rest_length), note=title)
         self.write(figure, {"": portrait_table(paths)})

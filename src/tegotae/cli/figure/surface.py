@@ -97,11 +97,9 @@ class SurfaceFigure(PolicySubject):
         )
 
         def orbit() -> Orbit:
+            height_m, phase_rad = self.released
             paths = policy_paths(
-                policy,
-                np.array([self.release_m]),
-                phase_rad=self.phase,
-                duration_s=self.settle,
+                policy, np.array([height_m]), phase_rad=phase_rad, duration_s=self.settle
             )
             return policy_orbit(paths, measured_policy(policy, paths))
 

@@ -6,7 +6,6 @@ import math
 from typing import TYPE_CHECKING
 
 from tegotae._support.limits import MOST_M
-from tegotae.simulation.rollout import Timing
 from tegotae.systems.controller_file import SavedController
 
 if TYPE_CHECKING:
@@ -38,10 +37,7 @@ def find_basin(
         if saved.controller.oscillator is None
         else axis("phase", 0.0, 2.0 * math.pi, resolution)
     )
-    timing = Timing(
-        duration_s=DURATION_S if duration_s is None else duration_s,
-        tick_s=saved.system.period_s(Timing.tick_s),
-    )
+    timing = saved.system.timing_over(DURATION_S if duration_s is None else duration_s)
     found = map_basin(saved, heights, across, timing=timing)
     for attractor in found.attractors:
         print(f"{describe(attractor)}, CoT⁻¹ {attractor.cot_inverse:.3f} m/J")

@@ -12,6 +12,20 @@ FORCE_PERIOD_S = 0.02
 """The actuator force is averaged over this time [s] before its rate of change is taken."""
 
 
+def require_measurable(tick_s: float) -> None:
+    """Raise `TegotaeError` for a control period by which hops cannot be measured.
+
+    Records are of whole control periods, and the mean force of each 20 ms is one of its metrics.
+    """
+    ratio = FORCE_PERIOD_S / tick_s
+    if round(ratio) < 1 or abs(ratio - round(ratio)) > 1e-6:
+        raise TegotaeError(
+            f"the control period is {tick_s:g} s; hops are measured with those of which "
+            f"{FORCE_PERIOD_S:g} s is a whole multiple, such as 0.001, 0.002, 0.0025, 0.004, "
+            "0.005, 0.01 and 0.02"
+        )
+
+
 def smoothness(
     impulse_ns: AnyArray, max_force_n: Numeric, frame_s: float, start_s: Numeric
 ) -> jax.Array:

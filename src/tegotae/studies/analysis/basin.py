@@ -7,8 +7,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tegotae.measures.hopping.gait import LIMIT_CYCLE
+from tegotae.measures.hopping.smoothness import require_measurable
 from tegotae.parts.bodies import require_one_limb
-from tegotae.simulation.rollout import Scenario, Timing
+from tegotae.simulation.rollout import Timing
 from tegotae.studies.analysis.outcome import Outcome, OutcomeSummary
 from tegotae.studies.analysis.sweep import MAP_DURATION_S, as_maps, lanes
 from tegotae.systems.controller_file import SavedController
@@ -63,10 +64,11 @@ def map_basin(
     A controller without oscillator has no phase: its body is released with every velocity instead.
 
     Args:
-        saved: the controller, its weights, frequency and body.
+        saved: the system and its weights.
         height_m: release heights [m], shape [heights].
         across: phases [rad], or without an oscillator velocities [m/s], shape [columns].
-        timing: 40 s by default. What has not settled by its end counts as without limit cycle.
+        timing: 40 s by default, of the system's control period where that is held. What has not
+            settled by its end counts as without limit cycle.
 
     Raises:
         TegotaeError: for values that the rollout refuses, or a body of several limbs.
@@ -81,9 +83,10 @@ def map_basin(
     require_one_limb(saved.body, "a map of basins")
     with_phase = saved.controller.oscillator is not None
     height, column = lanes(height_m, across)
-    engine = saved.system.engine(OutcomeSummary(), timing or Timing(duration_s=MAP_DURATION_S))
-    scenario = Scenario.of(
-        saved.omega,
+    timing = saved.system.timing_over(MAP_DURATION_S) if timing is None else timing
+    require_measurable(timing.tick_s)
+    engine = saved.system.engine(OutcomeSummary(), timing)
+    scenario = saved.system.scenario(
         height_m=height,
         velocity_m_per_s=0.0 if with_phase else column,
         phase_rad=column if with_phase else 0.0,

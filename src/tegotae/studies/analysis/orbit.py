@@ -8,12 +8,11 @@ from dataclasses import dataclass, field
 import jax
 import numpy as np
 
-from tegotae._support.errors import TegotaeError, require_finite
-from tegotae._support.limits import MOST_M
+from tegotae._support.errors import TegotaeError
 from tegotae.measures.hopping.gait import LIMIT_CYCLE, REGIMES, GaitSummary
 from tegotae.measures.hopping.hopping import hops
+from tegotae.measures.hopping.smoothness import require_measurable
 from tegotae.parts.bodies import require_one_limb
-from tegotae.simulation.rollout import Engine, Scenario, Timing
 from tegotae.systems.controller_file import SavedController
 
 ORBIT_AFTER_S = 60.0
@@ -77,23 +76,21 @@ def require_enterable(saved: SavedController, what: str) -> None:
 def find_orbit(
     saved: SavedController,
     *,
-    height_m: float = 1.2,
-    phase_rad: float = 0.0,
     settle_s: float = ORBIT_AFTER_S,
     tick_s: float = 0.001,
 ) -> Orbit:
-    """Release a controller's body, let it settle, and return its last limit cycle.
+    """Release a system, let it settle, and return its last limit cycle.
 
     Args:
-        saved: the controller, its weights, frequency and body.
-        height_m: release height, at rest [m].
-        phase_rad: phase at release [rad].
+        saved: the system and its weights; `saved.replaced(height_m=...)` is released elsewhere.
         settle_s: simulated time in which to settle [s].
-        tick_s: control period, and the time between samples [s].
+        tick_s: control period in continuous time, and the time between samples [s]; what is held
+            over its control period keeps that.
 
     Raises:
         NoLimitCycleError: if it does not settle; says what it does instead.
-        TegotaeError: for a release that is not finite, or a body of several limbs.
+        TegotaeError: for a body of several limbs, or a held control period of which 20 ms is no
+            multiple.
 
     Example:
         >>> from tegotae import build
@@ -103,16 +100,16 @@ def find_orbit(
         (1, 0.846)
     """
     require_one_limb(saved.body, "a limit cycle's orbit")
-    require_finite("height", height_m, above=0.0, most=MOST_M)
-    require_finite("phase", phase_rad)
-    timing = Timing(duration_s=settle_s, tick_s=tick_s, frame_s=tick_s)
-    engine = Engine(controller=saved.controller, timing=timing, summary=_recorded)
-    scenario = Scenario.of(saved.omega, height_m=height_m, phase_rad=phase_rad)
-    recorded = engine.run(saved.weights, scenario, saved.body, dtype="float64")
+    system = saved.system
+    timing = system.timing_over(settle_s, tick_s=tick_s, frame_s=system.period_s(tick_s))
+    require_measurable(timing.tick_s)
+    engine = system.engine(_recorded, timing)
+    recorded = engine.run(saved.weights, system.scenario(), saved.body, dtype="float64")
     lane, regime, period, table = jax.tree.map(lambda x: x[..., 0], recorded)
     if regime != LIMIT_CYCLE:
         raise NoLimitCycleError(
-            f"released from {height_m:g} m at phase {phase_rad:g} rad, the gait has no limit cycle "
+            f"released from {system.release.height_m:g} m at phase "
+            f"{float(np.ravel(system.release.phase_rad)[0]):g} rad, the gait has no limit cycle "
             f"after {settle_s:g} s: {REGIMES[regime]}"
         )
     k = int(period)

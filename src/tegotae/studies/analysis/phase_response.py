@@ -12,7 +12,6 @@ from tegotae.measures.hopping.hopping import hops
 from tegotae.measures.hopping.limit_cycle import LimitCycle
 from tegotae.parts.bodies import Hopper
 from tegotae.parts.maths import TWO_PI
-from tegotae.simulation.rollout import Engine, Scenario, Timing
 from tegotae.studies.analysis.orbit import Orbit, require_enterable
 from tegotae.studies.analysis.outcome import turn
 from tegotae.systems.controller_file import SavedController
@@ -60,7 +59,7 @@ def measure_phase_response(
         points: how many points of the cycle, evenly spaced in time.
         cycles: how many periods to wait.
         tolerance: how near to the limit cycle counts as back on it, over a cycle.
-        tick_s: control period [s].
+        tick_s: control period in continuous time [s].
 
     Raises:
         TegotaeError: for a body without a mass, impulses that are not finite, or fewer than three
@@ -80,15 +79,13 @@ def measure_phase_response(
     start = np.minimum(start, len(orbit.time_s) - 1)
     pushes = np.concatenate([[0.0], push_ns])
     push, point = (x.ravel() for x in np.meshgrid(pushes, start, indexing="ij"))
-    engine = Engine(
-        controller=saved.controller,
-        timing=Timing(duration_s=(cycles + 2) * orbit.period_s, tick_s=tick_s, frame_s=20 * tick_s),
-        summary=_hops,
+    timing = saved.system.timing_over(
+        (cycles + 2) * orbit.period_s, tick_s=tick_s, frame_s=20 * tick_s
     )
+    engine = saved.system.engine(_hops, timing)
     table = engine.run(
         saved.weights,
-        Scenario.of(
-            saved.omega,
+        saved.system.scenario(
             height_m=orbit.height_m[point],
             velocity_m_per_s=orbit.velocity_m_per_s[point] + push / body.mass_kg,
             phase_rad=orbit.phase_rad[point],

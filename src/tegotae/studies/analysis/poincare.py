@@ -11,7 +11,6 @@ import numpy as np
 from tegotae._support.errors import TegotaeError, require_count, require_finite
 from tegotae._support.limits import MOST_POINTS
 from tegotae.measures.hopping.hopping import hops
-from tegotae.simulation.rollout import Engine, Scenario, Timing
 from tegotae.studies.analysis.orbit import Orbit, oscillator_state_names, require_enterable
 from tegotae.studies.analysis.outcome import turn
 from tegotae.systems.controller_file import SavedController
@@ -88,7 +87,8 @@ def poincare_section(
         step: ε, in m and rad.
         nudge: how far from the fixed point the observed decay starts, in m and rad.
         turns: how many turns of the cycle it is watched for.
-        tick_s: control period [s]; shorter than elsewhere, for differences of near rollouts.
+        tick_s: control period in continuous time [s]; shorter than elsewhere, for differences of
+            near rollouts.
 
     Raises:
         TegotaeError: for steps that are not positive, or a cycle from which a step leads to no hop.
@@ -214,18 +214,15 @@ def _apexes(
     saved: SavedController, orbit: Orbit, points: np.ndarray, cycles: int, tick_s: float
 ) -> np.ndarray:
     """The section's points after 1 ... `cycles` turns, shape [cycles, n, d]."""
-    engine = Engine(
-        controller=saved.controller,
-        timing=Timing(
-            duration_s=(1.5 * cycles + 0.5) * orbit.period_s, tick_s=tick_s, frame_s=20 * tick_s
-        ),
-        summary=_Apexes(oscillator_state_names(saved)),
+    timing = saved.system.timing_over(
+        (1.5 * cycles + 0.5) * orbit.period_s, tick_s=tick_s, frame_s=20 * tick_s
     )
+    engine = saved.system.engine(_Apexes(oscillator_state_names(saved)), timing)
     table, *rest = engine.run(
         np.broadcast_to(saved.weights, (len(points), len(saved.weights))),
-        Scenario.of(
-            saved.omega,
+        saved.system.scenario(
             height_m=points[:, 0],
+            velocity_m_per_s=0.0,
             phase_rad=points[:, 1] if points.shape[1] > 1 else 0.0,
             oscillator_state=dict(zip(oscillator_state_names(saved), points.T[2:], strict=True)),
         ),
@@ -256,26 +253,16 @@ def _hops(trajectory, scenario, body, timing):
     return hops(trajectory, body.rest_length_m)
 
 
-def transient(
-    saved: SavedController,
-    *,
-    height_m: float = 1.2,
-    phase_rad: float = 0.0,
-    duration_s: float = 60.0,
-) -> np.ndarray:
+def transient(saved: SavedController, *, duration_s: float = 60.0) -> np.ndarray:
     """The section's points from a release on: height [m] and phase [rad] of each hop, [hops, d].
 
     Args:
-        saved: the controller, its weights, frequency and body.
-        height_m: release height, at rest [m].
-        phase_rad: phase at release [rad].
+        saved: the system and its weights.
         duration_s: simulated time [s].
     """
-    engine = Engine(
-        controller=saved.controller, timing=Timing(duration_s=duration_s), summary=_hops
-    )
-    scenario = Scenario.of(saved.omega, height_m=height_m, phase_rad=phase_rad)
-    table = engine.run(saved.weights, scenario, saved.body, dtype="float64")
+    system = saved.system
+    engine = system.engine(_hops, system.timing_over(duration_s))
+    table = engine.run(saved.weights, system.scenario(), saved.body, dtype="float64")
     number = int(table.n_hops[0])
     points = np.stack([table.height_m[:number, 0], table.phase_rad[:number, 0]], axis=-1)
     return points if saved.controller.oscillator is not None else points[:, :1]

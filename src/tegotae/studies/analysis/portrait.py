@@ -9,7 +9,6 @@ import numpy as np
 from tegotae._support.errors import TegotaeError, require_finite
 from tegotae._support.limits import MOST_M
 from tegotae.parts.bodies import Hopper
-from tegotae.simulation.rollout import Engine, Scenario, Timing
 from tegotae.systems.controller_file import SavedController
 
 
@@ -50,15 +49,13 @@ def paths_of(
     saved: SavedController,
     height_m: np.ndarray,
     *,
-    phase_rad: float = 0.0,
     duration_s: float = 30.0,
 ) -> Paths:
-    """Release a controller's hopper from several heights.
+    """Release a system on a hopper from several heights.
 
     Args:
-        saved: the controller, its weights, frequency and body.
-        height_m: heights, at rest [m], [releases].
-        phase_rad: phase at release [rad].
+        saved: the system and its weights.
+        height_m: heights in place of the system's [m], [releases].
         duration_s: simulated time [s].
 
     Raises:
@@ -73,11 +70,9 @@ def paths_of(
     if not isinstance(saved.body, Hopper):
         raise TegotaeError(f"a phase portrait needs a hopper, not a {type(saved.body).__name__}")
     heights = check_releases(height_m, duration_s)
-    timing = Timing(duration_s=duration_s, frame_s=0.01)
-    scenario = Scenario.of(saved.omega, height_m=heights, phase_rad=phase_rad)
-    path = Engine(controller=saved.controller, timing=timing).run(
-        saved.weights, scenario, saved.body
-    )
+    system = saved.system
+    engine = system.engine(timing=system.timing_over(duration_s, frame_s=0.01))
+    path = engine.run(saved.weights, system.scenario(height_m=heights), saved.body)
     with_phase = saved.controller.oscillator is not None
     return Paths(
         time_s=path.time_s[:, 0],

@@ -15,13 +15,15 @@ import numpy as np
 
 from tegotae._support.devices import described_devices
 from tegotae._support.errors import TegotaeError, require_count
-from tegotae.measures.evaluation import drawn_releases, evaluate
+from tegotae.measures.evaluation import drawn_releases, evaluate, require_evaluable
 from tegotae.measures.hopping.metric import Metric
 from tegotae.measures.hopping.registry import built_in, code_noted
+from tegotae.simulation.integrators import PredictorCorrector
 from tegotae.studies.paper import best_gait
 from tegotae.studies.paper.record import Record
 from tegotae.systems.experiment import Experiment
 from tegotae.systems.registry import CODE
+from tegotae.systems.release import Release
 from tegotae.training.evolution import Evolution
 from tegotae.training.evolve import Curves
 from tegotae.training.run import Run
@@ -67,12 +69,25 @@ class Unit:
             "budgets": list(self.budgets),
             **metrics_document(self.metrics),
         }
+        if not _evaluated_as_ever(self.run.experiment):
+            document["evaluated"] = "as its system"
         return json.loads(json.dumps(document))
 
     @property
     def key(self) -> str:
         """The record's name: the experiment's, and a hash of the configuration."""
         return key_of(self.configuration)
+
+
+def _evaluated_as_ever(experiment: Any) -> bool:
+    """Whether records from before evaluations took the system's start and integrator are alike."""
+    system, protocol = experiment.system, experiment.protocol
+    at_rest = dataclasses.replace(system.release, height_m=protocol.release_m)
+    return (
+        system.integrator == PredictorCorrector()
+        and at_rest == Release(height_m=protocol.release_m)
+        and system.release.height_m == protocol.release_m
+    )
 
 
 def metrics_document(metrics: Iterable[Metric]) -> dict[str, Any]:
@@ -112,7 +127,9 @@ def work(unit: Unit) -> Record:
     """Train a unit from random weights and evaluate what came out. Deterministic."""
     run, experiment = unit.run, unit.run.experiment
     assert isinstance(experiment, Experiment)  # studies are of the engine
-    protocol, n_runs = experiment.protocol, len(run.seeds)
+    system, n_runs = experiment.system, len(run.seeds)
+    protocol = system.evaluated_by(experiment.protocol)
+    require_evaluable(experiment.controller, experiment.body, protocol)
     learned = _searched(run) if experiment.is_searched else _trained(unit)
     # A search has no randomness. What spreads are the conditions that its outcome starts from.
     releases = drawn_releases(n_runs, protocol.release_m) if experiment.is_searched else None
@@ -126,6 +143,8 @@ def work(unit: Unit) -> Record:
         releases,
         (*built_in(), *unit.metrics),
         recorded=best_gait.CHANNELS,
+        start=system.scenario(),
+        integrator=system.integrator,
     )
 
     def at(number: int) -> dict[str, np.ndarray]:
