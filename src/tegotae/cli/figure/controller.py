@@ -11,6 +11,7 @@ import tyro
 from tegotae.cli.figure.output import Output
 from tegotae.cli.options import UNSET, AsItIs, ControllerOptions
 from tegotae.parts.terms import Reflex, Sector, SectorAndReflex
+from tegotae.systems.presets import preset
 
 if TYPE_CHECKING:
     from tegotae.studies.analysis import Orbit
