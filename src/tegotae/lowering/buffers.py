@@ -27,17 +27,32 @@ class Rows:
 
     @cached_property
     def offsets(self) -> tuple[int, ...]:
-        """Where each row begins, in bytes a lane, and where the last one ends."""
-        return tuple(np.cumsum([0, *(dtype.itemsize for dtype in self.dtypes)]).tolist())
+        """Where each row begins, in bytes a lane: wide ones first, so that all are aligned."""
+        sizes = [dtype.itemsize for dtype in self.dtypes]
+        ends = {size: sum(each for each in sizes if each > size) for size in sizes}
+        offsets = []
+        for size in sizes:
+            offsets.append(ends[size])
+            ends[size] += size
+        return tuple(offsets)
+
+    @cached_property
+    def size(self) -> int:
+        """Bytes a lane of all rows, a multiple of the widest one's."""
+        sizes = [dtype.itemsize for dtype in self.dtypes]
+        widest = max(sizes, default=1)
+        return -(-sum(sizes) // widest) * widest
 
     def memory(self, lanes: int, times: int = 1) -> np.ndarray:
         """Bytes for all rows of so many lanes, so many times."""
-        return aligned(self.offsets[-1] * lanes * times)
+        return aligned(self.size * lanes * times)
 
     def view(
         self, memory: np.ndarray, first: int, last: int, lanes: int, times: int = 1
     ) -> np.ndarray:
         """Rows that follow each other, of one type: [times, rows, lanes]."""
+        if first == last:
+            return np.empty((times, 0, lanes))
         dtype = self.dtypes[first]
         row = dtype.itemsize * lanes
         return np.ndarray(
@@ -45,7 +60,7 @@ class Rows:
             dtype,
             memory.data,
             self.offsets[first] * lanes,
-            (self.offsets[-1] * lanes, row, dtype.itemsize),
+            (self.size * lanes, row, dtype.itemsize),
         )
 
 

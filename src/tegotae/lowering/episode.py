@@ -247,7 +247,7 @@ class _Run:
 
     def go(self, threads: int) -> None:
         """Roll out group after group, each by the thread that is free."""
-        frame_bytes = self._module.channel_rows.offsets[-1] * self._block * self._frames
+        frame_bytes = self._module.channel_rows.size * self._block * self._frames
         fits = max(1, _BUFFER_BYTES // max(1, frame_bytes))
         threads = max(1, min(threads, self._blocks))
         group = min(fits, -(-self._blocks // threads))

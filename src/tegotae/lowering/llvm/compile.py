@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 from typing import Any
 
+from tegotae._support.errors import TegotaeError
 from tegotae.lowering.llvm.target import Target
 
 _OPTIMISATION = 1
@@ -27,6 +28,39 @@ class Compiled:
     def address(self, name: str) -> int:
         """Where a function begins."""
         return self._engine.get_function_address(name)
+
+
+class Loaded:
+    """An object file in memory; its code lives as long as this object.
+
+    Args:
+        code: what `object_file` gave.
+
+    Raises:
+        TegotaeError: for code of another kind of processor, or what is no code.
+    """
+
+    def __init__(self, code: bytes) -> None:
+        llvm = _llvm()
+        machine = llvm.Target.from_default_triple().create_target_machine(reloc="pic")
+        own = machine.emit_object(llvm.parse_assembly(""))
+        if _format(code) != _format(own):
+            raise TegotaeError(
+                "the code is for another processor or system than "
+                f"{llvm.get_process_triple()}, or no code at all; compile it for this one"
+            )
+        self._engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), machine)
+        self._engine.add_object_file(llvm.object_file.ObjectFileRef.from_data(code))
+        self._engine.finalize_object()
+
+    def address(self, name: str) -> int:
+        """Where a function begins."""
+        return self._engine.get_function_address(name)
+
+
+def _format(code: bytes) -> bytes:
+    """Of an object file what says its format and processor."""
+    return code[:5] + code[18:20] if code[:4] == b"\x7fELF" else code[:8]
 
 
 def object_file(text: str, target: Target, optimisation: int = _OPTIMISATION) -> bytes:

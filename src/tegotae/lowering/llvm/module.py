@@ -218,7 +218,7 @@ class EpisodeModule:
         lanes = w.do("mul i64 %f, %row")
         for i, node in enumerate(self.stages.roots.channels):
             size = rows.dtypes[i].itemsize
-            whole = w.do(f"mul i64 {lanes}, {rows.offsets[-1]}")
+            whole = w.do(f"mul i64 {lanes}, {rows.size}")
             row = w.do(f"mul i64 %row, {rows.offsets[i]}")
             column = w.do(f"mul i64 %column, {size}")
             offset = w.do(f"add i64 {w.do(f'add i64 {whole}, {row}')}, {column}")

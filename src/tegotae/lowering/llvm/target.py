@@ -34,9 +34,13 @@ _TARGETS = {
     "aarch64": Target("aarch64", "aarch64-unknown-linux-gnu", "generic", "+neon", 128),
 }
 
+_OWN = ("host", "scalar", "portable")
+
 
 def target_of(target: str | Target) -> Target:
-    """The target of a name: "host", "scalar", "avx2", "avx512" or "aarch64".
+    """The target of a name: "host", "scalar", "portable", "avx2", "avx512" or "aarch64".
+
+    "scalar" is this machine without vectors; "portable" any of the last ten years that is like it.
 
     Raises:
         TegotaeError: for another name.
@@ -47,10 +51,10 @@ def target_of(target: str | Target) -> Target:
     """
     if isinstance(target, Target):
         return target
-    if target in ("host", "scalar"):
+    if target in _OWN:
         return _host(target)
     if target not in _TARGETS:
-        raise unknown("target", target, {**_TARGETS, "host": None, "scalar": None})
+        raise unknown("target", target, (*_OWN, *_TARGETS))
     return _TARGETS[target]
 
 
@@ -58,6 +62,9 @@ def target_of(target: str | Target) -> Target:
 def _host(name: str) -> Target:
     import llvmlite.binding as llvm
 
+    if name == "portable":
+        x86 = llvm.get_process_triple().startswith("x86_64")
+        return Target(name, "", "haswell" if x86 else "generic", "+fma" if x86 else "", 0)
     features = llvm.get_host_cpu_features()
     bits = next(
         (bits for feature, bits in (("avx512f", 512), ("avx2", 256)) if features.get(feature)),

@@ -1,0 +1,158 @@
+"""The same bits everywhere: any width, any number of vectors, any processor, any neighbours."""
+
+from __future__ import annotations
+
+import functools
+import shutil
+import subprocess
+
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from lowered import available_targets, evaluated, of_everything, same_bits, samples
+from tegotae.lowering.episode import TracedEpisode, compile_episode
+from tegotae.lowering.llvm.compile import Compiled, object_file
+from tegotae.lowering.llvm.target import target_of
+
+DTYPES = ("float32", "float64")
+
+
+def given(dtype):
+    x = samples(dtype, 60)
+    return x, np.random.default_rng(5).permutation(x)
+
+
+@functools.cache
+def usual(dtype):
+    return evaluated(of_everything, *given(dtype), dtype=dtype)
+
+
+@pytest.mark.parametrize("dtype", DTYPES)
+@pytest.mark.parametrize("vectors", [1, 3])
+@pytest.mark.parametrize("target", available_targets())
+def test_bits_depend_on_neither_the_processor_nor_the_vectors_of_a_block(target, vectors, dtype):
+    found = evaluated(of_everything, *given(dtype), dtype=dtype, target=target, vectors=vectors)
+    assert same_bits(found, usual(dtype))
+
+
+def test_bits_do_not_depend_on_threads():
+    assert same_bits(evaluated(of_everything, *given("float32"), threads=3), usual("float32"))
+
+
+def test_bits_of_a_lane_do_not_depend_on_its_neighbours():
+    x, y = given("float32")
+    for some in (slice(5, 6), slice(40, 75), slice(None, None, -1)):
+        found = evaluated(of_everything, x[some], y[some])
+        expected = {
+            name: [each[..., some] for each in value] if isinstance(value, list) else value[some]
+            for name, value in usual("float32").items()
+        }
+        assert same_bits(found, expected)
+
+
+def episode_kernel(target, dtype="float32"):
+    """A kernel of some ticks, with what a lane keeps and what all lanes share."""
+
+    def start(lanes, shared):
+        return {"x": lanes["x"], "largest": jnp.zeros_like(lanes["x"])}
+
+    def tick(lanes, shared, state, index):
+        found = of_everything(state["x"], lanes["y"])
+        step = shared["step"] * (found["branch"][0] - found["ratio"] / lanes["y"])
+        x = state["x"] + step + 0.01 * index.astype(state["x"].dtype)
+        x = jnp.where(jnp.isfinite(x), jnp.clip(x, -3.0, 3.0), 0.5)
+        return {"x": x, "largest": jnp.maximum(state["largest"], x)}
+
+    def frame(lanes, shared, state, last):
+        return state, {**state, "high": state["x"] > 1.0}
+
+    lanes = {"x": np.linspace(-2.0, 2.0, 8).astype(dtype), "y": np.ones(8, dtype) + 0.3}
+    shared = {"step": np.asarray(0.125, dtype)}
+    program = TracedEpisode(start, tick, frame)
+    return compile_episode(program, lanes, shared, dtype, target=target), lanes, shared
+
+
+def rolled_out(kernel, lanes, shared, frames=6, ticks=5):
+    found = []
+
+    def collect(first, n, channels):
+        found.append({name: np.array(x) for name, x in channels.items()})
+
+    kernel.run(lanes, shared, frames=frames, ticks_per_frame=ticks, threads=1, collect=collect)
+    return found[0]
+
+
+@pytest.mark.parametrize("optimisation", [0, 2, 3])
+def test_bits_do_not_depend_on_how_hard_the_compiler_tries(optimisation):
+    kernel, lanes, shared = episode_kernel("host")
+    usually = rolled_out(kernel, lanes, shared)
+    text = kernel._module.text()
+    object.__setattr__(kernel, "_code", Compiled(text, kernel.target, optimisation))
+    assert same_bits(rolled_out(kernel, lanes, shared), usually)
+
+
+DRIVER = r"""
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+void uniform(void *, void *);
+void start(void *, void *, void *, void *);
+void episode(void *, void *, void *, void *, int64_t, int64_t, int64_t, int64_t);
+static void *memory(long size) { return aligned_alloc(64, (size / 64 + 1) * 64); }
+int main(void)
+{
+    void *shared = memory(SHARED), *common = memory(UNIFORM), *lanes = memory(LANES);
+    void *kept = memory(KEPT), *state = memory(STATE), *out = memory(OUT);
+    if (fread(shared, 1, SHARED, stdin) != SHARED) return 1;
+    if (fread(lanes, 1, LANES, stdin) != LANES) return 1;
+    uniform(shared, common);
+    start(lanes, common, kept, state);
+    episode(common, kept, state, out, FRAMES, TICKS, BLOCK, 0);
+    return fwrite(out, 1, OUT, stdout) == OUT ? 0 : 1;
+}
+"""
+
+
+@pytest.mark.parametrize("dtype", DTYPES)
+def test_bits_on_a_64_bit_arm_are_those_of_this_machine(tmp_path, dtype):
+    tools = ("aarch64-linux-gnu-gcc", "qemu-aarch64")
+    missing = [tool for tool in tools if shutil.which(tool) is None]
+    if missing:
+        pytest.skip(f"needs {' and '.join(missing)}, of Debian's gcc-aarch64-linux-gnu, qemu-user")
+    from tegotae.lowering.llvm.module import EpisodeModule
+
+    kernel, lanes, shared = episode_kernel("host", dtype)
+    expected = rolled_out(kernel, lanes, shared)
+    own = kernel._module
+    vectors = 8 // target_of("aarch64").lanes_of_vector(dtype)
+    module = EpisodeModule(own.stages, own.lanes, target_of("aarch64"), dtype, vectors)
+    text, block, frames, ticks = module.text(), module.block, 6, 5
+    (tmp_path / "code.o").write_bytes(object_file(text, module.target))
+    (tmp_path / "driver.c").write_text(DRIVER)
+    rows = module.channel_rows
+    sizes = {
+        "SHARED": 8,
+        "UNIFORM": module.uniform_bytes,
+        "LANES": module.lane_rows.size * block,
+        "KEPT": module.invariant_rows.size * block,
+        "STATE": module.state_rows.size * block,
+        "OUT": rows.size * block * frames,
+        "FRAMES": frames,
+        "TICKS": ticks,
+        "BLOCK": block,
+    }
+    defines = [f"-D{name}={size}" for name, size in sizes.items()]
+    run = ["driver.c", "code.o", "-o", "driver", "-static", "-lm"]
+    subprocess.run([tools[0], *defines, *run], check=True, cwd=tmp_path)
+    step = np.zeros(8 // np.dtype(dtype).itemsize, dtype)
+    step[0] = shared["step"]
+    given_to = step.tobytes() + lanes["x"].tobytes() + lanes["y"].tobytes()
+    done = subprocess.run([tools[1], "./driver"], input=given_to, capture_output=True, cwd=tmp_path)
+    assert done.returncode == 0
+    memory = np.frombuffer(done.stdout, np.uint8)
+    for row, name in enumerate(sorted(expected)):  # entries of a dictionary, in their order
+        found = rows.view(memory, row, row + 1, block, frames)[:, 0, :]
+        if expected[name].dtype == bool:
+            found = found != 0
+        assert same_bits(np.ascontiguousarray(found), expected[name])
