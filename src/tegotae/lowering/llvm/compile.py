@@ -8,7 +8,7 @@ from typing import Any
 from tegotae._support.errors import TegotaeError
 from tegotae.lowering.llvm.target import Target
 
-_OPTIMISATION = 1
+_OPTIMISATION = 2
 
 
 class Compiled:

@@ -52,9 +52,9 @@ class Emitter:
             if node in known:
                 return known[node]
         w = self._writer
-        where = self._leaf(node)
-        if where is None and node.operation == "literal":
+        if node.operation == "literal":
             return [w.number(node.detail, node.kind)] * self._vectors
+        where = self._leaf(node)
         assert where is not None, f"{node.operation} is not computed yet"
         if isinstance(where, str):
             found = [w.spread(where, node.kind)] * self._vectors

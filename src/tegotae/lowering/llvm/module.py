@@ -6,13 +6,11 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
-import numpy as np
-
 from tegotae.lowering.buffers import Rows
 from tegotae.lowering.llvm.emit import Emitter
 from tegotae.lowering.llvm.target import Target
 from tegotae.lowering.llvm.writer import FunctionWriter
-from tegotae.lowering.nodes import DTYPES, FLOATS, Node
+from tegotae.lowering.nodes import Node
 from tegotae.lowering.stages import LANE, UNIFORM, Stages
 
 Address = tuple[str, int, bool]
@@ -98,27 +96,10 @@ class EpisodeModule:
     def _shared(self) -> dict[Node, int]:
         return {node: 8 * i for i, node in enumerate(self.stages.uniform)}
 
-    @cached_property
-    def _constants(self) -> dict[tuple[str, bytes], tuple[int, Node]]:
-        """Constants that the loop of ticks reads from memory, and where they are."""
-        return {}
-
-    def _constant(self, node: Node) -> Address | None:
-        """Where a constant is: a processor reads and spreads one as it uses it.
-
-        Written as such it would take a register all the time, of which there are few.
-        """
-        if node.kind not in FLOATS or node.detail == 0.0:
-            return None
-        key = node.kind, np.asarray(node.detail, DTYPES[node.kind]).tobytes()
-        first = 8 * len(self.stages.uniform)
-        offset, _ = self._constants.setdefault(key, (first + 8 * len(self._constants), node))
-        return "%uniform", offset, True
-
     @property
     def uniform_bytes(self) -> int:
-        """Memory for what all lanes share; known once there is the text."""
-        return 8 * (len(self.stages.uniform) + len(self._constants))
+        """Memory for what all lanes share."""
+        return 8 * len(self.stages.uniform)
 
     @cached_property
     def _kept(self) -> dict[Node, int]:
@@ -134,16 +115,12 @@ class EpisodeModule:
         found = Emitter(w, 1, wanted, leaf)
         for node, offset in self._shared.items():
             w.store("%uniform", offset, node.kind, found.values(node)[0])
-        for offset, node in self._constants.values():
-            w.store("%uniform", offset, node.kind, w.number(node.detail, node.kind))
         return w.function("@uniform(ptr %shared, ptr %uniform)")
 
     def _start(self, w: FunctionWriter) -> str:
         stages, rows = self.stages, self.lane_rows
 
         def leaf(node: Node) -> Address | None:
-            if node.operation == "literal":
-                return None
             if stages.level.get(node) == UNIFORM:
                 return "%uniform", self._shared[node], True
             if node.operation == "given":
@@ -199,8 +176,6 @@ class EpisodeModule:
         place = {slot: self.block * offsets[i] for i, slot in enumerate(self.stages.slots)}
 
         def leaf(node: Node) -> Address | str | None:
-            if node.operation == "literal":
-                return self._constant(node)
             stage = level.get(node)
             if stage == UNIFORM:
                 return "%uniform", self._shared[node], True
