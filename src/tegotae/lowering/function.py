@@ -92,7 +92,8 @@ def compile_function(
             for array in _given(name, layout)
         ]
         results = scalars(Reader().read(trace, arrays))
-    return FunctionKernel(*layouts, _text(results, layouts))
+    of_state, of_inputs, of_outputs = layouts
+    return FunctionKernel(of_state, of_inputs, of_outputs, _text(results, layouts))
 
 
 def _layout(tree: Any) -> MemoryLayout:
