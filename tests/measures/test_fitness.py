@@ -20,7 +20,7 @@ from tegotae.measures.hopping.spectrum import (
     rest_delta_omega,
     spectrum,
 )
-from tegotae.measures.objectives.fitness import EPISODE, SETTLE_S, Fitness
+from tegotae.measures.objectives.fitness import EPISODE, HERTZ, SETTLE_S, Fitness
 from tegotae.measures.objectives.objective import FAILED_FITNESS, Objective
 from tegotae.simulation.recorder import COMMON
 
@@ -217,6 +217,26 @@ def test_the_frequency_can_be_left_out():
     out = judge(what, omega=8.0, fitness=Fitness(follow_omega=False))
     assert out["fitness"][0] == pytest.approx(1.5, abs=2e-3)
     assert out["delta_omega"][0] == 0.0
+
+
+@pytest.mark.parametrize("weight", [0.0, HERTZ, 0.5, 1.0])
+def test_what_the_frequency_counts_for_is_a_choice(weight):
+    what = trajectory(sinusoid(4.5), climb_flight_m=3.0 * TIME, work_absolute_j=2.0 * TIME)
+    plain, weighted = (
+        judge(what, fitness=f) for f in (Fitness(), Fitness(frequency_weight=weight))
+    )
+    gap = plain["fitness"][0] - plain["cot_inverse"][0]
+    assert weighted["fitness"][0] == pytest.approx(1.5 + weight * gap, abs=2e-3)
+    assert Fitness(frequency_weight=weight).program == Fitness().program, "it compiles nothing anew"
+
+
+def test_in_hertz_a_deviation_counts_for_a_39th():
+    assert pytest.approx(39.48, abs=0.01) == 1.0 / HERTZ
+
+
+def test_a_weight_that_punishes_to_follow_is_refused():
+    with pytest.raises(TegotaeError, match="frequency_weight is -1"):
+        Fitness(frequency_weight=-1.0)
 
 
 def test_a_body_at_rest_gets_the_gap_of_no_motion():

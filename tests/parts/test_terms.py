@@ -241,3 +241,12 @@ def test_a_network_refuses_a_number_of_neurons_that_is_none(kind, hidden):
 def test_a_network_without_inputs_is_refused(kind):
     with pytest.raises(TegotaeError, match=r"^a network has no inputs"):
         kind((), 8)
+
+
+def test_a_reflexs_force_per_feedback_is_a_choice():
+    falling = Signals({"feedback": jnp.array([-2.0, 3.0])})
+    np.testing.assert_allclose(Reflex(0.5)((), falling), [1.0, 0.0])
+    np.testing.assert_allclose(SectorAndReflex(newtons_per_feedback=0.5)((), falling), [1.0, 0.0])
+    for scale in (0.0, -1.0, float("nan")):
+        with pytest.raises(TegotaeError, match="newtons_per_feedback"):
+            Reflex(scale)

@@ -19,7 +19,10 @@ from tegotae.cli import main
 from tegotae.figures.multiverse import curve_figure, overview_figure
 from tegotae.figures.report.multiverse import shares_table
 from tegotae.measures.hopping.statistics import Interval
+from tegotae.measures.objectives.fitness import Fitness
 from tegotae.parts.bodies import Hopper
+from tegotae.parts.terms import Reflex, Sector, SectorAndReflex
+from tegotae.simulation.rollout import Timing
 from tegotae.studies.paper import runner
 from tegotae.studies.paper.claims import (
     FAILS,
@@ -47,6 +50,7 @@ from tegotae.studies.paper.multiverse.verdicts import (
     verdicts_by_reading,
 )
 from tegotae.systems.models import find
+from tegotae.training.search import best_gain
 from tegotae.training.stopping import CAP
 
 # Readings.
@@ -132,6 +136,54 @@ def test_a_reading_is_in_every_unit_that_it_is_about():
             assert protocol.release_m == reading.release
             assert protocol.limit_cycle.height_tolerance_m == 0.005 * reading.tolerance
             assert protocol.limit_cycle.phase_tolerance_rad == 0.05 * reading.tolerance
+
+
+def test_mass_scales_the_body_and_keeps_its_ratios():
+    light, heavy = Reading().hopper, Reading(mass_kg=0.2).hopper
+    assert heavy.mass_kg == 2.0 * light.mass_kg
+    assert heavy.natural_frequency_rad_per_s == pytest.approx(light.natural_frequency_rad_per_s)
+    assert heavy.max_force_n / heavy.weight_n == pytest.approx(light.max_force_n / light.weight_n)
+
+
+def test_a_reading_changes_vanilla_actuations_alone():
+    reading = Reading(newtons_per_feedback=2.0, sector_s=0.05)
+    sector = reading.actuation(Sector())
+    assert (sector.width_rad, sector.duration_s) == (0.0, 0.05)
+    both = reading.actuation(SectorAndReflex())
+    assert (both.duration_s, both.newtons_per_feedback) == (0.05, 2.0)
+    assert reading.actuation(Reflex()) == Reflex(2.0)
+    learned = find("ART").experiment().controller.actuation
+    assert reading.actuation(learned) == learned
+    for own in (Sector(), Reflex(), SectorAndReflex(), learned):
+        assert Reading().actuation(own) == own
+
+
+@pytest.mark.parametrize(
+    ("choice", "says"),
+    [
+        ({"mass_kg": 0.0}, "mass_kg"),
+        ({"newtons_per_feedback": -1.0}, "newtons_per_feedback"),
+        ({"frequency_weight": -0.1}, "frequency_weight"),
+        ({"sector_s": 0.0}, "sector_s"),
+    ],
+)
+def test_freedoms_that_mean_nothing_are_refused(choice, says):
+    with pytest.raises(TegotaeError, match=says):
+        Reading(**choice)
+
+
+def test_a_gain_is_tuned_at_one_frequency_or_over_several():
+    """The gain of the mean fitness is no gain of either frequency's own."""
+    plain = find("V-sector-w8").experiment(
+        timing=Timing(duration_s=6.0, tick_s=0.002), objective=Fitness(settle_s=3.0)
+    )
+    over = plain.replaced(search_offsets=(-1.0, 1.0))
+    each = [best_gain(plain.replaced(omega=omega)) for omega in (7.0, 9.0)]
+    gain, fitness = best_gain(over)
+    assert fitness <= np.mean([best for _, best in each])
+    assert gain in plain.gains
+    with pytest.raises(TegotaeError, match="search_offsets is empty"):
+        plain.replaced(search_offsets=())
 
 
 def test_a_budget_of_training_is_spent_to_its_end_or_to_the_plateau():

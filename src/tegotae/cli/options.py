@@ -198,6 +198,8 @@ class ExperimentOptions(BodyOptions):
     """Hold the controller over each tick of the training, as a robot does."""
     cot_only: bool = False
     """Judge CoT⁻¹ alone, without ΔΩ, as in the paper's comparison of algorithms (agents always)."""
+    frequency_weight: Annotated[float | None, OWN] = None
+    """What ΔΩ counts for in the fitness [m/J per rad²/s²]: 1 for rad²/s², 0.0253 for Hz²."""
     fitness: Annotated[str | None, OWN] = None
     """Another measure of an episode: FILE.py:OBJECT or MODULE:OBJECT. On an environment hopping
     (CoT⁻¹ + ΔΩ), return (its rewards), or FILE.py:FUNCTION or MODULE:FUNCTION, of an episode."""
@@ -239,13 +241,20 @@ class ExperimentOptions(BodyOptions):
     def _objective(self, own: Objective) -> Objective:
         if self.fitness is not None:
             own = named(self.fitness, Objective, "fitness")
-        values = _given({"settle_s": self.settle, "work": self.work})
+        values = _given(
+            {
+                "settle_s": self.settle,
+                "work": self.work,
+                "frequency_weight": self.frequency_weight,
+            }
+        )
         if self.cot_only:
             values["follow_omega"] = False
         if values and not isinstance(own, Fitness):
             if values.keys() == {"work"}:  # which the evaluation has, too
                 return own
             option = {"settle_s": "settle", "follow_omega": "cot-only"}
+            option |= {"frequency_weight": "frequency-weight"}
             name = next(option[name] for name in values if name in option)
             raise TegotaeError(
                 f"--{name} belongs to the paper's fitness; this one is a {type(own).__name__}"

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from tegotae._support.errors import TegotaeError, require_count
+from tegotae._support.errors import TegotaeError, require_count, require_finite
 from tegotae.measures.evaluation import Protocol
 from tegotae.measures.objectives.fitness import Fitness
 from tegotae.measures.objectives.objective import Objective
@@ -52,6 +52,9 @@ class Experiment:
         episodes: how many episodes each candidate has, on average; more than one only
             under changing conditions.
         protocol: how what was learned is evaluated.
+        search_offsets: where all there is to learn is a gain, it is searched for at these
+            frequencies relative to ω_t [rad/s], by the mean fitness: at ω_t alone, or over those
+            of the evaluation.
 
     Raises:
         TegotaeError: for a name that is no file's, a condition that body and scenario do not have
@@ -72,9 +75,14 @@ class Experiment:
     conditions: tuple[Condition, ...] = ()
     episodes: int = 1
     protocol: Protocol = field(default_factory=Protocol)
+    search_offsets: tuple[float, ...] = (0.0,)
 
     def __post_init__(self) -> None:
         require_name(self.name)
+        if not self.search_offsets:
+            raise TegotaeError("search_offsets is empty; give at least one, such as 0")
+        for offset in self.search_offsets:
+            require_finite("a search offset", offset)
         require_count("episodes", self.episodes)
         if self.episodes > 1 and not self.conditions:
             raise TegotaeError(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -37,6 +38,9 @@ EPISODE = Timing(duration_s=24.0, tick_s=0.002)
 SETTLE_S = 12.0
 """Time of an episode that is left to settle [s]: transients last 10 s and more."""
 
+HERTZ = (2.0 * math.pi) ** -2
+"""The weight of ΔΩ that takes its frequencies in hertz, 0.025: (ω - w)² in Hz², not in rad²/s²."""
+
 TIE_BREAK = 1e-3
 """What the height climbed counts for, so that something can be learned from controllers of no other
 merit [m/J]."""
@@ -60,13 +64,17 @@ class FitnessData(NamedTuple):
 
     definition: Numeric
     """1 at the definition of work that counts, 0 elsewhere, in the order of `WORK`."""
-    follow_omega: Numeric
-    """1 if ΔΩ counts, else 0."""
+    frequency_weight: Numeric
+    """What ΔΩ counts for [m/J per rad²/s²], 0 if it does not."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Fitness(Objective):
-    """`fitness = CoT⁻¹ + ΔΩ` over the settled part of an episode (paper equations 11-13).
+    """`fitness = CoT⁻¹ + w ΔΩ` over the settled part of an episode (paper equations 11-13).
+
+    The paper adds m/J to a squared frequency without a unit. The weight w is 1 if that is in
+    rad²/s², and `HERTZ` if it is in Hz²: the frequency then counts for a 39th, and what is learned
+    hops nearer to the body's own rate.
 
     In training the settled part is what follows `settle_s`; of that, CoT⁻¹ is over the last whole
     hops (`tegotae.measures.hopping.whole_hops`) and ΔΩ over all of it. A gait that has died out by
@@ -81,14 +89,16 @@ class Fitness(Objective):
         work: definition of work, one of "absolute", "positive", "net".
         follow_omega: whether ΔΩ counts; it does not without an oscillator, nor in the paper's
             comparison of algorithms (Fig. 3).
+        frequency_weight: what ΔΩ counts for, w [m/J per rad²/s²].
 
     Raises:
-        TegotaeError: for an unknown definition or a negative settling time.
+        TegotaeError: for an unknown definition, a negative settling time or a negative weight.
     """
 
     settle_s: float = SETTLE_S
     work: str = "absolute"
     follow_omega: bool = True
+    frequency_weight: float = 1.0
 
     needs = (
         *("time_s", "height_m", "ground_m", "apex_height_m", "climb_flight_m", "climb_m"),
@@ -98,6 +108,7 @@ class Fitness(Objective):
     def __post_init__(self) -> None:
         require_finite("settle_s", self.settle_s, least=0.0)
         check_work(self.work)
+        require_finite("frequency_weight", self.frequency_weight, least=0.0)
 
     def check(self, timing: Timing) -> None:
         """Raise `TegotaeError` if an episode leaves too little after settling."""
@@ -118,9 +129,12 @@ class Fitness(Objective):
 
     @property
     def data(self) -> FitnessData:
-        """The definition of work, and whether ΔΩ counts."""
+        """The definition of work, and what ΔΩ counts for."""
         chosen = [float(definition == self.work) for definition in WORK]
-        return FitnessData(np.array(chosen, "float32"), np.float32(self.follow_omega))
+        return FitnessData(
+            np.array(chosen, "float32"),
+            np.float32(self.frequency_weight if self.follow_omega else 0.0),
+        )
 
     def outcome(
         self, trajectory: Trajectory, scenario: Scenario, body: Body, timing: Timing
@@ -157,6 +171,7 @@ class Fitness(Objective):
         shares = jnp.asarray(data.definition, outcome.cot_inverse.dtype)
         cot = (shares[:, None] * outcome.cot_inverse).sum(axis=0)
         # A failed lane may hold anything; what is not asked for must not spoil what is.
-        gap = jnp.where(data.follow_omega > 0.0, outcome.delta_omega, 0.0)
-        fitness = cot + gap + TIE_BREAK * jnp.tanh(outcome.climb_m)
+        weight = data.frequency_weight
+        gap = jnp.where(weight > 0.0, outcome.delta_omega, 0.0)
+        fitness = cot + weight * gap + TIE_BREAK * jnp.tanh(outcome.climb_m)
         return {"fitness": fitness, "cot_inverse": cot, "delta_omega": gap}

@@ -109,14 +109,25 @@ class Sector(Actuation):
 
 @dataclass(frozen=True)
 class Reflex(Actuation):
-    """Reaction to falling Tegotae, `F_a = -min(0, f)` [N] (paper equation 7).
+    """Reaction to falling Tegotae, `F_a = -s min(0, f)` [N] (paper equation 7).
 
-    The feedback f [rad/s] counts as newtons, one for one.
+    The paper takes the feedback f [rad/s] as newtons, one for one; the scale s makes that a choice.
+
+    Args:
+        newtons_per_feedback: the scale s [N s/rad].
+
+    Raises:
+        TegotaeError: for a scale that is not positive.
 
     Example:
         >>> Reflex()((), Signals({"feedback": jnp.array([-2.0, 3.0])})).tolist()
         [2.0, -0.0]
     """
+
+    newtons_per_feedback: float = 1.0
+
+    def __post_init__(self) -> None:
+        require_finite("newtons_per_feedback", self.newtons_per_feedback, above=0.0)
 
     @property
     def reads(self) -> tuple[str, ...]:
@@ -124,19 +135,36 @@ class Reflex(Actuation):
         return ("feedback",)
 
     def __call__(self, weights: Weights, signals: Signals) -> jax.Array:
-        """-min(0, f)."""
-        return -jnp.minimum(signals["feedback"], 0.0)
+        """-s min(0, f)."""
+        return _reflex(signals["feedback"], self.newtons_per_feedback)
+
+
+def _reflex(feedback: jax.Array, newtons: float) -> jax.Array:
+    force = -jnp.minimum(feedback, 0.0)
+    return force if newtons == 1.0 else newtons * force  # one for one is no operation
 
 
 @dataclass(frozen=True)
 class SectorAndReflex(Sector):
     """The sum of sector and reflex [N], clipped like either:
 
-        F_a = (α  while φ is in the sector,  else 0) - min(0, f).
+        F_a = (α  while φ is in the sector,  else 0) - s min(0, f).
 
     Source: paper equations 6 and 7, for the observation [φ, f] of IV-B. How the two go together,
     the paper leaves open.
+
+    Args:
+        start_rad: as of `Sector`.
+        width_rad: as of `Sector`.
+        duration_s: as of `Sector`.
+        newtons_per_feedback: as of `Reflex`.
     """
+
+    newtons_per_feedback: float = 1.0
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        require_finite("newtons_per_feedback", self.newtons_per_feedback, above=0.0)
 
     @property
     def reads(self) -> tuple[str, ...]:
@@ -145,7 +173,7 @@ class SectorAndReflex(Sector):
 
     def __call__(self, weights: Weights, signals: Signals) -> jax.Array:
         """The reflex part."""
-        return Reflex()(weights, signals)
+        return _reflex(signals["feedback"], self.newtons_per_feedback)
 
 
 @dataclass(frozen=True)

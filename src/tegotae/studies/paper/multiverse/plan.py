@@ -118,10 +118,20 @@ class Multiverse:
             height_m=reading.release * hopper.rest_length_m,
             timing=self.timing,
             objective=Fitness(
-                settle_s=self.settle_s, work=reading.work, follow_omega=reading.follow_omega
+                settle_s=self.settle_s,
+                work=reading.work,
+                follow_omega=reading.follow_omega,
+                frequency_weight=reading.frequency_weight,
             ),
             protocol=protocol,
+            search_offsets=reading.tuned_over,
         )
+        controller = experiment.controller
+        actuation = reading.actuation(controller.actuation)
+        if actuation != controller.actuation:
+            experiment = experiment.replaced(
+                controller=dataclasses.replace(controller, actuation=actuation)
+            )
         run = Run(
             experiment=experiment,
             seeds=tuple(range(self.seeds)),

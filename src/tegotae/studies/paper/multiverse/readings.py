@@ -12,6 +12,7 @@ import numpy as np
 from tegotae._support.errors import TegotaeError, require_count, require_finite
 from tegotae.measures.hopping.efficiency import check_work
 from tegotae.parts.bodies import Hopper
+from tegotae.parts.terms import Actuation, Reflex, Sector, SectorAndReflex
 from tegotae.systems.grammar import BUDGET
 
 PLATEAU = math.inf
@@ -27,8 +28,9 @@ class Reading:
     """One way to read the paper: a choice for everything that it leaves open.
 
     Lengths are in leg lengths l0, forces in weights m g, times in √(l0/g). The body follows with
-    l0 = 1 m, g = 9.81 m/s² and m = 0.1 kg, which only set the units in which σ is searched and
-    CoT⁻¹ is reported. ω_t stays at 4 and 8 rad/s, so that its ratio to ω_n varies with the body.
+    l0 = 1 m, g = 9.81 m/s² and a mass, which is a choice, too: CoT⁻¹ goes with 1 / m and is added
+    to ΔΩ, and the reflex takes rad/s as newtons. ω_t stays at 4 and 8 rad/s, so that its ratio to
+    ω_n varies with the body.
 
     Args:
         natural_frequency: ω_n √(l0/g), of the leg without damping.
@@ -41,6 +43,14 @@ class Reading:
         tolerance: factor of the limit cycle's tolerances of apex height and phase.
         parameters: the budget of trained numbers per controller.
         episodes: the budget of training per run [episodes]; infinite to train to the plateau.
+        mass_kg: mass of the body [kg]; ratios keep their values.
+        frequency_weight: what ΔΩ counts for in the fitness [m/J per rad²/s²]; 1 takes its
+            frequencies in rad/s, `tegotae.measures.objectives.fitness.HERTZ` in hertz.
+        newtons_per_feedback: force of the reflex per feedback [N s/rad].
+        sector_s: duration of the vanilla sector at the prescribed frequency [s]; None for the
+            width in phase that the paper's (6) has.
+        tuned_over: at which frequencies relative to ω_t the gain of a pure V model is searched
+            [rad/s].
 
     Raises:
         TegotaeError: for what the body does not allow: a force that cannot lift it, a leg that its
@@ -66,12 +76,20 @@ class Reading:
     tolerance: float = 1.0
     parameters: int = BUDGET
     episodes: float = PLATEAU
+    mass_kg: float = _STANDARD.mass_kg
+    frequency_weight: float = 1.0
+    newtons_per_feedback: float = 1.0
+    sector_s: float | None = None
+    tuned_over: tuple[float, ...] = (0.0,)
 
     def __post_init__(self) -> None:
-        for name in ("natural_frequency", "force_ratio", "release", "tolerance"):
+        positive = ("natural_frequency", "force_ratio", "release", "tolerance")
+        for name in (*positive, "mass_kg", "newtons_per_feedback"):
             require_finite(name, getattr(self, name), above=0.0)
-        for name in ("damping_ratio", "drop"):
+        for name in ("damping_ratio", "drop", "frequency_weight"):
             require_finite(name, getattr(self, name), least=0.0)
+        if self.sector_s is not None:
+            require_finite("sector_s", self.sector_s, above=0.0)
         check_work(self.work)
         require_count("parameters", self.parameters)
         if not self.episodes >= 1:
@@ -103,20 +121,29 @@ class Reading:
     @property
     def hopper(self) -> Hopper:
         """The body of these ratios; the standard one to the last bit where they are its own."""
-        if all(getattr(self, name) == getattr(Reading, name) for name in _RATIOS):
+        if all(getattr(self, name) == getattr(Reading, name) for name in (*_RATIOS, "mass_kg")):
             return _STANDARD
         mass, length, gravity = (
-            _STANDARD.mass_kg,
+            self.mass_kg,
             _STANDARD.rest_length_m,
             _STANDARD.gravity_m_per_s2,
         )
         rate = self.natural_frequency * math.sqrt(gravity / length)
         return dataclasses.replace(
             _STANDARD,
+            mass_kg=mass,
             stiffness_n_per_m=mass * rate**2,
             damping_ns_per_m=2.0 * self.damping_ratio * mass * rate,
             max_force_n=self.force_ratio * mass * gravity,
         )
+
+    def actuation(self, own: Actuation) -> Actuation:
+        """An actuation under this reading; a learned one is its own."""
+        if isinstance(own, Sector) and self.sector_s is not None:
+            own = dataclasses.replace(own, width_rad=0.0, duration_s=self.sector_s)
+        if isinstance(own, Reflex | SectorAndReflex):
+            own = dataclasses.replace(own, newtons_per_feedback=self.newtons_per_feedback)
+        return own
 
 
 @dataclass(frozen=True)
