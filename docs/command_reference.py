@@ -24,7 +24,7 @@ def _command(name: str, command: Command | CommandGroup, level: int = 2) -> Iter
         return
     own = parser(command.load())
     yield f"{_text(own.description or '')}\n"
-    # The class tells of what kind an action is, in tyro's own copy of argparse.
+    # The class is the kind of an action, in tyro's own copy of argparse.
     rows = [_row(each) for each in own._actions if type(each).__name__ != "_HelpAction"]
     if rows:
         yield "| option | meaning |\n|---|---|"

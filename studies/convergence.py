@@ -11,7 +11,7 @@ The cases are the vanilla controllers of the paper, sector and reflex, at ω 4 .
 
 How sensitive a case is, is measured by a release 1e-7 m higher, and by an oscillator faster by a
 share of 1e-7: its amplification is by how much more than 1e-7 m an apex then moves. Regular cases
-amplify by at most 30, and count; chaotic ones by more than 1000, and tell nothing about
+amplify by at most 30, and count; chaotic ones by more than 1000, and show nothing about
 integrators; sensitive ones lie between, and are counted apart.
 """
 

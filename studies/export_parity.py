@@ -121,7 +121,7 @@ def walker(name: str) -> dict[str, Any]:
             legs.system.release.height_m,
             phases,
             timing=_WALK,
-            told=lambda state, contact: state.position,
+            recorded=lambda state, contact: state.position,
         )
     every = round(_WALK.frame_s / _WALK.tick_s)
     of_robot = found[every - 1 :: every, :, 0]

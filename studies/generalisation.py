@@ -47,7 +47,7 @@ GROUPS = ("V", "VG", "AR", "ART", "ARG", "ARGT", "T")
 """Architectures with a line of their own; those that learn A or R alone are in the table."""
 
 LOOKED_AT = ("VG-gF-sector-w8", "AR-rF-reflex-w8", "ART-rF-tphif-w8", "T-Fv")
-"""Models of which is told how far they press the leg."""
+"""Models of which is shown how far they press the leg."""
 DEPLOYED = "AR-rF-reflex-w8"
 """The model of docs/deploy/index.md."""
 

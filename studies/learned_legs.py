@@ -1,11 +1,11 @@
-"""What bodies with legs gain from learned feedback: train, judge, disturb, tell.
+"""What bodies with legs gain from learned feedback: train, evaluate, disturb, report.
 
     python studies/learned_legs.py train             # what is missing; about an hour of a core
     python studies/learned_legs.py train --only 'AR*@quadruped-c'
-    python studies/learned_legs.py judge             # from random phases, over frequencies
+    python studies/learned_legs.py evaluate          # from random phases, over frequencies
     python studies/learned_legs.py disturb           # mass, slope, pushes, a lost leg, ...
     python studies/learned_legs.py vanilla           # vanilla feedback over σ and ω
-    python studies/learned_legs.py tell              # tables and figures of the page
+    python studies/learned_legs.py report            # tables and figures of the page
 
 Controllers are kept in `runs/learned_legs`, a folder each; tables and figures go to
 `docs/_static/learned_legs`. A training goes on where it was interrupted. What is trained is in
@@ -23,8 +23,8 @@ from typing import Annotated
 import tyro
 
 import learned_legs_disturb as disturbances
-import learned_legs_judge as judging
-import learned_legs_tell as telling
+import learned_legs_evaluate as evaluation
+import learned_legs_report as report
 import learned_legs_vanilla as vanilla
 from learned_legs_plan import CELLS, FOLDER, Cell, is_trained
 from tegotae.cli.status import exit_status
@@ -48,15 +48,15 @@ class Train:
 
 
 @dataclass(frozen=True)
-class Judge:
-    """Judge what has been trained: from random phases, at several frequencies."""
+class EvaluateAll:
+    """Evaluate what has been trained: from random phases, at several frequencies."""
 
     only: str = "*"
     dir: Path = FOLDER
 
     def run(self) -> None:
-        """Judge, and write the table."""
-        judging.judge_all([c for c in chosen(self.only) if is_trained(c, self.dir)], self.dir)
+        """Evaluate, and write the table."""
+        evaluation.evaluate_all([c for c in chosen(self.only) if is_trained(c, self.dir)], self.dir)
 
 
 @dataclass(frozen=True)
@@ -82,14 +82,14 @@ class Vanilla:
 
 
 @dataclass(frozen=True)
-class Tell:
+class Report:
     """Tables in Markdown, and figures."""
 
     dir: Path = FOLDER
 
     def run(self) -> None:
         """Write them."""
-        telling.tell(self.dir)
+        report.report(self.dir)
 
 
 def chosen(pattern: str) -> list[Cell]:
@@ -100,9 +100,9 @@ def chosen(pattern: str) -> list[Cell]:
 if __name__ == "__main__":
     command = tyro.cli(
         Annotated[Train, tyro.conf.subcommand("train")]
-        | Annotated[Judge, tyro.conf.subcommand("judge")]
+        | Annotated[EvaluateAll, tyro.conf.subcommand("evaluate")]
         | Annotated[Disturb, tyro.conf.subcommand("disturb")]
         | Annotated[Vanilla, tyro.conf.subcommand("vanilla")]
-        | Annotated[Tell, tyro.conf.subcommand("tell")]
+        | Annotated[Report, tyro.conf.subcommand("report")]
     )
     sys.exit(exit_status(command.run))

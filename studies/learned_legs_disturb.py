@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from kept import write_rows
-from learned_legs_judge import runs_of
+from learned_legs_evaluate import runs_of
 from learned_legs_plan import ADDED, TABLES, Cell
 from tegotae.parts.bodies import Walker
 from tegotae.studies.generalisation.catalogue import disturbances_named

@@ -48,7 +48,7 @@ is a mode of the body and, as phases 0 and π, a gait."""
 
 
 class Leg(NamedTuple):
-    """What a single hopper tells of how its kind feel each other."""
+    """What a single hopper shows of how its kind feel each other."""
 
     saved: SavedController
     orbit: Orbit
@@ -207,10 +207,10 @@ def exponents(law: str, leg: Leg) -> list[dict]:
     off = (ahead - (gaits - gaits[:1]) + np.pi) % (2.0 * np.pi) - np.pi
     size = (off * nudge).sum(axis=1)
     rates = np.log(np.abs(size[1] / size[0])) / (time[1] - time[0])
-    told = []
+    rows_of_gaits = []
     for (case, gait, mode), rate in zip(rows, rates, strict=True):
         known = dict(zip(MODES, (0.0, *case), strict=True))
-        told.append(
+        rows_of_gaits.append(
             {
                 "law": law,
                 **{
@@ -223,7 +223,7 @@ def exponents(law: str, leg: Leg) -> list[dict]:
                 "measured_per_s": rate,
             }
         )
-    return told
+    return rows_of_gaits
 
 
 @needing("phase_rad")

@@ -313,10 +313,10 @@ def tables(work: Path) -> None:
             ]
     write_rows(OUT / "curves.csv", curves, digits=5)
     write_rows(OUT / "robustness.csv", robust, digits=5)
-    tell()
+    report()
 
 
-def tell() -> None:
+def report() -> None:
     """Texts and picture from the tables that are kept."""
     curves, robust = (pd.read_csv(OUT / f"{name}.csv") for name in ("curves", "robustness"))
     write_text(OUT / "learned.md", learned_text(curves))
@@ -325,7 +325,7 @@ def tell() -> None:
     picture(curves)
 
 
-def told(values: pd.Series) -> str:
+def formatted(values: pd.Series) -> str:
     """A mean with its interval."""
     found = interval(values.to_numpy(), within=(0.0, math.inf))
     return f"{found.mean:.2f} ({found.low:.2f} … {found.high:.2f})"
@@ -346,7 +346,7 @@ def learned_text(curves: pd.DataFrame) -> str:
         if (model, algorithm) not in parts["at the end"].index:
             continue
         cells = [each[model, algorithm] for each in parts.values()]
-        means = " | ".join(told(each) for each in cells)
+        means = " | ".join(formatted(each) for each in cells)
         lines.append(f"| {model} | {algorithm.upper()} | {len(cells[0])} | {means} |")
     return "\n".join(lines) + "\n"
 
@@ -375,7 +375,9 @@ def robust_text(robust: pd.DataFrame) -> str:
     lines = [f"| | {' | '.join(heads)} |", "|---" * (1 + len(columns)) + "|"]
     for name in CONDITIONS:
         cells = [of(robust, model=m, algorithm=a, condition=name) for m, a in columns]
-        means = (f"{told(each['cot_inverse'])}, {each['cot_inverse'].min():.2f}" for each in cells)
+        means = (
+            f"{formatted(each['cot_inverse'])}, {each['cot_inverse'].min():.2f}" for each in cells
+        )
         lines.append(f"| {name} | {' | '.join(means)} |")
     return "\n".join(lines) + "\n"
 

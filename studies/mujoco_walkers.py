@@ -58,7 +58,7 @@ class Body:
     omega: float
     made: tuple[tuple[str, Any], ...] = ()
     places: bool = False
-    """Whether its actuators are told places; standing still is the middle of them then."""
+    """Whether its actuators take places; standing still is the middle of them then."""
     max_force: float | None = None
     """Full force, if not the wiring's."""
 
@@ -165,7 +165,7 @@ def vanilla(body: Body) -> tuple[float, float]:
 
 
 def still(body: Body) -> EnvExperiment:
-    """The body under no torque; where actuators are told places, in the middle of them."""
+    """The body under no torque; where actuators take places, in the middle of them."""
     own = experiment(body, "V-sector-w8", JUDGED_S)
 
     def quiet(limb: Any) -> Any:
@@ -188,7 +188,7 @@ def seen(own: EnvExperiment, weights: np.ndarray) -> Iterator[EpisodeBatch]:
     lanes.close()
 
 
-def told(record: EpisodeBatch) -> tuple[float, float, float]:
+def outcome(record: EpisodeBatch) -> tuple[float, float, float]:
     """Return, distance [m] and time [s] of an episode."""
     episode = record.episode(0)
     names = ("rootx_velocity", "root_velocity", "root_velocity[0]")
@@ -211,7 +211,7 @@ def judged(work: Path, name: str, body: Body) -> list[dict[str, Any]]:
         ways[f"learned ART, seed {seed}"] = own, np.asarray(load(file).weights)
     rows = []
     for way, (own, weights) in ways.items():
-        found = np.array([told(record) for record in seen(own, weights)])
+        found = np.array([outcome(record) for record in seen(own, weights)])
         means = dict(zip(("return", "distance_m", "time_s"), found.mean(axis=0), strict=True))
         ends = {"least_return": found[:, 0].min(), "most_return": found[:, 0].max()}
         rows.append({"body": name, "way": way, **means, **ends})

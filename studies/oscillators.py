@@ -2,7 +2,7 @@
 
     python studies/oscillators.py               # what is missing of it; hours on two cores
     python studies/oscillators.py --omegas 8 --seeds 5
-    python studies/oscillators.py --told        # only tables and figure anew
+    python studies/oscillators.py --tables-only # only tables and figure anew
 
 Every architecture is trained to its plateau with every oscillator, from the same seeds, with the
 same budget of 96 weights, and evaluated as the paper does. The records are kept in a folder, so
@@ -55,7 +55,7 @@ SHOWN = {
     "limit_cycle_share": "settled share",
     "recovery_share": "recovered share",
 }
-"""What is told of a run, by column."""
+"""What is listed of a run, by column."""
 
 
 @dataclass(frozen=True)
@@ -76,13 +76,13 @@ class Matter:
     """Worker processes; one a core by default."""
     out: Path = DOCS / "_static" / "oscillators"
     """Folder of table and figure."""
-    told: bool = False
-    """Only tell what the folder holds."""
+    tables_only: bool = False
+    """Only tabulate what the folder holds."""
 
     def run(self) -> None:
         """Do it all."""
         output_folder(self.out)
-        if not self.told:
+        if not self.tables_only:
             runner.run(self.plan, self.dir, partial(runner.on_cores, workers=self.workers))
         columns = self._columns()
         found = [
@@ -92,7 +92,7 @@ class Matter:
         rows = read_csv(self.out / "matter.csv", (*CELL, *SHOWN))
         for omega in np.unique(rows["omega_t"]):
             own = _where(rows, rows["omega_t"] == omega)
-            write_text(self.out / f"matter-w{omega}.md", told(own))
+            write_text(self.out / f"matter-w{omega}.md", markdown(own))
             save_figure(draw(own), self.out / f"matter-w{omega}.png")
 
     @property
@@ -155,7 +155,7 @@ def compared(rows: dict[str, Any], oscillator: str, name: str) -> tuple[float, f
     return found.mean, found.low, found.high
 
 
-def told(rows: dict[str, Any]) -> str:
+def markdown(rows: dict[str, Any]) -> str:
     """The differences as tables in Markdown: where terms are learned, and of V by itself."""
     vanilla = np.asarray(rows["architecture"]) == "V"
     parts = (("learned terms", ~vanilla), ("V", vanilla))

@@ -64,7 +64,7 @@ def row(name: str, level: float, omega: float) -> dict[str, Any]:
     """What was found, and what is proved."""
     body = disturbed(name, level)
     own = omega * level if name == "omega" else omega
-    told = {"condition": name, "level": level, "omega": omega}
+    row = {"condition": name, "level": level, "omega": omega}
     try:
         best = optimise(body, own, starts=STARTS).cot_inverse
     except TegotaeError:
@@ -76,7 +76,7 @@ def row(name: str, level: float, omega: float) -> dict[str, Any]:
     # What it falls from, if full force stops it within the leg: at least this, as the
     # damper helps.
     caught = most_lift_off(body) ** 2 / (2.0 * body.gravity_m_per_s2 * body.rest_length_m)
-    return {**told, "cot_inverse": best, "upper_bound": bound, "caught_l0": caught}
+    return {**row, "cot_inverse": best, "upper_bound": bound, "caught_l0": caught}
 
 
 def text() -> str:

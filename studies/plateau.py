@@ -64,7 +64,7 @@ RESTARTS = "best of two"
 """The first setting once more: of two runs, with half of the episodes each, the better."""
 
 BUDGETS = (1280, 2560, 5120, 10240, 15360)
-"""Episodes after which the best fitness is told."""
+"""Episodes after which the best fitness is listed."""
 
 COLUMNS = ("setting", "model", "seed", *map(str, BUDGETS), "rule_ends", "rule_misses")
 
@@ -82,12 +82,12 @@ class Plateau:
     out: Path = DOCS / "_static"
     """Folder of table and figure."""
 
-    told: bool = False
-    """Only tell the means of the table that is there."""
+    tables_only: bool = False
+    """Only print the means of the table that is there."""
 
     def run(self) -> None:
         """Do it all."""
-        if self.told:
+        if self.tables_only:
             self._tell()
             return
         for name in self.settings:
@@ -180,7 +180,7 @@ def _rows(
     rows = []
     for seed, (curve, of_seed) in enumerate(zip(fitness.T, best.T, strict=True)):
         at = [of_seed[np.searchsorted(episodes, budget, side="right") - 1] for budget in BUDGETS]
-        told = [f"{x:.4f}" for x in at]
+        values = [f"{x:.4f}" for x in at]
         ends, misses = "", ""
         if name != RESTARTS:
             # The rule counts generations of 32 episodes.
@@ -191,7 +191,7 @@ def _rows(
             )
             reached = of_seed[np.searchsorted(episodes, 32 * done, side="right") - 1]
             ends, misses = 32 * done, f"{of_seed[-1] - reached:.4f}"
-        rows.append((name, model, seed, *told, ends, misses))
+        rows.append((name, model, seed, *values, ends, misses))
     return rows
 
 

@@ -56,14 +56,14 @@ class Watched(Walker):
 class ByAxis(Watched):
     """One whose work is that of each axis of a leg by itself, |F_x ċ_x| + |F_z ċ_z|."""
 
-    def _contact(self, start, end, now, then, *, share, tick_s, **told):
+    def _contact(self, start, end, now, then, *, share, tick_s, **flow):
         aims = end.command - start.command
         forces = (
             share * a + (1.0 - share) * b for a, b in zip(now.of_body, then.of_body, strict=True)
         )
         along, _, down = forces
-        told["work_j"] = jnp.abs(along * aims[0]) + jnp.abs(down * aims[1])
-        return super()._contact(start, end, now, then, share=share, tick_s=tick_s, **told)
+        flow["work_j"] = jnp.abs(along * aims[0]) + jnp.abs(down * aims[1])
+        return super()._contact(start, end, now, then, share=share, tick_s=tick_s, **flow)
 
 
 def _stands(tick: Any) -> jax.Array:
@@ -112,8 +112,8 @@ def row(name: str, omega: float) -> dict[str, Any]:
     legged = system(name).with_numbers(omega=omega)
     scenario = legged.scenario(random_phases(legged.body.limbs, STARTS, 1))
     own = {each.name: getattr(legged.body, each.name) for each in fields(legged.body)}
-    told = legged.engine(legged.summary()).run(legged.weights, scenario, legged.body)
-    gaits = gait_of(lanes_of(told), legged.names).tolist()
+    found = legged.engine(legged.summary()).run(legged.weights, scenario, legged.body)
+    gaits = gait_of(lanes_of(found), legged.names).tolist()
     netted, apart = (
         jax.tree.map(
             lambda x: np.asarray(x, float),
@@ -147,7 +147,7 @@ def shown() -> str:
     table = read_csv(OUT / "walker_cost.csv")
     rows = [dict(zip(table, cells, strict=True)) for cells in zip(*table.values(), strict=True)]
     titles = (
-        *("system", "ω", "gait", "CoT as told", "each axis by itself", "positive work alone"),
+        *("system", "ω", "gait", "CoT as reported", "each axis by itself", "positive work alone"),
         *("on the ground without load", "sliding", "largest load [m g]"),
     )
     lines = [f"| {' | '.join(titles)} |", "|---" * len(titles) + "|"]

@@ -183,7 +183,7 @@ def test_learned_legs_of_a_walker_move_compiled_as_they_do_simulated(tmp_path):
         1.1,
         phases,
         timing=timing,
-        told=lambda state, contact: state.position,
+        recorded=lambda state, contact: state.position,
     )
     every = round(timing.frame_s / timing.tick_s)
     of_robot = found[every - 1 :: every, 2, 0]

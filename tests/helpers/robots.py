@@ -45,9 +45,9 @@ def driven(
     measured: Any = as_simulated,
     *,
     timing: Timing = HELD,
-    told: Any = lambda state, contact: contact.apex_height_m,
+    recorded: Any = lambda state, contact: contact.apex_height_m,
 ) -> np.ndarray:
-    """Compiled controllers drive one body each, tick by tick; what is told of each, ticks first.
+    """Compiled controllers drive one body each, tick by tick; what each records, ticks first.
 
     `measured` says what a robot's sensors give, one for all or one a robot.
     """
@@ -65,7 +65,7 @@ def driven(
     @jax.jit
     def advance(state: Any, command: Any) -> tuple:
         after, contact = body.advance(state, Push(command), ground, step_s)
-        return after, body.sense(after, ground).values, told(after, contact)
+        return after, body.sense(after, ground).values, recorded(after, contact)
 
     def say(sensed: dict) -> Any:
         values = {name: np.asarray(x) for name, x in sensed.items()}

@@ -20,7 +20,7 @@ def header(export: Export) -> str:
         comment_of(
             plain(
                 f"{prefix}.h: {title}, for a control loop of {export.tick_s:g} s. Written by "
-                f"tegotae from a controller file; {prefix}.json tells all about it, README.md how "
+                f"tegotae from a controller file; {prefix}.json describes it, README.md how "
                 "to use it."
             )
         )

@@ -23,7 +23,7 @@ from tegotae.systems.legged_systems import settling
 from tegotae.training.collection import read
 
 OMEGAS = (0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0)
-"""Frequencies that a walker is judged at [rad/s]."""
+"""Frequencies that a walker is evaluated at [rad/s]."""
 STARTS = 8
 """Random releases at each."""
 GAITS = 32
@@ -51,16 +51,16 @@ def rows_of(cell: Cell, runs: ControllerSet, found: GaitEvaluation) -> list[dict
     return rows
 
 
-def judge_all(cells: list[Cell], folder: Path) -> None:
-    """Write all tables that need no disturbance; what has been judged before is kept.
+def evaluate_all(cells: list[Cell], folder: Path) -> None:
+    """Write all tables that need no disturbance; what has been evaluated before is kept.
 
     `judged.csv`: every controller at the frequency trained at; `gaits.csv`: the same by gait;
     `range.csv`: at other frequencies; `forced.csv`: gaits by themselves; `curves.csv`: training.
     """
     found: dict[str, list[dict[str, Any]]] = {"judged": [], "gaits": [], "range": []}
-    with reporting("judge", len(cells)) as reporter:
+    with reporting("evaluate", len(cells)) as reporter:
         for done, cell in enumerate(cells, 1):
-            for name, rows in judged_cell(cell, folder).items():
+            for name, rows in evaluated_cell(cell, folder).items():
                 found[name] += rows
             reporter.update(done, cell.name)
     for name, rows in found.items():
@@ -69,7 +69,7 @@ def judge_all(cells: list[Cell], folder: Path) -> None:
     write_rows(TABLES / "forced.csv", forced(FORCED), digits=4)
 
 
-def judged_cell(cell: Cell, folder: Path) -> dict[str, list[dict[str, Any]]]:
+def evaluated_cell(cell: Cell, folder: Path) -> dict[str, list[dict[str, Any]]]:
     """The rows of a cell, from its folder if they are there."""
     kept = folder / "judged" / f"{cell.name}.json"
     if kept.exists():

@@ -19,7 +19,7 @@ OTHERWISE = ("-w", "+lost", "+long", "+wide")
 """What stands in the names of cells that were trained at another speed, or otherwise."""
 
 
-def tell(folder: Path) -> None:
+def report(folder: Path) -> None:
     """Write `learned_legs.md`'s tables and all figures from the tables that are there."""
     judged, over = table("judged"), table("range")
     shares, curves = table("shares"), table("curves")
@@ -228,9 +228,9 @@ def convergence(curves: Rows) -> str:
         if not mine.any() or cell.experiment.is_searched or cell.loses_legs:
             continue
         last = curves["generation"][mine].max()
-        told = []
+        fitness_at = []
         for share in (0.5, 0.8, 1.0):
             at = mine & (np.abs(curves["generation"] - share * last) < 0.5)
-            told.append(sure(curves["best_fitness"][at]))
-        rows.append((f"`{cell.name}`", f"{last:.0f}", *told))
+            fitness_at.append(sure(curves["best_fitness"][at]))
+        rows.append((f"`{cell.name}`", f"{last:.0f}", *fitness_at))
     return markdown(("cell", "generations", "half", "four fifths", "all"), rows)
