@@ -26,7 +26,7 @@ PROSE = {
     r"troupes?|crews?|shelf|shelves": "pool or cache",
     r"misfortunes?": "disturbance",
     r"whoever|whosoever|whatsoever": "name who or what",
-    r"what it is": "meaning or content",
+    r"what it is(?=\s*([|,.:;]|$))": "meaning or content",
     r"(^|(?<=[.:;|!] )|(?<=# )|(?<=\*\*))What (is|was|are|were)\b(?![^.!]*\?)": "name the subject",
 }
 """Not in any text for people; patterns of whole words, without regard to case where they have

@@ -43,7 +43,7 @@ OWN = tyro.conf.arg(help_behavior_hint="(default: the experiment's)")
 """For an option without which an experiment stays as it is."""
 EARLIER_NAME = tyro.conf.arg(aliases=["--energy"])
 """For the definition of work, which earlier versions called energy."""
-HEIGHT = tyro.conf.arg(name="height", aliases=["--release"])
+EARLIER_HEIGHT = tyro.conf.arg(aliases=["--release"])
 """For the height of the release, which trainings of earlier versions called release."""
 OF_PROTOCOL = tyro.conf.arg(help_behavior_hint="(default: its protocol's)")
 """The same of the protocol by which something is evaluated."""
@@ -182,7 +182,7 @@ class OscillatorOption:
 class ExperimentOptions(BodyOptions):
     """What of an experiment is to be other than it is by itself."""
 
-    release: Annotated[float | None, OWN, HEIGHT] = None
+    height: Annotated[float | None, OWN, EARLIER_HEIGHT] = None
     """Height of the release [m], in training and evaluation."""
     drop: Annotated[float | None, OWN] = None
     """How far the ground drops in the evaluation [m]."""
@@ -224,10 +224,10 @@ class ExperimentOptions(BodyOptions):
                 body or fitness does not have.
         """
         times = {"duration_s": self.duration, "tick_s": self.tick}
-        heights = {"release_m": self.release, "drop_m": self.drop, "work": self.work}
+        heights = {"release_m": self.height, "drop_m": self.drop, "work": self.work}
         if self.oscillator is not None:
             experiment = with_oscillator(experiment, self.oscillator, budget)
-        changes = {"height_m": self.release, "episodes": self.episodes_per_candidate}
+        changes = {"height_m": self.height, "episodes": self.episodes_per_candidate}
         return experiment.replaced(
             body=self.in_place_of(experiment.body),
             conditions=conditions_named(self.vary) or experiment.conditions,
