@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import ctypes
 import itertools
-import os
 import threading
 import time
 from collections.abc import Callable, Sequence
@@ -15,6 +14,7 @@ from typing import Any
 import jax
 import numpy as np
 
+from tegotae._support.devices import available_cores
 from tegotae.lowering.buffers import aligned
 from tegotae.lowering.lane_reader import LaneReader
 from tegotae.lowering.llvm.compile import Compiled
@@ -25,6 +25,11 @@ from tegotae.lowering.stages import Roots, Stages
 
 _BUFFER_BYTES = 4 * 2**20
 """Frames that a thread records before they are collected, unless a block alone has more."""
+
+_GROUPS_OF_THREAD = 4
+"""Groups that a thread has at least, where there are so many lanes."""
+_LANES_TOGETHER = 64
+"""Lanes of a group, or a multiple of them: so many are summarised at a time."""
 
 Collect = Callable[[int, int, Any], None]
 """Takes the first lane of a group, how many it has, and its channels [frames, ..., lanes]."""
@@ -206,7 +211,7 @@ class Kernel:
                 which are only valid meanwhile. What it raises, `run` raises.
         """
         run = _Run(self, lanes, shared, frames, ticks_per_frame, collect)
-        run.go(threads or len(os.sched_getaffinity(0)))
+        run.go(threads or available_cores())
 
 
 class _Run:
@@ -247,10 +252,8 @@ class _Run:
 
     def go(self, threads: int) -> None:
         """Roll out group after group, each by the thread that is free."""
-        frame_bytes = self._module.channel_rows.size * self._block * self._frames
-        fits = max(1, _BUFFER_BYTES // max(1, frame_bytes))
         threads = max(1, min(threads, self._blocks))
-        group = min(fits, -(-self._blocks // threads))
+        group = self._blocks_of_group(threads)
         groups = iter(range(0, self._blocks, group))
         lock = threading.Lock()
 
@@ -269,6 +272,14 @@ class _Run:
         with ThreadPoolExecutor(threads) as pool:
             for done in [pool.submit(work) for _ in range(threads)]:
                 done.result()
+
+    def _blocks_of_group(self, threads: int) -> int:
+        """As many as the buffer holds, few enough that no thread waits long for another."""
+        frame_bytes = self._module.channel_rows.size * self._block * self._frames
+        fits = max(1, _BUFFER_BYTES // max(1, frame_bytes))
+        together = max(1, _LANES_TOGETHER // self._block)
+        shares = -(-self._blocks // (_GROUPS_OF_THREAD * threads * together)) * together
+        return min(fits, shares)
 
 
 class _Worker:
