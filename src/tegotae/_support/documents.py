@@ -24,6 +24,8 @@ else:  # no checker at run time follows what names itself
 """A value that JSON has."""
 JsonObject: TypeAlias = dict[str, Json]
 """A document: its entries by name."""
+Document: TypeAlias = dict[str, Any]
+"""A document as it was read: `fitted` alone says of which kind its entries are."""
 
 MOST_BYTES = 2**28
 """Size of the largest document [bytes]."""

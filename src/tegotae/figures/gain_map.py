@@ -16,6 +16,7 @@ from tegotae.figures.maps import draw_quantity, regime_legend
 from tegotae.figures.style import COLOURS, COLUMN_IN, new_figure, styled
 from tegotae.measures.hopping.gait import REGIMES
 from tegotae.measures.optimum.table import curve
+from tegotae.parts._shapes import AnyArray
 from tegotae.studies.analysis.gain_sweep import GainSweep
 from tegotae.studies.analysis.ridge import Ridge
 
@@ -128,7 +129,7 @@ def _beside_the_optimum(panel: Axes, ridges: Mapping[str, Ridge], *, known: bool
     panel.set_ylabel("CoT$^{-1}$ A\n[m/J]")
 
 
-def values(sweep: GainSweep) -> tuple[np.ndarray, np.ndarray]:
+def values(sweep: GainSweep) -> tuple[AnyArray, AnyArray]:
     """CoT⁻¹ A and B [m/J], [gains, frequencies]."""
     return sweep.outcome.cot_inverse, sweep.outcome.cot_inverse_total
 

@@ -18,6 +18,7 @@ from tegotae.measures.hopping.gait import (
     REGIMES,
     UNSETTLED,
 )
+from tegotae.parts._shapes import AnyArray
 
 _FILL = {AT_REST: "0.9", UNSETTLED: "white", FAILED: "black"}
 _HATCH = {AT_REST: "/////", UNSETTLED: None, FAILED: None}
@@ -30,7 +31,7 @@ def quantities() -> Colormap:
     return LinearSegmentedColormap.from_list("quantities", colours)
 
 
-def draw_regimes(axes: Axes, x: np.ndarray, y: np.ndarray, regime: np.ndarray) -> None:
+def draw_regimes(axes: Axes, x: np.ndarray, y: np.ndarray, regime: AnyArray) -> None:
     """Colour the cells without limit cycle: hatched at rest, white unsettled, black failed.
 
     Args:
@@ -54,7 +55,7 @@ def draw_regimes(axes: Axes, x: np.ndarray, y: np.ndarray, regime: np.ndarray) -
 
 
 def draw_quantity(
-    axes: Axes, x: np.ndarray, y: np.ndarray, value: np.ndarray, regime: np.ndarray, **how: Any
+    axes: Axes, x: np.ndarray, y: np.ndarray, value: AnyArray, regime: AnyArray, **how: Any
 ) -> Any:
     """Draw a quantity where there is a limit cycle, and elsewhere the regime; returns the mesh.
 
@@ -92,7 +93,7 @@ def category_patch(colour: Any, label: str) -> Patch:
     return Patch(facecolor=colour, edgecolor=_HATCH_COLOUR, lw=0.5, label=label)
 
 
-def regime_legend(figure: Figure, present: np.ndarray, *more: Any, **how: Any) -> None:
+def regime_legend(figure: Figure, present: AnyArray, *more: Any, **how: Any) -> None:
     """Say below the panels what the colours without a value mean.
 
     Args:

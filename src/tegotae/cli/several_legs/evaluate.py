@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections import Counter
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tegotae._support.documents import JsonObject
 from tegotae.cli.tables import print_rows
 
 if TYPE_CHECKING:
@@ -62,7 +63,7 @@ def print_table(found: list[tuple[str, tuple[str, ...], GaitEvaluation]]) -> Non
     print("Lengths and times are in " + " or ".join(" and ".join(pair) for pair in units) + ".")
 
 
-def listed(found: list[tuple[str, tuple[str, ...], GaitEvaluation]]) -> list[dict[str, Any]]:
+def listed(found: list[tuple[str, tuple[str, ...], GaitEvaluation]]) -> list[JsonObject]:
     """The rows of `columns` as JSON objects, null for what is undefined."""
     from tegotae.studies.gaits.document import plain
 
@@ -70,9 +71,11 @@ def listed(found: list[tuple[str, tuple[str, ...], GaitEvaluation]]) -> list[dic
     return [dict(zip(table, plain(row), strict=True)) for row in zip(*table.values(), strict=True)]
 
 
-def columns(found: list[tuple[str, tuple[str, ...], GaitEvaluation]]) -> dict[str, list[Any]]:
+def columns(
+    found: list[tuple[str, tuple[str, ...], GaitEvaluation]],
+) -> dict[str, list[str | float]]:
     """A row per controller and frequency."""
-    rows: dict[str, list[Any]] = {"controller": [], "run": [], "omega": []}
+    rows: dict[str, list[str | float]] = {"controller": [], "run": [], "omega": []}
     for name, labels, evaluated in found:
         measures = evaluated.measures
         for run, label in enumerate(labels):

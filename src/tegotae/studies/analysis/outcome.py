@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
+import jax
 import jax.numpy as jnp
 
 from tegotae.measures.hopping.gait import FAILED, GaitSummary
 from tegotae.measures.hopping.hopping import hops
 from tegotae.measures.hopping.limit_cycle import settled
+from tegotae.parts._shapes import AnyArray
 from tegotae.parts.bodies import Body
 from tegotae.parts.maths import TWO_PI
 from tegotae.simulation.rollout import Scenario, Timing, Trajectory
@@ -18,28 +20,28 @@ from tegotae.simulation.rollout import Scenario, Timing, Trajectory
 class Outcome(NamedTuple):
     """What became of each rollout: arrays of one shape, NaN where undefined."""
 
-    regime: Any
+    regime: AnyArray
     """Index into `tegotae.measures.hopping.gait.REGIMES`."""
-    limit_cycle_period: Any
+    limit_cycle_period: AnyArray
     """Period k of the limit cycle [hops]."""
-    cot_inverse: Any
+    cot_inverse: AnyArray
     """CoT⁻¹ A, of the heights climbed in flight [m/J]."""
-    cot_inverse_total: Any
+    cot_inverse_total: AnyArray
     """CoT⁻¹ B, of all heights climbed [m/J]."""
-    apex_height_m: Any
+    apex_height_m: AnyArray
     """Mean height of the apexes [m]."""
-    hop_rate: Any
+    hop_rate: AnyArray
     """Angular frequency of hopping, 2π / mean time between apexes [rad/s]."""
-    phase_rate: Any
+    phase_rate: AnyArray
     """Mean phase rate of the oscillator [rad/s]; zero without one."""
 
     @property
-    def winding_ratio(self) -> Any:
+    def winding_ratio(self) -> AnyArray:
         """Revolutions of the oscillator per hop: mean phase rate over hopping frequency."""
         return self.phase_rate / self.hop_rate
 
 
-def turn(phase_rad: Any) -> Any:
+def turn(phase_rad: AnyArray) -> AnyArray:
     """The same angle in [-π, π) [rad]."""
     return (phase_rad + 0.5 * TWO_PI) % TWO_PI - 0.5 * TWO_PI
 
@@ -87,10 +89,10 @@ class OutcomeSummary:
         counts = (row > first[None]) & (row <= last[None])
         apex_height = jnp.sum(jnp.where(counts, table.height_m, 0.0), axis=0)
 
-        def at(x: Any, row: Any) -> Any:
+        def at(x: AnyArray, row: AnyArray) -> jax.Array:
             return jnp.take_along_axis(x, row[None], axis=0)[0]
 
-        def travelled_at(hop: Any) -> Any:
+        def travelled_at(hop: AnyArray) -> AnyArray:
             frame = at(table.frame, hop)
             since = turn(at(table.phase_rad, hop) - at(trajectory.phase_rad, frame))
             return at(travelled, frame) + since
@@ -111,7 +113,7 @@ class OutcomeSummary:
         )
 
 
-def unwrapped(phase_rad: Any) -> Any:
+def unwrapped(phase_rad: AnyArray) -> jax.Array:
     """A phase recorded modulo 2π as one that goes on [rad], shape [frames, lanes].
 
     Right as long as it moves by less than half a turn between frames.

@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from tegotae.parts._shapes import AnyArray
 from tegotae.studies.analysis.gain_sweep import GainSweep
 
 _RESAMPLES = 2000
@@ -43,7 +44,7 @@ class Ridge(NamedTuple):
         return self.intercept + self.slope * np.asarray(omega)
 
 
-def find_ridge(sigma: np.ndarray, omega: np.ndarray, value: np.ndarray) -> Ridge:
+def find_ridge(sigma: np.ndarray, omega: np.ndarray, value: AnyArray) -> Ridge:
     """Where a map is highest along σ, for each ω, and the least-squares line through it.
 
     Best gains at the edge of the map are censored, and not fitted.

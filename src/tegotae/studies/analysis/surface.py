@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -12,6 +11,7 @@ import numpy as np
 
 from tegotae._support.devices import set_up
 from tegotae._support.errors import TegotaeError, require_finite
+from tegotae.parts._shapes import LaneNumbers
 from tegotae.parts.bodies import Body, Hopper
 from tegotae.parts.controller import Controller
 from tegotae.parts.maths import TWO_PI
@@ -91,7 +91,7 @@ def surface_of(
     controller: Controller,
     body: Body,
     omega: float | None,
-    weights_at: Callable[[Signals], Sequence[Any]],
+    weights_at: Callable[[Signals], Sequence[LaneNumbers]],
     spring_force_n: np.ndarray,
     *,
     columns: int,

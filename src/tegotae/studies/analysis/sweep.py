@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from tegotae._support.errors import TegotaeError, require_count, require_finite
 from tegotae._support.limits import MOST_GAIN, MOST_POINTS, require_memory
+from tegotae.studies.analysis.outcome import Outcome
 
 MAP_DURATION_S = 40.0
 """Simulated time of every rollout of a map [s], as of the undisturbed part of an evaluation: what
@@ -55,6 +54,6 @@ def lanes(rows: np.ndarray, columns: np.ndarray) -> tuple[np.ndarray, np.ndarray
     return row.ravel(), column.ravel()
 
 
-def as_maps(outcome: Any, rows: np.ndarray, columns: np.ndarray) -> Any:
-    """A NamedTuple of lanes as the same NamedTuple of maps, shape [rows, columns]."""
-    return type(outcome)(*(np.reshape(x, (len(rows), len(columns))) for x in outcome))
+def as_maps(outcome: Outcome, rows: np.ndarray, columns: np.ndarray) -> Outcome:
+    """The outcome of lanes as maps, shape [rows, columns]."""
+    return Outcome(*(np.reshape(x, (len(rows), len(columns))) for x in outcome))

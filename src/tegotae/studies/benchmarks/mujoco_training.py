@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -20,7 +20,7 @@ from tegotae.envs.pilot import Pilot
 from tegotae.envs.wiring_file import load_wiring
 from tegotae.systems.models import find
 from tegotae.training.environments.experiment import EnvExperiment
-from tegotae.training.environments.lanes import GymLanes, ModelLanes
+from tegotae.training.environments.lanes import GymLanes, Lanes, ModelLanes
 
 LANES = (16, 64)
 ENVS = 8
@@ -50,7 +50,7 @@ def measured(steps: int = 200) -> list[MujocoSpeed]:
     own = EnvExperiment.of_model(find("ART"), spec, load_wiring("hopper"))
     step_s = own.wires.step_s
 
-    def driven(lanes: Any, n: int) -> tuple[float, float]:
+    def driven(lanes: Lanes, n: int) -> tuple[float, float]:
         weights = np.random.default_rng(0).normal(size=(own.controller.n_weights, n))
         pilot = Pilot(own.wires, own.wiring, weights)
         alive = np.ones(n, bool)

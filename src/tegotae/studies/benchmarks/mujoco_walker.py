@@ -9,11 +9,13 @@ from __future__ import annotations
 
 import os
 import time
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from tegotae._support.optional_dependencies import require
+from tegotae.envs._types import MjData
 from tegotae.envs.mujoco.quadruped import Settings, description
 
 if TYPE_CHECKING:
@@ -49,7 +51,7 @@ def drive(body: Walker, place: np.ndarray, speed: np.ndarray) -> np.ndarray:
     return stiffness * place + damping * speed
 
 
-def _put_feet(body: Walker, foot: EllipticFoot, phase: np.ndarray, data: Any) -> None:
+def _put_feet(body: Walker, foot: EllipticFoot, phase: np.ndarray, data: MjData) -> None:
     """The feet where they are commanded, or on the ground."""
     slides = data.qpos[7:].reshape(len(phase), 3)
     place, _ = commanded(foot, phase, 0.0)
@@ -62,7 +64,7 @@ def walk(
     *,
     omega: float,
     sigma: float,
-    phase_rad: Any,
+    phase_rad: ArrayLike,
     duration_s: float,
     settings: Settings | None = None,
 ) -> TwinWalk:

@@ -6,12 +6,16 @@ Run as a program, `python -m tegotae.studies.benchmarks.vec_env`; needs the extr
 from __future__ import annotations
 
 import time
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from tegotae._support.optional_dependencies import require
 from tegotae.envs import make_sb3
+from tegotae.envs._types import AnyEnv
+
+if TYPE_CHECKING:
+    from stable_baselines3.common.vec_env import VecEnv
 
 NAME = "tegotae/TegotaeHopper-v0"
 LANES = (64, 1024, 4096)
@@ -19,7 +23,7 @@ DUMMY_LANES = 64
 """A `DummyVecEnv` is a loop: its steps per second do not grow with its lanes."""
 
 
-def steps_per_second(env: Any, steps: int, repeats: int = 10) -> float:
+def steps_per_second(env: VecEnv, steps: int, repeats: int = 10) -> float:
     """Steps of an agent per second over all lanes, after compilation; the best of some runs."""
     rng = np.random.default_rng(0)
     actions = rng.uniform(-0.3, 0.3, (env.num_envs, 1)).astype(np.float32)
@@ -40,7 +44,7 @@ def throughput(decimation: int) -> dict[str, float]:
     monitor = require("stable_baselines3.common.monitor", "sb3").Monitor
     make = require("gymnasium", "gym").make
 
-    def single() -> Any:
+    def single() -> AnyEnv:
         return monitor(make(NAME, decimation=decimation))
 
     rates = {"DummyVecEnv": steps_per_second(dummy([single] * DUMMY_LANES), steps=10)}

@@ -7,7 +7,6 @@ import io
 import json
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -26,7 +25,7 @@ def in_parts(
     part: Callable[[int], Columns],
     *,
     kept: Path | None = None,
-    settings: Mapping[str, Any] | None = None,
+    settings: Mapping[str, object] | None = None,
     progress: Callable[[int], None] = lambda done: None,
 ) -> list[Columns]:
     """Do the parts of some work in order, those that a file keeps from before left out.

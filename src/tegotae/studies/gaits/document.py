@@ -13,7 +13,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
+from tegotae._support.documents import JsonObject
 from tegotae._support.files import write_atomically
 from tegotae._support.tables import write_csv
 from tegotae.measures.gaits.summary import Coordination
@@ -50,7 +52,7 @@ def coordination_columns(found: Coordination, legs: Sequence[str]) -> dict[str, 
     return {name: np.asarray(values) for name, values in columns.items()}
 
 
-def system_document(legged: Legged) -> dict[str, Any]:
+def system_document(legged: Legged) -> JsonObject:
     """A system as JSON values.
 
     Raises:
@@ -60,7 +62,7 @@ def system_document(legged: Legged) -> dict[str, Any]:
 
 
 def write(
-    folder: Path, name: str, document: Mapping[str, Any], rows: Mapping[str, Any]
+    folder: Path, name: str, document: Mapping[str, object], rows: Mapping[str, ArrayLike]
 ) -> list[Path]:
     """Write `NAME.csv` and `NAME.json`, whole or not at all.
 
@@ -96,12 +98,12 @@ def plain(value: Any) -> Any:
     return value
 
 
-def _objects(table: Mapping[str, np.ndarray]) -> list[dict[str, Any]]:
+def _objects(table: Mapping[str, np.ndarray]) -> list[JsonObject]:
     columns = [column.tolist() for column in table.values()]
     return [dict(zip(table, row, strict=True)) for row in zip(*columns, strict=True)]
 
 
-def _rounded(column: Any) -> np.ndarray:
+def _rounded(column: ArrayLike) -> np.ndarray:
     """Numbers with as many digits as are written, so that both files have the same ones."""
     values = np.asarray(column)
     if values.dtype.kind != "f":

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import jax
 import numpy as np
@@ -14,7 +13,7 @@ from tegotae._support.errors import TegotaeError, require_count, require_finite
 from tegotae._support.limits import MOST_RAD_PER_S, MOST_SEEDS
 from tegotae.measures.gaits.names import NO_GAIT, TOLERANCE, gait_of
 from tegotae.measures.gaits.summary import Coordination, total_mass_kg
-from tegotae.parts._shapes import AnyArray
+from tegotae.parts._shapes import AnyArray, LaneNumbers
 from tegotae.parts.fields import unwrapped
 from tegotae.simulation.rollout import Timing
 from tegotae.systems.legged import Legged, lanes_of, random_phases
@@ -80,7 +79,7 @@ def evaluate_gaits(
     seed: int = 1,
     tolerance: float = TOLERANCE,
     timing: Timing | None = None,
-    changes: Mapping[str, Any] | None = None,
+    changes: Mapping[str, LaneNumbers] | None = None,
 ) -> GaitEvaluation:
     """Release controllers at random phases, the same ones for all, at every frequency.
 

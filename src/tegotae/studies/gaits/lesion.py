@@ -6,7 +6,6 @@ import dataclasses
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -28,6 +27,7 @@ from tegotae.measures.gaits.summary import (
     coordination,
 )
 from tegotae.measures.gaits.wilson import wilson
+from tegotae.parts._shapes import LaneNumbers
 from tegotae.parts.bodies import Body
 from tegotae.parts.fields import numbers_of, unwrapped
 from tegotae.simulation.recorder import Trajectory
@@ -114,7 +114,7 @@ class GaitLesion:
             )
         return left
 
-    def scenario(self, legged: Legged, phase_rad: Any) -> Scenario:
+    def scenario(self, legged: Legged, phase_rad: LaneNumbers) -> Scenario:
         """A release of the system to which this happens.
 
         Raises:
@@ -122,7 +122,7 @@ class GaitLesion:
         """
         body = unwrapped(legged.body)
         left, numbers = self.left(legged), numbers_of(body)
-        changes: dict[str, Any] = {}
+        changes: dict[str, LaneNumbers] = {}
         for name, value in self.fields:
             if name not in numbers or isinstance(numbers[name], tuple):
                 raise unknown(

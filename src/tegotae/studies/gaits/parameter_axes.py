@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -15,8 +14,9 @@ from tegotae._support.errors import (
     unknown,
 )
 from tegotae._support.limits import MOST_GAIN, MOST_POINTS, MOST_RAD_PER_S
+from tegotae.parts._shapes import LaneNumbers
 from tegotae.parts.bodies import Body
-from tegotae.parts.fields import numbers_of, with_fields
+from tegotae.parts.fields import FieldNumber, numbers_of, with_fields
 from tegotae.simulation.world import Scenario, with_changes
 from tegotae.systems.legged import Legged
 
@@ -84,7 +84,7 @@ def check_axis(legged: Legged, axis: Axis) -> None:
             raise unknown("parameter of this system", axis.name, known)
 
 
-def fields_at(body: Body, at: Mapping[str, float]) -> dict[str, Any]:
+def fields_at(body: Body, at: Mapping[str, float]) -> dict[str, FieldNumber]:
     """The fields of a body at a place on some axes; those of the legs multiplied.
 
     Example:
@@ -132,8 +132,8 @@ def settings(legged: Legged, places: Sequence[Mapping[str, float]]) -> list[Sett
 def lanes_at(
     legged: Legged,
     where: Sequence[Setting],
-    phase_rad: Any,
-    changes: Mapping[str, Any] | None = None,
+    phase_rad: LaneNumbers,
+    changes: Mapping[str, LaneNumbers] | None = None,
 ) -> tuple[np.ndarray, Scenario]:
     """Weights and scenario of lanes at settings that can be: a setting a lane.
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import jax
 import numpy as np
@@ -14,6 +13,7 @@ from tegotae.measures.gaits.footfall import StanceInterval, stances
 from tegotae.measures.gaits.lags import over_strides
 from tegotae.measures.gaits.names import TOLERANCE, gait_of
 from tegotae.measures.gaits.summary import Coordination, CoordinationSummary
+from tegotae.parts._shapes import AnyArray
 from tegotae.parts.bodies import Body
 from tegotae.simulation.recorder import Trajectory
 from tegotae.simulation.rollout import Scenario, Timing
@@ -121,7 +121,7 @@ def _course(
     return np.asarray(over_strides(lag, np.array([frames])), float)[..., 0]
 
 
-def columns(run: GaitRun) -> dict[str, Any]:
+def columns(run: GaitRun) -> dict[str, AnyArray]:
     """The frames as a table: every channel, the lags, and the share of each frame in stance.
 
     What belongs to a leg is a column a leg, such as `phase_rad_LH`.
@@ -129,7 +129,7 @@ def columns(run: GaitRun) -> dict[str, Any]:
     t, names = run.trajectory, run.legged.names
     share = np.diff(t.stance_time_s, axis=0, prepend=0.0) / run.timing.frame_s
     more = {"lag_cycles": run.lag, "stance_share": np.clip(share, 0.0, 1.0)}
-    table: dict[str, Any] = {}
+    table: dict[str, AnyArray] = {}
     for title, values in {**t.channels, **more}.items():
         if np.ndim(values) == 1:
             table[title] = values

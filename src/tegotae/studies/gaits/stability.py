@@ -6,9 +6,10 @@ import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from tegotae._support.errors import (
     TegotaeError,
@@ -55,7 +56,7 @@ class ReturnMap(NamedTuple):
         return float(np.abs(self.multipliers[0]))
 
 
-def fit_return_map(deviation: Any, *, most: float = LINEAR) -> ReturnMap:
+def fit_return_map(deviation: ArrayLike, *, most: float = LINEAR) -> ReturnMap:
     """The linear map that takes deviations of lags to those a cycle later, by least squares.
 
     Args:
@@ -149,7 +150,7 @@ class GaitStability:
         )
 
 
-def crossings(values: Sequence[float], largest: Any, gait: str = "") -> tuple[Crossing, ...]:
+def crossings(values: Sequence[float], largest: ArrayLike, gait: str = "") -> tuple[Crossing, ...]:
     """Where the largest multiplier crosses one, between neighbouring values that have one.
 
     Args:

@@ -9,11 +9,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any
 
 import jax
 import jax.numpy as jnp
 import numpy as np
+from numpy.typing import ArrayLike
 
 from tegotae._support.errors import TegotaeError, require_count, require_finite
 from tegotae._support.limits import MOST_POINTS, MOST_RAD_PER_S
@@ -35,6 +35,7 @@ from tegotae.measures.gaits.summary import (
     CoordinationSummary,
     coordination,
 )
+from tegotae.parts._shapes import AnyArray
 from tegotae.parts.bodies import Body
 from tegotae.simulation.recorder import Trajectory
 from tegotae.simulation.rollout import Scenario, Timing
@@ -166,7 +167,7 @@ class LevelsSummary:
 
 def sweep(
     legged: Legged,
-    omega: Any,
+    omega: ArrayLike,
     *,
     dwell_s: float,
     starts: int = 16,
@@ -230,7 +231,7 @@ def sweep(
     return GaitSweep(legged, levels, phase, found, gait, tolerance)
 
 
-def check_levels(omega: Any) -> np.ndarray:
+def check_levels(omega: ArrayLike) -> np.ndarray:
     """The levels of a sweep, if they can be: two at least, rising evenly.
 
     Raises:
@@ -264,7 +265,7 @@ def staircase_timing(own: Timing, levels: int, dwell_s: float) -> Timing:
     return Timing(duration_s=levels * frames * own.frame_s, tick_s=own.tick_s, frame_s=own.frame_s)
 
 
-def differs(up: Any, down: Any, tolerance: float = TOLERANCE) -> np.ndarray:
+def differs(up: AnyArray, down: AnyArray, tolerance: float = TOLERANCE) -> np.ndarray:
     """Where the lags on the two ways differ, whatever they are called, [levels].
 
     That is where the circular means over the starts are farther apart than a tolerance.
@@ -305,7 +306,7 @@ def switches(omega: Sequence[float], gait: Sequence[str]) -> tuple[Switch, ...]:
     )
 
 
-def hysteresis(omega: Any, up: Any, down: Any) -> tuple[Hysteresis, ...]:
+def hysteresis(omega: ArrayLike, up: ArrayLike, down: ArrayLike) -> tuple[Hysteresis, ...]:
     """Between which levels gaits change on the way up and on the way down, over all starts.
 
     A pair of gaits is listed if starts change from the one to the other on the way up, and back on

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from tegotae._support.errors import TegotaeError, require_finite
+from tegotae.parts._shapes import LaneNumbers
 from tegotae.simulation.world import Change
 from tegotae.studies.generalisation.tested_controllers import TestedControllers
 
@@ -70,7 +70,7 @@ class Disturbance(ABC):
     @abstractmethod
     def changes(
         self, subject: TestedControllers, level: np.ndarray, at_s: np.ndarray
-    ) -> dict[str, Any]:
+    ) -> dict[str, LaneNumbers]:
         """What is otherwise for lanes of these levels, by name (`with_changes`).
 
         Arrays [lanes] or [limbs, lanes], or schedules of them; names are those of the prepared
@@ -91,7 +91,7 @@ def release_of(subject: TestedControllers, level: np.ndarray) -> np.ndarray:
     return np.arange(len(level)) % subject.starts
 
 
-def usual_change(change: Change, usual: Any) -> Change:
+def usual_change(change: Change, usual: LaneNumbers) -> Change:
     """A change of the same kind and times that leaves what it belongs to as it is."""
     first = type(change)._fields[0]
     value = usual if first == "value" else 0.0

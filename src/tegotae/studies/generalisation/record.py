@@ -7,12 +7,11 @@ import io
 import json
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from tegotae._support.arrays import read_arrays
-from tegotae._support.documents import parse
+from tegotae._support.documents import Document, parse
 from tegotae._support.errors import TegotaeError
 from tegotae._support.files import write_atomically
 from tegotae._support.part_code import code_of
@@ -32,9 +31,7 @@ _KINDS = {"ForcePulse": "Push", "ReleaseHeight": "Release"}
 """What records call a kind of disturbance, where that is not its class."""
 
 
-def configuration(
-    subject: TestedControllers, disturbances: Sequence[Disturbance]
-) -> dict[str, Any]:
+def configuration(subject: TestedControllers, disturbances: Sequence[Disturbance]) -> Document:
     """All that decides what is found, as JSON values; what cannot be applied decides nothing."""
     applied = [each for each in disturbances if not each.lacks(subject)]
     document = {
@@ -58,20 +55,20 @@ def configuration(
     return json.loads(json.dumps(document))
 
 
-def _described(disturbance: Disturbance) -> dict[str, Any]:
+def _described(disturbance: Disturbance) -> Document:
     code = code_of(type(disturbance))
     noted = {} if code is None else {CODE: code}
     name = type(disturbance).__name__
     return {"kind": _KINDS.get(name, name), **noted, **describe(disturbance)}
 
 
-def place(folder: Path, document: dict[str, Any]) -> Path:
+def place(folder: Path, document: Document) -> Path:
     """Where the record of a configuration is or will be."""
     digest = hashlib.sha256(json.dumps(document, sort_keys=True).encode()).hexdigest()
     return folder / f"{Path(document['name']).name}-{digest[:12]}{SUFFIX}"
 
 
-def write(path: Path, document: dict[str, Any], outcome: Retention) -> None:
+def write(path: Path, document: Document, outcome: Retention) -> None:
     """Write a record.
 
     Raises:
@@ -85,7 +82,7 @@ def write(path: Path, document: dict[str, Any], outcome: Retention) -> None:
     write_atomically(path, stream.getvalue())
 
 
-def read(path: Path, document: dict[str, Any]) -> Retention | None:
+def read(path: Path, document: Document) -> Retention | None:
     """The record at a place; None if there is none, or none of this configuration that is whole.
 
     Raises:

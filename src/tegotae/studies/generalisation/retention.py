@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import dataclasses
 from abc import ABC, abstractmethod
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
+from typing import Any, TypeAlias
 
 import jax
 import jax.numpy as jnp
@@ -18,6 +19,8 @@ from tegotae.measures.gaits.summary import Coordination, CoordinationSummary
 from tegotae.measures.hopping.efficiency import cot_inverse
 from tegotae.measures.hopping.hopping import dies_out, hops
 from tegotae.measures.hopping.limit_cycle import LimitCycle, settled
+from tegotae.parts._shapes import AnyArray, Numeric
+from tegotae.parts.bodies import Body
 from tegotae.parts.fields import path_of
 from tegotae.simulation.recorder import declared
 from tegotae.simulation.rollout import (
@@ -43,6 +46,9 @@ _CHANNELS = (
     *("work_absolute_j", "climb_flight_m"),
 )
 
+Outcomes: TypeAlias = Mapping[str, np.ndarray]
+"""What counts of rollouts, by name, arrays [..., lanes]."""
+
 
 class RetentionCriterion(ABC):
     """What is recorded of a rollout, and what of a gait is kept."""
@@ -51,15 +57,17 @@ class RetentionCriterion(ABC):
     """What an engine makes of a rollout."""
 
     @abstractmethod
-    def of(self, recorded: Any, scenario: Scenario) -> Any:
+    def of(self, recorded: Any, scenario: Scenario) -> dict[str, AnyArray]:
         """What counts of what was recorded, arrays [..., lanes]."""
 
     @abstractmethod
-    def at_s(self, usual: Any) -> np.ndarray:
+    def at_s(self, usual: Outcomes) -> np.ndarray:
         """When a disturbance comes [s], [lanes], given what is done without it."""
 
     @abstractmethod
-    def kept(self, usual: Any, found: Any, weight_ratio: np.ndarray) -> dict[str, np.ndarray]:
+    def kept(
+        self, usual: Outcomes, found: Outcomes, weight_ratio: np.ndarray
+    ) -> dict[str, np.ndarray]:
         """What is kept under a disturbance (`Retention`), [levels, lanes] each.
 
         Args:
@@ -76,7 +84,7 @@ class _HopChannels:
     needs: tuple[str, ...] = _CHANNELS
 
     def __call__(
-        self, trajectory: Trajectory, scenario: Scenario, body: Any, timing: Timing
+        self, trajectory: Trajectory, scenario: Scenario, body: Body, timing: Timing
     ) -> Trajectory:
         return trajectory
 
@@ -100,7 +108,7 @@ class HopRetention(RetentionCriterion):
 
     summary = _HopChannels()
 
-    def of(self, recorded: Trajectory, scenario: Scenario) -> Any:
+    def of(self, recorded: Trajectory, scenario: Scenario) -> dict[str, AnyArray]:
         """See `RetentionCriterion.of`."""
         length = dict(scenario.changes).get(self.rest_length_path, np.float32(self.rest_length_m))
         usual = LimitCycle()
@@ -111,12 +119,14 @@ class HopRetention(RetentionCriterion):
             near, recorded, jnp.asarray(length), jnp.asarray(self.event_s, "float32")
         )
 
-    def at_s(self, usual: Any) -> np.ndarray:
+    def at_s(self, usual: Outcomes) -> np.ndarray:
         """The next apex of a hop; the time itself of what hops no more."""
         apex = np.asarray(usual["apex_s"])
         return np.where(np.isfinite(apex), apex, self.event_s)
 
-    def kept(self, usual: Any, found: Any, weight_ratio: np.ndarray) -> dict[str, np.ndarray]:
+    def kept(
+        self, usual: Outcomes, found: Outcomes, weight_ratio: np.ndarray
+    ) -> dict[str, np.ndarray]:
         """See `RetentionCriterion.kept`; efficiency is the dimensionless CoT⁻¹, m g Σh / E."""
         had = np.isfinite(usual["period"])
         keeps = found["hops"] & (found["period"] == usual["period"])
@@ -135,8 +145,8 @@ class HopRetention(RetentionCriterion):
 
 @partial(jax.jit, static_argnums=0)
 def _hop_measures(
-    near: LimitCycle, recorded: Trajectory, rest_length_m: Any, event_s: Any
-) -> dict[str, Any]:
+    near: LimitCycle, recorded: Trajectory, rest_length_m: Numeric, event_s: Numeric
+) -> dict[str, AnyArray]:
     table = hops(recorded, rest_length_m)
     end_s = recorded.time_s[-1]
     cycle = settled(table, near, -jnp.inf, end_s)
@@ -147,8 +157,8 @@ def _hop_measures(
     first = jnp.sum(table.time_s < (1.0 - MEASURED_SHARE) * end_s[None], axis=0, dtype=jnp.int32)
     first = jnp.clip(first + (last - first) % 2, 0, jnp.maximum(last, 0))
 
-    def over_hops(total: Any) -> Any:
-        def at(hop: Any) -> Any:
+    def over_hops(total: AnyArray) -> jax.Array:
+        def at(hop: AnyArray) -> jax.Array:
             frame = jnp.take_along_axis(table.frame, jnp.maximum(hop, 0)[None], axis=0)
             return jnp.take_along_axis(total, frame, axis=0)[0]
 
@@ -185,8 +195,8 @@ class Walked:
         return tuple(dict.fromkeys((*self.legs.needs, *(HEADING if self.looks else ()))))
 
     def __call__(
-        self, trajectory: Trajectory, scenario: Scenario, body: Any, timing: Timing
-    ) -> tuple[Coordination, Any]:
+        self, trajectory: Trajectory, scenario: Scenario, body: Body, timing: Timing
+    ) -> tuple[Coordination, AnyArray]:
         """What every lane does in the last quarter of the time."""
         found = self.legs(trajectory, scenario, body, timing)
         if not self.looks:
@@ -209,17 +219,21 @@ class GaitRetention(RetentionCriterion):
     summary: Summary
     event_s: float
 
-    def of(self, recorded: tuple[Coordination, Any], scenario: Scenario) -> Any:
+    def of(
+        self, recorded: tuple[Coordination, AnyArray], scenario: Scenario
+    ) -> dict[str, AnyArray]:
         """See `RetentionCriterion.of`."""
         legs, ahead = recorded
         names = ("lag", "lock_time_s", "fall_time_s", "cost_of_transport", "step_frequency_hz")
         return {name: getattr(legs, name) for name in names} | {"ahead_m_per_s": ahead}
 
-    def at_s(self, usual: Any) -> np.ndarray:
+    def at_s(self, usual: Outcomes) -> np.ndarray:
         """See `RetentionCriterion.at_s`."""
         return np.full(usual["fall_time_s"].shape, self.event_s)
 
-    def kept(self, usual: Any, found: Any, weight_ratio: np.ndarray) -> dict[str, np.ndarray]:
+    def kept(
+        self, usual: Outcomes, found: Outcomes, weight_ratio: np.ndarray
+    ) -> dict[str, np.ndarray]:
         """See `RetentionCriterion.kept`; efficiency is the inverse cost of transport."""
         with np.errstate(invalid="ignore", divide="ignore"):
             locked = np.isfinite(usual["lock_time_s"])
@@ -239,7 +253,7 @@ class GaitRetention(RetentionCriterion):
         }
 
 
-def _steps(of: Any) -> np.ndarray:
+def _steps(of: Outcomes) -> np.ndarray:
     """Who stands, and does not stand still: whichever leg steps, for any of them may be lost."""
     return np.isnan(of["fall_time_s"]) & (of["step_frequency_hz"] > 0.0).any(axis=0)
 

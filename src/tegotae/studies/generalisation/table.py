@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -127,7 +127,7 @@ def write_tables(
     out: Path,
 ) -> list[Path]:
     """Write `margins.csv`, `curves.csv` and `left_out.csv` into a folder; return their paths."""
-    rows: dict[str, list[dict[str, Any]]] = {"margins": [], "curves": [], "left_out": []}
+    rows: dict[str, list[dict[str, object]]] = {"margins": [], "curves": [], "left_out": []}
     for subject, outcome in done:
         for measure in MEASURES:
             for found in margins(outcome, disturbances, measure):
@@ -163,7 +163,7 @@ def share_interval(kept: int, of: int, runs: int) -> tuple[float, float]:
     return wilson(round(kept / of * runs), runs) if of else (np.nan, np.nan)
 
 
-def curve(outcome: Retention) -> Iterator[dict[str, Any]]:
+def curve(outcome: Retention) -> Iterator[dict[str, object]]:
     """Shares of the lanes of a subject that keep what they had, level by level; the interval is
     over runs."""
     columns = outcome.columns

@@ -6,13 +6,13 @@ import dataclasses
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
 from tegotae._support.errors import TegotaeError
 from tegotae.measures.gaits.places import leg_names, reference_leg
 from tegotae.measures.gaits.summary import has_mass
+from tegotae.parts._shapes import LaneNumbers
 from tegotae.parts.bodies import (
     Actuators,
     Blows,
@@ -131,7 +131,7 @@ class TestedControllers:
         """The body they were trained on."""
         return self.system.mechanics
 
-    def replaced(self, **changes: Any) -> TestedControllers:
+    def replaced(self, **changes: object) -> TestedControllers:
         """The same runs in another system: other fields of the system or its release."""
         return dataclasses.replace(self, controllers=self.controllers.replaced(**changes))
 
@@ -239,6 +239,6 @@ class TestedControllers:
         """
         return name in paths_of(self.prepared)
 
-    def usual(self, name: str) -> Any:
+    def usual(self, name: str) -> LaneNumbers:
         """A field of the prepared body as it is: a number, or a tuple of the legs' numbers."""
         return value_of(self.prepared, name)

@@ -8,14 +8,19 @@ import socket
 import time
 from collections.abc import Generator, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
-from typing import Any
+from types import ModuleType
+from typing import TYPE_CHECKING
 
+from tegotae._support.documents import Document
 from tegotae._support.errors import TegotaeError
 from tegotae._support.optional_dependencies import require
 from tegotae._support.quiet import note
 from tegotae.studies.paper.record import Record
 from tegotae.studies.paper.runner import Results, WorkersDiedError, work_all
 from tegotae.studies.paper.unit import Unit
+
+if TYPE_CHECKING:
+    from distributed import Client, Future
 
 LOCAL = "local"
 """In place of an address: workers on this machine, one per core."""
@@ -71,12 +76,16 @@ def on_cluster(
 
 
 def _as_they_come(
-    distributed: Any, client: Any, futures: Iterable[Any], address: str, patience_s: float
-) -> Iterator[Any]:
+    distributed: ModuleType,
+    client: Client,
+    futures: Iterable[Future],
+    address: str,
+    patience_s: float,
+) -> Iterator[Future]:
     """Futures as they are done. A missing worker is reported, and borne for so long."""
     pending, alone_since, warned = set(futures), None, not client.scheduler_info()["workers"]
     while pending:
-        done: set[Any] = set()
+        done: set[Future] = set()
         with suppress(TimeoutError):
             waited = distributed.wait(pending, timeout=_LOOK_S, return_when="FIRST_COMPLETED")
             done = set(waited.done)
@@ -101,7 +110,7 @@ def _warn_of_no_workers(address: str, patience_s: float) -> None:
 
 
 @contextmanager
-def _client(distributed: Any, address: str, timeout_s: float) -> Iterator[Any]:
+def _client(distributed: ModuleType, address: str, timeout_s: float) -> Iterator[Client]:
     try:
         if address == LOCAL:
             client = distributed.Client(
@@ -127,7 +136,7 @@ def _knock(address: str, timeout_s: float, patience_s: float) -> None:
     distributed = require("distributed", "cluster")
     place = require("distributed.comm", "cluster").get_address_host_port
 
-    async def greet(options: dict[str, Any]) -> dict[str, Any]:
+    async def greet(options: dict[str, object]) -> Document:
         greeting = require("distributed.core", "cluster").connect(address, **options)
         talk = await asyncio.wait_for(greeting, timeout_s)
         try:

@@ -7,12 +7,12 @@ import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated, Any, Protocol
+from typing import Annotated, Protocol
 
 import msgspec
 
 from tegotae._support import documents
-from tegotae._support.documents import DamagedDocumentError
+from tegotae._support.documents import DamagedDocumentError, Document
 from tegotae._support.errors import TegotaeError
 from tegotae._support.files import output_folder, write_atomically
 from tegotae._support.locks import locked
@@ -37,7 +37,7 @@ class Work(Protocol):
         ...
 
     @property
-    def document(self) -> dict[str, Any]:
+    def document(self) -> Document:
         """What makes it this study, as JSON values."""
         ...
 
@@ -53,8 +53,8 @@ class StudyDocument(msgspec.Struct):
     seeds: Annotated[int, msgspec.Meta(ge=1, le=10**6)]
     algorithm: AlgorithmDocument
     stopping: StoppingDocument
-    experiments: dict[str, dict[str, Any]]
-    metrics: dict[str, dict[str, Any]] = {}
+    experiments: dict[str, Document]
+    metrics: dict[str, Document] = {}
 
 
 class AlgorithmDocument(msgspec.Struct):
@@ -118,7 +118,7 @@ class Folder:
         output_folder(self.records)
         self.describe(plan.document)
 
-    def describe(self, document: dict[str, Any]) -> None:
+    def describe(self, document: Document) -> None:
         """Write into the folder what it is for, beside the experiments that it has already.
 
         Raises:
@@ -138,7 +138,7 @@ class Folder:
         write_atomically(place, json.dumps(document, indent=1) + "\n")
 
     @property
-    def document(self) -> dict[str, Any]:
+    def document(self) -> Document:
         """What the folder's study is.
 
         Raises:
@@ -208,7 +208,7 @@ class Folder:
                 others.append(f"{path.name} is of another study; it is left out")
         return found, others
 
-    def is_of(self, document: dict[str, Any], configuration: dict[str, Any]) -> bool:
+    def is_of(self, document: Document, configuration: Document) -> bool:
         """Whether a record of this configuration belongs to the study of this document."""
         return is_of(document, configuration)
 

@@ -10,8 +10,8 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import partial
-from typing import Any
 
+from tegotae._support.documents import Document
 from tegotae._support.errors import TegotaeError, require_count, unknown
 from tegotae.measures.evaluation import Protocol, require_evaluable
 from tegotae.measures.hopping.metric import Metric
@@ -91,7 +91,7 @@ class Plan:
         return Unit(run, self.budgets, self.metrics)
 
     @property
-    def document(self) -> dict[str, Any]:
+    def document(self) -> Document:
         """The study as JSON values, its experiments by name."""
         document = {
             "format": FORMAT,
@@ -117,7 +117,7 @@ def _require_sendable(metric: Metric) -> None:
         ) from None
 
 
-def united(found: dict[str, Any], wanted: dict[str, Any]) -> dict[str, Any]:
+def united(found: Document, wanted: Document) -> Document:
     """The document of a study that has the experiments of both of two documents (`Plan.document`).
 
     Raises:
@@ -137,11 +137,11 @@ def united(found: dict[str, Any], wanted: dict[str, Any]) -> dict[str, Any]:
     return {**wanted, "experiments": {**theirs, **ours}} if theirs or ours else wanted
 
 
-def _without_experiments(document: dict[str, Any]) -> dict[str, Any]:
+def _without_experiments(document: Document) -> Document:
     return {name: value for name, value in document.items() if name != "experiments"}
 
 
-def is_of(document: dict[str, Any], configuration: dict[str, Any]) -> bool:
+def is_of(document: Document, configuration: Document) -> bool:
     """Whether a unit of this configuration is one of the study of this `Plan.document`."""
     experiment = configuration.get("experiment")
     name = experiment.get("name") if isinstance(experiment, dict) else None

@@ -14,6 +14,7 @@ import numpy as np
 
 from tegotae._support import documents
 from tegotae._support.arrays import read_arrays
+from tegotae._support.documents import Document
 from tegotae._support.errors import TegotaeError
 from tegotae._support.files import write_atomically
 from tegotae.systems.experiment import Experiment
@@ -55,7 +56,7 @@ class Record:
             shape [budgets, runs, episodes]; empty for what is not trained.
     """
 
-    configuration: dict[str, Any]
+    configuration: Document
     software: dict[str, str]
     weights: np.ndarray
     best_fitness: np.ndarray
@@ -133,15 +134,12 @@ def read(path: Path) -> Record:
             raise ValueError("its checksum is wrong")
         header = documents.parse(text)
         documents.fitted(header, _Header)
-        plain: dict[str, Any] = {name: arrays[name] for name in _PLAIN}
-        named: dict[str, Any] = {
-            name: _with_prefix(arrays, prefix) for prefix, name in _NAMED.items()
-        }
+        found: dict[str, Any] = {name: arrays[name] for name in _PLAIN}
+        found |= {name: _with_prefix(arrays, prefix) for prefix, name in _NAMED.items()}
         record = Record(
             header["configuration"],
             header["software"],
-            **plain,
-            **named,
+            **found,
         )
         _require_shapes(record)
         return record

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Any
+from typing import NotRequired, TypedDict
 
 import numpy as np
 
@@ -68,7 +68,7 @@ class Table:
             and not (isinstance(metric, DerivedMetric) and np.isnan(self[metric.name]).all())
         )
 
-    def where(self, **values: Any) -> Table:
+    def where(self, **values: str | float | tuple[str | float, ...]) -> Table:
         """The rows in which each named column has the given value, or one of a tuple of values."""
         keep = np.ones(len(self), bool)
         for name, value in values.items():
@@ -166,8 +166,23 @@ def _best(record: Record, budget: int) -> np.ndarray:
     return np.nanmax(record.curves["centre_fitness"][:generations], axis=0)
 
 
+class DesignPlace(TypedDict):
+    """Where a model stands in the study's design: entries of a table's row."""
+
+    model: str
+    architecture: str
+    learned: str
+    reaction: str
+    gain: str
+    actuation: str
+    observation: str
+    omega_t: float
+    """[rad/s]; NaN without an oscillator."""
+    parameters: NotRequired[int]
+
+
 def of_runs(
-    sets: Iterable[tuple[dict[str, Any], dict[str, np.ndarray], dict[str, np.ndarray]]],
+    sets: Iterable[tuple[DesignPlace, dict[str, np.ndarray], dict[str, np.ndarray]]],
 ) -> Table:
     """The table of (place in the design, training of its runs, metrics of its runs), [runs] each.
 
@@ -191,18 +206,24 @@ def of_runs(
     return Table({key: np.array(values) for key, values in rows.items()})
 
 
-def place(record: Record) -> dict[str, Any]:
+def place(record: Record) -> DesignPlace:
     """Where a record's experiment stands in the study's design; if in none, in a row of its own."""
     name, omega = record.model, record.experiment.omega
     parameters = record.weights.shape[-1]
     if name in all_models():
         return {**design(all_models()[name]), "parameters": parameters}
-    own = dict.fromkeys(("learned", "reaction", "gain", "actuation"), "")
     observation = _OBSERVATIONS.get(_senses(record.experiment), "")
     omega_t = np.nan if omega is None else omega
     return {
-        **{"model": name, "architecture": name, **own},
-        **{"observation": observation, "omega_t": omega_t, "parameters": parameters},
+        "model": name,
+        "architecture": name,
+        "learned": "",
+        "reaction": "",
+        "gain": "",
+        "actuation": "",
+        "observation": observation,
+        "omega_t": omega_t,
+        "parameters": parameters,
     }
 
 
@@ -219,7 +240,7 @@ def _senses(experiment: Experiment) -> frozenset[str]:
     return frozenset(reads.intersection(experiment.body.SENSES))
 
 
-def design(model: Model) -> dict[str, Any]:
+def design(model: Model) -> DesignPlace:
     """Where a model stands in the study's design."""
     return {
         "model": model.name,

@@ -9,11 +9,12 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from tegotae._support.devices import described_devices
+from tegotae._support.documents import Document
 from tegotae._support.errors import TegotaeError, require_count
 from tegotae.measures.evaluation import drawn_releases, evaluate, require_evaluable
 from tegotae.measures.hopping.metric import Metric
@@ -60,7 +61,7 @@ class Unit:
             raise TegotaeError(f"budgets are {self.budgets}; each must be larger than the last")
 
     @property
-    def configuration(self) -> dict[str, Any]:
+    def configuration(self) -> Document:
         """All that decides the record's content, as JSON values."""
         document = {
             "format": FORMAT,
@@ -69,7 +70,9 @@ class Unit:
             "budgets": list(self.budgets),
             **metrics_document(self.metrics),
         }
-        if not _evaluated_as_ever(self.run.experiment):
+        experiment = self.run.experiment
+        assert isinstance(experiment, Experiment)  # studies are of the engine
+        if not _evaluated_as_ever(experiment):
             document["evaluated"] = "as its system"
         return json.loads(json.dumps(document))
 
@@ -79,7 +82,7 @@ class Unit:
         return key_of(self.configuration)
 
 
-def _evaluated_as_ever(experiment: Any) -> bool:
+def _evaluated_as_ever(experiment: Experiment) -> bool:
     """Whether records from before evaluations took the system's start and integrator are alike."""
     system, protocol = experiment.system, experiment.protocol
     at_rest = dataclasses.replace(system.release, height_m=protocol.release_m)
@@ -90,7 +93,7 @@ def _evaluated_as_ever(experiment: Any) -> bool:
     )
 
 
-def metrics_document(metrics: Iterable[Metric]) -> dict[str, Any]:
+def metrics_document(metrics: Iterable[Metric]) -> Document:
     """What descriptions say of a user's metrics: names and code; nothing of none."""
     found = {}
     for metric in metrics:
@@ -99,7 +102,7 @@ def metrics_document(metrics: Iterable[Metric]) -> dict[str, Any]:
     return {"metrics": found} if found else {}
 
 
-def key_of(configuration: dict[str, Any]) -> str:
+def key_of(configuration: Document) -> str:
     """The name of a record with this configuration: the experiment's, and a hash of it all."""
     canonical = json.dumps(configuration, sort_keys=True)
     digest = hashlib.sha256(canonical.encode()).hexdigest()

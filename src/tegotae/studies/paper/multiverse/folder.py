@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Annotated, Any
+from typing import Annotated
 
 import msgspec
 
+from tegotae._support.documents import Document
 from tegotae._support.errors import TegotaeError
 from tegotae.studies.paper.folder import Folder
 from tegotae.studies.paper.multiverse.plan import Multiverse, multiverse
@@ -34,7 +35,7 @@ class MultiverseFolder(Folder):
     SCHEMA = MultiverseDocument
     COMMAND = "study multiverse"
 
-    def is_of(self, document: dict[str, Any], configuration: dict[str, Any]) -> bool:
+    def is_of(self, document: Document, configuration: Document) -> bool:
         """Whether a record of this configuration belongs to the multiverse of this document."""
         shared = {"format": FORMAT, "seeds": list(range(document["seeds"]))}
         same = all(configuration.get(name) == value for name, value in shared.items())

@@ -6,8 +6,8 @@ import dataclasses
 import json
 from dataclasses import dataclass, field
 from functools import partial
-from typing import Any
 
+from tegotae._support.documents import Document
 from tegotae._support.errors import require_count, unknown
 from tegotae._support.limits import MOST_SEEDS
 from tegotae.measures.evaluation import Protocol
@@ -42,8 +42,10 @@ _FEEDBACK = ("V", "VG-gF", "AR-rF", "ARG-rF-gF", "AR-rFv", "ARG-rFv-gFv")
 _LEARNED_ACTUATION = ("VT", "ART-rF", "ARGT-rF-gF", "ART-rFv", "ARGT-rFv-gFv")
 
 
-def _brief() -> Any:
-    return configuration("pgpe-80x16").settings
+def _brief() -> Algorithm:
+    settings = configuration("pgpe-80x16").settings
+    assert isinstance(settings, Algorithm)
+    return settings
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -148,7 +150,7 @@ class Multiverse:
         return algorithm, Stopping.after(generations)
 
     @property
-    def document(self) -> dict[str, Any]:
+    def document(self) -> Document:
         """The settings as JSON values, without the number of readings: more of them can follow."""
         document = describe(self)
         del document["readings"]
