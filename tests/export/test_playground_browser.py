@@ -325,6 +325,57 @@ def test_what_is_narrow_scrolls_one_way_only_and_shows_one_side(browser, address
     assert small == []
 
 
+def test_a_phone_shows_every_picture_without_scrolling_sideways(browser, address):
+    page = opened(browser, address, width=390)
+    inside = page.execute_script(
+        """
+        const boxes = [...playground.panes[0].element.querySelectorAll("canvas")];
+        const scrolls = [...document.querySelectorAll("*")].filter((each) =>
+          each.scrollWidth > each.clientWidth + 1 && getComputedStyle(each).overflowX === "auto");
+        const within = (box) => box.left >= 0 && box.right <= 390 && box.width > 100;
+        return [boxes.every((each) => within(each.getBoundingClientRect())), scrolls.length];
+        """
+    )
+    assert inside == [True, 0]
+
+
+def test_a_link_opens_the_page_as_it_was(browser, address):
+    page = opened(browser, address)
+    told(page, 'await playground.takeBody("quadruped"); playground.state.playing = false')
+    slide(page, "mass_kg", 0.15)
+    slide(page, "omega", 6)
+    click(page, "phases")
+    leg = page.execute_script("return playground.world.body.legs[3]")
+    click(page, f"leg-{leg}")
+    click(page, "frozen")
+    click(page, "link")
+    link = page.execute_script("return location.href")
+    browser.get("about:blank")
+    opened(browser, link)
+    found = page.execute_script(
+        "const { world } = playground;"
+        "return [world.body.name, world.numbers.mass_kg, world.omega, world.frozen, world.seed,"
+        " world.present]"
+    )
+    assert found == ["quadruped", 0.15, 6, True, 2, [1, 1, 1, 0]]
+
+
+def test_a_link_with_numbers_out_of_range_is_moved_into_it(browser, address):
+    browser.get("about:blank")
+    page = opened(browser, f"{address}#body=hopper&mass_kg=1e9&omega=nonsense&speed=7&left=none")
+    found = page.execute_script(
+        "const { world } = playground; return [world.body.name, world.numbers.mass_kg, world.omega]"
+    )
+    assert found == ["hopper", 0.25, None]
+    assert page.execute_script("return document.getElementById('trouble').hidden")
+
+
+def test_a_listener_hears_what_was_done(page):
+    click(page, "drop")
+    said = page.execute_script("return document.querySelector('#said[role=status]').textContent")
+    assert said == "The ground is at -0.2 m."
+
+
 def test_who_wants_less_motion_starts_with_a_page_that_stands_still(browser, address):
     page = opened(browser, address, reduced_motion="reduce")
     assert page.execute_script("return playground.state.playing") is False

@@ -10,6 +10,15 @@ const PLAIN = {
   twist_inertia_ratio: ["twist inertia j_t", 0.3, 2.5, 0.05],
 };
 
+const OMEGA = ["frequency ω [rad/s]", 2, 14, 0.1];
+const SIGMA = ["gain σ, times its own", 0, 4, 0.05];
+
+// A number within the range of its slider; of one without a slider, null.
+export function within(name, value) {
+  const about = { omega: OMEGA, sigma: SIGMA, ...PLAIN }[name];
+  return about ? Math.min(Math.max(value, about[1]), about[2]) : null;
+}
+
 // One labelled slider; `show` says what the number is in words.
 export function slider(name, [label, least, most, step], value, show, changed) {
   const row = document.createElement("div");
@@ -35,11 +44,11 @@ export function slider(name, [label, least, most, step], value, show, changed) {
 export function numberSliders(world, usual, changed) {
   const round = (x) => String(Number(x.toPrecision(3)));
   const rows = [
-    slider("omega", ["frequency ω [rad/s]", 2, 14, 0.1], world.omega ?? usual ?? 8, (x) => (world.omega === null ? "own" : round(x)), (x) => {
+    slider("omega", OMEGA, world.omega ?? usual ?? 8, (x) => (world.omega === null ? "own" : round(x)), (x) => {
       world.omega = x;
       changed();
     }),
-    slider("sigma", ["gain σ, times its own", 0, 4, 0.05], world.sigma, round, (x) => {
+    slider("sigma", SIGMA, world.sigma, round, (x) => {
       world.sigma = x;
       changed();
     }),

@@ -3,6 +3,7 @@
 import { legBoxes, numberSliders } from "./controls.js";
 import { Engine, unpacked } from "./engine.js";
 import { Learner } from "./learner.js";
+import { doneOf, linked, numbersOf } from "./link.js";
 import { Pane } from "./pane.js";
 import { TICK_S } from "./runner.js";
 import { readColours } from "./view/canvas.js";
@@ -49,23 +50,32 @@ async function chosen(pane) {
   offerSigma();
 }
 
+// A line for those who listen to the page.
+function say(text) {
+  byId("said").textContent = text;
+}
+
 function release() {
+  say("Released.");
   world.mend();
   showWorld();
   shown().forEach((pane) => pane.release(world));
 }
 
 function push(speed) {
+  say(speed < 0 ? "Pushed down." : "Pushed up.");
   shown().forEach((pane) => pane.runner.push(speed));
 }
 
 function drop() {
   world.ground -= Number(byId("drop-by").value);
+  say(`The ground is at ${world.ground.toFixed(1)} m.`);
   changed();
 }
 
 function freeze(frozen) {
   world.frozen = frozen;
+  say(frozen ? "The oscillator is frozen." : "The oscillator moves.");
   byId("frozen").checked = frozen;
   changed();
 }
@@ -123,6 +133,35 @@ async function learn() {
   await chosen(pane);
 }
 
+// A link to the page as it is, without what was learned on it.
+function link() {
+  const labels = panes.map((pane) => (data.controllers[Number(pane.chooser.value)] ?? data.controllers[0]).label);
+  history.replaceState(null, "", `#${linked(world, labels, state.two, byId("speed").value)}`);
+  const copied = navigator.clipboard?.writeText(location.href) ?? Promise.reject();
+  const show = (text) => {
+    say(text);
+    byId("link-note").textContent = text;
+  };
+  copied.then(() => show("Link copied."), () => show("The link is in the address bar."));
+}
+
+// The page of a link: what it names and this page has.
+async function openLink(words) {
+  const body = data.bodies.find((each) => each.name === words.get("body"));
+  if (body) await takeBody(body.name);
+  for (const [i, side] of ["left", "right"].entries()) {
+    const at = String(data.controllers.findIndex((each) => each.label === words.get(side)));
+    if ([...panes[i].chooser.options].some((each) => each.value === at)) panes[i].chooser.value = at;
+  }
+  if ([...byId("speed").options].some((each) => each.value === words.get("speed"))) byId("speed").value = words.get("speed");
+  if (words.has("two")) state.two = words.get("two") === "1";
+  numbersOf(words, world);
+  await Promise.all(panes.map(chosen));
+  doneOf(words, world);
+  showWorld();
+  panes.forEach((pane) => pane.release(world));
+}
+
 // Better weights: where they are shown they count at once, and a gait that is over begins anew.
 function tried(controller) {
   for (const pane of shown()) {
@@ -171,6 +210,7 @@ const clicks = {
     changed();
   },
   learn,
+  link,
 };
 for (const [id, act] of Object.entries(clicks)) byId(id).addEventListener("click", act);
 byId("frozen").addEventListener("change", (event) => freeze(event.target.checked));
@@ -196,6 +236,7 @@ byId("bodies").append(...data.bodies.map((body) => {
 try {
   const first = data.bodies.find((body) => body.name in data.controllers[0].engines);
   await takeBody(first.name);
+  if (location.hash.length > 1) await openLink(new URLSearchParams(location.hash.slice(1)));
   await compare(state.two);
   play(state.playing);
   requestAnimationFrame(frame);
