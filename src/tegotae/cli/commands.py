@@ -345,6 +345,14 @@ COMMANDS: Mapping[str, Command | CommandGroup] = {
                     "tegotae export c runs/art/ART-rF-tphif-w8-seed0.json --out robot --tick 0.002",
                 ),
             ),
+            "native": Command(
+                "export.native",
+                "ExportNative",
+                (
+                    "tegotae export native V-sector-w4 --out leg.native",
+                    "tegotae export native quadruped-c --out walker.native",
+                ),
+            ),
             "cost": Command(
                 "export.cost",
                 "ExportCost",

@@ -1,0 +1,36 @@
+"""`tegotae export native`: a compiled controller as one file for `LiveController`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import tyro
+
+from tegotae._support.files import output_file
+from tegotae.export.live.compile import compiled
+from tegotae.export.live.file import write_native
+from tegotae.systems.resolve import resolve
+from tegotae.training.collection import controller_of
+
+
+@dataclass(frozen=True, kw_only=True)
+class ExportNative:
+    """Write a controller as native code for this kind of processor, to step without JAX."""
+
+    controller: Annotated[str, tyro.conf.Positional]
+    """A controller file of `tegotae train`, or another name with weights, such as quadruped-c."""
+    out: Path
+    """The file that is written, such as leg.native."""
+    max_force: float | None = None
+    """The force at full push [N], where the controller's file does not know it."""
+
+    def run(self) -> None:
+        """Compile, write, and say how to use it."""
+        output_file(self.out)
+        native = compiled(controller_of(resolve(self.controller)), self.max_force)
+        write_native(native, self.out)
+        print(self.out)
+        print(f"reads {', '.join(native.senses)}; commands {', '.join(native.commands)}")
+        print(f'use it: LiveController.load("{self.out}")')

@@ -1,0 +1,225 @@
+"""A controller that is stepped from Python: measurements in, commands out, microseconds between."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from tegotae._support.errors import TegotaeError, require_finite
+from tegotae.export.live.file import NativeController, is_native, read_native
+
+if TYPE_CHECKING:
+    from tegotae.systems.controller_file import SavedController
+
+
+class LiveController:
+    """A saved controller as native code, with the state of its oscillators.
+
+    A step first moves the oscillators on by φ̇ = ω + f, with the feedback f of the step before and
+    for the time since; then evaluates terms and actuation on the measurements. Hold the command
+    until the next step. At equal steps these are the numbers of the `Hold` integrator.
+
+    A step takes a few microseconds, and no JAX. Make one from a name or a file (`load`).
+
+    Args:
+        native: the compiled controller.
+        clock: the time [s] where `step` is not told how long a step was; any origin.
+
+    Example:
+        >>> live = LiveController.load("V-reflex-w8")
+        >>> live.step({"spring_force": 0.0}, dt_s=0.001).tolist()
+        [0.0]
+    """
+
+    def __init__(
+        self, native: NativeController, *, clock: Callable[[], float] = time.monotonic
+    ) -> None:
+        self._native = native
+        self._clock = clock
+        self._step = native.step()
+        inputs, outputs = self._step.inputs, self._step.outputs
+        self._signals = tuple((name, inputs[f"signals.{name}"]) for name in native.senses)
+        self._elapsed_s, self._omega = inputs["elapsed_s"], inputs["omega"]
+        self._command = outputs["command"][..., 0]
+        if len(native.commands) == 1:
+            self._command = self._command[0]
+        self._phase, self._feedback = (
+            outputs[name][:, 0] for name in ("phase_rad", "feedback_rad_per_s")
+        )
+        self.omega_rad_per_s = native.omega_rad_per_s
+        self.reset()
+
+    @classmethod
+    def load(
+        cls,
+        name: Path | str,
+        *,
+        max_force_n: float | None = None,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> LiveController:
+        """The controller of a name, a controller file, or a file of `tegotae export native`.
+
+        Only the last needs no JAX, and is there at once.
+
+        Args:
+            name: what every command takes for a controller with weights.
+            max_force_n: the force at full push [N], where the file does not know it.
+            clock: the time [s].
+
+        Raises:
+            TegotaeError: for what cannot be read, or has no weights.
+        """
+        if is_native(Path(name)):
+            if max_force_n is not None:
+                raise TegotaeError(
+                    f"{name} is compiled with its force; give max_force_n to `tegotae export "
+                    "native` instead"
+                )
+            return cls(read_native(Path(name)), clock=clock)
+        from tegotae.export.live.compile import compiled
+        from tegotae.systems.resolve import resolve
+        from tegotae.training.collection import controller_of
+
+        saved = controller_of(resolve(str(name)))
+        return cls(compiled(saved, max_force_n), clock=clock)
+
+    @classmethod
+    def of(cls, saved: SavedController, *, max_force_n: float | None = None) -> LiveController:
+        """The same of a controller in memory.
+
+        Raises:
+            TegotaeError: for an interface without a largest force.
+        """
+        from tegotae.export.live.compile import compiled
+
+        return cls(compiled(saved, max_force_n))
+
+    def reset(self, phase_rad: ArrayLike | None = None) -> None:
+        """Put the oscillators where they start; the next step begins there.
+
+        Args:
+            phase_rad: their phases [rad], one for all or one a limb, of a phase oscillator; those
+                of the controller's release by default.
+
+        Raises:
+            TegotaeError: for phases that are not finite, of another number, or of an oscillator
+                whose state is not its phase.
+        """
+        start = dict(self._native.start)
+        if phase_rad is not None:
+            phase = np.asarray(phase_rad, np.float32)
+            if not np.isfinite(phase).all() or phase.size not in (1, self.limbs):
+                raise TegotaeError(
+                    f"phase_rad is {phase.tolist()}; it must be one finite number or one for each "
+                    f"of {self.limbs} limbs"
+                )
+            if self._native.phase_entry is None:
+                raise TegotaeError(
+                    "the controller has no phase oscillator, whose phase alone says where it is; "
+                    "reset it without phase_rad"
+                )
+            like = start[self._native.phase_entry]
+            of_limbs = phase.reshape(-1, 1) if like.ndim == 2 else phase
+            start[self._native.phase_entry] = np.broadcast_to(of_limbs, like.shape)
+        self._step.reset(**start)
+        self._last_s: float | None = None
+        self._began = False
+        self.steps = 0
+        """Steps since the last reset."""
+
+    def step(self, measurements: Mapping[str, Any], dt_s: float | None = None) -> np.ndarray:
+        """The command until the next step.
+
+        Args:
+            measurements: of each signal in `senses` a number or an array [limbs], in the units of
+                the body's senses; others are ignored.
+            dt_s: time since the last step [s]; by the clock if None. Of the first step after a
+                reset it does not matter.
+
+        Returns:
+            The command of each limb, [limbs], or [commands, limbs] if there are several
+            (`commands`). It is a view: the next step overwrites it.
+
+        Raises:
+            TegotaeError: for a signal that is missing or not finite, or a time that is negative;
+                the oscillators then stand as before.
+        """
+        if dt_s is None:
+            now = self._clock()
+            dt_s = 0.0 if self._last_s is None else now - self._last_s
+            self._last_s = now
+        if not 0.0 <= dt_s < math.inf:
+            raise TegotaeError(f"dt_s is {dt_s}; it must be a time since the last step, in seconds")
+        for name, array in self._signals:
+            try:
+                array[..., 0] = measurements[name]
+            except KeyError:
+                raise unknown_signal(name, self.senses, measurements) from None
+            except ValueError:
+                raise TegotaeError(
+                    f"{name} has shape {np.shape(measurements[name])}; it must be a number or one "
+                    f"for each of {self.limbs} limbs"
+                ) from None
+            if not np.isfinite(array).all():
+                raise TegotaeError(f"{name} is {measurements[name]} at step {self.steps}")
+        self._elapsed_s[...] = dt_s if self._began else 0.0
+        self._step()
+        self._began = True
+        self.steps += 1
+        return self._command
+
+    @property
+    def senses(self) -> tuple[str, ...]:
+        """The signals that a step takes."""
+        return self._native.senses
+
+    @property
+    def commands(self) -> tuple[str, ...]:
+        """What a step commands, limb by limb, such as a force [N]."""
+        return self._native.commands
+
+    @property
+    def limbs(self) -> int:
+        """How many limbs there are."""
+        return self._native.limbs
+
+    @property
+    def phase_rad(self) -> np.ndarray:
+        """Phases at the last step [rad], [limbs]; zero without an oscillator that has one."""
+        return self._phase.copy()
+
+    @property
+    def feedback_rad_per_s(self) -> np.ndarray:
+        """Feedback of the last step [rad/s], [limbs]."""
+        return self._feedback.copy()
+
+    @property
+    def omega_rad_per_s(self) -> float | None:
+        """The frequency ω [rad/s], which may be set between steps; None without an oscillator."""
+        return self._omega_rad_per_s
+
+    @omega_rad_per_s.setter
+    def omega_rad_per_s(self, value: float | None) -> None:
+        if (value is None) != (self._native.omega_rad_per_s is None):
+            has = "no" if self._native.omega_rad_per_s is None else "an"
+            raise TegotaeError(
+                f"omega_rad_per_s is {value}, and the controller has {has} oscillator"
+            )
+        if value is not None:
+            require_finite("omega_rad_per_s", value, above=0.0)
+        self._omega_rad_per_s = value
+        self._omega[...] = 0.0 if value is None else value
+
+
+def unknown_signal(name: str, senses: tuple[str, ...], given: Mapping[str, Any]) -> TegotaeError:
+    """What to say of measurements that lack a signal."""
+    return TegotaeError(
+        f"the measurements lack {name!r}; the controller reads {', '.join(senses)}, and was given "
+        f"{', '.join(map(str, given)) or 'nothing'}"
+    )

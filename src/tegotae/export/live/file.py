@@ -1,0 +1,137 @@
+"""A compiled controller as one file, which is loaded without JAX."""
+
+from __future__ import annotations
+
+import io
+import json
+import zipfile
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tegotae._support.errors import TegotaeError
+from tegotae._support.files import write_atomically
+from tegotae.lowering.layout import MemoryLayout
+from tegotae.lowering.llvm.step import NativeStep, load_step
+
+FORMAT = "tegotae native controller"
+VERSION = 1
+_ABOUT, _CODE = "controller.json", "step.o"
+
+
+@dataclass(frozen=True, kw_only=True)
+class NativeController:
+    """A compiled controller: its code, and what its caller must know.
+
+    Args:
+        name: of the controller; None if it has none.
+        senses: the signals that a step takes.
+        commands: what it commands, limb by limb.
+        limbs: how many limbs there are.
+        omega_rad_per_s: ω [rad/s]; None without an oscillator.
+        phase_entry: the entry of the state that is the phase; None if no single one is.
+        start: the state at the release, by entry.
+        state, inputs, outputs: how memory is laid out.
+        code: an object file.
+    """
+
+    name: str | None
+    senses: tuple[str, ...]
+    commands: tuple[str, ...]
+    limbs: int
+    omega_rad_per_s: float | None
+    phase_entry: str | None
+    start: dict[str, np.ndarray]
+    state: MemoryLayout
+    inputs: MemoryLayout
+    outputs: MemoryLayout
+    code: bytes
+
+    def step(self) -> NativeStep:
+        """The code in this process.
+
+        Raises:
+            TegotaeError: for code of another kind of processor.
+        """
+        return load_step(self.code, self.state, self.inputs, self.outputs)
+
+
+def write_native(native: NativeController, path: Path) -> None:
+    """Write a compiled controller.
+
+    Raises:
+        TegotaeError: if it cannot be written.
+    """
+    about = {
+        "format": FORMAT,
+        "version": VERSION,
+        "name": native.name,
+        "senses": native.senses,
+        "commands": native.commands,
+        "limbs": native.limbs,
+        "omega_rad_per_s": native.omega_rad_per_s,
+        "phase_entry": native.phase_entry,
+        "start": {name: x.tolist() for name, x in native.start.items()},
+        "state": native.state.document(),
+        "inputs": native.inputs.document(),
+        "outputs": native.outputs.document(),
+    }
+    stream = io.BytesIO()
+    with zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED) as file:
+        # Without the time, equal controllers are equal files.
+        file.writestr(zipfile.ZipInfo(_ABOUT), json.dumps(about, indent=1) + "\n")
+        file.writestr(zipfile.ZipInfo(_CODE), native.code)
+    write_atomically(path, stream.getvalue())
+
+
+def is_native(path: Path) -> bool:
+    """Whether a file is a compiled controller, by how it begins."""
+    try:
+        return path.is_file() and _ABOUT in zipfile.ZipFile(path).namelist()
+    except (zipfile.BadZipFile, OSError):
+        return False
+
+
+def read_native(path: Path) -> NativeController:
+    """Read a compiled controller.
+
+    Its code runs as it is: load files from whom you trust.
+
+    Raises:
+        TegotaeError: for a file that is damaged, of a later version, or none of these.
+    """
+    try:
+        with zipfile.ZipFile(path) as file:
+            about, code = json.loads(file.read(_ABOUT)), file.read(_CODE)
+    except OSError as error:
+        raise TegotaeError(f"cannot read {path}: {error.strerror}") from None
+    except (zipfile.BadZipFile, KeyError, ValueError):
+        raise TegotaeError(f"{path} is damaged, or no {FORMAT}") from None
+    if about.get("format") != FORMAT or about.get("version") != VERSION:
+        raise TegotaeError(
+            f"{path} is of version {about.get('version')}; this program reads {FORMAT}s of version "
+            f"{VERSION}; export it again"
+        )
+    try:
+        return _of_document(about, code)
+    except (KeyError, TypeError, ValueError) as error:
+        raise TegotaeError(f"{path} is damaged: {error}") from None
+
+
+def _of_document(about: dict[str, Any], code: bytes) -> NativeController:
+    state = MemoryLayout.of_document(about["state"])
+    return NativeController(
+        name=about["name"],
+        senses=tuple(about["senses"]),
+        commands=tuple(about["commands"]),
+        limbs=int(about["limbs"]),
+        omega_rad_per_s=about["omega_rad_per_s"],
+        phase_entry=about["phase_entry"],
+        start={e.name: np.asarray(about["start"][e.name], e.dtype) for e in state.entries},
+        state=state,
+        inputs=MemoryLayout.of_document(about["inputs"]),
+        outputs=MemoryLayout.of_document(about["outputs"]),
+        code=code,
+    )

@@ -1,0 +1,203 @@
+"""A control loop in real time: read, step, write, at a steady rate, with a watchdog."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tegotae._support.errors import TegotaeError, require_finite
+from tegotae.export.live.controller import LiveController
+
+Read = Callable[[], Mapping[str, Any]]
+Write = Callable[[np.ndarray], None]
+
+_SPIN_S = 0.0002
+"""The rest of a period that is waited for awake [s]: sleep alone wakes some 50 µs late."""
+
+
+@dataclass(frozen=True)
+class LoopReport:
+    """How a loop went.
+
+    Args:
+        ticks: steps that were taken.
+        late_s: how late each began after its time [s], [ticks].
+        busy_s: how long read, step and write took together [s], [ticks].
+        stopped: why it ended: "duration", "watchdog", or "interrupted".
+    """
+
+    ticks: int
+    late_s: np.ndarray
+    busy_s: np.ndarray
+    stopped: str
+
+    def __str__(self) -> str:
+        def line(name: str, x: np.ndarray) -> str:
+            at = np.quantile(1e6 * x, (0.5, 0.99, 0.999, 1.0)) if len(x) else [np.nan] * 4
+            return f"{name:6}" + "".join(f"{value:10.1f}" for value in at)
+
+        head = f"{self.ticks} steps; [µs]" + "".join(
+            f"{name:>10}" for name in ("median", "99 %", "99.9 %", "most")
+        )
+        return "\n".join((head, line("late", self.late_s), line("busy", self.busy_s)))
+
+
+def drive_hardware(
+    live: LiveController,
+    read: Read,
+    write: Write,
+    *,
+    rate_hz: float = 1000.0,
+    duration_s: float,
+    safe: np.ndarray | float = 0.0,
+    watchdog_s: float = 0.05,
+    recording: Path | str | None = None,
+) -> LoopReport:
+    """Run a controller on hardware: every period read, step, write.
+
+    However it ends, by its duration, by Ctrl-C, by an error of `read` or by the watchdog, the last
+    command is the safe one, and the recording is written.
+
+    Args:
+        live: the controller; the oscillators advance by the time that really passed.
+        read: gives measurements: the controller's senses, and whatever else is to be recorded,
+            such as `height_m`; numbers or arrays [limbs].
+        write: takes a command: [limbs], or [commands, limbs].
+        rate_hz: periods a second; a period that is missed is left out, not made up for.
+        duration_s: for how long [s].
+        safe: the command that does no harm, such as no force; of the command's shape or one number.
+        watchdog_s: if no period ends for so long [s], the safe command is written from another
+            thread, and the loop ends.
+        recording: a .npz file for `tegotae measure`: `time_s`, what was read, `phase_rad`,
+            `feedback_rad_per_s` and the commands, `_0`, `_1`, ... of several limbs.
+
+    Raises:
+        TegotaeError: for a rate, a duration or a watchdog out of range.
+
+    Example:
+        A page of the documentation drives a simulated leg: `docs/deploy/live.md`.
+    """
+    require_finite("rate_hz", rate_hz, above=0.0, most=1e5)
+    require_finite("duration_s", duration_s, above=0.0, most=86400.0)
+    require_finite("watchdog_s", watchdog_s, above=1.0 / rate_hz, most=60.0)
+    if recording is not None and Path(recording).suffix != ".npz":
+        raise TegotaeError(f"recording is {recording}; its name must end in .npz")
+    loop = _Loop(live, read, write, safe, rate_hz, round(duration_s * rate_hz))
+    try:
+        return loop.run(watchdog_s)
+    finally:
+        if recording is not None and loop.done:
+            np.savez(recording, **loop.columns())  # type: ignore[arg-type]
+
+
+class _Loop:
+    """A loop under way, with all memory that it will need."""
+
+    def __init__(
+        self,
+        live: LiveController,
+        read: Read,
+        write: Write,
+        safe: np.ndarray | float,
+        rate_hz: float,
+        ticks: int,
+    ) -> None:
+        self._live, self._read, self._write = live, read, write
+        several = len(live.commands) > 1
+        shape = (len(live.commands), live.limbs) if several else (live.limbs,)
+        self._safe = np.broadcast_to(np.asarray(safe, np.float32), shape).copy()
+        self._period_s, self._ticks = 1.0 / rate_hz, ticks
+        self.done = 0
+        self._time_s, self._late_s, self._busy_s = np.zeros((3, ticks))
+        self._read_columns: dict[str, np.ndarray] = {}
+        self._own = np.zeros((ticks, 2, live.limbs), np.float32)
+        self._commands = np.zeros((ticks, *shape), np.float32)
+        self._beat = time.perf_counter()
+        self._ended = threading.Event()
+        self._bitten = False
+
+    def run(self, watchdog_s: float) -> LoopReport:
+        guard = threading.Thread(target=self._guard, args=(watchdog_s,), daemon=True)
+        stopped = "duration"
+        self._beat = time.perf_counter()
+        guard.start()
+        try:
+            self._go()
+        except KeyboardInterrupt:
+            stopped = "interrupted"
+        finally:
+            self._ended.set()
+            guard.join()
+            self._write(self._safe)
+        stopped = "watchdog" if self._bitten else stopped
+        n = self.done
+        return LoopReport(n, self._late_s[:n].copy(), self._busy_s[:n].copy(), stopped)
+
+    def _go(self) -> None:
+        live, clock = self._live, time.perf_counter
+        begun = clock()
+        due = last = begun
+        while self.done < self._ticks and not self._bitten:
+            now = _wait_until(due)
+            measured = self._read()
+            command = live.step(measured, now - last if self.done else 0.0)
+            if self._bitten:
+                return
+            self._write(command)
+            at, last = self.done, now
+            self._time_s[at], self._late_s[at] = now - begun, now - due
+            self._own[at, 0], self._own[at, 1] = live.phase_rad, live.feedback_rad_per_s
+            self._commands[at] = command
+            for name, value in measured.items():
+                if name not in self._read_columns:
+                    self._read_columns[name] = np.full((self._ticks, *np.shape(value)), np.nan)
+                self._read_columns[name][at] = value
+            self.done += 1
+            self._beat = end = clock()
+            self._busy_s[at] = end - now
+            due += self._period_s
+            if end > due:  # periods that are over by now
+                due += self._period_s * ((end - due) // self._period_s + 1.0)
+
+    def _guard(self, watchdog_s: float) -> None:
+        while not self._ended.wait(0.25 * watchdog_s):
+            if time.perf_counter() - self._beat > watchdog_s:
+                self._bitten = True
+                self._write(self._safe)
+                return
+
+    def columns(self) -> dict[str, np.ndarray]:
+        """What was recorded, a column a number."""
+        n = self.done
+        names = ["force_n"] if self._live.commands == ("force",) else list(self._live.commands)
+        commands = self._commands[:n].reshape(n, len(names), self._live.limbs)
+        arrays = {
+            "time_s": self._time_s[:n],
+            **{name: x[:n] for name, x in self._read_columns.items()},
+            "phase_rad": self._own[:n, 0],
+            "feedback_rad_per_s": self._own[:n, 1],
+            **{name: commands[:, i] for i, name in enumerate(names)},
+        }
+        columns = {}
+        for name, array in arrays.items():
+            if array.ndim == 1 or array.shape[1] == 1:
+                columns[name] = array.reshape(n)
+            else:
+                columns |= {f"{name}_{i}": array[:, i] for i in range(array.shape[1])}
+        return columns
+
+
+def _wait_until(due: float) -> float:
+    """The time, once it is due: asleep at first, awake at the end."""
+    while True:
+        left = due - time.perf_counter()
+        if left <= 0.0:
+            return time.perf_counter()
+        if left > _SPIN_S:
+            time.sleep(left - _SPIN_S)

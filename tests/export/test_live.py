@@ -1,0 +1,307 @@
+"""A live controller gives what the simulator computes, and keeps its promises when driven."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import threading
+import zipfile
+
+import numpy as np
+import pytest
+
+from tegotae import TegotaeError, find
+from tegotae.cli import main
+from tegotae.export.c.golden import golden
+from tegotae.export.c.plan import Export, member
+from tegotae.export.live import LiveController, drive_hardware
+from tegotae.export.live.compile import compiled
+from tegotae.export.live.file import write_native
+from tegotae.parts.bodies import Interface
+from tegotae.parts.controller import Controller
+from tegotae.parts.oscillators import AdaptiveHopf, Matsuoka
+from tegotae.parts.terms import Reflex
+from tegotae.systems.controller_file import SavedController
+from tegotae.systems.models import build
+from tegotae.systems.system import System
+
+SIGMA = 2.0
+
+
+def vanilla() -> SavedController:
+    return SavedController.of(build("V-reflex-w8"), np.array([SIGMA]), 8.0)
+
+
+def learned(model: str) -> SavedController:
+    controller = find(model).experiment().system.controller
+    weights = np.random.default_rng(0).normal(0.0, 0.3, controller.n_weights)
+    omega = None if controller.oscillator is None else 8.0
+    return SavedController.of(controller, weights, omega)
+
+
+def with_oscillator(oscillator: object) -> SavedController:
+    own = build("V-reflex-w8")
+    controller = Controller(Reflex(), oscillator, tegotae=own.tegotae)
+    return SavedController.of(controller, np.full(controller.n_weights, SIGMA), 8.0)
+
+
+def walker() -> SavedController:
+    from tegotae.systems.resolve import resolve
+    from tegotae.training.collection import controller_of
+
+    return controller_of(resolve("quadruped-c"))
+
+
+CASES = {
+    "vanilla": vanilla,
+    "ART": lambda: learned("ART"),
+    "ARGT": lambda: learned("ARGT"),
+    "T": lambda: learned("T"),
+    "adaptive Hopf": lambda: with_oscillator(AdaptiveHopf()),
+    "Matsuoka": lambda: with_oscillator(Matsuoka()),
+    "quadruped": walker,
+}
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_every_tick_of_a_simulated_run_is_repeated(name):
+    saved = CASES[name]()
+    export = Export(saved)
+    run = golden(export)
+    live = LiveController.of(saved)
+    columns = list(run.columns)
+
+    def of(prefix: str) -> np.ndarray:
+        at = [i for i, each in enumerate(columns) if each.split("[")[0] == prefix]
+        return run.rows[:, at]
+
+    state = [x for x in live._step.state if x.startswith("oscillator")]
+    names = [each.split("[")[0] for each in columns if each.startswith("state.")]
+    before = [of(each) for each in dict.fromkeys(names)]
+    after = [of(each.replace("state.", "next.")) for each in dict.fromkeys(names)]
+    ways = [np.atleast_2d(of(f"out.{member(each)}").T).T for each in live.commands]
+    for tick in range(0, len(run.rows), 10):
+        live.reset()
+        for entry, values in zip(state, before, strict=True):
+            live._step.state[entry][...] = values[tick].reshape(live._step.state[entry].shape)
+        senses = {each: of(f"in.{member(each)}")[tick] for each in live.senses}
+        command = np.reshape(live.step(senses, 0.001), (len(live.commands), -1))
+        for got, wanted in zip(command, ways, strict=True):
+            np.testing.assert_allclose(got, wanted[tick], rtol=1e-5, atol=1e-5)
+        feedback = of("out.feedback_rad_per_s")[tick]
+        np.testing.assert_allclose(live.feedback_rad_per_s, feedback, rtol=1e-5, atol=1e-4)
+        live.step(senses, 0.001)
+        for entry, values in zip(state, after, strict=True):
+            here = live._step.state[entry].reshape(-1)
+            off = np.abs(np.angle(np.exp(1j * (here - values[tick]))))  # a phase may have wrapped
+            assert (off < 1e-5).all(), entry
+
+
+def test_without_an_input_the_phase_follows_the_clock():
+    seconds = iter((5.0, 5.25, 5.75))
+    live = LiveController(compiled(vanilla()), clock=lambda: next(seconds))
+    for _ in range(3):
+        live.step({"spring_force": 0.0})
+    assert live.phase_rad == pytest.approx([6.0], abs=1e-5)  # 8 rad/s for 0.75 s
+
+
+def test_the_frequency_can_be_set_between_steps():
+    live = LiveController.of(vanilla())
+    live.step({"spring_force": 0.0}, 0.1)
+    live.omega_rad_per_s = 3.0
+    live.step({"spring_force": 0.0}, 0.1)  # the step before was at 8 rad/s
+    live.step({"spring_force": 0.0}, 0.1)
+    assert live.phase_rad == pytest.approx([0.8 + 0.3], abs=1e-5)
+
+
+def test_a_reset_begins_anew_or_at_a_phase():
+    live = LiveController.of(vanilla())
+    first = [float(live.step({"spring_force": 9.0 * i}, 0.01)[0]) for i in range(5)]
+    live.reset()
+    assert [float(live.step({"spring_force": 9.0 * i}, 0.01)[0]) for i in range(5)] == first
+    live.reset(phase_rad=2.0)
+    live.step({"spring_force": 0.0}, 0.01)
+    assert live.phase_rad == pytest.approx([2.0])
+
+
+def test_what_cannot_be_stepped_is_refused_and_changes_nothing():
+    live = LiveController.of(vanilla())
+    live.step({"spring_force": 1.0}, 0.01)
+    live.step({"spring_force": 1.0}, 0.01)
+    before = live.phase_rad
+    for measured, dt_s, why in (
+        ({"force": 1.0}, 0.01, "lack 'spring_force'.* was given force"),
+        ({"spring_force": np.nan}, 0.01, "spring_force is nan at step 2"),
+        ({"spring_force": np.ones(3)}, 0.01, r"has shape \(3,\)"),
+        ({"spring_force": 1.0}, -0.01, "dt_s is -0.01"),
+    ):
+        with pytest.raises(TegotaeError, match=why):
+            live.step(measured, dt_s)
+    assert live.steps == 2
+    assert (live.phase_rad == before).all()
+    with pytest.raises(TegotaeError, match="phase_rad is"):
+        live.reset(phase_rad=[1.0, 2.0])
+    with pytest.raises(TegotaeError, match="has an oscillator"):
+        live.omega_rad_per_s = None
+
+
+def test_an_interface_without_a_largest_force_is_asked_for_one():
+    system = System(controller=build("V-reflex-w8"), body=Interface(), omega=8.0)
+    saved = SavedController(system, np.array([SIGMA]))
+    with pytest.raises(TegotaeError, match="give max_force_n"):
+        LiveController.of(saved)
+    live = LiveController.of(saved, max_force_n=4.0)
+    force = float(live.step({"spring_force": 1e3}, 0.01)[0])
+    assert 0.0 <= force <= 4.0
+
+
+@pytest.fixture(scope="module")
+def exported(tmp_path_factory):
+    path = tmp_path_factory.mktemp("live") / "leg.native"
+    write_native(compiled(vanilla()), path)
+    return path
+
+
+def test_a_small_process_loads_and_steps_without_jax(exported):
+    program = (
+        "import sys\n"
+        "from tegotae.export.live import LiveController\n"
+        f"live = LiveController.load({str(exported)!r})\n"
+        "print(*(float(live.step({'spring_force': 9.0 * i}, 0.01)[0]) for i in range(5)))\n"
+        "assert 'jax' not in sys.modules and 'pandas' not in sys.modules\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    live = LiveController.of(vanilla())
+    here = [float(live.step({"spring_force": 9.0 * i}, 0.01)[0]) for i in range(5)]
+    assert [float(x) for x in done.stdout.split()] == here
+
+
+def test_the_command_writes_what_load_reads(tmp_path, capsys):
+    path = tmp_path / "walker.native"
+    assert main(["export", "native", "quadruped-c", "--out", str(path)]) == 0
+    assert "commands foot_x, foot_z" in capsys.readouterr().out
+    live = LiveController.load(path)
+    assert live.step({"spring_force": np.ones(4)}, 0.01).shape == (2, 4)
+    with pytest.raises(TegotaeError, match="compiled with its force"):
+        LiveController.load(path, max_force_n=2.0)
+
+
+def test_a_damaged_file_is_said_to_be_so(exported, tmp_path):
+    whole = zipfile.ZipFile(exported)
+    for name, about, code, why in (
+        ("a", whole.read("controller.json"), b"no code", "no code at all"),
+        ("b", b'{"format": "tegotae native controller", "version": 9}', b"", "of version 9"),
+        ("c", b'{"format": "tegotae native controller", "version": 1}', b"", "is damaged"),
+    ):
+        path = tmp_path / f"{name}.native"
+        with zipfile.ZipFile(path, "w") as file:
+            file.writestr("controller.json", about)
+            file.writestr("step.o", code)
+        with pytest.raises(TegotaeError, match=why):
+            LiveController.load(path)
+
+
+def leg() -> tuple:
+    """A pretended leg: what is read, and what was written."""
+    written: list[float] = []
+
+    def read() -> dict[str, float]:
+        return {"spring_force": 3.0, "height_m": 1.0 + 0.001 * len(written)}
+
+    return read, lambda command: written.append(float(command[0])), written
+
+
+def test_a_loop_records_what_measure_reads_and_ends_safe(tmp_path, exported):
+    read, write, written = leg()
+    path = tmp_path / "run.npz"
+    report = drive_hardware(
+        LiveController.load(exported),
+        read,
+        write,
+        rate_hz=500.0,
+        duration_s=0.2,
+        safe=-1.0,
+        watchdog_s=30.0,
+        recording=path,
+    )
+    assert report.stopped == "duration"
+    assert report.ticks == 100
+    assert written[-1] == -1.0
+    columns = np.load(path)
+    assert {"time_s", "height_m", "spring_force", "phase_rad", "force_n"} <= set(columns)
+    assert columns["force_n"].tolist() == pytest.approx(written[:-1])
+    assert (np.diff(columns["time_s"]) > 0.0).all()
+    assert "99.9 %" in str(report)
+
+
+def test_the_watchdog_writes_the_safe_command_while_a_read_hangs(exported):
+    _, write, written = leg()
+    hangs = threading.Event()
+
+    def read() -> dict[str, float]:
+        if len(written) == 3:
+            assert hangs.wait(30.0), "the watchdog did not write"
+        return {"spring_force": 3.0}
+
+    def watched(command: np.ndarray) -> None:
+        write(command)
+        if written[-1] == -1.0:
+            hangs.set()
+
+    live = LiveController.load(exported)
+    report = drive_hardware(live, read, watched, duration_s=60.0, safe=-1.0, watchdog_s=0.3)
+    assert report.stopped == "watchdog"
+    assert report.ticks == 3
+    assert written[3:] == [-1.0, -1.0]
+
+
+def test_an_error_of_the_hardware_ends_safe_and_keeps_the_recording(tmp_path, exported):
+    read, write, written = leg()
+
+    def failing() -> dict[str, float]:
+        if len(written) == 5:
+            raise OSError("the cable is out")
+        return read()
+
+    path = tmp_path / "run.npz"
+    live = LiveController.load(exported)
+    with pytest.raises(OSError, match="cable"):
+        drive_hardware(
+            live, failing, write, duration_s=60.0, safe=-1.0, watchdog_s=30.0, recording=path
+        )
+    assert written[-1] == -1.0
+    assert len(np.load(path)["time_s"]) == 5
+
+
+@pytest.mark.parametrize(
+    ("options", "why"),
+    [
+        ({"rate_hz": 0.0}, "rate_hz is 0"),
+        ({"watchdog_s": 0.0001}, "watchdog_s is 0.0001"),
+        ({"recording": "run.csv"}, "must end in .npz"),
+    ],
+)
+def test_a_loop_that_cannot_be_is_refused_before_it_moves_anything(options, why, exported):
+    read, write, written = leg()
+    with pytest.raises(TegotaeError, match=why):
+        drive_hardware(LiveController.load(exported), read, write, **{"duration_s": 1.0, **options})
+    assert not written
+
+
+def test_steps_do_not_grow_memory():
+    live = LiveController.of(learned("ART"))
+    import tracemalloc
+
+    measured = {"spring_force": 3.0}
+    for _ in range(100):
+        live.step(measured, 0.001)
+    tracemalloc.start()
+    before = tracemalloc.get_traced_memory()[0]
+    for _ in range(5000):
+        live.step(measured, 0.001)
+    grown = tracemalloc.get_traced_memory()[0] - before
+    tracemalloc.stop()
+    assert grown < 4096
