@@ -27,7 +27,7 @@ from tegotae.training.collection import read
 
 @dataclass(frozen=True, kw_only=True)
 class Compare(ProtocolOptions):
-    """Compare controllers: files, folders or pure V models. Differences are to the first one.
+    """Compare controllers: files, folders or pure V models. Differences are relative to the first.
 
     Each is released and integrated as its own system is, and all are evaluated by the protocol that
     their experiments have in common; where they differ in it, options say which it is.

@@ -20,8 +20,8 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class Generalise:
-    """Try trained controllers, unchanged, in conditions outside of their training; run it again on
-    the same folder to go on."""
+    """Test trained controllers, unchanged, in conditions outside of their training; run it again on
+    the same folder to continue."""
 
     places: Annotated[tuple[str, ...], tyro.conf.Positional]
     """Controller files, folders of them, names of pure V models such as V-sector-w4, or a study's
@@ -36,7 +36,7 @@ class Generalise:
     starts: int = 4
     """From how many releases controllers of several legs are tried."""
     anew: bool = False
-    """Begin anew: what the folder holds is set aside, in one beside it."""
+    """Start again: existing records are moved to a folder beside this one."""
     list: bool = False
     """Print the conditions and their levels, and end."""
 

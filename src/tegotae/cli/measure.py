@@ -50,7 +50,7 @@ _EARTH = f"(default: the body's, or {Hopper.gravity_m_per_s2:g})"
 
 @dataclass(frozen=True, kw_only=True)
 class Measure(WorkOption):
-    """Measure a recorded gait, a robot's or another simulator's: all metrics, or why not."""
+    """Measure a recorded gait of a robot or simulator: every metric, or why it is undefined."""
 
     file: Annotated[Path, tyro.conf.Positional]
     """The recording, .csv, .npz or .parquet; its first sample is the release. A column is known by

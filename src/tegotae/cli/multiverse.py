@@ -33,7 +33,7 @@ class MultiverseRun:
     cluster: Annotated[str | None, UNSET] = None
     """Address of a Dask scheduler to work on, or local."""
     anew: bool = False
-    """Begin anew: a multiverse that the folder holds is set aside, in one beside it."""
+    """Start again: an existing multiverse is moved to a folder beside this one."""
 
     def run(self) -> None:
         """Do what is missing."""

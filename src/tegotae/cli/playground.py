@@ -18,7 +18,7 @@ from tegotae.training.collection import controller_of
 
 @dataclass(frozen=True, kw_only=True)
 class Playground:
-    """Write a page to play with: one HTML file, no server, no network.
+    """Write the playground: one HTML file that needs no server and no network.
 
     People can disturb controllers on it, change their bodies, compare them, and let one learn.
     """

@@ -38,8 +38,8 @@ OF_SEVERAL = (*OF_LEGS, "phases", "out")
 
 @dataclass(frozen=True, kw_only=True)
 class Simulate(LegsOptions, ControllerOptions):
-    """Simulate a controller: of one leg its apexes and its efficiency, of several its footfalls,
-    its lags and its gait's name.
+    """Simulate a controller. One leg: apexes and efficiency; several legs: footfalls, lags and the
+    name of the gait.
 
     It is named by a file or otherwise, or is a vanilla controller made of options. Release and
     integrator are those of the file's system, and so is the control period of a held controller and
@@ -50,7 +50,7 @@ class Simulate(LegsOptions, ControllerOptions):
     """A controller file, or another name with weights, such as V-sector-w4, quadruped-c or
     FILE.py:OBJECT; without it, a vanilla controller made of options."""
     controller: Annotated[str | None, UNSET] = None
-    """The same as an option."""
+    """The same, as an option."""
     duration: Annotated[float | None, UNSET] = None
     """Simulated time [s]; 20 s of one leg, and the system's of several."""
     drop: float = 0.0

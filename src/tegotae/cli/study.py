@@ -47,7 +47,7 @@ class StudyRun(ExperimentOptions):
     cluster: Annotated[str | None, UNSET] = None
     """Address of a Dask scheduler to work on, or local."""
     anew: bool = False
-    """Begin anew: a study that the folder holds is set aside, in one beside it."""
+    """Start again: an existing study is moved to a folder beside this one."""
 
     def run(self) -> None:
         """Do what is missing."""

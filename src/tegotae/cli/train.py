@@ -54,15 +54,15 @@ class EvolutionOptions:
     ] = None
     """Folder for controllers, curves and checkpoint."""
     seeds: int = 3
-    """How many runs from random weights."""
+    """Number of runs from random weights."""
     first_seed: int = 0
     """The first of the seeds."""
     population: Annotated[int | None, tyro.conf.arg(help_behavior_hint="(as tuned)")] = None
-    """Episodes per generation and seed, where a population evolves."""
+    """Episodes per generation and seed of a population."""
     generations: Annotated[int | None, tyro.conf.arg(help_behavior_hint=_CAP_HINT)] = None
-    """Most generations, where a population evolves."""
+    """Largest number of generations of a population."""
     to_cap: bool = False
-    """Go on to the most generations, plateau or not."""
+    """Train for all generations, without a stop at the plateau."""
     plateau_share: Annotated[float | None, tyro.conf.arg(help_behavior_hint=_SHARE_HINT)] = None
     """A run ends when this share of its training so far gave no gain ..."""
     plateau_tolerance: Annotated[float | None, tyro.conf.arg(help_behavior_hint=_GAIN_HINT)] = None
@@ -73,7 +73,7 @@ class EvolutionOptions:
     budget: Annotated[int | None, tyro.conf.arg(help_behavior_hint=_BUDGET_HINT)] = None
     """Largest number of trained parameters of a model."""
     anew: bool = False
-    """Begin anew: a training that the folder holds is set aside, in one beside it."""
+    """Start again: an existing training is moved to a folder beside this one."""
     tensorboard: bool = False
     """Write TensorBoard logs beside the controllers (extra "tensorboard")."""
 
@@ -100,14 +100,14 @@ class EvolutionOptions:
 
 @dataclass(frozen=True, kw_only=True)
 class Train(EnvOptions, EvolutionOptions, ExperimentOptions):
-    """Train a model's controllers, one per seed; run it again on the same folder to go on."""
+    """Train controllers of a model, one per seed; run it again on the same folder to continue."""
 
     model: Annotated[str, tyro.conf.Positional]
     """The model's name (see `tegotae models`), an architecture such as ART, a design for a body
     with legs such as ART@quadruped-c, or an experiment of your own, FILE.py:OBJECT or
     MODULE:OBJECT."""
     episodes: Annotated[int | None, tyro.conf.arg(help_behavior_hint="(default: 1000)")] = None
-    """Episodes in all and per seed, where an agent learns."""
+    """Episodes per seed of an agent (sac, ppo)."""
 
     def run(self) -> None:
         """Train, and print how it went."""

@@ -35,10 +35,10 @@ _FRESH_SEEDS = 10_000
 
 @dataclass(frozen=True, kw_only=True)
 class Tune(ExperimentOptions):
-    """Search for an algorithm's settings (extra "tune"); the same command goes on after a stop."""
+    """Search for an algorithm's settings (extra "tune"); run it again to continue after a stop."""
 
     models: Annotated[tuple[str, ...], tyro.conf.Positional]
-    """Models to do well on (see `tegotae models`), or experiments of your own, FILE.py:OBJECT:
+    """Models to tune for (see `tegotae models`), or experiments of your own, FILE.py:OBJECT:
     settings are compared by their mean fitness."""
     storage: Path
     """File that keeps every trial: an Optuna journal."""
@@ -55,7 +55,7 @@ class Tune(ExperimentOptions):
     confirm: int = 4
     """Fresh seeds on which the best settings are compared with those tried first; 0 for none."""
     anew: bool = False
-    """Begin anew: a tuning that the file holds is set aside, in one beside it."""
+    """Start again: an existing tuning is moved to a file beside this one."""
     keep: Annotated[Path | None, UNSET] = None
     """Write the best settings, with how they were found, to this file (.json)."""
     budget: Annotated[int | None, tyro.conf.arg(help_behavior_hint=f"(default: {BUDGET})")] = None

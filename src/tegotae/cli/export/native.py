@@ -9,6 +9,7 @@ from typing import Annotated
 import tyro
 
 from tegotae._support.files import output_file
+from tegotae.cli.options import UNSET
 from tegotae.export.live.compile import compiled
 from tegotae.export.live.file import write_native
 from tegotae.systems.resolve import resolve
@@ -23,7 +24,7 @@ class ExportNative:
     """A controller file of `tegotae train`, or another name with weights, such as quadruped-c."""
     out: Path
     """The file that is written, such as leg.native."""
-    max_force: float | None = None
+    max_force: Annotated[float | None, UNSET] = None
     """The force at full push [N], where the controller's file does not know it."""
 
     def run(self) -> None:

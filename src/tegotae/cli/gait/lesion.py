@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class Lesion(GaitCommand):
-    """A leg lost, a number of the body changed, or the ground dropped: who stays up, and how."""
+    """Remove a leg, change the body or drop the ground: which starts stay up, and how."""
 
     lose: tuple[str, ...] = ()
     """Names of legs that are lost, such as LH."""

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class Map(GaitCommand):
-    """Which gait comes about over two parameters: omega, sigma, or any two numbers of the body."""
+    """Map the gaits over two parameters: omega, sigma, or any two numbers of the body."""
 
     x: tuple[str, float, float]
     """The columns: a parameter, its lowest and its highest value, such as com_x_m -0.3 0.3. Of a
@@ -29,9 +29,9 @@ class Map(GaitCommand):
     y: tuple[str, float, float]
     """The rows: another parameter, its lowest and its highest value."""
     cells: tuple[int, int] = (60, 60)
-    """How many columns and rows."""
+    """Numbers of columns and rows."""
     starts: int = 4
-    """How many releases a cell."""
+    """Number of releases per cell."""
 
     def run(self) -> None:
         """Compute, write, and print."""

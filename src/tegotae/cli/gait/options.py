@@ -33,18 +33,18 @@ class LegsOptions:
     """What of a system with several legs is to be otherwise."""
 
     set: tuple[str, ...] = ()
-    """Fields of the body that are to be otherwise, such as inertia_ratio=0.35."""
+    """Change fields of the body, such as inertia_ratio=0.35."""
     terrain: tuple[str, ...] = ()
     """The ground of a walking torso: flat, slope, steps or rough, or FILE.py:OBJECT, and its
     numbers, such as rough rms_m=0.05."""
     delay: float = 0.0
-    """By how much what the legs feel is late [s]."""
+    """Delay of the senses of the legs [s]."""
     noise: float = 0.0
-    """Noise of what they feel, as a share of its scale."""
+    """Noise of the senses of the legs, as a share of their scale."""
     seed: int = 0
-    """Of the random phases of legs at release."""
+    """Seed of the random phases of the legs at release."""
     tolerance: float = 0.1
-    """How far lags may be from those of a named gait [cycles]."""
+    """Tolerance of lags around those of a named gait [cycles]."""
 
 
 OF_LEGS = tuple(field.name for field in dataclasses.fields(LegsOptions))

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class Stability(GaitCommand):
-    """How small deviations of the lags grow or die out, cycle by cycle, over a parameter."""
+    """Measure how small deviations of the lags grow or decay, cycle by cycle, over a parameter."""
 
     over: tuple[str, float, float]
     """The parameter (omega, sigma, or a number of the body), its lowest and its highest value."""

@@ -19,16 +19,16 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class Sweep(GaitCommand):
-    """Raise the frequency level by level, and lower it: where gaits change, and hysteresis."""
+    """Raise the frequency step by step and lower it again: where gaits change, and hysteresis."""
 
     levels: tuple[float, float]
     """The lowest and the highest frequency ω [rad/s]."""
     count: int = 16
-    """How many levels."""
+    """Number of levels."""
     dwell: Annotated[float | None, UNSET] = None
-    """How long each lasts [s]; half of the system's duration by default."""
+    """Duration of each level [s]; half of the system's duration by default."""
     starts: int = 16
-    """How many releases on either way."""
+    """Number of releases in each direction."""
 
     def run(self) -> None:
         """Compute, write, and print."""
