@@ -23,7 +23,6 @@ from tegotae.measures.hopping.statistics import interval
 from tegotae.simulation.world import Uniform
 from tegotae.studies.generalisation import CATALOGUE, Retention, TestedControllers
 from tegotae.studies.generalisation.run import Done, generalise
-from tegotae.studies.generalisation.sources import of_study
 from tegotae.studies.generalisation.table import MEASURES, median_interval, run_margins
 from tegotae.systems.experiment import Experiment
 from tegotae.systems.models import find
@@ -60,7 +59,7 @@ def main(words: Sequence[str] | None = None) -> None:
     parser.add_argument("--out", type=Path, required=True)
     given = parser.parse_args(words)
     chosen = tuple(CATALOGUE.values())
-    steady = {each.name: each for each in of_study(given.study)}
+    steady = {each.name: each for each in read(given.study)}
     pairs, subjects = [], []
     for name in MODELS:
         before = steady[name]

@@ -32,7 +32,6 @@ from tegotae.studies.generalisation import (
     margins,
 )
 from tegotae.studies.generalisation.run import Done, generalise
-from tegotae.studies.generalisation.sources import of_study
 from tegotae.studies.generalisation.table import (
     MEASURES,
     curve,
@@ -41,6 +40,7 @@ from tegotae.studies.generalisation.table import (
 )
 from tegotae.studies.paper.plan import plan
 from tegotae.systems.models import all_models
+from tegotae.training.collection import read
 
 KEPT = Path(__file__).parents[1] / "docs" / "_static" / "generalisation"
 GROUPS = ("V", "VG", "AR", "ART", "ARG", "ARGT", "T")
@@ -60,7 +60,7 @@ def main(words: Sequence[str] | None = None) -> None:
     parser.add_argument("--only", type=int, default=None, help="so many models at most")
     given = parser.parse_args(words)
     chosen = tuple(CATALOGUE.values())
-    subjects = ordered([TestedControllers.of(runs) for runs in of_study(given.study)])[: given.only]
+    subjects = ordered([TestedControllers.of(runs) for runs in read(given.study)])[: given.only]
     done = generalise(subjects, chosen, given.out)
     tables(done)
 

@@ -26,6 +26,7 @@ from tegotae.envs import (  # noqa: E402
 from tegotae.envs.scaling import contact_entries, remarks  # noqa: E402
 from tegotae.systems import controller_file  # noqa: E402
 from tegotae.systems.controller_file import SavedController  # noqa: E402
+from tegotae.systems.resolve import resolve  # noqa: E402
 from wired_env import Scales  # noqa: E402
 
 WIRING = Wiring(
@@ -170,6 +171,25 @@ def test_a_wiring_file_may_name_its_controller(tmp_path):
     document = json.loads((tmp_path / "leg.json").read_text())
     (tmp_path / "leg.json").write_text(json.dumps({**document, "controller": "hopper.json"}))
     assert load_wiring(tmp_path / "leg.json").omega == 8.0
+
+
+@pytest.mark.parametrize("name", ["paper", "runs", "mine.py:kept"])
+def test_a_wiring_file_names_its_controller_as_a_command_does(tmp_path, monkeypatch, name):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "runs").mkdir()
+    saved_hopper(tmp_path / "runs" / "mine.json")
+    (tmp_path / "mine.py").write_text(
+        "from tegotae.systems.controller_file import load\nkept = load('runs/mine.json')\n"
+    )
+    save_wiring(WIRING, tmp_path / "leg.json")
+    document = json.loads((tmp_path / "leg.json").read_text())
+    (tmp_path / "leg.json").write_text(json.dumps({**document, "controller": name}))
+    found = load_wiring(tmp_path / "leg.json")
+    assert found.omega == resolve(name).controller().omega
+    assert found.weights is not None
+    (tmp_path / "leg.json").write_text(json.dumps({**document, "controller": "none.json"}))
+    with pytest.raises(TegotaeError, match=r"no controller file at .*none\.json"):
+        load_wiring(tmp_path / "leg.json")
 
 
 def test_a_hoppers_controller_without_a_wiring_is_refused(tmp_path):

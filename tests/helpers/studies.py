@@ -14,7 +14,7 @@ import numpy as np
 import psutil
 
 from tegotae.studies.paper.folder import Folder
-from tegotae.studies.paper.record import SUFFIX
+from tegotae.systems.study_records import SUFFIX
 
 MODELS = ("V-sector-w8", "ART-rF-tphif-w8", "T-Fv")
 """The models of the smoke scale."""

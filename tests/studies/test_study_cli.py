@@ -24,9 +24,10 @@ from tegotae.studies.paper.claims.atomic import ATOMIC_CLAIMS
 from tegotae.studies.paper.claims.effect_table import effects_csv, read_effects
 from tegotae.studies.paper.folder import Folder
 from tegotae.studies.paper.plan import plan
-from tegotae.studies.paper.record import SUFFIX, read, write
+from tegotae.studies.paper.record import read, write
 from tegotae.studies.paper.table import tabulate
 from tegotae.studies.paper.unit import key_of
+from tegotae.systems.study_records import SUFFIX
 
 
 @pytest.fixture

@@ -26,6 +26,8 @@ from tegotae.studies.paper.record import (
 from tegotae.studies.paper.table import tabulate
 from tegotae.studies.paper.unit import work
 from tegotae.systems.models import find
+from tegotae.systems.resolve import resolve
+from tegotae.training import collection
 from tegotae.training.stopping import Stopping
 
 
@@ -90,6 +92,22 @@ def test_a_period_that_cannot_be_measured_is_refused_before_training() -> None:
     )
     with pytest.raises(TegotaeError, match=r"the control period is 0.003 s; hops are measured"):
         work(dataclasses.replace(usual, run=dataclasses.replace(usual.run, experiment=odd)))
+
+
+def test_a_studys_folder_is_a_name_of_its_controllers(folder: Folder, tmp_path: Path) -> None:
+    records = folder.all()[0]
+    sets = collection.read(folder.path)
+    assert [runs.name for runs in sets] == [record.model for record in records]
+    for runs, record in zip(sets, records, strict=True):
+        assert runs.experiment == record.experiment
+        assert runs.labels == tuple(str(seed) for seed in record.configuration["seeds"])
+        np.testing.assert_array_equal(runs.weights, record.weights)
+    with pytest.raises(TegotaeError, match=r"is a study of \d+ controllers, and one is asked for"):
+        resolve(folder.path).controller()
+    for path in folder.records.iterdir():
+        path.write_bytes(path.read_bytes()[:100])
+    with pytest.raises(TegotaeError, match=r"has no record that is whole: .* is damaged"):
+        resolve(folder.path)
 
 
 @pytest.mark.parametrize("damage", ["cut", "flipped", "foreign", "empty"])

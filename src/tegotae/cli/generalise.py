@@ -72,13 +72,11 @@ class Generalise:
 
     def _subjects(self) -> list[TestedControllers]:
         from tegotae.studies.generalisation import TestedControllers
-        from tegotae.studies.generalisation.sources import of_study
         from tegotae.training.collection import read
 
         found = []
         for place in self.places:
-            is_study = (Path(place) / "study.json").exists()
-            runs = of_study(Path(place)) if is_study else read(place)
+            runs = read(place)
             chosen = [each for each in runs if self._is_chosen(each.name)]
             if not chosen:
                 names = ", ".join(sorted({each.name for each in runs})[:3])

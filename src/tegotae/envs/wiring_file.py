@@ -16,8 +16,10 @@ from tegotae._support.documents import DamagedDocumentError, JsonObject
 from tegotae._support.errors import TegotaeError, unknown
 from tegotae._support.files import write_atomically
 from tegotae.envs.wiring import Limb, Wiring
-from tegotae.systems import controller_file
+from tegotae.systems.controller_file import SavedController
 from tegotae.systems.env_task import WIRING_FORMAT, WiringDocument
+from tegotae.systems.resolve import resolve
+from tegotae.systems.user_objects import is_reference
 
 _MOST_BYTES = 2**20
 
@@ -152,9 +154,15 @@ def wiring_of(document: object, folder: Path | None = None) -> Wiring:
     )
     if found.controller is None:
         return wiring
-    saved = controller_file.load((folder or Path()) / found.controller)
-    held = wiring.holding(saved)
+    held = wiring.holding(_controller(found.controller, folder or Path()))
     return held if found.omega is None else dataclasses.replace(held, omega=found.omega)
+
+
+def _controller(name: str, folder: Path) -> SavedController:
+    """The controller of a name: a file beside the wiring, or what the name means everywhere."""
+    beside = folder / name
+    is_file = beside.exists() or (beside.suffix == ".json" and not is_reference(name))
+    return resolve(beside if is_file else name).controller()
 
 
 def packaged() -> list[str]:

@@ -38,7 +38,7 @@ class WiringDocument(msgspec.Struct, forbid_unknown_fields=True):
     work_net: str | None = None
     rest_length_m: float | None = None
     controller: str | None = None
-    """A controller file, relative to this one."""
+    """A controller file, relative to this one, or any name of one (`tegotae.systems.resolve`)."""
     weights: list[float] | None = None
     """Of the vanilla controller: σ alone."""
     omega: float | None = None

@@ -7,7 +7,7 @@ A name is one of
 - a design for a body with legs: `AR@quadruped-c`;
 - a legged system: `quadruped-c`;
 - a preset of a hopper and its vanilla controller: `paper`;
-- a controller file (.json), or a folder of them;
+- a controller file (.json), a folder of them, or a study's folder;
 - a file (.json) of documents of experiments, such as a study's;
 - `FILE.py:OBJECT` or `MODULE:OBJECT`: a System, an Experiment or a list of them, a SavedController
   or a Legged.
@@ -40,6 +40,7 @@ from tegotae.systems.legged_systems import SYSTEMS, settling
 from tegotae.systems.models import all_models, find
 from tegotae.systems.presets import PRESETS, preset
 from tegotae.systems.release import Release
+from tegotae.systems.study_records import controllers_of_study, is_study
 from tegotae.systems.system import System
 from tegotae.systems.user_objects import is_reference, named
 
@@ -107,6 +108,11 @@ class Resolved:
             TegotaeError: if there is none, or there are several.
         """
         (path, saved), *others = self.weighted()
+        if others and path.suffix == ".npz":
+            raise TegotaeError(
+                f"{self.name} is a study of {1 + len(others)} controllers, and one is asked for; "
+                "name a file of one"
+            )
         if others:
             raise TegotaeError(
                 f"{self.name} holds {1 + len(others)} controllers; name one of them, such as {path}"
@@ -253,6 +259,8 @@ def _of_object(name: str, found: Any) -> Resolved:
 
 
 def _of_folder(name: str, folder: Path) -> Resolved:
+    if is_study(folder):
+        return _with_weights(name, controllers_of_study(folder))
     files = controller_files(folder)
     if files:
         return _with_weights(name, tuple((file, controller_file.load(file)) for file in files))

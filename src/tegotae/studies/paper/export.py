@@ -12,9 +12,10 @@ from tegotae._support.errors import TegotaeError
 from tegotae._support.files import output_file, output_folder
 from tegotae.studies.paper.folder import Folder
 from tegotae.studies.paper.plan import united
-from tegotae.studies.paper.record import SUFFIX, Record, write
+from tegotae.studies.paper.record import Record, write
 from tegotae.studies.paper.table import Table
 from tegotae.studies.paper.unit import key_of
+from tegotae.systems.study_records import SUFFIX
 
 _WORDS = (
     "model",

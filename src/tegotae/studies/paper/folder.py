@@ -18,14 +18,9 @@ from tegotae._support.files import output_folder, write_atomically
 from tegotae._support.locks import locked
 from tegotae._support.workplace import STUDY, alone
 from tegotae.studies.paper.plan import is_of, united
-from tegotae.studies.paper.record import (
-    SUFFIX,
-    DamagedRecordError,
-    Record,
-    read,
-    write,
-)
+from tegotae.studies.paper.record import Record, read, write
 from tegotae.studies.paper.unit import FORMAT, Unit, key_of
+from tegotae.systems.study_records import SUFFIX, DamagedRecordError
 
 
 class Work(Protocol):

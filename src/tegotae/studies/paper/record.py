@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import io
 import json
 from dataclasses import dataclass, field
@@ -13,15 +12,14 @@ import msgspec
 import numpy as np
 
 from tegotae._support import documents
-from tegotae._support.arrays import read_arrays
 from tegotae._support.documents import Document
-from tegotae._support.errors import TegotaeError
 from tegotae._support.files import write_atomically
 from tegotae.systems.experiment import Experiment
-
-SUFFIX = ".record.npz"
-MOST_BYTES = 2**28
-"""What a record may unpack to [bytes]; those of the study have about a megabyte."""
+from tegotae.systems.study_records import (
+    DamagedRecordError,
+    checksum,
+    header_and_arrays,
+)
 
 _PLAIN = ("weights", "best_fitness", "generations", "ended", "omega")
 """Entries of a record that are arrays."""
@@ -32,10 +30,6 @@ _NAMED = {
     "gait_": "gait",
 }
 """Entries that are arrays by name, by what their names begin with in a file."""
-
-
-class DamagedRecordError(TegotaeError):
-    """A record that cannot be read, or does not hold what it says."""
 
 
 @dataclass(frozen=True)
@@ -109,7 +103,7 @@ def write(record: Record, path: Path) -> None:
         stream,
         allow_pickle=False,
         header=np.array(text),
-        checksum=np.array(_checksum(text, arrays)),
+        checksum=np.array(checksum(text, arrays)),
         **arrays,
     )
     write_atomically(path, stream.getvalue())
@@ -122,17 +116,8 @@ def read(path: Path) -> Record:
         DamagedRecordError: if it is no record, is cut short, or its checksum is wrong.
         TegotaeError: if it cannot be opened, such as for want of permission.
     """
+    header, arrays = header_and_arrays(path)
     try:
-        stream = path.open("rb")
-    except OSError as error:
-        raise TegotaeError(f"cannot read {path}: {error.strerror}") from None
-    try:
-        with stream:
-            arrays = read_arrays(stream, MOST_BYTES)
-        text, checksum = str(arrays.pop("header")), str(arrays.pop("checksum"))
-        if checksum != _checksum(text, arrays):
-            raise ValueError("its checksum is wrong")
-        header = documents.parse(text)
         documents.fitted(header, _Header)
         found: dict[str, Any] = {name: arrays[name] for name in _PLAIN}
         found |= {name: _with_prefix(arrays, prefix) for prefix, name in _NAMED.items()}
@@ -207,12 +192,3 @@ def _with_prefix(arrays: dict[str, np.ndarray], prefix: str) -> dict[str, np.nda
         for name, values in arrays.items()
         if name.startswith(prefix)
     }
-
-
-def _checksum(header: str, arrays: dict[str, np.ndarray]) -> str:
-    digest = hashlib.sha256(header.encode())
-    for name in sorted(arrays):
-        values = np.ascontiguousarray(arrays[name])
-        digest.update(f"{name} {values.dtype.str} {values.shape}".encode())
-        digest.update(values.tobytes())
-    return digest.hexdigest()
