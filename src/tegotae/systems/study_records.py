@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import hashlib
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 
 from tegotae._support import documents
 from tegotae._support.arrays import read_arrays
-from tegotae._support.documents import JsonObject
+from tegotae._support.documents import Document
 from tegotae._support.errors import TegotaeError
 from tegotae.systems.controller_file import SavedController
 from tegotae.systems.experiment import Experiment
@@ -30,7 +31,7 @@ class DamagedRecordError(TegotaeError):
     """A record that cannot be read, or does not hold what it says."""
 
 
-def header_and_arrays(path: Path) -> tuple[JsonObject, dict[str, np.ndarray]]:
+def header_and_arrays(path: Path) -> tuple[Document, dict[str, np.ndarray]]:
     """A record's configuration and software, and its arrays by name.
 
     Raises:
@@ -47,7 +48,8 @@ def header_and_arrays(path: Path) -> tuple[JsonObject, dict[str, np.ndarray]]:
         text, noted = str(arrays.pop("header")), str(arrays.pop("checksum"))
         if noted != checksum(text, arrays):
             raise ValueError("its checksum is wrong")
-        return documents.parse(text), arrays
+        header: Document = cast(Document, documents.parse(text))
+        return header, arrays
     except Exception as error:  # a flipped bit in a zip archive may raise nearly anything
         why = (str(error).splitlines() or [type(error).__name__])[0]
         raise DamagedRecordError(f"{path.name} is damaged: {why}") from None
