@@ -9,7 +9,7 @@ import tomllib
 from collections.abc import Mapping, Sequence
 from importlib.resources.abc import Traversable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar, cast
 
 import msgspec
 
@@ -20,7 +20,7 @@ T = TypeVar("T")
 if TYPE_CHECKING:
     Json: TypeAlias = bool | int | float | str | Sequence["Json"] | Mapping[str, "Json"] | None
 else:  # no checker at run time follows what names itself
-    Json = object
+    Json = Any
 """A value that JSON has."""
 JsonObject: TypeAlias = dict[str, Json]
 """A document: its entries by name."""
@@ -42,7 +42,7 @@ class DamagedDocumentError(TegotaeError):
     __module__ = "tegotae"
 
 
-def read(path: Path | Traversable) -> Any:
+def read(path: Path | Traversable) -> Json:
     """The JSON value in a file.
 
     Raises:
@@ -85,7 +85,7 @@ def parse(content: bytes | str) -> Any:
     return checked(value)
 
 
-def parse_toml(text: str) -> Any:
+def parse_toml(text: str) -> JsonObject:
     """The value of a TOML text, `checked`.
 
     Raises:
@@ -107,30 +107,31 @@ def parse_toml(text: str) -> Any:
 _TOO_DEEP = f"it is nested deeper than {DEEPEST} levels"
 
 
-def checked(value: Any) -> Any:
+def checked(value: T) -> T:
     """The JSON value itself, if nothing in it can harm a reader, a console or a figure.
 
     Raises:
         DamagedDocumentError: if it is nested too deep, or has a text with control characters (such
             as the commands of a terminal) or halves of characters (lone surrogates).
     """
-    level = [value]
+    level: list[object] = [value]
     for _ in range(DEEPEST):
-        inner = []
+        inner: list[object] = []
         for each in level:
             if isinstance(each, str):
                 _require_text(each)
             elif isinstance(each, dict):
-                inner += [*each.keys(), *each.values()]
+                entries = cast(dict[object, object], each)
+                inner += [*entries.keys(), *entries.values()]
             elif isinstance(each, list):
-                inner += each
+                inner += cast(list[object], each)
         if not inner:
             return value
         level = inner
     raise DamagedDocumentError(_TOO_DEEP)
 
 
-def fitted(value: Any, schema: type[T]) -> T:
+def fitted(value: object, schema: type[T]) -> T:
     """The value as one of a schema: a `msgspec.Struct`, a dataclass, or any type of those.
 
     Raises:
@@ -150,7 +151,7 @@ def fitted(value: Any, schema: type[T]) -> T:
         raise DamagedDocumentError(_formatted(value, str(error))) from None
 
 
-def _formatted(document: Any, error: str) -> str:
+def _formatted(document: object, error: str) -> str:
     """The validator's words in ours: `Expected `int`, got `str` - at `$.a.b[0]``."""
     what, _, place = error.rpartition(" - at `$") if " - at `$" in error else (error, "", "")
     where = place.rstrip("`").lstrip(".")
@@ -169,12 +170,13 @@ def _formatted(document: Any, error: str) -> str:
     return f"{name} is {found}; it must be {wanted} {expected[3] or ''}".rstrip()
 
 
-def _value(document: Any, where: str) -> str | None:
+def _value(document: object, where: str) -> str | None:
     """The entry at a place such as `a.b[0]`, in short; None if the place has no name."""
     if "..." in where:
         return None
     for step in re.findall(r"[^.\[\]]+", where):
-        document = document[int(step)] if isinstance(document, list) else document[step]
+        entries = cast(dict[str, object], document)
+        document = document[int(step)] if isinstance(document, list) else entries[step]
     return reprlib.repr(document)
 
 

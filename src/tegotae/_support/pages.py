@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Mapping
-from typing import Any
 
 
 def filled(template: str, pieces: Mapping[str, str]) -> str:
@@ -28,7 +27,7 @@ def filled(template: str, pieces: Mapping[str, str]) -> str:
     return re.sub("<!--([A-Z]+)-->", lambda found: pieces[found[1]], template)
 
 
-def as_script(data: Any) -> str:
+def as_script(data: object) -> str:
     """JSON for a script element of HTML, whose content no text in it can end, or hide the end of.
 
     Example:

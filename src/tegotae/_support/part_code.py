@@ -14,7 +14,7 @@ from collections import deque
 from collections.abc import Iterator, Sequence
 from importlib.machinery import PathFinder
 from pathlib import Path
-from typing import Any
+from typing import cast
 
 _OWN = __name__.partition(".")[0]
 
@@ -78,12 +78,13 @@ def code_of_file(file: Path, module: str = "") -> str:
 def _canonical(tree: ast.Module) -> str:
     """The code as text, level by level: as `ast.dump`, but the same in all versions of Python."""
     lines: list[str] = []
-    waiting: deque[Any] = deque([tree])
+    waiting: deque[object] = deque([tree])
     while waiting:
         node = waiting.popleft()
         if isinstance(node, list):
-            lines.append(str(len(node)))
-            waiting.extend(node)
+            nodes = cast(list[object], node)
+            lines.append(str(len(nodes)))
+            waiting.extend(nodes)
         elif isinstance(node, ast.AST):
             fields = _fields(node)
             lines.append(" ".join((type(node).__name__, *fields)))
@@ -93,7 +94,7 @@ def _canonical(tree: ast.Module) -> str:
     return "\n".join(lines)
 
 
-def _fields(node: ast.AST) -> dict[str, Any]:
+def _fields(node: ast.AST) -> dict[str, object]:
     fields = dict(ast.iter_fields(node))
     if isinstance(node, _WITH_DOCSTRING) and ast.get_docstring(node, clean=False) is not None:
         fields["body"] = node.body[1:]

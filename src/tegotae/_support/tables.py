@@ -9,18 +9,21 @@ from __future__ import annotations
 import csv
 import io
 import warnings
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from tegotae._support.errors import TegotaeError
 from tegotae._support.files import output_file, write_atomically
 from tegotae._support.optional_dependencies import require
 
+Column = npt.ArrayLike | Sequence[object]
+"""The cells of a column: an array, or a list of numbers and texts."""
 
-def csv_text(columns: Mapping[str, Any], *, digits: int | None = None) -> str:
+
+def csv_text(columns: Mapping[str, Column], *, digits: int | None = None) -> str:
     r"""A table as the text of a CSV file.
 
     Args:
@@ -38,7 +41,7 @@ def csv_text(columns: Mapping[str, Any], *, digits: int | None = None) -> str:
     return frame.to_csv(index=False, lineterminator="\n", float_format=as_written)
 
 
-def write_csv(path: Path, columns: Mapping[str, Any], *, digits: int | None = None) -> None:
+def write_csv(path: Path, columns: Mapping[str, Column], *, digits: int | None = None) -> None:
     """Write a table as CSV, whole or not at all.
 
     Raises:
@@ -47,7 +50,7 @@ def write_csv(path: Path, columns: Mapping[str, Any], *, digits: int | None = No
     write_atomically(path, csv_text(columns, digits=digits))
 
 
-def write_parquet(path: Path, columns: Mapping[str, Any]) -> None:
+def write_parquet(path: Path, columns: Mapping[str, Column]) -> None:
     """Write a table as Parquet (extra "study").
 
     Raises:
@@ -61,7 +64,9 @@ def write_parquet(path: Path, columns: Mapping[str, Any]) -> None:
     write_atomically(output_file(path), stream.getvalue())
 
 
-def read_csv(path: Path, needed: Iterable[str] = (), *, kind: str = "table") -> dict[str, Any]:
+def read_csv(
+    path: Path, needed: Iterable[str] = (), *, kind: str = "table"
+) -> dict[str, np.ndarray]:
     """The cells of a CSV file as texts: arrays of one length by the columns' names.
 
     Args:
@@ -139,7 +144,7 @@ def numbers(cells: Iterable[str]) -> np.ndarray:
     return np.array([float(cell) if cell else np.nan for cell in cells], float)
 
 
-def _plain(columns: Mapping[str, Any]) -> dict[str, np.ndarray]:
+def _plain(columns: Mapping[str, Column]) -> dict[str, np.ndarray]:
     """The columns as arrays; numbers in double precision, of which any digits are the value's."""
     arrays = {name: np.asarray(column) for name, column in columns.items()}
     return {name: a.astype(float) if a.dtype.kind == "f" else a for name, a in arrays.items()}

@@ -11,10 +11,14 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
-from typing import Any
+from types import FrameType
+from typing import ParamSpec, TypeVar
 
 from tegotae._support.devices import set_up
 from tegotae._support.errors import require_count
+
+P = ParamSpec("P")
+T = TypeVar("T")
 
 CORES = "TEGOTAE_CORES"
 
@@ -52,11 +56,11 @@ class Workers:
         )
         self._cores = cores
 
-    def give(self, function: Callable[..., Any], *arguments: Any) -> Future[Any]:
+    def give(self, function: Callable[P, T], *arguments: P.args, **named: P.kwargs) -> Future[T]:
         """Let a worker do this, as soon as one is free."""
         # Processes are started with the first work, and inherit both for good.
         with ctrl_c_held_back(), assigned_cores(self._cores):
-            return self._pool.submit(function, *arguments)
+            return self._pool.submit(function, *arguments, **named)
 
     def __enter__(self) -> Workers:
         return self
@@ -97,7 +101,7 @@ def ctrl_c_held_back() -> Iterator[None]:
         return
     handler = signal.getsignal(signal.SIGINT)
     defers = threading.current_thread() is threading.main_thread() and callable(handler)
-    held: list[tuple[int, Any]] = []
+    held: list[tuple[int, FrameType | None]] = []
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     if defers:
         signal.signal(signal.SIGINT, lambda number, frame: held.append((number, frame)))

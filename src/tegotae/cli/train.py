@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, cast
 
 import tyro
 
@@ -234,12 +234,14 @@ def summarise(paths: list[Path], unit: str) -> None:
                 f"{training['best_fitness']:.4f}",
                 f"{training[f'best_{unit}']:g}",
                 f"{training[f'{unit}s']:g}",
-                *([_ENDED[training["ended"]]] if evolved else []),
+                *([_ENDED[cast(str, training["ended"])]] if evolved else []),
             )
             for path, training in found
         ),
     )
-    lost = sum(training["best_fitness"] < 0.5 * FAILED_FITNESS for _, training in found)
+    lost = sum(
+        cast(float, training["best_fitness"]) < 0.5 * FAILED_FITNESS for _, training in found
+    )
     if lost:
         print(
             f"{lost} of {len(found)} learned nothing: no candidate came through its episode, "

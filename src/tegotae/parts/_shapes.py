@@ -42,10 +42,15 @@ AnyArray = Shaped[np.ndarray | Array, "..."]
 Numeric = float | np.floating | AnyArray
 """A number or an array of either kind, for formulas that hold for all of them."""
 if TYPE_CHECKING:
-    StateTree = Any
+    ArrayTree = Any
 else:
     from jaxtyping import PyTree
 
+    ArrayTree = PyTree[AnyArray]
+"""Any pytree of arrays, such as what a summary makes of a trajectory."""
+if TYPE_CHECKING:
+    StateTree = ArrayTree
+else:
     StateTree = PyTree[Shaped[Array, "..."]]
 """What a body or an oscillator keeps between ticks: any pytree of arrays, lanes last."""
 if TYPE_CHECKING:

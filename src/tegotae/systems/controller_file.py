@@ -7,15 +7,16 @@ import json
 import reprlib
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TypedDict, TypeGuard, Unpack, cast
 
 import msgspec
 import numpy as np
 
 from tegotae._support import documents
-from tegotae._support.documents import DamagedDocumentError
+from tegotae._support.documents import DamagedDocumentError, Json, JsonObject
 from tegotae._support.errors import TegotaeError
 from tegotae._support.files import write_atomically
+from tegotae.parts._shapes import LaneNumbers
 from tegotae.parts.bodies import Body, Hopper, Interface
 from tegotae.parts.controller import Controller
 from tegotae.parts.weight_names import flat, nested, spelled
@@ -32,6 +33,16 @@ from tegotae.systems.system import System
 
 FORMAT = "tegotae controller"
 VERSION = 4
+
+
+class _More(TypedDict, total=False):
+    """Fields of a `SavedController` beside its system and weights."""
+
+    name: str | None
+    experiment: Experiment | None
+    task: EnvTask | None
+    training: JsonObject
+    software: dict[str, str]
 
 
 @dataclass(frozen=True)
@@ -56,17 +67,17 @@ class SavedController:
     name: str | None = None
     experiment: Experiment | None = None
     task: EnvTask | None = None
-    training: dict[str, Any] = field(default_factory=dict)
-    software: dict[str, str] = field(default_factory=dict)
+    training: JsonObject = field(default_factory=dict[str, Json])
+    software: dict[str, str] = field(default_factory=dict[str, str])
 
     @classmethod
     def of(
         cls,
         controller: Controller,
-        weights: Any,
+        weights: LaneNumbers,
         omega: float | None = None,
         body: Body | None = None,
-        **more: Any,
+        **more: Unpack[_More],
     ) -> SavedController:
         """A controller on a body, released and timed as is usual for the body.
 
@@ -88,7 +99,7 @@ class SavedController:
         body = Hopper() if body is None else body
         return cls(usual_system(controller, body, omega), np.asarray(weights), **more)
 
-    def replaced(self, **changes: Any) -> SavedController:
+    def replaced(self, **changes: object) -> SavedController:
         """The same weights in another system: other fields of the system or its release.
 
         Raises:
@@ -138,15 +149,15 @@ def save(saved: SavedController, path: Path | str) -> None:
     write_atomically(Path(path), json.dumps(document, indent=1) + "\n")
 
 
-def _system(system: System) -> dict[str, Any]:
+def _system(system: System) -> JsonObject:
     """A system's document; of limbs elsewhere without release and times, which are not known."""
-    document = describe(system)
+    document: JsonObject = describe(system)
     if not isinstance(system.body, Interface):
         return document
     return {name: document[name] for name in ("controller", "body", "omega")}
 
 
-def _beside_system(saved: SavedController) -> dict[str, Any] | None:
+def _beside_system(saved: SavedController) -> JsonObject | None:
     """The experiment without its system, which the file has itself.
 
     An agent's policy limits its feedback, which the controller of its experiment does not: the
@@ -154,7 +165,7 @@ def _beside_system(saved: SavedController) -> dict[str, Any] | None:
     """
     if saved.experiment is None:
         return None
-    document = describe(saved.experiment)
+    document: JsonObject = describe(saved.experiment)
     system = document.pop("system")
     if saved.experiment.system != saved.system:
         document["system"] = system
@@ -183,7 +194,7 @@ def load(path: Path | str) -> SavedController:
             f"this program reads versions 1 to {VERSION}"
         )
     try:
-        if document["version"] < VERSION:
+        if cast(int, document["version"]) < VERSION:
             document = of_earlier_version(document)
         document = with_interface(document)
         entries = documents.fitted(document, _ControllerFile)
@@ -211,7 +222,7 @@ def load(path: Path | str) -> SavedController:
     )
 
 
-def is_controller(document: Any) -> bool:
+def is_controller(document: Json) -> TypeGuard[JsonObject]:
     """Whether a JSON value is a controller file's and no other document."""
     return isinstance(document, dict) and document.get("format") == FORMAT
 
@@ -219,17 +230,17 @@ def is_controller(document: Any) -> bool:
 class _ControllerFile(msgspec.Struct):
     """A controller file, but for its parts, whose kinds say what they hold."""
 
-    system: dict[str, Any]
-    weights: dict[str, Any] | list[float]
+    system: JsonObject
+    weights: JsonObject | list[float]
     """By their names; up to version 2 one list in the controller's order."""
     name: str | None
-    experiment: dict[str, Any] | None
-    training: dict[str, Any]
+    experiment: JsonObject | None
+    training: JsonObject
     software: dict[str, str]
     task: EnvTask | None = None
 
 
-def _in_order(controller: Controller, weights: dict[str, Any] | list[float]) -> list[float]:
+def _in_order(controller: Controller, weights: JsonObject | list[float]) -> list[float]:
     """The weights of a file in the controller's order."""
     if isinstance(weights, list):
         return weights

@@ -5,10 +5,10 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 
+from tegotae._support.documents import Json
 from tegotae.measures.evaluation import Protocol
 from tegotae.parts.bodies import Body
 from tegotae.parts.controller import Controller
@@ -33,7 +33,7 @@ class ControllerSet:
     system: System
     weights: np.ndarray
     labels: tuple[str, ...]
-    training: Mapping[str, Any] = field(default_factory=dict)
+    training: Mapping[str, Json] = field(default_factory=dict[str, Json])
     experiment: Experiment | None = None
 
     @property
@@ -51,7 +51,7 @@ class ControllerSet:
         """The body they were trained on."""
         return self.system.mechanics
 
-    def replaced(self, **changes: Any) -> ControllerSet:
+    def replaced(self, **changes: object) -> ControllerSet:
         """The same weights in another system: other fields of the system or its release.
 
         Raises:

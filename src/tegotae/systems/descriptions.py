@@ -10,21 +10,24 @@ from __future__ import annotations
 import dataclasses
 import json
 import reprlib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from types import NoneType, UnionType
-from typing import Any, Union, get_args, get_origin, get_type_hints
+from typing import Any, TypeVar, Union, cast, get_args, get_origin, get_type_hints, overload
 
 import numpy as np
 
-from tegotae._support.errors import TegotaeError
+from tegotae._support.documents import JsonObject
+from tegotae._support.errors import TegotaeError, is_of
 from tegotae.systems import registry
+
+T = TypeVar("T")
 
 
 class EditedPartError(TegotaeError):
     """A document was made with other code of a user's part than is known now."""
 
 
-def describe(value: Any) -> Any:
+def describe(value: object) -> Any:
     """A description as plain JSON values.
 
     Raises:
@@ -38,19 +41,26 @@ def describe(value: Any) -> Any:
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         kind = registry.kind_of(value)
         code = registry.code_noted(type(value))
-        named = {} if kind is None else {"kind": kind}
+        named: JsonObject = {} if kind is None else {"kind": kind}
         named |= {} if code is None else {registry.CODE: code}
         return named | {f.name: describe(getattr(value, f.name)) for f in dataclasses.fields(value)}
     if isinstance(value, Mapping):
-        return {str(name): describe(entry) for name, entry in value.items()}
+        entries = cast(Mapping[object, object], value)
+        return {str(name): describe(entry) for name, entry in entries.items()}
     if isinstance(value, (tuple, list)):
-        return [describe(entry) for entry in value]
+        return [describe(entry) for entry in cast(Sequence[object], value)]
     if isinstance(value, (np.generic, np.ndarray)):
-        return value.tolist()
+        return cast(np.ndarray, value).tolist()
     return value
 
 
-def restore(value: Any, hint: Any, name: str) -> Any:
+@overload
+def restore(value: object, hint: type[T], name: str) -> T: ...
+@overload
+def restore(value: object, hint: object, name: str) -> Any: ...
+
+
+def restore(value: object, hint: Any, name: str) -> Any:
     """What `describe` made these JSON values of.
 
     Fields that a document lacks have their defaults, so that documents from before a field was
@@ -76,18 +86,19 @@ def restore(value: Any, hint: Any, name: str) -> Any:
         return _restore_union(value, get_args(hint), name)
     if isinstance(hint, type) and registry.contract_of(hint) is not None:
         return _restore_part(value, hint, name)
-    if isinstance(hint, type) and dataclasses.is_dataclass(hint):
-        values = dict(_checked(value, dict, name))
+    if isinstance(hint, type) and _is_description(hint):
+        values = dict(_entries(value, name))
         if "NAME" in vars(hint):
             values.pop("kind")
         return _restore_fields(values, hint)
     if get_origin(hint) in (tuple, list) and any(map(_is_description, get_args(hint))):
-        return tuple(restore(each, get_args(hint)[0], name) for each in _checked(value, list, name))
+        listed = cast(list[object], _checked(value, list, name))
+        return tuple(restore(each, get_args(hint)[0], name) for each in listed)
     value = _checked(value, hint, name)
     return _as_tuple(value) if get_origin(hint) is tuple else value
 
 
-def check_kept(value: Any) -> None:
+def check_kept(value: object) -> None:
     """See, before long work starts, that a description can be written to a file and read again.
 
     Args:
@@ -118,32 +129,37 @@ def check_kept(value: Any) -> None:
             )
 
 
-def entry(document: Mapping[str, Any], name: str, hint: Any) -> Any:
+@overload
+def entry(document: Mapping[str, object], name: str, hint: type[T]) -> T: ...
+@overload
+def entry(document: Mapping[str, object], name: str, hint: object) -> Any: ...
+def entry(document: Mapping[str, object], name: str, hint: object) -> object:
     """The restored entry of a document; `KeyError` if it has none."""
     return restore(document[name], hint, name)
 
 
-def _restore_union(value: Any, hints: tuple[Any, ...], name: str) -> Any:
+def _restore_union(value: object, hints: tuple[object, ...], name: str) -> object:
     if value is None and NoneType in hints:
         return None
     options = [hint for hint in hints if hint is not NoneType]
     descriptions = [hint for hint in options if _is_description(hint)]
-    if len(descriptions) > 1 and isinstance(value, dict):
+    document = cast(dict[str, object], value) if is_of(value, dict) else None
+    if len(descriptions) > 1 and document is not None:
         # A part's contract has many kinds; another description is called by its own name.
-        called = [hint for hint in descriptions if vars(hint).get("NAME") == value["kind"]]
+        called = [hint for hint in descriptions if vars(hint).get("NAME") == document["kind"]]
         rest = [hint for hint in descriptions if "NAME" not in vars(hint)]
         descriptions = called or rest
-    if len(descriptions) == 1 and isinstance(value, dict):
-        return restore(value, descriptions[0], name)
+    if len(descriptions) == 1 and document is not None:
+        return restore(document, descriptions[0], name)
     for hint in options:
         if not _is_description(hint) and _fits(value, hint):
             return restore(value, hint, name)
     raise TypeError(f"its {name} is {reprlib.repr(value)}")
 
 
-def _restore_part(value: Any, contract: type, name: str) -> Any:
-    values = dict(_checked(value, dict, name))
-    called = _checked(values.pop("kind"), str, "kind")
+def _restore_part(value: object, contract: type, name: str) -> object:
+    values = dict(_entries(value, name))
+    called = cast(str, _checked(values.pop("kind"), str, "kind"))
     kind = registry.kinds().get(called)
     if kind is None or not issubclass(kind, contract):
         what = contract.__name__.lower()
@@ -158,7 +174,7 @@ def _restore_part(value: Any, contract: type, name: str) -> Any:
     return _restore_fields(values, kind)
 
 
-def _restore_fields(values: Mapping[str, Any], kind: type) -> Any:
+def _restore_fields(values: Mapping[str, object], kind: type) -> object:
     hints = get_type_hints(kind)
     fields = {field.name: field for field in dataclasses.fields(kind)}
     for name in values:
@@ -171,30 +187,36 @@ def _restore_fields(values: Mapping[str, Any], kind: type) -> Any:
     return kind(**{name: restore(value, hints[name], name) for name, value in values.items()})
 
 
-def _is_description(hint: Any) -> bool:
+def _is_description(hint: object) -> bool:
     """Whether values of this type are dataclasses."""
     return isinstance(hint, type) and (
-        dataclasses.is_dataclass(hint) or registry.contract_of(hint) is not None
+        registry.contract_of(hint) is not None or dataclasses.is_dataclass(hint)
     )
 
 
-def _checked(value: Any, hint: Any, name: str) -> Any:
+def _entries(value: object, name: str) -> dict[str, object]:
+    """The entries of an object of JSON."""
+    return cast(dict[str, object], _checked(value, dict, name))
+
+
+def _checked(value: object, hint: object, name: str) -> object:
     """The value, if JSON could have made it from one of type `hint`."""
     if not _fits(value, hint):
         raise TypeError(f"its {name} is {reprlib.repr(value)}")
     return value
 
 
-def _fits(value: Any, hint: Any) -> bool:
+def _fits(value: object, hint: Any) -> bool:
     if hint is Any:
         return True
     if get_origin(hint) in (list, tuple):
         inside = get_args(hint)
         if not isinstance(value, list):
             return False
+        listed = cast(list[object], value)
         if get_origin(hint) is list or inside[-1] is Ellipsis:
-            return all(_fits(each, inside[0]) for each in value)
-        return len(value) == len(inside) and all(map(_fits, value, inside))
+            return all(_fits(each, inside[0]) for each in listed)
+        return len(listed) == len(inside) and all(map(_fits, listed, inside))
     if get_origin(hint) in (Union, UnionType):
         return any(_fits(value, each) for each in get_args(hint))
     if get_origin(hint) is dict:
@@ -204,5 +226,7 @@ def _fits(value: Any, hint: Any) -> bool:
     return isinstance(value, (int, float) if hint is float else hint)
 
 
-def _as_tuple(value: Any) -> Any:
-    return tuple(map(_as_tuple, value)) if isinstance(value, list) else value
+def _as_tuple(value: object) -> object:
+    if not isinstance(value, list):
+        return value
+    return tuple(map(_as_tuple, cast(list[object], value)))

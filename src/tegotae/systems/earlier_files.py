@@ -7,9 +7,10 @@ in an untyped entry. Release and timing that it does not state are the usual one
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Mapping, Sequence
+from typing import cast
 
+from tegotae._support.documents import Json, JsonObject
 from tegotae.parts.bodies import Body, Interface, Walker
 from tegotae.parts.controller import Controller
 from tegotae.parts.fields import unwrapped
@@ -56,7 +57,7 @@ def usual_system(controller: Controller, body: Body | Interface, omega: float | 
     )
 
 
-def of_earlier_version(document: Mapping[str, Any]) -> dict[str, Any]:
+def of_earlier_version(document: JsonObject) -> JsonObject:
     """A controller document of version 1, 2 or 3 as one of version 4.
 
     Raises:
@@ -66,26 +67,29 @@ def of_earlier_version(document: Mapping[str, Any]) -> dict[str, Any]:
     """
     if document["version"] == 1:
         document = _of_version_1(document)
-    training = dict(entry(document, "training", dict))
+    training = dict(entry(document, "training", JsonObject))
     earlier = training.get("experiment")
     on_engine = isinstance(earlier, Mapping) and ("fitness" in earlier or "protocol" in earlier)
     on_env = isinstance(earlier, Mapping) and "wiring" in earlier
-    task = _task(training.pop("experiment")) if on_env else None
-    own = entry(document, "body", dict)
+    task = _task(cast(JsonObject, training.pop("experiment"))) if on_env else None
+    own = entry(document, "body", JsonObject)
     if own["kind"] == "WiredLimbs":
-        own = _external_limbs(own, {} if task is None else task["wiring"])
+        own = _external_limbs(own, {} if task is None else cast(JsonObject, task["wiring"]))
     controller, body = (
         entry(document, "controller", Controller),
         restore(own, Body | Interface, "body"),
     )
     omega = entry(document, "omega_rad_per_s", float | None)
-    system = describe(usual_system(controller, body, None if omega is None else float(omega)))
+    usual = usual_system(controller, body, None if omega is None else float(omega))
+    system: JsonObject = describe(usual)
     experiment = None
     if on_engine:
-        experiment = {"name": document["model"], **_nested(training.pop("experiment"))}
-        ours = experiment.pop("system")
+        experiment = {"name": document["model"], **_nested(cast(JsonObject, earlier))}
+        del training["experiment"]
+        ours = cast(JsonObject, experiment.pop("system"))
         system |= {name: ours[name] for name in _OF_SYSTEM if name in ours}
-        system["release"] |= ours["release"]
+        release = cast(JsonObject, system["release"])
+        system["release"] = {**release, **cast(JsonObject, ours["release"])}
     return {
         "format": document["format"],
         "version": document["version"],
@@ -99,7 +103,7 @@ def of_earlier_version(document: Mapping[str, Any]) -> dict[str, Any]:
     }
 
 
-def experiment_document(document: Mapping[str, Any]) -> dict[str, Any]:
+def experiment_document(document: Mapping[str, Json]) -> JsonObject:
     """An experiment's document, of whatever version, as one of today's.
 
     Earlier ones had controller, body and release beside the rest, and no system.
@@ -107,22 +111,26 @@ def experiment_document(document: Mapping[str, Any]) -> dict[str, Any]:
     if "system" in document:
         return dict(document)
     found = _nested(document)
-    found["system"] |= {name: document[name] for name in ("controller", "body", "omega")}
-    return {"name": document["name"], **found}
+    parts = {name: document[name] for name in ("controller", "body", "omega")}
+    system = {**cast(JsonObject, found["system"]), **parts}
+    return {"name": document["name"], **found, "system": system}
 
 
-def _nested(document: Mapping[str, Any]) -> dict[str, Any]:
+def _nested(document: Mapping[str, Json]) -> JsonObject:
     """The entries of an earlier experiment, those of its system apart."""
     named = {_RENAMED.get(name, name): value for name, value in document.items()}
     release = {new: named[old] for old, new in _OF_RELEASE.items() if old in named}
-    system: dict[str, Any] = {name: named[name] for name in _OF_SYSTEM if name in named}
+    system: JsonObject = {name: named[name] for name in _OF_SYSTEM if name in named}
     own = {name: named[name] for name in _OWN if name in named}
     return {"system": {**system, "release": release}, **own}
 
 
-def _task(document: Mapping[str, Any]) -> dict[str, Any]:
+def _task(document: JsonObject) -> JsonObject:
     """The task on an environment, which lay in the untyped entry of the training."""
-    place, objective = entry(document, "place", dict), dict(entry(document, "measure", dict))
+    place, objective = (
+        entry(document, "place", JsonObject),
+        dict(entry(document, "measure", JsonObject)),
+    )
     if objective["kind"] == "Own":
         objective["kind"] = "UserObjective"
     others = ("wiring", "episodes", "seed", "sha256")
@@ -130,30 +138,31 @@ def _task(document: Mapping[str, Any]) -> dict[str, Any]:
         "env": place["env"],
         "settings": place.get("settings", {}),
         "objective": objective,
-        "duration_s": entry(document, "timing", dict)["duration_s"],
+        "duration_s": entry(document, "timing", JsonObject)["duration_s"],
         **{name: document[name] for name in others if name in document},
     }
 
 
-def _external_limbs(body: Mapping[str, Any], wiring: Mapping[str, Any]) -> dict[str, Any]:
+def _external_limbs(body: JsonObject, wiring: JsonObject) -> JsonObject:
     """Limbs on an environment, whose scales and rest length were 1 where nobody knew them.
 
     Args:
         body: an earlier `WiredLimbs`.
         wiring: what was known of them; empty if the file does not say.
     """
-    known = wiring.get("scales", {})
+    known = cast(JsonObject, wiring.get("scales", {}))
 
-    def of(name: str, value: Any) -> Any:
+    def of(name: str, value: Json) -> Json:
         return value if not wiring or name in known or value != 1.0 else None
 
-    senses = body.get("senses", ["spring_force"])
+    senses = cast(Sequence[str], body.get("senses", ["spring_force"]))
+    scales = cast(Sequence[Json], body.get("scales", [1.0]))
     rest_m = body.get("rest_length_m")
     if wiring and wiring.get("rest_length_m") is None:
         rest_m = None
     interface = {
         "senses": senses,
-        "scales": [of(*each) for each in zip(senses, body.get("scales", [1.0]), strict=True)],
+        "scales": [of(*each) for each in zip(senses, scales, strict=True)],
         "limbs": body.get("count", 1),
         "commands": body.get("commands", ["force"]),
         "max_force_n": body.get("max_force_n"),
@@ -163,26 +172,26 @@ def _external_limbs(body: Mapping[str, Any], wiring: Mapping[str, Any]) -> dict[
     return {"kind": "Interface", **interface}
 
 
-def with_interface(document: Mapping[str, Any]) -> dict[str, Any]:
+def with_interface(document: JsonObject) -> JsonObject:
     """A controller document whose limbs elsewhere are an interface.
 
     The first files of version 4 had a body around it, `ExternalLimbs`.
     """
-    system = entry(document, "system", dict)
-    body = entry(system, "body", dict)
+    system = entry(document, "system", JsonObject)
+    body = entry(system, "body", JsonObject)
     if body.get("kind") != "ExternalLimbs":
         return dict(document)
-    interface = {"kind": "Interface", **entry(body, "interface", dict)}
+    interface = {"kind": "Interface", **entry(body, "interface", JsonObject)}
     return {**document, "system": {**system, "body": interface}}
 
 
-def _of_version_1(document: Mapping[str, Any]) -> dict[str, Any]:
+def _of_version_1(document: JsonObject) -> JsonObject:
     """A document of version 1 as one of version 2.
 
     There the terms of the feedback lay beside the actuation, and a controller without an oscillator
     had the frequency 0.
     """
-    parts = dict(entry(document, "controller", dict))
+    parts = dict(entry(document, "controller", JsonObject))
     if "action" in parts:
         own = [name for name in ("limit_rad_per_s",) if name in parts]
         names = ["action", "reaction", "gain", *own]

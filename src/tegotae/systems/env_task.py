@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import msgspec
+
+from tegotae._support.documents import JsonObject
 
 WIRING_FORMAT = "tegotae wiring"
 
@@ -49,11 +49,11 @@ class EnvTask(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
 
     env: str
     """The environment's name (`tegotae.envs.env_spec.EnvSpec`)."""
-    settings: dict[str, Any] = {}
+    settings: JsonObject = {}
     """What it was made with."""
     wiring: WiringDocument
     """What the limbs sense and drive there."""
-    objective: dict[str, Any]
+    objective: JsonObject
     """The measure of an episode: its `kind`, and its settings."""
     duration_s: float
     """Length of an episode [s]."""

@@ -6,10 +6,11 @@ import dataclasses
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import cast
 
 import numpy as np
 
+from tegotae._support.documents import Json, JsonObject
 from tegotae._support.errors import TegotaeError, require_count, require_finite
 from tegotae.measures.evaluation import Protocol
 from tegotae.measures.objectives.fitness import Fitness
@@ -119,7 +120,7 @@ class Experiment:
         """The episode of training."""
         return self.system.timing
 
-    def replaced(self, **changes: Any) -> Experiment:
+    def replaced(self, **changes: object) -> Experiment:
         """The experiment with other fields, its own or those of its system and release.
 
         Args:
@@ -135,7 +136,8 @@ class Experiment:
         """
         of_system = {name: changes.pop(name) for name in list(changes) if name in FIELDS}
         if of_system:
-            changes["system"] = changes.get("system", self.system).replaced(of_system)
+            system = cast(System, changes.get("system", self.system))
+            changes["system"] = system.replaced(of_system)
         return dataclasses.replace(self, **changes)
 
     def check(self) -> None:
@@ -187,7 +189,7 @@ class Experiment:
         return GAINS
 
     @property
-    def document(self) -> dict[str, Any]:
+    def document(self) -> JsonObject:
         """The experiment as plain JSON values.
 
         Raises:
@@ -196,7 +198,7 @@ class Experiment:
         return describe(self)
 
     @classmethod
-    def of(cls, document: Mapping[str, Any]) -> Experiment:
+    def of(cls, document: Mapping[str, Json]) -> Experiment:
         """The experiment of a document.
 
         Raises:
@@ -213,7 +215,7 @@ class Experiment:
             raise TegotaeError(f"an experiment cannot be read: {error}") from None
 
 
-def require_name(name: Any) -> None:
+def require_name(name: object) -> None:
     """Raise `TegotaeError` unless a name can be an experiment's, and so a file's.
 
     Example:
@@ -226,7 +228,7 @@ def require_name(name: Any) -> None:
         )
 
 
-def differing(found: Any, wanted: Any) -> list[str]:
+def differing(found: Json, wanted: Json) -> list[str]:
     """Names of what differs between two documents, such as `fitness.work` or `code of MyTerm`.
 
     Args:
@@ -246,7 +248,7 @@ def differing(found: Any, wanted: Any) -> list[str]:
     return names + [f"code of {x}" for x in edited if not names or (x in theirs and x in ours)]
 
 
-def _codes(document: Any) -> Iterator[tuple[str, str]]:
+def _codes(document: Json) -> Iterator[tuple[str, str]]:
     """The hashes of the code in a document, by what they are of."""
     if isinstance(document, list):
         for each in document:
@@ -263,7 +265,7 @@ def _codes(document: Any) -> Iterator[tuple[str, str]]:
         yield from _codes(each)
 
 
-def _without_code(document: Any) -> Any:
+def _without_code(document: Json) -> Json:
     if isinstance(document, list):
         return [_without_code(each) for each in document]
     if not isinstance(document, Mapping):
@@ -271,7 +273,7 @@ def _without_code(document: Any) -> Any:
     return {name: _without_code(each) for name, each in document.items() if name != CODE}
 
 
-def _differing(found: Any, wanted: Any, name: str = "") -> list[str]:
+def _differing(found: Json, wanted: Json, name: str = "") -> list[str]:
     if found == wanted:
         return []
     if isinstance(found, list) and isinstance(wanted, list) and len(found) == len(wanted):

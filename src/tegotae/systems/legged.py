@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeVar
 
 import jax
 import numpy as np
@@ -12,6 +12,7 @@ import numpy as np
 from tegotae._support.errors import TegotaeError, require_count, require_finite
 from tegotae.measures.gaits.places import leg_names, reference_leg
 from tegotae.measures.gaits.summary import CoordinationSummary
+from tegotae.parts._shapes import AnyArray, ArrayTree, LaneNumbers
 from tegotae.parts.bodies import Body, Interface, Walker
 from tegotae.parts.controller import Controller
 from tegotae.parts.fields import unwrapped
@@ -22,6 +23,8 @@ from tegotae.simulation.rollout import (
     Timing,
 )
 from tegotae.systems.system import System
+
+T = TypeVar("T")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -107,7 +110,7 @@ class Legged:
         """How length and time are written."""
         return ("l0", "√(l0/g)") if self.dimensionless else ("m", "s")
 
-    def with_system(self, **changes: Any) -> Legged:
+    def with_system(self, **changes: object) -> Legged:
         """The same with other fields of the system or its release (`System.replaced`)."""
         return dataclasses.replace(self, system=self.system.replaced(changes))
 
@@ -148,7 +151,7 @@ class Legged:
         """
         return dataclasses.replace(self, system=self.system.on(body))
 
-    def scenario(self, phase_rad: Any, **more: Any) -> Scenario:
+    def scenario(self, phase_rad: LaneNumbers, **more: LaneNumbers) -> Scenario:
         """A release.
 
         Args:
@@ -166,7 +169,7 @@ class Legged:
         """What advances it, by its own timing if none is given."""
         return self.system.engine(summary, timing)
 
-    def run(self, summary: Summary, scenario: Scenario, timing: Timing | None = None) -> Any:
+    def run(self, summary: Summary, scenario: Scenario, timing: Timing | None = None) -> ArrayTree:
         """Roll out every lane of a scenario; what the summary makes of them, lanes last.
 
         Raises:
@@ -206,8 +209,11 @@ def random_phases(limbs: int, starts: int, seed: int = 0) -> np.ndarray:
     return np.random.default_rng(seed).uniform(0.0, 2.0 * np.pi, (starts, limbs)).T
 
 
-def lanes_of(found: Any) -> Any:
+def lanes_of(found: T) -> T:
     """A summary's arrays in double precision, of NumPy."""
-    return jax.tree.map(
-        lambda x: np.asarray(x, float) if np.asarray(x).dtype.kind == "f" else np.asarray(x), found
-    )
+
+    def lanes(x: AnyArray) -> np.ndarray:
+        array = np.asarray(x)
+        return np.asarray(array, float) if array.dtype.kind == "f" else array
+
+    return jax.tree.map(lanes, found)

@@ -5,9 +5,9 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Callable
-from typing import Any
 
 from tegotae._support.errors import TegotaeError, unknown
+from tegotae.parts._shapes import LaneNumbers
 from tegotae.parts.bodies import (
     Bar,
     Body,
@@ -172,7 +172,7 @@ def system(name: str) -> Legged:
     raise TegotaeError(f"{error} FILE.py:OBJECT names one of your own")
 
 
-def settling(system: System, weights: Any, about: str = "") -> Legged:
+def settling(system: System, weights: LaneNumbers, about: str = "") -> Legged:
     """A system with its weights, timed so that it settles whatever its release.
 
     Gaits lock in some 20 to 60 √(l0 / g), which is more than an episode of training.

@@ -19,7 +19,6 @@ from __future__ import annotations
 import itertools
 from dataclasses import dataclass, replace
 from functools import cache
-from typing import Any
 
 from tegotae._support.errors import TegotaeError, require_count, unknown
 from tegotae._support.limits import MOST_WEIGHTS
@@ -157,7 +156,7 @@ class Model:
         vanilla = Tegotae(VanillaAction(), VanillaReaction(), ConstantGain())
         return Controller(actuation, oscillator, with_networks(vanilla, learned))
 
-    def experiment(self, *, budget: int = BUDGET, **settings: Any) -> Experiment:
+    def experiment(self, *, budget: int = BUDGET, **settings: object) -> Experiment:
         """The training and evaluation of this model, as in the paper but for what is given.
 
         Args:

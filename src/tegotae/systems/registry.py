@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import dataclasses
 import importlib
+from collections.abc import Sequence
 from functools import cache
-from typing import Any, TypeVar
+from typing import TypeGuard, TypeVar, cast
 
 from tegotae._support.errors import TegotaeError
 from tegotae._support.part_code import code_of
@@ -123,7 +124,7 @@ def name_of(kind: type) -> str:
     return vars(kind).get("NAME", kind.__name__)
 
 
-def kind_of(part: Any) -> str | None:
+def kind_of(part: object) -> str | None:
     """What documents call an instance of a part; of other dataclasses their `NAME`, None without.
 
     Raises:
@@ -147,7 +148,7 @@ def code_noted(kind: type) -> str | None:
     return _codes.get(kind)
 
 
-def is_part(kind: Any) -> bool:
+def is_part(kind: object) -> TypeGuard[type]:
     """Whether a class keeps a contract and can be written down: a frozen dataclass."""
     return (
         isinstance(kind, type)
@@ -182,12 +183,12 @@ def _origin(kind: type) -> tuple[str, str]:
     return kind.__module__, kind.__qualname__
 
 
-def parts_in(value: Any) -> list[Any]:
+def parts_in(value: object) -> list[object]:
     """All parts that a description (a dataclass, a tuple, a part) is made of, itself included."""
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         inside = [getattr(value, field.name) for field in dataclasses.fields(value)]
         own = [value] if contract_of(type(value)) is not None else []
         return own + [part for each in inside for part in parts_in(each)]
     if isinstance(value, (tuple, list)):
-        return [part for each in value for part in parts_in(each)]
+        return [part for each in cast(Sequence[object], value) for part in parts_in(each)]
     return []

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from tegotae._support.errors import TegotaeError, require_finite
 from tegotae._support.limits import MOST_M
+from tegotae.parts._shapes import LaneNumbers
 from tegotae.parts.bodies import Body
 from tegotae.parts.oscillators import Oscillator
+from tegotae.simulation.rollout import Timing
 from tegotae.simulation.world import Scenario
 from tegotae.simulation.world.checks import check_initial_pose, check_oscillator_state
 
@@ -53,7 +54,7 @@ class Release:
             require_finite(f"the release's {name}", value)
 
     def check(
-        self, body: Body, oscillator: Oscillator | None, omega: float | None, episode: Any
+        self, body: Body, oscillator: Oscillator | None, omega: float | None, episode: Timing
     ) -> None:
         """Raise `TegotaeError` unless this body and these oscillators can be released so.
 
@@ -72,7 +73,7 @@ class Release:
         check_initial_pose(body, scenario)
         check_oscillator_state(oscillator, scenario, episode.tick_s, episode.duration_s)
 
-    def scenario(self, omega: float | None, **entries: Any) -> Scenario:
+    def scenario(self, omega: float | None, **entries: LaneNumbers) -> Scenario:
         """The scenario of a lane that is released so.
 
         Args:

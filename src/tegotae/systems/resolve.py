@@ -19,15 +19,15 @@ from __future__ import annotations
 
 import dataclasses
 import os
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TypeGuard, cast
 
 import numpy as np
 
 from tegotae._support import documents
-from tegotae._support.documents import DamagedDocumentError
+from tegotae._support.documents import DamagedDocumentError, Json, JsonObject
 from tegotae._support.errors import TegotaeError, unknown
 from tegotae._support.workplace import is_earlier
 from tegotae.parts.bodies import Body, Interface
@@ -241,7 +241,7 @@ def controller_files(folder: Path) -> list[Path]:
 _KINDS = (SavedController, Experiment, System, Legged, list, tuple)
 
 
-def _of_object(name: str, found: Any) -> Resolved:
+def _of_object(name: str, found: object) -> Resolved:
     if isinstance(found, Legged):
         saved = SavedController(found.system, np.array(found.weights), name)
         return Resolved(name=name, controllers=((Path(name), saved),), legged=found)
@@ -252,10 +252,12 @@ def _of_object(name: str, found: Any) -> Resolved:
         return Resolved(name=name, experiments=(found,))
     if isinstance(found, System):
         return Resolved(name=name, system=found)
-    for each in found:
+    experiments: list[Experiment] = []
+    for each in cast(Iterable[object], found):
         if not isinstance(each, Experiment):
             raise TegotaeError(f"{name} holds a {type(each).__name__}, which is no experiment")
-    return Resolved(name=name, experiments=tuple(found))
+        experiments.append(each)
+    return Resolved(name=name, experiments=tuple(experiments))
 
 
 def _of_folder(name: str, folder: Path) -> Resolved:
@@ -301,18 +303,19 @@ def _experiments_in(path: Path) -> tuple[Experiment, ...] | None:
     if not path.is_file():
         return None  # as loading it says
     document = documents.read(path)
-    if isinstance(document, dict) and isinstance(document.get("experiments"), dict):
-        document = list(document["experiments"].values())
+    study = document.get("experiments") if isinstance(document, dict) else None
+    if isinstance(study, dict):
+        document = list(study.values())
     listed = document if isinstance(document, list) else [document]
     if not listed or not all(map(_is_experiment, listed)):
         return None
     try:
-        return tuple(Experiment.of(each) for each in listed)
+        return tuple(Experiment.of(cast(JsonObject, each)) for each in listed)
     except TegotaeError as error:
         raise TegotaeError(f"{path}: {error}") from None
 
 
-def _is_experiment(document: Any) -> bool:
+def _is_experiment(document: Json) -> TypeGuard[JsonObject]:
     if not isinstance(document, Mapping) or controller_file.is_controller(document):
         return False
     return "name" in document and ("system" in document or "controller" in document)

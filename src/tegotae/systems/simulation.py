@@ -5,16 +5,16 @@ from __future__ import annotations
 import dataclasses
 import math
 from dataclasses import dataclass, field
-from typing import Any
 
 import jax
 import numpy as np
 
+from tegotae._support.documents import JsonObject
 from tegotae._support.errors import TegotaeError, require_finite
 from tegotae._support.limits import MOST_M, MOST_RAD_PER_S, require_within
 from tegotae.measures.hopping.efficiency import check_work, cot_inverse, work_total
 from tegotae.measures.hopping.hopping import dies_out, whole_hops
-from tegotae.parts._shapes import AnyArray
+from tegotae.parts._shapes import AnyArray, LaneNumbers, Numeric
 from tegotae.parts.bodies import Hopper, require_one_limb
 from tegotae.parts.controller import Controller
 from tegotae.simulation.integrators import Integrator, PredictorCorrector
@@ -124,7 +124,11 @@ class Simulation:
         # Wrapped here, in double precision: float32 holds few digits of a large phase.
         scenario = self.scenario._replace(phase_rad=self.scenario.phase_rad % math.tau)
         lanes = engine.run(self.weights, scenario, self.hopper, dtype=self.dtype)
-        return Result(self, jax.tree.map(lambda x: x[..., 0], lanes))
+        return Result(self, jax.tree.map(_first_lane, lanes))
+
+
+def _first_lane(x: AnyArray) -> AnyArray:
+    return x[..., 0]
 
 
 @dataclass(frozen=True)
@@ -141,7 +145,7 @@ class Result:
         at = ~np.isnan(t.apex_time_s)
         return t.apex_time_s[at], t.apex_height_m[at], t.apex_phase_rad[at]
 
-    def summary(self) -> dict[str, Any]:
+    def summary(self) -> JsonObject:
         """The result as JSON values; null for what is not finite, or undefined after a failure."""
         t, simulation = self.trajectory, self.simulation
         efficiency = self._efficiency()
@@ -157,7 +161,7 @@ class Result:
             "failed_time_s": float(t.time_s[np.argmax(t.failed)]) if failed else None,
         }
 
-    def _efficiency(self) -> dict[str, Any]:
+    def _efficiency(self) -> JsonObject:
         """Climbs and work over the whole hops that count, as in training; null with the reason."""
         t, simulation = self.trajectory, self.simulation
         timing = simulation.timing
@@ -193,13 +197,13 @@ class Result:
         return None
 
 
-def _numbers(scenario: Scenario) -> dict[str, Any]:
+def _numbers(scenario: Scenario) -> dict[str, LaneNumbers]:
     """A scenario's numbers by name, those of its pose and oscillator among them."""
     entries = scenario._asdict()
     del entries["changes"]
     return {**dict(entries.pop("initial_pose")), **dict(entries.pop("oscillator_state")), **entries}
 
 
-def _finite(value: Any) -> float | None:
+def _finite(value: Numeric) -> float | None:
     """A JSON number: JSON has none for infinity."""
     return float(value) if math.isfinite(value) else None

@@ -5,11 +5,12 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import cast
 
 from tegotae._support.errors import TegotaeError, require_finite
 from tegotae._support.limits import MOST_RAD_PER_S
 from tegotae.measures.evaluation import Protocol
+from tegotae.parts._shapes import ArrayTree, LaneNumbers
 from tegotae.parts.bodies import Body, Hopper, Interface
 from tegotae.parts.controller import Controller
 from tegotae.simulation.integrators import Integrator, PredictorCorrector
@@ -88,7 +89,7 @@ class System:
             )
         return self.body
 
-    def replaced(self, changes: Mapping[str, Any]) -> System:
+    def replaced(self, changes: Mapping[str, object]) -> System:
         """The system with other fields; names of a release's fields are understood, too.
 
         Args:
@@ -106,7 +107,9 @@ class System:
         own = dict(changes)
         of_release = {name: own.pop(name) for name in list(own) if name in _OF_RELEASE}
         if of_release:
-            own["release"] = dataclasses.replace(own.get("release", self.release), **of_release)
+            own["release"] = dataclasses.replace(
+                cast(Release, own.get("release", self.release)), **of_release
+            )
         return dataclasses.replace(self, **own)
 
     def on(self, body: Body) -> System:
@@ -169,7 +172,7 @@ class System:
         frame_s = frame_s if abs(ratio - ticks) < 1e-6 else ticks * tick_s
         return Timing(duration_s=duration_s, tick_s=tick_s, frame_s=frame_s)
 
-    def scenario(self, **entries: Any) -> Scenario:
+    def scenario(self, **entries: LaneNumbers) -> Scenario:
         """An episode of one lane, but for the entries that are given."""
         return self.release.scenario(self.omega, **entries)
 
@@ -184,12 +187,12 @@ class System:
 
     def run(
         self,
-        weights: Any,
+        weights: LaneNumbers,
         scenario: Scenario | None = None,
         *,
         summary: Summary = whole_trajectory,
         dtype: str = "float32",
-    ) -> Any:
+    ) -> ArrayTree:
         """Roll it out.
 
         Args:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from typing import Any
 
 from tegotae._support.errors import TegotaeError
 from tegotae.parts.controller import Controller
@@ -41,7 +40,7 @@ class Family(ABC):
         """
 
 
-def require_system(legged: Any) -> Legged:
+def require_system(legged: Legged) -> Legged:
     """The system itself, with oscillators and Tegotae feedback to learn from.
 
     Raises:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass
-from typing import Any
+from typing import cast
 
 from tegotae._support.errors import TegotaeError, require_count, require_finite
 from tegotae._support.limits import MOST_RAD_PER_S, MOST_WEIGHTS
@@ -109,7 +109,7 @@ class Design:
             duration_s=EPISODE_SHARE * own.duration_s, tick_s=own.tick_s, frame_s=own.frame_s
         )
 
-    def experiment(self, *, budget: int = BUDGET, **settings: Any) -> Experiment:
+    def experiment(self, *, budget: int = BUDGET, **settings: object) -> Experiment:
         """The training of this design.
 
         Every episode begins with the same phases, drawn once for all designs (`START_SEED`).
@@ -123,7 +123,7 @@ class Design:
             TegotaeError: for a budget too small, or settings that do not fit together.
         """
         legged = self.system
-        body: Body = settings.pop("body", legged.body)
+        body = cast(Body, settings.pop("body", legged.body))
         system = dataclasses.replace(
             legged.system,
             controller=self.controller(budget),
@@ -136,7 +136,9 @@ class Design:
             ),
             timing=self.timing,
         )
-        objective = settings.pop("objective") if "objective" in settings else self.fitness
+        objective = (
+            cast(Objective, settings.pop("objective")) if "objective" in settings else self.fitness
+        )
         experiment = Experiment(name=self.name, system=system, objective=objective)
         return experiment.replaced(**settings) if settings else experiment
 
