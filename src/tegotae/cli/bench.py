@@ -6,11 +6,11 @@ import json
 import subprocess
 import sys
 from dataclasses import dataclass
-from typing import Any
 
 from rich.console import Console
 from rich.table import Table
 
+from tegotae._support.documents import Document
 from tegotae._support.errors import TegotaeError, require_count
 from tegotae._support.limits import require_memory
 from tegotae.simulation.rollout import Timing
@@ -119,7 +119,7 @@ class Bench:
             )
 
 
-def _table_of_legs(rows: list[dict[str, Any]]) -> Table:
+def _table_of_legs(rows: list[Document]) -> Table:
     """What a leg costs, body by body; rates of the walkers are in units of √(l0/g)."""
     table = Table("body", "legs", "ticks/s", "ticks/core-s", "legs x ticks/core-s", "time/core-s")
     for row in rows:
@@ -135,7 +135,7 @@ def _table_of_legs(rows: list[dict[str, Any]]) -> Table:
     return table
 
 
-def _table_of_mujoco(rows: list[dict[str, Any]]) -> Table:
+def _table_of_mujoco(rows: list[Document]) -> Table:
     """How fast trainings on a MuJoCo model go; the last one is the plain loop."""
     table = Table("on the MuJoCo hopper", "lanes", "steps/s", "steps/core-s", "this / plain loop")
     for row in rows:

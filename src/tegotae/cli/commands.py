@@ -61,7 +61,7 @@ class CommandGroup:
         return tuple(each.examples[0] for each in list(self.commands.values())[:2])
 
 
-def in_name_only(entry: Command | CommandGroup) -> Callable[[], Any]:
+def in_name_only(entry: Command | CommandGroup) -> Callable[[], None]:
     """A stand-in with an entry's summary and without options, for a list of commands."""
 
     def stand_in() -> None:

@@ -109,7 +109,7 @@ def paired(runs: ControllerSet, base: ControllerSet) -> bool:
     return ours is not None and ours == theirs and len(runs.labels) > 1
 
 
-def _random(runs: ControllerSet) -> tuple[Any, ...] | None:
+def _random(runs: ControllerSet) -> tuple[object, ...] | None:
     """All that decides what is drawn in a training; None if that is not known."""
     algorithm = runs.training.get("algorithm")
     if algorithm is None:

@@ -9,11 +9,10 @@ import re
 import shutil
 import subprocess
 import sys
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, metadata, version
 from pathlib import Path
-from typing import Any
 
 from tegotae import __version__
 
@@ -44,7 +43,7 @@ class Doctor:
                 print(f"  {name:<14} {value}")
 
 
-def diagnosis() -> dict[str, dict[str, Any]]:
+def diagnosis() -> dict[str, Mapping[str, str | int]]:
     """What is installed here and what this machine offers, by subject."""
     return {
         "versions": {
@@ -85,7 +84,7 @@ def extras() -> Mapping[str, tuple[str, ...]]:
     return {extra: tuple(packages) for extra, packages in found.items()}
 
 
-def _extras() -> Any:
+def _extras() -> Iterator[tuple[str, str]]:
     for extra, packages in extras().items():
         versions = {package: installed(package) for package in packages}
         missing = [package for package, found in versions.items() if found is None]
@@ -95,7 +94,7 @@ def _extras() -> Any:
             yield extra, ", ".join(f"{package} {found}" for package, found in versions.items())
 
 
-def _machine() -> dict[str, Any]:
+def _machine() -> dict[str, str | int]:
     from tegotae._support.devices import available_cores
 
     compiler = next(filter(None, map(shutil.which, _COMPILERS)), None)
@@ -115,7 +114,7 @@ def _first_line(*command: str) -> str:
     return (done.stdout.splitlines() or [f"{command[0]} prints no version"])[0]
 
 
-def _engine() -> dict[str, Any]:
+def _engine() -> dict[str, str | int]:
     import jax
 
     from tegotae._support.devices import described_devices, loops_are_kernels, xla_options

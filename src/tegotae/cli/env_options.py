@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
-from tegotae._support.documents import DamagedDocumentError, parse
+from tegotae._support.documents import DamagedDocumentError, Json, parse
 from tegotae._support.errors import TegotaeError
 from tegotae._support.optional_dependencies import require
 from tegotae.systems.models import find
@@ -130,14 +130,14 @@ class EnvOptions:
             experiment = replace(experiment, objective=objective)
         return experiment
 
-    def _made_with(self, is_model: bool) -> tuple[tuple[str, Any], ...]:
+    def _made_with(self, is_model: bool) -> tuple[tuple[str, Json], ...]:
         """What the environment is made with.
 
         Raises:
             TegotaeError: for a setting that is no NAME=VALUE, or options of a MuJoCo model for
                 something else.
         """
-        found: dict[str, Any] = {}
+        found: dict[str, Json] = {}
         own = {"feet": list(self.feet) or None, "control_s": self.control}
         for name, value in own.items():
             if value is None:

@@ -6,11 +6,12 @@ import json
 import math
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 import tyro
 
+from tegotae._support.documents import JsonObject
 from tegotae._support.errors import TegotaeError, require_finite
 from tegotae._support.quiet import note
 from tegotae.cli.console import one_line
@@ -215,7 +216,7 @@ def _efficiency(of: Efficiency, weight_n: float | None) -> str:
     )
 
 
-def _document(found: Measured, weight_n: float | None) -> dict[str, Any]:
+def _document(found: Measured, weight_n: float | None) -> JsonObject:
     """As JSON values: null for what is undefined, with its reason."""
     values = {m.name: _finite(getattr(found, m.name, math.nan)) for m in _shown()}
     of = found.efficiency
@@ -241,5 +242,5 @@ def _document(found: Measured, weight_n: float | None) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _finite(value: Any) -> float | None:
+def _finite(value: float) -> float | None:
     return float(value) if np.isfinite(value) else None

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import tyro
@@ -29,7 +29,9 @@ def parse(words: Sequence[str], commands: Mapping[str, Command | CommandGroup], 
     Raises:
         SystemExit: of status 2 for words that do not make a command; of 0 after `--help`.
     """
-    known: dict[str, Any] = {each: in_name_only(entry) for each, entry in commands.items()}
+    known: dict[str, Callable[..., object]] = {
+        each: in_name_only(entry) for each, entry in commands.items()
+    }
     if words and isinstance(chosen := commands.get(words[0]), Command):
         known[words[0]] = chosen.load()
     return tyro.extras.subcommand_cli_from_dict(

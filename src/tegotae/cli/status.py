@@ -70,7 +70,7 @@ def warn_in_one_line() -> None:
     shown: set[str] = set()
     in_full = warnings.showwarning
 
-    def show(message: Any, *where: Any, **more: Any) -> None:
+    def show(message: Warning | str, *where: Any, **more: Any) -> None:
         if is_debugging():
             in_full(message, *where, **more)
         elif (line := one_line(str(message))) not in shown:

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, cast
+from typing import TYPE_CHECKING, Annotated, cast
 
 import tyro
 
@@ -156,7 +156,7 @@ class Train(EnvOptions, EvolutionOptions, ExperimentOptions):
             **{name: value for name, value in own.items() if value is not None},
         )
 
-    def _evolution(self, experiment: Trainable, settings: Any, out: Path) -> list[Path]:
+    def _evolution(self, experiment: Trainable, settings: Algorithm, out: Path) -> list[Path]:
         self._refuse("episodes", agents())
         chosen = {} if self.population is None else {"population": self.population}
         run = Run(
@@ -171,7 +171,7 @@ class Train(EnvOptions, EvolutionOptions, ExperimentOptions):
         log = logger(out) if self.tensorboard else None
         return train(run, out, anew=self.anew, on_step=log)
 
-    def _agents(self, experiment: Any, settings: Any, out: Path) -> list[Path]:
+    def _agents(self, experiment: Trainable, settings: AgentSettings, out: Path) -> list[Path]:
         self._refuse("population", evolutions())
         for option in ("generations", "to_cap", "plateau_share", "plateau_tolerance"):
             self._refuse(option, evolutions())

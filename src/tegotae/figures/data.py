@@ -4,20 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from tegotae._support.tables import write_csv
+from tegotae.parts._shapes import AnyArray
 
 _DIGITS = 9
 
-Table = Mapping[str, Any]
+Table = Mapping[str, ArrayLike]
 """Columns by name; each an array of one shape, or a single value for all rows."""
 
 
 def long_table(
-    rows: tuple[str, np.ndarray], columns: tuple[str, np.ndarray], maps: Mapping[str, Any]
+    rows: tuple[str, np.ndarray], columns: tuple[str, np.ndarray], maps: Mapping[str, AnyArray]
 ) -> dict[str, np.ndarray]:
     """Maps over two axes as a table with one row per cell.
 

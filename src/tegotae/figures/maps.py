@@ -6,10 +6,13 @@ from typing import Any
 
 import matplotlib
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
+from matplotlib.collections import QuadMesh
 from matplotlib.colors import Colormap, LinearSegmentedColormap, ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
+from matplotlib.typing import ColorType
 
 from tegotae.figures.style import SEQUENTIAL
 from tegotae.measures.hopping.gait import (
@@ -56,7 +59,7 @@ def draw_regimes(axes: Axes, x: np.ndarray, y: np.ndarray, regime: AnyArray) -> 
 
 def draw_quantity(
     axes: Axes, x: np.ndarray, y: np.ndarray, value: AnyArray, regime: AnyArray, **how: Any
-) -> Any:
+) -> QuadMesh:
     """Draw a quantity where there is a limit cycle, and elsewhere the regime; returns the mesh.
 
     Args:
@@ -71,7 +74,7 @@ def draw_quantity(
 
 def draw_categories(
     axes: Axes, x: np.ndarray, y: np.ndarray, category: np.ndarray, number: int
-) -> list[Any]:
+) -> list[tuple[float, float, float, float]]:
     """Colour the cells by category, in steps of lightness; returns the colours.
 
     Args:
@@ -88,12 +91,12 @@ def draw_categories(
     return colours
 
 
-def category_patch(colour: Any, label: str) -> Patch:
+def category_patch(colour: ColorType, label: str) -> Patch:
     """A category's handle in the legend."""
     return Patch(facecolor=colour, edgecolor=_HATCH_COLOUR, lw=0.5, label=label)
 
 
-def regime_legend(figure: Figure, present: AnyArray, *more: Any, **how: Any) -> None:
+def regime_legend(figure: Figure, present: AnyArray, *more: Artist, **how: Any) -> None:
     """Say below the panels what the colours without a value mean.
 
     Args:

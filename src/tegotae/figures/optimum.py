@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from tegotae.figures.style import COLOURS, PAGE_IN, literal, new_figure, styled
@@ -21,7 +22,7 @@ Stances = Mapping[str, dict[str, np.ndarray]]
 _MARKS = ("o", "s", "^", "D", "v", "P")
 
 
-def draw_optimum(axes: Any, curve: Curve, *, bound: bool = True, **style: Any) -> None:
+def draw_optimum(axes: Axes, curve: Curve, *, bound: bool = True, **style: Any) -> None:
     """The optimum of period 1 as a line over hop frequency, and its upper bound.
 
     For any panel whose axes are frequency [rad/s] and CoT⁻¹ [m/J].

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 from matplotlib.ticker import MaxNLocator
 
+from tegotae.figures.data import Table
 from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, styled
 from tegotae.studies.analysis.poincare import NUMERICAL, Poincare
 
@@ -35,7 +34,7 @@ def poincare_figure(found: Poincare, transient: np.ndarray, note: str = "") -> F
     return figure
 
 
-def poincare_tables(found: Poincare, transient: np.ndarray) -> dict[str, dict[str, Any]]:
+def poincare_tables(found: Poincare, transient: np.ndarray) -> dict[str, Table]:
     """What the figure shows: `decay` of the nudge, apexes of the `transient`, `multipliers`."""
     names = _SEEN[: len(found.fixed_point)]
     turns = np.arange(len(found.distance))

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -47,7 +45,7 @@ def portrait_figure(paths: Paths, *, rest_length_m: float, note: str = "") -> Fi
     return figure
 
 
-def portrait_table(paths: Paths) -> dict[str, Any]:
+def portrait_table(paths: Paths) -> dict[str, np.ndarray]:
     """What the figure shows, a row a frame and release."""
     frames, releases = paths.height_m.shape
     phase = {} if paths.phase_rad is None else {"phase_rad": paths.phase_rad.T.ravel()}

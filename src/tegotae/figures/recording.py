@@ -9,6 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from tegotae.figures.data import Table
 from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, styled
 from tegotae.measures.hopping.measured import Measured
 from tegotae.measures.hopping.smoothness import FORCE_PERIOD_S
@@ -52,7 +53,7 @@ def recording_figure(measured: Measured, *, rest_length_m: float, note: str = ""
     return figure
 
 
-def recording_tables(measured: Measured) -> dict[str, dict[str, Any]]:
+def recording_tables(measured: Measured) -> dict[str, Table]:
     """What the figure shows: `frames` of 20 ms, the `hops`, and the `spectrum`.
 
     None has the figure's own name, which may be that of the recording.

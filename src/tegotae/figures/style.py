@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import shutil
 import warnings
+from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Any
 
@@ -53,7 +54,7 @@ def new_figure(width_in: float = COLUMN_IN, height_in: float = 2.4, **layout: An
     return Figure(figsize=(width_in, height_in), layout="constrained", **layout)
 
 
-def styled() -> Any:
+def styled() -> AbstractContextManager[None]:
     """Context in which figures are to be made and saved."""
     return matplotlib.rc_context(STYLE)
 

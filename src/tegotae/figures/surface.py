@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patheffects import Normal, Stroke
 
-from tegotae.figures.data import long_table
+from tegotae.figures.data import Table, long_table
 from tegotae.figures.style import COLOURS, COLUMN_IN, SEQUENTIAL, new_figure, styled
 from tegotae.studies.analysis.orbit import Orbit
 from tegotae.studies.analysis.surface import Surface
@@ -68,7 +66,7 @@ def surface_figure(
     return figure
 
 
-def surface_tables(surface: Surface, orbit: Orbit | None) -> dict[str, dict[str, Any]]:
+def surface_tables(surface: Surface, orbit: Orbit | None) -> dict[str, Table]:
     """What the figure shows: the surface, point by point, and `cycle`."""
     with_phase = surface.phase_rad is not None
     columns = (

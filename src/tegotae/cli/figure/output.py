@@ -6,12 +6,14 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 from tegotae.cli.options import UNSET
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+    from tegotae.figures.data import Table
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,7 +42,7 @@ class Output:
 
         figure_file(self.file)
 
-    def write(self, figure: Figure, tables: Mapping[str, Mapping[str, Any]]) -> None:
+    def write(self, figure: Figure, tables: Mapping[str, Table]) -> None:
         """Write the figure and its data, and say where."""
         from tegotae.figures.data import write_tables
         from tegotae.figures.style import save_figure

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from tegotae.parts.bodies import Hopper
 if TYPE_CHECKING:
     from tegotae.envs.policies import Policy
     from tegotae.studies.analysis import Orbit
+    from tegotae.studies.analysis.surface import Surface
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -28,7 +29,7 @@ class _Drawn:
     title: str
     sees_velocity: bool
     orbit: Callable[[], Orbit]
-    surface: Callable[..., Any]
+    surface: Callable[..., Surface]
 
 
 @dataclass(frozen=True, kw_only=True)

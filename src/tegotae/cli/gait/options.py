@@ -16,6 +16,7 @@ from tegotae._support.errors import TegotaeError, require_finite, unknown
 from tegotae._support.files import output_folder
 from tegotae.cli.figure.output import file_stem
 from tegotae.cli.options import UNSET, AsItIs
+from tegotae.parts.fields import FieldNumber
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -107,7 +108,7 @@ class LeggedSystemOptions(LegsOptions):
         words += [f"{what} {x:g}" for what in ("delay", "noise") if (x := getattr(self, what))]
         return literal(", ".join(filter(None, words))) + at
 
-    def document(self, legged: Legged, command: str, **more: Any) -> dict[str, Any]:
+    def document(self, legged: Legged, command: str, **more: object) -> dict[str, object]:
         """What stands in a document before what was found."""
         from tegotae import __version__
         from tegotae.studies.gaits.document import system_document
@@ -221,9 +222,9 @@ def felt(legged: Legged, delay_s: float, noise: float) -> Body:
     return Sensors(body=legged.body, delay_s=delay_s, noise=noise, most_ticks=ticks)
 
 
-def assignments(option: str, texts: Iterable[str]) -> dict[str, Any]:
+def assignments(option: str, texts: Iterable[str]) -> dict[str, FieldNumber]:
     """Names and values, each name once."""
-    found: dict[str, Any] = {}
+    found: dict[str, FieldNumber] = {}
     for text in texts:
         name, value = assignment(option, text)
         if name in found:
@@ -232,7 +233,7 @@ def assignments(option: str, texts: Iterable[str]) -> dict[str, Any]:
     return found
 
 
-def assignment(option: str, text: str) -> tuple[str, Any]:
+def assignment(option: str, text: str) -> tuple[str, FieldNumber]:
     name, equals, value = text.partition("=")
     numbers: tuple[float, ...] = ()
     with contextlib.suppress(ValueError):

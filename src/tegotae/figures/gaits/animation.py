@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from matplotlib.animation import FuncAnimation
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 
 from tegotae.figures.animation import FRAMES_PER_S, animation_file, save_animation
@@ -52,7 +52,7 @@ def animation(run: GaitRun) -> FuncAnimation:
     scenes[-1].set_xlabel(f"forward [{run.legged.units[0]}]")
     label = scenes[0].set_title(" ")
 
-    def draw(index: int) -> list[Any]:
+    def draw(index: int) -> list[Artist]:
         time = float(run.trajectory.time_s[index])
         standing = " ".join(
             name if on else "·" * len(name)
@@ -98,7 +98,7 @@ class _View:
         ]
         self.order = _around(shape.hips_m[0])
 
-    def draw(self, index: int) -> list[Any]:
+    def draw(self, index: int) -> list[Artist]:
         """Move everything to a frame; the view follows the body."""
         across, up = self.view
         hips, feet = self.shape.hips_m[index], self.shape.feet_m[index]

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 
+from tegotae._support.documents import JsonObject
 from tegotae.figures.report.values import embedded_figure, number
 from tegotae.figures.study import architectures
 from tegotae.figures.surface import surface_figure
@@ -26,7 +26,7 @@ _UNTIL_S = 30.0
 
 def best_controllers(
     records: list[Record], table: Table, metrics: tuple[str, ...]
-) -> dict[str, dict[str, Any]]:
+) -> dict[str, JsonObject]:
     """What the page shows of each architecture that has runs, and of experiments beside them.
 
     It draws hoppers; what was trained on another body is left out.
@@ -111,7 +111,7 @@ def _gait(
     return orbit, {name: x[last] for name, x in result.trajectory.channels.items()}
 
 
-def _surface(saved: SavedController, orbit: Orbit | None) -> dict[str, Any]:
+def _surface(saved: SavedController, orbit: Orbit | None) -> JsonObject:
     assert isinstance(saved.body, Hopper)
     largest = None if orbit is None else float(orbit.spring_force_n.max())
     most = 3.5 * saved.body.weight_n if largest is None else 1.1 * largest
@@ -121,7 +121,7 @@ def _surface(saved: SavedController, orbit: Orbit | None) -> dict[str, Any]:
     return embedded_figure(figure) | {"has_cycle": orbit is not None}
 
 
-def _hop(saved: SavedController, gait: Mapping[str, np.ndarray]) -> dict[str, Any]:
+def _hop(saved: SavedController, gait: Mapping[str, np.ndarray]) -> JsonObject:
     """The last seconds of a gait, for the page's canvas."""
     assert isinstance(saved.body, Hopper)
     frame_s = Timing().frame_s

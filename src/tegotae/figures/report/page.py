@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
+from tegotae._support.documents import JsonObject
 from tegotae._support.pages import as_script, filled
 from tegotae.figures.optimum import optimum_figure
 from tegotae.figures.report import convergence
@@ -99,8 +100,8 @@ def report(
     return filled(page, {"DATA": as_script(data)})
 
 
-def _figures(table: Table) -> list[dict[str, Any]]:
-    def one(caption: str, figure: Figure) -> dict[str, Any]:
+def _figures(table: Table) -> list[JsonObject]:
+    def one(caption: str, figure: Figure) -> JsonObject:
         return {"caption": caption, **embedded_figure(figure)}
 
     return [
@@ -131,7 +132,7 @@ def _measures(table: Table) -> dict[str, tuple[str, str]]:
     return found | _FITNESS
 
 
-def _optimum(records: list[Record]) -> list[dict[str, Any]]:
+def _optimum(records: list[Record]) -> list[JsonObject]:
     """CoT⁻¹ over hop frequency, beside the best that is possible; nothing for another body."""
     gaits = {}
     for vanilla, name in ((False, "learned"), (True, "V")):
@@ -152,7 +153,7 @@ def _optimum(records: list[Record]) -> list[dict[str, Any]]:
     return [{"caption": caption, **embedded_figure(figure)}]
 
 
-def _convergence(records: list[Record]) -> list[dict[str, Any]]:
+def _convergence(records: list[Record]) -> list[JsonObject]:
     caption = (
         "Training at ω_t = {} rad/s: best fitness so far over episodes, runs, mean and 95 % "
         "interval; below, where runs stopped and why."
@@ -163,7 +164,7 @@ def _convergence(records: list[Record]) -> list[dict[str, Any]]:
     ]
 
 
-def _claims(table: Table, experiments: Path | None) -> list[dict[str, Any]]:
+def _claims(table: Table, experiments: Path | None) -> list[JsonObject]:
     by_omega = verdicts_by_omega(table)
     del by_omega[ALL]
     at: dict[int, dict[str, str]] = {}
@@ -184,7 +185,7 @@ def _labelled(by_budget: Mapping[float | str, list[Verdict]]) -> dict[str, list[
     }
 
 
-def _by_budget(budgets: Table | None, final: Table) -> dict[str, Any]:
+def _by_budget(budgets: Table | None, final: Table) -> JsonObject:
     """Headings, and a row per claim: its number, the claim, and its verdict after each budget."""
     if budgets is None:
         return {"headings": [], "rows": []}
@@ -196,7 +197,7 @@ def _by_budget(budgets: Table | None, final: Table) -> dict[str, Any]:
     return {"headings": list(by), "rows": rows}
 
 
-def _claim(verdict: Verdict) -> dict[str, Any]:
+def _claim(verdict: Verdict) -> JsonObject:
     return {
         "number": verdict.number,
         "claim": verdict.claim,
@@ -206,7 +207,7 @@ def _claim(verdict: Verdict) -> dict[str, Any]:
     }
 
 
-def _part(part: Part) -> dict[str, Any]:
+def _part(part: Part) -> JsonObject:
     effect = part.effect
     return {
         "what": part.what,
@@ -222,7 +223,7 @@ def _part(part: Part) -> dict[str, Any]:
     }
 
 
-def _models(table: Table) -> dict[str, Any]:
+def _models(table: Table) -> JsonObject:
     models = table.per_model()
     names = models["model"]
     runs = {name: table["model"] == name for name in names}

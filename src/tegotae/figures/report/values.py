@@ -7,10 +7,10 @@ import io
 import math
 import struct
 from pathlib import Path
-from typing import Any
 
 from matplotlib.figure import Figure
 
+from tegotae._support.documents import JsonObject
 from tegotae._support.errors import TegotaeError
 from tegotae.figures.style import STYLE, styled
 
@@ -26,7 +26,7 @@ def number(value: float) -> float | None:
     return float(f"{value:.6g}") if math.isfinite(value) else None
 
 
-def embedded_figure(figure: Figure) -> dict[str, Any]:
+def embedded_figure(figure: Figure) -> JsonObject:
     """A figure as a picture that is part of the page, with its size there."""
     stream = io.BytesIO()
     with styled():
@@ -35,7 +35,7 @@ def embedded_figure(figure: Figure) -> dict[str, Any]:
     return _embedded(stream.getvalue(), _DPI)
 
 
-def embedded_file(path: Path) -> dict[str, Any]:
+def embedded_file(path: Path) -> JsonObject:
     """The same for a PNG file of a figure.
 
     Raises:
@@ -50,7 +50,7 @@ def embedded_file(path: Path) -> dict[str, Any]:
     return _embedded(content, STYLE["savefig.dpi"])
 
 
-def _embedded(png: bytes, dpi: float) -> dict[str, Any]:
+def _embedded(png: bytes, dpi: float) -> JsonObject:
     width, height = (round(n * _SCREEN_PER_IN / dpi) for n in struct.unpack(">II", png[16:24]))
     source = "data:image/png;base64," + base64.b64encode(png).decode()
     return {"source": source, "width": width, "height": height}
