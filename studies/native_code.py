@@ -15,51 +15,79 @@ from collections.abc import Callable
 from typing import Any
 
 import jax
+import jax.numpy as jnp
 import numpy as np
-from tegotae.simulation.episode import EpisodeProgram, LaneInputs, Shared
-from tegotae.simulation.lanes import as_lanes
 
-from tegotae import Engine, Scenario, Timing, build
+from tegotae import Scenario, Timing, build
 from tegotae.lowering.episode import Kernel, TracedEpisode, compile_episode
 from tegotae.parts.bodies import Bar, Body, Hopper, Plate, Walker
+from tegotae.parts.controller import Controller
+from tegotae.simulation.integrators import PredictorCorrector
+from tegotae.simulation.loop import ClosedLoop
+from tegotae.simulation.recorder import Recorder
 from tegotae.studies.benchmarks.legs import FOOT, OMEGA, WALKER_TICK_S
 
 LANES = 1056
 REPEATS = 5
-NEEDS = ("climb_flight_m", "work_absolute_j", "failed")
+NEEDS = ("climb_flight_m", "work_positive_j", "work_net_j")
+"""What a fitness needs at least, beside whether a lane failed."""
+Program = tuple[Controller, Body, Timing, np.ndarray, Scenario]
 
 
-def programs() -> dict[str, tuple[Engine, np.ndarray, Scenario, Body]]:
-    """What is timed, by name."""
+def programs() -> dict[str, Program]:
+    """What is timed, by name: controller, body, timing, weights [n_weights, lanes], scenario."""
     rng = np.random.default_rng(0)
-    sector = build("V-sector-w8")
-    timing = Timing(duration_s=2.0)
-
-    def upright(body: Body) -> tuple[Engine, np.ndarray, Scenario, Body]:
-        controller = dataclasses.replace(sector, limbs=body.limbs)
-        phases = rng.uniform(0.0, 2 * np.pi, (body.limbs, LANES))
-        scenario = Scenario(omega=8.0, phase_rad=phases)
-        return Engine(controller=controller, timing=timing), np.ones((LANES, 1)), scenario, body
-
-    art = build("ART")
-    walker = Walker()
+    art, sector, walker = build("ART"), build("V-sector-w8"), Walker()
     walks = dataclasses.replace(sector, limbs=walker.limbs, actuation=FOOT)
     steps = Timing(duration_s=20.0, tick_s=WALKER_TICK_S, frame_s=10 * WALKER_TICK_S)
-    phases = rng.uniform(0.0, 2 * np.pi, (walker.limbs, LANES))
-    stands = Scenario(omega=OMEGA, height_m=walker.touching_height_m, phase_rad=phases)
-    gains = np.full((LANES, 1), 1.25)
-    weights = 0.5 * rng.normal(size=(LANES, art.n_weights))
+    height_m = float(walker.touching_height_m)
+
+    def scenario(limbs: int, omega: float, height_m: float = 1.2) -> Scenario:
+        shape = (limbs, LANES) if limbs > 1 else (LANES,)
+        phases = rng.uniform(0.0, 2 * np.pi, shape)
+        usual = (np.full(LANES, x) for x in (height_m, 0.0, 0.0, np.inf))
+        height, velocity, drop, dropped = usual
+        return Scenario(np.full(shape, omega), height, velocity, phases, drop, dropped)
+
+    def upright(body: Body) -> Program:
+        controller = dataclasses.replace(sector, limbs=body.limbs)
+        timing, ones = Timing(duration_s=2.0), np.ones((1, LANES))
+        return controller, body, timing, ones, scenario(body.limbs, 8.0)
+
+    weights = 0.5 * rng.normal(size=(art.n_weights, LANES))
+    gains = np.full((1, LANES), 1.25)
     return {
-        "ART on a hopper": (
-            Engine(controller=art, timing=Timing(duration_s=10.0)),
-            weights,
-            Scenario(omega=5.0),
-            Hopper(),
-        ),
+        "ART on a hopper": (art, Hopper(), Timing(duration_s=10.0), weights, scenario(1, 5.0)),
         "a sector on a bar": upright(Bar()),
         "a sector on a plate": upright(Plate()),
-        "feet of a walker": (Engine(controller=walks, timing=steps), gains, stands, walker),
+        "feet of a walker": (walks, walker, steps, gains, scenario(4, OMEGA, height_m)),
     }
+
+
+def episode(controller: Controller, of: Body) -> TracedEpisode:
+    """The closed loop with its totals."""
+    loop = ClosedLoop(controller, PredictorCorrector())
+    recorder = Recorder.of(controller, of, NEEDS)
+
+    def spread(lanes: Any) -> Any:
+        weights, scenario = lanes
+        return loop.spread(list(weights), scenario)
+
+    def start(lanes: Any, shared: Any) -> Any:
+        (rows, scenario), (body, tick_s) = spread(lanes), shared
+        lane = loop.start(rows, body, scenario, tick_s)
+        given = rows, body, scenario, lane, jnp.int32(0), tick_s
+        return lane, recorder.nothing(lambda: loop.tick(*given)[1])[0]
+
+    def tick(lanes: Any, shared: Any, state: Any, index: Any) -> Any:
+        (rows, scenario), (body, tick_s), (lane, totals) = spread(lanes), shared, state
+        lane, output = loop.tick(rows, body, scenario, lane, index, tick_s)
+        return lane, recorder.add(totals, output)
+
+    def frame(lanes: Any, shared: Any, state: Any, last: Any) -> Any:
+        return state, (state[1], state[0].failed)
+
+    return TracedEpisode(start, tick, frame)
 
 
 def core_seconds(function: Callable[[], Any]) -> float:
@@ -69,18 +97,20 @@ def core_seconds(function: Callable[[], Any]) -> float:
     return time.process_time() - begun
 
 
-def row(engine: Engine, weights: np.ndarray, scenario: Scenario, body: Body) -> list[float]:
+def row(
+    controller: Controller, body: Body, timing: Timing, weights: np.ndarray, scenario: Scenario
+) -> list[float]:
     """Core-seconds until code runs; ticks per core-second of 1, 2 and 3 vectors."""
-    timing = engine.timing
-    lanes = LaneInputs(*as_lanes(engine.controller, body, weights, scenario, "float32"))
-    numbers = jax.tree.map(lambda x: np.asarray(x, "float32"), body)
-    shared = Shared(numbers, np.asarray(timing.tick_s, "float32"))
-    program = EpisodeProgram(engine.controller, engine.integrator, NEEDS)
-    episode = TracedEpisode(program.start, program.tick, program.frame)
+
+    def numbers(tree: Any) -> Any:
+        return jax.tree.map(lambda x: np.asarray(x, "float32"), tree)
+
+    lanes, shared = numbers((weights, scenario)), numbers((body, timing.tick_s))
+    program = episode(controller, body)
     kernels: dict[int, Kernel] = {}
 
     def compiled(vectors: int) -> None:
-        kernels[vectors] = compile_episode(episode, lanes, shared, "float32", vectors=vectors)
+        kernels[vectors] = compile_episode(program, lanes, shared, "float32", vectors=vectors)
 
     took = [core_seconds(lambda v=v: compiled(v)) for v in (2, 1, 3)]
 
