@@ -17,7 +17,7 @@ from tegotae.studies.paper.claims.quotations import hashes_of
 
 def main(words: Sequence[str] | None = None) -> None:
     """Read the paper, write the hashes."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description="Hash the paper's runs of words.")
     parser.add_argument("paper", type=Path)
     parser.add_argument("--out", type=Path, required=True)
     given = parser.parse_args(words)

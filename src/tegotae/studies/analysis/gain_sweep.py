@@ -35,6 +35,7 @@ def sweep_gain(
     *,
     timing: Timing | None = None,
     work: str = "absolute",
+    height_m: float = 1.2,
 ) -> GainSweep:
     """Roll out every pair of a gain and a frequency, as one batch.
 
@@ -45,6 +46,7 @@ def sweep_gain(
         body: the paper's hopper by default.
         timing: 40 s by default. What has not settled by its end counts as without limit cycle.
         work: definition of work, one of "absolute", "positive", "net".
+        height_m: height of the release [m].
 
     Raises:
         TegotaeError: for a controller that has other weights than σ, or an unknown work.
@@ -66,5 +68,5 @@ def sweep_gain(
         summary=OutcomeSummary(GaitSummary(work=work)),
     )
     gains, frequencies = lanes(sigma, omega)
-    outcome = engine.run(gains[:, None], Scenario(omega=frequencies), body)
+    outcome = engine.run(gains[:, None], Scenario(omega=frequencies, height_m=height_m), body)
     return GainSweep(np.asarray(sigma), np.asarray(omega), as_maps(outcome, sigma, omega))

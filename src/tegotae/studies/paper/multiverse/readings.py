@@ -49,6 +49,8 @@ class Reading:
         newtons_per_feedback: force of the reflex per feedback [N s/rad].
         sector_s: duration of the vanilla sector at the prescribed frequency [s]; None for the
             width in phase that the paper's (6) has.
+        sector_start: phase at which the vanilla sector starts [rad].
+        flight_damping: damping of the body in flight, in shares of the leg's in stance.
         tuned_over: at which frequencies relative to ω_t the gain of a pure V model is searched
             [rad/s].
 
@@ -80,13 +82,16 @@ class Reading:
     frequency_weight: float = 1.0
     newtons_per_feedback: float = 1.0
     sector_s: float | None = None
+    sector_start: float = 1.75 * math.pi
+    flight_damping: float = 0.0
     tuned_over: tuple[float, ...] = (0.0,)
 
     def __post_init__(self) -> None:
         positive = ("natural_frequency", "force_ratio", "release", "tolerance")
         for name in (*positive, "mass_kg", "newtons_per_feedback"):
             require_finite(name, getattr(self, name), above=0.0)
-        for name in ("damping_ratio", "drop", "frequency_weight"):
+        require_finite("sector_start", self.sector_start)
+        for name in ("damping_ratio", "drop", "frequency_weight", "flight_damping"):
             require_finite(name, getattr(self, name), least=0.0)
         if self.sector_s is not None:
             require_finite("sector_s", self.sector_s, above=0.0)
@@ -121,7 +126,8 @@ class Reading:
     @property
     def hopper(self) -> Hopper:
         """The body of these ratios; the standard one to the last bit where they are its own."""
-        if all(getattr(self, name) == getattr(Reading, name) for name in (*_RATIOS, "mass_kg")):
+        own = (*_RATIOS, "mass_kg", "flight_damping")
+        if all(getattr(self, name) == getattr(Reading, name) for name in own):
             return _STANDARD
         mass, length, gravity = (
             self.mass_kg,
@@ -134,11 +140,14 @@ class Reading:
             mass_kg=mass,
             stiffness_n_per_m=mass * rate**2,
             damping_ns_per_m=2.0 * self.damping_ratio * mass * rate,
+            flight_damping_ns_per_m=self.flight_damping * 2.0 * self.damping_ratio * mass * rate,
             max_force_n=self.force_ratio * mass * gravity,
         )
 
     def actuation(self, own: Actuation) -> Actuation:
         """An actuation under this reading; a learned one is its own."""
+        if isinstance(own, Sector) and self.sector_start != Reading.sector_start:
+            own = dataclasses.replace(own, start_rad=self.sector_start)
         if isinstance(own, Sector) and self.sector_s is not None:
             own = dataclasses.replace(own, width_rad=0.0, duration_s=self.sector_s)
         if isinstance(own, Reflex | SectorAndReflex):

@@ -1,0 +1,87 @@
+"""The readings that are tried: a space-filling sample of what the paper leaves open of V."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from tegotae._support.errors import TegotaeError, require_count
+from tegotae.studies.paper.multiverse.readings import AnalysisChoice, Reading
+
+SECTOR_S = 0.02 * math.pi
+"""Duration of the sector of the co-author's program [s]."""
+
+_STARTS = (1.75 * math.pi, 1.6 * math.pi)
+
+PRIOR: tuple[AnalysisChoice, ...] = (
+    AnalysisChoice("natural_frequency", "ωₙ √(l₀/g)", (1.8, 4.0), False, "Soft to stiff legs."),
+    AnalysisChoice("damping_ratio", "ζ", (0.02, 0.4), False, "From hardly damped to one hop."),
+    AnalysisChoice("force_ratio", "α / mg", (1.5, 8.0), False, "From barely enough on."),
+    AnalysisChoice("mass_kg", "m", (0.03, 3.0), False, "Sets the reflex's force per feedback."),
+    AnalysisChoice("release", "release / l₀", (1.0, 1.3), False, "As of the multiverse."),
+    AnalysisChoice("flight_damping", "damping in flight", (0.0, 1.0), True, "Paper, or program."),
+    AnalysisChoice(
+        "sector_start", "sector from", (1.75 * math.pi, 1.6 * math.pi), True, "The same."
+    ),
+    AnalysisChoice(
+        "sector_s", "sector's duration", (None, SECTOR_S), True, "In phase, or in time."
+    ),
+    AnalysisChoice("work", "work", ("net", "positive", "absolute"), True, "As of the multiverse."),
+)
+"""What is tried, and between what; the mass evenly in its logarithm."""
+
+_SEED = 1
+_LOGARITHMIC = ("mass_kg",)
+
+
+def candidates(count: int) -> list[Reading]:
+    """That many readings that their bodies allow: points of a scrambled Sobol sequence.
+
+    More of them add to those that were there.
+
+    Raises:
+        TegotaeError: for a count below one.
+
+    Example:
+        >>> candidates(3) == candidates(5)[:3]
+        True
+    """
+    from scipy.stats import qmc  # slow to import
+
+    require_count("bodies", count)
+    found: list[Reading] = []
+    exponent = max(count - 1, 1).bit_length()
+    while len(found) < count:
+        # A longer sequence begins as the shorter one does.
+        points = qmc.Sobol(len(PRIOR), rng=_SEED).random_base2(exponent)
+        found = [each for each in map(_reading, points) if each is not None]
+        exponent += 1
+    return found[:count]
+
+
+def coordinates(reading: Reading) -> np.ndarray:
+    """Where a reading lies in the prior, each choice from 0 to 1, [choices]."""
+    return np.array([_place(choice, getattr(reading, choice.name)) for choice in PRIOR])
+
+
+def _reading(point: np.ndarray) -> Reading | None:
+    values: dict[str, Any] = {}
+    for choice, share in zip(PRIOR, point, strict=True):
+        if choice.name in _LOGARITHMIC:
+            low, high = choice.values
+            values[choice.name] = low * (high / low) ** float(share)
+        else:
+            values[choice.name] = choice.at(float(share))
+    try:
+        return Reading(**values)
+    except TegotaeError:
+        return None  # a body that cannot stand, or whose leg is pressed to nothing
+
+
+def _place(choice: AnalysisChoice, value: Any) -> float:
+    if choice.name in _LOGARITHMIC:
+        low, high = choice.values
+        return math.log(value / low) / math.log(high / low)
+    return choice.place(value)
