@@ -10,6 +10,12 @@ pytest.importorskip("mujoco")
 import kept_loops
 
 
+@pytest.fixture(autouse=True)
+def on_xla(monkeypatch):
+    """What is kept was made by XLA; engines of other last bits are held to it elsewhere."""
+    monkeypatch.setenv("TEGOTAE_ENGINE", "xla")
+
+
 def agree(found: dict[str, np.ndarray], *, to: float) -> None:
     kept = kept_loops.kept()
     assert found
