@@ -19,7 +19,6 @@ import tyro
 from matplotlib.figure import Figure
 
 from tegotae import Engine, Scenario, Timing
-from tegotae._support.devices import set_up
 from tegotae._support.files import output_folder
 from tegotae._support.tables import write_csv
 from tegotae.cli.status import exit_status
@@ -76,7 +75,6 @@ class Pictures:
 
     def run(self) -> None:
         """Do it all."""
-        set_up()
         output_folder(self.out)
         save_figure(draw_free(), self.out / "free.png")
         rows: list[dict[str, Any]] = []

@@ -12,9 +12,6 @@ import jax
 import pytest
 from hypothesis import settings
 
-from tegotae._support.devices import set_up
-
-set_up()  # before anything computes, as evosax does when it is imported
 jax.config.update("jax_numpy_dtype_promotion", "strict")
 jax.config.update("jax_numpy_rank_promotion", "raise")
 

@@ -11,7 +11,6 @@ from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from tegotae._support.devices import set_up
     from tegotae._support.errors import TegotaeError, require_count, require_finite
     from tegotae.measures.evaluation import Protocol, evaluate
     from tegotae.measures.objectives.fitness import Fitness
@@ -37,7 +36,6 @@ if TYPE_CHECKING:
     __version__: str
 
 _HOMES = {
-    "_support.devices": ("set_up",),
     "_support.errors": ("TegotaeError", "require_count", "require_finite"),
     "measures.evaluation": ("Protocol", "evaluate"),
     "measures.objectives.fitness": ("Fitness",),
@@ -92,7 +90,6 @@ __all__ = [
     "require_count",
     "require_finite",
     "save",
-    "set_up",
 ]
 
 

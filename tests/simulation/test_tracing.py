@@ -4,21 +4,19 @@ from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass
-from functools import partial
 
 import jax
-import jax.numpy as jnp
 import numpy as np
 import pytest
 
 from tegotae import Engine, Hopper, Scenario, Timing, build
-from tegotae.lowering.tracing import traced
 from tegotae.measures.evaluation import Protocol, evaluate
 from tegotae.measures.objectives.fitness import Fitness
 from tegotae.measures.objectives.objective import EpisodeSummary
 from tegotae.parts.oscillators import PhaseOscillator
+from tegotae.simulation import xla
+from tegotae.simulation.lanes import as_lanes
 from tegotae.simulation.loop import ClosedLoop
-from tegotae.simulation.rollout import _run
 
 
 @pytest.fixture
@@ -48,9 +46,11 @@ def ticks(monkeypatch):
 
 def trace(engine: Engine) -> None:
     """Trace the engine's program; nothing is compiled."""
-    weights = jnp.zeros((engine.controller.n_weights, 2), "float32")
-    release = jax.tree.map(lambda x: jnp.full(2, x, "float32"), Scenario(omega=8.0))
-    jax.eval_shape(partial(_run, engine), weights, release, Hopper(), 2)
+    weights = np.zeros((2, engine.controller.n_weights))
+    lanes = as_lanes(engine.controller, Hopper(), weights, Scenario(omega=8.0), "float32")
+    body = jax.tree.map(np.float32, Hopper())
+    statics = engine.program, engine.timing, engine.summary
+    xla._block.eval_shape(*statics, lanes, body)
 
 
 def test_a_program_of_all_channels_traces_the_tick_once(controller, ticks):
@@ -79,18 +79,3 @@ def test_an_evaluation_traces_the_tick_once_with_its_oscillator_and_once_with_it
     evaluate(controller, np.ones(controller.n_weights), 8.0, protocol=protocol)
     assert len(ticks) == 2
     assert ticks.count(controller) == 1
-
-
-def test_a_trace_is_used_for_arguments_of_its_shapes_as_often_as_wanted():
-    calls = []
-
-    def summed(pair):
-        calls.append(pair)
-        return {"sum": pair[0] + pair[1]}
-
-    again, shapes = traced(summed, (jnp.ones(3), jnp.ones(3)))
-    assert shapes["sum"].shape == (3,)
-    for number in (1.0, 2.0):
-        found = again((jnp.full(3, number), jnp.ones(3)))
-        assert found["sum"].tolist() == [number + 1.0] * 3
-    assert len(calls) == 1

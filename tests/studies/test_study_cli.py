@@ -487,20 +487,26 @@ def test_records_of_different_versions_are_told_of(half, tmp_path, capsys):
     )
 
 
-def test_records_of_other_devices_are_told_of(half, tmp_path, capsys):
+def test_a_study_is_of_one_engine(half, tmp_path, one_line_error, monkeypatch):
+    monkeypatch.setenv("TEGOTAE_ENGINE", "xla")
+    said = one_line_error("study", "run", "--scale", "smoke", "--only", "V*", "--dir", str(half))
+    assert f"{half} holds a study of the engine native, and this is xla" in said
+    assert "set TEGOTAE_ENGINE=native, or choose another folder" in said
+
+
+def test_studies_of_different_engines_are_not_merged(half, smoke_study, one_line_error):
     path = studies.records(half)[0]
     record = read(path)
-    write(dataclasses.replace(record, software={**record.software, "devices": "4 cpu"}), path)
-    export(half, tmp_path / "table.csv")
-    said = capsys.readouterr().out
-    assert "the records were made on different devices: " in said
-    assert "4 cpu" in said
+    software = {name: x for name, x in record.software.items() if name != "engine"}
+    write(dataclasses.replace(record, software=software), path)  # of an earlier version
+    said = one_line_error("study", "merge", str(smoke_study), "--dir", str(half))
+    assert "are of different engines, native and xla; they cannot be merged" in said
 
 
 def test_other_numbers_at_equal_settings_are_told_of_in_a_merge(half, smoke_study, capsys):
     path = studies.records(half)[0]
     record = read(path)
-    software = {**record.software, "devices": "4 cpu"}
+    software = {**record.software, "numpy": "1.0"}
     other = dataclasses.replace(record, software=software, weights=record.weights + 1e-6)
     write(other, path)
     kept = path.read_bytes()
@@ -509,7 +515,7 @@ def test_other_numbers_at_equal_settings_are_told_of_in_a_merge(half, smoke_stud
     assert first.startswith(
         f"{record.model} differs in {smoke_study} and {half}, at equal settings: made with "
     )
-    assert ", and with devices 4 cpu, " in first
+    assert "numpy 1.0" in first
     assert last == f"1 records copied to {half}"
     assert path.read_bytes() == kept
 

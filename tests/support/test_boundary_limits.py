@@ -38,7 +38,7 @@ def no_rollout(monkeypatch):
         raise AssertionError("a rollout was started before the input was checked")
 
     monkeypatch.setattr(Engine, "run", run)
-    monkeypatch.setattr("tegotae.simulation.rollout._run", run)
+    monkeypatch.setattr(Engine, "run_lanes", run)
     monkeypatch.setattr("tegotae.training.run._train", run)
 
 

@@ -6,6 +6,7 @@ import dataclasses
 import errno
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -365,3 +366,23 @@ def test_a_folder_of_an_earlier_version_is_called_that(tiny_training, tmp_path):
     said = "holds a training of an earlier version of tegotae; choose another folder with --out"
     with pytest.raises(TegotaeError, match=f"^{folder} {said}$"):
         train(tiny.RUN, folder)
+
+
+def test_a_folder_of_the_other_engine_is_refused_and_left_as_it_is(tiny_training, monkeypatch):
+    before = tiny.contents(tiny_training)
+    assert json.loads((tiny_training / "run.json").read_text())["software"]["engine"] == "native"
+    monkeypatch.setenv("TEGOTAE_ENGINE", "xla")
+    with pytest.raises(TegotaeError, match="a training of the engine native, and this is xla") as e:
+        train(dataclasses.replace(tiny.RUN), tiny_training)
+    assert "set TEGOTAE_ENGINE=native, or choose another folder with --out" in str(e.value)
+    assert tiny.contents(tiny_training) == before
+
+
+def test_a_training_that_names_no_engine_was_of_xla(tiny_training, tmp_path):
+    folder = tmp_path / "earlier"
+    shutil.copytree(tiny_training, folder)
+    document = json.loads((folder / "run.json").read_text())
+    del document["software"]["engine"]
+    (folder / "run.json").write_text(json.dumps(document))
+    with pytest.raises(TegotaeError, match="a training of the engine xla, and this is native"):
+        train(dataclasses.replace(tiny.RUN), folder)

@@ -19,9 +19,9 @@ from tegotae import TegotaeError, Timing, find
 from tegotae.cli import main
 from tegotae.cli.tune import Tune
 from tegotae.measures.objectives.fitness import Fitness
+from tegotae.simulation import native
 from tegotae.training import settings as configurations
 from tegotae.training.algorithms import PGPE
-from tegotae.training.evaluator import _evaluated
 from tegotae.training.evolution import Evolution
 from tegotae.training.registry import agents, evolutions, learner
 from tegotae.training.run import Run, train
@@ -123,10 +123,10 @@ def test_a_value_is_the_best_fitness_of_a_training_that_spends_the_budget(traine
 
 def test_settings_that_differ_in_no_shape_share_one_compiled_program(trained):
     run, fitness = trained
-    compiled = _evaluated._cache_size()
+    compiled = native._kernel.cache_info().misses
     other = dataclasses.replace(run.learner.algorithm, std=0.05, learning_rate=0.3, max_speed=0.9)
     assert evolved(other, TINY, TINY.experiments[0], run.seeds) != pytest.approx(fitness)
-    assert _evaluated._cache_size() == compiled
+    assert native._kernel.cache_info().misses == compiled
 
 
 def test_a_trials_value_is_the_mean_over_models_and_seeds(toy, tmp_path):

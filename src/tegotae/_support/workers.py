@@ -14,7 +14,6 @@ from contextlib import contextmanager
 from types import FrameType
 from typing import ParamSpec, TypeVar
 
-from tegotae._support.devices import set_up
 from tegotae._support.errors import require_count
 
 P = ParamSpec("P")
@@ -118,7 +117,6 @@ def ctrl_c_held_back() -> Iterator[None]:
 def _begin(parent: int) -> None:
     """What a worker does before it is given work, which may compute as soon as it is unpickled."""
     end_with_parent(parent)
-    set_up()
 
 
 def end_with_parent(parent: int) -> None:

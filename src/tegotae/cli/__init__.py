@@ -40,13 +40,13 @@ def _run(words: list[str]) -> None:
         return
     words, places = split_parts(words)
     if places:
-        _start_engine()
+        _check_environment()
         from tegotae.systems.user_objects import imported
 
         for place in places:
             imported(place)
     command = parsed(words)
-    _start_engine()
+    _check_environment()
     ready()
     try:
         command.run()
@@ -98,10 +98,9 @@ def parsed(
         raise
 
 
-def _start_engine() -> None:
-    from tegotae._support.devices import check_environment, set_up
+def _check_environment() -> None:
+    from tegotae._support.devices import check_environment
 
-    set_up()
     check_environment()
 
 

@@ -266,7 +266,7 @@ def _records(folder: Folder) -> list[Record]:
         print(f"{', '.join(unknown)}: no metric known here; to draw it, give --parts FILE.py")
     for name in {name: None for record in records for name in record.software}:
         versions = sorted({record.software.get(name, "none") for record in records})
-        what = "on different devices" if name == "devices" else f"with different versions of {name}"
         if len(versions) > 1:
+            what = f"with different versions of {name}"
             print(f"the records were made {what}: {', '.join(versions)}")
     return records

@@ -17,7 +17,6 @@ import jax.numpy as jnp
 import numpy as np
 from numpy.typing import ArrayLike
 
-from tegotae._support.devices import set_up
 from tegotae._support.errors import TegotaeError
 from tegotae.envs.apexes import Apexes
 from tegotae.envs.rewards import HopReward
@@ -129,7 +128,6 @@ class Hoppers:
     """
 
     def __init__(self, settings: HopperSettings, lanes: int) -> None:
-        set_up()
         self.settings, self.lanes = settings, lanes
         self._program = _CompiledSettings(
             settings.controller, settings.observed, settings.dimensionless, settings.reward
@@ -187,7 +185,6 @@ class Hoppers:
 
 def observation_bounds(settings: HopperSettings) -> np.ndarray:
     """Largest magnitude of each observed entry, shape [entries], float32."""
-    set_up()
     body = settings.body
     at_rest = body.release(jnp.ones(()), jnp.zeros(()))
     scales = body.sense(at_rest, jnp.zeros(())).scales

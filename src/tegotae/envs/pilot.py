@@ -11,7 +11,6 @@ import jax.numpy as jnp
 import numpy as np
 from numpy.typing import ArrayLike
 
-from tegotae._support.devices import set_up
 from tegotae._support.errors import TegotaeError
 from tegotae.envs.wires import Wires
 from tegotae.envs.wiring import Wiring
@@ -41,7 +40,6 @@ class Pilot:
     """
 
     def __init__(self, wires: Wires, wiring: Wiring, weights: np.ndarray) -> None:
-        set_up()
         controller = wires.controller
         if wiring.omega is None:
             raise TegotaeError("the wiring has no frequency; give omega= [rad/s]")

@@ -95,6 +95,12 @@ def compile_episode(
         return _kernels[key]
 
 
+def forget_kernels() -> None:
+    """Give back the memory of kernels that nobody holds any more."""
+    with _lock:
+        _kernels.clear()
+
+
 _kernels: dict[Any, Kernel] = {}
 _lock = threading.RLock()
 

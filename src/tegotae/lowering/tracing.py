@@ -6,12 +6,9 @@ import functools
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from contextvars import ContextVar
-from typing import ParamSpec, TypeVar, cast
+from typing import ParamSpec, TypeVar
 
-import jax
-from jax.extend.core import jaxpr_as_fun
-
-from tegotae._support.transforms import jit, trace_of
+from tegotae._support.transforms import jit
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -52,29 +49,3 @@ def keeping_calls() -> Generator[None]:
         yield
     finally:
         _kept.reset(token)
-
-
-def traced(function: Callable[..., T], *like: object) -> tuple[Callable[..., T], T]:
-    """The function as one trace of it has it, which may become part of several programs.
-
-    Args:
-        function: of pytrees of arrays; returns one.
-        like: arguments such as it will be called with, as arrays or their shapes.
-
-    Returns:
-        The function for arguments of these shapes alone, and the shapes of what it returns.
-
-    Example:
-        >>> import jax.numpy as jnp
-        >>> doubled, shape = traced(lambda x: x + x, jnp.ones(3))
-        >>> shape.shape, doubled(jnp.ones(3)).tolist()
-        ((3,), [2.0, 2.0, 2.0])
-    """
-    trace, shapes = trace_of(function, *like)
-    flat = cast(Callable[..., list[jax.Array]], jaxpr_as_fun(trace))
-    structure = jax.tree.structure(shapes)
-
-    def again(*given: object) -> T:
-        return jax.tree.unflatten(structure, flat(*jax.tree.leaves(given)))
-
-    return again, shapes

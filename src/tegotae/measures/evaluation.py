@@ -13,7 +13,6 @@ import jax.numpy as jnp
 import numpy as np
 from numpy.typing import ArrayLike
 
-from tegotae._support.devices import set_up
 from tegotae._support.documents import Json, JsonObject
 from tegotae._support.errors import TegotaeError, require_count, require_finite
 from tegotae._support.limits import MOST_M, MOST_POINTS, MOST_RAD_PER_S
@@ -260,7 +259,6 @@ def evaluate(
         >>> f"{found.summary()['cot_inverse'].mean:.2f} m/J"
         '0.44 m/J'
     """
-    set_up()
     body = Hopper() if body is None else body
     protocol = protocol or Protocol()
     asked = chosen(metrics)

@@ -9,17 +9,20 @@ from functools import partial
 from typing import Any, NamedTuple
 
 import jax
-import jax.numpy as jnp
 import numpy as np
 
-from tegotae._support.devices import on_every_device
-from tegotae.measures.objectives.objective import EpisodeSummary, Objective, scores
-from tegotae.parts.bodies import Body
+from tegotae._support.engines import XLA
+from tegotae.measures.objectives.objective import EpisodeOutcome, EpisodeSummary, Objective, scores
+from tegotae.simulation.blocks import by_blocks
+from tegotae.simulation.episode import Lanes
 from tegotae.simulation.loop import check_senses
 from tegotae.simulation.rollout import Engine
 from tegotae.simulation.world import Scenario
 from tegotae.simulation.world.randomization import Randomization
 from tegotae.systems.experiment import Experiment
+
+_LANES_SCORED = 64
+"""Lanes of a block that is scored at a time."""
 
 
 class Scores(NamedTuple):
@@ -70,6 +73,11 @@ class Evaluator(ABC):
         """What is compiled for it; hashable."""
         return ()
 
+    @property
+    def engine(self) -> str:
+        """The engine that its numbers are of; XLA's, of what is not rolled out."""
+        return XLA
+
     def close(self) -> None:  # noqa: B027 - optional
         """Give back what it holds, such as worker processes."""
 
@@ -85,7 +93,7 @@ class EngineEvaluator(Evaluator):
     """Scores by episodes of this package's engine: all candidates in one compiled program.
 
     Args:
-        engine: what rolls the episodes out.
+        rollouts: what rolls the episodes out.
         fitness: by what measure; what of an episode counts is the engine's summary.
         varied: body and scenario, and in what the episodes differ.
         episodes: how many episodes each candidate has, on average; the evaluation set has at least
@@ -95,24 +103,32 @@ class EngineEvaluator(Evaluator):
         TegotaeError: for a body that does not go with the controller or the control period.
     """
 
-    engine: Engine
+    rollouts: Engine
     fitness: Objective
     varied: Randomization
     episodes: int = 1
 
     def __post_init__(self) -> None:
-        check_senses(self.engine.controller, self.varied.body)
-        self.varied.body.check_tick(self.engine.timing.tick_s)
+        check_senses(self.rollouts.controller, self.varied.body)
+        self.varied.body.check_tick(self.rollouts.timing.tick_s)
 
     @property
     def program(self) -> tuple[Engine, Objective, int]:
         """What is compiled: settings of the fitness are data."""
         fitness = self.fitness.program
         return (
-            dataclasses.replace(self.engine, summary=EpisodeSummary(fitness)),
+            dataclasses.replace(self.rollouts, summary=EpisodeSummary(fitness)),
             fitness,
             self.episodes,
         )
+
+    @property
+    def engine(self) -> str:
+        """The engine that rolls the episodes out."""
+        engine, *_ = self.program
+        one = np.zeros((1, 1, engine.controller.n_weights))
+        episode = self.varied.evaluation_set(1, self.episodes)
+        return engine.runs_on(self._lanes(one, np.array([0]), episode), self.varied.body)
 
     def evaluate(self, candidates: np.ndarray, who: Generation) -> Scores:
         """The verdict on every candidate; ended seeds cost nothing, but for a block's rest."""
@@ -129,13 +145,10 @@ class EngineEvaluator(Evaluator):
         # Whoever meets the evaluation set does so as several candidates.
         again = np.repeat(candidates[:, first:], repeats, axis=1)
         candidates = np.concatenate([candidates[:, :first], again], axis=1)
-        body = jax.tree.map(lambda x: jnp.asarray(x, "float32"), self.varied.body)
-        episode = jax.tree.map(np.float32, episode)
-        given = candidates, who.going, episode, body, self.fitness.data
-        outcome = _evaluated(*self.program, *given)
+        outcome = self._scores(candidates, np.flatnonzero(who.going), episode)
 
         def merged(name: str) -> np.ndarray:
-            x = np.asarray(outcome[name])
+            x = outcome[name]
             if repeats == 1:
                 return x
             parts = x[:, first:].reshape(seeds, -1, repeats)
@@ -143,6 +156,40 @@ class EngineEvaluator(Evaluator):
             return np.concatenate([x[:, :first], one], axis=1)
 
         return Scores(*map(merged, Scores._fields))
+
+    def _scores(
+        self, candidates: np.ndarray, going: np.ndarray, episode: Scenario
+    ) -> dict[str, np.ndarray]:
+        """The scores of all candidates of the seeds that are going, [seeds, candidates] each."""
+        seeds, per_seed, _ = candidates.shape
+        engine, fitness, episodes = self.program
+        lanes = self._lanes(candidates, going, episode)
+        outcome = engine.run_lanes(lanes, self.varied.body)
+        score = partial(_scored, fitness, data=self.fitness.data)
+        found = by_blocks(score, outcome, _LANES_SCORED)
+
+        def of_seeds(name: str) -> np.ndarray:
+            whole = np.zeros((seeds, per_seed), found[name].dtype)
+            whole[going] = _together(name, found[name].reshape(len(going), per_seed, episodes))
+            return whole
+
+        return {name: of_seeds(name) for name in Scores._fields}
+
+    def _lanes(self, candidates: np.ndarray, going: np.ndarray, episode: Scenario) -> Lanes:
+        """A lane for each episode of each candidate of the seeds that are going."""
+        seeds, per_seed, n_weights = candidates.shape
+        per_seed *= self.episodes
+
+        def of_lanes(x: Any) -> np.ndarray:
+            """One a lane, seed by seed; what is the same for all may come as one."""
+            x = np.atleast_1d(np.asarray(x, "float32"))
+            every = np.broadcast_to(x, (*x.shape[:-1], seeds * per_seed))
+            by_seed = every.reshape(*every.shape[:-1], seeds, per_seed)[..., going, :]
+            return by_seed.reshape(*every.shape[:-1], -1)
+
+        rows = np.repeat(np.asarray(candidates[going], "float32"), self.episodes, axis=1)
+        weights = np.ascontiguousarray(rows.reshape(-1, n_weights).T)
+        return Lanes(weights, jax.tree.map(of_lanes, episode))
 
 
 def evaluator_of(experiment: Any, workers: int | None = None) -> Evaluator:
@@ -159,45 +206,13 @@ def evaluator_of(experiment: Any, workers: int | None = None) -> Evaluator:
     return EngineEvaluator(engine, experiment.measure, varied, experiment.episodes)
 
 
-@partial(jax.jit, static_argnums=(0, 1, 2))
-def _evaluated(
-    engine: Engine,
-    fitness: Objective,
-    episodes: int,
-    candidates: jax.Array,
-    going: jax.Array,
-    scenario: Scenario,
-    body: Body,
-    data: Any,
-) -> dict[str, jax.Array]:
-    n_seeds, per_seed, n_weights = candidates.shape
-    per_seed *= episodes
-    lanes = n_seeds * per_seed
-    # Seeds that go on come first: blocks of lanes of ended ones cost nothing.
-    order = jnp.argsort(~going, stable=True)
-    everyone = on_every_device(candidates)[order].reshape(-1, n_weights).T
-    if episodes > 1:
-        everyone = jnp.repeat(everyone, episodes, axis=1)
-
-    def of_lanes(x: jax.Array) -> jax.Array:
-        """One a lane, in the order of the seeds; what is the same for all is so already."""
-        if jnp.ndim(x) == 0 or x.shape[-1] == 1:
-            return jnp.broadcast_to(x, (*x.shape[:-1], lanes))
-        by_seed = x.reshape(*x.shape[:-1], n_seeds, per_seed)
-        return by_seed[..., order, :].reshape(*x.shape[:-1], lanes)
-
-    each = jax.tree.map(of_lanes, scenario)
-    wanted = going.sum() * per_seed
-    outcome = scores(fitness, engine.trace(everyone, each, body, wanted), data)
-    back = jnp.argsort(order)
-    return {
-        name: _together(name, x.reshape(n_seeds, -1, episodes)[back])
-        for name, x in on_every_device(outcome).items()
-    }
+@partial(jax.jit, static_argnums=0)
+def _scored(fitness: Objective, outcome: EpisodeOutcome, data: Any) -> dict[str, jax.Array]:
+    return scores(fitness, outcome, data)
 
 
-def _together(name: str, episodes: jax.Array) -> jax.Array:
+def _together(name: str, episodes: np.ndarray) -> np.ndarray:
     """What a candidate's episodes make together: their mean; it has failed if one of them has."""
     if episodes.shape[-1] == 1:
         return episodes[..., 0]
-    return jnp.any(episodes, axis=-1) if name == "failed" else jnp.mean(episodes, axis=-1)
+    return np.asarray(episodes.any(axis=-1) if name == "failed" else episodes.mean(axis=-1))

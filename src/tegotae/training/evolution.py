@@ -54,6 +54,11 @@ class Evolution(Learner):
         """Versions of the programs that decide the numbers."""
         return versions_of("evosax")
 
+    def engine(self, experiment: Trainable) -> str:
+        """The evaluator's."""
+        with evaluator_of(experiment) as evaluator:
+            return evaluator.engine
+
     def check(self, experiment: Trainable) -> None:
         """It learns whatever has weights (`Experiment.check`)."""
 

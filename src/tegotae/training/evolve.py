@@ -15,7 +15,6 @@ import jax.numpy as jnp
 import numpy as np
 from numpy.typing import ArrayLike
 
-from tegotae._support.devices import set_up
 from tegotae._support.errors import TegotaeError
 from tegotae.parts._shapes import AnyArray
 from tegotae.parts.controller import Controller
@@ -24,6 +23,10 @@ from tegotae.training.algorithms import Algorithm
 from tegotae.training.algorithms.base import Parameters, SearchState
 from tegotae.training.evaluator import Evaluator, Generation, Scores
 from tegotae.training.stopping import RUNNING, Stopping
+
+_QUICKLY = {"xla_backend_optimization_level": 0}
+"""Compiler options of programs that run once a generation: they take longer to compile well than
+they ever run."""
 
 
 class Progress(NamedTuple):
@@ -75,7 +78,6 @@ def start(algorithm: Algorithm, controller: Controller, seeds: Sequence[int]) ->
     Raises:
         TegotaeError: without seeds.
     """
-    set_up()
     if not seeds:
         raise TegotaeError("no seeds to train; give at least one")
     try:
@@ -83,29 +85,22 @@ def start(algorithm: Algorithm, controller: Controller, seeds: Sequence[int]) ->
     except TegotaeError as error:
         warnings.warn(f"what is learned could not be saved: {error}", stacklevel=2)
 
-    key_search, weights = _initial(controller, jnp.asarray(seeds))
+    return _begun(algorithm, controller, np.asarray(seeds, "int32"))
 
-    def one(key: jax.Array, weights: jax.Array) -> Progress:
-        search = algorithm.start(key, weights)
+
+@partial(jax.jit, static_argnums=(0, 1), compiler_options=_QUICKLY)
+def _begun(algorithm: Algorithm, controller: Controller, seeds: jax.Array) -> Progress:
+    def one(seed: jax.Array) -> Progress:
+        key_weights, key_search = jax.random.split(jax.random.key(seed))
+        weights = controller.initial(key_weights)
         return Progress(
             jnp.asarray(0),
-            search,
+            algorithm.start(key_search, weights),
             jnp.asarray(-jnp.inf),
             weights,
             jnp.zeros_like(weights),
             jnp.asarray(0),
         )
-
-    return jax.vmap(one)(key_search, weights)
-
-
-@partial(jax.jit, static_argnums=0)
-def _initial(controller: Controller, seeds: jax.Array) -> tuple[jax.Array, jax.Array]:
-    """Every seed's key for the search, and its first weights [seeds, n_weights]."""
-
-    def one(seed: jax.Array) -> tuple[jax.Array, jax.Array]:
-        key_weights, key_search = jax.random.split(jax.random.key(seed))
-        return key_search, controller.initial(key_weights)
 
     return jax.vmap(one)(seeds)
 
@@ -180,7 +175,7 @@ def _keys(progress: Progress, seeds: jax.Array) -> tuple[jax.Array, jax.Array]:
     return ask, tell
 
 
-@partial(jax.jit, static_argnums=0)
+@partial(jax.jit, static_argnums=0, compiler_options=_QUICKLY)
 def _ask(
     algorithm: Algorithm, parameters: Parameters, progress: Progress, seeds: jax.Array
 ) -> tuple[SearchState, jax.Array]:
@@ -196,7 +191,7 @@ def _ask(
     return search, jnp.concatenate([samples, search.mean[:, None]], axis=1)
 
 
-@partial(jax.jit, static_argnums=0)
+@partial(jax.jit, static_argnums=0, compiler_options=_QUICKLY)
 def _tell(
     algorithm: Algorithm,
     parameters: Parameters,

@@ -14,6 +14,7 @@ import numpy as np
 
 from tegotae._support import documents
 from tegotae._support.documents import DamagedDocumentError, Json
+from tegotae._support.engines import OF_EARLIER_FILES, require_engine
 from tegotae._support.errors import TegotaeError
 from tegotae._support.files import write_atomically
 from tegotae.parts.controller import Controller
@@ -27,6 +28,7 @@ class RunDocument(msgspec.Struct):
     """What `run.json` holds."""
 
     configuration: dict[str, Any]
+    software: dict[str, str] = {}
 
 
 def versions_of(*packages: str) -> dict[str, str]:
@@ -43,7 +45,8 @@ def claim(out: Path, configuration: Mapping[str, Json], versions: Mapping[str, s
     path = out / "run.json"
     wanted = json.loads(json.dumps(configuration))
     if any(out.glob("checkpoint*")) or any(out.glob("*-seed*.json")):
-        found = _configuration(path)
+        document = _document(path)
+        found = document.configuration
         if names := differing(found, wanted):
             if "experiment" not in found:
                 raise TegotaeError(
@@ -55,13 +58,17 @@ def claim(out: Path, configuration: Mapping[str, Json], versions: Mapping[str, s
                 f"in {', '.join(names)}; choose another folder with --out, or begin anew with "
                 "--anew"
             )
+        if "experiment" in found:
+            engine = document.software.get("engine", OF_EARLIER_FILES)
+            remedy = "choose another folder with --out, or begin anew with --anew"
+            require_engine(engine, f"{out} holds a training", remedy)
     document = {"configuration": wanted, "software": dict(versions)}
     write_atomically(path, json.dumps(document, indent=1) + "\n")
 
 
-def _configuration(path: Path) -> dict[str, Any]:
+def _document(path: Path) -> RunDocument:
     try:
-        return documents.fitted(documents.read(path), RunDocument).configuration
+        return documents.fitted(documents.read(path), RunDocument)
     except FileNotFoundError:
         raise TegotaeError(
             f"{path.parent} holds a training but no {path.name}; choose another folder with --out"

@@ -86,6 +86,10 @@ class Learner(ABC):
         """Versions of the programs that decide the numbers."""
 
     @abstractmethod
+    def engine(self, experiment: Trainable) -> str:
+        """The engine that rolls the episodes out (`tegotae._support.engines`)."""
+
+    @abstractmethod
     def check(self, experiment: Trainable) -> None:
         """Raise `TegotaeError` if it cannot learn this experiment."""
 

@@ -12,13 +12,13 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import Generic, TypeVar
 
 import numpy as np
 
 from tegotae._support.arrays import read_arrays
-from tegotae._support.devices import set_up
 from tegotae._support.documents import JsonObject, fitted, parse
 from tegotae._support.errors import TegotaeError, require_count
 from tegotae._support.files import write_atomically
@@ -78,6 +78,11 @@ class Run(Generic[LearnerT]):
         """What decides the result, but for how long is learned, as JSON values."""
         return self.learner.configuration(self.experiment, self.seeds)
 
+    @cached_property
+    def software(self) -> dict[str, str]:
+        """Versions of the programs that decide the numbers, and the engine."""
+        return {**self.learner.software, "engine": self.learner.engine(self.experiment)}
+
     def session(self) -> Session:
         """The learning, not yet begun.
 
@@ -111,11 +116,10 @@ def train(
     Raises:
         TegotaeError: if the folder cannot be written, is in use or holds another training.
     """
-    set_up()
     run.experiment.check()
     session = run.session()
     with alone(out, TRAINING, anew=anew):
-        claim(out, run.configuration, run.learner.software)
+        claim(out, run.configuration, run.software)
         _resume(run, session, out)
         return _train(run, session, out, on_step)
 
@@ -151,7 +155,7 @@ def _save(run: Run[LearnerT], learned: LearnedController, out: Path) -> Path:
         weights=learned.weights,
         configuration=run.configuration,
         outcome=learned.outcome,
-        versions=run.learner.software,
+        versions=run.software,
     )
 
 

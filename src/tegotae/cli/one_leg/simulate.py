@@ -12,7 +12,7 @@ from tegotae._support import tables
 from tegotae._support.files import output_file
 from tegotae.measures.hopping.efficiency import work_total
 from tegotae.simulation.integrators import Hold
-from tegotae.simulation.rollout import MOST_TICKS
+from tegotae.simulation.timing import MOST_TICKS
 from tegotae.systems.simulation import Result, Simulation
 
 SERIES = (

@@ -13,7 +13,6 @@ from pathlib import Path
 import jax
 import numpy as np
 
-from tegotae._support.devices import set_up
 from tegotae._support.errors import TegotaeError
 from tegotae.export.c.golden import golden
 from tegotae.export.c.header import header
@@ -94,7 +93,6 @@ def systems(models: Sequence[str], seed: int = 0) -> list[Export]:
     Raises:
         TegotaeError: for an unknown model.
     """
-    set_up()
     exports = []
     for name in models:
         model = find(name)

@@ -10,7 +10,6 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from tegotae._support.devices import set_up
 from tegotae._support.errors import TegotaeError
 from tegotae.export.c.plan import Export, member
 from tegotae.parts.bodies import Body
@@ -62,7 +61,6 @@ def golden(export: Export) -> Golden:
     Raises:
         TegotaeError: if no tick of it has finite numbers.
     """
-    set_up()
     ticks = max(1, round(DURATION_S / export.tick_s))
     rows = np.asarray(_run(export, ticks))
     numbers = np.arange(ticks)

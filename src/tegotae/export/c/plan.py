@@ -10,7 +10,6 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from tegotae._support.devices import set_up
 from tegotae._support.errors import TegotaeError, require_finite
 from tegotae.export.c.names import UNITS, is_c_name
 from tegotae.export.c.trace import Piece, Tracer
@@ -91,7 +90,6 @@ class Export:
     @functools.cached_property
     def scales(self) -> dict[str, float]:
         """What signals are divided by before a network sees them, in their own units."""
-        set_up()
         body = self.saved.body
 
         @jax.jit  # of which only the scales are computed

@@ -12,7 +12,6 @@ import jax
 import numpy as np
 
 from tegotae import __version__
-from tegotae._support.devices import set_up
 from tegotae._support.errors import TegotaeError
 from tegotae._support.pages import as_script, filled
 from tegotae.export.playground import engine_cache
@@ -104,7 +103,6 @@ class Page:
 
     def document(self) -> dict[str, Any]:
         """All that the scripts know, as plain JSON values."""
-        set_up()
         controllers = [self._controller(choice) for choice in self.choices]
         return {
             "version": __version__,

@@ -8,7 +8,6 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from tegotae._support.devices import set_up
 from tegotae._support.errors import TegotaeError
 from tegotae.measures.hopping.episode import HOP_CHANNELS, ClampedEpisodes, Episode
 from tegotae.measures.hopping.hopping import Hops, hops
@@ -49,7 +48,6 @@ def check_metric(metric: Metric) -> None:
         >>> from tegotae.measures.hopping.registry import find
         >>> check_metric(find("cpgu"))
     """
-    set_up()
     name = probing.require_part(metric, Metric)
     if not isinstance(metric, (GaitMetric, ClampedMetric, DerivedMetric)):
         raise TegotaeError(

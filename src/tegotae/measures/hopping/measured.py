@@ -11,7 +11,6 @@ import jax.numpy as jnp
 import numpy as np
 from numpy.typing import ArrayLike
 
-from tegotae._support.devices import set_up
 from tegotae._support.errors import TegotaeError, require_finite
 from tegotae.measures.hopping.contradictions import contradictions
 from tegotae.measures.hopping.denoised import denoised
@@ -173,7 +172,6 @@ def measure(
         >>> found.reasons["cot_inverse"]
         'neither the actuator force nor its work was recorded'
     """
-    set_up()
     if omega is not None:
         require_finite("omega", omega, above=0.0, most=1e6)
     if max_force_n is not None:

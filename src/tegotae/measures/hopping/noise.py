@@ -6,8 +6,6 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.signal import butter, sosfiltfilt, sosfreqz
-from scipy.special import comb
 
 from tegotae._support.errors import TegotaeError, require_finite
 
@@ -46,7 +44,7 @@ def noise_std(samples: np.ndarray) -> float:
     if len(samples) < _LEAST_SAMPLES:
         return 0.0
     return min(
-        1.4826 * float(np.median(np.abs(np.diff(samples, k)))) / math.sqrt(comb(2 * k, k))
+        1.4826 * float(np.median(np.abs(np.diff(samples, k)))) / math.sqrt(math.comb(2 * k, k))
         for k in _ORDERS
     )
 
@@ -85,14 +83,20 @@ class LowPass:
         reach = round(2.0 / (self.cutoff_hz * self.step_s))
         # Mirrored at its ends: turned about them, too, it would hang on two noisy samples.
         padding = min(len(samples) - 1, reach)
+        from scipy.signal import sosfiltfilt  # slow to import
+
         return sosfiltfilt(self._sections, samples, padtype="even", padlen=padding)
 
     @property
     def _sections(self) -> np.ndarray:
+        from scipy.signal import butter
+
         return np.asarray(butter(_BUTTERWORTH, self.cutoff_hz, fs=1.0 / self.step_s, output="sos"))
 
     def gain(self) -> tuple[np.ndarray, np.ndarray]:
         """Angular frequencies up to half of the sampling rate [rad/s], and the amplitude's gain."""
+        from scipy.signal import sosfreqz
+
         frequency, response = sosfreqz(self._sections, _BINS, fs=2.0 * np.pi / self.step_s)
         return np.asarray(frequency), np.abs(np.asarray(response)) ** 2
 

@@ -6,7 +6,6 @@ from typing import NotRequired, TypedDict
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.signal import peak_prominences
 
 from tegotae._support.errors import TegotaeError, require_finite
 from tegotae.simulation.rollout import Trajectory
@@ -259,6 +258,8 @@ def _apexes(
     if prominence_m > 0.0 and len(highest):
         # What comes after the end is not known: an apex there has to rise from the left alone.
         ended = np.append(height, height.min())
+        from scipy.signal import peak_prominences  # slow to import
+
         highest = highest[peak_prominences(ended, highest)[0] >= prominence_m]
     left, top, right = height[highest - 1], height[highest], height[highest + 1]
     curvature = left - 2.0 * top + right

@@ -8,7 +8,6 @@ from dataclasses import dataclass, field
 from functools import partial
 
 import numpy as np
-import scipy.special
 from numpy.typing import ArrayLike
 
 from tegotae._support.errors import TegotaeError, require_count
@@ -262,7 +261,9 @@ def _mean_and_error(row: np.ndarray) -> tuple[float, float, int]:
 
 def _t(freedom: float) -> float:
     """Half the width of an interval, in standard errors."""
-    return float(scipy.special.stdtrit(min(freedom, 1e9), (1.0 + LEVEL) / 2.0))
+    from scipy.special import stdtrit  # slow to import
+
+    return float(stdtrit(min(freedom, 1e9), (1.0 + LEVEL) / 2.0))
 
 
 def _of_difference(within: Range, factor: float) -> Range:

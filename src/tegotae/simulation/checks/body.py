@@ -9,7 +9,6 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from tegotae._support.devices import set_up
 from tegotae._support.errors import TegotaeError, is_of
 from tegotae._support.transforms import jit
 from tegotae.parts._shapes import (
@@ -57,7 +56,6 @@ def check_body(body: Body) -> None:
         >>> from tegotae.parts.bodies import Hopper
         >>> check_body(Hopper(mass_kg=0.3))
     """
-    set_up()
     name = probing.require_part(body, Body)
     _check_pytree(name, body)
     _check_properties(name, body)

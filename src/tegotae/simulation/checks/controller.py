@@ -5,7 +5,6 @@ from __future__ import annotations
 import jax
 import numpy as np
 
-from tegotae._support.devices import set_up
 from tegotae._support.errors import TegotaeError, is_of
 from tegotae.parts.bodies import Body
 from tegotae.parts.controller import Controller
@@ -39,7 +38,6 @@ def check_controller(controller: Controller, body: Body) -> None:
         >>> import tegotae
         >>> check_controller(tegotae.build("V-reflex-w4"), tegotae.Hopper())
     """
-    set_up()
     if not is_of(controller, Controller):
         raise TegotaeError(
             f"{type(controller).__name__} is no Controller; make one of terms: "

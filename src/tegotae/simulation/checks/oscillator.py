@@ -8,7 +8,6 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from tegotae._support.devices import set_up
 from tegotae._support.errors import TegotaeError, is_of
 from tegotae.parts._shapes import PerLane, PerLimb, StateTree
 from tegotae.parts.maths import TWO_PI
@@ -36,7 +35,6 @@ def check_oscillator(oscillator: Oscillator) -> None:
         >>> from tegotae.parts.oscillators import PhaseOscillator
         >>> check_oscillator(PhaseOscillator())
     """
-    set_up()
     name = probing.require_part(oscillator, Oscillator)
     probing.require_hashable(name, oscillator)
     probing.require_names(f"{name}.SIGNALS", oscillator.SIGNALS)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import jax
 import jax.numpy as jnp
 
-from tegotae._support.devices import set_up
 from tegotae._support.errors import TegotaeError, is_of
 from tegotae.parts._shapes import PerCommand, Weights
 from tegotae.parts.maths import TWO_PI
@@ -28,7 +27,6 @@ def check_term(term: Term) -> None:
         >>> from tegotae.parts.terms import Network
         >>> check_term(Network(("phase",), hidden=4))
     """
-    set_up()
     name = probing.require_part(term, Term)
     probing.require_hashable(name, term)
     probing.require_names(f"{name}.reads", term.reads)

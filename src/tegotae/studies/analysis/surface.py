@@ -9,7 +9,6 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from tegotae._support.devices import set_up
 from tegotae._support.errors import TegotaeError, require_finite
 from tegotae.parts._shapes import LaneNumbers
 from tegotae.parts.bodies import Body, Hopper
@@ -110,7 +109,6 @@ def surface_of(
         velocity_m_per_s: the velocity of the slice [m/s].
         velocity_range_m_per_s: range of velocities where they make the columns [m/s].
     """
-    set_up()
     if not isinstance(body, Hopper):
         raise TegotaeError(f"an actuation surface needs a hopper, not a {type(body).__name__}")
     require_finite("velocity", velocity_m_per_s)

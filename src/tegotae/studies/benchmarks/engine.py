@@ -32,14 +32,14 @@ def weights(lanes: int) -> np.ndarray:
 
 
 class Speed(NamedTuple):
-    """How fast the engine is: the best of three runs."""
+    """How fast an engine is: the best of three runs."""
 
     ticks_per_s: float
     """Control ticks per second of time that passes."""
     ticks_per_core_s: float
     """Control ticks per second that a core is at work: the fairer figure on a machine in use."""
-    compile_s: float
-    """Seconds to compile, or to load what was compiled before."""
+    compile_core_s: float
+    """Core-seconds to trace, lower and compile the program."""
 
 
 def speed(lanes: int = 1024, duration_s: float = 10.0) -> Speed:
@@ -60,18 +60,32 @@ def timed(
         times.append(time.perf_counter() - begun)
         work.append(time.process_time() - begun_work)
     ticks = len(weights) * engine.timing.n_frames * engine.timing.ticks_per_frame
-    best = min(times[1:])
-    return Speed(ticks / best, ticks / min(work[1:]), times[0] - best)
+    least = min(work[1:])
+    return Speed(ticks / min(times[1:]), ticks / least, work[0] - least)
 
 
-def peak_memory_gib(lanes: int = 100_000, duration_s: float = 20.0) -> float:
-    """Largest memory of this process [GiB] after so many lanes of so many seconds."""
+class Cost(NamedTuple):
+    """What so many lanes cost."""
+
+    lanes: int
+    ticks_per_core_s: float
+    """Control ticks per second that a core is at work, what is compiled included."""
+    peak_gib: float
+    """Largest memory of the process [GiB]."""
+
+
+def cost(lanes: int, duration_s: float = 1.0) -> Cost:
+    """What so many lanes cost a process that has done nothing else."""
     engine = Engine(controller=controller(), timing=Timing(duration_s=duration_s), summary=totals)
-    engine.run(weights(lanes), Scenario(omega=5.0))
+    given = np.asarray(weights(lanes), "float32")
+    begun = time.process_time()
+    engine.run(given, Scenario(omega=5.0))
+    work = time.process_time() - begun
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    return peak / (2**30 if sys.platform == "darwin" else 2**20)
+    ticks = lanes * engine.timing.n_frames * engine.timing.ticks_per_frame
+    return Cost(lanes, ticks / work, peak / (2**30 if sys.platform == "darwin" else 2**20))
 
 
 if __name__ == "__main__":
-    # A number of lanes: their speed. None: the memory of very many.
-    print(json.dumps(speed(int(sys.argv[1])) if len(sys.argv) > 1 else peak_memory_gib()))
+    what, lanes = sys.argv[1], int(sys.argv[2])
+    print(json.dumps({"speed": speed, "cost": cost}[what](lanes)))

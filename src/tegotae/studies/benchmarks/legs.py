@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import dataclasses
+import json
+import sys
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -39,6 +42,8 @@ class BodySpeed(NamedTuple):
     """Ticks per second of time that passes, over all lanes."""
     ticks_per_core_s: float
     """Ticks per second that a core is at work."""
+    compile_core_s: float = 0.0
+    """Core-seconds to trace, lower and compile the program."""
 
 
 @dataclass(frozen=True)
@@ -67,26 +72,32 @@ def of_body(name: str, body: Body, lanes: int) -> BodySpeed:
     run = Engine(controller=controller, timing=timing, summary=LastFrame())
     gains = np.full((lanes, 1), 1.25 if walks else 1.0)
     found = engine.timed(run, gains, scenario._replace(phase_rad=phases), body)
-    return BodySpeed(name, body.limbs, timing.tick_s, found.ticks_per_s, found.ticks_per_core_s)
+    return BodySpeed(name, body.limbs, timing.tick_s, *found)
 
 
-def measured(lanes: int = 1024) -> list[BodySpeed]:
-    """Hopper, bar, plate and walker with their oscillators, and the bare MuJoCo twin if installed.
+BODIES: dict[str, type[Body]] = {"hopper": Hopper, "bar": Bar, "plate": Plate, "walker": Walker}
+"""Those that are timed."""
+
+
+def measured(lanes: int = 1024, bodies: Sequence[str] = tuple(BODIES)) -> list[BodySpeed]:
+    """Bodies under their oscillators."""
+    return [of_body(name, BODIES[name](), lanes) for name in bodies]
+
+
+def mujoco(lanes: int = 256) -> list[BodySpeed]:
+    """The walker's bare twin in MuJoCo; none where it is not installed.
 
     MuJoCo steps its model under a command made beforehand, with nothing to feel and nothing
     recorded; the walker's row is the whole closed loop.
     """
-    rows = [
-        of_body("hopper", Hopper(), lanes),
-        of_body("bar", Bar(), lanes),
-        of_body("plate", Plate(), lanes),
-        of_body("walker", Walker(), lanes),
-    ]
     try:
-        speed, per_core = mujoco_walker.ticks_per_second(
-            Walker(), FOOT, omega=OMEGA, lanes=min(lanes, 256)
-        )
+        rates = mujoco_walker.ticks_per_second(Walker(), FOOT, omega=OMEGA, lanes=lanes)
     except MissingExtraError:
-        return rows
-    tick = mujoco_walker.Settings().tick
-    return [*rows, BodySpeed("MuJoCo, no controller", Walker().limbs, tick, speed, per_core)]
+        return []
+    return [
+        BodySpeed("MuJoCo, no controller", Walker().limbs, mujoco_walker.Settings().tick, *rates)
+    ]
+
+
+if __name__ == "__main__":
+    print(json.dumps(measured(int(sys.argv[1]), sys.argv[2:])))

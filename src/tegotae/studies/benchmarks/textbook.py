@@ -1,6 +1,6 @@
 """Baseline: the textbook JAX form, `vmap` of a `scan` over one rollout, with JAX as it comes.
 
-Run as a program, with `TEGOTAE_PLAIN_XLA=1`: it prints ticks per second. It advances the same
+Run as a program, it prints ticks per second. It advances the same
 scheme with the same body, but writes the networks as matrix products and takes JAX's own sine.
 """
 

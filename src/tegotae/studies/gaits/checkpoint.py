@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from tegotae._support.arrays import read_arrays
+from tegotae._support.engines import selected
 from tegotae._support.errors import TegotaeError
 from tegotae._support.files import write_atomically
 
@@ -45,7 +46,7 @@ def in_parts(
         >>> in_parts(2, lambda number: {"square": np.array([number**2])})
         [{'square': array([0])}, {'square': array([1])}]
     """
-    key = json.dumps(settings, sort_keys=True, default=str)
+    key = json.dumps({"engine": selected(), **(settings or {})}, sort_keys=True, default=str)
     done = [] if kept is None else _read(kept, key)[:count]
     progress(len(done))
     try:

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from tegotae._support.documents import JsonObject
+from tegotae._support.engines import selected
 from tegotae._support.files import write_atomically
 from tegotae._support.tables import write_csv
 from tegotae.measures.gaits.summary import Coordination
@@ -78,7 +79,7 @@ def write(
     table = {title: _rounded(column) for title, column in rows.items()}
     csv, whole = folder / f"{name}.csv", folder / f"{name}.json"
     write_csv(csv, table, digits=DIGITS)
-    values = {**document, "rows": _objects(table)}
+    values = {**document, "engine": selected(), "rows": _objects(table)}
     write_atomically(whole, json.dumps(plain(values), indent=1, allow_nan=False) + "\n")
     return [csv, whole]
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from tegotae._support.arrays import read_arrays
 from tegotae._support.documents import Document, parse
+from tegotae._support.engines import OF_EARLIER_FILES, require_engine, selected
 from tegotae._support.errors import TegotaeError
 from tegotae._support.files import write_atomically
 from tegotae._support.part_code import code_of
@@ -74,7 +75,9 @@ def write(path: Path, document: Document, outcome: Retention) -> None:
     Raises:
         TegotaeError: if it cannot be written.
     """
-    header = json.dumps({"configuration": document, "left_out": outcome.left_out})
+    header = json.dumps(
+        {"configuration": document, "left_out": outcome.left_out, "engine": selected()}
+    )
     stream = io.BytesIO()
     np.savez_compressed(
         stream, allow_pickle=False, header=np.array(header), **_narrow(outcome.columns)
@@ -86,20 +89,25 @@ def read(path: Path, document: Document) -> Retention | None:
     """The record at a place; None if there is none, or none of this configuration that is whole.
 
     Raises:
-        TegotaeError: if it cannot be opened, such as for want of permission.
+        TegotaeError: if it cannot be opened, such as for want of permission, or is of another
+            engine.
     """
     try:
         arrays = read_arrays(path, _MOST_BYTES)
         header = parse(str(arrays.pop("header")))
         if header["configuration"] != document:
             return None
-        return Retention(arrays, header["left_out"])
+        made_by = header.get("engine", OF_EARLIER_FILES)
+        found = Retention(arrays, header["left_out"])
     except FileNotFoundError:
         return None
     except OSError as error:
         raise TegotaeError(f"cannot read {path}: {error.strerror}") from None
-    except (ValueError, KeyError, TypeError):
+    except (ValueError, KeyError, TypeError, AttributeError):
         return None
+    remedy = "choose another folder with --out, or begin anew with --anew"
+    require_engine(made_by, f"{path.parent.parent} holds records", remedy)
+    return found
 
 
 def _narrow(columns: dict[str, np.ndarray]) -> dict[str, np.ndarray]:

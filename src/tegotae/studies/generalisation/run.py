@@ -7,14 +7,13 @@ from concurrent.futures import as_completed
 from contextlib import closing
 from pathlib import Path
 
-import jax
-
-from tegotae._support.devices import available_cores, compute_on
+from tegotae._support.devices import available_cores
 from tegotae._support.errors import TegotaeError
 from tegotae._support.files import output_folder
 from tegotae._support.progress import reporting
 from tegotae._support.workers import Workers, WorkersDied
 from tegotae._support.workplace import GENERALISATION, alone
+from tegotae.simulation.native import forget_programs
 from tegotae.studies.generalisation.disturbance import Disturbance
 from tegotae.studies.generalisation.record import (
     configuration,
@@ -126,7 +125,7 @@ def _worked(
             for number, subject in bundle:
                 yield number, tried(subject, disturbances)
             if done % _BUNDLES_KEPT == 0:
-                jax.clear_caches()
+                forget_programs()
         return
     with Workers(cores, 1) as pool:
         pending = [pool.give(_bundle, bundle, disturbances) for bundle in bundles]
@@ -144,10 +143,9 @@ def _bundle(
     bundle: list[Numbered], disturbances: Sequence[Disturbance]
 ) -> list[tuple[int, Retention]]:
     """A bundle, by a worker: a process of its own."""
-    compute_on(1)
     for part in parts_in(tuple((each.controller, each.body) for _, each in bundle)):
         register(part)
     try:
         return [(number, tried(subject, disturbances)) for number, subject in bundle]
     finally:
-        jax.clear_caches()
+        forget_programs()

@@ -4,17 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import partial
 from typing import Any
 
 import jax
-import jax.numpy as jnp
 import numpy as np
 
-from tegotae._support.devices import set_up
 from tegotae._support.errors import TegotaeError
 from tegotae.parts.fields import with_fields
-from tegotae.simulation.rollout import Engine, Scenario, check_senses
+from tegotae.simulation.blocks import filled
+from tegotae.simulation.episode import Lanes
+from tegotae.simulation.rollout import Scenario, check_senses
 from tegotae.simulation.world import Staircase, Step, with_changes
 from tegotae.simulation.world.changes import ENTRIES, GROUND, OMEGA
 from tegotae.studies.generalisation.disturbance import Disturbance, usual_change
@@ -27,7 +26,7 @@ _COLUMNS = {
     **{"efficiency": float, "speed": float},
 }
 LANES = 512
-"""Lanes that are rolled out together; the last ones are filled up, at no cost."""
+"""Lanes that are measured together; the last ones are filled up."""
 
 
 @dataclass(frozen=True)
@@ -55,7 +54,6 @@ def tried(subject: TestedControllers, disturbances: Sequence[Disturbance]) -> Re
     Raises:
         TegotaeError: if a level makes no body, or too quick an oscillator.
     """
-    set_up()
     check_senses(subject.controller, subject.body)
     left_out = {each.name: why for each in disturbances if (why := each.lacks(subject))}
     meets = [each for each in disturbances if each.name not in left_out]
@@ -120,7 +118,6 @@ class _Trial:
         self.criterion = criterion_of(subject)
         self.size = len(subject.weights) * subject.starts
         self.engine = subject.system.engine(self.criterion.summary, subject.timing)
-        self.body = jax.tree.map(lambda x: jnp.asarray(x, "float32"), subject.prepared)
 
     def measured(self, plan: Sequence[tuple[Disturbance, np.ndarray]], at_s: np.ndarray) -> Any:
         """What the criterion measures at every level, arrays [..., levels, lanes of the subject].
@@ -132,20 +129,16 @@ class _Trial:
         levels = sum(len(each) for _, each in plan)
         count = levels * self.size
         scenario = self._scenario(plan, at_s)
-        weights = np.tile(np.repeat(self.subject.weights, self.subject.starts, axis=0).T, levels)
+        weights = np.repeat(self.subject.weights, self.subject.starts, axis=0).T
+        weights = np.tile(np.asarray(weights, "float32"), levels)
         parts = []
         for begin in range(0, count, LANES):
-            columns = np.minimum(np.arange(begin, begin + LANES), count - 1)
-            of_part = partial(np.take, indices=columns, axis=-1)
-            recorded = _rolled(
-                self.engine,
-                np.asarray(of_part(weights), "float32"),
-                jax.tree.map(of_part, scenario),
-                self.body,
-                np.int32(min(LANES, count - begin)),
-            )
-            part = self.criterion.of(recorded, jax.tree.map(of_part, scenario))
-            parts.append(jax.tree.map(np.asarray, part))
+            here = slice(begin, begin + LANES)
+            own = Lanes(weights[..., here], jax.tree.map(lambda x, at=here: x[..., at], scenario))
+            recorded = self.engine.run_lanes(own, self.subject.prepared)
+            whole = filled((recorded, own.scenario), slice(None), LANES)
+            found = self.criterion.of(*whole)
+            parts.append(jax.tree.map(np.asarray, found))
         joined = jax.tree.map(lambda *each: np.concatenate(each, axis=-1)[..., :count], *parts)
         return jax.tree.map(lambda x: x.reshape(*x.shape[:-1], levels, self.size), joined)
 
@@ -230,8 +223,3 @@ def _lanes(x: Any, count: int) -> Any:
 def _concatenated(*parts: np.ndarray) -> np.ndarray:
     rows = np.broadcast_shapes(*(part.shape[:-1] for part in parts))
     return np.concatenate([np.broadcast_to(x, (*rows, x.shape[-1])) for x in parts], axis=-1)
-
-
-@partial(jax.jit, static_argnums=0)
-def _rolled(engine: Engine, weights: Any, scenario: Any, body: Any, wanted: Any) -> Any:
-    return engine.trace(weights, scenario, body, wanted)

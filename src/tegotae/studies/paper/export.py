@@ -99,6 +99,12 @@ def merge(source: Folder, target: Folder) -> int:
         for message in others:
             print(f"{source.path}: {message}")
         there = {key_of(record.configuration): record for record in target.all()[0]}
+        engines = {record.engine.partition(",")[0] for record in (*whole, *there.values())}
+        if len(engines) > 1:
+            raise TegotaeError(
+                f"the records of {source.path} and {target.path} are of different engines, "
+                f"{' and '.join(sorted(engines))}; they cannot be merged"
+            )
         for record in whole:
             other = there.get(key_of(record.configuration), record)
             if _content(other) != _content(record):

@@ -13,6 +13,7 @@ import msgspec
 
 from tegotae._support import documents
 from tegotae._support.documents import DamagedDocumentError, Document
+from tegotae._support.engines import require_engine
 from tegotae._support.errors import TegotaeError
 from tegotae._support.files import output_folder, write_atomically
 from tegotae._support.locks import locked
@@ -166,17 +167,26 @@ class Folder:
         return self.records / f"{unit.key}{SUFFIX}"
 
     def has(self, unit: Unit) -> bool:
-        """Whether a unit's record is there and whole; a damaged one is set aside."""
+        """Whether a unit's record is there and whole; a damaged one is set aside.
+
+        Raises:
+            TegotaeError: for a record that another engine made.
+        """
         path = self.place(unit)
         if not path.exists():
             return False
         try:
-            _named(path)
+            record = _named(path)
         except DamagedRecordError as error:
             aside = output_folder(self.path / "damaged")
             os.replace(path, aside / path.name)
             print(f"{error}; it is set aside in {aside} and done again")
             return False
+        require_engine(
+            record.engine,
+            f"{self.path} holds a study",
+            "choose another folder, or begin anew with --anew",
+        )
         return True
 
     def add(self, unit: Unit, record: Record) -> None:

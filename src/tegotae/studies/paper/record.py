@@ -13,6 +13,7 @@ import numpy as np
 
 from tegotae._support import documents
 from tegotae._support.documents import Document
+from tegotae._support.engines import OF_EARLIER_FILES
 from tegotae._support.files import write_atomically
 from tegotae.systems.experiment import Experiment
 from tegotae.systems.study_records import (
@@ -38,7 +39,7 @@ class Record:
 
     Args:
         configuration: all that decides the content (`Unit.configuration`).
-        software: versions of the programs that made it, and on which devices.
+        software: versions of the programs that made it, and the engine.
         weights: the learned weights, shape [runs, n_weights].
         best_fitness: fitness of the best distribution seen, shape [runs].
         generations: of each run, shape [runs].
@@ -66,6 +67,11 @@ class Record:
     def model(self) -> str:
         """The experiment's name: the model's, for the paper's."""
         return self.configuration["experiment"]["name"]
+
+    @property
+    def engine(self) -> str:
+        """The engine that made it (`tegotae._support.engines`)."""
+        return self.software.get("engine", OF_EARLIER_FILES)
 
     @property
     def experiment(self) -> Experiment:

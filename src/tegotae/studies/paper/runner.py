@@ -7,15 +7,14 @@ from concurrent.futures import as_completed
 from contextlib import closing
 from pathlib import Path
 
-import jax
-
-from tegotae._support.devices import available_cores, compute_on
+from tegotae._support.devices import available_cores
 from tegotae._support.errors import TegotaeError
 from tegotae._support.progress import reporting
 from tegotae._support.workers import Workers, WorkersDied
+from tegotae.simulation.native import forget_programs
 from tegotae.studies.paper.folder import Folder, Work
 from tegotae.studies.paper.record import Record
-from tegotae.studies.paper.unit import DEVICES, Unit, work
+from tegotae.studies.paper.unit import Unit, work
 from tegotae.systems.experiment import differing
 from tegotae.systems.registry import parts_in, register
 
@@ -118,12 +117,7 @@ def bundles(units: Sequence[Unit], most: int | None = None) -> list[list[Unit]]:
 
 
 def work_all(units: list[Unit]) -> list[Record]:
-    """The records of a bundle, done by a worker.
-
-    Raises:
-        TegotaeError: if the worker cannot compute as all others do.
-    """
-    compute_on(DEVICES)
+    """The records of a bundle, done by a worker."""
     # A worker is a process of its own: it knows the parts that its work is made of.
     for unit in units:
         for part in (*parts_in((unit.run.experiment, unit.run.learner.algorithm)), *unit.metrics):
@@ -131,7 +125,7 @@ def work_all(units: list[Unit]) -> list[Record]:
     try:
         return [work(unit) for unit in units]
     finally:
-        jax.clear_caches()  # the programs of a bundle are no other's, and a hundred of them are GiB
+        forget_programs()  # the programs of a bundle are no other's, and a hundred of them are GiB
 
 
 def on_cores(
@@ -142,7 +136,8 @@ def on_cores(
     Raises:
         WorkersDiedError: if one of them dies; the others are ended.
     """
-    with Workers(min(workers or available_cores(), len(work_to_do))) as pool:
+    size = min(workers or available_cores(), len(work_to_do))
+    with Workers(size, max(1, available_cores() // size)) as pool:
         pending = {pool.give(work_all, bundle): bundle for bundle in work_to_do}
         for future in as_completed(pending):
             try:

@@ -13,7 +13,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tegotae._support.devices import described_devices
 from tegotae._support.documents import Document
 from tegotae._support.errors import TegotaeError, require_count
 from tegotae.measures.evaluation import drawn_releases, evaluate, require_evaluable
@@ -32,8 +31,6 @@ from tegotae.training.stopping import SEARCH
 
 FORMAT = 3
 """Changed whenever the same configuration would give other numbers."""
-DEVICES = 2
-"""CPU devices that a worker computes on, the least there are (`tegotae._support.devices`)."""
 
 
 @dataclass(frozen=True)
@@ -157,7 +154,7 @@ def work(unit: Unit) -> Record:
     budgets = range(1, 1 + len(learned.at_budgets))
     return Record(
         configuration=unit.configuration,
-        software={**run.learner.software, "devices": described_devices()},
+        software=run.software,
         weights=learned.weights.astype("float32"),
         best_fitness=learned.fitness.astype("float32"),
         generations=learned.generations,

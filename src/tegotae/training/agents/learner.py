@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tegotae._support.documents import JsonObject
+from tegotae._support.engines import XLA
 from tegotae._support.errors import TegotaeError, require_count
 from tegotae.parts.bodies import require_one_limb
 from tegotae.parts.controller import Controller
@@ -58,6 +59,10 @@ class AgentLearner(Learner):
     def software(self) -> dict[str, str]:
         """Versions of the programs that decide the numbers."""
         return versions_of("stable-baselines3", "torch", "gymnasium")
+
+    def engine(self, experiment: Trainable) -> str:
+        """XLA's: an agent acts within every episode, tick by tick."""
+        return XLA
 
     def check(self, experiment: Trainable) -> None:
         """Raise `TegotaeError` for what an agent cannot learn.

@@ -7,7 +7,6 @@ import dataclasses
 import jax
 import numpy as np
 
-from tegotae._support.devices import set_up
 from tegotae._support.errors import TegotaeError
 from tegotae.parts.controller import Controller
 from tegotae.systems.experiment import Experiment
@@ -56,6 +55,5 @@ def initial_weights(controller: Controller, seed: int) -> np.ndarray:
 
     They are those of `tegotae.training.evolve.start`, to rounding.
     """
-    set_up()
     key_weights, _ = jax.random.split(jax.random.key(seed))
     return np.asarray(controller.initial(key_weights), np.float32)

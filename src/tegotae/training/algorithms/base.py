@@ -31,8 +31,7 @@ class Algorithm(ABC):
     `ask(key, state, parameters)`, `tell(key, samples, fitness, state, parameters)` and
     `default_params`, pure functions of arrays whose state has a `mean`, shape [n_weights], and a
     `std`, one number or [n_weights]. Strategies minimise; the trainer hands them the negative
-    fitness. evosax starts JAX when it is imported, so that is left to `make`: a worker decides
-    before on which devices to compute (`tegotae._support.devices.compute_on`).
+    fitness. evosax takes a second to import, so that is left to `make`.
     """
 
     NAME: ClassVar[str]

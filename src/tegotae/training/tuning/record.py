@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, TypedDict
 
 import numpy as np
 
+from tegotae._support.engines import selected
 from tegotae._support.errors import TegotaeError
 from tegotae._support.optional_dependencies import require
 from tegotae.measures.hopping.statistics import Interval, interval, paired_difference
@@ -93,7 +94,7 @@ def describe(
                 "mean_fitness": first,
             },
             "date": time.strftime("%Y-%m-%d", time.gmtime()),
-            "software": versions_of("evosax", "optuna"),
+            "software": {**versions_of("evosax", "optuna"), "engine": selected()},
         },
     }
 

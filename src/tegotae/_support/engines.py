@@ -1,0 +1,90 @@
+"""Which engine advances the lanes: native code, or XLA."""
+
+from __future__ import annotations
+
+import os
+import warnings
+from functools import cache
+from importlib.metadata import PackageNotFoundError, version
+
+import jax
+
+from tegotae._support.errors import TegotaeError
+
+NATIVE = "native"
+XLA = "xla"
+ON_GPU = "xla on a GPU"
+OF_EARLIER_FILES = XLA
+"""The engine of files that do not say which one made them."""
+VARIABLE = "TEGOTAE_ENGINE"
+TESTED_LLVMLITE = ("0.50",)
+"""Versions of llvmlite that native code was tested with."""
+
+
+class EngineWarning(UserWarning):
+    """XLA runs what native code was expected to run."""
+
+
+def check_engine() -> None:
+    """Raise `TegotaeError` for a `TEGOTAE_ENGINE` that is no engine, or one that cannot be had."""
+    asked = os.environ.get(VARIABLE, "")
+    if asked not in ("", NATIVE, XLA):
+        raise TegotaeError(f"{VARIABLE} is {asked!r}; it must be {NATIVE} or {XLA}")
+    if asked == NATIVE and (missing := why_not_native()):
+        raise TegotaeError(f"{VARIABLE} is {NATIVE}, and {missing}")
+
+
+def selected() -> str:
+    """The engine of this process: `TEGOTAE_ENGINE`, or else native code on a CPU where it can be.
+
+    Warns once where XLA takes the place of native code on a CPU. On a GPU XLA is the engine.
+
+    Raises:
+        TegotaeError: as `check_engine`.
+    """
+    check_engine()
+    asked = os.environ.get(VARIABLE, "")
+    if asked == NATIVE:
+        return NATIVE
+    if jax.default_backend() != "cpu":
+        return ON_GPU
+    if asked == XLA:
+        return XLA
+    missing = why_not_native()
+    if missing:
+        _say(f"{missing}; XLA runs instead, which is slower and has other last bits")
+    return XLA if missing else NATIVE
+
+
+def require_engine(found: str, holder: str, remedy: str) -> None:
+    """Raise `TegotaeError` unless what is there was made by the engine of this process.
+
+    Args:
+        found: the engine that made it: its name, and after a comma what it left to another one.
+        holder: what is there, such as "FOLDER holds a training".
+        remedy: what else would do than the other engine, such as "choose another folder".
+    """
+    theirs, ours = found.partition(",")[0], selected()
+    if theirs != ours:
+        raise TegotaeError(
+            f"{holder} of the engine {theirs}, and this is {ours}, whose numbers have other last "
+            f"bits; set {VARIABLE}={theirs.partition(' ')[0]}, or {remedy}"
+        )
+
+
+@cache
+def why_not_native() -> str:
+    """Why there is no native code here; empty if there is."""
+    try:
+        found = version("llvmlite")
+    except PackageNotFoundError:
+        return "llvmlite is not installed"
+    if not found.startswith(tuple(f"{tested}." for tested in TESTED_LLVMLITE)):
+        return f"llvmlite is {found}, and native code is tested with {', '.join(TESTED_LLVMLITE)}"
+    return ""
+
+
+@cache
+def _say(what: str) -> None:
+    """Warn of it, once."""
+    warnings.warn(what, EngineWarning, stacklevel=4)

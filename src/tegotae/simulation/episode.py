@@ -1,0 +1,114 @@
+"""An episode as three functions of the lanes: the one program that every engine runs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import partial
+from typing import Any, NamedTuple, cast
+
+import jax
+import jax.numpy as jnp
+
+from tegotae.parts._shapes import Index, Weights
+from tegotae.parts.bodies import Body
+from tegotae.parts.controller import Controller
+from tegotae.simulation.integrators import Integrator
+from tegotae.simulation.loop import ClosedLoop, Lane, Tick
+from tegotae.simulation.recorder import RecordedFrame, Recorder, Trajectory
+from tegotae.simulation.world import Scenario, ground_m, whole_run
+
+
+class Lanes(NamedTuple):
+    """What each lane has of its own: arrays, lanes last."""
+
+    weights: Any
+    """[n_weights, lanes]."""
+    scenario: Scenario
+    """Entries of shape [lanes] or [limbs, lanes]."""
+
+
+class Shared(NamedTuple):
+    """What all lanes have in common."""
+
+    body: Body
+    """The body, a pytree of numbers."""
+    tick_s: Any
+    """The control period [s]."""
+
+
+class State(NamedTuple):
+    """What one control tick hands to the next."""
+
+    lane: Lane
+    totals: dict[str, jax.Array]
+    """From the release on."""
+    events: dict[str, jax.Array]
+    """The last of their kind in the frame; NaN before it."""
+
+
+@dataclass(frozen=True)
+class Program:
+    """A controller and its integrator, and what is recorded: all that shapes the code of a tick.
+
+    How many ticks and frames there are does not.
+
+    Args:
+        controller: what drives the body.
+        integrator: how both advance by a tick.
+        needs: the channels that are recorded; all if None.
+    """
+
+    controller: Controller
+    integrator: Integrator
+    needs: tuple[str, ...] | None
+
+    def recorder(self, body: Body) -> Recorder:
+        """What records the channels on a body."""
+        return Recorder.of(self.controller, body, self.needs)
+
+    def start(self, lanes: Lanes, shared: Shared) -> State:
+        """The lanes at their release, with nothing recorded."""
+        loop = ClosedLoop(self.controller, self.integrator)
+        rows, body, scenario = _spread(loop, lanes, shared)
+        lane = loop.start(rows, body, scenario, shared.tick_s)
+        given = rows, body, scenario, lane, jnp.int32(0), shared.tick_s
+        return State(lane, *self.recorder(body).nothing(lambda: _tick(loop, *given)[1]))
+
+    def tick(self, lanes: Lanes, shared: Shared, state: State, index: Index) -> State:
+        """The lanes after a control tick, with what it added to the totals and events."""
+        loop = ClosedLoop(self.controller, self.integrator)
+        rows, body, scenario = _spread(loop, lanes, shared)
+        lane, output = _tick(loop, rows, body, scenario, state.lane, index, shared.tick_s)
+        recorder = self.recorder(body)
+        totals = recorder.add(state.totals, output)
+        return State(lane, totals, recorder.update(state.events, output))
+
+    def frame(
+        self, lanes: Lanes, shared: Shared, state: State, last: Index
+    ) -> tuple[State, Trajectory]:
+        """What is recorded of the frame that ends with tick `last`, and the state to go on from."""
+        loop = ClosedLoop(self.controller, self.integrator)
+        _, body, scenario = _spread(loop, lanes, shared)
+        ground = ground_m(scenario, last, shared.tick_s)
+        meanwhile, _ = loop.meets(body, scenario, last, shared.tick_s)
+        time = (last + 1).astype(shared.tick_s.dtype) * shared.tick_s
+        time = jnp.broadcast_to(time, scenario.height_m.shape)
+        now = RecordedFrame(time, state.lane, ground, self.controller, meanwhile)
+        recorded = self.recorder(body).frame(now, state.totals, state.events)
+        none = jax.tree.map(lambda x: jnp.full_like(x, jnp.nan), state.events)
+        return state._replace(events=none), recorded
+
+
+def _spread(loop: ClosedLoop, lanes: Lanes, shared: Shared) -> tuple[Weights, Body, Scenario]:
+    """Weights limb by limb, the body with what holds for the whole run, and the scenario."""
+    body, changes = whole_run(shared.body, dict(lanes.scenario.changes))
+    # An array is a sequence of its rows.
+    weights, scenario = cast(Weights, lanes.weights), lanes.scenario._replace(changes=changes)
+    weights, scenario = loop.spread(weights, scenario)
+    return weights, body, scenario
+
+
+@partial(jax.jit, static_argnums=0, inline=True)
+def _tick(loop: ClosedLoop, *given: Any) -> tuple[Lane, Tick]:
+    """`ClosedLoop.tick`, traced once for all programs of a loop, and part of each as it is."""
+    return loop.tick(*given)

@@ -1,0 +1,57 @@
+"""How long a rollout lasts, and how finely it is advanced and recorded."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from tegotae._support.errors import TegotaeError, require_finite
+
+MOST_TICKS = 2**24
+"""Control ticks of the longest rollout: up to here float32 counts them exactly."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Timing:
+    """How long a rollout lasts and how finely it is advanced and recorded.
+
+    Raises:
+        TegotaeError: for a period that is not positive and finite, a frame that is no multiple of
+            the tick, or a duration shorter than a frame or longer than 2^24 ticks.
+    """
+
+    duration_s: float = 20.0
+    """Simulated time [s]; rounded to whole frames."""
+    tick_s: float = 0.001
+    """Control period [s]."""
+    frame_s: float = 0.02
+    """Recording period [s], a whole multiple of the tick."""
+
+    def __post_init__(self) -> None:
+        for name in ("duration_s", "tick_s", "frame_s"):
+            require_finite(name, getattr(self, name), above=0.0)
+        if self.duration_s / self.tick_s > MOST_TICKS:
+            raise TegotaeError(
+                f"duration_s is {self.duration_s:g}; at {self.tick_s:g} s per control tick it must "
+                f"be at most {MOST_TICKS * self.tick_s:g}"
+            )
+        ratio = self.frame_s / self.tick_s
+        if abs(ratio - round(ratio)) > 1e-6 or round(ratio) < 1:
+            raise TegotaeError(
+                f"frame_s is {self.frame_s:g}; it must be a whole multiple of tick_s "
+                f"({self.tick_s:g})"
+            )
+        if self.n_frames < 1:
+            raise TegotaeError(
+                f"duration_s is {self.duration_s:g}; it must be at least one frame "
+                f"({self.frame_s:g} s)"
+            )
+
+    @property
+    def ticks_per_frame(self) -> int:
+        """Control ticks per recorded frame."""
+        return round(self.frame_s / self.tick_s)
+
+    @property
+    def n_frames(self) -> int:
+        """Number of recorded frames."""
+        return round(self.duration_s / self.frame_s)

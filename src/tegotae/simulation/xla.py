@@ -1,0 +1,62 @@
+"""Episodes on XLA: the plain reference, a GPU's engine, and that of parts that need it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+
+from tegotae.parts._shapes import Index
+from tegotae.parts.bodies import Body
+from tegotae.simulation.blocks import by_blocks
+from tegotae.simulation.episode import Lanes, Program, Shared, State
+from tegotae.simulation.recorder import Trajectory
+from tegotae.simulation.timing import Timing
+
+LANES_OF_A_BLOCK = 512
+"""Lanes that a CPU advances together. Always so many, the last block filled up, so that a lane's
+arithmetic does not depend on how many go with it."""
+
+
+def roll_out(
+    program: Program, timing: Timing, summary: Callable[..., Any], lanes: Lanes, body: Body
+) -> Any:
+    """The summary of every lane, as NumPy arrays, lanes last.
+
+    Args:
+        program: what is advanced and recorded.
+        timing: for how long, and how finely.
+        summary: what is kept of a block's trajectory (`Engine`).
+        lanes: NumPy arrays of the same type.
+        body: a body of such numbers.
+    """
+    block = lanes_of_a_block(lanes.weights.shape[-1])
+    return by_blocks(lambda lanes: _block(program, timing, summary, lanes, body), lanes, block)
+
+
+def lanes_of_a_block(count: int) -> int:
+    """How many lanes are advanced together: a block on a CPU, all of them on a GPU."""
+    return LANES_OF_A_BLOCK if jax.default_backend() == "cpu" else count
+
+
+@partial(jax.jit, static_argnums=(0, 1, 2))
+def _block(
+    program: Program, timing: Timing, summary: Callable[..., Any], lanes: Lanes, body: Body
+) -> Any:
+    shared = Shared(body, jnp.asarray(timing.tick_s, lanes.weights.dtype))
+    ticks = jnp.arange(timing.ticks_per_frame)
+
+    def tick(state: State, index: Index) -> tuple[State, None]:
+        return program.tick(lanes, shared, state, index), None
+
+    def frame(state: State, number: Index) -> tuple[State, Trajectory]:
+        first = number * timing.ticks_per_frame
+        state, _ = jax.lax.scan(tick, state, first + ticks)
+        return program.frame(lanes, shared, state, first + timing.ticks_per_frame - 1)
+
+    start = program.start(lanes, shared)
+    _, trajectory = jax.lax.scan(frame, start, jnp.arange(timing.n_frames))
+    return summary(trajectory, lanes.scenario, body, timing)

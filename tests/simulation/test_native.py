@@ -1,0 +1,184 @@
+"""Native code does what XLA does, tick by tick and to rounding, and gives one set of bits."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tegotae import Engine, Hopper, Scenario, Timing, build
+from tegotae.parts.bodies import Actuators, Bar, Blows, Body, Sensors, Walker
+from tegotae.parts.controller import Controller, Tegotae
+from tegotae.parts.couplings import LearnedCoupling, Neighbours
+from tegotae.parts.oscillators import OSCILLATORS, Clamped, PhaseOscillator
+from tegotae.parts.terms import (
+    ConstantGain,
+    CorrectedFoot,
+    LearnedActuation,
+    LearnedFoot,
+    OffsetAction,
+    SectorAndReflex,
+    UnitAction,
+    VanillaAction,
+    VanillaReaction,
+    WholeBody,
+)
+from tegotae.parts.terrains import Rough, Slope, Steps, Sum
+from tegotae.simulation.integrators import Hold, Integrator, PredictorCorrector
+from tegotae.simulation.world import Staircase, Step
+from tegotae.systems.legged_systems import SYSTEMS
+
+TICK_S = 0.002
+TICKS = 40
+LANES = 5
+
+
+@dataclass(frozen=True)
+class Case:
+    """A closed loop, and what its lanes meet."""
+
+    controller: Controller
+    body: Body = dataclasses.field(default_factory=Hopper)
+    integrator: Integrator = dataclasses.field(default_factory=PredictorCorrector)
+    meets: Callable[[], dict[str, Any]] = dict
+    tick_s: float = TICK_S
+
+    def run(self, dtype: str = "float32") -> Any:
+        """Every tick of some lanes that come down early, go up, or fall."""
+        timing = Timing(duration_s=TICKS * self.tick_s, tick_s=self.tick_s, frame_s=self.tick_s)
+        engine = Engine(controller=self.controller, integrator=self.integrator, timing=timing)
+        draw = np.random.default_rng(0)
+        weights = draw.normal(0.0, 0.7, (LANES, self.controller.n_weights))
+        shape = (*self.controller.limb_shape, LANES)
+        given = {
+            "omega": np.linspace(4.0, 9.0, LANES),
+            "height_m": self.body.touching_height_m + np.array([0.01, 0.03, 0.0, 0.02, 0.3])
+            if isinstance(self.body, Walker)
+            else np.array([1.02, 1.05, 1.0, 1.03, 1.4]),
+            "velocity_m_per_s": np.array([-1.0, -1.5, -0.5, -2.0, 0.5]),
+            "phase_rad": draw.uniform(0.0, 2.0 * np.pi, shape),
+        }
+        return engine.run(weights, Scenario(**given | self.meets()), self.body, dtype=dtype)
+
+
+def hopper(**parts: Any) -> Controller:
+    """The vanilla hopper's controller with other parts."""
+    return dataclasses.replace(build("V-both-w4"), **parts)
+
+
+def feeling(**terms: Any) -> Controller:
+    """The same with other terms of its feedback."""
+    usual = Tegotae(VanillaAction(), VanillaReaction(), ConstantGain())
+    return hopper(tegotae=dataclasses.replace(usual, **terms))
+
+
+def legs(actuation: Any = None, coupling: Any = None, limbs: int = 2) -> Controller:
+    """Legs under a bar, or those of a walker."""
+    controller = dataclasses.replace(build("V-sector-w8"), limbs=limbs, coupling=coupling)
+    return controller if actuation is None else dataclasses.replace(controller, actuation=actuation)
+
+
+def named(name: str) -> Case:
+    """A legged system."""
+    found = SYSTEMS[name]()
+    return Case(found.system.controller, found.body, tick_s=found.timing.tick_s)
+
+
+def on(terrain: Any) -> Case:
+    """A quadruped on a terrain."""
+    found = SYSTEMS["quadruped-c"]()
+    body = dataclasses.replace(found.body, terrain=terrain)
+    return Case(found.system.controller, body, tick_s=found.timing.tick_s)
+
+
+BAR = Bar(inertia_ratio=0.6)
+WALKER = Walker()
+CHANGES = {
+    "drop_m": 0.1,
+    "drop_time_s": 0.02,
+    "changes": {
+        "mass_kg": np.linspace(0.08, 0.12, LANES),
+        "stiffness_n_per_m": Step(15.0, 0.01, 0.05),
+        "omega": Staircase(0.5, 0.02),
+        "ground_m": Step(-0.02, 0.03),
+    },
+}
+CASES: dict[str, Callable[[], Case]] = {
+    "ART": lambda: Case(build("ART")),
+    "quadruped-c": lambda: named("quadruped-c"),
+    "changes": lambda: Case(build("V-both-w4"), meets=lambda: CHANGES),
+    "hold": lambda: Case(build("ART"), integrator=Hold()),
+    "blows, actuators, sensors": lambda: Case(
+        build("V-both-w4"),
+        Blows(
+            body=Actuators(
+                body=Sensors(body=Hopper(), delay_s=0.005, noise=0.05), strength=0.9, lag_s=0.01
+            ),
+            impulse_ns=0.05,
+            at_s=0.03,
+        ),
+    ),
+    **{
+        f"oscillator {name}": lambda each=each: Case(hopper(oscillator=each))
+        for name, each in OSCILLATORS.items()
+    },
+    "clamped": lambda: Case(hopper(oscillator=Clamped(PhaseOscillator()))),
+    "no oscillator": lambda: Case(build("T-Fv")),
+    "AR and G": lambda: Case(build("ARGT-rFv-gFv-tphif-w8")),
+    "sector": lambda: Case(build("V-sector-w8")),
+    "reflex": lambda: Case(build("V-reflex-w8")),
+    "sector and reflex": lambda: Case(hopper(actuation=SectorAndReflex())),
+    "wide network": lambda: Case(hopper(actuation=LearnedActuation(("phase", "feedback"), 24))),
+    "offset action": lambda: Case(feeling(action=OffsetAction())),
+    "unit action": lambda: Case(feeling(action=UnitAction())),
+    "limit": lambda: Case(feeling(limit_rad_per_s=2.0)),
+    "neighbours": lambda: Case(legs(coupling=Neighbours(((0, 1), (1, 0)), 0.5)), BAR),
+    "learned coupling": lambda: Case(legs(coupling=LearnedCoupling()), BAR),
+    "learned foot": lambda: Case(legs(LearnedFoot(("phase",), 3), limbs=4), WALKER, tick_s=0.01),
+    "corrected foot": lambda: Case(
+        legs(CorrectedFoot(("phase",), 3), limbs=4), WALKER, tick_s=0.01
+    ),
+    **{
+        name: lambda name=name: named(name)
+        for name in ("bar-light", "plate-light-twist", "quadruped-a", "hexapod", "biped")
+    },
+    "slope": lambda: on(Slope(rise=0.1)),
+    "steps": lambda: on(Steps()),
+    "rough": lambda: on(Rough()),
+    "sum": lambda: on(Sum((Slope(rise=0.05), Rough()))),
+}
+QUICK = ("ART", "quadruped-c", "changes")
+"""Those that are compared in every run of the tests: XLA takes seconds to compile one."""
+assert WholeBody
+
+
+def both(case: Case, dtype: str, monkeypatch: pytest.MonkeyPatch) -> tuple[Any, Any]:
+    """What native code and XLA make of it."""
+    own = case.run(dtype)
+    with monkeypatch.context() as context:
+        context.setenv("TEGOTAE_ENGINE", "xla")
+        return own, case.run(dtype)
+
+
+@pytest.mark.parametrize("dtype", ["float32", "float64"])
+@pytest.mark.parametrize(
+    "name",
+    [each if each in QUICK else pytest.param(each, marks=pytest.mark.thorough) for each in CASES],
+)
+def test_every_tick_is_xlas_to_rounding(name, dtype, monkeypatch):
+    own, reference = both(CASES[name](), dtype, monkeypatch)
+    digits = 2e-4 if dtype == "float32" else 1e-9
+    assert own.channels.keys() == reference.channels.keys()
+    for channel, expected in reference.channels.items():
+        found = own.channels[channel]
+        assert (found.shape, found.dtype) == (expected.shape, expected.dtype), channel
+        gap = found.astype(float) - expected.astype(float)
+        if channel.endswith("phase_rad"):  # 0 and 2π are the same
+            gap = np.angle(np.exp(1j * gap))
+        np.testing.assert_array_equal(np.isnan(found), np.isnan(expected), err_msg=channel)
+        scale = np.nanmax(np.abs(expected.astype(float)), initial=1.0)
+        assert np.nanmax(np.abs(gap), initial=0.0) < digits * scale, channel

@@ -1,0 +1,91 @@
+"""Which engine runs: native code where it can, XLA where it must; whoever asks is told."""
+
+from __future__ import annotations
+
+import warnings
+from importlib.metadata import PackageNotFoundError
+
+import jax
+import pytest
+
+from tegotae import Engine, Scenario, TegotaeError, Timing, build
+from tegotae._support import engines
+from tegotae._support.engines import EngineWarning, selected
+
+
+@pytest.fixture
+def llvmlite(monkeypatch):
+    """A function that has llvmlite be of another version, or missing (None)."""
+
+    def clear() -> None:
+        engines.why_not_native.cache_clear()
+        engines._say.cache_clear()
+
+    def be(version: str | None) -> None:
+        def found(name: str) -> str:
+            assert name == "llvmlite"
+            if version is None:
+                raise PackageNotFoundError(name)
+            return version
+
+        monkeypatch.setattr(engines, "version", found)
+        clear()
+
+    yield be
+    clear()
+
+
+def test_native_code_runs_by_default():
+    assert selected() == "native"
+
+
+def test_the_environment_names_the_engine(monkeypatch):
+    monkeypatch.setenv("TEGOTAE_ENGINE", "xla")
+    assert selected() == "xla"
+
+
+def test_an_unknown_engine_is_refused_in_one_line(monkeypatch, one_line_error):
+    monkeypatch.setenv("TEGOTAE_ENGINE", "llvm")
+    said = one_line_error("models")
+    assert "TEGOTAE_ENGINE is 'llvm'; it must be native or xla" in said
+
+
+@pytest.mark.parametrize(
+    ("version", "why"),
+    [
+        (None, "llvmlite is not installed; XLA runs instead"),
+        ("0.49.1", "llvmlite is 0.49.1, and native code is tested with 0.50; XLA runs instead"),
+    ],
+)
+def test_without_a_tested_llvmlite_xla_runs_and_that_is_said_once(llvmlite, version, why):
+    llvmlite(version)
+    with pytest.warns(EngineWarning) as said:
+        engine = Engine(controller=build("V-reflex-w8"), timing=Timing(duration_s=0.02))
+        for _ in range(2):
+            assert engine.run([2.0], Scenario(omega=8.0)).height_m.shape == (1, 1)
+    (one,) = said
+    assert str(one.message).startswith(why)
+    assert "\n" not in str(one.message)
+
+
+def test_native_code_that_is_asked_for_and_cannot_be_had_is_an_error(llvmlite, monkeypatch):
+    llvmlite(None)
+    monkeypatch.setenv("TEGOTAE_ENGINE", "native")
+    with pytest.raises(TegotaeError, match="TEGOTAE_ENGINE is native, and llvmlite is not"):
+        selected()
+
+
+def test_on_a_gpu_xla_runs_without_a_word(monkeypatch):
+    monkeypatch.setattr(jax, "default_backend", lambda: "gpu")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert selected() == "xla on a GPU"
+
+
+@pytest.mark.parametrize("made_by", ["native", "native, xla for sort"])
+def test_what_an_engine_made_goes_on_with_it_alone(made_by, monkeypatch):
+    engines.require_engine(made_by, "here is something", "begin anew")
+    monkeypatch.setenv("TEGOTAE_ENGINE", "xla")
+    with pytest.raises(TegotaeError, match="^here is something of the engine native") as raised:
+        engines.require_engine(made_by, "here is something", "begin anew")
+    assert str(raised.value).endswith("set TEGOTAE_ENGINE=native, or begin anew")
