@@ -59,13 +59,13 @@ def test_an_unknown_engine_is_refused_in_one_line(monkeypatch, one_line_error):
 )
 def test_without_a_tested_llvmlite_xla_runs_and_that_is_said_once(llvmlite, version, why):
     llvmlite(version)
+    engine = Engine(controller=build("V-reflex-w8"), timing=Timing(duration_s=0.02))
     with pytest.warns(EngineWarning) as said:
-        engine = Engine(controller=build("V-reflex-w8"), timing=Timing(duration_s=0.02))
-        for _ in range(2):
-            assert engine.run([2.0], Scenario(omega=8.0)).height_m.shape == (1, 1)
+        assert engine.run([2.0], Scenario(omega=8.0)).height_m.shape == (1, 1)
     (one,) = said
     assert str(one.message).startswith(why)
     assert "\n" not in str(one.message)
+    engine.run([2.0], Scenario(omega=8.0))  # a second warning would be an error
 
 
 def test_native_code_that_is_asked_for_and_cannot_be_had_is_an_error(llvmlite, monkeypatch):
@@ -86,6 +86,6 @@ def test_on_a_gpu_xla_runs_without_a_word(monkeypatch):
 def test_what_an_engine_made_goes_on_with_it_alone(made_by, monkeypatch):
     engines.require_engine(made_by, "here is something", "begin anew")
     monkeypatch.setenv("TEGOTAE_ENGINE", "xla")
-    with pytest.raises(TegotaeError, match="^here is something of the engine native") as raised:
+    with pytest.raises(TegotaeError, match=r"^here is something of the engine native") as raised:
         engines.require_engine(made_by, "here is something", "begin anew")
     assert str(raised.value).endswith("set TEGOTAE_ENGINE=native, or begin anew")

@@ -12,7 +12,6 @@ import sys
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, metadata, version
-from pathlib import Path
 
 from tegotae import __version__
 
@@ -26,7 +25,7 @@ _PROGRAMS = ("ffmpeg",)
 
 @dataclass(frozen=True)
 class Doctor:
-    """Print versions, extras, cores, engine, cache and compiler: what a bug report needs."""
+    """Print versions, extras, cores, engine and compiler: what a bug report needs."""
 
     json: bool = False
     """Print one JSON object."""
@@ -117,17 +116,12 @@ def _first_line(*command: str) -> str:
 def _engine() -> dict[str, str | int]:
     import jax
 
-    from tegotae._support.devices import described_devices, loops_are_kernels, xla_options
+    from tegotae._support.engines import selected, why_not_native
 
-    folder = jax.config.values.get("jax_compilation_cache_dir")
-    kept = [file for file in Path(folder).rglob("*") if file.is_file()] if folder else []
     return {
-        "engine": "XLA",
-        "devices": described_devices(),
-        "fast loops": "on" if loops_are_kernels() else "off",
-        "XLA options": " ".join(xla_options()) or "none",
-        "cache": folder or "off",
-        "cache size": f"{sum(file.stat().st_size for file in kept) / 2**20:.0f} MB",
+        "engine": selected(),
+        "native code": why_not_native() or "can be had",
+        "XLA's devices": ", ".join(str(each) for each in jax.local_devices()),
     }
 
 
