@@ -56,7 +56,7 @@ class Bench:
         textbook = float(_program(f"{_BENCHMARKS}.textbook", str(self.lanes)))
         sizes = [10**n for n in range(3, 10) if 10**n <= self.most_lanes]
         costs = [
-            engine.Cost(*json.loads(_program(f"{_BENCHMARKS}.engine", "cost", str(size))))
+            engine.LaneCost(*json.loads(_program(f"{_BENCHMARKS}.engine", "cost", str(size))))
             for size in sizes
         ]
         figures: dict[str, Any] = {

@@ -369,7 +369,7 @@ COMMANDS: Mapping[str, Command | CommandGroup] = {
         ("tegotae playground", "tegotae playground V-sector-w4 V-reflex-w8 --out page.html"),
     ),
     "bench": Command(
-        "bench", "Bench", ("tegotae bench --skip-memory", "tegotae bench --lanes 256 --json")
+        "bench", "Bench", ("tegotae bench --legs", "tegotae bench --lanes 256 --json")
     ),
     "doctor": Command("doctor", "Doctor", ("tegotae doctor", "tegotae doctor --json")),
     "completion": Command(

@@ -35,6 +35,7 @@ def keeping_calls() -> Generator[None]:
     """While this lasts, traces show calls of functions that are made for it.
 
     Example:
+        >>> import jax
         >>> import jax.numpy as jnp
         >>> @stays_a_call
         ... def doubled(x):

@@ -18,7 +18,7 @@ from tegotae.simulation.recorder import RecordedFrame, Recorder, Trajectory
 from tegotae.simulation.world import Scenario, ground_m, whole_run
 
 
-class Lanes(NamedTuple):
+class LaneInputs(NamedTuple):
     """What each lane has of its own: arrays, lanes last."""
 
     weights: Any
@@ -36,7 +36,7 @@ class Shared(NamedTuple):
     """The control period [s]."""
 
 
-class State(NamedTuple):
+class LoopState(NamedTuple):
     """What one control tick hands to the next."""
 
     lane: Lane
@@ -47,7 +47,7 @@ class State(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Program:
+class EpisodeProgram:
     """A controller and its integrator, and what is recorded: all that shapes the code of a tick.
 
     How many ticks and frames there are does not.
@@ -66,26 +66,26 @@ class Program:
         """What records the channels on a body."""
         return Recorder.of(self.controller, body, self.needs)
 
-    def start(self, lanes: Lanes, shared: Shared) -> State:
+    def start(self, lanes: LaneInputs, shared: Shared) -> LoopState:
         """The lanes at their release, with nothing recorded."""
         loop = ClosedLoop(self.controller, self.integrator)
         rows, body, scenario = _spread(loop, lanes, shared)
         lane = loop.start(rows, body, scenario, shared.tick_s)
         given = rows, body, scenario, lane, jnp.int32(0), shared.tick_s
-        return State(lane, *self.recorder(body).nothing(lambda: _tick(loop, *given)[1]))
+        return LoopState(lane, *self.recorder(body).nothing(lambda: _tick(loop, *given)[1]))
 
-    def tick(self, lanes: Lanes, shared: Shared, state: State, index: Index) -> State:
+    def tick(self, lanes: LaneInputs, shared: Shared, state: LoopState, index: Index) -> LoopState:
         """The lanes after a control tick, with what it added to the totals and events."""
         loop = ClosedLoop(self.controller, self.integrator)
         rows, body, scenario = _spread(loop, lanes, shared)
         lane, output = _tick(loop, rows, body, scenario, state.lane, index, shared.tick_s)
         recorder = self.recorder(body)
         totals = recorder.add(state.totals, output)
-        return State(lane, totals, recorder.update(state.events, output))
+        return LoopState(lane, totals, recorder.update(state.events, output))
 
     def frame(
-        self, lanes: Lanes, shared: Shared, state: State, last: Index
-    ) -> tuple[State, Trajectory]:
+        self, lanes: LaneInputs, shared: Shared, state: LoopState, last: Index
+    ) -> tuple[LoopState, Trajectory]:
         """What is recorded of the frame that ends with tick `last`, and the state to go on from."""
         loop = ClosedLoop(self.controller, self.integrator)
         _, body, scenario = _spread(loop, lanes, shared)
@@ -99,7 +99,7 @@ class Program:
         return state._replace(events=none), recorded
 
 
-def _spread(loop: ClosedLoop, lanes: Lanes, shared: Shared) -> tuple[Weights, Body, Scenario]:
+def _spread(loop: ClosedLoop, lanes: LaneInputs, shared: Shared) -> tuple[Weights, Body, Scenario]:
     """Weights limb by limb, the body with what holds for the whole run, and the scenario."""
     body, changes = whole_run(shared.body, dict(lanes.scenario.changes))
     # An array is a sequence of its rows.

@@ -13,14 +13,14 @@ from tegotae._support.errors import TegotaeError
 from tegotae.parts.bodies import Body
 from tegotae.parts.controller import Controller
 from tegotae.parts.fields import path_of
-from tegotae.simulation.episode import Lanes
+from tegotae.simulation.episode import LaneInputs
 from tegotae.simulation.world import Scenario, map_change
 from tegotae.simulation.world.changes import GROUND, OMEGA
 
 
 def as_lanes(
     controller: Controller, body: Body, weights: Any, scenario: Scenario, dtype: str
-) -> Lanes:
+) -> LaneInputs:
     """Weights [n_weights, lanes] and a scenario of arrays [lanes], its changes named by paths.
 
     Args:
@@ -70,7 +70,7 @@ def as_lanes(
     def of_lanes(x: np.ndarray) -> np.ndarray:
         return np.broadcast_to(x, (*x.shape[:-1], lanes))
 
-    return Lanes(columns, jax.tree.map(of_lanes, whole))
+    return LaneInputs(columns, jax.tree.map(of_lanes, whole))
 
 
 def _path(body: Body, name: str) -> str:

@@ -15,7 +15,7 @@ from tegotae._support.engines import EngineWarning
 from tegotae.lowering.errors import CannotLower
 from tegotae.parts.bodies import Body
 from tegotae.simulation.blocks import filled
-from tegotae.simulation.episode import Lanes, Program, Shared
+from tegotae.simulation.episode import EpisodeProgram, LaneInputs, Shared
 from tegotae.simulation.recorder import Trajectory
 from tegotae.simulation.timing import Timing
 from tegotae.simulation.world import Scenario
@@ -31,7 +31,11 @@ _PROGRAMS = 64
 
 
 def roll_out(
-    program: Program, timing: Timing, summary: Callable[..., Any], lanes: Lanes, body: Body
+    program: EpisodeProgram,
+    timing: Timing,
+    summary: Callable[..., Any],
+    lanes: LaneInputs,
+    body: Body,
 ) -> Any:
     """The summary of every lane, as NumPy arrays, lanes last.
 
@@ -85,7 +89,7 @@ def roll_out(
     return found
 
 
-def cannot_lower(program: Program, lanes: Lanes, body: Body) -> str:
+def cannot_lower(program: EpisodeProgram, lanes: LaneInputs, body: Body) -> str:
     """The operation of a program that there is no native code for, of which it warns; or none.
 
     Args:
@@ -110,7 +114,7 @@ class _Shapes(NamedTuple):
     dtype: str
 
     @classmethod
-    def of(cls, lanes: Lanes, shared: Shared) -> _Shapes:
+    def of(cls, lanes: LaneInputs, shared: Shared) -> _Shapes:
         own, ours = jax.tree.leaves(lanes), jax.tree.leaves(shared)
         return cls(
             jax.tree.structure((lanes, shared)),
@@ -119,7 +123,7 @@ class _Shapes(NamedTuple):
             str(lanes.weights.dtype),
         )
 
-    def arrays(self, lanes: int) -> tuple[Lanes, Shared]:
+    def arrays(self, lanes: int) -> tuple[LaneInputs, Shared]:
         """Arrays of so many lanes, by their shapes alone."""
         shapes = *((*shape, lanes) for shape in self.lanes), *self.shared
         each = [jax.ShapeDtypeStruct(shape, self.dtype) for shape in shapes]
@@ -128,7 +132,7 @@ class _Shapes(NamedTuple):
 
 
 @lru_cache(_PROGRAMS)
-def _kernel(program: Program, shapes: _Shapes) -> Kernel | CannotLower:
+def _kernel(program: EpisodeProgram, shapes: _Shapes) -> Kernel | CannotLower:
     """A program's code, or why there is none."""
     from tegotae.lowering.episode import TracedEpisode, compile_episode  # llvmlite may be missing
 
@@ -148,7 +152,7 @@ def _kernel(program: Program, shapes: _Shapes) -> Kernel | CannotLower:
 
 @lru_cache(_PROGRAMS)
 def _summarised(
-    program: Program, timing: Timing, summary: Callable[..., Any], shapes: _Shapes
+    program: EpisodeProgram, timing: Timing, summary: Callable[..., Any], shapes: _Shapes
 ) -> jax.stages.Compiled:
     """The summary of a block, compiled."""
 

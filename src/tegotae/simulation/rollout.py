@@ -17,7 +17,7 @@ from tegotae._support.limits import require_memory
 from tegotae.parts.bodies import Body, Hopper
 from tegotae.parts.controller import Controller
 from tegotae.simulation import native, xla
-from tegotae.simulation.episode import Lanes, Program
+from tegotae.simulation.episode import EpisodeProgram, LaneInputs
 from tegotae.simulation.integrators import Integrator, PredictorCorrector
 from tegotae.simulation.lanes import as_lanes
 from tegotae.simulation.loop import check_senses
@@ -75,10 +75,12 @@ class Engine:
     summary: Summary = whole_trajectory
 
     @property
-    def program(self) -> Program:
+    def program(self) -> EpisodeProgram:
         """All of it that shapes the code of a tick."""
         needs = getattr(self.summary, "needs", None)
-        return Program(self.controller, self.integrator, None if needs is None else tuple(needs))
+        return EpisodeProgram(
+            self.controller, self.integrator, None if needs is None else tuple(needs)
+        )
 
     def recorder(self, body: Body) -> Recorder:
         """What is recorded on this body: what the summary says it needs, else everything.
@@ -127,7 +129,7 @@ class Engine:
         _require_room(self, body, lanes.weights)
         return self.run_lanes(lanes, body)
 
-    def run_lanes(self, lanes: Lanes, body: Body) -> Any:
+    def run_lanes(self, lanes: LaneInputs, body: Body) -> Any:
         """The same of what has been checked, or is made by a program: arrays, lanes last.
 
         Args:
@@ -142,7 +144,7 @@ class Engine:
         with jax.enable_x64(dtype == "float64"):
             return xla.roll_out(*given)
 
-    def runs_on(self, lanes: Lanes, body: Body) -> str:
+    def runs_on(self, lanes: LaneInputs, body: Body) -> str:
         """The engine that runs it: "native", "xla", or "native, xla for OPERATION".
 
         The latter is XLA where native code is asked for, and there is none for an operation of the

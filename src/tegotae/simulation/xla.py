@@ -12,7 +12,7 @@ import jax.numpy as jnp
 from tegotae.parts._shapes import Index
 from tegotae.parts.bodies import Body
 from tegotae.simulation.blocks import by_blocks
-from tegotae.simulation.episode import Lanes, Program, Shared, State
+from tegotae.simulation.episode import EpisodeProgram, LaneInputs, LoopState, Shared
 from tegotae.simulation.recorder import Trajectory
 from tegotae.simulation.timing import Timing
 
@@ -22,7 +22,11 @@ arithmetic does not depend on how many go with it."""
 
 
 def roll_out(
-    program: Program, timing: Timing, summary: Callable[..., Any], lanes: Lanes, body: Body
+    program: EpisodeProgram,
+    timing: Timing,
+    summary: Callable[..., Any],
+    lanes: LaneInputs,
+    body: Body,
 ) -> Any:
     """The summary of every lane, as NumPy arrays, lanes last.
 
@@ -44,15 +48,19 @@ def lanes_of_a_block(count: int) -> int:
 
 @partial(jax.jit, static_argnums=(0, 1, 2))
 def _block(
-    program: Program, timing: Timing, summary: Callable[..., Any], lanes: Lanes, body: Body
+    program: EpisodeProgram,
+    timing: Timing,
+    summary: Callable[..., Any],
+    lanes: LaneInputs,
+    body: Body,
 ) -> Any:
     shared = Shared(body, jnp.asarray(timing.tick_s, lanes.weights.dtype))
     ticks = jnp.arange(timing.ticks_per_frame)
 
-    def tick(state: State, index: Index) -> tuple[State, None]:
+    def tick(state: LoopState, index: Index) -> tuple[LoopState, None]:
         return program.tick(lanes, shared, state, index), None
 
-    def frame(state: State, number: Index) -> tuple[State, Trajectory]:
+    def frame(state: LoopState, number: Index) -> tuple[LoopState, Trajectory]:
         first = number * timing.ticks_per_frame
         state, _ = jax.lax.scan(tick, state, first + ticks)
         return program.frame(lanes, shared, state, first + timing.ticks_per_frame - 1)

@@ -14,7 +14,7 @@ import numpy as np
 from tegotae._support.engines import XLA
 from tegotae.measures.objectives.objective import EpisodeOutcome, EpisodeSummary, Objective, scores
 from tegotae.simulation.blocks import by_blocks
-from tegotae.simulation.episode import Lanes
+from tegotae.simulation.episode import LaneInputs
 from tegotae.simulation.loop import check_senses
 from tegotae.simulation.rollout import Engine
 from tegotae.simulation.world import Scenario
@@ -175,7 +175,7 @@ class EngineEvaluator(Evaluator):
 
         return {name: of_seeds(name) for name in Scores._fields}
 
-    def _lanes(self, candidates: np.ndarray, going: np.ndarray, episode: Scenario) -> Lanes:
+    def _lanes(self, candidates: np.ndarray, going: np.ndarray, episode: Scenario) -> LaneInputs:
         """A lane for each episode of each candidate of the seeds that are going."""
         seeds, per_seed, n_weights = candidates.shape
         per_seed *= self.episodes
@@ -189,7 +189,7 @@ class EngineEvaluator(Evaluator):
 
         rows = np.repeat(np.asarray(candidates[going], "float32"), self.episodes, axis=1)
         weights = np.ascontiguousarray(rows.reshape(-1, n_weights).T)
-        return Lanes(weights, jax.tree.map(of_lanes, episode))
+        return LaneInputs(weights, jax.tree.map(of_lanes, episode))
 
 
 def evaluator_of(experiment: Any, workers: int | None = None) -> Evaluator:

@@ -64,7 +64,7 @@ def timed(
     return Speed(ticks / min(times[1:]), ticks / least, work[0] - least)
 
 
-class Cost(NamedTuple):
+class LaneCost(NamedTuple):
     """What so many lanes cost."""
 
     lanes: int
@@ -74,7 +74,7 @@ class Cost(NamedTuple):
     """Largest memory of the process [GiB]."""
 
 
-def cost(lanes: int, duration_s: float = 1.0) -> Cost:
+def cost(lanes: int, duration_s: float = 1.0) -> LaneCost:
     """What so many lanes cost a process that has done nothing else."""
     engine = Engine(controller=controller(), timing=Timing(duration_s=duration_s), summary=totals)
     given = np.asarray(weights(lanes), "float32")
@@ -83,7 +83,7 @@ def cost(lanes: int, duration_s: float = 1.0) -> Cost:
     work = time.process_time() - begun
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     ticks = lanes * engine.timing.n_frames * engine.timing.ticks_per_frame
-    return Cost(lanes, ticks / work, peak / (2**30 if sys.platform == "darwin" else 2**20))
+    return LaneCost(lanes, ticks / work, peak / (2**30 if sys.platform == "darwin" else 2**20))
 
 
 if __name__ == "__main__":

@@ -12,7 +12,7 @@ import numpy as np
 from tegotae._support.errors import TegotaeError
 from tegotae.parts.fields import with_fields
 from tegotae.simulation.blocks import filled
-from tegotae.simulation.episode import Lanes
+from tegotae.simulation.episode import LaneInputs
 from tegotae.simulation.rollout import Scenario, check_senses
 from tegotae.simulation.world import Staircase, Step, with_changes
 from tegotae.simulation.world.changes import ENTRIES, GROUND, OMEGA
@@ -134,7 +134,9 @@ class _Trial:
         parts = []
         for begin in range(0, count, LANES):
             here = slice(begin, begin + LANES)
-            own = Lanes(weights[..., here], jax.tree.map(lambda x, at=here: x[..., at], scenario))
+            own = LaneInputs(
+                weights[..., here], jax.tree.map(lambda x, at=here: x[..., at], scenario)
+            )
             recorded = self.engine.run_lanes(own, self.subject.prepared)
             whole = filled((recorded, own.scenario), slice(None), LANES)
             found = self.criterion.of(*whole)
