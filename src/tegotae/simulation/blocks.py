@@ -12,6 +12,11 @@ import numpy as np
 def filled(tree: Any, lanes: slice, size: int) -> Any:
     """Some lanes of every array, with the last of them again until there are `size`.
 
+    Args:
+        tree: a pytree of arrays, lanes last.
+        lanes: which of them.
+        size: how many there are then.
+
     Example:
         >>> filled(np.arange(5), slice(3, 7), 4).tolist()
         [3, 4, 4, 4]
