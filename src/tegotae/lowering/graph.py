@@ -242,7 +242,10 @@ class Reader:
         found: dict[int, list[np.ndarray]] = {}
         for i in reversed(numbers) if parameters["reverse"] else numbers:
             results = self._run(
-                trace.jaxpr, constants, [*fixed, *carry, *(each[i] for each in rows)], None
+                trace.jaxpr,
+                constants,
+                [*fixed, *carry, *(np.asarray(each[i], object) for each in rows)],
+                None,
             )
             carry, found[i] = results[:n_carry], results[n_carry:]
         columns = zip(*(found[i] for i in numbers), strict=True)
