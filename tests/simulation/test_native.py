@@ -25,7 +25,6 @@ from tegotae.parts.terms import (
     UnitAction,
     VanillaAction,
     VanillaReaction,
-    WholeBody,
 )
 from tegotae.parts.terrains import Rough, Slope, Steps, Sum
 from tegotae.simulation.integrators import Hold, Integrator, PredictorCorrector
@@ -153,7 +152,6 @@ CASES: dict[str, Callable[[], Case]] = {
 }
 QUICK = ("ART", "quadruped-c", "changes")
 """Those that are compared in every run of the tests: XLA takes seconds to compile one."""
-assert WholeBody
 
 
 def both(case: Case, dtype: str, monkeypatch: pytest.MonkeyPatch) -> tuple[Any, Any]:
