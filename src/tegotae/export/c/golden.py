@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import io
 from dataclasses import dataclass
-from typing import Any
 
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax.typing import DTypeLike
 
 from tegotae._support.errors import TegotaeError
 from tegotae.export.c.plan import Export, member
+from tegotae.parts._shapes import Weights
 from tegotae.parts.bodies import Body
 from tegotae.parts.controller import Controller
 from tegotae.simulation.integrators import Hold
@@ -92,7 +93,7 @@ def outputs_of(export: Export) -> list[str]:
     return [*map(member, export.commands), "feedback_rad_per_s", *phase]
 
 
-def release(export: Export, dtype: Any = jnp.float32) -> Scenario:
+def release(export: Export, dtype: DTypeLike = jnp.float32) -> Scenario:
     """The release of the run: from somewhat above the ground, every oscillator elsewhere."""
     body, limbs = export.saved.body, export.limbs
     touching = float(np.asarray(body.touching_height_m))
@@ -126,7 +127,7 @@ def _row(
     export: Export,
     controller: Controller,
     body: Body,
-    weights: Any,
+    weights: Weights,
     omega: jax.Array,
     lane: Lane,
     ground: jax.Array,

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import cast
 
 from tegotae.export.c.lower import comment_of, number
 from tegotae.export.c.names import WHAT, plain
 from tegotae.export.c.plan import Export, member, unit_of
+from tegotae.parts._shapes import Number
 from tegotae.parts.bodies import Hopper
 from tegotae.parts.bodies.upright import Upright
 
@@ -60,10 +61,10 @@ def has_spring(export: Export) -> bool:
     return "spring_force" in export.senses and isinstance(export.saved.body, Hopper | Upright)
 
 
-def constants(export: Export) -> dict[str, tuple[Any, str]]:
+def constants(export: Export) -> dict[str, tuple[Number, str]]:
     """Numbers that the header names, and what they are."""
-    body: Any = export.saved.body
-    found: dict[str, tuple[Any, str]] = {
+    body = export.saved.body
+    found: dict[str, tuple[Number, str]] = {
         "TICK_S": (export.tick_s, "period of the control loop [s]"),
     }
     if export.saved.omega is not None:
@@ -71,6 +72,7 @@ def constants(export: Export) -> dict[str, tuple[Any, str]]:
     if export.commands == ("force",):
         found["MAX_FORCE_N"] = (body.max_force_n, "largest force of an actuator alpha [N]")
     if has_spring(export):
+        body = cast(Hopper | Upright, body)
         found["STIFFNESS_N_PER_M"] = (body.stiffness_n_per_m, "stiffness of a leg k [N/m]")
         found["DAMPING_NS_PER_M"] = (body.damping_ns_per_m, "damping of a leg c [N s/m]")
         found["REST_LENGTH_M"] = (body.rest_length_m, "length of a leg at rest l0 [m]")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import textwrap
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import cast
 
 import numpy as np
 
@@ -21,7 +21,9 @@ from tegotae.lowering.operations import (
     PRODUCT,
     UNARY,
     WHOLE,
+    Operation,
 )
+from tegotae.parts._shapes import Number
 
 WIDTH = 96
 _LONGEST = 220
@@ -199,9 +201,10 @@ class Statements:
         for helper in (operation.needs or "").split():
             self._library.helpers.add(helper)
         operands = [self._inside(each, operation.inside[i]) for i, each in enumerate(node.inputs)]
-        if operation.text.count("{0}") > 1 and self._texts[node.inputs[0]][1] != ATOM:
+        text = cast(str, operation.text)  # `CReader` refuses operations without one
+        if text.count("{0}") > 1 and self._texts[node.inputs[0]][1] != ATOM:
             operands[0] = self._named(node.inputs[0])
-        return operation.text.format(*operands), operation.binds
+        return text.format(*operands), operation.binds
 
     def _inside(self, node: Node, least: int) -> str:
         text, binds = self._texts[node]
@@ -257,7 +260,7 @@ class Statements:
         return (product, PRODUCT) if power > 0 else (f"1.0f / ({product})", PRODUCT)
 
 
-def _operation(node: Node) -> Any:
+def _operation(node: Node) -> Operation:
     of = node.inputs[-1].kind
     if of == "int32_t":
         operation = WHOLE.get(node.operation)
@@ -269,7 +272,7 @@ def _operation(node: Node) -> Any:
     return OPERATIONS[node.operation]
 
 
-def number(value: Any, kind: str) -> tuple[str, int]:
+def number(value: Number, kind: str) -> tuple[str, int]:
     """A constant in C, and how tightly it binds.
 
     Example:

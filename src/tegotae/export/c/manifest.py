@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import json
-from typing import Any
 
 import numpy as np
 
 from tegotae import __version__
+from tegotae._support.documents import JsonObject
 from tegotae.export.c.check_program import TOLERANCE
 from tegotae.export.c.golden import Golden, outputs_of
 from tegotae.export.c.header import constants
@@ -21,7 +21,7 @@ def manifest(export: Export, golden: Golden) -> str:
     """The text of PREFIX.json."""
     saved, prefix = export.saved, export.prefix
     force = export.commands == ("force",)
-    document: dict[str, Any] = {
+    document: JsonObject = {
         "format": "tegotae export",
         "version": 1,
         "software": __version__,

@@ -7,7 +7,6 @@ import keyword
 import re
 import unicodedata
 from pathlib import Path
-from typing import Any
 
 UNITS = {
     "spring_force": ("n", "N"),
@@ -116,7 +115,7 @@ def plain(text: str) -> str:
     return unicodedata.normalize("NFKD", text).encode("ascii", "ignore").decode()
 
 
-def first_line(part: Any) -> str:
+def first_line(part: object) -> str:
     """What a part's docstring says it is, in ASCII."""
     doc = (type(part).__doc__ or type(part).__name__).strip()
     first, *rest = doc.split("\n\n")

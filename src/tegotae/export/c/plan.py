@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import functools
 from dataclasses import dataclass
-from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -13,6 +12,7 @@ import numpy as np
 from tegotae._support.errors import TegotaeError, require_finite
 from tegotae.export.c.names import UNITS, is_c_name
 from tegotae.export.c.trace import Piece, Tracer
+from tegotae.parts._shapes import Number
 from tegotae.parts.bodies import Hopper
 from tegotae.parts.terms import WholeBody
 from tegotae.simulation.integrators import Hold
@@ -93,7 +93,7 @@ class Export:
         body = self.saved.body
 
         @jax.jit  # of which only the scales are computed
-        def scales(lane: jax.Array) -> dict[str, Any]:
+        def scales(lane: jax.Array) -> dict[str, Number]:
             sensed = body.sense(body.release(lane, lane), lane).scales
             own = {name: sensed[name] for name in self.senses if name in sensed}
             return {**own, "feedback": body.rate_scale}

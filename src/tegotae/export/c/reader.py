@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from tegotae._support.errors import TegotaeError
 from tegotae.export.c.names import c_name, docstring
 from tegotae.export.c.procedures import Call, LoopProcedure, Procedure
 from tegotae.lowering.folding import folded
 from tegotae.lowering.graph import Reader, called, elementwise
+from tegotae.lowering.jaxprs import Detail, Parameters, Traced
 from tegotae.lowering.nodes import Node, array_of, constant, given, literal, scalars
 from tegotae.lowering.operations import OPERATIONS
 from tegotae.lowering.places import Place, is_of_jax, place_of
@@ -34,7 +35,7 @@ class CReader(Reader):
         self._loops = loops
         self._procedures: dict[str, Procedure] = {}
 
-    def _origin(self, equation: Any, outer: Place | None) -> Place | None:
+    def _origin(self, equation: Traced, outer: Place | None) -> Place | None:
         return outer or place_of(equation)
 
     def _refused(self, operation: str, origin: Place | None, why: str = "") -> Exception:
@@ -44,13 +45,13 @@ class CReader(Reader):
             f"{why or 'write it with elementary functions and jnp.where'}"
         )
 
-    def _constant(self, value: Any, origin: Place | None) -> np.ndarray:
+    def _constant(self, value: ArrayLike, origin: Place | None) -> np.ndarray:
         dtype = str(np.asarray(value).dtype)
         if dtype not in KINDS:
             raise TegotaeError(f"the controller holds numbers of {dtype}, which cannot be exported")
         return constant(value)
 
-    def _kind(self, aval: Any, name: str, origin: Place | None) -> str:
+    def _kind(self, aval: Traced, name: str, origin: Place | None) -> str:
         dtype = str(aval.dtype)
         if dtype not in KINDS:
             raise TegotaeError(
@@ -64,7 +65,7 @@ class CReader(Reader):
         operation: str,
         kind: str,
         inputs: tuple[Node, ...],
-        detail: Any,
+        detail: Detail,
         origin: Place | None,
     ) -> Node:
         return folded(Node(operation, kind, inputs, detail, origin), finite=True)
@@ -79,7 +80,7 @@ class CReader(Reader):
         name: str,
         kind: str,
         arguments: Sequence[np.ndarray],
-        equation: Any,
+        equation: Traced,
         origin: Place | None,
     ) -> np.ndarray:
         operation = OPERATIONS.get(name)
@@ -91,7 +92,7 @@ class CReader(Reader):
         )
 
     def _call(
-        self, parameters: Any, arguments: list[np.ndarray], origin: Place | None
+        self, parameters: Parameters, arguments: list[np.ndarray], origin: Place | None
     ) -> list[np.ndarray]:
         jaxpr, constants, source = called(parameters)
         known = [self._constant(value, origin) for value in constants]
@@ -112,7 +113,7 @@ class CReader(Reader):
         ]
 
     def _branches(
-        self, parameters: Any, arguments: list[np.ndarray], origin: Place | None
+        self, parameters: Parameters, arguments: list[np.ndarray], origin: Place | None
     ) -> list[np.ndarray]:
         """All branches, and of their results those of the one that is taken."""
         which, *given_to = arguments
@@ -132,7 +133,7 @@ class CReader(Reader):
         return taken
 
     def _loop(
-        self, parameters: Any, arguments: list[np.ndarray], origin: Place | None
+        self, parameters: Parameters, arguments: list[np.ndarray], origin: Place | None
     ) -> list[np.ndarray]:
         """A procedure of scalars that goes round while its condition holds."""
         if not self._loops:
@@ -146,7 +147,7 @@ class CReader(Reader):
             inside.append(array_of([given(name, kind) for name in names], array.shape))
         carry = inside[n_test + n_step :]
 
-        def run(jaxpr: Any, fixed: list[np.ndarray]) -> list[Node]:
+        def run(jaxpr: Traced, fixed: list[np.ndarray]) -> list[Node]:
             constants = [self._constant(value, origin) for value in jaxpr.consts]
             return scalars(self._run(jaxpr.jaxpr, constants, [*fixed, *carry], None))
 
@@ -174,7 +175,7 @@ class CReader(Reader):
             for end, array in zip(ends, carry, strict=True)
         ]
 
-    def _procedure(self, name: str, jaxpr: Any, constants: Any) -> Procedure:
+    def _procedure(self, name: str, jaxpr: Traced, constants: Sequence[np.ndarray]) -> Procedure:
         text = f"{name}{jaxpr}"
         if text not in self._procedures:
             about = getattr(jaxpr, "debug_info", None)

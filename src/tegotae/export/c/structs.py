@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Mapping, Sequence
+from typing import cast
 
+from tegotae._support.documents import Json
 from tegotae.export.c.lower import number, wrapped
 from tegotae.parts.weight_names import WeightName, nested
 
@@ -15,11 +16,11 @@ def struct(name: str, paths: Sequence[WeightName]) -> str:
     return f"typedef struct {{\n{_members(tree, '    ')}}} {name};\n"
 
 
-def _members(tree: dict[str, Any], indent: str) -> str:
+def _members(tree: Mapping[str, Json], indent: str) -> str:
     return "".join(_member(name, entry, indent) for name, entry in tree.items())
 
 
-def _member(name: str, entry: Any, indent: str) -> str:
+def _member(name: str, entry: Json, indent: str) -> str:
     if isinstance(entry, dict):
         return f"{indent}struct {{\n{_members(entry, indent + '    ')}{indent}}} {name};\n"
     if isinstance(entry, list):
@@ -28,14 +29,14 @@ def _member(name: str, entry: Any, indent: str) -> str:
     return f"{indent}float {name};\n"
 
 
-def initialiser(paths: Sequence[WeightName], values: Sequence[Any], indent: str = "    ") -> str:
+def initialiser(paths: Sequence[WeightName], values: Sequence[Json], indent: str = "    ") -> str:
     """The values of a struct, each under its name."""
     return _values(nested(paths, values), indent)
 
 
-def _values(tree: Any, indent: str) -> str:
+def _values(tree: Json, indent: str) -> str:
     if not isinstance(tree, (dict, list)):
-        return number(tree, "float")[0]
+        return number(cast(float, tree), "float")[0]
     inner = indent + "    "
     if isinstance(tree, dict):
         entries = [f".{name} = {_values(entry, inner)}" for name, entry in tree.items()]

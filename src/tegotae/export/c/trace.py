@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -14,15 +13,19 @@ from tegotae._support.errors import TegotaeError
 from tegotae.export.c.reader import CReader
 from tegotae.lowering.nodes import Node, given
 from tegotae.lowering.tracing import keeping_calls
+from tegotae.parts._shapes import ArrayTree, StateTree, Weights
 from tegotae.parts.controller import Controller, Tegotae
 from tegotae.parts.couplings.base import Coupling
 from tegotae.parts.terms.actuation import Actuation
 from tegotae.parts.terms.base import Signals, Term
-from tegotae.parts.weight_names import spelled
+from tegotae.parts.weight_names import WeightName, spelled
 from tegotae.simulation.integrators.base import held, push, settled
 
 ROLES = {"action": "A'", "reaction": "R", "gain": "G", "actuation": "T"}
 """Terms by the letters of the law."""
+_Texts = str | Sequence[str] | Mapping[str, str | Sequence[str]]
+"""What C calls the numbers of an argument."""
+_Arrays = dict[str, jax.Array]
 
 
 @dataclass(frozen=True)
@@ -41,7 +44,7 @@ class _Known(Term):
 
     name: str
 
-    def __call__(self, weights: Any, signals: Signals) -> jax.Array:
+    def __call__(self, weights: Weights, signals: Signals) -> jax.Array:
         return signals[self.name]
 
 
@@ -55,10 +58,12 @@ class _Commanded(Actuation):
     def COMMANDS(self) -> tuple[str, ...]:  # type: ignore[override]  # noqa: N802
         return self.own.COMMANDS
 
-    def full_force(self, phase_start: Any, phase_end: Any, omega: Any) -> Any:
+    def full_force(
+        self, phase_start: jax.Array, phase_end: jax.Array, omega: jax.Array
+    ) -> tuple[jax.Array, jax.Array] | None:
         return self.own.full_force(phase_start, phase_end, omega)
 
-    def __call__(self, weights: Any, signals: Signals) -> jax.Array:
+    def __call__(self, weights: Weights, signals: Signals) -> jax.Array:
         return signals["command"]
 
 
@@ -66,7 +71,7 @@ class _Commanded(Actuation):
 class _KnownCoupling(Coupling):
     """A coupling whose input to the oscillator is known already."""
 
-    def __call__(self, weights: Any, signals: Signals) -> jax.Array:
+    def __call__(self, weights: Weights, signals: Signals) -> jax.Array:
         return signals["coupling"]
 
 
@@ -91,12 +96,18 @@ class Tracer:
         self.state_names, self._structure = _state(controller)
         self._state = [f"o->{name}" for name in self.state_names]
 
-    def _trace(self, name: str, function: Any, results: Sequence[str], **inputs: Any) -> Piece:
+    def _trace(
+        self,
+        name: str,
+        function: Callable[..., ArrayTree],
+        results: Sequence[str],
+        **inputs: _Texts,
+    ) -> Piece:
         """A piece: `inputs` are lists of C texts, one argument of the function each."""
         flat, structure = jax.tree.flatten(inputs)
         shapes = [jax.ShapeDtypeStruct((1,), jnp.float32) for _ in flat]
 
-        def of_flat(*arrays: jax.Array) -> Any:
+        def of_flat(*arrays: jax.Array) -> ArrayTree:
             return function(**jax.tree.unflatten(structure, arrays))
 
         try:
@@ -116,17 +127,17 @@ class Tracer:
             )
         return Piece(name, found, tuple(results))
 
-    def _inputs(self, values: dict, scales: dict) -> Signals:
+    def _inputs(self, values: _Arrays, scales: _Arrays) -> Signals:
         return Signals(values, {name: scale.reshape(()) for name, scale in scales.items()})
 
     @property
-    def _symbols(self) -> dict[str, Any]:
+    def _symbols(self) -> dict[str, dict[str, str]]:
         return {
             "values": {name: f"s->{name}" for name in self._signals},
             "scales": {name: scale_name(name) for name in self._scales},
         }
 
-    def term(self, role: str, term: Term, paths: Sequence[Any]) -> Piece:
+    def term(self, role: str, term: Term, paths: Sequence[WeightName]) -> Piece:
         """A′, R, G or the smooth part of T."""
         symbols = self._symbols
         results: Sequence[str] = (role,)
@@ -134,7 +145,7 @@ class Tracer:
             symbols["values"]["feedback"] = "feedback"
             results = self._controller.actuation.COMMANDS
 
-        def evaluate(weights: Any, values: Any, scales: Any) -> Any:
+        def evaluate(weights: Weights, values: _Arrays, scales: _Arrays) -> jax.Array:
             return term(weights, self._inputs(values, scales))
 
         return self._trace(role, evaluate, results, weights=_weights(paths), **symbols)
@@ -148,7 +159,7 @@ class Tracer:
         known = Tegotae(action, reaction, gain, limit) if names else None
         controller = Controller(_Commanded(self._controller.actuation), tegotae=known)
 
-        def evaluate(values: Any) -> Any:
+        def evaluate(values: _Arrays) -> jax.Array:
             return controller.feedback((), Signals(values))
 
         values = {name: name for name in (names or ["nothing"])}
@@ -160,7 +171,9 @@ class Tracer:
         names = actuation.COMMANDS
         controller = Controller(_Commanded(actuation), self._controller.oscillator)
 
-        def evaluate(smooth: Any, phase: Any, omega: Any, most: Any) -> Any:
+        def evaluate(
+            smooth: _Arrays, phase: jax.Array, omega: jax.Array, most: jax.Array
+        ) -> jax.Array:
             whole = smooth[names[0]] if len(names) == 1 else jnp.stack([smooth[n] for n in names])
             command = controller.command((), Signals({"command": whole}), most)
             return push(controller, most, command, phase, phase, omega).mean_n
@@ -174,7 +187,7 @@ class Tracer:
         oscillator = self._controller.oscillator
         assert oscillator is not None
 
-        def evaluate(state: Any) -> Any:
+        def evaluate(state: Sequence[jax.Array]) -> list[jax.Array]:
             values = oscillator.signals(self._of_leaves(state))
             return [values[name] for name in oscillator.SIGNALS]
 
@@ -196,12 +209,12 @@ class Tracer:
         oscillator = self._controller.oscillator
         assert oscillator is not None
 
-        def evaluate(phase: Any) -> Any:
+        def evaluate(phase: jax.Array) -> list[jax.Array]:
             return jax.tree.leaves(oscillator.start(phase))
 
         return self._trace("started", evaluate, self.state_names, phase="phase")
 
-    def advance(self, paths: Sequence[Any]) -> Piece:
+    def advance(self, paths: Sequence[WeightName]) -> Piece:
         """The oscillator's state a tick later, its rate held."""
         own = self._controller
         coupling = None if own.coupling is None else _KnownCoupling()
@@ -214,8 +227,13 @@ class Tracer:
         pull = {} if coupling is None else {"coupling": "pull"}
 
         def evaluate(
-            weights: Any, state: Any, omega: Any, feedback: Any, pull: Any, tick: Any
-        ) -> Any:
+            weights: Weights,
+            state: Sequence[jax.Array],
+            omega: jax.Array,
+            feedback: jax.Array,
+            pull: _Arrays,
+            tick: jax.Array,
+        ) -> list[jax.Array]:
             at = self._of_leaves(state)
             rate = controller.rate(weights, at, omega, feedback, Signals(pull))
             return jax.tree.leaves(settled(controller, held(at, rate, tick)))
@@ -232,12 +250,14 @@ class Tracer:
             tick="TICK_S",
         )
 
-    def coupling(self, paths: Sequence[Any], reads: Sequence[str]) -> Piece:
+    def coupling(self, paths: Sequence[WeightName], reads: Sequence[str]) -> Piece:
         """What each oscillator gets from the others: the only piece that sees all units."""
         coupling, limbs = self._controller.coupling, self._controller.limbs
         assert coupling is not None
 
-        def evaluate(weights: Any, values: Any, scales: Any) -> Any:
+        def evaluate(
+            weights: Weights, values: dict[str, list[jax.Array]], scales: _Arrays
+        ) -> jax.Array:
             rows = {name: jnp.stack(each) for name, each in values.items()}
             return coupling(weights, self._inputs(rows, scales))
 
@@ -248,7 +268,7 @@ class Tracer:
             "coupling", evaluate, results, weights=_weights(paths), values=values, scales=scales
         )
 
-    def _of_leaves(self, leaves: Sequence[jax.Array]) -> Any:
+    def _of_leaves(self, leaves: Sequence[jax.Array]) -> StateTree:
         return jax.tree.unflatten(self._structure, leaves)
 
 
@@ -257,11 +277,11 @@ def scale_name(signal: str) -> str:
     return f"SCALE_{signal.upper()}"
 
 
-def _weights(paths: Sequence[Any]) -> list[str]:
+def _weights(paths: Sequence[WeightName]) -> list[str]:
     return [f"w->{spelled(path)}" for path in paths]
 
 
-def _state(controller: Controller) -> tuple[tuple[str, ...], Any]:
+def _state(controller: Controller) -> tuple[tuple[str, ...], jax.tree_util.PyTreeDef]:
     """Names of the numbers that the oscillator's state has, and its structure."""
     if controller.oscillator is None:
         return (), jax.tree.structure(())

@@ -6,7 +6,7 @@ import math
 import time
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -133,7 +133,7 @@ class LiveController:
         self.steps = 0
         """Steps since the last reset."""
 
-    def step(self, measurements: Mapping[str, Any], dt_s: float | None = None) -> np.ndarray:
+    def step(self, measurements: Mapping[str, ArrayLike], dt_s: float | None = None) -> np.ndarray:
         """The command until the next step.
 
         Args:
@@ -217,7 +217,7 @@ class LiveController:
         self._omega[...] = 0.0 if value is None else value
 
 
-def unknown_signal(name: str, senses: tuple[str, ...], given: Mapping[str, Any]) -> TegotaeError:
+def unknown_signal(name: str, senses: tuple[str, ...], given: Mapping[str, object]) -> TegotaeError:
     """What to say of measurements that lack a signal."""
     return TegotaeError(
         f"the measurements lack {name!r}; the controller reads {', '.join(senses)}, and was given "

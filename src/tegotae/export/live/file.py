@@ -7,7 +7,7 @@ import json
 import zipfile
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,6 +15,9 @@ from tegotae._support.errors import TegotaeError
 from tegotae._support.files import write_atomically
 from tegotae.lowering.layout import MemoryLayout
 from tegotae.lowering.llvm.step import NativeStep, load_step
+
+if TYPE_CHECKING:
+    from tegotae._support.documents import Document
 
 FORMAT = "tegotae native controller"
 VERSION = 1
@@ -120,7 +123,7 @@ def read_native(path: Path) -> NativeController:
         raise TegotaeError(f"{path} is damaged: {error}") from None
 
 
-def _of_document(about: dict[str, Any], code: bytes) -> NativeController:
+def _of_document(about: Document, code: bytes) -> NativeController:
     state = MemoryLayout.of_document(about["state"])
     return NativeController(
         name=about["name"],

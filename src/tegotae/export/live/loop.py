@@ -7,14 +7,14 @@ import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from tegotae._support.errors import TegotaeError, require_finite
 from tegotae.export.live.controller import LiveController
 
-Read = Callable[[], Mapping[str, Any]]
+Read = Callable[[], Mapping[str, ArrayLike]]
 Write = Callable[[np.ndarray], None]
 
 _SPIN_S = 0.0002

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
+from tegotae._support.documents import Json, JsonObject
 from tegotae._support.errors import TegotaeError
 from tegotae.measures.gaits.places import leg_names
 from tegotae.parts.bodies import (
@@ -48,7 +49,7 @@ class Shown:
                 f"{type(self.body).__name__}"
             )
 
-    def document(self, pose_names: tuple[str, ...], numbers: dict[str, Any]) -> dict[str, Any]:
+    def document(self, pose_names: tuple[str, ...], numbers: Mapping[str, Json]) -> JsonObject:
         """What a page needs to know of it."""
         body = self.body
         turns = body.turns if isinstance(body, Upright) else ()
@@ -96,7 +97,7 @@ def losing_legs(body: Body) -> Body:
     return body
 
 
-def form(body: Body) -> dict[str, Any]:
+def form(body: Body) -> JsonObject:
     """What of a body is no data of an engine: its kind, where its hips are, what it lacks."""
     fields = vars(body)
     fixed = {

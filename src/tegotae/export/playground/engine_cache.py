@@ -9,10 +9,10 @@ from dataclasses import dataclass
 from importlib import resources
 from importlib.metadata import version
 from importlib.resources.abc import Traversable
-from typing import Any
 
 import jax
 
+from tegotae._support.documents import JsonObject
 from tegotae.export.playground.bodies import form
 from tegotae.export.playground.compiler import compiled, has_compiler
 from tegotae.export.playground.program import Program
@@ -98,6 +98,6 @@ def makers() -> dict[str, str]:
     return {"jax": jax.__version__, "ziglang": version("ziglang") if has_compiler() else "none"}
 
 
-def document(engine: CompiledEngine, about: str, wasm: str) -> dict[str, Any]:
+def document(engine: CompiledEngine, about: str, wasm: str) -> JsonObject:
     """What is kept beside an engine's WebAssembly."""
     return {"about": about, "wasm": wasm, "made_by": engine.made_by, "layout": engine.layout}

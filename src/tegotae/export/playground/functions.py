@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import jax
 import numpy as np
@@ -13,6 +13,7 @@ from tegotae.export.playground.layout import LayoutEntry, texts
 from tegotae.export.playground.program import Program
 from tegotae.lowering.nodes import Node, given
 from tegotae.lowering.tracing import keeping_calls
+from tegotae.parts._shapes import ArrayTree
 
 ASKED = ("phase", "spring", "velocity")
 """What a point of the actuation surface is given by."""
@@ -61,20 +62,22 @@ class _Trace:
     def __init__(self, given: dict[str, np.ndarray]) -> None:
         self._reader, self._given = CReader(loops=True), given
 
-    def __call__(self, function: Callable[..., Any], *more: Any) -> list[np.ndarray]:
+    def __call__(self, function: Callable[..., ArrayTree], *more: ArrayTree) -> list[np.ndarray]:
         """The results' scalars, leaf by leaf."""
         arguments = (self._given, *more)
         leaves, structure = jax.tree.flatten(arguments, is_leaf=lambda x: isinstance(x, np.ndarray))
         shapes = [jax.ShapeDtypeStruct(leaf.shape, _dtype(leaf)) for leaf in leaves]
 
-        def flat(*arrays: jax.Array) -> Any:
+        def flat(*arrays: jax.Array) -> ArrayTree:
             return function(*jax.tree.unflatten(structure, arrays))
 
         with jax.enable_x64(False), keeping_calls():
             return self._reader.read(jax.make_jaxpr(flat)(*shapes), leaves)
 
 
-def _written(entries: Sequence[LayoutEntry], nodes: Sequence[np.ndarray]) -> Any:
+def _written(
+    entries: Sequence[LayoutEntry], nodes: Sequence[np.ndarray]
+) -> tuple[tuple[LayoutEntry, tuple[Node, ...]], ...]:
     return tuple((e, tuple(n.reshape(-1))) for e, n in zip(entries, nodes, strict=True))
 
 
@@ -89,7 +92,7 @@ def _nodes(entry: LayoutEntry, shape: tuple[int, ...]) -> np.ndarray:
     return array.reshape(shape)
 
 
-def _arrays(entries: Sequence[LayoutEntry], shapes: Any) -> Any:
+def _arrays(entries: Sequence[LayoutEntry], shapes: ArrayTree) -> ArrayTree:
     leaves, structure = jax.tree.flatten(shapes)
     arrays = [_nodes(e, leaf.shape) for e, leaf in zip(entries, leaves, strict=True)]
     return jax.tree.unflatten(structure, arrays)

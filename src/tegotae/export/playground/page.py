@@ -6,12 +6,12 @@ import base64
 import dataclasses
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import jax
 import numpy as np
 
 from tegotae import __version__
+from tegotae._support.documents import JsonObject
 from tegotae._support.errors import TegotaeError
 from tegotae._support.pages import as_script, filled
 from tegotae.export.playground import engine_cache
@@ -101,7 +101,7 @@ class Page:
             },
         )
 
-    def document(self) -> dict[str, Any]:
+    def document(self) -> JsonObject:
         """All that the scripts know, as plain JSON values."""
         controllers = [self._controller(choice) for choice in self.choices]
         return {
@@ -127,11 +127,11 @@ class Page:
         Shown(choice.label, body)  # refuses what cannot be drawn
         self._bodies[choice.label] = body
 
-    def _body(self, name: str, body: Body) -> dict[str, Any]:
+    def _body(self, name: str, body: Body) -> JsonObject:
         program = Program(_any_controller(body), body)
         return Shown(name, body).document(program.pose_names, program.numbers)
 
-    def _controller(self, choice: ControllerChoice) -> dict[str, Any]:
+    def _controller(self, choice: ControllerChoice) -> JsonObject:
         saved = choice.saved
         own = saved.controller
         engines = {}
@@ -165,7 +165,7 @@ class Page:
         return name
 
 
-DEFINITIONS: dict[str, Any] = {
+DEFINITIONS: JsonObject = {
     "hop_clearance": HOP_CLEARANCE,
     "rest_share": REST_SHARE,
     "rest_range_m": REST_RANGE_M,
@@ -177,7 +177,7 @@ DEFINITIONS: dict[str, Any] = {
 """Numbers of the package's measures, which the page's scripts take from here."""
 
 
-def _learning() -> dict[str, Any]:
+def _learning() -> JsonObject:
     """How the page learns: as `tegotae train` does. And how good it can get."""
     settings = dataclasses.asdict(tuned("pgpe"))
     timing = {**dataclasses.asdict(EPISODE), "settle_s": SETTLE_S}

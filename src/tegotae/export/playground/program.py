@@ -6,7 +6,7 @@ import dataclasses
 import inspect
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -15,6 +15,7 @@ import numpy as np
 from tegotae._support.errors import TegotaeError
 from tegotae.export.playground.layout import Layout, LayoutEntry, together
 from tegotae.export.playground.stopped import Stoppable
+from tegotae.parts._shapes import ArrayTree, Weights
 from tegotae.parts.bodies import Body
 from tegotae.parts.controller import Controller
 from tegotae.parts.parameters import changed
@@ -118,10 +119,10 @@ class Program:
         return Recorder.of(self.controller, self.body)
 
     @cached_property
-    def shapes(self) -> Any:
+    def shapes(self) -> tuple[Now, dict[str, jax.Array]]:
         """A `Now`, and the channels recorded of it, as shapes."""
 
-        def all_of(given: dict[str, jax.Array]) -> Any:
+        def all_of(given: dict[str, jax.Array]) -> tuple[Now, dict[str, jax.Array]]:
             now = self.released(given)
             return now, self.recorded(given, jnp.asarray(0), now)
 
@@ -157,7 +158,9 @@ class Program:
             (self.given, (LayoutEntry("ticks", 1, "int32"),), self.state, self.channels)
         )
 
-    def _setting(self, given: dict[str, jax.Array]) -> tuple[Any, Body, Scenario, Controller]:
+    def _setting(
+        self, given: dict[str, jax.Array]
+    ) -> tuple[tuple[ClosedLoop, Weights], Body, Scenario, Controller]:
         """Loop, body and scenario as the page says they are."""
         own = self.controller
         if own.oscillator is not None:
@@ -198,7 +201,9 @@ class Program:
         record = self._recorder
         return Now(lane, record.add(now.totals, output), record.update(now.events, output))
 
-    def recorded(self, given: dict[str, jax.Array], ticks: jax.Array, now: Now) -> dict[str, Any]:
+    def recorded(
+        self, given: dict[str, jax.Array], ticks: jax.Array, now: Now
+    ) -> dict[str, jax.Array]:
         """The channels of a lane."""
         _, body, _, controller = self._setting(given)
         time = ticks.astype(jnp.float32) * given["tick_s"]
@@ -222,10 +227,10 @@ class Program:
         return mean if self.limbs == 1 else mean[0]
 
 
-def _entries(prefix: str, tree: Any) -> tuple[LayoutEntry, ...]:
+def _entries(prefix: str, tree: ArrayTree) -> tuple[LayoutEntry, ...]:
     """An entry for every leaf, named by its path."""
 
-    def size(leaf: Any) -> int:
+    def size(leaf: jax.Array) -> int:
         return int(np.prod(leaf.shape, dtype=int))
 
     leaves, _ = jax.tree_util.tree_flatten_with_path(tree)
@@ -235,5 +240,5 @@ def _entries(prefix: str, tree: Any) -> tuple[LayoutEntry, ...]:
     )
 
 
-def _key(key: Any) -> str:
+def _key(key: object) -> str:
     return str(getattr(key, "name", getattr(key, "key", getattr(key, "idx", key))))

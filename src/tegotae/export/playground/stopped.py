@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import jax
 import jax.numpy as jnp
 
+from tegotae.parts._shapes import StateTree
 from tegotae.parts.oscillators.wrapper import OscillatorWrapper
 
 
@@ -32,11 +32,11 @@ class Stoppable(OscillatorWrapper):
 
     def rate(
         self,
-        state: Any,
+        state: StateTree,
         omega: jax.Array,
         feedback: jax.Array,
         weights: Sequence[jax.Array] = (),
-    ) -> Any:
+    ) -> StateTree:
         """That of the oscillator within, or zero."""
         rate = super().rate(state, omega, feedback, weights)
         return jax.tree.map(lambda x: jnp.where(self.moving, x, jnp.zeros_like(x)), rate)
