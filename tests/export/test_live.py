@@ -228,7 +228,8 @@ def test_a_loop_records_what_measure_reads_and_ends_safe(tmp_path, exported):
         recording=path,
     )
     assert report.stopped == "duration"
-    assert report.ticks == 100
+    assert 1 <= report.ticks <= 100  # periods that were missed are left out
+    assert len(report.late_s) == report.ticks
     assert written[-1] == -1.0
     columns = np.load(path)
     assert {"time_s", "height_m", "spring_force", "phase_rad", "force_n"} <= set(columns)

@@ -88,7 +88,7 @@ def drive_hardware(
     require_finite("watchdog_s", watchdog_s, above=1.0 / rate_hz, most=60.0)
     if recording is not None and Path(recording).suffix != ".npz":
         raise TegotaeError(f"recording is {recording}; its name must end in .npz")
-    loop = _Loop(live, read, write, safe, rate_hz, round(duration_s * rate_hz))
+    loop = _Loop(live, read, write, safe, rate_hz, max(1, round(duration_s * rate_hz)))
     try:
         return loop.run(watchdog_s)
     finally:
@@ -143,7 +143,8 @@ class _Loop:
         live, clock = self._live, time.perf_counter
         begun = clock()
         due = last = begun
-        while self.done < self._ticks and not self._bitten:
+        end = begun + self._ticks * self._period_s
+        while due < end - 0.5 * self._period_s and not self._bitten:
             now = _wait_until(due)
             measured = self._read()
             command = live.step(measured, now - last if self.done else 0.0)
@@ -159,11 +160,11 @@ class _Loop:
                     self._read_columns[name] = np.full((self._ticks, *np.shape(value)), np.nan)
                 self._read_columns[name][at] = value
             self.done += 1
-            self._beat = end = clock()
-            self._busy_s[at] = end - now
+            self._beat = after = clock()
+            self._busy_s[at] = after - now
             due += self._period_s
-            if end > due:  # periods that are over by now
-                due += self._period_s * ((end - due) // self._period_s + 1.0)
+            if after > due:  # periods that are over by now
+                due += self._period_s * ((after - due) // self._period_s + 1.0)
 
     def _guard(self, watchdog_s: float) -> None:
         while not self._ended.wait(0.25 * watchdog_s):
