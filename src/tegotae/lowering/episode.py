@@ -9,13 +9,13 @@ import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
-from typing import Any
 
 import jax
 import numpy as np
 
 from tegotae._support.devices import available_cores
 from tegotae.lowering.buffers import aligned
+from tegotae.lowering.jaxprs import Tree
 from tegotae.lowering.lane_reader import LaneReader
 from tegotae.lowering.llvm.compile import Compiled
 from tegotae.lowering.llvm.module import EpisodeModule
@@ -31,7 +31,7 @@ _GROUPS_OF_THREAD = 4
 _LANES_TOGETHER = 64
 """Lanes of a group, or a multiple of them: so many are summarised at a time."""
 
-Collect = Callable[[int, int, Any], None]
+Collect = Callable[[int, int, Tree], None]
 """Takes the first lane of a group, how many it has, and its channels [frames, ..., lanes]."""
 
 
@@ -50,15 +50,15 @@ class TracedEpisode:
             frame, and what is recorded.
     """
 
-    start: Callable[[Any, Any], Any]
-    tick: Callable[[Any, Any, Any, Any], Any]
-    frame: Callable[[Any, Any, Any, Any], tuple[Any, Any]]
+    start: Callable[[Tree, Tree], Tree]
+    tick: Callable[[Tree, Tree, Tree, jax.Array], Tree]
+    frame: Callable[[Tree, Tree, Tree, jax.Array], tuple[Tree, Tree]]
 
 
 def compile_episode(
     episode: TracedEpisode,
-    lanes_shapes: Any,
-    shared_shapes: Any,
+    lanes_shapes: Tree,
+    shared_shapes: Tree,
     dtype: str,
     *,
     target: str | Target = "host",
@@ -101,12 +101,12 @@ def forget_kernels() -> None:
         _kernels.clear()
 
 
-_kernels: dict[Any, Kernel] = {}
+_kernels: dict[tuple[object, ...], Kernel] = {}
 _lock = threading.RLock()
 
 
 def _compiled(
-    episode: TracedEpisode, lanes: Any, shared: Any, dtype: str, target: Target, vectors: int
+    episode: TracedEpisode, lanes: Tree, shared: Tree, dtype: str, target: Target, vectors: int
 ) -> Kernel:
     begun = time.perf_counter()
     with jax.enable_x64(dtype == "float64"):
@@ -126,18 +126,18 @@ class _Read:
     lane_kinds: tuple[str, ...]
     """Kinds of what is given lane by lane, entry by entry."""
     shared_dtypes: tuple[str, ...]
-    channels: Any
+    channels: Tree
     """What a frame records, as shapes of one lane."""
 
     @classmethod
-    def of(cls, episode: TracedEpisode, lanes: Any, shared: Any) -> _Read:
+    def of(cls, episode: TracedEpisode, lanes: Tree, shared: Tree) -> _Read:
         """Traced for one lane."""
         lanes = jax.tree.map(lambda x: jax.ShapeDtypeStruct((*x.shape[:-1], 1), x.dtype), lanes)
         shared = jax.tree.map(lambda x: jax.ShapeDtypeStruct(x.shape, x.dtype), shared)
         index = jax.ShapeDtypeStruct((), "int32")
         reader = LaneReader()
 
-        def read(function: Callable[..., Any], **arguments: Any) -> tuple[list[Node], Any]:
+        def read(function: Callable[..., Tree], **arguments: Tree) -> tuple[list[Node], Tree]:
             trace, shapes = jax.make_jaxpr(function, return_shape=True)(*arguments.values())
             inputs = [
                 array
@@ -161,11 +161,11 @@ def _split(nodes: Sequence[Node], first: int) -> tuple[tuple[Node, ...], tuple[N
     return tuple(nodes[:first]), tuple(nodes[first:])
 
 
-def _kinds(leaf: Any) -> list[str]:
+def _kinds(leaf: jax.Array | jax.ShapeDtypeStruct) -> list[str]:
     return [KINDS[str(leaf.dtype)]] * int(np.prod(leaf.shape, dtype=int))
 
 
-def _given(name: str, leaves: Sequence[Any]) -> list[np.ndarray]:
+def _given(name: str, leaves: Sequence[jax.Array | jax.ShapeDtypeStruct]) -> list[np.ndarray]:
     """Nodes of what is given, leaf by leaf, numbered one after the other."""
     numbers = itertools.count()
     return [
@@ -188,7 +188,7 @@ class Kernel:
     """Lanes that are advanced together; a last block is filled up with the last lane."""
     compile_seconds: float
     """Seconds that tracing and compiling took."""
-    channels: Any
+    channels: Tree
     """What a frame records, as `jax.ShapeDtypeStruct` of one lane."""
     _module: EpisodeModule = field(repr=False)
     _read: _Read = field(repr=False)
@@ -196,8 +196,8 @@ class Kernel:
 
     def run(
         self,
-        lanes: Any,
-        shared: Any,
+        lanes: Tree,
+        shared: Tree,
         *,
         frames: int,
         ticks_per_frame: int,
@@ -226,8 +226,8 @@ class _Run:
     def __init__(
         self,
         kernel: Kernel,
-        lanes: Any,
-        shared: Any,
+        lanes: Tree,
+        shared: Tree,
         frames: int,
         ticks: int,
         collect: Collect,
@@ -242,7 +242,7 @@ class _Run:
         self._uniform = aligned(self._module.uniform_bytes)
         self._spread(shared)
 
-    def _spread(self, shared: Any) -> None:
+    def _spread(self, shared: Tree) -> None:
         """What all lanes share, computed once."""
         dtypes = self._read.shared_dtypes
         memory = aligned(8 * len(dtypes))
@@ -325,7 +325,7 @@ class _Worker:
         lanes = min(row, run._lanes - first * block)
         run._collect(first * block, lanes, self._channels(row, lanes))
 
-    def _channels(self, row: int, lanes: int) -> Any:
+    def _channels(self, row: int, lanes: int) -> Tree:
         """What was recorded, as arrays [frames, ..., lanes]."""
         run, first, found = self._run, 0, []
         leaves, structure = jax.tree.flatten(run._channels)

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
+from numpy.typing import ArrayLike
 
 from tegotae.lowering.nodes import DTYPES, FLOATS, Node, literal
 from tegotae.lowering.operations import OPERATIONS
@@ -92,5 +91,5 @@ def _zero(kind: str) -> Node:
     return _literal(0, kind)
 
 
-def _literal(value: Any, kind: str) -> Node:
+def _literal(value: ArrayLike, kind: str) -> Node:
     return literal(np.asarray(value, DTYPES[kind])[()], kind)

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import Any
 
 import jax
+import numpy as np
 
 from tegotae.lowering.buffers import Rows
 from tegotae.lowering.graph import Reader
+from tegotae.lowering.jaxprs import Tree
 from tegotae.lowering.layout import Entry, MemoryLayout
 from tegotae.lowering.llvm.compile import Compiled, object_file
 from tegotae.lowering.llvm.emit import Emitter
@@ -48,9 +49,9 @@ class FunctionKernel:
 
 
 def compile_function(
-    function: Callable[[Any, Any], tuple[Any, Any]],
-    state: Any,
-    inputs: Any,
+    function: Callable[[Tree, Tree], tuple[Tree, Tree]],
+    state: Tree,
+    inputs: Tree,
     *,
     dtype: str = "float32",
 ) -> FunctionKernel:
@@ -96,7 +97,7 @@ def compile_function(
     return FunctionKernel(of_state, of_inputs, of_outputs, _text(results, layouts))
 
 
-def _layout(tree: Any) -> MemoryLayout:
+def _layout(tree: Tree) -> MemoryLayout:
     leaves, _ = jax.tree_util.tree_flatten_with_path(tree)
     return MemoryLayout(
         tuple(
@@ -106,7 +107,7 @@ def _layout(tree: Any) -> MemoryLayout:
     )
 
 
-def _given(name: str, layout: MemoryLayout) -> list[Any]:
+def _given(name: str, layout: MemoryLayout) -> list[np.ndarray]:
     """Nodes of a layout, array by array, numbered one after the other."""
     found, first = [], 0
     for entry in layout.entries:

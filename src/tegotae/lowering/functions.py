@@ -13,18 +13,20 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
+from tegotae.lowering.jaxprs import Traced
+
 
 class _Format(NamedTuple):
     """What a type of floats is made of, and where series for it end."""
 
-    whole: Any
+    whole: type[np.signedinteger]
     """The type of whole numbers with as many bits."""
     fraction: int
     """Bits of the fraction."""
@@ -451,7 +453,7 @@ _FUNCTIONS: dict[str, Callable[..., jax.Array]] = {
 """By the operation of a trace that each is."""
 
 
-def function(equation: Any) -> Any | None:
+def function(equation: Traced) -> Traced | None:
     """The trace of the function that an operation is, for one entry; None if it is a basic one."""
     name, parameters = equation.primitive.name, equation.params
     if name not in _FUNCTIONS:
@@ -464,7 +466,7 @@ def function(equation: Any) -> Any | None:
 
 
 @functools.cache
-def _trace(name: str, dtypes: tuple[str, ...], details: tuple[tuple[str, int], ...]) -> Any:
+def _trace(name: str, dtypes: tuple[str, ...], details: tuple[tuple[str, int], ...]) -> Traced:
     whole = functools.partial(_FUNCTIONS[name], **dict(details))
     with jax.enable_x64(True):
         return jax.make_jaxpr(whole)(*(jax.ShapeDtypeStruct((), dtype) for dtype in dtypes))

@@ -5,13 +5,14 @@ from __future__ import annotations
 import functools
 import itertools
 from collections.abc import Callable, Sequence
-from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from tegotae.lowering.errors import CannotLower
 from tegotae.lowering.folding import folded
 from tegotae.lowering.functions import function
+from tegotae.lowering.jaxprs import Detail, Parameters, Traced
 from tegotae.lowering.moves import MOVES, moved_by_number
 from tegotae.lowering.nodes import (
     DTYPES,
@@ -42,9 +43,9 @@ class Reader:
     """
 
     def __init__(self) -> None:
-        self._nodes: dict[Any, Node] = {}
+        self._nodes: dict[tuple[object, ...], Node] = {}
 
-    def read(self, trace: Any, inputs: Sequence[np.ndarray]) -> list[np.ndarray]:
+    def read(self, trace: Traced, inputs: Sequence[np.ndarray]) -> list[np.ndarray]:
         """The results of a closed jaxpr for these arrays of nodes.
 
         Raises:
@@ -55,37 +56,42 @@ class Reader:
 
     # What other targets do in ways of their own.
 
-    def _origin(self, equation: Any, outer: Any) -> Any:
+    def _origin(self, equation: Traced, outer: Traced) -> Traced:
         """What knows where an operation comes from."""
         return outer or equation
 
-    def _refused(self, operation: str, origin: Any, why: str = "") -> Exception:
+    def _refused(self, operation: str, origin: Traced, why: str = "") -> Exception:
         return CannotLower(operation, place_of(origin), why)
 
-    def _constant(self, value: Any, origin: Any) -> np.ndarray:
+    def _constant(self, value: ArrayLike, origin: Traced) -> np.ndarray:
         try:
             return constant(value)
         except CannotLower as error:
             raise self._refused(error.operation, origin) from None
 
-    def _kind(self, aval: Any, name: str, origin: Any) -> str:
+    def _kind(self, aval: Traced, name: str, origin: Traced) -> str:
         kind = KINDS.get(str(aval.dtype))
         if kind is None:
             raise self._refused(name, origin, f"of {aval.dtype}")
         return kind
 
     def _node(
-        self, operation: str, kind: str, inputs: tuple[Node, ...], detail: Any, origin: Any
+        self, operation: str, kind: str, inputs: tuple[Node, ...], detail: Detail, origin: Traced
     ) -> Node:
         """The node of an operation, or what it comes to."""
         return self._shared(folded(Node(operation, kind, inputs, detail)))
 
-    def _term(self, operation: str, kind: str, inputs: tuple[Node, ...], origin: Any) -> Node:
+    def _term(self, operation: str, kind: str, inputs: tuple[Node, ...], origin: Traced) -> Node:
         """A node of a product of matrices."""
         return self._node(operation, kind, inputs, None, origin)
 
     def _scalar(
-        self, name: str, kind: str, arguments: Sequence[np.ndarray], equation: Any, origin: Any
+        self,
+        name: str,
+        kind: str,
+        arguments: Sequence[np.ndarray],
+        equation: Traced,
+        origin: Traced,
     ) -> np.ndarray:
         """An operation between entries."""
         operation = OPERATIONS.get(name)
@@ -107,13 +113,15 @@ class Reader:
             lambda *inputs: self._node(name, kind, inputs, detail, origin), arguments
         )
 
-    def _call(self, parameters: Any, arguments: list[np.ndarray], origin: Any) -> list[np.ndarray]:
+    def _call(
+        self, parameters: Parameters, arguments: list[np.ndarray], origin: Traced
+    ) -> list[np.ndarray]:
         jaxpr, constants, about = called(parameters)
         known = [self._constant(value, origin) for value in constants]
         return self._run(jaxpr, known, arguments, origin if is_of_jax(about) else None)
 
     def _branches(
-        self, parameters: Any, arguments: list[np.ndarray], origin: Any
+        self, parameters: Parameters, arguments: list[np.ndarray], origin: Traced
     ) -> list[np.ndarray]:
         """Of two branches the one that is taken; of more, of ever later ones."""
         which, *given_to = arguments
@@ -128,7 +136,7 @@ class Reader:
             taken = _in_shapes(self._decided(condition, no, yes), [each.shape for each in branch])
         return taken
 
-    def _reaches(self, which: Node, number: int, origin: Any) -> Node:
+    def _reaches(self, which: Node, number: int, origin: Traced) -> Node:
         """Whether the branch of a number, or a later one, is taken."""
         if which.kind == "bool":
             return which
@@ -148,7 +156,9 @@ class Reader:
             results[i] = Node("part", no[i].kind, (node,), part)
         return results
 
-    def _loop(self, parameters: Any, arguments: list[np.ndarray], origin: Any) -> list[np.ndarray]:
+    def _loop(
+        self, parameters: Parameters, arguments: list[np.ndarray], origin: Traced
+    ) -> list[np.ndarray]:
         n_test, n_step = parameters["cond_nconsts"], parameters["body_nconsts"]
         begins = arguments[n_test + n_step :]
         carried = [
@@ -156,7 +166,7 @@ class Reader:
             for array in begins
         ]
 
-        def run(jaxpr: Any, fixed: list[np.ndarray]) -> list[Node]:
+        def run(jaxpr: Traced, fixed: list[np.ndarray]) -> list[Node]:
             constants = [self._constant(value, origin) for value in jaxpr.consts]
             return scalars(self._run(jaxpr.jaxpr, constants, [*fixed, *carried], None))
 
@@ -173,7 +183,10 @@ class Reader:
     def _shared(self, node: Node) -> Node:
         """The node that is the same as this one, of those met so far."""
         if node.operation == "literal":
-            key: Any = (node.kind, np.asarray(node.detail, DTYPES[node.kind]).tobytes())
+            key: tuple[object, ...] = (
+                node.kind,
+                np.asarray(node.detail, DTYPES[node.kind]).tobytes(),
+            )
         elif node.operation in ("given", "part", "branch", "loop"):
             return node
         else:
@@ -184,12 +197,16 @@ class Reader:
         return self._nodes.setdefault(key, node)
 
     def _run(
-        self, jaxpr: Any, constants: Sequence[np.ndarray], inputs: Any, outer: Any
+        self,
+        jaxpr: Traced,
+        constants: Sequence[np.ndarray],
+        inputs: Sequence[np.ndarray],
+        outer: Traced,
     ) -> list[np.ndarray]:
-        known: dict[Any, np.ndarray] = dict(zip(jaxpr.constvars, constants, strict=True))
+        known: dict[Traced, np.ndarray] = dict(zip(jaxpr.constvars, constants, strict=True))
         known.update(zip(jaxpr.invars, inputs, strict=True))
 
-        def value(atom: Any) -> np.ndarray:
+        def value(atom: Traced) -> np.ndarray:
             if hasattr(atom, "val"):  # a number that stands in the program
                 return self._constant(np.asarray(atom.val, atom.aval.dtype), outer)
             return known[atom]
@@ -201,7 +218,9 @@ class Reader:
             known.update(zip(equation.outvars, results, strict=True))
         return [value(atom) for atom in jaxpr.outvars]
 
-    def _apply(self, equation: Any, arguments: list[np.ndarray], origin: Any) -> list[np.ndarray]:
+    def _apply(
+        self, equation: Traced, arguments: list[np.ndarray], origin: Traced
+    ) -> list[np.ndarray]:
         name, parameters = equation.primitive.name, equation.params
         if name in CALLS:
             return self._call(parameters, arguments, origin)
@@ -231,7 +250,7 @@ class Reader:
         return [self._scalar(name, kind, arguments, equation, origin)]
 
     def _rounds(
-        self, parameters: Any, arguments: list[np.ndarray], origin: Any
+        self, parameters: Parameters, arguments: list[np.ndarray], origin: Traced
     ) -> list[np.ndarray]:
         """A loop of known length, written out."""
         trace, n_fixed, n_carry = (parameters[k] for k in ("jaxpr", "num_consts", "num_carry"))
@@ -251,13 +270,17 @@ class Reader:
         columns = zip(*(found[i] for i in numbers), strict=True)
         return [*carry, *(np.stack(column) for column in columns)]
 
-    def _reduced(self, operation: str, array: np.ndarray, axes: Any, origin: Any) -> np.ndarray:
+    def _reduced(
+        self, operation: str, array: np.ndarray, axes: Sequence[int], origin: Traced
+    ) -> np.ndarray:
         axes = tuple(axes)
         moved = np.moveaxis(array, axes, tuple(range(len(axes))))
         rows = _rows(moved.reshape(-1, *moved.shape[len(axes) :]))
         return functools.reduce(functools.partial(self._between, operation, origin), rows)
 
-    def _running(self, operation: str, array: np.ndarray, parameters: Any, origin: Any) -> Any:
+    def _running(
+        self, operation: str, array: np.ndarray, parameters: Parameters, origin: Traced
+    ) -> np.ndarray:
         axis, backwards = parameters["axis"], parameters["reverse"]
         rows = _rows(np.moveaxis(array, axis, 0))
         rows = rows[::-1] if backwards else rows
@@ -265,13 +288,15 @@ class Reader:
         found = list(itertools.accumulate(rows, both))
         return np.moveaxis(np.stack(found[::-1] if backwards else found), 0, axis)
 
-    def _between(self, operation: str, origin: Any, a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    def _between(self, operation: str, origin: Traced, a: np.ndarray, b: np.ndarray) -> np.ndarray:
         def node(*inputs: Node) -> Node:
             return self._node(operation, inputs[0].kind, inputs, None, origin)
 
         return elementwise(node, [a, b])
 
-    def _product(self, arrays: Any, parameters: Any, kind: str, origin: Any) -> np.ndarray:
+    def _product(
+        self, arrays: Sequence[np.ndarray], parameters: Parameters, kind: str, origin: Traced
+    ) -> np.ndarray:
         ((left_sums, right_sums), (left_batch, right_batch)) = parameters["dimension_numbers"]
         if left_batch or right_batch:
             raise self._refused("dot_general", origin, "of batches of matrices")
@@ -291,7 +316,7 @@ class Reader:
         return array_of(entries, free)
 
 
-def called(parameters: Any) -> tuple[Any, Sequence[Any], str]:
+def called(parameters: Parameters) -> tuple[Traced, Sequence[ArrayLike], str]:
     """Of an operation that calls a trace: that trace, its constants, and where it is from."""
     inner = parameters.get("jaxpr", parameters.get("call_jaxpr"))
     jaxpr, constants = getattr(inner, "jaxpr", inner), getattr(inner, "consts", ())

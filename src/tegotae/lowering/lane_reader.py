@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from tegotae.lowering.graph import Reader
+from tegotae.lowering.jaxprs import Detail, Traced
 from tegotae.lowering.nodes import DTYPES, FLOATS, Node, literal
 from tegotae.lowering.stages import TICK, begins
 
@@ -19,7 +18,7 @@ class LaneReader(Reader):
         self._stage: dict[Node, int] = {}
 
     def _node(
-        self, operation: str, kind: str, inputs: tuple[Node, ...], detail: Any, origin: Any
+        self, operation: str, kind: str, inputs: tuple[Node, ...], detail: Detail, origin: Traced
     ) -> Node:
         if operation == "div" and kind in FLOATS and inputs[1].operation != "literal":
             over, under = inputs
@@ -43,14 +42,14 @@ class LaneReader(Reader):
                 left += unknown
         return self._stage[node]
 
-    def _guarded(self, over: Node, under: Node, origin: Any) -> Node:
+    def _guarded(self, over: Node, under: Node, origin: Traced) -> Node:
         """A ratio that only some lanes need: divided only where any does."""
         needed, one, real = under.inputs
         no = self._node("div", over.kind, (over, one), None, origin)
         yes = super()._node("div", over.kind, (over, real), None, origin)
         return self._decided(needed, [no], [yes])[0]
 
-    def _by_what_stays(self, over: Node, under: Node, origin: Any) -> Node:
+    def _by_what_stays(self, over: Node, under: Node, origin: Traced) -> Node:
         """A ratio by a number that stays: its inverse, and what the product leaves, once more.
 
         The result is that of the division, to the bit, unless what is left is lost below the

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from tegotae.lowering.buffers import Rows
 from tegotae.lowering.nodes import KINDS
+
+_Written = Iterable[tuple[str, str, Iterable[int]]]
+"""A layout as JSON values: of each array its name, type and shape."""
 
 
 @dataclass(frozen=True)
@@ -62,11 +65,11 @@ class MemoryLayout:
             first += math.prod(entry.shape)
         return found
 
-    def document(self) -> list[Any]:
+    def document(self) -> list[list[str | list[int]]]:
         """Plain JSON values that say the same."""
         return [[e.name, e.dtype, list(e.shape)] for e in self.entries]
 
     @classmethod
-    def of_document(cls, document: list[Any]) -> MemoryLayout:
+    def of_document(cls, document: _Written) -> MemoryLayout:
         """The layout of such values."""
         return cls(tuple(Entry(name, dtype, tuple(shape)) for name, dtype, shape in document))

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any
+from collections.abc import Callable, Sequence
 
 import jax
 import numpy as np
 
 from tegotae.lowering.errors import CannotLower
+from tegotae.lowering.jaxprs import Parameters, Traced
 from tegotae.lowering.nodes import array_of, constant
 
 COMPUTED = "it picks an entry by a number that is computed; pick it by jnp.where"
@@ -22,7 +22,7 @@ def _known(array: np.ndarray) -> int:
     return int(node.detail)
 
 
-def _in_dimensions(arrays: Any, parameters: Any) -> list[np.ndarray]:
+def _in_dimensions(arrays: Sequence[np.ndarray], parameters: Parameters) -> list[np.ndarray]:
     array, shape = arrays[0], parameters["shape"]
     whole = [1] * len(shape)
     for axis, at in enumerate(parameters["broadcast_dimensions"]):
@@ -30,13 +30,13 @@ def _in_dimensions(arrays: Any, parameters: Any) -> list[np.ndarray]:
     return [np.broadcast_to(array.reshape(whole), shape)]
 
 
-def _slice(arrays: Any, parameters: Any) -> list[np.ndarray]:
+def _slice(arrays: Sequence[np.ndarray], parameters: Parameters) -> list[np.ndarray]:
     strides = parameters["strides"] or (1,) * arrays[0].ndim
     bounds = zip(parameters["start_indices"], parameters["limit_indices"], strides, strict=True)
     return [arrays[0][tuple(slice(*each) for each in bounds)]]
 
 
-def _dynamic_slice(arrays: Any, parameters: Any) -> list[np.ndarray]:
+def _dynamic_slice(arrays: Sequence[np.ndarray], parameters: Parameters) -> list[np.ndarray]:
     array, *starts = arrays
     sizes = parameters["slice_sizes"]
     firsts = [
@@ -46,19 +46,19 @@ def _dynamic_slice(arrays: Any, parameters: Any) -> list[np.ndarray]:
     return [array[tuple(slice(at, at + n) for at, n in zip(firsts, sizes, strict=True))]]
 
 
-def _split(arrays: Any, parameters: Any) -> list[np.ndarray]:
+def _split(arrays: Sequence[np.ndarray], parameters: Parameters) -> list[np.ndarray]:
     ends = np.cumsum(parameters["sizes"])[:-1]
     return list(np.split(arrays[0], ends, axis=parameters["axis"]))
 
 
-def _iota(arrays: Any, parameters: Any) -> list[np.ndarray]:
+def _iota(arrays: Sequence[np.ndarray], parameters: Parameters) -> list[np.ndarray]:
     shape, at = parameters["shape"], parameters["dimension"]
     numbers = np.arange(shape[at]).reshape([-1 if i == at else 1 for i in range(len(shape))])
     dtype = jax.dtypes.canonicalize_dtype(parameters["dtype"])
     return [constant(np.broadcast_to(numbers, shape).astype(dtype))]
 
 
-MOVES: dict[str, Callable[[Any, Any], list[np.ndarray]]] = {
+MOVES: dict[str, Callable[[Sequence[np.ndarray], Parameters], list[np.ndarray]]] = {
     "broadcast_in_dim": _in_dimensions,
     "reshape": lambda a, p: [a[0].reshape(p["new_sizes"])],
     "squeeze": lambda a, p: [np.squeeze(a[0], tuple(p["dimensions"]))],
@@ -79,7 +79,7 @@ MOVES: dict[str, Callable[[Any, Any], list[np.ndarray]]] = {
 """By their names in a trace: from arrays and parameters to arrays."""
 
 
-def moved_by_number(equation: Any, arguments: list[np.ndarray]) -> list[np.ndarray]:
+def moved_by_number(equation: Traced, arguments: list[np.ndarray]) -> list[np.ndarray]:
     """An operation such as `gather`, for places that are known: done once, with entries' numbers.
 
     Raises:

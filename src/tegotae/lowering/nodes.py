@@ -5,11 +5,13 @@ from __future__ import annotations
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from tegotae.lowering.errors import CannotLower
+from tegotae.lowering.jaxprs import Detail
 
 if TYPE_CHECKING:
     from tegotae.lowering.places import Place
@@ -39,7 +41,7 @@ class Node:
     kind: str
     """Its type in C."""
     inputs: tuple[Node, ...] = ()
-    detail: Any = None
+    detail: Detail = None
     """The value of a literal, the name of what is given, which result of which call."""
     place: Place | None = None
     """Where in the program it was computed."""
@@ -74,12 +76,12 @@ class Loop:
     """What is carried to the next round."""
 
 
-def given(name: Any, kind: str = "float") -> Node:
+def given(name: Detail, kind: str = "float") -> Node:
     """A scalar that comes from outside; of C, the text that it has there."""
     return Node("given", kind, detail=name)
 
 
-def literal(value: Any, kind: str) -> Node:
+def literal(value: Detail, kind: str) -> Node:
     """A constant."""
     return Node("literal", kind, detail=value)
 
@@ -91,7 +93,7 @@ def array_of(nodes: Sequence[Node], shape: tuple[int, ...]) -> np.ndarray:
     return array.reshape(shape)
 
 
-def constant(value: Any) -> np.ndarray:
+def constant(value: ArrayLike) -> np.ndarray:
     """An array of known numbers as literals.
 
     Raises:

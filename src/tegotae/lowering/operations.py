@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
+from numpy.typing import ArrayLike
 
+from tegotae.lowering.jaxprs import Detail, Parameters
 from tegotae.lowering.nodes import DTYPES, FLOATS, Node
 
 ATOM, UNARY, PRODUCT, SUM, ORDER, EQUAL, BITS, CHOICE = 9, 8, 7, 6, 5, 4, 3, 1
@@ -25,7 +27,7 @@ class Writer(Protocol):
         """Write an instruction; the register of its value."""
         ...
 
-    def number(self, value: Any, kind: str) -> str:
+    def number(self, value: Detail, kind: str) -> str:
         """A constant, the same for all lanes."""
         ...
 
@@ -36,6 +38,8 @@ class Writer(Protocol):
 
 Emission = Callable[..., str]
 """Writes an operation, from a writer, its node and the registers of its operands."""
+Fold = Callable[..., ArrayLike]
+"""An operation in NumPy: of numbers, its value."""
 
 
 @dataclass(frozen=True)
@@ -55,13 +59,15 @@ class Operation:
     text: str | None
     binds: int = ATOM
     inside: tuple[int, ...] = (0, 0, 0)
-    fold: Callable[..., Any] | None = None
+    fold: Fold | None = None
     needs: str | None = None
-    detail: Callable[[Any], Any] = lambda parameters: None
+    detail: Callable[[Parameters], Detail] = lambda parameters: None
     llvm: Emission | None = None
 
 
-def _infix(sign: str, binds: int, fold: Any, llvm: Emission, *, safe: bool = False) -> Operation:
+def _infix(
+    sign: str, binds: int, fold: Fold | None, llvm: Emission, *, safe: bool = False
+) -> Operation:
     """`a sign b`; the right operand binds more tightly, so that sums keep their order."""
     left = binds + 1 if safe else binds
     return Operation(f"{{0}} {sign} {{1}}", binds, (left, binds + 1), fold, llvm=llvm)
@@ -71,7 +77,7 @@ def _function(
     name: str,
     operands: int = 1,
     needs: str | None = None,
-    fold: Any = None,
+    fold: Fold | None = None,
     llvm: Emission | None = None,
 ) -> Operation:
     places = ", ".join(f"{{{i}}}" for i in range(operands))

@@ -6,11 +6,11 @@ import ast
 import functools
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import jax
 
 from tegotae.lowering import tracing
+from tegotae.lowering.jaxprs import Traced
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ def is_of_jax(path: str) -> bool:
 _JAX = str(Path(jax.__file__).parent)
 
 
-def place_of(equation: Any) -> Place | None:
+def place_of(equation: Traced) -> Place | None:
     """The line of the program that made an operation of a trace, if that is known."""
     try:
         frames = equation.source_info.traceback.frames

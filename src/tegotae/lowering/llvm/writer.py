@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import struct
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 
+from tegotae.lowering.jaxprs import Detail
 from tegotae.lowering.nodes import FLOATS
 
 TYPES = {
@@ -71,7 +71,7 @@ class FunctionWriter:
         self.lines.append(f"{label}:")
         self.block = label
 
-    def number(self, value: Any, kind: str) -> str:
+    def number(self, value: Detail, kind: str) -> str:
         """A constant, the same for all lanes."""
         if kind in FLOATS:
             exact = float(np.float32(value) if kind == "float" else np.float64(value))
