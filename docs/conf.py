@@ -31,6 +31,7 @@ exclude_patterns = ["_build"]
 html_theme = "furo"
 html_title = f"tegotae {release}"
 html_static_path = ["_static"]
+html_css_files = ["console.css"]  # long commands wrap
 
 # Docstrings put code and equations between single backticks.
 default_role = "code"
@@ -65,6 +66,18 @@ def add_commands(app, docname, source):
         source[0] = source[0].replace(marker, command_reference())
 
 
+def keep_words_whole(app, pagename, templatename, context, doctree):
+    """Console lines that wrap do not do so at the hyphens of options and names."""
+    context["body"] = re.sub(
+        r'(?<=<div class="highlight-console).*?</pre>',
+        lambda block: re.sub(
+            r"(?<=[ >\n])[^\s<>]*-[^\s<>]*", r'<span class="word">\g<0></span>', block[0]
+        ),
+        context.get("body") or "",
+        flags=re.DOTALL,
+    )
+
+
 def write_playground(app, error):
     """The page to play with, beside the pages that link to it."""
     if error is None and app.builder.format == "html":
@@ -76,4 +89,5 @@ def setup(app):
     """Connect the hooks."""
     app.connect("source-read", add_commands)
     app.connect("autodoc-process-docstring", read_docstring)
+    app.connect("html-page-context", keep_words_whole)
     app.connect("build-finished", write_playground)
