@@ -17,7 +17,8 @@ EXAMPLE_FILES = sorted(DOCS.glob("extending/examples/*.py"))
 EXAMPLES = [
     *(DOCS / f"{name}.md" for name in ("getting-started", "concepts", "legs", "generalisation"))
 ]
-EXAMPLES += [*DOCS.glob("extending/*.md"), *DOCS.glob("deploy/*.md")]
+# The page on live control needs its commands, too: test_guides.py follows it whole.
+EXAMPLES += [*DOCS.glob("extending/*.md"), DOCS / "deploy" / "controller-file.md"]
 
 
 def commands(page: Path) -> list[str]:
