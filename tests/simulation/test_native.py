@@ -56,7 +56,7 @@ class Case:
         given = {
             "omega": np.linspace(4.0, 9.0, LANES),
             "height_m": self.body.touching_height_m + np.array([0.01, 0.03, 0.0, 0.02, 0.3])
-            if isinstance(self.body, Walker)
+            if isinstance(getattr(self.body, "body", self.body), Walker)
             else np.array([1.02, 1.05, 1.0, 1.03, 1.4]),
             "velocity_m_per_s": np.array([-1.0, -1.5, -0.5, -2.0, 0.5]),
             "phase_rad": draw.uniform(0.0, 2.0 * np.pi, shape),
@@ -120,6 +120,14 @@ CASES: dict[str, Callable[[], Case]] = {
             impulse_ns=0.05,
             at_s=0.03,
         ),
+    ),
+    "blow on a bar": lambda: Case(
+        legs(), Blows(body=Bar(inertia_ratio=0.6), impulse_ns=0.05, at_s=0.03)
+    ),
+    "blow on a walker": lambda: Case(
+        named("quadruped-c").controller,
+        Blows(body=Walker(), impulse_ns=0.05, at_s=0.05),
+        tick_s=0.01,
     ),
     **{
         f"oscillator {name}": lambda each=each: Case(hopper(oscillator=each))

@@ -385,7 +385,8 @@ class Upright(Body):
 
     def apply_impulse(self, state: UprightState, impulse_ns: jax.Array) -> UprightState:
         """A blow on the middle changes the velocity of the heave by impulse / (n m)."""
-        return state._replace(rate=state.rate.at[0].add(impulse_ns / self.total_mass_kg))
+        heave = state.rate[0] + impulse_ns / self.total_mass_kg
+        return state._replace(rate=state.rate.at[0].set(heave))
 
     def failed(self, state: UprightState, ground_m: jax.Array) -> jax.Array:
         """True where a leg has no length left."""

@@ -305,7 +305,8 @@ class Walker(WalkerNumbers, Body):  # type: ignore[override] - a property is its
 
     def apply_impulse(self, state: WalkerState, impulse_ns: jax.Array) -> WalkerState:
         """A blow on the centre of mass changes its vertical velocity by impulse / m."""
-        return state._replace(velocity=state.velocity.at[2].add(impulse_ns / self.mass_kg))
+        climb = state.velocity[2] + impulse_ns / self.mass_kg
+        return state._replace(velocity=state.velocity.at[2].set(climb))
 
     def failed(self, state: WalkerState, ground_m: jax.Array) -> jax.Array:
         """True of a torso that lies: tilted by more than 60°, or with its mass near the ground."""
