@@ -18,6 +18,18 @@ def jit(function: Callable[P, T]) -> Callable[P, T]:
     return jax.jit(function)
 
 
+def jit_with_static(
+    function: Callable[P, T], static: tuple[int, ...], *, inline: bool = False
+) -> Callable[P, T]:
+    """`jax.jit` with arguments that shape the program, and perhaps as part of the caller's."""
+    return jax.jit(function, static_argnums=static, inline=inline)
+
+
+def compiled_for(function: Callable[P, T], *like: P.args, **more: P.kwargs) -> jax.stages.Compiled:
+    """The program of a function for arrays of these shapes, compiled at once."""
+    return jax.jit(function).lower(*like, **more).compile()
+
+
 def jvp(function: Callable[[T], T], at: T, along: T) -> tuple[T, T]:
     """`jax.jvp` of one argument: the value there, and its derivative along a direction."""
     return jax.jvp(function, (at,), (along,))  # type: ignore[return-value]

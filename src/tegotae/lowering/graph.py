@@ -222,6 +222,7 @@ class Reader:
         self, equation: Traced, arguments: list[np.ndarray], origin: Traced
     ) -> list[np.ndarray]:
         name, parameters = equation.primitive.name, equation.params
+        name = _ALIASES.get(name, name)
         if name in CALLS:
             return self._call(parameters, arguments, origin)
         if name == "cond":
@@ -373,6 +374,8 @@ def reachable(nodes: Sequence[Node]) -> list[Node]:
     return sorted(found, key=lambda node: node.number)
 
 
+_ALIASES = {"add_any": "add"}
+"""Operations that are others under a name of their own: of derivatives, the sum."""
 _COMMUTE = frozenset(("add", "mul", "and", "or", "xor", "eq", "ne"))
 _SUMS = {
     "reduce_sum": "add",

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import partial
 from typing import Any, NamedTuple, cast
 
 import jax
 import jax.numpy as jnp
 
-from tegotae.parts._shapes import Index, Weights
+from tegotae._support.transforms import jit_with_static
+from tegotae.parts._shapes import Index, Scalar, Weights
 from tegotae.parts.bodies import Body
 from tegotae.parts.controller import Controller
 from tegotae.simulation.integrators import Integrator
@@ -95,7 +95,7 @@ class EpisodeProgram:
         time = jnp.broadcast_to(time, scenario.height_m.shape)
         now = RecordedFrame(time, state.lane, ground, self.controller, meanwhile)
         recorded = self.recorder(body).frame(now, state.totals, state.events)
-        none = jax.tree.map(lambda x: jnp.full_like(x, jnp.nan), state.events)
+        none = {name: jnp.full_like(x, jnp.nan) for name, x in state.events.items()}
         return state._replace(events=none), recorded
 
 
@@ -108,7 +108,17 @@ def _spread(loop: ClosedLoop, lanes: LaneInputs, shared: Shared) -> tuple[Weight
     return weights, body, scenario
 
 
-@partial(jax.jit, static_argnums=0, inline=True)
-def _tick(loop: ClosedLoop, *given: Any) -> tuple[Lane, Tick]:
-    """`ClosedLoop.tick`, traced once for all programs of a loop, and part of each as it is."""
-    return loop.tick(*given)
+def _ticked(
+    loop: ClosedLoop,
+    weights: Weights,
+    body: Body,
+    scenario: Scenario,
+    lane: Lane,
+    index: Index,
+    tick_s: Scalar,
+) -> tuple[Lane, Tick]:
+    return loop.tick(weights, body, scenario, lane, index, tick_s)
+
+
+_tick = jit_with_static(_ticked, (0,), inline=True)
+"""`ClosedLoop.tick`, traced once for all programs of a loop, and part of each as it is."""

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
 import jax
 import numpy as np
+from jax.typing import DTypeLike
 
 from tegotae._support.devices import available_cores
 from tegotae._support.engines import EngineWarning
+from tegotae._support.transforms import compiled_for
 from tegotae.lowering.errors import CannotLower
 from tegotae.parts.bodies import Body
 from tegotae.simulation.blocks import filled
@@ -59,9 +61,14 @@ def roll_out(
     if isinstance(kernel, CannotLower):
         raise kernel
     summarised = _summarised(program, timing, summary, shapes)
-    found = jax.tree.map(
-        lambda like: np.empty((*like.shape[:-1], count), like.dtype), summarised.out_info
-    )
+
+    def whole(like: jax.ShapeDtypeStruct) -> np.ndarray:
+        return np.empty((*like.shape[:-1], count), like.dtype)
+
+    found = jax.tree.map(whole, summarised.out_info)
+
+    def put(at: slice, whole: np.ndarray, some: jax.Array) -> None:
+        whole[..., at] = np.asarray(some)[..., : at.stop - at.start]
 
     def collect(first: int, n: int, trajectory: Trajectory) -> None:
         with jax.enable_x64(dtype == "float64"):  # a setting of each thread
@@ -71,12 +78,7 @@ def roll_out(
                 given = filled(trajectory, here, LANES_SUMMARISED)
                 met = filled(lanes.scenario, there, LANES_SUMMARISED)
                 part = summarised(given, met, shared.body)
-                size = here.stop - here.start
-
-                def put(whole: np.ndarray, some: Any, there=there, size=size) -> None:
-                    whole[..., there] = np.asarray(some)[..., :size]
-
-                jax.tree.map(put, found, part)
+                jax.tree.map(partial(put, there), found, part)
 
     kernel.run(
         lanes,
@@ -98,9 +100,18 @@ def cannot_lower(program: EpisodeProgram, lanes: LaneInputs, body: Body) -> str:
         body: a body.
     """
     dtype = lanes.weights.dtype
-    body = jax.tree.map(lambda x: np.asarray(x, dtype), body)
+    body = numbers_of(body, dtype)
     kernel = _kernel(program, _Shapes.of(lanes, Shared(body, np.asarray(0.0, dtype))))
     return kernel.operation if isinstance(kernel, CannotLower) else ""
+
+
+def numbers_of(body: Body, dtype: DTypeLike) -> Body:
+    """The body with its numbers as NumPy arrays of one type."""
+
+    def number(x: object) -> np.ndarray:
+        return np.asarray(x, dtype)
+
+    return jax.tree.map(number, body)
 
 
 class _Shapes(NamedTuple):
@@ -160,12 +171,14 @@ def _summarised(
         return summary(trajectory, scenario, body, timing)
 
     lanes, shared = shapes.arrays(LANES_SUMMARISED)
-    frames = jax.tree.map(
-        lambda x: x.update(shape=(timing.n_frames, *x.shape[:-1], LANES_SUMMARISED)),
-        cast("Kernel", _kernel(program, shapes)).channels,
-    )
+
+    def of_frames(x: jax.ShapeDtypeStruct) -> jax.ShapeDtypeStruct:
+        return jax.ShapeDtypeStruct((timing.n_frames, *x.shape[:-1], LANES_SUMMARISED), x.dtype)
+
+    frames = jax.tree.map(of_frames, cast("Kernel", _kernel(program, shapes)).channels)
+    given = frames, lanes.scenario, shared.body
     with jax.enable_x64(shapes.dtype == "float64"):
-        return jax.jit(of_block).lower(frames, lanes.scenario, shared.body).compile()
+        return compiled_for(of_block, *given)
 
 
 def forget_programs() -> None:

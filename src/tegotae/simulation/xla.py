@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import partial
 from typing import Any
 
 import jax
 import jax.numpy as jnp
 
+from tegotae._support.transforms import jit_with_static
 from tegotae.parts._shapes import Index
 from tegotae.parts.bodies import Body
 from tegotae.simulation.blocks import by_blocks
@@ -38,7 +38,11 @@ def roll_out(
         body: a body of such numbers.
     """
     block = lanes_of_a_block(lanes.weights.shape[-1])
-    return by_blocks(lambda lanes: _block(program, timing, summary, lanes, body), lanes, block)
+
+    def summarised(lanes: LaneInputs) -> Any:
+        return _block(program, timing, summary, lanes, body)
+
+    return by_blocks(summarised, lanes, block)
 
 
 def lanes_of_a_block(count: int) -> int:
@@ -46,8 +50,7 @@ def lanes_of_a_block(count: int) -> int:
     return LANES_OF_A_BLOCK if jax.default_backend() == "cpu" else count
 
 
-@partial(jax.jit, static_argnums=(0, 1, 2))
-def _block(
+def _of_a_block(
     program: EpisodeProgram,
     timing: Timing,
     summary: Callable[..., Any],
@@ -68,3 +71,6 @@ def _block(
     start = program.start(lanes, shared)
     _, trajectory = jax.lax.scan(frame, start, jnp.arange(timing.n_frames))
     return summary(trajectory, lanes.scenario, body, timing)
+
+
+_block = jit_with_static(_of_a_block, (0, 1, 2))
