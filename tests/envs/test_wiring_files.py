@@ -173,12 +173,12 @@ def test_a_wiring_file_may_name_its_controller(tmp_path):
     assert load_wiring(tmp_path / "leg.json").omega == 8.0
 
 
-@pytest.mark.parametrize("name", ["paper", "runs", "mine.py:kept"])
+@pytest.mark.parametrize("name", ["paper", "runs", "my_kept.py:kept"])
 def test_a_wiring_file_names_its_controller_as_a_command_does(tmp_path, monkeypatch, name):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "runs").mkdir()
     saved_hopper(tmp_path / "runs" / "mine.json")
-    (tmp_path / "mine.py").write_text(
+    (tmp_path / "my_kept.py").write_text(
         "from tegotae.systems.controller_file import load\nkept = load('runs/mine.json')\n"
     )
     save_wiring(WIRING, tmp_path / "leg.json")

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Iterator
 
 import numpy as np
 
+from tegotae._support.engines import selected
 from tegotae.measures.hopping.registry import names, range_of
 from tegotae.studies.paper.record import Record
 from tegotae.studies.paper.unit import Unit
@@ -22,7 +23,7 @@ def made_up(unit: Unit, runs: int = 2) -> Record:
     n_weights = unit.run.experiment.controller.n_weights
     return Record(
         unit.configuration,
-        {"tegotae": "0"},
+        {"tegotae": "0", "engine": selected()},
         random.normal(size=(runs, n_weights)).astype("float32"),
         random.normal(size=runs).astype("float32"),
         random.integers(1, 4, runs),

@@ -79,7 +79,8 @@ def test_a_recording_that_would_unpack_to_gigabytes_is_not_unpacked(tmp_path, mo
         read_columns(path)
 
 
-KEPT = archive(key=np.array("{}"), count=np.array(1), **{"0/square": np.array([1])})
+KEY = np.array('{"engine": "native"}')
+KEPT = archive(key=KEY, count=np.array(1), **{"0/square": np.array([1])})
 
 
 @pytest.mark.parametrize(
@@ -87,9 +88,9 @@ KEPT = archive(key=np.array("{}"), count=np.array(1), **{"0/square": np.array([1
     [
         *DAMAGED.values(),
         archive(nothing=np.zeros(1)),
-        archive(key=np.array("{}"), count=np.array(1), **{"7/square": np.zeros(1)}),
-        archive(key=np.array("{}"), count=np.array(10**15), **{"0/square": np.zeros(1)}),
-        archive(key=np.array("{}"), count=np.array("many")),
+        archive(key=KEY, count=np.array(1), **{"7/square": np.zeros(1)}),
+        archive(key=KEY, count=np.array(10**15), **{"0/square": np.zeros(1)}),
+        archive(key=KEY, count=np.array("many")),
     ],
 )
 def test_what_is_kept_of_long_work_and_damaged_is_told_with_the_way_on(tmp_path, content):

@@ -74,7 +74,7 @@ def no_rollout(monkeypatch):
         ("figure phase-locking --cut 1e300 --out p.png", "cut is 1e+300"),
         ("figure poincare --nudge 1e300 --out p.png", "nudge is 1e+300; it must be at most 1"),
         ("figure poincare --turns 99999999 --out p.png", "turns is 99999999; it must be at most"),
-        ("figure poincare --height 1e30 --out p.png", "height is 1e+30; it must be at most 1000"),
+        ("figure poincare --height 1e30 --out p.png", "height_m is 1e+30; it must be at most 1000"),
         ("figure phase-response --points 1000000000 --out p.png", "points is 1000000000"),
         ("figure phase-response --push 1e300 --out p.png", "push is 1e+300; it must be at most"),
         ("figure surface --spring-force 1e30 --out s.png", "spring_force is 1e+30; it must be at"),

@@ -19,8 +19,8 @@ HELD = CONTINUOUS.replaced(integrator=Hold())
 
 
 def test_a_held_training_rolls_out_its_episodes_held():
-    assert evaluator_of(CONTINUOUS).engine.integrator == PredictorCorrector()
-    assert evaluator_of(HELD).engine.integrator == Hold()
+    assert evaluator_of(CONTINUOUS).rollouts.integrator == PredictorCorrector()
+    assert evaluator_of(HELD).rollouts.integrator == Hold()
 
 
 def test_the_document_of_a_held_training_says_so():

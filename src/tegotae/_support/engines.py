@@ -56,15 +56,16 @@ def selected() -> str:
     return XLA if missing else NATIVE
 
 
-def require_engine(found: str, holder: str, remedy: str) -> None:
-    """Raise `TegotaeError` unless what is there was made by the engine of this process.
+def require_engine(found: str, holder: str, remedy: str, ours: str = "") -> None:
+    """Raise `TegotaeError` unless what is there was made by the engine that would go on with it.
 
     Args:
         found: the engine that made it: its name, and after a comma what it left to another one.
         holder: what is there, such as "FOLDER holds a training".
         remedy: what else would do than the other engine, such as "choose another folder".
+        ours: the engine that would go on, named likewise; that of this process by default.
     """
-    theirs, ours = found.partition(",")[0], selected()
+    theirs, ours = found.partition(",")[0], (ours or selected()).partition(",")[0]
     if theirs != ours:
         raise TegotaeError(
             f"{holder} of the engine {theirs}, and this is {ours}, whose numbers have other last "

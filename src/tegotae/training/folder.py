@@ -61,7 +61,8 @@ def claim(out: Path, configuration: Mapping[str, Json], versions: Mapping[str, s
         if "experiment" in found:
             engine = document.software.get("engine", OF_EARLIER_FILES)
             remedy = "choose another folder with --out, or begin anew with --anew"
-            require_engine(engine, f"{out} holds a training", remedy)
+            ours = dict(versions).get("engine", "")
+            require_engine(engine, f"{out} holds a training", remedy, ours)
     document = {"configuration": wanted, "software": dict(versions)}
     write_atomically(path, json.dumps(document, indent=1) + "\n")
 
