@@ -106,7 +106,12 @@ def cannot_lower(program: EpisodeProgram, lanes: LaneInputs, body: Body) -> str:
 
 
 def numbers_of(body: Body, dtype: DTypeLike) -> Body:
-    """The body with its numbers as NumPy arrays of one type."""
+    """The body with its numbers as NumPy arrays of one type.
+
+    Args:
+        body: a body, whose numbers may be of any type.
+        dtype: float32 or float64.
+    """
 
     def number(x: object) -> np.ndarray:
         return np.asarray(x, dtype)
