@@ -221,8 +221,8 @@ class Reader:
     def _apply(
         self, equation: Traced, arguments: list[np.ndarray], origin: Traced
     ) -> list[np.ndarray]:
-        name, parameters = equation.primitive.name, equation.params
-        name = _ALIASES.get(name, name)
+        name: str = equation.primitive.name
+        name, parameters = _ALIASES.get(name, name), equation.params
         if name in CALLS:
             return self._call(parameters, arguments, origin)
         if name == "cond":
