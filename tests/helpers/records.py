@@ -25,6 +25,7 @@ def made_up(unit: Unit, runs: int = 2) -> Record:
         unit.configuration,
         {"tegotae": "0", "engine": selected()},
         random.normal(size=(runs, n_weights)).astype("float32"),
+        random.uniform(size=(runs, n_weights)).astype("float32"),
         random.normal(size=runs).astype("float32"),
         random.integers(1, 4, runs),
         np.array(["cap"] * runs),
@@ -32,6 +33,7 @@ def made_up(unit: Unit, runs: int = 2) -> Record:
         np.array([7.0, 9.0]),
         {name: metric(name, runs, 2) for name in names()},
         {name: metric(name, 1, runs, 2) for name in names()},
+        {name: metric(name, runs, 2) for name in names()},
     )
 
 

@@ -73,6 +73,7 @@ def numbers(folder: Path) -> dict[str, Any]:
         record.model: {
             "configuration": record.configuration,
             "weights": record.weights,
+            "deviation": record.deviation,
             "best_fitness": record.best_fitness,
             "generations": record.generations,
             "ended": record.ended.tolist(),
@@ -80,6 +81,7 @@ def numbers(folder: Path) -> dict[str, Any]:
             "omega": record.omega,
             "curves": record.curves,
             "episodes": record.episodes,
+            "sampled": record.sampled,
         }
         for record in found
     }

@@ -15,6 +15,7 @@ import studies
 from places import TESTS
 from tegotae._support.errors import TegotaeError
 from tegotae.cli import main, split_parts
+from tegotae.measures.evaluation import evaluate
 from tegotae.measures.hopping import registry as metrics
 from tegotae.studies.paper.folder import Folder
 from tegotae.studies.paper.plan import plan
@@ -52,6 +53,20 @@ def test_a_users_metric_is_measured_in_the_workers_at_every_budget(study):
     assert np.isfinite(force_n).all()
     assert (force_n > 0.5).all()  # it stands on the ground at times
     assert record.at_budgets["peak_grf_n"].shape == (1, *force_n.shape)
+
+
+def test_a_controller_drawn_from_the_best_distribution_is_evaluated_as_the_mean_is(study):
+    (record,), _ = Folder(study).all()
+    experiment = record.experiment
+    assert (record.deviation > 0.0).all()
+    normal = np.random.default_rng(0).standard_normal(record.weights.shape[1])
+    drawn = record.weights + record.deviation * normal.astype("float32")
+    again = evaluate(
+        experiment.controller, drawn, None, experiment.body, experiment.protocol
+    ).episodes
+    for name in ("cot_inverse", "t0_s", "limit_cycle_share"):
+        np.testing.assert_allclose(record.sampled[name], again[name], rtol=1e-3, err_msg=name)
+    assert (record.sampled["cot_inverse"] != record.episodes["cot_inverse"]).any()
 
 
 def test_a_users_metric_is_exported_with_what_follows_from_it(study, tmp_path):

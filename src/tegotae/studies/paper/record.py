@@ -22,12 +22,13 @@ from tegotae.systems.study_records import (
     header_and_arrays,
 )
 
-_PLAIN = ("weights", "best_fitness", "generations", "ended", "omega")
+_PLAIN = ("weights", "deviation", "best_fitness", "generations", "ended", "omega")
 """Entries of a record that are arrays."""
 _NAMED = {
     "curve_": "curves",
     "metric_": "episodes",
     "budget_": "at_budgets",
+    "sampled_": "sampled",
     "gait_": "gait",
 }
 """Entries that are arrays by name, by what their names begin with in a file."""
@@ -40,7 +41,10 @@ class Record:
     Args:
         configuration: all that decides the content (`Unit.configuration`).
         software: versions of the programs that made it, and the engine.
-        weights: the learned weights, shape [runs, n_weights].
+        weights: the learned weights, shape [runs, n_weights]: the mean of the best distribution
+            that a run saw.
+        deviation: the standard deviation of that distribution, shape [runs, n_weights]; zero of a
+            search.
         best_fitness: fitness of the best distribution seen, shape [runs].
         generations: of each run, shape [runs].
         ended: why each run ended: "plateau", "cap" or "search", shape [runs].
@@ -49,11 +53,15 @@ class Record:
         episodes: metrics by name, each of shape [runs, episodes]; NaN where undefined.
         at_budgets: the same after some budgets of training (the configuration's `budgets`), each of
             shape [budgets, runs, episodes]; empty for what is not trained.
+        sampled: the same for a controller drawn from each run's distribution, shape
+            [runs, episodes].
+        gait: channels of the best run's gait, each of shape [frames] (`best_gait.kept`).
     """
 
     configuration: Document
     software: dict[str, str]
     weights: np.ndarray
+    deviation: np.ndarray
     best_fitness: np.ndarray
     generations: np.ndarray
     ended: np.ndarray
@@ -61,6 +69,7 @@ class Record:
     omega: np.ndarray
     episodes: dict[str, np.ndarray]
     at_budgets: dict[str, np.ndarray]
+    sampled: dict[str, np.ndarray]
     gait: dict[str, np.ndarray] = field(default_factory=dict)
 
     @property
@@ -169,14 +178,17 @@ def _require_shapes(record: Record) -> None:
     runs, episodes = len(record.best_fitness), len(record.omega)
     generations = len(next(iter(record.curves.values()), []))
     frames = len(next(iter(record.gait.values()), []))
+    weights = (runs, record.weights.shape[-1] if record.weights.ndim else 0)
     expected = {
-        "weights": ("f", (runs, record.weights.shape[-1] if record.weights.ndim else 0)),
+        "weights": ("f", weights),
+        "deviation": ("f", weights),
         "best_fitness": ("f", (runs,)),
         "generations": ("i", (runs,)),
         "ended": ("U", (runs,)),
         "omega": ("f", (episodes,)),
         "curves": ("f", (generations, runs)),
         "episodes": ("f", (runs, episodes)),
+        "sampled": ("f", (runs, episodes)),
         "at_budgets": ("f", (len(record.budgets), runs, episodes)),
         "gait": ("f", (frames,)),
     }

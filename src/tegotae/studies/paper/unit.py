@@ -29,7 +29,7 @@ from tegotae.training.evolve import Curves
 from tegotae.training.run import Run
 from tegotae.training.stopping import SEARCH
 
-FORMAT = 3
+FORMAT = 4
 """Changed whenever the same configuration would give other numbers."""
 
 
@@ -110,7 +110,9 @@ class _Learned(NamedTuple):
     """What a training ended in, and what it had been at some budgets on the way."""
 
     weights: np.ndarray
-    """Shape [runs, n_weights]."""
+    """Means of the best distributions seen, shape [runs, n_weights]."""
+    deviation: np.ndarray
+    """Standard deviations of these distributions, shape [runs, n_weights]."""
     fitness: np.ndarray
     """[runs]."""
     generations: np.ndarray
@@ -133,7 +135,8 @@ def work(unit: Unit) -> Record:
     learned = _searched(run) if experiment.is_searched else _trained(unit)
     # A search has no randomness. What spreads are the conditions that its outcome starts from.
     releases = drawn_releases(n_runs, protocol.release_m) if experiment.is_searched else None
-    sets = np.concatenate([learned.weights, *learned.at_budgets])
+    drawn = [_drawn(learned, run.seeds)] if learned.deviation.any() else []
+    sets = np.concatenate([learned.weights, *learned.at_budgets, *drawn])
     found = evaluate(
         experiment.controller,
         sets,
@@ -152,10 +155,12 @@ def work(unit: Unit) -> Record:
         return {name: each[rows].astype("float32") for name, each in found.episodes.items()}
 
     budgets = range(1, 1 + len(learned.at_budgets))
+    of_drawn = 1 + len(learned.at_budgets) if drawn else 0
     return Record(
         configuration=unit.configuration,
         software=run.software,
         weights=learned.weights.astype("float32"),
+        deviation=learned.deviation.astype("float32"),
         best_fitness=learned.fitness.astype("float32"),
         generations=learned.generations,
         ended=np.array(learned.ended),
@@ -171,8 +176,17 @@ def work(unit: Unit) -> Record:
             for name in found.episodes
             if budgets
         },
+        sampled=at(of_drawn),
         gait=best_gait.kept(found, learned.fitness, experiment.omega),
     )
+
+
+def _drawn(learned: _Learned, seeds: Iterable[int]) -> np.ndarray:
+    """A controller of each run, drawn from the best distribution that it saw, [runs, n_weights]."""
+    normal = [
+        np.random.default_rng(seed).standard_normal(learned.weights.shape[1]) for seed in seeds
+    ]
+    return (learned.weights + learned.deviation * np.stack(normal)).astype(learned.weights.dtype)
 
 
 def _trained(unit: Unit) -> _Learned:
@@ -190,6 +204,7 @@ def _trained(unit: Unit) -> _Learned:
     snapshots += [weights] * (len(budgets) - len(snapshots))
     return _Learned(
         weights,
+        np.asarray(progress.best_std),
         np.asarray(progress.best_fitness),
         np.asarray(progress.generation),
         run.learner.ends(curves),
@@ -202,5 +217,11 @@ def _searched(run: Run[Evolution]) -> _Learned:
     gain, fitness = run.learner.search(run.experiment)
     n = len(run.seeds)
     return _Learned(
-        np.full((n, 1), gain), np.full(n, fitness), np.zeros(n, int), [SEARCH] * n, [], []
+        np.full((n, 1), gain),
+        np.zeros((n, 1)),
+        np.full(n, fitness),
+        np.zeros(n, int),
+        [SEARCH] * n,
+        [],
+        [],
     )
