@@ -21,7 +21,7 @@ from tegotae.figures.style import save_figure
 from tegotae.measures.evaluation import Protocol, evaluate
 from tegotae.measures.hopping.statistics import interval
 from tegotae.simulation.world import Uniform
-from tegotae.studies.generalisation import CATALOGUE, Retention, TestedControllers
+from tegotae.studies.generalisation import CATALOGUE, ControllersUnderTest, Retention
 from tegotae.studies.generalisation.run import Done, generalise
 from tegotae.studies.generalisation.table import MEASURES, median_interval, run_margins
 from tegotae.systems.experiment import Experiment
@@ -60,7 +60,7 @@ def main(words: Sequence[str] | None = None) -> None:
     given = parser.parse_args(words)
     chosen = tuple(CATALOGUE.values())
     steady = {each.name: each for each in read(given.study)}
-    pairs, subjects = [], []
+    pairs, controllers = [], []
     for name in MODELS:
         before = steady[name]
         before = dataclasses.replace(
@@ -70,8 +70,8 @@ def main(words: Sequence[str] | None = None) -> None:
         train(run_of(varied(find(name).experiment())), folder)
         (after,) = read(folder)
         pairs.append((before, after))
-        subjects += [TestedControllers.of(before), TestedControllers.of(after)]
-    done = generalise(subjects, chosen, given.out / "trials")
+        controllers += [ControllersUnderTest.of(before), ControllersUnderTest.of(after)]
+    done = generalise(controllers, chosen, given.out / "trials")
     tables(done, pairs)
 
 
@@ -114,7 +114,7 @@ def tables(done: Sequence[Done], pairs) -> None:
             )
     write_rows(KEPT / "undisturbed.csv", rows, digits=3)
     write_text(KEPT / "undisturbed.md", undisturbed_text(rows))
-    outcomes = {subject.name: (subject, outcome) for subject, outcome in done}
+    outcomes = {tested.name: (tested, outcome) for tested, outcome in done}
     write_overall(done, pairs)
     rows = []
     for before, after in pairs:
@@ -131,7 +131,7 @@ def tables(done: Sequence[Done], pairs) -> None:
 
 def write_overall(done: Sequence[Done], pairs) -> None:
     """Write the mean share of levels at which a run still hops, and keeps its gait, over runs."""
-    outcomes = {subject.name: outcome for subject, outcome in done}
+    outcomes = {tested.name: outcome for tested, outcome in done}
     lines = ["| model | trained | conditions | still hops | keeps its gait |", "|---" * 5 + "|"]
     for before, after in pairs:
         for seen in (True, False):

@@ -26,9 +26,9 @@ from tegotae.simulation.rollout import (
 )
 from tegotae.studies.generalisation import (
     CATALOGUE,
+    ControllersUnderTest,
     Disturbance,
     Retention,
-    TestedControllers,
     margins,
 )
 from tegotae.studies.generalisation.run import Done, generalise
@@ -60,24 +60,26 @@ def main(words: Sequence[str] | None = None) -> None:
     parser.add_argument("--only", type=int, default=None, help="so many models at most")
     given = parser.parse_args(words)
     chosen = tuple(CATALOGUE.values())
-    subjects = ordered([TestedControllers.of(runs) for runs in read(given.study)])[: given.only]
-    done = generalise(subjects, chosen, given.out)
+    controllers = ordered([ControllersUnderTest.of(runs) for runs in read(given.study)])[
+        : given.only
+    ]
+    done = generalise(controllers, chosen, given.out)
     tables(done)
 
 
-def ordered(subjects: Sequence[TestedControllers]) -> list[TestedControllers]:
+def ordered(controllers: Sequence[ControllersUnderTest]) -> list[ControllersUnderTest]:
     """The plain models first, so that a stopped run has something of every architecture."""
     plain = {experiment.name: i for i, experiment in enumerate(plan("quick").experiments)}
-    return sorted(subjects, key=lambda each: plain.get(each.name, len(plain)))
+    return sorted(controllers, key=lambda each: plain.get(each.name, len(plain)))
 
 
-def architecture(subject: TestedControllers) -> str:
-    """The architecture of a subject's model."""
-    return all_models()[subject.name].architecture
+def architecture(tested: ControllersUnderTest) -> str:
+    """The architecture of a set's model."""
+    return all_models()[tested.name].architecture
 
 
 def grouped(done: Sequence[Done]) -> dict[str, list[Done]]:
-    """Subjects by architecture, in the paper's order."""
+    """Controllers by architecture, in the paper's order."""
     groups: dict[str, list[Done]] = {}
     for each in done:
         groups.setdefault(architecture(each[0]), []).append(each)
@@ -92,9 +94,9 @@ def tables(done: Sequence[Done]) -> None:
     """Write margins of models, margins of architectures, and the curves."""
     chosen = tuple(CATALOGUE.values())
     rows = [
-        {"model": subject.name, "condition": m.condition, "side": m.side, "runs": m.runs}
+        {"model": tested.name, "condition": m.condition, "side": m.side, "runs": m.runs}
         | {"margin": m.median, "low": m.low, "high": m.high}
-        for subject, outcome in done
+        for tested, outcome in done
         for m in margins(outcome, chosen)
         if m.runs
     ]
@@ -110,13 +112,13 @@ def tables(done: Sequence[Done]) -> None:
     rows = [row for name in groups for row in of_group(name, groups[name], moving)]
     write_text(KEPT / "moving.md", pivoted(rows, "margin", "low", "high"))
     save_figure(groups_figure(shown, moving), KEPT / "moving.png")
-    by_name = {subject.name: subject for subject, _ in done}
+    by_name = {tested.name: tested for tested, _ in done}
     write_rows(
         KEPT / "edge.csv",
         list(edge([by_name[name] for name in LOOKED_AT if name in by_name])),
         digits=3,
     )
-    deployed = {subject.name: outcome for subject, outcome in done}.get(DEPLOYED)
+    deployed = {tested.name: outcome for tested, outcome in done}.get(DEPLOYED)
     if deployed is not None:
         write_text(KEPT / "deploy.md", deploy_text(deployed))
 
@@ -142,14 +144,14 @@ def of_group(name: str, members: Sequence[Done], chosen: Sequence[Disturbance]):
             yield row | _kept(mine, each.name, levels[0])
 
 
-def edge(subjects: Sequence[TestedControllers]) -> Iterator[dict]:
+def edge(controllers: Sequence[ControllersUnderTest]) -> Iterator[dict]:
     """How far the leg is pressed and how high it hops undisturbed: medians over runs [l0]."""
-    for subject in subjects:
+    for tested in controllers:
         timing = Timing(duration_s=20.0, tick_s=0.002, frame_s=0.002)
-        engine = subject.system.engine(_extremes, timing)
-        least, most, failed = engine.run(subject.weights, subject.system.scenario(), subject.body)
+        engine = tested.system.engine(_extremes, timing)
+        least, most, failed = engine.run(tested.weights, tested.system.scenario(), tested.body)
         yield {
-            "model": subject.name,
+            "model": tested.name,
             "runs": len(least),
             "failed": int(failed.sum()),
             "shortest_leg_l0": float(np.median(least)),

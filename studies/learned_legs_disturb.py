@@ -13,11 +13,11 @@ from learned_legs_evaluate import runs_of
 from learned_legs_plan import ADDED, TABLES, Cell
 from tegotae.parts.bodies import Walker
 from tegotae.studies.generalisation.catalogue import disturbances_named
+from tegotae.studies.generalisation.controllers_under_test import ControllersUnderTest
 from tegotae.studies.generalisation.disturbance import Disturbance
 from tegotae.studies.generalisation.kinds import Scaled
 from tegotae.studies.generalisation.run import generalise
 from tegotae.studies.generalisation.table import curve, margins
-from tegotae.studies.generalisation.tested_controllers import TestedControllers
 
 TRIED = tuple(f"{family}@quadruped-c" for family in ("V", "VG", "AR", "ARG", ADDED))
 """Designs that go through it, however they were trained."""
@@ -31,13 +31,13 @@ class Put(Disturbance):
 
     field: str
 
-    def lacks(self, subject: TestedControllers) -> str:
+    def lacks(self, tested: ControllersUnderTest) -> str:
         """See `Disturbance.lacks`."""
         first = self.field.partition(".")[0]
-        return "" if subject.has_field(first) else f"its body has no {first}"
+        return "" if tested.has_field(first) else f"its body has no {first}"
 
     def changes(
-        self, subject: TestedControllers, level: np.ndarray, at_s: np.ndarray
+        self, tested: ControllersUnderTest, level: np.ndarray, at_s: np.ndarray
     ) -> dict[str, Any]:
         """See `Disturbance.changes`."""
         return {self.field: np.asarray(level, float)}
@@ -77,14 +77,14 @@ def disturb_all(cells: list[Cell], folder: Path) -> None:
     walkers = [cell for cell in cells if cell.of in TRIED and not cell.note]
     assert all(isinstance(cell.design.system.body, Walker) for cell in walkers)
     taught = {cell.name for cell in walkers if cell.loses_legs}
-    subjects = [TestedControllers.of(runs_of(cell, folder)[0], STARTS) for cell in walkers]
+    controllers = [ControllersUnderTest.of(runs_of(cell, folder)[0], STARTS) for cell in walkers]
     tables: dict[str, list[dict[str, Any]]] = {"margins": [], "shares": []}
     for name, meets, lost in (("usual", DISTURBANCES, False), ("lost", LOSS, True)):
-        there = [each for each in subjects if (each.name in taught) == lost]
+        there = [each for each in controllers if (each.name in taught) == lost]
         if not there:
             continue
-        for subject, outcome in generalise(there, meets, folder / f"disturbed-{name}"):
-            who = {"controller": subject.name}
+        for tested, outcome in generalise(there, meets, folder / f"disturbed-{name}"):
+            who = {"controller": tested.name}
             tables["shares"] += [{**who, **row} for row in curve(outcome)]
             for measure in ("keeps", "moves"):
                 tables["margins"] += [

@@ -24,8 +24,8 @@ from tegotae.simulation.integrators import Hold
 from tegotae.studies.gaits import system
 from tegotae.studies.generalisation import (
     CATALOGUE,
+    ControllersUnderTest,
     Retention,
-    TestedControllers,
     disturbances_named,
     margins,
     record,
@@ -46,11 +46,11 @@ CHOSEN = disturbances_named(
 TIMING = Timing(duration_s=24.0, tick_s=0.002)
 
 
-def hopper(weights=((2.0,), (0.0,)), **more) -> TestedControllers:
+def hopper(weights=((2.0,), (0.0,)), **more) -> ControllersUnderTest:
     labels = tuple(map(str, range(len(weights))))
     given = {"looked_at": TIMING, **more}
     system = System(controller=REFLEX, omega=8.0)
-    return TestedControllers(ControllerSet("V", system, np.array(weights), labels), **given)
+    return ControllersUnderTest(ControllerSet("V", system, np.array(weights), labels), **given)
 
 
 @pytest.fixture(scope="module")
@@ -109,13 +109,13 @@ def test_walkers_are_pushed_lose_legs_and_meet_slopes_and_keep_a_share_of_their_
     found = system("quadruped-c")
     timing = dataclasses.replace(found.timing, duration_s=60.0)
     weights = np.array([found.weights])
-    subject = TestedControllers(
+    tested = ControllersUnderTest(
         ControllerSet("C", found.system, weights, ("0",)), 2, looked_at=timing
     )
     chosen = disturbances_named(
         ["push-aside=0.001/9", "lost-leg=1", "slope=-9", "rough=0.001", "strength"]
     )
-    got = tried(subject, chosen)
+    got = tried(tested, chosen)
     assert got.left_out == {"strength": "its actuators take places, not forces"}
     columns = got.columns
     pushed = columns["condition"] == "push-aside"
@@ -164,12 +164,12 @@ def test_who_walks_slowly_or_backwards_does_not_walk_on():
         assert not walks(ahead_m_per_s=np.full((1, 1), speed))["moves"]
 
 
-def quadruped(starts=4, **more) -> TestedControllers:
+def quadruped(starts=4, **more) -> ControllersUnderTest:
     found = system("quadruped-c")
     one = np.array([found.weights])
     given = {"looked_at": dataclasses.replace(found.timing, duration_s=60.0), **more}
     labels = ("0",)
-    return TestedControllers(ControllerSet("C", found.system, one, labels), starts, **given)
+    return ControllersUnderTest(ControllerSet("C", found.system, one, labels), starts, **given)
 
 
 def test_what_a_release_meets_is_the_same_for_every_run_and_level():
@@ -283,7 +283,7 @@ def test_what_is_done_is_kept_and_not_done_again(outcome, tmp_path, monkeypatch)
 
 
 def test_the_command_writes_margins_curves_and_a_picture(tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr("tegotae.studies.generalisation.tested_controllers.HOPPING", TIMING)
+    monkeypatch.setattr("tegotae.studies.generalisation.controllers_under_test.HOPPING", TIMING)
     file = tmp_path / "mine.json"
     controller_file.save(SavedController.of(REFLEX, np.array([2.0]), 8.0, name="mine"), file)
     names = "mass=0.9/3.5,release=0.1,delay=0.004,lost-leg,omega=1.01"
@@ -308,7 +308,7 @@ def test_runs_that_are_the_same_are_tried_once():
         np.array([[2.0], [2.0], [1.0]]),
         ("0", "1", "2"),
     )
-    assert TestedControllers.of(runs).controllers.labels == ("0", "2")
+    assert ControllersUnderTest.of(runs).controllers.labels == ("0", "2")
 
 
 # What is refused.

@@ -13,7 +13,7 @@ import pytest
 from tegotae import TegotaeError, find
 from tegotae._support.part_code import code_of_file
 from tegotae.cli import main
-from tegotae.studies.generalisation import TestedControllers, record
+from tegotae.studies.generalisation import ControllersUnderTest, record
 from tegotae.studies.paper import runner
 from tegotae.studies.paper.folder import Folder
 from tegotae.studies.paper.plan import plan
@@ -267,8 +267,8 @@ def test_agents_do_not_go_on_with_other_code(users, tmp_path):
 def test_a_record_of_generalisation_is_one_of_its_code(users):
     def document():
         own = users.experiment
-        subject = TestedControllers(ControllerSet("edited", own.system, [[0.0]], ("0",)))
-        return record.configuration(subject, ())
+        tested = ControllersUnderTest(ControllerSet("edited", own.system, [[0.0]], ("0",)))
+        return record.configuration(tested, ())
 
     before = document()
     users.edit("2.0")

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
+import math
 import re
 import reprlib
 import tomllib
@@ -12,6 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar, cast
 
 import msgspec
+import numpy as np
 
 from tegotae._support.errors import TegotaeError
 
@@ -129,6 +132,26 @@ def checked(value: T) -> T:
             return value
         level = inner
     raise DamagedDocumentError(_TOO_DEEP)
+
+
+def as_json(value: object) -> Any:
+    """A value in the types that JSON has: null for what is undefined or not finite.
+
+    Example:
+        >>> as_json({"lag": np.array([0.5, np.nan]), 2: (np.int64(1), None)})
+        {'lag': [0.5, None], '2': [1, None]}
+    """
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        return {f.name: as_json(getattr(value, f.name)) for f in dataclasses.fields(value)}
+    if isinstance(value, Mapping):
+        return {str(key): as_json(each) for key, each in value.items()}
+    if isinstance(value, (tuple, list)):
+        return [as_json(each) for each in value]
+    if isinstance(value, (np.ndarray, np.generic)):
+        return as_json(value.tolist())
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    return value
 
 
 def fitted(value: object, schema: type[T]) -> T:

@@ -14,7 +14,7 @@ from tegotae._support.errors import TegotaeError, require_count
 from tegotae.cli.tables import print_rows
 
 if TYPE_CHECKING:
-    from tegotae.studies.generalisation import Disturbance, TestedControllers
+    from tegotae.studies.generalisation import ControllersUnderTest, Disturbance
     from tegotae.studies.generalisation.run import Done
 
 
@@ -70,8 +70,8 @@ class Generalise:
         model = name.partition(" (")[0]
         return any(fnmatch.fnmatchcase(each, self.only) for each in (name, model))
 
-    def _subjects(self) -> list[TestedControllers]:
-        from tegotae.studies.generalisation import TestedControllers
+    def _subjects(self) -> list[ControllersUnderTest]:
+        from tegotae.studies.generalisation import ControllersUnderTest
         from tegotae.training.collection import read
 
         found = []
@@ -81,7 +81,7 @@ class Generalise:
             if not chosen:
                 names = ", ".join(sorted({each.name for each in runs})[:3])
                 raise TegotaeError(f"{place} has no model that matches {self.only}; it has {names}")
-            found += [TestedControllers.of(each, self.starts) for each in chosen]
+            found += [ControllersUnderTest.of(each, self.starts) for each in chosen]
         return found
 
 
@@ -105,13 +105,13 @@ def _print_margins(done: list[Done], chosen: tuple[Disturbance, ...]) -> None:
     from tegotae.studies.generalisation import margins
 
     rows = []
-    for subject, outcome in done:
+    for tested, outcome in done:
         for found in margins(outcome, chosen):
             if found.runs:
                 numbers = (found.median, found.low, found.high)
                 rows.append(
                     (
-                        subject.name,
+                        tested.name,
                         found.condition,
                         found.side,
                         str(found.runs),
@@ -119,11 +119,11 @@ def _print_margins(done: list[Done], chosen: tuple[Disturbance, ...]) -> None:
                     )
                 )
             else:
-                rows.append((subject.name, found.condition, found.side, "0", "–", "–", "–"))
+                rows.append((tested.name, found.condition, found.side, "0", "–", "–", "–"))
     print_rows(("controller", "condition", "side", "runs", "half fail at", "from", "to"), rows)
-    for subject, outcome in done:
+    for tested, outcome in done:
         if outcome.left_out:
-            print(f"{subject.name} was left out of {json.dumps(outcome.left_out)[1:-1]}")
+            print(f"{tested.name} was left out of {json.dumps(outcome.left_out)[1:-1]}")
     print(
         "The level at which half of the runs no longer keep the gait that they have undisturbed, "
         "and its 95 % interval over runs; inf where they keep it at all levels."

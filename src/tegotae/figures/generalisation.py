@@ -27,7 +27,7 @@ def curves_figure(done: Sequence[Done], disturbances: Sequence[Disturbance]) -> 
 
     Of more controllers than there are colours all are one line.
     """
-    groups = {subject.name: [(subject, outcome)] for subject, outcome in done}
+    groups = {tested.name: [(tested, outcome)] for tested, outcome in done}
     if len(groups) > MOST_LINES:
         groups = {f"{len(done)} controllers": list(done)}
     return groups_figure(groups, disturbances)

@@ -6,14 +6,14 @@ import dataclasses
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 from numpy.typing import ArrayLike
 
-from tegotae._support.documents import Json, JsonObject
+from tegotae._support.documents import JsonObject, as_json
 from tegotae._support.errors import TegotaeError, require_count, require_finite
 from tegotae._support.limits import MOST_M, MOST_POINTS, MOST_RAD_PER_S
 from tegotae.measures.hopping.efficiency import check_work
@@ -205,7 +205,7 @@ class Evaluation:
             "episodes": self.episodes,
             "protocol": dataclasses.asdict(self.protocol),
         }
-        return {name: _plain(entry) for name, entry in document.items()}
+        return {name: as_json(entry) for name, entry in document.items()}
 
 
 def evaluate(
@@ -550,14 +550,3 @@ def _checked_weights(controller: Controller, weights: ArrayLike) -> np.ndarray:
         run = int(np.argmin(np.isfinite(rows).all(axis=1)))
         raise TegotaeError(f"the weights of run {run} are not all finite; leave that run out")
     return rows
-
-
-def _plain(value: Any) -> Json:
-    """Dicts, lists and Python numbers, None for what is not finite."""
-    if isinstance(value, dict):
-        return {name: _plain(entry) for name, entry in value.items()}
-    if isinstance(value, (list, tuple, np.ndarray)):
-        return [_plain(entry) for entry in value]
-    if isinstance(value, (float, np.floating)):
-        return float(value) if math.isfinite(value) else None
-    return value

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tegotae._support.documents import JsonObject
+from tegotae._support.documents import JsonObject, as_json
 from tegotae.cli.tables import print_rows
 
 if TYPE_CHECKING:
@@ -65,10 +65,10 @@ def print_table(found: list[tuple[str, tuple[str, ...], GaitEvaluation]]) -> Non
 
 def listed(found: list[tuple[str, tuple[str, ...], GaitEvaluation]]) -> list[JsonObject]:
     """The rows of `columns` as JSON objects, null for what is undefined."""
-    from tegotae.studies.gaits.document import plain
-
     table = columns(found)
-    return [dict(zip(table, plain(row), strict=True)) for row in zip(*table.values(), strict=True)]
+    return [
+        dict(zip(table, as_json(row), strict=True)) for row in zip(*table.values(), strict=True)
+    ]
 
 
 def columns(

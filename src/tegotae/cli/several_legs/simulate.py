@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, SupportsFloat
 
 import numpy as np
 
+from tegotae._support import documents
 from tegotae._support.errors import TegotaeError
 from tegotae._support.files import output_file, output_folder
 from tegotae._support.tables import write_csv
@@ -44,7 +45,7 @@ def simulate_legs(
     from tegotae.figures.gaits.footfall import footfall_figure
     from tegotae.figures.gaits.lags import lags_figure
     from tegotae.figures.style import figure_file, save_figure
-    from tegotae.studies.gaits.document import DIGITS, coordination_columns, plain, write
+    from tegotae.studies.gaits.document import DIGITS, coordination_columns, write
     from tegotae.studies.gaits.simulate import columns, simulate
 
     if phases and legs.seed:
@@ -92,7 +93,7 @@ def simulate_legs(
 
         written.append(write_animation(run, animate))
     if as_json:
-        print(json.dumps(plain(document), allow_nan=False))
+        print(json.dumps(documents.as_json(document), allow_nan=False))
         return
     _print(run)
     if written:

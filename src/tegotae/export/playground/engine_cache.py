@@ -53,7 +53,7 @@ def name_of(controller: Controller, body: Body) -> str:
 
 
 def engine(controller: Controller, body: Body) -> CompiledEngine:
-    """The engine of a controller on a body: from the shelf, or compiled.
+    """The engine of a controller on a body: read from the package, or compiled.
 
     Raises:
         MissingExtraError: if it must be compiled and there is no compiler.

@@ -5,17 +5,14 @@ Both have the same rows: a row of the table is an object of the document, an emp
 
 from __future__ import annotations
 
-import dataclasses
 import json
-import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from tegotae._support.documents import JsonObject
+from tegotae._support.documents import JsonObject, as_json
 from tegotae._support.engines import selected
 from tegotae._support.files import write_atomically
 from tegotae._support.tables import write_csv
@@ -80,23 +77,8 @@ def write(
     csv, whole = folder / f"{name}.csv", folder / f"{name}.json"
     write_csv(csv, table, digits=DIGITS)
     values = {**document, "engine": selected(), "rows": _objects(table)}
-    write_atomically(whole, json.dumps(plain(values), indent=1, allow_nan=False) + "\n")
+    write_atomically(whole, json.dumps(as_json(values), indent=1, allow_nan=False) + "\n")
     return [csv, whole]
-
-
-def plain(value: Any) -> Any:
-    """The same as JSON values: null for what is undefined or not finite."""
-    if dataclasses.is_dataclass(value) and not isinstance(value, type):
-        return {f.name: plain(getattr(value, f.name)) for f in dataclasses.fields(value)}
-    if isinstance(value, Mapping):
-        return {str(key): plain(each) for key, each in value.items()}
-    if isinstance(value, (tuple, list)):
-        return [plain(each) for each in value]
-    if isinstance(value, (np.ndarray, np.generic)):
-        return plain(value.tolist())
-    if isinstance(value, float):
-        return value if math.isfinite(value) else None
-    return value
 
 
 def _objects(table: Mapping[str, np.ndarray]) -> list[JsonObject]:

@@ -10,7 +10,7 @@ import numpy as np
 from tegotae._support.errors import TegotaeError, require_finite
 from tegotae.parts._shapes import LaneNumbers
 from tegotae.simulation.world import Change
-from tegotae.studies.generalisation.tested_controllers import TestedControllers
+from tegotae.studies.generalisation.controllers_under_test import ControllersUnderTest
 
 MOST_LEVEL = 1e6
 """The largest level of any disturbance: single precision can count with it."""
@@ -64,12 +64,12 @@ class Disturbance(ABC):
         return levels[::-1] if below else levels
 
     @abstractmethod
-    def lacks(self, subject: TestedControllers) -> str:
-        """Why the subject cannot meet it, in a few words; empty if it can."""
+    def lacks(self, tested: ControllersUnderTest) -> str:
+        """Why this condition does not apply to these controllers; empty if it does."""
 
     @abstractmethod
     def changes(
-        self, subject: TestedControllers, level: np.ndarray, at_s: np.ndarray
+        self, tested: ControllersUnderTest, level: np.ndarray, at_s: np.ndarray
     ) -> dict[str, LaneNumbers]:
         """What is otherwise for lanes of these levels, by name (`with_changes`).
 
@@ -77,18 +77,18 @@ class Disturbance(ABC):
         body's fields, and of the scenario's entries.
 
         Args:
-            subject: who meets it.
+            tested: the controllers that meet it.
             level: of each lane, [lanes]; releases are the innermost (`release_of`).
             at_s: when what happens at a time happens in it [s], [lanes].
         """
 
 
-def release_of(subject: TestedControllers, level: np.ndarray) -> np.ndarray:
+def release_of(tested: ControllersUnderTest, level: np.ndarray) -> np.ndarray:
     """Which release of its run every lane is, from 0 on, [lanes].
 
     What is drawn follows from it alone: what a run meets does not depend on which others there are.
     """
-    return np.arange(len(level)) % subject.starts
+    return np.arange(len(level)) % tested.starts
 
 
 def usual_change(change: Change, usual: LaneNumbers) -> Change:

@@ -1,4 +1,4 @@
-"""The record of one subject: a file that is whole or is not there."""
+"""The record of one set of controllers: a file that is complete or absent."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ from tegotae._support.errors import TegotaeError
 from tegotae._support.files import write_atomically
 from tegotae._support.part_code import code_of
 from tegotae.simulation.integrators import PredictorCorrector
+from tegotae.studies.generalisation.controllers_under_test import ControllersUnderTest
 from tegotae.studies.generalisation.disturbance import Disturbance
-from tegotae.studies.generalisation.tested_controllers import TestedControllers
 from tegotae.studies.generalisation.trial import Retention
 from tegotae.systems.descriptions import describe
 from tegotae.systems.registry import CODE
@@ -32,23 +32,23 @@ _KINDS = {"ForcePulse": "Push", "ReleaseHeight": "Release"}
 """What records call a kind of disturbance, where that is not its class."""
 
 
-def configuration(subject: TestedControllers, disturbances: Sequence[Disturbance]) -> Document:
+def configuration(tested: ControllersUnderTest, disturbances: Sequence[Disturbance]) -> Document:
     """All that decides what is found, as JSON values; what cannot be applied decides nothing."""
-    applied = [each for each in disturbances if not each.lacks(subject)]
+    applied = [each for each in disturbances if not each.lacks(tested)]
     document = {
         "format": FORMAT,
-        "name": subject.name,
-        "controller": describe(subject.controller),
-        "weights": hashlib.sha256(np.asarray(subject.weights, "float32").tobytes()).hexdigest(),
-        "runs": len(subject.weights),
-        "starts": subject.starts,
-        "omega": subject.omega,
-        "body": describe(subject.body),
-        "timing": describe(subject.timing),
+        "name": tested.name,
+        "controller": describe(tested.controller),
+        "weights": hashlib.sha256(np.asarray(tested.weights, "float32").tobytes()).hexdigest(),
+        "runs": len(tested.weights),
+        "starts": tested.starts,
+        "omega": tested.omega,
+        "body": describe(tested.body),
+        "timing": describe(tested.timing),
         "disturbances": [_described(each) for each in applied],
     }
     # Older records have neither, for they were all of the usual ones.
-    integrator, release = subject.system.integrator, subject.system.release
+    integrator, release = tested.system.integrator, tested.system.release
     if integrator != PredictorCorrector():
         document["integrator"] = describe(integrator)
     if release != Release():

@@ -29,7 +29,7 @@ from tegotae.simulation.rollout import (
     Timing,
     Trajectory,
 )
-from tegotae.studies.generalisation.tested_controllers import TestedControllers
+from tegotae.studies.generalisation.controllers_under_test import ControllersUnderTest
 
 EVENT_SHARE = 0.375
 """Share of the time after which what happens at a time happens: the first apex then, of what
@@ -258,12 +258,12 @@ def _steps(of: Outcomes) -> np.ndarray:
     return np.isnan(of["fall_time_s"]) & (of["step_frequency_hz"] > 0.0).any(axis=0)
 
 
-def criterion_of(subject: TestedControllers) -> RetentionCriterion:
-    """The criterion that decides what a subject keeps of its gait."""
-    event_s = EVENT_SHARE * subject.timing.duration_s
-    if subject.hops:
-        path = path_of(subject.prepared, "rest_length_m")
-        return HopRetention(path, float(subject.body.rest_length_m), event_s)
-    pair = subject.controller, subject.prepared
-    legs = CoordinationSummary.on(*pair, reference=subject.reference)
+def criterion_of(tested: ControllersUnderTest) -> RetentionCriterion:
+    """The criterion that decides how much of their gait controllers retain."""
+    event_s = EVENT_SHARE * tested.timing.duration_s
+    if tested.hops:
+        path = path_of(tested.prepared, "rest_length_m")
+        return HopRetention(path, float(tested.body.rest_length_m), event_s)
+    pair = tested.controller, tested.prepared
+    legs = CoordinationSummary.on(*pair, reference=tested.reference)
     return GaitRetention(Walked(legs, set(HEADING) <= set(declared(*pair))), event_s)

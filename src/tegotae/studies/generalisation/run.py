@@ -1,4 +1,4 @@
-"""All subjects under all disturbances, in a folder: what is done is kept."""
+"""All controllers under all disturbances, in a folder that keeps finished ones."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from tegotae._support.progress import reporting
 from tegotae._support.workers import Workers, WorkersDied
 from tegotae._support.workplace import GENERALISATION, alone
 from tegotae.simulation.native import forget_programs
+from tegotae.studies.generalisation.controllers_under_test import ControllersUnderTest
 from tegotae.studies.generalisation.disturbance import Disturbance
 from tegotae.studies.generalisation.record import (
     configuration,
@@ -21,97 +22,96 @@ from tegotae.studies.generalisation.record import (
     read,
     write,
 )
-from tegotae.studies.generalisation.tested_controllers import TestedControllers
 from tegotae.studies.generalisation.trial import Retention, check_levels, tried
 from tegotae.systems.registry import parts_in, register
 
-Done = tuple[TestedControllers, Retention]
+Done = tuple[ControllersUnderTest, Retention]
 
 
 def generalise(
-    subjects: Sequence[TestedControllers],
+    controllers: Sequence[ControllersUnderTest],
     disturbances: Sequence[Disturbance],
     out: Path,
     *,
     anew: bool = False,
 ) -> list[Done]:
-    """Try every subject under every disturbance, or go on with it, in the folder `out`.
+    """Test all controllers under all disturbances, or continue, in the folder `out`.
 
-    A record a subject is written; stopped and called again it goes on from there, and ends in the
-    same numbers. Subjects of the same structure share a compiled program.
+    Each set has a record; stopped and called again it continues from there, and ends in the
+    same numbers. Sets of the same structure share a compiled program.
 
     Args:
-        subjects: who is tried.
+        controllers: those to be tested.
         disturbances: under what.
         out: the folder.
         anew: whether what is there before is set aside, in a folder beside it.
 
     Raises:
-        TegotaeError: for no subject, two of the same name, none that can meet any of the
+        TegotaeError: for no controllers, two sets of the same name, none that can meet any of the
             disturbances, a level that makes no body, or a folder that cannot be written to.
         KeyboardInterrupt: after Ctrl-C; it says what is kept.
     """
-    _check(subjects, disturbances)
+    _check(controllers, disturbances)
     with alone(out, GENERALISATION, anew=anew):
         folder = output_folder(out / "records")
-        documents = [configuration(each, disturbances) for each in subjects]
+        documents = [configuration(each, disturbances) for each in controllers]
         places = [place(folder, document) for document in documents]
         found = [read(path, each) for path, each in zip(places, documents, strict=True)]
         missing = [i for i, outcome in enumerate(found) if outcome is None]
         try:
-            with reporting("generalise", len(subjects)) as reporter:
-                done = len(subjects) - len(missing)
+            with reporting("generalise", len(controllers)) as reporter:
+                done = len(controllers) - len(missing)
                 reporter.update(done, "done before" if done else "")
-                bundled = _bundles([(i, subjects[i]) for i in missing])
+                bundled = _bundles([(i, controllers[i]) for i in missing])
                 with closing(_worked(bundled, disturbances)) as outcomes:
                     for number, outcome in outcomes:
                         write(places[number], documents[number], outcome)
                         found[number] = outcome
                         done += 1
-                        reporter.update(done, subjects[number].name)
+                        reporter.update(done, controllers[number].name)
         except KeyboardInterrupt:
             kept = sum(outcome is not None for outcome in found)
             raise KeyboardInterrupt(
-                f"interrupted; {out} keeps {kept} of {len(subjects)} controllers, the same command "
-                "goes on from there"
+                f"interrupted; {out} keeps {kept} of {len(controllers)} controllers; the same "
+                "command continues from there"
             ) from None
-    return [(each, x) for each, x in zip(subjects, found, strict=True) if x is not None]
+    return [(each, x) for each, x in zip(controllers, found, strict=True) if x is not None]
 
 
-def _check(subjects: Sequence[TestedControllers], disturbances: Sequence[Disturbance]) -> None:
-    if not subjects:
+def _check(
+    controllers: Sequence[ControllersUnderTest], disturbances: Sequence[Disturbance]
+) -> None:
+    if not controllers:
         raise TegotaeError("there are no controllers to be tried")
-    names = [each.name for each in subjects]
+    names = [each.name for each in controllers]
     for name in names:
         if names.count(name) > 1:
             raise TegotaeError(
                 f"{names.count(name)} sets of controllers are called {name}; try them one by one"
             )
     able = 0
-    for subject in subjects:
-        meets = [each for each in disturbances if not each.lacks(subject)]
+    for tested in controllers:
+        meets = [each for each in disturbances if not each.lacks(tested)]
         if meets:
             able += 1
-            check_levels(subject, meets)
+            check_levels(tested, meets)
     if not able:
-        first = subjects[0]
+        first = controllers[0]
         why = "; ".join(f"{each.name}: {each.lacks(first)}" for each in disturbances)
         raise TegotaeError(f"{first.name} can meet none of these conditions: {why}")
 
 
-Numbered = tuple[int, TestedControllers]
+Numbered = tuple[int, ControllersUnderTest]
 
 _BUNDLES_KEPT = 10
 """After so many bundles compiled programs are forgotten: a hundred of them are GiB."""
 
 
-def _bundles(subjects: Sequence[Numbered]) -> list[list[Numbered]]:
-    """Subjects in groups that share a compiled program."""
+def _bundles(controllers: Sequence[Numbered]) -> list[list[Numbered]]:
+    """Sets in groups that share a compiled program."""
     groups: dict[str, list[Numbered]] = {}
-    for number, subject in subjects:
-        groups.setdefault(repr((subject.controller, type(subject.body))), []).append(
-            (number, subject)
-        )
+    for number, tested in controllers:
+        groups.setdefault(repr((tested.controller, type(tested.body))), []).append((number, tested))
     return list(groups.values())
 
 
@@ -122,8 +122,8 @@ def _worked(
     cores = min(available_cores(), len(bundles))
     if cores <= 1:
         for done, bundle in enumerate(bundles, 1):
-            for number, subject in bundle:
-                yield number, tried(subject, disturbances)
+            for number, tested in bundle:
+                yield number, tried(tested, disturbances)
             if done % _BUNDLES_KEPT == 0:
                 forget_programs()
         return
@@ -146,6 +146,6 @@ def _bundle(
     for part in parts_in(tuple((each.controller, each.body) for _, each in bundle)):
         register(part)
     try:
-        return [(number, tried(subject, disturbances)) for number, subject in bundle]
+        return [(number, tried(tested, disturbances)) for number, tested in bundle]
     finally:
         forget_programs()

@@ -10,8 +10,8 @@ import numpy as np
 
 from tegotae._support.tables import write_csv
 from tegotae.measures.gaits.wilson import wilson
+from tegotae.studies.generalisation.controllers_under_test import ControllersUnderTest
 from tegotae.studies.generalisation.disturbance import Disturbance
-from tegotae.studies.generalisation.tested_controllers import TestedControllers
 from tegotae.studies.generalisation.trial import Retention
 
 RESAMPLES = 2000
@@ -48,7 +48,7 @@ def run_margins(
     several times it is kept where most of them keep it.
 
     Args:
-        outcome: of a subject.
+        outcome: of one set of controllers.
         disturbance: which.
         below: whether on the side of lower levels.
         measure: "keeps" or "moves"; the disturbance's own if empty.
@@ -109,7 +109,7 @@ def _middle(rows: np.ndarray) -> np.ndarray:
 def margins(
     outcome: Retention, disturbances: Sequence[Disturbance], measure: str = ""
 ) -> Iterator[Margin]:
-    """The margins of a subject, for every disturbance that it met and each side of it."""
+    """The margins of controllers, for each side of every disturbance that they met."""
     for each in disturbances:
         if each.name in outcome.left_out:
             continue
@@ -122,21 +122,21 @@ def margins(
 
 
 def write_tables(
-    done: Sequence[tuple[TestedControllers, Retention]],
+    done: Sequence[tuple[ControllersUnderTest, Retention]],
     disturbances: Sequence[Disturbance],
     out: Path,
 ) -> list[Path]:
     """Write `margins.csv`, `curves.csv` and `left_out.csv` into a folder; return their paths."""
     rows: dict[str, list[dict[str, object]]] = {"margins": [], "curves": [], "left_out": []}
-    for subject, outcome in done:
+    for tested, outcome in done:
         for measure in MEASURES:
             for found in margins(outcome, disturbances, measure):
                 rows["margins"].append(
-                    {"controller": subject.name, "measure": measure, **found._asdict()}
+                    {"controller": tested.name, "measure": measure, **found._asdict()}
                 )
-        rows["curves"] += [{"controller": subject.name, **row} for row in curve(outcome)]
+        rows["curves"] += [{"controller": tested.name, **row} for row in curve(outcome)]
         for name, why in outcome.left_out.items():
-            rows["left_out"].append({"controller": subject.name, "condition": name, "why": why})
+            rows["left_out"].append({"controller": tested.name, "condition": name, "why": why})
     paths = []
     for name, table in rows.items():
         if table:
@@ -164,7 +164,7 @@ def share_interval(kept: int, of: int, runs: int) -> tuple[float, float]:
 
 
 def curve(outcome: Retention) -> Iterator[dict[str, object]]:
-    """Shares of the lanes of a subject that keep what they had, level by level; the interval is
+    """Shares of the lanes of one set that keep what they had, level by level; the interval is
     over runs."""
     columns = outcome.columns
     for name in dict.fromkeys(columns["condition"].tolist()):

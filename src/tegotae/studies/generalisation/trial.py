@@ -1,4 +1,4 @@
-"""All runs of a subject under all disturbances at once: lanes of one compiled program."""
+"""All runs of one set under all disturbances at once: lanes of one compiled program."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from tegotae.simulation.episode import LaneInputs
 from tegotae.simulation.rollout import Scenario, check_senses
 from tegotae.simulation.world import Staircase, Step, with_changes
 from tegotae.simulation.world.changes import ENTRIES, GROUND, OMEGA
+from tegotae.studies.generalisation.controllers_under_test import ControllersUnderTest
 from tegotae.studies.generalisation.disturbance import Disturbance, usual_change
 from tegotae.studies.generalisation.retention import criterion_of
-from tegotae.studies.generalisation.tested_controllers import TestedControllers
 
 _COLUMNS = {
     **{"condition": str, "level": float, "run": int, "start": int},
@@ -45,8 +45,8 @@ class Retention:
     left_out: dict[str, str]
 
 
-def tried(subject: TestedControllers, disturbances: Sequence[Disturbance]) -> Retention:
-    """Try a subject under every disturbance that it can meet, at every level.
+def tried(tested: ControllersUnderTest, disturbances: Sequence[Disturbance]) -> Retention:
+    """Test controllers under every disturbance that applies to them, at every level.
 
     Every run is first tried as it is. What it does then says when a disturbance comes, and what
     there is to be kept.
@@ -54,14 +54,14 @@ def tried(subject: TestedControllers, disturbances: Sequence[Disturbance]) -> Re
     Raises:
         TegotaeError: if a level makes no body, or too quick an oscillator.
     """
-    check_senses(subject.controller, subject.body)
-    left_out = {each.name: why for each in disturbances if (why := each.lacks(subject))}
+    check_senses(tested.controller, tested.body)
+    left_out = {each.name: why for each in disturbances if (why := each.lacks(tested))}
     meets = [each for each in disturbances if each.name not in left_out]
     if not meets:
         return Retention({name: np.zeros(0, kind) for name, kind in _COLUMNS.items()}, left_out)
-    check_levels(subject, meets)
-    subject = _meeting(subject, meets)
-    trial = _Trial(subject, meets)
+    check_levels(tested, meets)
+    tested = _meeting(tested, meets)
+    trial = _Trial(tested, meets)
     nothing = [(meets[0], np.array([meets[0].neutral]))]
     usual = trial.measured(nothing, np.full((1, trial.size), np.inf))
     at_s = np.atleast_2d(trial.criterion.at_s(usual))
@@ -72,35 +72,37 @@ def tried(subject: TestedControllers, disturbances: Sequence[Disturbance]) -> Re
     whole = {
         "condition": np.repeat([name for name, _ in rows], trial.size),
         "level": np.repeat([level for _, level in rows], trial.size),
-        "run": np.tile(np.repeat(np.arange(len(subject.weights)), subject.starts), len(rows)),
-        "start": np.tile(np.arange(subject.starts), len(rows) * len(subject.weights)),
+        "run": np.tile(np.repeat(np.arange(len(tested.weights)), tested.starts), len(rows)),
+        "start": np.tile(np.arange(tested.starts), len(rows) * len(tested.weights)),
     }
     return Retention(whole | {name: np.ravel(x) for name, x in kept.items()}, left_out)
 
 
-def _meeting(subject: TestedControllers, disturbances: Sequence[Disturbance]) -> TestedControllers:
-    return subject.meeting(max(each.longest_delay_s for each in disturbances))
+def _meeting(
+    tested: ControllersUnderTest, disturbances: Sequence[Disturbance]
+) -> ControllersUnderTest:
+    return tested.meeting(max(each.longest_delay_s for each in disturbances))
 
 
-def check_levels(subject: TestedControllers, disturbances: Sequence[Disturbance]) -> None:
+def check_levels(tested: ControllersUnderTest, disturbances: Sequence[Disturbance]) -> None:
     """Raise `TegotaeError` if a level of a disturbance makes no body, or one, or an oscillator,
     that is too quick for the control tick."""
-    subject = _meeting(subject, disturbances)
+    tested = _meeting(tested, disturbances)
     for each in disturbances:
         for level in each.levels:
-            changes = each.changes(subject, np.array([level]), np.zeros(1))
+            changes = each.changes(tested, np.array([level]), np.zeros(1))
             fields = {
-                name: _number(change, subject.usual(name))
+                name: _number(change, tested.usual(name))
                 for name, change in changes.items()
                 if name not in (GROUND, *ENTRIES)
             }
             try:
-                with_fields(subject.prepared, fields).check_tick(subject.timing.tick_s)
-                if OMEGA in changes and subject.controller.oscillator is not None:
+                with_fields(tested.prepared, fields).check_tick(tested.timing.tick_s)
+                if OMEGA in changes and tested.controller.oscillator is not None:
                     omega = float(np.max(changes[OMEGA]))
-                    subject.controller.oscillator.check_tick(omega, subject.timing.tick_s)
+                    tested.controller.oscillator.check_tick(omega, tested.timing.tick_s)
             except TegotaeError as error:
-                raise TegotaeError(f"{each.name}={level:g} on {subject.name}: {error}") from None
+                raise TegotaeError(f"{each.name}={level:g} on {tested.name}: {error}") from None
 
 
 def _number(change: Any, usual: Any) -> Any:
@@ -111,25 +113,25 @@ def _number(change: Any, usual: Any) -> Any:
 
 
 class _Trial:
-    """The lanes of a subject: run by run, release by release."""
+    """The lanes of a set: run by run, release by release."""
 
-    def __init__(self, subject: TestedControllers, disturbances: Sequence[Disturbance]) -> None:
-        self.subject, self.disturbances = subject, disturbances
-        self.criterion = criterion_of(subject)
-        self.size = len(subject.weights) * subject.starts
-        self.engine = subject.system.engine(self.criterion.summary, subject.timing)
+    def __init__(self, tested: ControllersUnderTest, disturbances: Sequence[Disturbance]) -> None:
+        self.tested, self.disturbances = tested, disturbances
+        self.criterion = criterion_of(tested)
+        self.size = len(tested.weights) * tested.starts
+        self.engine = tested.system.engine(self.criterion.summary, tested.timing)
 
     def measured(self, plan: Sequence[tuple[Disturbance, np.ndarray]], at_s: np.ndarray) -> Any:
-        """What the criterion measures at every level, arrays [..., levels, lanes of the subject].
+        """What the criterion measures at every level, arrays [..., levels, lanes of the set].
 
         Args:
             plan: disturbances, and the levels of each.
-            at_s: when what happens at a time happens [s], [1, lanes of the subject].
+            at_s: when what happens at a time happens [s], [1, lanes of the set].
         """
         levels = sum(len(each) for _, each in plan)
         count = levels * self.size
         scenario = self._scenario(plan, at_s)
-        weights = np.repeat(self.subject.weights, self.subject.starts, axis=0).T
+        weights = np.repeat(self.tested.weights, self.tested.starts, axis=0).T
         weights = np.tile(np.asarray(weights, "float32"), levels)
         parts = []
         for begin in range(0, count, LANES):
@@ -137,7 +139,7 @@ class _Trial:
             own = LaneInputs(
                 weights[..., here], jax.tree.map(lambda x, at=here: x[..., at], scenario)
             )
-            recorded = self.engine.run_lanes(own, self.subject.prepared)
+            recorded = self.engine.run_lanes(own, self.tested.prepared)
             whole = filled((recorded, own.scenario), slice(None), LANES)
             found = self.criterion.of(*whole)
             parts.append(jax.tree.map(np.asarray, found))
@@ -148,7 +150,7 @@ class _Trial:
         self, plan: Sequence[tuple[Disturbance, np.ndarray]], at_s: np.ndarray
     ) -> Scenario:
         """What the lanes meet, level by level; all that some disturbance changes is in it."""
-        subject = self.subject
+        tested = self.tested
         whole = [self._changes(each, levels, at_s) for each, levels in plan]
         counts = [len(levels) * self.size for _, levels in plan]
 
@@ -160,40 +162,40 @@ class _Trial:
             ]
             return jax.tree.map(_concatenated, *parts)
 
-        phases = np.tile(subject.phase_rad, len(subject.weights))
-        release = subject.system.scenario(phase_rad=phases)
+        phases = np.tile(tested.phase_rad, len(tested.weights))
+        release = tested.system.scenario(phase_rad=phases)
         usual = jax.tree.map(lambda x: _lanes(x, sum(counts)), release)
         changes = {name: joined(name, x) for name, x in self._neutral(release).items()}
-        return with_changes(usual, subject.prepared, changes)
+        return with_changes(usual, tested.prepared, changes)
 
     def _neutral(self, release: Scenario) -> dict[str, Any]:
         """Of every name that some disturbance changes: the change that changes nothing."""
         found = {}
         for each in self.disturbances:
             level = np.array([each.neutral])
-            for name, change in each.changes(self.subject, level, np.full(1, np.inf)).items():
+            for name, change in each.changes(self.tested, level, np.full(1, np.inf)).items():
                 if name in ENTRIES:
                     usual = getattr(release, name)
                 else:
-                    usual = None if name == GROUND else self.subject.usual(name)
+                    usual = None if name == GROUND else self.tested.usual(name)
                 found[name] = _without(change, usual)
         return found
 
     def _changes(self, each: Disturbance, levels: np.ndarray, at_s: np.ndarray) -> dict[str, Any]:
         at = np.broadcast_to(at_s, (len(levels), self.size)).ravel()
-        return each.changes(self.subject, np.repeat(levels, self.size), at)
+        return each.changes(self.tested, np.repeat(levels, self.size), at)
 
     def weight_ratio(
         self, plan: Sequence[tuple[Disturbance, np.ndarray]], at_s: np.ndarray
     ) -> np.ndarray:
-        """Weight of the body over the usual one, [levels, lanes of the subject]."""
+        """Weight of the body over the usual one, [levels, lanes of the set]."""
         parts = []
         for each, levels in plan:
             changes = self._changes(each, levels, at_s)
             ratio = np.ones(len(levels) * self.size)
             for name in ("mass_kg", "gravity_m_per_s2"):
                 if name in changes:
-                    ratio = ratio * changes[name] / self.subject.usual(name)
+                    ratio = ratio * changes[name] / self.tested.usual(name)
             parts.append(ratio)
         return np.concatenate(parts).reshape(-1, self.size)
 

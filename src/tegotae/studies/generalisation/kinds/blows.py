@@ -9,8 +9,8 @@ import numpy as np
 from tegotae._support.errors import TegotaeError
 from tegotae.measures.gaits.summary import has_mass, total_mass_kg
 from tegotae.simulation.world import Step
+from tegotae.studies.generalisation.controllers_under_test import ControllersUnderTest
 from tegotae.studies.generalisation.disturbance import Disturbance, release_of
-from tegotae.studies.generalisation.tested_controllers import TestedControllers
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -20,13 +20,13 @@ class Blow(Disturbance):
     In m/s of a leg of a metre on Earth, else times √(g l0).
     """
 
-    def lacks(self, subject):
+    def lacks(self, tested):
         """See `Disturbance.lacks`."""
-        return _no_mass(subject)
+        return _no_mass(tested)
 
-    def changes(self, subject, level, at_s):
+    def changes(self, tested, level, at_s):
         """See `Disturbance.changes`."""
-        impulse = level * subject.speed_scale * float(total_mass_kg(subject.unwrapped))
+        impulse = level * tested.speed_scale * float(total_mass_kg(tested.unwrapped))
         return {"impulse_ns": impulse, "at_s": at_s}
 
 
@@ -42,16 +42,16 @@ class ForcePulse(Disturbance):
     lasts_s: float = 0.1
     """How long [s], of a leg of a metre on Earth."""
 
-    def lacks(self, subject):
+    def lacks(self, tested):
         """See `Disturbance.lacks`."""
-        if not subject.has_field(self.field):
-            return f"a {type(subject.unwrapped).__name__} has no {self.field}"
-        return _no_mass(subject)
+        if not tested.has_field(self.field):
+            return f"a {type(tested.unwrapped).__name__} has no {self.field}"
+        return _no_mass(tested)
 
-    def changes(self, subject, level, at_s):
+    def changes(self, tested, level, at_s):
         """See `Disturbance.changes`."""
-        lasts = self.lasts_s * subject.time_scale
-        force = level * subject.speed_scale * float(total_mass_kg(subject.unwrapped)) / lasts
+        lasts = self.lasts_s * tested.time_scale
+        force = level * tested.speed_scale * float(total_mass_kg(tested.unwrapped)) / lasts
         return {self.field: Step(force, at_s, at_s + lasts)}
 
 
@@ -75,26 +75,24 @@ class LostLeg(Disturbance):
                     f"{self.name}={level:g} is no number of legs; write whole ones, such as 1/2"
                 )
 
-    def lacks(self, subject):
+    def lacks(self, tested):
         """See `Disturbance.lacks`."""
-        if not subject.has_field("present"):
-            return f"a {type(subject.unwrapped).__name__} cannot lose a leg"
-        if max(self.levels) >= subject.body.limbs:
-            return f"it has {subject.body.limbs} legs"
+        if not tested.has_field("present"):
+            return f"a {type(tested.unwrapped).__name__} cannot lose a leg"
+        if max(self.levels) >= tested.body.limbs:
+            return f"it has {tested.body.limbs} legs"
         return ""
 
-    def changes(self, subject, level, at_s):
+    def changes(self, tested, level, at_s):
         """See `Disturbance.changes`."""
-        limbs = subject.body.limbs
-        first = release_of(subject, level) % limbs
+        limbs = tested.body.limbs
+        first = release_of(tested, level) % limbs
         order = (np.arange(limbs)[:, None] - first[None]) % limbs
-        present = np.asarray(subject.usual("present"), float)[:, None] * (order >= level[None])
+        present = np.asarray(tested.usual("present"), float)[:, None] * (order >= level[None])
         return {"present": Step(present, at_s, np.inf)}
 
 
-def _no_mass(subject: TestedControllers) -> str:
+def _no_mass(tested: ControllersUnderTest) -> str:
     return (
-        ""
-        if has_mass(subject.unwrapped)
-        else f"a {type(subject.unwrapped).__name__} has no mass_kg"
+        "" if has_mass(tested.unwrapped) else f"a {type(tested.unwrapped).__name__} has no mass_kg"
     )

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from tegotae._support.errors import require_finite
+from tegotae.studies.generalisation.controllers_under_test import ControllersUnderTest
 from tegotae.studies.generalisation.disturbance import Disturbance
-from tegotae.studies.generalisation.tested_controllers import TestedControllers
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -26,13 +26,13 @@ class Frequency(Disturbance):
         for level in self.levels:
             require_finite(f"a level of {self.name}", level, above=0.0)
 
-    def lacks(self, subject):
+    def lacks(self, tested):
         """See `Disturbance.lacks`."""
-        return "" if subject.omega is not None else "it has no oscillator"
+        return "" if tested.omega is not None else "it has no oscillator"
 
-    def changes(self, subject, level, at_s):
+    def changes(self, tested, level, at_s):
         """See `Disturbance.changes`."""
-        return {"omega": subject.omega * level}
+        return {"omega": tested.omega * level}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -46,24 +46,24 @@ class Scaled(Disturbance):
     """Names of which the body has at least one; all that it has are scaled."""
     neutral: float = 1.0
 
-    def lacks(self, subject):
+    def lacks(self, tested):
         """See `Disturbance.lacks`."""
-        own = self._own(subject)
+        own = self._own(tested)
         if not own:
-            return f"a {type(subject.unwrapped).__name__} has no {' or '.join(self.fields)}"
-        if not any(np.any(np.asarray(subject.usual(name))) for name in own):
+            return f"a {type(tested.unwrapped).__name__} has no {' or '.join(self.fields)}"
+        if not any(np.any(np.asarray(tested.usual(name))) for name in own):
             return f"its {self.fields[0]} is 0, and so is any share of it"
         return ""
 
-    def _own(self, subject: TestedControllers) -> list[str]:
-        return list(filter(subject.has_field, self.fields))
+    def _own(self, tested: ControllersUnderTest) -> list[str]:
+        return list(filter(tested.has_field, self.fields))
 
-    def changes(self, subject, level, at_s):
+    def changes(self, tested, level, at_s):
         """See `Disturbance.changes`."""
-        changes = {name: _times(subject.usual(name), level) for name in self._own(subject)}
+        changes = {name: _times(tested.usual(name), level) for name in self._own(tested)}
         if "rest_length_m" in self.fields:
-            longer = (level - 1.0) * float(subject.body.rest_length_m)
-            changes["height_m"] = subject.height_m + longer
+            longer = (level - 1.0) * float(tested.body.rest_length_m)
+            changes["height_m"] = tested.height_m + longer
         return changes
 
 

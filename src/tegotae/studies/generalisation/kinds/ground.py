@@ -8,8 +8,8 @@ import numpy as np
 
 from tegotae._support.errors import require_finite
 from tegotae.simulation.world import Staircase, Step
+from tegotae.studies.generalisation.controllers_under_test import ControllersUnderTest
 from tegotae.studies.generalisation.disturbance import Disturbance, release_of
-from tegotae.studies.generalisation.tested_controllers import TestedControllers
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -25,27 +25,27 @@ class ReleaseHeight(Disturbance):
         for level in self.levels:
             require_finite(f"a level of {self.name}", level, least=0.0)
 
-    def lacks(self, subject):
+    def lacks(self, tested):
         """See `Disturbance.lacks`."""
-        return "" if subject.takes_forces else "it is released on its feet"
+        return "" if tested.takes_forces else "it is released on its feet"
 
-    def changes(self, subject, level, at_s):
+    def changes(self, tested, level, at_s):
         """See `Disturbance.changes`."""
-        over = level * float(subject.body.rest_length_m)
-        return {"height_m": float(subject.body.touching_height_m) + over}
+        over = level * float(tested.body.rest_length_m)
+        return {"height_m": float(tested.body.touching_height_m) + over}
 
 
 @dataclass(frozen=True, kw_only=True)
 class Ground(Disturbance):
     """The ground rises or falls once, by the level in leg lengths: at an apex, of what hops."""
 
-    def lacks(self, subject):
+    def lacks(self, tested):
         """See `Disturbance.lacks`."""
         return ""
 
-    def changes(self, subject, level, at_s):
+    def changes(self, tested, level, at_s):
         """See `Disturbance.changes`."""
-        return {"drop_m": Step(-level * float(subject.body.rest_length_m), at_s)}
+        return {"drop_m": Step(-level * float(tested.body.rest_length_m), at_s)}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -57,14 +57,14 @@ class Stairs(Disturbance):
     times: int = 4
     """How often it falls."""
 
-    def lacks(self, subject):
+    def lacks(self, tested):
         """See `Disturbance.lacks`."""
         return ""
 
-    def changes(self, subject, level, at_s):
+    def changes(self, tested, level, at_s):
         """See `Disturbance.changes`."""
-        down = -level * float(subject.body.rest_length_m)
-        stairs = Staircase(down, self.dwell_s * subject.time_scale, float(self.times + 1))
+        down = -level * float(tested.body.rest_length_m)
+        stairs = Staircase(down, self.dwell_s * tested.time_scale, float(self.times + 1))
         return {"ground_m": stairs}
 
 
@@ -72,11 +72,11 @@ class Stairs(Disturbance):
 class Incline(Disturbance):
     """Ground that rises forward by the level per length, or falls, from the release on."""
 
-    def lacks(self, subject):
+    def lacks(self, tested):
         """See `Disturbance.lacks`."""
-        return _no_terrain(subject)
+        return _no_terrain(tested)
 
-    def changes(self, subject, level, at_s):
+    def changes(self, tested, level, at_s):
         """See `Disturbance.changes`."""
         return {"terrain.second.first.along": level}
 
@@ -88,20 +88,18 @@ class Roughness(Disturbance):
     Its typical wavelength is a leg's length, and it begins within one from the release.
     """
 
-    def lacks(self, subject):
+    def lacks(self, tested):
         """See `Disturbance.lacks`."""
-        return _no_terrain(subject)
+        return _no_terrain(tested)
 
-    def changes(self, subject, level, at_s):
+    def changes(self, tested, level, at_s):
         """See `Disturbance.changes`."""
-        length = float(subject.body.rest_length_m)
+        length = float(tested.body.rest_length_m)
         fields = {"rms_m": level * length, "wavelength_m": np.full(len(level), length)}
-        fields["place"] = 1.0 + release_of(subject, level)
+        fields["place"] = 1.0 + release_of(tested, level)
         return {f"terrain.second.second.{field}": value for field, value in fields.items()}
 
 
-def _no_terrain(subject: TestedControllers) -> str:
-    has = subject.has_field("terrain")
-    return (
-        "" if has else f"a {type(subject.unwrapped).__name__} stays in its place, on level ground"
-    )
+def _no_terrain(tested: ControllersUnderTest) -> str:
+    has = tested.has_field("terrain")
+    return "" if has else f"a {type(tested.unwrapped).__name__} stays in its place, on level ground"

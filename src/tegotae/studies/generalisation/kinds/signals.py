@@ -13,13 +13,13 @@ class Strength(Disturbance):
 
     neutral: float = 1.0
 
-    def lacks(self, subject):
+    def lacks(self, tested):
         """See `Disturbance.lacks`."""
-        return "" if subject.takes_forces else "its actuators take places, not forces"
+        return "" if tested.takes_forces else "its actuators take places, not forces"
 
-    def changes(self, subject, level, at_s):
+    def changes(self, tested, level, at_s):
         """See `Disturbance.changes`."""
-        return {"strength": subject.usual("strength") * level}
+        return {"strength": tested.usual("strength") * level}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -36,13 +36,13 @@ class Late(Disturbance):
         """See `Disturbance.longest_delay_s`."""
         return max(self.levels) if self.field == "delay_s" else 0.0
 
-    def lacks(self, subject):
+    def lacks(self, tested):
         """See `Disturbance.lacks`."""
         return ""
 
-    def changes(self, subject, level, at_s):
+    def changes(self, tested, level, at_s):
         """See `Disturbance.changes`."""
-        return {self.field: subject.usual(self.field) + level * subject.time_scale}
+        return {self.field: tested.usual(self.field) + level * tested.time_scale}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -56,11 +56,11 @@ class Noise(Disturbance):
 
     measure: str = "moves"
 
-    def lacks(self, subject):
+    def lacks(self, tested):
         """See `Disturbance.lacks`."""
         return ""
 
-    def changes(self, subject, level, at_s):
+    def changes(self, tested, level, at_s):
         """See `Disturbance.changes`."""
-        drawn = 1.0 + release_of(subject, level)
-        return {"noise": subject.usual("noise") + level, "seed": drawn}
+        drawn = 1.0 + release_of(tested, level)
+        return {"noise": tested.usual("noise") + level, "seed": drawn}

@@ -1,4 +1,4 @@
-"""Who is tried: the runs of one controller, on the body that they were trained on."""
+"""Controllers under test: runs of one training, on the body that they were trained on."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ _EARTH_S = math.sqrt(1.0 / 9.81)
 
 
 @dataclass(frozen=True)
-class TestedControllers:
+class ControllersUnderTest:
     """A set of controllers, unchanged, and how it is tried.
 
     Args:
@@ -93,8 +93,8 @@ class TestedControllers:
                 raise TegotaeError(f"{self.name} cannot be tried: a {kind} has no {field}")
 
     @classmethod
-    def of(cls, runs: ControllerSet, starts: int = 4) -> TestedControllers:
-        """The subject of runs that were read; what is the same several times is tried once."""
+    def of(cls, runs: ControllerSet, starts: int = 4) -> ControllersUnderTest:
+        """The runs of a set, without duplicates, ready for a test."""
         _, first = np.unique(runs.weights, axis=0, return_index=True)
         kept = np.sort(first)
         labels = tuple(runs.labels[i] for i in kept)
@@ -131,11 +131,11 @@ class TestedControllers:
         """The body they were trained on."""
         return self.system.mechanics
 
-    def replaced(self, **changes: object) -> TestedControllers:
+    def replaced(self, **changes: object) -> ControllersUnderTest:
         """The same runs in another system: other fields of the system or its release."""
         return dataclasses.replace(self, controllers=self.controllers.replaced(**changes))
 
-    def meeting(self, longest_delay_s: float) -> TestedControllers:
+    def meeting(self, longest_delay_s: float) -> ControllersUnderTest:
         """The same, whose senses can be late by so much."""
         if longest_delay_s <= self.longest_delay_s:
             return self
@@ -233,7 +233,7 @@ class TestedControllers:
         Example:
             >>> from tegotae.systems.models import build
             >>> system = System(controller=build("V-reflex-w8"), omega=8.0)
-            >>> leg = TestedControllers(ControllerSet("V", system, np.ones((1, 1)), ("0",)))
+            >>> leg = ControllersUnderTest(ControllerSet("V", system, np.ones((1, 1)), ("0",)))
             >>> leg.has_field("delay_s"), leg.has_field("mass_kg"), leg.has_field("present")
             (True, True, False)
         """
