@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import re
 import shutil
 import subprocess
 from collections.abc import Sequence
@@ -191,6 +192,81 @@ def test_cmake_builds_the_library_and_runs_the_check(written, tmp_path):
         ["ctest", "--test-dir", tmp_path],
     ):
         subprocess.run(command, check=True, capture_output=True)
+
+
+SKETCH = "examples/control_loop/control_loop.ino"
+PLACES = {
+    "platformio": {
+        "include/leg.h", "src/leg.c", "test/test_leg.c", "test/golden.csv", "library.json",
+        "leg.json", "README.md", SKETCH,
+    },
+    "arduino": {
+        "src/leg.h", "src/leg.c", "extras/test_leg.c", "extras/golden.csv", "library.properties",
+        "leg.json", "README.md", SKETCH,
+    },
+}  # fmt: skip
+
+ARDUINO = """\
+#pragma once
+#include <stdint.h>
+uint32_t micros();
+"""
+BOARD = """\
+#include <stdio.h>
+#include <Arduino.h>
+static uint32_t now_us = 4294960000u;  // soon begins at zero again
+uint32_t micros() { return now_us += 100; }
+extern "C" int steps;
+void setup();
+void loop();
+int main() { setup(); for (int i = 0; i < 1000; ++i) loop(); printf("%d", steps); return 0; }
+"""
+
+
+@pytest.mark.skipif(shutil.which("g++") is None, reason="g++ is not installed")
+@pytest.mark.parametrize("layout", PLACES)
+@pytest.mark.parametrize("controller", ["V-sector-w4", "quadruped-c"])
+def test_a_library_for_arduino_compiles_and_its_sketch_keeps_the_period(
+    tmp_path, layout, controller
+):
+    out = tmp_path / "leg"
+    arguments = ["export", "c", controller, "--out", str(out), "--prefix", "leg"]
+    assert cli.main([*arguments, "--layout", layout]) == 0
+    found = {path.relative_to(out).as_posix() for path in out.rglob("*") if path.is_file()}
+    assert found == PLACES[layout]
+    assert set(json.loads((out / "leg.json").read_text())["files"]) == found
+    # A board that counts the steps.
+    (tmp_path / "Arduino.h").write_text(ARDUINO)
+    (tmp_path / "board.cpp").write_text(BOARD)
+    code = next(out.rglob("leg.c")).read_text()
+    counted = "int steps = 0;\n" + re.sub(
+        r"(\nvoid leg_step\([^)]*\)\s*\{)", r"\1\n    ++steps;", code
+    )
+    assert counted.count("++steps") == 1
+    (tmp_path / "counted.c").write_text(counted)
+    include = [f"-I{tmp_path}", f"-I{next(out.rglob('leg.h')).parent}"]
+    for command in (
+        ["gcc", *include, "-c", "counted.c"],
+        ["g++", *include, "-Wall", "-Wextra", "-Werror", "-x", "c++", "-c", out / SKETCH],
+        ["g++", *include, "-c", "board.cpp"],
+        ["g++", "counted.o", "control_loop.o", "board.o", "-lm", "-o", "board"],
+    ):
+        subprocess.run(command, cwd=tmp_path, check=True)
+    done = subprocess.run([tmp_path / "board"], capture_output=True, text=True, check=True)
+    assert int(done.stdout) == 101  # from 0 to 0.1 s, every 1 ms
+
+
+@needs_gcc
+def test_the_check_that_a_library_names_runs(tmp_path, capsys):
+    out = tmp_path / "leg"
+    arguments = ["export", "c", "V-sector-w4", "--out", str(out), "--layout", "platformio"]
+    assert cli.main(arguments) == 0
+    command = capsys.readouterr().out.split("check it: ")[1]
+    assert command.split(" && ", 1)[1].strip() in (out / "README.md").read_text()
+    done = subprocess.run(command, shell=True, capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout + done.stderr
+    description = json.loads((out / "library.json").read_text())
+    assert (description["name"], description["headers"]) == ("tegotae", "tegotae.h")
 
 
 def test_a_tick_that_was_not_trained_is_warned_of(tmp_path, capsys):

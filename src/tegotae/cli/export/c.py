@@ -10,6 +10,7 @@ from typing import Annotated
 import tyro
 
 from tegotae.export.c import Export, write
+from tegotae.export.c.layouts import LAYOUTS, LayoutName
 from tegotae.systems.resolve import resolve
 from tegotae.training.collection import controller_of
 
@@ -26,17 +27,16 @@ class ExportC:
     """Period of the robot's control loop [s]."""
     prefix: str = "tegotae"
     """What all names in C, and the files, begin with."""
+    layout: LayoutName = "flat"
+    """All files in one folder, or a library of PlatformIO or Arduino, with a sketch."""
 
     def run(self) -> None:
         """Export, and say how to check it."""
         export = Export(controller_of(resolve(self.controller)), self.tick, self.prefix)
-        paths = write(export, self.out)
+        layout = LAYOUTS[self.layout]
+        paths = write(export, self.out, layout)
         for warning in export.warnings():
             print(f"warning: {warning}", file=sys.stderr)
         for path in paths:
             print(path)
-        test = f"test_{self.prefix}"
-        print(
-            f"check it: cd {self.out} && cc -std=c99 -O2 {self.prefix}.c {test}.c -lm -o {test} "
-            f"&& ./{test}"
-        )
+        print(f"check it: cd {self.out} && {layout.check(self.prefix)}")

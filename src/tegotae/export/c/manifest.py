@@ -11,14 +11,22 @@ from tegotae._support.documents import JsonObject
 from tegotae.export.c.check_program import TOLERANCE
 from tegotae.export.c.golden import Golden, outputs_of
 from tegotae.export.c.header import constants
+from tegotae.export.c.layouts import ExportLayout
 from tegotae.export.c.names import WHAT, plain
 from tegotae.export.c.plan import Export, member, unit_of
 from tegotae.parts.weight_names import nested
 from tegotae.systems.descriptions import describe
 
 
-def manifest(export: Export, golden: Golden) -> str:
-    """The text of PREFIX.json."""
+def manifest(export: Export, golden: Golden, layout: ExportLayout, files: list[str]) -> str:
+    """The text of PREFIX.json.
+
+    Args:
+        export: what is exported.
+        golden: its vectors.
+        layout: where its files lie.
+        files: the paths of all of them.
+    """
     saved, prefix = export.saved, export.prefix
     force = export.commands == ("force",)
     document: JsonObject = {
@@ -27,7 +35,7 @@ def manifest(export: Export, golden: Golden) -> str:
         "software": __version__,
         "prefix": prefix,
         "model": saved.name,
-        "files": files(export),
+        "files": files,
         "tick_s": export.tick_s,
         "trained_tick_s": export.trained_tick_s,
         "held": "the controller is evaluated at the start of a tick, and holds for that tick",
@@ -68,7 +76,7 @@ def manifest(export: Export, golden: Golden) -> str:
             "be none stays as it is; either sets out.fault and counts in state.faults"
         ),
         "golden": {
-            "file": "golden.csv",
+            "file": layout.place("golden.csv"),
             "vectors": len(golden.rows),
             "columns": ["t_s", *golden.columns],
             "tolerance": TOLERANCE,
@@ -78,17 +86,3 @@ def manifest(export: Export, golden: Golden) -> str:
         "weights": nested(saved.controller.weight_names, np.asarray(saved.weights, float).tolist()),
     }
     return json.dumps(document, indent=1) + "\n"
-
-
-def files(export: Export) -> list[str]:
-    """Names of all files that an export is made of."""
-    prefix = export.prefix
-    return [
-        f"{prefix}.h",
-        f"{prefix}.c",
-        f"test_{prefix}.c",
-        f"{prefix}.json",
-        "golden.csv",
-        "CMakeLists.txt",
-        "README.md",
-    ]

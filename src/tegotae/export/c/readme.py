@@ -3,11 +3,19 @@
 from __future__ import annotations
 
 from tegotae.export.c.header import has_spring
+from tegotae.export.c.layouts import ExportLayout
 from tegotae.export.c.names import WHAT, plain
 from tegotae.export.c.plan import Export, member, unit_of
 
+_CMAKE = "cmake -B build && cmake --build build && ctest --test-dir build   # or so\n"
+_EXAMPLE = "the loop in `examples/control_loop/` is where to begin.\n"
+_LIBRARY = {
+    "platformio": f"**PlatformIO**: this folder is a library. Put it into `lib/`; {_EXAMPLE}",
+    "arduino": f"**Arduino**: this folder is a library. Put it into `libraries/`; {_EXAMPLE}",
+}
 
-def readme(export: Export) -> str:
+
+def readme(export: Export, layout: ExportLayout) -> str:
     """The text of README.md."""
     prefix, saved = export.prefix, export.saved
     force = export.commands == ("force",)
@@ -69,12 +77,14 @@ def readme(export: Export) -> str:
         "finite numbers stays as it is. Either sets `out.fault` and counts in `state.faults`; "
         f"{'the force is in [0, α]' if force else 'commands are finite'} all the same.\n",
         f"**From C++**, an Arduino sketch too, include `{prefix}.h`; `{prefix}.c` stays C.\n",
-        "**Check it**, on the desk and on the target:\n\n```sh\n"
-        f"cc -std=c99 -O2 {prefix}.c test_{prefix}.c -lm -o test_{prefix} && ./test_{prefix}\n"
-        "cmake -B build && cmake --build build && ctest --test-dir build   # or so\n```\n",
-        f"It runs the {'ticks' if one else 'ticks of all legs'} in `golden.csv`, which the "
-        "simulator made in closed loop with the controller held at this period. Compile without "
-        "`-ffast-math`: it makes no check for what is no number.\n",
+        *([_LIBRARY[layout.name]] if layout.library else []),
+        f"**Check it**, on the desk and on the target:\n\n```sh\n{layout.check(prefix)}\n"
+        + ("" if layout.library else _CMAKE)
+        + "```\n",
+        f"It runs the {'ticks' if one else 'ticks of all legs'} in "
+        f"`{layout.place('golden.csv')}`, which the simulator made in closed loop with the "
+        "controller held at this period. Compile without `-ffast-math`: it makes no check for what "
+        "is no number.\n",
     ]
     return "\n".join(sections)
 

@@ -1,0 +1,168 @@
+"""The examples of robots: a serial leg whose packets survive a bad cable, and a node of ROS 2."""
+
+from __future__ import annotations
+
+import array
+import importlib
+import struct
+import sys
+import types
+
+import numpy as np
+import pytest
+
+from places import ROOT
+from tegotae import cli
+from tegotae.export.live import LiveController, drive_hardware
+
+HARDWARE = ROOT / "examples" / "hardware"
+
+
+@pytest.fixture
+def example(monkeypatch):
+    """Imports a file of the examples."""
+    monkeypatch.syspath_prepend(HARDWARE)
+    for path in HARDWARE.glob("*.py"):
+        monkeypatch.delitem(sys.modules, path.stem, raising=False)
+    return importlib.import_module
+
+
+@pytest.fixture(scope="module")
+def exported(tmp_path_factory):
+    path = tmp_path_factory.mktemp("hardware") / "leg.native"
+    assert cli.main(["export", "native", "V-reflex-w8", "--out", str(path)]) == 0
+    return path
+
+
+class Cable:
+    """A port that is the leg itself, with a clock of its own."""
+
+    def __init__(self, leg) -> None:
+        self.leg, self.now_s, self.waiting = leg, 0.0, b""
+
+    def write(self, data: bytes) -> None:
+        self.waiting += self.leg.answer(data, self.now_s)
+
+    def read(self, size: int) -> bytes:
+        data, self.waiting = self.waiting[:size], self.waiting[size:]
+        return data
+
+
+def test_packets_are_found_in_pieces_and_among_others(example):
+    serial_leg = example("serial_leg")
+    packets = serial_leg.Packets("<ff")
+    stream = b"\x00\xa5" + serial_leg.packet("<ff", 1.5, -2.0) + serial_leg.packet("<ff", 3.0, 0.25)
+    found = [numbers for i in range(len(stream)) for numbers in packets.feed(stream[i : i + 1])]
+    assert found == [(1.5, -2.0), (3.0, 0.25)]
+    assert packets.damaged == 0
+
+
+def test_every_damaged_bit_of_a_packet_is_noticed_and_the_next_packet_is_read(example):
+    serial_leg = example("serial_leg")
+    good = serial_leg.packet("<ff", 1.5, -2.0)
+    for bit in range(8 * len(good)):
+        bad = bytearray(good)
+        bad[bit // 8] ^= 1 << bit % 8
+        packets = serial_leg.Packets("<ff")
+        assert packets.feed(bytes(bad) + 2 * good)[-1] == (1.5, -2.0)
+        assert len(packets.feed(good)) == 1
+
+
+def test_a_mark_within_the_numbers_does_no_harm(example):
+    serial_leg = example("serial_leg")
+    (number,) = struct.unpack("<f", b"\x00" + serial_leg.MARK + b"\x00")
+    packets = serial_leg.Packets("<ff")
+    assert packets.feed(5 * serial_leg.packet("<ff", number, number)) == 5 * [(number, number)]
+
+
+def test_a_controller_makes_the_leg_hop_through_its_packets(example, exported):
+    simulated = example("simulated_leg")
+    cable = Cable(simulated.Leg(0.0))
+    leg = example("serial_leg").SerialLeg(cable)
+    live = LiveController.load(exported)
+    heights = []
+    for tick in range(2000):
+        cable.now_s = 0.004 * tick
+        measured = leg.read()
+        heights.append(measured["height_m"])
+        leg.write(live.step(measured, 0.004))
+    assert max(heights[1500:]) > 1.1
+    assert min(heights) > 0.3
+
+
+def test_without_commands_the_firmware_gives_no_force(example):
+    simulated, serial_leg = example("simulated_leg"), example("serial_leg")
+    leg = simulated.Leg(0.0)
+    assert leg.answer(serial_leg.packet("<Bf", 1, 9.0), 0.01) == b""
+    assert leg.force_n == 4.0  # its actuator has no more
+    leg.answer(b"", 0.4)
+    assert leg.force_n == 4.0
+    leg.answer(b"", 0.6)
+    assert leg.force_n == 0.0
+
+
+def test_a_leg_that_does_not_answer_ends_the_loop_with_the_safe_command(example, exported):
+    sent = []
+
+    class Silent:
+        def write(self, data: bytes) -> None:
+            sent.append(data)
+
+        def read(self, size: int) -> bytes:
+            return b""
+
+    serial_leg = example("serial_leg")
+    leg = serial_leg.SerialLeg(Silent())
+    live = LiveController.load(exported)
+    with pytest.raises(TimeoutError, match="does not answer"):
+        drive_hardware(live, leg.read, leg.write, duration_s=60.0, safe=0.0, watchdog_s=30.0)
+    assert sent[-1] == serial_leg.packet("<Bf", 1, 0.0)
+
+
+class Node:
+    """What a node of rclpy does, with a clock of its own."""
+
+    def __init__(self, name: str) -> None:
+        self.name, self.published, self.now_ns = name, [], 0
+
+    def declare_parameter(self, name, default):
+        return types.SimpleNamespace(value=Node.parameters.get(name, default))
+
+    def get_clock(self):
+        return types.SimpleNamespace(now=lambda: types.SimpleNamespace(nanoseconds=self.now_ns))
+
+    def create_publisher(self, kind, topic, depth):
+        return types.SimpleNamespace(publish=lambda message: self.published.append(message.data))
+
+    def create_subscription(self, kind, topic, callback, depth):
+        self.receive = callback
+
+
+@pytest.mark.parametrize(("controller", "limbs"), [("V-reflex-w8", 1), ("quadruped-c", 4)])
+def test_the_node_of_ros_2_steps_the_controller_for_each_message(
+    example, monkeypatch, tmp_path, controller, limbs
+):
+    path = tmp_path / "leg.native"
+    assert cli.main(["export", "native", controller, "--out", str(path)]) == 0
+    nodes: list[Node] = []
+    rclpy = types.ModuleType("rclpy")
+    rclpy.__dict__.update(init=lambda: None, spin=nodes.append)
+    messages = types.ModuleType("std_msgs.msg")
+    messages.__dict__["Float32MultiArray"] = types.SimpleNamespace
+    for name, module in {
+        "rclpy": rclpy,
+        "rclpy.node": types.SimpleNamespace(Node=Node),
+        "std_msgs": types.ModuleType("std_msgs"),
+        "std_msgs.msg": messages,
+    }.items():
+        monkeypatch.setitem(sys.modules, name, module)
+    monkeypatch.setattr(Node, "parameters", {"controller": str(path)}, raising=False)
+    example("ros2_node").main()
+    (node,) = nodes
+    live = LiveController.load(path)
+    for tick in range(5):
+        node.now_ns = 10_000_000 * tick
+        forces = array.array("f", [0.3 * tick] * limbs)  # as rclpy hands them over
+        node.receive(types.SimpleNamespace(data=forces))
+        expected = live.step({"spring_force": np.asarray(forces)}, 0.01)
+        assert node.published[-1] == pytest.approx(expected.ravel().tolist(), abs=1e-6)
