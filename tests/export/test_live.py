@@ -16,7 +16,7 @@ from tegotae.export.c.golden import golden
 from tegotae.export.c.plan import Export, member
 from tegotae.export.live import LiveController, drive_hardware
 from tegotae.export.live.compile import compiled
-from tegotae.export.live.file import write_native
+from tegotae.export.live.file import read_native, write_native
 from tegotae.parts.bodies import Interface
 from tegotae.parts.controller import Controller
 from tegotae.parts.oscillators import AdaptiveHopf, Matsuoka
@@ -132,7 +132,10 @@ def test_what_cannot_be_stepped_is_refused_and_changes_nothing():
     for measured, dt_s, why in (
         ({"force": 1.0}, 0.01, "lack 'spring_force'.* was given force"),
         ({"spring_force": np.nan}, 0.01, "spring_force is nan at step 2"),
-        ({"spring_force": np.ones(3)}, 0.01, r"has shape \(3,\)"),
+        ({"spring_force": np.ones(3)}, 0.01, r"is array\(.*it must be a number or one for each"),
+        ({"spring_force": "strong"}, 0.01, "is 'strong'; it must be a number"),
+        ({"spring_force": None}, 0.01, "spring_force is None at step 2"),
+        (3.0, 0.01, "the measurements are 3.0; they must be numbers by name"),
         ({"spring_force": 1.0}, -0.01, "dt_s is -0.01"),
     ):
         with pytest.raises(TegotaeError, match=why):
@@ -143,6 +146,18 @@ def test_what_cannot_be_stepped_is_refused_and_changes_nothing():
         live.reset(phase_rad=[1.0, 2.0])
     with pytest.raises(TegotaeError, match="has an oscillator"):
         live.omega_rad_per_s = None
+
+
+def test_the_time_of_a_step_that_was_refused_is_not_lost():
+    seconds = iter((5.0, 5.25, 5.5, 5.75))
+    live = LiveController(compiled(vanilla()), clock=lambda: next(seconds))
+    for force in (0.0, np.nan, 0.0, 0.0):
+        if np.isnan(force):
+            with pytest.raises(TegotaeError, match="is nan"):
+                live.step({"spring_force": force})
+        else:
+            live.step({"spring_force": force})
+    assert live.phase_rad == pytest.approx([6.0], abs=1e-5)  # 8 rad/s for 0.75 s
 
 
 def test_an_interface_without_a_largest_force_is_asked_for_one():
@@ -192,9 +207,10 @@ def test_the_command_writes_what_load_reads(tmp_path, capsys):
 def test_a_damaged_file_is_said_to_be_so(exported, tmp_path):
     whole = zipfile.ZipFile(exported)
     for name, about, code, why in (
-        ("a", whole.read("controller.json"), b"no code", "no code at all"),
+        ("a", whole.read("controller.json"), b"no code", "truncated or altered"),
         ("b", b'{"format": "tegotae native controller", "version": 9}', b"", "of version 9"),
-        ("c", b'{"format": "tegotae native controller", "version": 1}', b"", "is damaged"),
+        ("c", b'{"format": "tegotae native controller", "version": 2}', b"", "is damaged"),
+        ("d", b"[1]", b"", "is damaged"),
     ):
         path = tmp_path / f"{name}.native"
         with zipfile.ZipFile(path, "w") as file:
@@ -202,6 +218,33 @@ def test_a_damaged_file_is_said_to_be_so(exported, tmp_path):
             file.writestr("step.o", code)
         with pytest.raises(TegotaeError, match=why):
             LiveController.load(path)
+
+
+def test_no_byte_of_a_file_can_be_lost_or_altered_unnoticed(exported, tmp_path):
+    content, path = exported.read_bytes(), tmp_path / "leg.native"
+    whole = read_native(exported)
+    for at in range(0, len(content), 5):
+        for damaged in (
+            content[:at],
+            content[:at] + bytes([content[at] ^ 0xFF]) + content[at + 1 :],
+        ):
+            path.write_bytes(damaged)
+            try:
+                found = read_native(path)
+            except TegotaeError:
+                continue
+            # An archive has bytes, such as dates, on which nothing depends.
+            assert len(damaged) == len(content)
+            assert found.code == whole.code
+            np.testing.assert_equal(vars(found), vars(whole))
+
+
+@pytest.mark.parametrize("kept", [0.0, 0.02, 0.3, 0.9, 0.999])
+def test_a_file_that_was_cut_off_is_refused_by_load(kept, exported, tmp_path):
+    content, path = exported.read_bytes(), tmp_path / "leg.native"
+    path.write_bytes(content[: int(kept * len(content))])
+    with pytest.raises(TegotaeError, match=r"leg\.native"):
+        LiveController.load(path)
 
 
 def leg() -> tuple:
@@ -283,6 +326,12 @@ def test_an_error_of_the_hardware_ends_safe_and_keeps_the_recording(tmp_path, ex
         ({"rate_hz": 0.0}, "rate_hz is 0"),
         ({"watchdog_s": 0.0001}, "watchdog_s is 0.0001"),
         ({"recording": "run.csv"}, "must end in .npz"),
+        ({"recording": f"{__file__}/run.npz"}, "cannot write to the folder"),
+        ({"safe": [0.0, 1.0]}, r"safe is \[0.0, 1.0\]; it must be a finite number"),
+        ({"safe": np.nan}, "safe is nan"),
+        ({"safe": "off"}, "safe is 'off'"),
+        ({"safe": None}, "safe is None"),
+        ({"rate_hz": 1e5, "duration_s": 86400.0}, "would need about .* of memory"),
     ],
 )
 def test_a_loop_that_cannot_be_is_refused_before_it_moves_anything(options, why, exported):
@@ -290,6 +339,89 @@ def test_a_loop_that_cannot_be_is_refused_before_it_moves_anything(options, why,
     with pytest.raises(TegotaeError, match=why):
         drive_hardware(LiveController.load(exported), read, write, **{"duration_s": 1.0, **options})
     assert not written
+
+
+def test_a_recording_that_is_a_folder_is_refused_before_anything_is_read(tmp_path, exported):
+    (tmp_path / "run.npz").mkdir()
+    _, write, written = leg()
+    with pytest.raises(TegotaeError, match="it is a folder"):
+        drive_hardware(
+            LiveController.load(exported),
+            lambda: pytest.fail("it was read"),
+            write,
+            duration_s=1.0,
+            recording=tmp_path / "run.npz",
+        )
+    assert not written
+
+
+@pytest.mark.parametrize(
+    ("measured", "why"),
+    [
+        (3.0, "read gave 3.0; it must give measurements by name, such as {'spring_force': 0.0}"),
+        (None, "read gave None"),
+        ({}, "the measurements lack 'spring_force'"),
+        ({"spring_force": "off"}, "'off' for 'spring_force'; it must be a number"),
+        ({"spring_force": [1.0, 2.0]}, "must be a number or one for each of 1 limbs"),
+        ({"spring_force": 3.0, "height_m": {}}, "{} for 'height_m'; it must be a number"),
+        ({"spring_force": 3.0, "height_m": np.ones((2, 2))}, "for 'height_m'; it must be a number"),
+        ({"spring_force": 3.0, "time_s": 0.0}, "named 'time_s'; .* time_s"),
+        ({"spring_force": 3.0, "force_n": 0.0}, "named 'force_n'"),
+        ({"spring_force": 3.0, 7: 0.0}, "named 7; it must be a text"),
+    ],
+)
+def test_what_is_no_measurement_is_refused_before_the_first_command(measured, why, exported):
+    _, write, written = leg()
+    live = LiveController.load(exported)
+    with pytest.raises(TegotaeError, match=why):
+        drive_hardware(live, lambda: measured, write, duration_s=1.0, safe=-1.0, watchdog_s=30.0)
+    assert written == [-1.0]
+
+
+def test_two_measurements_never_share_a_column(tmp_path):
+    live = LiveController.of(walker())
+    path = tmp_path / "run.npz"
+
+    def driven(**more: object) -> None:
+        measured = {"spring_force": np.arange(4.0), "height_m": 0.3, **more}
+        drive_hardware(
+            live,
+            lambda: measured,
+            lambda command: None,
+            rate_hz=500.0,
+            duration_s=0.02,
+            watchdog_s=30.0,
+            recording=path,
+        )
+
+    for name in ("spring_force_0", "phase_rad_3", "foot_x"):
+        with pytest.raises(TegotaeError, match=f"named '{name}'"):
+            driven(**{name: 1.0})
+    driven(temperature=20.0)
+    columns = np.load(path)
+    assert {"spring_force_0", "phase_rad_3", "foot_z_2", "temperature", "time_s"} <= set(columns)
+    assert (columns["spring_force_3"] == 3.0).all()
+
+
+def test_a_measurement_that_changes_its_shape_ends_safe_and_keeps_the_recording(tmp_path, exported):
+    read, write, written = leg()
+    path = tmp_path / "run.npz"
+
+    def changing() -> dict[str, object]:
+        return read() | ({"height_m": [1.0, 2.0]} if len(written) == 3 else {})
+
+    with pytest.raises(TegotaeError, match="for 'height_m' at step 3, and a number before"):
+        drive_hardware(
+            LiveController.load(exported),
+            changing,
+            write,
+            duration_s=60.0,
+            safe=-1.0,
+            watchdog_s=30.0,
+            recording=path,
+        )
+    assert written[-1] == -1.0
+    assert len(np.load(path)["time_s"]) == 3
 
 
 def test_steps_do_not_grow_memory():

@@ -132,7 +132,20 @@ def test_an_object_file_steps_in_a_process_without_jax_to_the_bit(tmp_path):
 
 def test_code_for_another_processor_is_refused():
     kernel = compile_function(controller, BEGUN, {"felt": FELT})
+    with pytest.raises(TegotaeError, match="another processor"):
+        load_step(kernel.object_file("aarch64"), kernel.state, kernel.inputs, kernel.outputs)
+
+
+def test_code_that_was_truncated_or_altered_is_refused_before_it_is_loaded():
+    kernel = compile_function(controller, BEGUN, {"felt": FELT})
     layouts = (kernel.state, kernel.inputs, kernel.outputs)
-    for code in (b"no code", kernel.object_file("aarch64")):
-        with pytest.raises(TegotaeError, match="another processor"):
+    whole = kernel.object_file()
+    load_step(whole, *layouts)
+    damaged = [b"", b"no code", whole + b"\0"]
+    for at in range(0, len(whole), 61):
+        damaged += [whole[:at], whole[:at] + bytes([whole[at] ^ 0x10]) + whole[at + 1 :]]
+    for code in damaged:
+        with pytest.raises(TegotaeError, match="truncated or altered"):
             load_step(code, *layouts)
+    with pytest.raises(TegotaeError, match="another layout"):
+        load_step(whole, kernel.inputs, kernel.state, kernel.outputs)

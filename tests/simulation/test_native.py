@@ -25,6 +25,8 @@ from tegotae.parts.terms import (
     UnitAction,
     VanillaAction,
     VanillaReaction,
+    WholeBody,
+    WholeBodyFoot,
 )
 from tegotae.parts.terrains import Rough, Slope, Steps, Sum
 from tegotae.simulation.integrators import Hold, Integrator, PredictorCorrector
@@ -96,6 +98,7 @@ def on(terrain: Any) -> Case:
 
 BAR = Bar(inertia_ratio=0.6)
 WALKER = Walker()
+ROUGH = Rough(rms_m=0.01, wavelength_m=0.3, start_m=-2.0)
 CHANGES = {
     "drop_m": 0.1,
     "drop_time_s": 0.02,
@@ -111,6 +114,7 @@ CASES: dict[str, Callable[[], Case]] = {
     "quadruped-c": lambda: named("quadruped-c"),
     "changes": lambda: Case(build("V-both-w4"), meets=lambda: CHANGES),
     "hold": lambda: Case(build("ART"), integrator=Hold()),
+    "hold on a bar": lambda: Case(legs(), BAR, integrator=Hold()),
     "blows, actuators, sensors": lambda: Case(
         build("V-both-w4"),
         Blows(
@@ -149,14 +153,22 @@ CASES: dict[str, Callable[[], Case]] = {
     "corrected foot": lambda: Case(
         legs(CorrectedFoot(("phase",), 3), limbs=4), WALKER, tick_s=0.01
     ),
+    "whole body": lambda: Case(
+        legs(WholeBody(("spring_force",), ("phase", "pitch"), limbs=2, hidden=3)), BAR
+    ),
+    "whole body, feet": lambda: Case(
+        legs(WholeBodyFoot(("spring_force",), ("phase",), limbs=4, hidden=3), limbs=4),
+        WALKER,
+        tick_s=0.01,
+    ),
     **{
         name: lambda name=name: named(name)
         for name in ("bar-light", "plate-light-twist", "quadruped-a", "hexapod", "biped")
     },
-    "slope": lambda: on(Slope(rise=0.1)),
-    "steps": lambda: on(Steps()),
-    "rough": lambda: on(Rough()),
-    "sum": lambda: on(Sum((Slope(rise=0.05), Rough()))),
+    "slope": lambda: on(Slope(along=0.1, across=0.05)),
+    "steps": lambda: on(Steps(rise_m=0.01, tread_m=0.05, start_m=-1.0)),
+    "rough": lambda: on(ROUGH),
+    "sum": lambda: on(Sum(first=Slope(along=0.05), second=ROUGH)),
 }
 QUICK = ("ART", "quadruped-c", "changes")
 """Those that are compared in every run of the tests: XLA takes seconds to compile one."""

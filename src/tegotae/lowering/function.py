@@ -14,6 +14,7 @@ from tegotae.lowering.jaxprs import Tree
 from tegotae.lowering.layout import Entry, MemoryLayout
 from tegotae.lowering.llvm.compile import Compiled, object_file
 from tegotae.lowering.llvm.emit import Emitter
+from tegotae.lowering.llvm.seal import sealed
 from tegotae.lowering.llvm.step import NativeStep
 from tegotae.lowering.llvm.target import Target, target_of
 from tegotae.lowering.llvm.writer import FunctionWriter
@@ -44,8 +45,9 @@ class FunctionKernel:
         )
 
     def object_file(self, target: str | Target = "portable") -> bytes:
-        """The code for a processor; `load_step` takes it in a process without JAX."""
-        return object_file(self.text, target_of(target))
+        """The code for a processor, with a checksum: what `load_step` takes, without JAX."""
+        code = object_file(self.text, target_of(target))
+        return sealed(code, self.state, self.inputs, self.outputs)
 
 
 def compile_function(

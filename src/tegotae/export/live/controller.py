@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import reprlib
 import time
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -11,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from tegotae._support.errors import TegotaeError, require_finite
+from tegotae._support.errors import TegotaeError, is_of, require_finite
 from tegotae.export.live.file import NativeController, is_native, read_native
 
 if TYPE_CHECKING:
@@ -153,7 +154,8 @@ class LiveController:
         if dt_s is None:
             now = self._clock()
             dt_s = 0.0 if self._last_s is None else now - self._last_s
-            self._last_s = now
+        else:
+            now = self._last_s
         if not 0.0 <= dt_s < math.inf:
             raise TegotaeError(f"dt_s is {dt_s}; it must be a time since the last step, in seconds")
         for name, array in self._signals:
@@ -161,18 +163,27 @@ class LiveController:
                 array[..., 0] = measurements[name]
             except KeyError:
                 raise unknown_signal(name, self.senses, measurements) from None
-            except ValueError:
-                raise TegotaeError(
-                    f"{name} has shape {np.shape(measurements[name])}; it must be a number or one "
-                    f"for each of {self.limbs} limbs"
-                ) from None
+            except (TypeError, ValueError):
+                raise self._no_measurement(name, measurements) from None
             if not np.isfinite(array).all():
                 raise TegotaeError(f"{name} is {measurements[name]} at step {self.steps}")
         self._elapsed_s[...] = dt_s if self._began else 0.0
         self._step()
-        self._began = True
+        self._began, self._last_s = True, now
         self.steps += 1
         return self._command
+
+    def _no_measurement(self, name: str, given: Mapping[str, ArrayLike]) -> TegotaeError:
+        """What to say of what is no measurement of a signal."""
+        if not is_of(given, Mapping):
+            return TegotaeError(
+                f"the measurements are {reprlib.repr(given)}; they must be numbers by name, such "
+                f"as {dict.fromkeys(self.senses, 0.0)}"
+            )
+        return TegotaeError(
+            f"{name} is {reprlib.repr(given[name])}; it must be a number or one for each of "
+            f"{self.limbs} limbs"
+        )
 
     @property
     def senses(self) -> tuple[str, ...]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import json
 import zipfile
+import zlib
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -20,8 +21,20 @@ if TYPE_CHECKING:
     from tegotae._support.documents import Document
 
 FORMAT = "tegotae native controller"
-VERSION = 1
+VERSION = 2
 _ABOUT, _CODE = "controller.json", "step.o"
+_NAMED_WITHIN = 64
+"""Bytes of a file within which its first entry is named."""
+_DAMAGED = (
+    zipfile.BadZipFile,
+    zlib.error,
+    KeyError,
+    TypeError,
+    ValueError,
+    EOFError,
+    RuntimeError,  # an entry that seems to be encrypted, or compressed in another way
+)
+"""What reading an archive raises where bytes were lost or altered."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,7 +50,7 @@ class NativeController:
         phase_entry: the entry of the state that is the phase; None if no single one is.
         start: the state at the release, by entry.
         state, inputs, outputs: how memory is laid out.
-        code: an object file.
+        code: an object file with its checksum, of `FunctionKernel.object_file`.
     """
 
     name: str | None
@@ -56,7 +69,7 @@ class NativeController:
         """The code in this process.
 
         Raises:
-            TegotaeError: for code of another kind of processor.
+            TegotaeError: for code that was altered, or is of another kind of processor.
         """
         return load_step(self.code, self.state, self.inputs, self.outputs)
 
@@ -90,10 +103,13 @@ def write_native(native: NativeController, path: Path) -> None:
 
 
 def is_native(path: Path) -> bool:
-    """Whether a file is a compiled controller, by how it begins."""
+    """Whether a file is a compiled controller, whole or not, by how it begins."""
     try:
-        return path.is_file() and _ABOUT in zipfile.ZipFile(path).namelist()
-    except (zipfile.BadZipFile, OSError):
+        if not path.is_file():
+            return False
+        with path.open("rb") as file:
+            return _ABOUT.encode() in file.read(_NAMED_WITHIN)
+    except OSError:
         return False
 
 
@@ -103,14 +119,14 @@ def read_native(path: Path) -> NativeController:
     Its code runs as it is: load files from whom you trust.
 
     Raises:
-        TegotaeError: for a file that is damaged, of a later version, or none of these.
+        TegotaeError: for a file that is damaged, of another version, or none of these.
     """
     try:
         with zipfile.ZipFile(path) as file:
-            about, code = json.loads(file.read(_ABOUT)), file.read(_CODE)
+            about, code = dict(json.loads(file.read(_ABOUT))), file.read(_CODE)
     except OSError as error:
         raise TegotaeError(f"cannot read {path}: {error.strerror}") from None
-    except (zipfile.BadZipFile, KeyError, ValueError):
+    except _DAMAGED:
         raise TegotaeError(f"{path} is damaged, or no {FORMAT}") from None
     if about.get("format") != FORMAT or about.get("version") != VERSION:
         raise TegotaeError(

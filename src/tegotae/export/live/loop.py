@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import io
+import math
+import reprlib
 import threading
 import time
 from collections.abc import Callable, Mapping
@@ -11,7 +14,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
-from tegotae._support.errors import TegotaeError, require_finite
+from tegotae._support.errors import TegotaeError, is_of, require_finite
+from tegotae._support.files import output_file, write_atomically
+from tegotae._support.limits import require_memory
 from tegotae.export.live.controller import LiveController
 
 Read = Callable[[], Mapping[str, ArrayLike]]
@@ -78,7 +83,9 @@ def drive_hardware(
             `feedback_rad_per_s` and the commands, `_0`, `_1`, ... of several limbs.
 
     Raises:
-        TegotaeError: for a rate, a duration or a watchdog out of range.
+        TegotaeError: before anything is read, for a rate, a duration or a watchdog out of range, a
+            safe command that is none, or a recording that cannot be written; before the first
+            command, for measurements of the wrong type or shape, or by a name of the loop's own.
 
     Example:
         A page of the documentation drives a simulated leg: `docs/deploy/live.md`.
@@ -88,12 +95,16 @@ def drive_hardware(
     require_finite("watchdog_s", watchdog_s, above=1.0 / rate_hz, most=60.0)
     if recording is not None and Path(recording).suffix != ".npz":
         raise TegotaeError(f"recording is {recording}; its name must end in .npz")
+    if recording is not None:
+        output_file(Path(recording))
     loop = _Loop(live, read, write, safe, rate_hz, max(1, round(duration_s * rate_hz)))
     try:
         return loop.run(watchdog_s)
     finally:
         if recording is not None and loop.done:
-            np.savez(recording, **loop.columns())  # type: ignore[arg-type]
+            stream = io.BytesIO()
+            np.savez(stream, **loop.columns())  # type: ignore[arg-type]
+            write_atomically(Path(recording), stream.getvalue())
 
 
 class _Loop:
@@ -111,11 +122,18 @@ class _Loop:
         self._live, self._read, self._write = live, read, write
         several = len(live.commands) > 1
         shape = (len(live.commands), live.limbs) if several else (live.limbs,)
-        self._safe = np.broadcast_to(np.asarray(safe, np.float32), shape).copy()
+        self._safe = _safe_command(safe, shape)
         self._period_s, self._ticks = 1.0 / rate_hz, ticks
+        numbers = 3 + 2 * live.limbs + len(live.commands) * live.limbs + len(live.senses)
+        require_memory(8.0 * numbers * ticks, f"a loop of {ticks} periods")
         self.done = 0
         self._time_s, self._late_s, self._busy_s = np.zeros((3, ticks))
         self._read_columns: dict[str, np.ndarray] = {}
+        commands = ("force_n",) if live.commands == ("force",) else live.commands
+        self._own_names = ("time_s", "phase_rad", "feedback_rad_per_s", *commands)
+        self._taken = set(self._own_names)
+        for name in self._own_names[1:]:
+            self._taken.update(_column_names(name, live.limbs))
         self._own = np.zeros((ticks, 2, live.limbs), np.float32)
         self._commands = np.zeros((ticks, *shape), np.float32)
         self._beat = time.perf_counter()
@@ -147,6 +165,7 @@ class _Loop:
         while due < end - 0.5 * self._period_s and not self._bitten:
             now = _wait_until(due)
             measured = self._read()
+            self._keep(measured)
             command = live.step(measured, now - last if self.done else 0.0)
             if self._bitten:
                 return
@@ -155,16 +174,51 @@ class _Loop:
             self._time_s[at], self._late_s[at] = now - begun, now - due
             self._own[at, 0], self._own[at, 1] = live.phase_rad, live.feedback_rad_per_s
             self._commands[at] = command
-            for name, value in measured.items():
-                if name not in self._read_columns:
-                    self._read_columns[name] = np.full((self._ticks, *np.shape(value)), np.nan)
-                self._read_columns[name][at] = value
             self.done += 1
             self._beat = after = clock()
             self._busy_s[at] = after - now
             due += self._period_s
             if after > due:  # periods that are over by now
                 due += self._period_s * ((after - due) // self._period_s + 1.0)
+
+    def _keep(self, measured: Mapping[str, ArrayLike]) -> None:
+        """Record what was read, before it commands anything."""
+        if not is_of(measured, Mapping):
+            raise TegotaeError(
+                f"read gave {reprlib.repr(measured)}; it must give measurements by name, such as "
+                f"{dict.fromkeys(self._live.senses, 0.0)}"
+            )
+        for name, value in measured.items():
+            if name not in self._read_columns:
+                self._read_columns[name] = self._column(name, value)
+            column = self._read_columns[name]
+            try:
+                column[self.done] = value
+            except (TypeError, ValueError):
+                raise TegotaeError(
+                    f"read gave {reprlib.repr(value)} for {name!r} at step {self.done}, and "
+                    f"{'an array' if column.ndim > 1 else 'a number'} before"
+                ) from None
+
+    def _column(self, name: str, value: ArrayLike) -> np.ndarray:
+        """Room for what is read by a name."""
+        try:
+            shape = np.asarray(value, float).shape
+        except (TypeError, ValueError):
+            shape = None
+        if shape not in ((), (1,), (self._live.limbs,)):
+            raise TegotaeError(
+                f"read gave {reprlib.repr(value)} for {name!r}; it must be a number or one for "
+                f"each of {self._live.limbs} limbs"
+            )
+        names = _column_names(name, math.prod(shape))
+        if not is_of(name, str) or not self._taken.isdisjoint((name, *names)):
+            raise TegotaeError(
+                f"read gave a measurement named {name!r}; it must be a text, and none of the names "
+                f"that are recorded already: {', '.join(sorted(self._taken))}"
+            )
+        self._taken |= {name, *names}
+        return np.full((self._ticks, *shape), np.nan)
 
     def _guard(self, watchdog_s: float) -> None:
         while not self._ended.wait(0.25 * watchdog_s):
@@ -176,22 +230,38 @@ class _Loop:
     def columns(self) -> dict[str, np.ndarray]:
         """What was recorded, a column a number."""
         n = self.done
-        names = ["force_n"] if self._live.commands == ("force",) else list(self._live.commands)
-        commands = self._commands[:n].reshape(n, len(names), self._live.limbs)
-        arrays = {
-            "time_s": self._time_s[:n],
-            **{name: x[:n] for name, x in self._read_columns.items()},
-            "phase_rad": self._own[:n, 0],
-            "feedback_rad_per_s": self._own[:n, 1],
-            **{name: commands[:, i] for i, name in enumerate(names)},
-        }
-        columns = {}
+        commands = self._commands[:n].reshape(n, -1, self._live.limbs).swapaxes(0, 1)
+        own = (self._time_s[:n], self._own[:n, 0], self._own[:n, 1], *commands)
+        arrays = dict(zip(self._own_names, own, strict=True))
+        arrays |= {name: x[:n] for name, x in self._read_columns.items()}
+        columns: dict[str, np.ndarray] = {}
         for name, array in arrays.items():
-            if array.ndim == 1 or array.shape[1] == 1:
-                columns[name] = array.reshape(n)
-            else:
-                columns |= {f"{name}_{i}": array[:, i] for i in range(array.shape[1])}
+            each = array.reshape(n, -1).T
+            columns |= zip(_column_names(name, len(each)), each, strict=True)
         return columns
+
+
+def _column_names(name: str, count: int) -> tuple[str, ...]:
+    """Columns of so many numbers that are recorded by a name."""
+    return (name,) if count == 1 else tuple(f"{name}_{i}" for i in range(count))
+
+
+def _safe_command(safe: np.ndarray | float, shape: tuple[int, ...]) -> np.ndarray:
+    """The safe command of every limb.
+
+    Raises:
+        TegotaeError: unless it is finite numbers of the command's shape.
+    """
+    try:
+        command = np.broadcast_to(np.asarray(safe, np.float32), shape).copy()
+    except (TypeError, ValueError):
+        command = np.full(shape, np.nan)
+    if not np.isfinite(command).all():
+        raise TegotaeError(
+            f"safe is {reprlib.repr(safe)}; it must be a finite number, or an array of such of the "
+            f"command's shape {shape}"
+        )
+    return command
 
 
 def _wait_until(due: float) -> float:

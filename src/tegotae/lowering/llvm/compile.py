@@ -34,10 +34,10 @@ class Loaded:
     """An object file in memory; its code lives as long as this object.
 
     Args:
-        code: what `object_file` gave.
+        code: what `object_file` gave, unaltered: the loader trusts it.
 
     Raises:
-        TegotaeError: for code of another kind of processor, or what is no code.
+        TegotaeError: for code of another kind of processor.
     """
 
     def __init__(self, code: bytes) -> None:
@@ -47,7 +47,7 @@ class Loaded:
         if _format(code) != _format(own):
             raise TegotaeError(
                 "the code is for another processor or system than "
-                f"{llvm.get_process_triple()}, or no code at all; compile it for this one"
+                f"{llvm.get_process_triple()}; compile it for this one"
             )
         self._engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), machine)
         self._engine.add_object_file(llvm.object_file.ObjectFileRef.from_data(code))

@@ -9,6 +9,7 @@ import numpy as np
 
 from tegotae.lowering.layout import MemoryLayout
 from tegotae.lowering.llvm.compile import Compiled, Loaded
+from tegotae.lowering.llvm.seal import unsealed
 
 
 def load_step(
@@ -17,9 +18,10 @@ def load_step(
     """A step from the object file that `FunctionKernel.object_file` gave, and its layouts.
 
     Raises:
-        TegotaeError: for code of another kind of processor.
+        TegotaeError: for code that was truncated or altered, or goes with other layouts; and for
+            that of another kind of processor.
     """
-    return NativeStep(Loaded(code), state, inputs, outputs)
+    return NativeStep(Loaded(unsealed(code, state, inputs, outputs)), state, inputs, outputs)
 
 
 class NativeStep:
