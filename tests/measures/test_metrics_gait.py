@@ -231,6 +231,9 @@ def test_what_was_not_recorded_leaves_undefined_what_needs_it():
         "t1_s",
         "optimum_share",
         "recovery_share",
+        "feedback_share",
+        "feedback_while_pushing",
+        "phase_share",
     }
 
 

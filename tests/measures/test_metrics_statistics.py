@@ -165,6 +165,7 @@ def test_intervals_of_metrics_stay_within_what_the_metrics_can_be(n):
         least, most = metric.range
         # Most at an end of the range, one far from it.
         end, far = (least, 1.0) if np.isfinite(least) else (most, -1.0)
+        end = end if np.isfinite(end) else 0.0
         values[metric.name] = np.where(np.arange(n) == 0, end + far, end) + 0.0 * random.normal(
             size=n
         )

@@ -303,7 +303,7 @@ def test_a_simulations_file_measures_as_the_simulation_itself(tmp_path, capsys):
     }.items():
         assert found[name] == pytest.approx(getattr(inside, name)[0], rel=relative), name
     assert 0.9 < found["optimum_share"] < 1.0
-    assert found["reasons"].keys() == {"t1_s", "cpgu"}
+    assert found["reasons"].keys() == {"t1_s", "cpgu", "feedback_while_pushing"}
 
 
 def test_the_command_says_what_it_is_and_why_the_rest_is_undefined(tmp_path, capsys):

@@ -107,6 +107,21 @@ class Episode:
         """The value [lanes], NaN in lanes without a limit cycle."""
         return jnp.where(self.on_cycle, value, jnp.nan)
 
+    @cached_property
+    def is_settled(self) -> jax.Array:
+        """Which frames of the window belong to the settled part, [frames, lanes]."""
+        return jnp.asarray(self.trajectory.time_s) >= self.start_s[None]
+
+    def mean_where(self, values: AnyArray, holds: AnyArray | bool) -> jax.Array:
+        """Mean of values [frames, lanes] over the settled frames in which something holds, [lanes].
+
+        NaN where it holds in none.
+        """
+        counts = self.is_settled & holds
+        total = jnp.sum(jnp.where(counts, values, 0.0), axis=0)
+        number = jnp.sum(counts, axis=0).astype(total.dtype)
+        return jnp.where(number > 0.0, total / jnp.maximum(number, 1.0), jnp.nan)
+
     def over_cycles(self, total: AnyArray) -> jax.Array:
         """By how much a running total [frames, lanes] grows over the last whole cycles, [lanes].
 
