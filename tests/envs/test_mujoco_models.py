@@ -204,7 +204,7 @@ def test_a_fallen_leg_has_failed_by_hopping_and_not_by_its_return():
         ({"model": "none.xml"}, r"there is no file none\.xml"),
         ({"model": "<mujoco><worldbody/></mujoco>"}, "the model has no body"),
         ({"model": "<mujoco><nonsense/></mujoco>"}, "MuJoCo cannot read"),
-        ({"model": "hopper", "feet": ["toe"]}, "no body of this model is called 'toe'"),
+        ({"model": "hopper", "feet": ["toe"]}, "no body or geom of this model is called 'toe'"),
         ({"model": "hopper", "feet": "foot"}, "it must be a list of names"),
         ({"model": "hopper", "control_s": 0.0007}, "a whole multiple of the model's time step"),
         ({"model": "hopper", "duration_s": -1.0}, "duration_s is -1"),

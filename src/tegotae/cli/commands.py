@@ -91,6 +91,19 @@ COMMANDS: Mapping[str, Command | CommandGroup] = {
             "tegotae tune ART --storage tuning.log --confirm 8 --keep best.json",
         ),
     ),
+    "wiring": CommandGroup(
+        "Put controllers on a leg of your own: a MuJoCo model, or any environment.",
+        {
+            "suggest": Command(
+                "wiring.suggest",
+                "WiringSuggest",
+                (
+                    "tegotae wiring suggest my_leg.xml",
+                    "tegotae wiring suggest robot.xml --settings ground=true --out robot.toml",
+                ),
+            ),
+        },
+    ),
     "simulate": Command(
         "simulate",
         "Simulate",
@@ -382,7 +395,7 @@ COMMANDS: Mapping[str, Command | CommandGroup] = {
 
 SECTIONS: Mapping[str, tuple[str, ...]] = {
     "See a controller move": ("simulate", "playground", "models"),
-    "Learn one": ("train", "tune"),
+    "Learn one": ("train", "tune", "wiring"),
     "Measure and compare": ("evaluate", "compare", "measure", "generalise"),
     "Understand one": ("figure", "gait"),
     "Repeat the study of the paper": ("study",),

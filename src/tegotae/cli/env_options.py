@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -40,7 +41,8 @@ class EnvOptions:
     omega: Annotated[float | None, _WIRINGS_OMEGA] = None
     """Frequency of the oscillators [rad/s]."""
     feet: tuple[str, ...] = ()
-    """Of a MuJoCo model FILE.xml, the bodies whose contact forces are observed."""
+    """Of a MuJoCo model FILE.xml, the bodies or geoms whose contact forces are observed; the
+    wiring's by default."""
     control: Annotated[float | None, _OWN] = None
     """Of a MuJoCo model, the time for which an action is held [s]."""
     settings: tuple[str, ...] = ()
@@ -101,14 +103,18 @@ class EnvOptions:
             raise TegotaeError(
                 f"{model} cannot be trained on an environment; name a model, such as ART"
             )
-        spec = EnvSpec(env=self.env, settings=self._made_with(EnvSpec(env=self.env).is_model))
+        is_model = EnvSpec(env=self.env).is_model
+        given_to_it = made_with(self.feet, self.control, self.settings, is_model=is_model)
+        spec = EnvSpec(env=self.env, settings=given_to_it)
         if self.wiring is None and self.env not in packaged():
             spec.make().close()  # a name with a slip lacks more than a wiring
+            first = f"; tegotae wiring suggest {self.env} writes a first one" if is_model else ""
             raise TegotaeError(
                 f"no wiring is given for {self.env}; write --wiring FILE.toml, which says what its "
-                "limbs sense and drive"
+                f"limbs sense and drive{first}"
             )
         wiring = load_wiring(self.env if self.wiring is None else self.wiring)
+        spec = spec.for_wiring(wiring)
         own = find(model)
         if self.scales:
             env = spec.make()
@@ -130,30 +136,39 @@ class EnvOptions:
             experiment = replace(experiment, objective=objective)
         return experiment
 
-    def _made_with(self, is_model: bool) -> tuple[tuple[str, Json], ...]:
-        """What the environment is made with.
 
-        Raises:
-            TegotaeError: for a setting that is no NAME=VALUE, or options of a MuJoCo model for
-                something else.
-        """
-        found: dict[str, Json] = {}
-        own = {"feet": list(self.feet) or None, "control_s": self.control}
-        for name, value in own.items():
-            if value is None:
-                continue
-            if not is_model:
-                option = "feet" if name == "feet" else "control"
-                raise TegotaeError(f"--{option} belongs to MuJoCo models, FILE.xml")
+def made_with(
+    feet: Sequence[str], control_s: float | None, settings: Sequence[str], *, is_model: bool
+) -> tuple[tuple[str, Json], ...]:
+    """What options make an environment with.
+
+    Args:
+        feet: of a MuJoCo model.
+        control_s: of a MuJoCo model [s].
+        settings: NAME=VALUE each.
+        is_model: whether it is a MuJoCo model.
+
+    Raises:
+        TegotaeError: for a setting that is no NAME=VALUE, or options of a MuJoCo model for
+            something else.
+    """
+    found: dict[str, Json] = {}
+    own = {"feet": list(feet) or None, "control_s": control_s}
+    for name, value in own.items():
+        if value is None:
+            continue
+        if not is_model:
+            option = "feet" if name == "feet" else "control"
+            raise TegotaeError(f"--{option} belongs to MuJoCo models, FILE.xml")
+        found[name] = value
+    for each in settings:
+        name, equals, value = each.partition("=")
+        if not equals or not name.isidentifier():
+            raise TegotaeError(f"--settings {each!r} is no NAME=VALUE")
+        if name in found:
+            raise TegotaeError(f"{name} is given twice; leave --settings {each} out")
+        try:
+            found[name] = parse(value)
+        except DamagedDocumentError:  # not JSON: a text
             found[name] = value
-        for each in self.settings:
-            name, equals, value = each.partition("=")
-            if not equals or not name.isidentifier():
-                raise TegotaeError(f"--settings {each!r} is no NAME=VALUE")
-            if name in found:
-                raise TegotaeError(f"{name} is given twice; leave --settings {each} out")
-            try:
-                found[name] = parse(value)
-            except DamagedDocumentError:  # not JSON: a text
-                found[name] = value
-        return tuple(found.items())
+    return tuple(found.items())

@@ -42,6 +42,8 @@ class MujocoContactForce(gymnasium.ObservationWrapper[np.ndarray, Any, np.ndarra
         base: Any = env.unwrapped
         if not isinstance(getattr(base, "model", None), self._mujoco.MjModel):
             raise TegotaeError(f"{base} has no MuJoCo model, and so no contact forces to read")
+        if not hasattr(base, "data"):
+            raise TegotaeError(f"{base} does not show its contacts; make it with feet={[*bodies]}")
         space = space_of(env, "observation")
         if not isinstance(space, Box) or len(space.shape) != 1:
             raise TegotaeError(
@@ -98,6 +100,8 @@ def with_contact(env: AnyEnv, bodies: Sequence[str]) -> AnyEnv:
     """
     if not bodies:
         return env
-    known = observation_names(env)
-    lacking = [body for body in bodies if f"{body}_force" not in known]
+    known = {*observation_names(env)}
+    if env.has_wrapper_attr("contact_names"):
+        known |= {*env.get_wrapper_attr("contact_names")}
+    lacking = [body for body in bodies if not {f"{body}_force", f"{body}_contact_force"} & known]
     return MujocoContactForce(env, *lacking) if lacking else env

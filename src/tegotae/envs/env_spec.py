@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import importlib
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TypeVar
 
@@ -14,6 +14,7 @@ from tegotae._support.optional_dependencies import require
 from tegotae.envs._types import AnyEnv
 from tegotae.envs.mujoco.sensing import located
 from tegotae.envs.mujoco.settings import PACKAGED, ModelSettings
+from tegotae.envs.wiring import Wiring
 from tegotae.systems.user_objects import is_reference, named, source_of
 
 T = TypeVar("T")
@@ -60,6 +61,26 @@ class EnvSpec:
         from tegotae.envs.mujoco.env import settings_of
 
         return settings_of(None, {"model": self.env, **dict(self.settings)})
+
+    def for_wiring(self, wiring: Wiring) -> EnvSpec:
+        """The same; of a MuJoCo model with the feet and the control period that a wiring names.
+
+        Raises:
+            TegotaeError: for a control period that is not the wiring's.
+        """
+        if not self.is_model:
+            return self
+        given, named = dict(self.settings), dict[str, Json]()
+        if wiring.contact_bodies:
+            named["feet"] = list(wiring.contact_bodies)
+        if wiring.step_s is not None:
+            named["control_s"] = float(wiring.step_s)
+            if given.get("control_s", named["control_s"]) != named["control_s"]:
+                raise TegotaeError(
+                    f"the control period is {given['control_s']:g} s, and the wiring's step_s "
+                    f"{wiring.step_s:g} s; leave one of them out"
+                )
+        return replace(self, settings=tuple({**named, **given}.items()))
 
     def make(self) -> AnyEnv:
         """The environment.

@@ -33,7 +33,7 @@ def model_scales(
 
     Args:
         env: an environment of Gymnasium's MuJoCo family, or any that has its `model`.
-        feet: the bodies that touch the ground; all by default.
+        feet: the bodies or geoms that touch the ground; all by default.
         limbs: how many limbs share the weight.
 
     Returns:
@@ -52,6 +52,14 @@ def model_scales(
     model = getattr(env.unwrapped, "model", None)
     if model is None or not isinstance(model, mujoco.MjModel):
         raise TegotaeError(f"{env.unwrapped} has no MuJoCo model to take scales from; give scales=")
+    return scales_of(model, feet, limbs=limbs)
+
+
+def scales_of(
+    model: MjModel, feet: Sequence[str] | None = None, *, limbs: int = 1
+) -> dict[str, float]:
+    """The same of a compiled MuJoCo model (`MjModel`)."""
+    mujoco = require("mujoco", "mujoco")
     gravity = float(np.linalg.norm(model.opt.gravity))
     weight = gravity * float(model.body_mass.sum())
     if weight <= 0.0:
@@ -151,15 +159,15 @@ def _length(mujoco: ModuleType, model: MjModel, feet: Sequence[str] | None) -> f
         geoms = [i for i in geoms if i in own or model.geom_bodyid[i] in bodies]
     if not geoms:
         raise TegotaeError("the feet of the model have no geoms to stand on; give scales=")
-    lowest = min(float(data.geom_xpos[i][2]) - _below(mujoco, model, data, i) for i in geoms)
+    lowest = min(float(data.geom_xpos[i][2]) - below(mujoco, model, data, i) for i in geoms)
     com = float(np.average(data.xipos[1:, 2], weights=model.body_mass[1:]))
     if com <= lowest:
         raise TegotaeError("the model's centre of mass is not above its feet; give scales=")
     return com - lowest
 
 
-def _below(mujoco: ModuleType, model: MjModel, data: MjData, geom: int) -> float:
-    """How far a geom reaches below its centre [m]."""
+def below(mujoco: ModuleType, model: MjModel, data: MjData, geom: int) -> float:
+    """How far a geom reaches below its centre [m]; of a mesh or an ellipsoid at most so far."""
     size, kinds = model.geom_size[geom], mujoco.mjtGeom
     axis = np.abs(data.geom_xmat[geom].reshape(3, 3)[2])
     kind = model.geom_type[geom]

@@ -111,6 +111,8 @@ def look_up(env: AnyEnv, wiring: Wiring) -> tuple[Wires | None, list[str]]:
     commands = wiring.controller.actuation.COMMANDS
     for i, limb in enumerate(limbs):
         problems += _limb_problems(i, limb, reads, observed, driven, commands)
+        if wiring.weights is not None:  # one that is yet to be trained may offer more
+            problems += _unread(i, limb, reads)
     entries = [name for limb in limbs for name in limb.entries]
     for name in sorted(set(entries)):
         if entries.count(name) > 1:
@@ -206,11 +208,7 @@ def _limb_problems(
                 f"limb {i}: the controller reads {signal!r}; say in senses which observation entry "
                 "that is"
             )
-    for signal, name in limb.senses.items():
-        if signal not in reads:
-            problems.append(
-                f"limb {i}: no term of the controller reads {signal!r}; it reads {', '.join(reads)}"
-            )
+    for name in limb.senses.values():
         if name not in observed and name.removeprefix("-") not in observed:
             problems.append(f"limb {i}: {unknown_entry('observation', name, observed)}")
     if len(limb.entries) != len(commands):
@@ -223,6 +221,14 @@ def _limb_problems(
             problems.append(f"limb {i}: {unknown_entry('action', name, driven)}")
     _try(problems, f"limb {i}: phase_rad", limb.phase_rad)
     return problems
+
+
+def _unread(i: int, limb: Limb, reads: Sequence[str]) -> list[str]:
+    return [
+        f"limb {i}: no term of the controller reads {signal!r}; it reads {', '.join(reads)}"
+        for signal in limb.senses
+        if signal not in reads
+    ]
 
 
 def _number_problems(wiring: Wiring, step_s: float | None) -> list[str]:

@@ -75,8 +75,16 @@ def load_wiring(path: Path | str) -> Wiring:
     return _parsed(text, path.suffix, path)
 
 
-def save_wiring(wiring: Wiring, path: Path | str) -> None:
+def save_wiring(
+    wiring: Wiring, path: Path | str, *, reasons: Mapping[str, str] | None = None
+) -> None:
     """Write a wiring, TOML or JSON by the name's end; all but its controller and weights.
+
+    Args:
+        wiring: the wiring.
+        path: its file.
+        reasons: comments behind entries of a TOML file, by names such as `omega`,
+            `scales.velocity`, `limbs[0].push` and, of a sense, `limbs[0].spring_force`.
 
     Raises:
         TegotaeError: for a name of another end, or if it cannot be written.
@@ -86,7 +94,7 @@ def save_wiring(wiring: Wiring, path: Path | str) -> None:
     if path.suffix == ".json":
         write_atomically(path, json.dumps(document, indent=1) + "\n")
     elif path.suffix == ".toml":
-        write_atomically(path, _toml(document))
+        write_atomically(path, _toml(document, reasons or {}))
     else:
         raise TegotaeError(f"{path} is no wiring; its name must end in .toml or .json")
 
@@ -188,17 +196,20 @@ def _given(values: Mapping[str, str | float | None]) -> JsonObject:
     }
 
 
-def _toml(document: dict[str, Any]) -> str:
+def _toml(document: dict[str, Any], reasons: Mapping[str, str]) -> str:
     """A document of texts, numbers, lists of texts, tables and one list of tables."""
+
+    def line(name: str, value: Any, at: str = "") -> str:
+        why = reasons.get(at + name)
+        key = name if name.isidentifier() else json.dumps(name)
+        return f"{key} = {json.dumps(value)}" + (f"  # {why}" if why else "")
+
     plain = {n: x for n, x in document.items() if not isinstance(x, dict) and n != "limbs"}
-    lines = [f"{name} = {json.dumps(value)}" for name, value in plain.items()]
-    lines += [
-        "",
-        "[scales]",
-        *(f"{json.dumps(n)} = {json.dumps(x)}" for n, x in document["scales"].items()),
-    ]
-    for limb in document["limbs"]:
-        own = [f"{n} = {json.dumps(x)}" for n, x in limb.items() if n != "senses"]
-        senses = [f"{json.dumps(n)} = {json.dumps(x)}" for n, x in limb["senses"].items()]
+    lines = [line(name, value) for name, value in plain.items()]
+    lines += ["", "[scales]", *(line(n, x, "scales.") for n, x in document["scales"].items())]
+    for i, limb in enumerate(document["limbs"]):
+        at = f"limbs[{i}]."
+        own = [line(n, x, at) for n, x in limb.items() if n != "senses"]
+        senses = [line(n, x, at) for n, x in limb["senses"].items()]
         lines += ["", "[[limbs]]", *own, "[limbs.senses]", *senses]
     return "\n".join(lines) + "\n"

@@ -36,7 +36,7 @@ class Sensing:
     """A model, and where in its sensor data is what.
 
     Raises:
-        TegotaeError: for a file that is no model, or a foot that is no body of it.
+        TegotaeError: for a file that is no model, or a foot that is no part of it.
     """
 
     model: MjModel
@@ -56,7 +56,7 @@ class Sensing:
     root: str
     """Name of the first body, whose height is observed."""
     feet: tuple[str, ...]
-    """Bodies whose contact forces are observed."""
+    """Bodies and geoms whose contact forces are observed."""
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -169,14 +169,14 @@ def sensing(
     Args:
         source: an MJCF file, `FILE` or `PACKAGE:FILE`, its text, or the name of a model of this
             package.
-        feet: names of bodies.
+        feet: names of bodies or geoms.
         ground: whether to add a level floor at height 0, for a model that has none.
         without: names of bodies and geoms to leave out.
         servo_nm_per_rad: makes of every motor of a joint a position servo of this stiffness
             [N m/rad, or N/m]; 0 leaves them as they are.
 
     Raises:
-        TegotaeError: for a file that is no model, or a foot that is no body of it; for something to
+        TegotaeError: for a file that is no model, or a foot that is no part of it; for something to
             leave out that it does not have, or servos where no joint has a motor.
 
     Example:
@@ -190,9 +190,7 @@ def sensing(
     bodies = [body.name for body in spec.bodies if body.name != "world"]
     if not bodies:
         raise TegotaeError("the model has no body; give one that can move")
-    for foot in feet:
-        if foot not in bodies:
-            raise unknown("body of this model", foot, bodies)
+    touching = {foot: _touching(spec, foot) for foot in feet}
     root = bodies[0]
     _name(spec.joints, "joint")
     _name(spec.actuators, "actuator")
@@ -210,7 +208,7 @@ def sensing(
     for foot in feet:
         # Net force on the foot, in the world's axes.
         options = {"intprm": [1 << int(mujoco.mjtConDataField.mjCONDATA_FORCE), 3, 1]}
-        plans.append((f"{foot}_force", kinds.mjSENS_CONTACT, objects.mjOBJ_BODY, foot, options))
+        plans.append((f"contact/{foot}", kinds.mjSENS_CONTACT, touching[foot], foot, options))
     frame = objects.mjOBJ_XBODY
     plans.append(("root_place", kinds.mjSENS_FRAMEPOS, frame, root, {}))
     plans.append(("root_motion", kinds.mjSENS_FRAMELINVEL, frame, root, {}))
@@ -244,6 +242,27 @@ def sensing(
         root=root,
         feet=tuple(feet),
     )
+
+
+def _touching(spec: MjSpec, foot: str) -> object:
+    """Whether a foot is a body or a geom, as MuJoCo's kind of object.
+
+    Raises:
+        TegotaeError: for a name that is neither's.
+    """
+    objects = require("mujoco", "mujoco").mjtObj
+    bodies = [body.name for body in spec.bodies if body.name != "world"]
+    geoms = [geom.name for geom in spec.geoms if geom.name and geom.parent.name != "world"]
+    if foot in bodies:
+        return objects.mjOBJ_BODY
+    if foot in geoms:
+        return objects.mjOBJ_GEOM
+    for site in spec.sites:
+        if site.name == foot:
+            raise TegotaeError(
+                f"{foot} is a site, which touches nothing; name its body, {site.parent.name}"
+            )
+    raise unknown("body or geom of this model", foot, [*bodies, *geoms])
 
 
 class _Named(Protocol):
@@ -280,7 +299,7 @@ def _entries(
     for foot in feet:
         name = f"{foot}_force" if f"{foot}_force" not in taken else f"{foot}_contact_force"
         # The sensor measures the force of the foot on the ground.
-        entries.append(ObservedEntry(name, at[f"{_OWN}{foot}_force"] + 2, gain=-1.0, least=0.0))
+        entries.append(ObservedEntry(name, at[f"{_OWN}contact/{foot}"] + 2, gain=-1.0, least=0.0))
     place, motion = at[f"{_OWN}root_place"], at[f"{_OWN}root_motion"]
     entries += [ObservedEntry("root_height", place + 2), ObservedEntry("root_forward", place)]
     entries += [ObservedEntry("root_velocity", motion), ObservedEntry("root_climb", motion + 2)]

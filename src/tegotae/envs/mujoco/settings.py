@@ -17,7 +17,7 @@ class ModelSettings:
     Args:
         model: an MJCF file, its text, or the name of a model of this package: `hopper`, `leg` or
             `quadruped`. A file of another installed package is `PACKAGE:FILE`.
-        feet: names of the bodies whose contact forces are observed.
+        feet: names of the bodies or geoms whose contact forces are observed.
         control_s: time for which an action is held [s].
         duration_s: length of an episode [s].
         release_m: how much higher than in the model the first body is released [m].
@@ -54,7 +54,7 @@ class ModelSettings:
         require_finite("fallen_share", self.fallen_share, least=0.0, most=1.0)
         if not isinstance(self.ground, bool):
             raise TegotaeError(f"ground is {self.ground!r}; it must be true or false")
-        for name, what in (("feet", "bodies"), ("without", "bodies and geoms")):
+        for name, what in (("feet", "bodies or geoms"), ("without", "bodies and geoms")):
             names = getattr(self, name)
             if not isinstance(names, (list, tuple)) or not all(isinstance(n, str) for n in names):
                 raise TegotaeError(f"{name} is {names!r}; it must be a list of names of {what}")

@@ -1,0 +1,395 @@
+"""A first wiring of a MuJoCo model, read from the model itself, with the reason of every entry."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from types import ModuleType
+from typing import Literal
+
+import numpy as np
+
+from tegotae._support.errors import TegotaeError
+from tegotae._support.optional_dependencies import require
+from tegotae.envs._types import MjData, MjModel
+from tegotae.envs.mujoco.batch import ModelBatch
+from tegotae.envs.mujoco.sensing import Sensing
+from tegotae.envs.mujoco.settings import ModelSettings
+from tegotae.envs.scaling import below, scales_of
+from tegotae.envs.wiring import Limb, Wiring
+
+_FOOT_SHARE = 0.2
+"""Feet are no higher over the lowest one than this share of the length."""
+_ACROSS = 0.25
+"""A joint moves its foot up or along where this share of the foot's motion is in that direction."""
+_LIFT = 4.0
+"""Push of a joint that stretches the leg, over what bears the weight: the paper's α / (m g)."""
+_SWEEP = 0.5
+"""Push of a joint that sweeps the foot back, as a share of the weight; friction bears no more."""
+_STROKE = 0.1
+"""How far a servo pushes, as a share of the length."""
+_RATE = 2.5
+"""ω over √(g / l), as the paper's 8 rad/s on a leg of 1 m."""
+_SAMPLES = 40.0
+"""Control periods in √(l / g)."""
+_DROP = 0.1
+"""Height of the drop test over the model's start, as a share of the length."""
+_LONGEST_S, _STANDS_S = 2.0, 1.0
+_GIVES_WAY = 0.6
+
+
+@dataclass(frozen=True)
+class Suggestion:
+    """A wiring that a model suggests."""
+
+    wiring: Wiring
+    """Without weights: it is to be trained."""
+    reasons: Mapping[str, str]
+    """Why, by entry: `omega`, `scales.velocity`, `limbs[0].push`."""
+    remarks: tuple[str, ...]
+    """What was left out, or stands in the way: a sentence each."""
+
+
+@dataclass(frozen=True)
+class _Joint:
+    """An actuated joint of a leg."""
+
+    actuator: str
+    joint: str
+    foot: int
+    """Which of the feet it moves."""
+    kind: Literal["motor", "servo"]
+    gain: float
+    """Torque of a motor per command; 1 of a servo."""
+    start: float
+    """Its position at the start [rad or m]."""
+    up: float
+    """How far the trunk rises over a planted foot [m per rad, or m]."""
+    along: float
+    """How far the trunk goes forward over it, likewise."""
+    low: float
+    high: float
+
+
+def suggest_wiring(settings: ModelSettings) -> Suggestion:
+    """A first wiring of a MuJoCo model: limbs, senses, rests, pushes, scales, ω and rest length.
+
+    Feet that the settings do not name are the lowest bodies that end a chain. Every actuated joint
+    between the trunk and one foot is a limb, which feels the load of its foot: a spring along the
+    leg where the model has one, and otherwise the contact force. A joint that stretches the leg
+    pushes with four times what bears the weight, as the paper's hopper does; one that only sweeps
+    the foot back pushes with half of the weight; within the actuator's limits. The rest length is
+    the trunk's height at touchdown in a drop test without control.
+
+    It is a start for training, not a tuned gait.
+
+    Args:
+        settings: of the model; its control period does not count.
+
+    Raises:
+        TegotaeError: for a model without feet, limbs or ground, or one whose trunk cannot fall.
+
+    Example:
+        >>> from tegotae.envs.mujoco.settings import PACKAGED
+        >>> suggest_wiring(PACKAGED["leg"]).wiring.limbs[1].drives  # doctest: +SKIP
+        'knee'
+    """
+    mujoco = require("mujoco", "mujoco")
+    found = not settings.feet
+    if found:
+        settings = replace(settings, feet=_feet(mujoco, settings.sensed.model))
+    sensing = settings.sensed
+    model, data = sensing.model, started(mujoco, sensing.model)
+    feet = list(settings.feet)
+    joints, left_out = _joints(mujoco, sensing, data, feet)
+    if not joints:
+        raise TegotaeError(
+            "no actuator moves a joint between the trunk and a foot; add a motor or a position "
+            "servo to the model, or write the wiring by hand" + "".join(f"; {x}" for x in left_out)
+        )
+    scales = scales_of(model, feet, limbs=len(feet))
+    length, weight = scales["height"], scales["spring_force"]
+    rest_m, standing = _dropped(sensing, joints, _DROP * length + settings.release_m)
+    phases = _phases(mujoco, model, data, feet)
+    reasons: dict[str, str] = {
+        "height": "height of the first body",
+        "work": "absolute work of the actuators, measured by the environment",
+        "rest_length_m": "height at touchdown in a drop test without control",
+        "step_s": f"{_SAMPLES:g} control periods in √(l / g), in whole time steps of the model",
+        "omega": f"{_RATE:g} √(g / l), as the paper's 8 rad/s on a leg of 1 m",
+        "contact_bodies": "lowest bodies that end a chain" if found else "as given",
+        "scales.spring_force": "weight over the number of feet",
+        "scales.velocity": f"√(g l), centre of mass l = {length:.3g} m over the feet",
+        "scales.speed": "√(g l)",
+        "scales.height": "l",
+        "scales.feedback": "√(g / l)",
+    }
+    limbs = []
+    for i, joint in enumerate(joints):
+        rest, push, why = _push(joint, weight, length)
+        felt, because = _felt(sensing, joint)
+        limbs.append(
+            Limb(
+                senses={"spring_force": felt, "velocity": "root_climb"},
+                drives=joint.actuator,
+                rest=rest,
+                push=push,
+                phase_rad=phases[joint.foot],
+            )
+        )
+        at = f"limbs[{i}]"
+        reasons[f"{at}.rest"] = "no torque" if joint.kind == "motor" else "its place at the start"
+        reasons[f"{at}.push"] = why
+        reasons[f"{at}.spring_force"] = because
+        if phases[joint.foot]:
+            reasons[f"{at}.phase_rad"] = "half a turn behind: feet on a diagonal begin together"
+    if len(feet) > 1:
+        reasons["sector_rad"] = "a leg that walks pushes in stance, for half a turn"
+    timestep = float(model.opt.timestep)
+    step_s = timestep * max(1, round(math.sqrt(length / _gravity(model)) / _SAMPLES / timestep))
+    wiring = Wiring(
+        limbs=tuple(limbs),
+        omega=_rounded(_RATE * scales["feedback"]),
+        scales={name: _rounded(value) for name, value in scales.items()},
+        sector_rad=(math.pi, math.pi) if len(feet) > 1 else None,
+        step_s=step_s,
+        contact_bodies=tuple(feet),
+        height="root_height",
+        work="work",
+        rest_length_m=_rounded(rest_m, 4),
+    )
+    if standing < _GIVES_WAY:
+        stiff = max((10.0 * weight * abs(j.up) for j in joints if j.kind == "motor"), default=0.0)
+        way = f", or servos to its motors: --settings servo_nm_per_rad={stiff:.2g}" if stiff else ""
+        left_out.append(
+            f"without control the trunk sinks to {standing:.0%} of its height at touchdown within "
+            f"{_STANDS_S:g} s; give the joints springs{way}"
+        )
+    return Suggestion(wiring, reasons, tuple(left_out))
+
+
+def started(mujoco: ModuleType, model: MjModel) -> MjData:
+    """MuJoCo's data at the model's start: its first keyframe, or else its zero."""
+    data = mujoco.MjData(model)
+    if model.nkey:
+        mujoco.mj_resetDataKeyframe(model, data, 0)
+    mujoco.mj_forward(model, data)
+    return data
+
+
+def _feet(mujoco: ModuleType, model: MjModel) -> tuple[str, ...]:
+    """The lowest bodies that end a chain and can touch; a body without a name by its geom's."""
+    data = started(mujoco, model)
+    ends = set(range(1, model.nbody)) - {int(parent) for parent in model.body_parentid[1:]}
+    reach: dict[int, tuple[float, int]] = {}
+    for geom in range(model.ngeom):
+        body = int(model.geom_bodyid[geom])
+        if body in ends and (model.geom_contype[geom] or model.geom_conaffinity[geom]):
+            low = float(data.geom_xpos[geom][2]) - below(mujoco, model, data, geom)
+            reach[body] = min(reach.get(body, (np.inf, geom)), (low, geom))
+    if not reach:
+        raise TegotaeError(
+            "no body at the end of a chain can touch anything (contype and conaffinity are 0); "
+            "name the feet: --feet BODY or GEOM"
+        )
+    lowest = min(low for low, _ in reach.values())
+    com = float(np.average(data.xipos[1:, 2], weights=model.body_mass[1:]))
+    most = lowest + _FOOT_SHARE * max(com - lowest, 0.0)
+    found = []
+    for body, (low, geom) in sorted(reach.items()):
+        if low > most:
+            continue
+        name = model.body(body).name or model.geom(geom).name
+        if not name:
+            parent = model.body(int(model.body_parentid[body])).name
+            raise TegotaeError(
+                f"the foot on {parent or 'the model'} has no name; give its body or geom one"
+            )
+        found.append(name)
+    return tuple(found)
+
+
+def _joints(
+    mujoco: ModuleType, sensing: Sensing, data: MjData, feet: Sequence[str]
+) -> tuple[list[_Joint], list[str]]:
+    """The joints that are limbs, and of other actuators why they are left alone."""
+    model = sensing.model
+    chains = [_chain(model, foot) for foot in feet]
+    found, left_out = [], []
+    for name, i in zip(sensing.actuators, map(int, sensing.driven), strict=True):
+        if model.actuator_trntype[i] != mujoco.mjtTrn.mjTRN_JOINT:
+            left_out.append(f"{name} is left alone: it drives no joint")
+            continue
+        j = int(model.actuator_trnid[i, 0])
+        kinds = mujoco.mjtJoint
+        if int(model.jnt_type[j]) not in (int(kinds.mjJNT_HINGE), int(kinds.mjJNT_SLIDE)):
+            left_out.append(f"{name} is left alone: its joint is neither a hinge nor a slide")
+            continue
+        legs = [k for k, chain in enumerate(chains) if int(model.jnt_bodyid[j]) in chain]
+        if len(legs) != 1:
+            many = "several feet hang" if legs else "no foot hangs"
+            left_out.append(f"{name} is left alone: {many} on its joint")
+            continue
+        kind = _kind(mujoco, model, i)
+        if kind is None:
+            left_out.append(f"{name} is left alone: it is neither a motor nor a position servo")
+            continue
+        along, _, up = map(float, -_velocity(mujoco, model, data, feet[legs[0]], j))
+        limited = bool(model.actuator_ctrllimited[i])
+        low, most = model.actuator_ctrlrange[i] if limited else (-np.inf, np.inf)
+        gear = float(model.actuator_gear[i, 0])
+        motor = kind == "motor"
+        found.append(
+            _Joint(
+                actuator=name,
+                joint=model.joint(j).name,
+                foot=legs[0],
+                kind=kind,
+                gain=gear * float(model.actuator_gainprm[i, 0]) if motor else 1.0,
+                start=float(data.qpos[model.jnt_qposadr[j]]) * (1.0 if motor else gear),
+                up=up,
+                along=along,
+                low=float(low),
+                high=float(most),
+            )
+        )
+    kept = [joint for joint in found if _moves(joint)]
+    left_out += [f"{joint.actuator} is left alone: it moves its foot sideways"
+                 for joint in found if not _moves(joint)]  # fmt: skip
+    return kept, left_out
+
+
+def _kind(mujoco: ModuleType, model: MjModel, i: int) -> Literal["motor", "servo"] | None:
+    fixed = model.actuator_gaintype[i] == mujoco.mjtGain.mjGAIN_FIXED
+    if not fixed or model.actuator_gainprm[i, 0] == 0.0 or model.actuator_gear[i, 0] == 0.0:
+        return None
+    if model.actuator_biastype[i] == mujoco.mjtBias.mjBIAS_NONE:
+        return "motor"
+    affine = model.actuator_biastype[i] == mujoco.mjtBias.mjBIAS_AFFINE
+    return "servo" if affine and model.actuator_biasprm[i, 1] < 0.0 else None
+
+
+def _chain(model: MjModel, foot: str) -> set[int]:
+    """The bodies between a foot and the trunk, which is not one of them."""
+    body, chain = _body(model, foot), set()
+    while body > 1:
+        chain.add(body)
+        body = int(model.body_parentid[body])
+    # A body of one piece, such as a mass on a slide with a geom as its foot, is its own leg.
+    return chain or {_body(model, foot)}
+
+
+def _body(model: MjModel, foot: str) -> int:
+    named = {model.body(i).name: i for i in range(model.nbody)}
+    return named[foot] if foot in named else int(model.geom_bodyid[model.geom(foot).id])
+
+
+def _place(mujoco: ModuleType, model: MjModel, data: MjData, foot: str) -> np.ndarray:
+    """Where a foot touches: its lowest geom [m], [x, y, z]."""
+    bodies = {model.body(i).name for i in range(model.nbody)}
+    if foot not in bodies:
+        return data.geom_xpos[model.geom(foot).id]
+    own = np.flatnonzero(model.geom_bodyid == model.body(foot).id)
+    if not len(own):
+        return data.xpos[model.body(foot).id]
+    low = [float(data.geom_xpos[i][2]) - below(mujoco, model, data, int(i)) for i in own]
+    return data.geom_xpos[own[int(np.argmin(low))]]
+
+
+def _velocity(
+    mujoco: ModuleType, model: MjModel, data: MjData, foot: str, joint: int
+) -> np.ndarray:
+    """The foot's velocity in the trunk's frame at a joint's speed of 1, [x, y, z]."""
+    jacobian = np.zeros((3, model.nv))
+    place = _place(mujoco, model, data, foot).copy()
+    mujoco.mj_jac(model, data, jacobian, None, place, _body(model, foot))
+    return jacobian[:, int(model.jnt_dofadr[joint])]
+
+
+def _moves(joint: _Joint) -> bool:
+    return bool(joint.up or joint.along)
+
+
+def _stretches(joint: _Joint) -> bool:
+    return abs(joint.up) >= _ACROSS * math.hypot(joint.up, joint.along)
+
+
+def _push(joint: _Joint, weight_n: float, length_m: float) -> tuple[float, float, str]:
+    """Rest, push and its reason."""
+    stretches = _stretches(joint)
+    lever = joint.up if stretches else joint.along
+    if joint.kind == "servo":
+        rest = float(np.clip(_rounded(joint.start), joint.low, joint.high))
+        wanted = rest + _STROKE * length_m / lever
+        does = "stretches the leg" if stretches else "sweeps the foot back"
+        why = f"{does} by a tenth of its length"
+    else:
+        rest = 0.0
+        share = _LIFT if stretches else _SWEEP
+        wanted = share * weight_n * lever / joint.gain
+        why = (
+            f"stretches the leg, {share:g} times what bears the weight"
+            if stretches
+            else f"sweeps the foot back, {share:g} of the weight"
+        )
+    push = float(np.clip(_rounded(wanted), joint.low, joint.high))
+    if not joint.low <= wanted <= joint.high:
+        why += f"; that would be {wanted:.3g}, this is the actuator's limit"
+    return rest, push, why
+
+
+def _felt(sensing: Sensing, joint: _Joint) -> tuple[str, str]:
+    """What stands for the spring force F_k of a limb, and why."""
+    spring = f"{joint.joint}_spring"
+    slides = sensing.model.jnt_type[sensing.model.joint(joint.joint).id] == 2  # a slide
+    if spring in sensing.names and slides and _stretches(joint):
+        return spring if joint.up > 0.0 else f"-{spring}", "the leg's own spring, as in the paper"
+    return sensing.contacts[joint.foot], "load of the limb's own foot"
+
+
+def _phases(mujoco: ModuleType, model: MjModel, data: MjData, feet: Sequence[str]) -> list[float]:
+    """Phases of the feet [rad]: the same on a diagonal, half a turn apart beside each other."""
+    places = np.array([_place(mujoco, model, data, foot)[:2] for foot in feet])
+    beside = places - places.mean(axis=0) > 1e-3
+    return [math.pi if (ahead + left) % 2 else 0.0 for ahead, left in beside.astype(int)]
+
+
+def _dropped(sensing: Sensing, joints: Sequence[_Joint], rise_m: float) -> tuple[float, float]:
+    """A drop test: the trunk's height at touchdown, and the share of it a second later."""
+    timestep = float(sensing.model.opt.timestep)
+    batch = ModelBatch(sensing, 1, timestep, threads=1)
+    try:
+        action = np.zeros((1, len(sensing.actuators)))
+        for joint in joints:
+            if joint.kind == "servo":
+                at = sensing.actuators.index(joint.actuator)
+                action[0, at] = np.clip(joint.start, joint.low, joint.high)
+        height = sensing.names.index("root_height")
+        loads = [sensing.names.index(name) for name in sensing.contacts]
+        before = batch.reset(rise_m)[0]
+        for _ in range(round(_LONGEST_S / timestep)):
+            seen = batch.step(action)[0]
+            if (seen[loads] > 0.0).any():
+                break
+            before = seen
+        else:
+            raise TegotaeError(
+                f"the feet ({', '.join(sensing.feet)}) touched nothing in a drop of {_LONGEST_S:g} "
+                "s; a model of a robot alone takes a floor: --settings ground=true"
+            )
+        touched = float(before[height])
+        for _ in range(round(_STANDS_S / timestep)):
+            seen = batch.step(action)[0]
+        return touched, float(seen[height]) / touched if touched > 0.0 else np.nan
+    finally:
+        batch.close()
+
+
+def _gravity(model: MjModel) -> float:
+    return float(np.linalg.norm(model.opt.gravity))
+
+
+def _rounded(value: float, digits: int = 3) -> float:
+    """A number of so many digits, for people to read."""
+    return float(f"{value:.{digits}g}")
