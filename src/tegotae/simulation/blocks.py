@@ -24,6 +24,8 @@ def filled(tree: Any, lanes: slice, size: int) -> Any:
 
     def block(x: np.ndarray) -> np.ndarray:
         part = x[..., lanes]
+        if part.shape[-1] == size:
+            return part
         more = np.broadcast_to(part[..., -1:], (*part.shape[:-1], size - part.shape[-1]))
         return np.concatenate([part, more], axis=-1)
 

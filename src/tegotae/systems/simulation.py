@@ -168,7 +168,7 @@ class Result:
         first = min(round(simulation.measured_from_s / timing.frame_s), timing.n_frames - 1)
         rest_length_m = simulation.hopper.rest_length_m
         hops = whole_hops(t.apex_height_m[first:], t.ground_m[first:], rest_length_m)
-        begins, ends = (first + int(np.argmax(frames)) for frames in (hops.begins, hops.ends))
+        begins, ends = (first + int(frame) for frame in (hops.begins, hops.ends))
         reason = self._no_efficiency(int(hops.n_hops), float(t.apex_time_s[ends]))
         if reason is not None:
             return dict.fromkeys(EFFICIENCY, None) | {"hops": 0, "reason": reason}

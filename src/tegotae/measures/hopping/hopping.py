@@ -71,16 +71,21 @@ class WholeHops(NamedTuple):
     """
 
     begins: AnyArray
-    """True in the frame of the first apex, shape [frames, lanes]; nowhere without a hop."""
+    """The frame of the first apex, shape [lanes]; the last frame without a hop."""
     ends: AnyArray
-    """True in the frame of the last, [frames, lanes]."""
+    """The frame of the last apex, [lanes]; the last frame without a hop."""
     n_hops: AnyArray
     """How many whole hops lie between the two, [lanes]; -1 without an apex."""
 
     def over(self, total: AnyArray) -> jax.Array:
         """By how much a running total [frames, lanes] grows over them, [lanes]; 0 without any."""
-        at_end = jnp.where(self.ends, total, 0.0).sum(axis=0)
-        return at_end - jnp.where(self.begins, total, 0.0).sum(axis=0)
+        grown = at_frame(total, self.ends) - at_frame(total, self.begins)
+        return jnp.where(self.n_hops > 0, grown, 0.0)
+
+
+def at_frame(recorded: AnyArray, frame: AnyArray) -> jax.Array:
+    """What was recorded [frames, lanes] in a frame of each lane's own [lanes]: shape [lanes]."""
+    return jnp.take_along_axis(jnp.asarray(recorded), frame[None], axis=0)[0]
 
 
 def whole_hops(apex_height_m: AnyArray, ground_m: Numeric, rest_length_m: Numeric) -> WholeHops:
@@ -99,13 +104,19 @@ def whole_hops(apex_height_m: AnyArray, ground_m: Numeric, rest_length_m: Numeri
     """
     # NaN in frames without an apex compares as false.
     is_hop = apex_height_m >= hop_height_m(rest_length_m, ground_m)
-    counted = jnp.cumsum(is_hop, axis=0, dtype=jnp.int32)
-    whole = counted[-1] - 1
-    skipped = left_out(whole)
+    frames = len(is_hop)
+    number = jnp.arange(frames, dtype=jnp.int32).reshape(-1, *[1] * (is_hop.ndim - 1))
+
+    def first(frame: AnyArray) -> jax.Array:
+        return jnp.where(frame, number, frames - 1).min(axis=0)
+
+    apexes = is_hop.sum(axis=0, dtype=jnp.int32)
+    begins = first(is_hop)
+    skipped = left_out(apexes - 1)
     return WholeHops(
-        begins=is_hop & (counted == 1 + skipped[None]),
-        ends=is_hop & (counted == counted[-1:]),
-        n_hops=whole - skipped,
+        begins=jnp.where(skipped > 0, first(is_hop & (number > begins[None])), begins),
+        ends=jnp.where(apexes > 0, jnp.where(is_hop, number, 0).max(axis=0), frames - 1),
+        n_hops=apexes - 1 - skipped,
     )
 
 

@@ -67,7 +67,12 @@ def peak(of: Spectrum) -> tuple[jax.Array, jax.Array]:
     Both have shape [lanes].
     """
     power = of.power
-    highest = jnp.argmax(power[1:-1], axis=0) + 1
+    inner = power[1:-1]
+    bin_number = jnp.arange(1, 1 + len(inner), dtype=jnp.int32)[:, None]
+    # The first of the highest, as argmax finds it, in two reductions that XLA makes vector code of.
+    highest = jnp.where(inner == inner.max(axis=0, keepdims=True), bin_number, len(inner)).min(
+        axis=0
+    )
 
     def neighbour(offset: int) -> jax.Array:
         return jnp.take_along_axis(power, highest[None] + offset, axis=0)[0]

@@ -18,7 +18,7 @@ from tegotae.measures.hopping.efficiency import (
     cot_inverse,
     work_total,
 )
-from tegotae.measures.hopping.hopping import dies_out, whole_hops
+from tegotae.measures.hopping.hopping import at_frame, dies_out, whole_hops
 from tegotae.measures.hopping.spectrum import (
     REST_RANGE_M,
     delta_omega,
@@ -148,7 +148,9 @@ class Fitness(Objective):
         def over_hops(total: AnyArray) -> jax.Array:
             return hops.over(total[first:])
 
-        last_hop_s = jnp.max(jnp.where(hops.ends, trajectory.time_s[first:], -jnp.inf), axis=0)
+        last_hop_s = jnp.where(
+            hops.n_hops >= 0, at_frame(trajectory.time_s[first:], hops.ends), -jnp.inf
+        )
         goes_on = ~dies_out(last_hop_s, timing.duration_s)
         climb = jnp.where(goes_on, over_hops(trajectory.climb_flight_m), 0.0)
         work = [over_hops(work_total(trajectory, definition)) for definition in WORK]
