@@ -1,15 +1,19 @@
-"""NumPy archives (.npz) from disk: no pickle, and no more than they may unpack to."""
+"""NumPy archives (.npz) from disk: no pickle, no more than they may unpack to, and checksums."""
 
 from __future__ import annotations
 
+import hashlib
 import zipfile
+from collections.abc import Iterable
 from pathlib import Path
 from typing import BinaryIO
 
 import numpy as np
 
 
-def read_arrays(file: Path | BinaryIO, most_bytes: int) -> dict[str, np.ndarray]:
+def read_arrays(
+    file: Path | BinaryIO, most_bytes: int, names: Iterable[str] | None = None
+) -> dict[str, np.ndarray]:
     """The arrays of an archive by name.
 
     A few kilobytes can unpack to gigabytes, so the archive's directory is asked first.
@@ -17,6 +21,7 @@ def read_arrays(file: Path | BinaryIO, most_bytes: int) -> dict[str, np.ndarray]
     Args:
         file: its path, or the open file.
         most_bytes: of all arrays together.
+        names: of those that are read; all by default.
 
     Raises:
         ValueError: if it is larger than that, no archive, or damaged.
@@ -34,7 +39,7 @@ def read_arrays(file: Path | BinaryIO, most_bytes: int) -> dict[str, np.ndarray]
         ValueError: it unpacks to 7.63 MiB, more than 1 MiB
     """
     try:
-        return _read(file, most_bytes)
+        return _read(file, most_bytes, names)
     except OSError as error:
         if error.strerror:  # the system's, not that of a reader who met no archive
             raise
@@ -43,7 +48,19 @@ def read_arrays(file: Path | BinaryIO, most_bytes: int) -> dict[str, np.ndarray]
         raise ValueError(str(error) or type(error).__name__) from None
 
 
-def _read(file: Path | BinaryIO, most_bytes: int) -> dict[str, np.ndarray]:
+def checksum(text: str, arrays: dict[str, np.ndarray]) -> str:
+    """A hash of a text and of arrays with their names, types and shapes."""
+    digest = hashlib.sha256(text.encode())
+    for name in sorted(arrays):
+        values = np.ascontiguousarray(arrays[name])
+        digest.update(f"{name} {values.dtype.str} {values.shape}".encode())
+        digest.update(values.tobytes())
+    return digest.hexdigest()
+
+
+def _read(
+    file: Path | BinaryIO, most_bytes: int, names: Iterable[str] | None
+) -> dict[str, np.ndarray]:
     with zipfile.ZipFile(file) as directory:
         unpacked = sum(entry.file_size for entry in directory.infolist())
     if unpacked > most_bytes:
@@ -53,7 +70,7 @@ def _read(file: Path | BinaryIO, most_bytes: int) -> dict[str, np.ndarray]:
     if not isinstance(file, Path):
         file.seek(0)
     with np.load(file, allow_pickle=False) as stored:
-        arrays = {name: stored[name] for name in stored.files}
+        arrays = {name: stored[name] for name in (stored.files if names is None else names)}
     for name, values in arrays.items():
         if not isinstance(values, np.ndarray):
             raise ValueError(f"its entry {name!r} is no array")

@@ -73,7 +73,7 @@ def in_name_only(entry: Command | CommandGroup) -> Callable[[], None]:
 
 COMMANDS: Mapping[str, Command | CommandGroup] = {
     "models": Command(
-        "models", "Models", ("tegotae models 'ART*'", "tegotae models '*@quadruped-c'")
+        "models", "Models", ("tegotae models '*@quadruped-c'", "tegotae models 'ART*' --zoo")
     ),
     "train": Command(
         "train",
@@ -282,6 +282,14 @@ COMMANDS: Mapping[str, Command | CommandGroup] = {
                 (
                     "tegotae study export --dir study --out runs.csv",
                     "tegotae study export --dir study --out runs.parquet",
+                ),
+            ),
+            "zoo": Command(
+                "study",
+                "StudyZoo",
+                (
+                    "tegotae study zoo --dir study --name mine --out mine.npz",
+                    "tegotae study zoo --dir results/paper --name paper --out paper.npz",
                 ),
             ),
             "claims": Command(

@@ -1,4 +1,4 @@
-"""`tegotae completion`: names of commands and options for the TAB key of a shell."""
+"""`tegotae completion`: commands, options and trained controllers for the TAB key of a shell."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ import tyro
 from tegotae.cli.commands import COMMANDS, Command, CommandGroup
 from tegotae.cli.help import SWITCHES
 from tegotae.cli.parsing import parser
+from tegotae.systems.zoo import PREFIX, names
 
 _BASH = """\
 # Completion of tegotae. In bash: source this file, such as in ~/.bashrc.
@@ -24,8 +25,23 @@ _tegotae() {{
     case "$path" in
 {completions}
     esac
-    local typed="${{COMP_WORDS[COMP_CWORD]}}"
+    local typed="${{COMP_WORDS[COMP_CWORD]}}" before="${{COMP_WORDS[*]:0:COMP_CWORD}}" zoo="{zoo}"
+    # Bash splits words at colons, and completes what follows the last one.
+    if [[ "$before" == *" zoo :" ]]; then
+        COMPREPLY=($(compgen -W "$zoo" -- "$typed"))
+        return
+    elif [[ "$before" == *" zoo" && "$typed" == ":" ]]; then
+        COMPREPLY=($(compgen -W "$zoo"))
+        return
+    elif [[ "$typed" == zoo:* ]]; then
+        COMPREPLY=($(compgen -P zoo: -W "$zoo" -- "${{typed#zoo:}}"))
+        return
+    fi
     COMPREPLY=($(compgen -W "$words" -- "$typed"))
+    if [[ "$path" && "$typed" && zoo: == "$typed"* ]]; then
+        COMPREPLY+=(zoo:)
+        compopt -o nospace 2> /dev/null
+    fi
     if [[ "$path" && "$typed" != -* ]]; then
         COMPREPLY+=($(compgen -f -- "$typed"))
     fi
@@ -41,7 +57,7 @@ autoload -U +X bashcompinit && bashcompinit
 
 @dataclass(frozen=True)
 class Completion:
-    """Print a script that completes commands and options with the TAB key."""
+    """Print a script that completes commands, options and trained controllers with the TAB key."""
 
     shell: Annotated[Literal["bash", "zsh"], tyro.conf.Positional]
     """Which shell the script is for."""
@@ -57,7 +73,8 @@ def script() -> str:
     known[""] += tuple(switch.split()[0] for switch in SWITCHES)
     paths = (f'            "{path}") path="{path}" ;;' for path in known if path)
     words = (f'        "{path}") words="{" ".join(each)}" ;;' for path, each in known.items())
-    return _BASH.format(paths="\n".join(paths), completions="\n".join(words))
+    zoo = " ".join(name.removeprefix(PREFIX) for name in names())
+    return _BASH.format(paths="\n".join(paths), completions="\n".join(words), zoo=zoo)
 
 
 def completions(

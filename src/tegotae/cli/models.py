@@ -1,4 +1,4 @@
-"""`tegotae models`: the 218 models of the study, and the designs for bodies with legs."""
+"""`tegotae models`: the 218 models of the study, designs for legs, and trained controllers."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from typing import Annotated
 import tyro
 
 from tegotae._support.errors import unknown
+from tegotae.cli import zoo_table
 from tegotae.cli.tables import print_rows
 from tegotae.systems.designs import Design, all_designs
 from tegotae.systems.grammar import BUDGET
@@ -18,11 +19,14 @@ from tegotae.systems.models import Model, all_models
 
 @dataclass(frozen=True)
 class Models:
-    """List the models of the study, or designs for bodies with legs."""
+    """List the models of the study, designs for bodies with legs, or trained controllers."""
 
     pattern: Annotated[str, tyro.conf.Positional] = "*"
     """Which models: a name with * and ? as in a shell, or an architecture such as ART. With an @ in
     it, which designs: such as '*@quadruped-c', or 'ART*@*'."""
+    zoo: bool = False
+    """List the trained controllers that come with the package, the best run of each model, with
+    metrics of their evaluation. MODEL/all lists every run, STUDY:MODEL those of one study."""
     json: bool = False
     """Print one JSON list instead of a table."""
     budget: int = BUDGET
@@ -30,6 +34,9 @@ class Models:
 
     def run(self) -> None:
         """Print the list."""
+        if self.zoo:
+            zoo_table.show(self.pattern, as_json=self.json)
+            return
         if "@" in self.pattern:
             self._designs()
             return

@@ -168,6 +168,35 @@ class StudyExport:
 
 
 @dataclass(frozen=True)
+class StudyZoo:
+    """Keep the trained controllers of a study as one small file, for names such as zoo:ART."""
+
+    dir: Path
+    """The study's folder."""
+    name: str
+    """What the study is called in names, as in zoo:NAME:ART."""
+    out: Path
+    """The file (.npz). Its controllers are zoo:FILE:MODEL/RUN."""
+
+    def run(self) -> None:
+        """Write it, and say how to use it."""
+        from tegotae.studies.paper.zoo import entries
+        from tegotae.systems.zoo import SUFFIX, ZooName, open_zoo, write
+
+        if self.out.suffix != SUFFIX:
+            raise TegotaeError(f"cannot write controllers as {self.out.name!r}; use {SUFFIX}")
+        if not self.name.replace("-", "").isalnum():
+            raise TegotaeError(f"the name is {self.name!r}; it must be letters, digits and hyphens")
+        write(output_file(self.out), self.name, entries(_records(Folder(self.dir))))
+        zoo = open_zoo(self.out)
+        first = ZooName(str(self.out), next(iter(zoo.models)), "")
+        print(
+            f"{self.out}: {sum(zoo.models.values())} controllers of {len(zoo.models)} models, "
+            f"{self.out.stat().st_size / 1e6:.2g} MB; try: tegotae simulate {first}"
+        )
+
+
+@dataclass(frozen=True)
 class StudyFigures:
     """Draw Fig. 2 and how trainings went, from an exported table or a study's folder."""
 

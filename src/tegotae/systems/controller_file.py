@@ -30,6 +30,8 @@ from tegotae.systems.earlier_files import of_earlier_version, usual_system, with
 from tegotae.systems.env_task import EnvTask
 from tegotae.systems.experiment import Experiment
 from tegotae.systems.system import System
+from tegotae.systems.zoo import documents as zoo_documents
+from tegotae.systems.zoo import is_zoo_name
 
 FORMAT = "tegotae controller"
 VERSION = 4
@@ -133,9 +135,23 @@ def save(saved: SavedController, path: Path | str) -> None:
     Raises:
         TegotaeError: if it cannot be written, or its weights are not finite or of the wrong number.
     """
+    document = described(saved, str(path))
+    write_atomically(Path(path), json.dumps(document, indent=1) + "\n")
+
+
+def described(saved: SavedController, path: str) -> JsonObject:
+    """What a file of the controller holds, as JSON values.
+
+    Args:
+        saved: the system, its weights and how they were trained.
+        path: the file, for errors.
+
+    Raises:
+        TegotaeError: if its weights are not finite or of the wrong number.
+    """
     weights = np.asarray(saved.weights, "float64")
-    _check_weights(saved.controller, weights, str(path))
-    document = {
+    _check_weights(saved.controller, weights, path)
+    return {
         "format": FORMAT,
         "version": VERSION,
         "name": saved.name,
@@ -146,7 +162,6 @@ def save(saved: SavedController, path: Path | str) -> None:
         "training": saved.training,
         "software": saved.software,
     }
-    write_atomically(Path(path), json.dumps(document, indent=1) + "\n")
 
 
 def _system(system: System) -> JsonObject:
@@ -173,11 +188,20 @@ def _beside_system(saved: SavedController) -> JsonObject | None:
 
 
 def load(path: Path | str) -> SavedController:
-    """Read a controller file, of this version or an earlier one.
+    """Read a controller file, of this version or an earlier one, or a controller of the zoo.
+
+    Args:
+        path: the file, or a name of the zoo (`tegotae.systems.zoo.names`).
 
     Raises:
-        TegotaeError: if there is none, or it is truncated, of a later version, or not ours.
+        TegotaeError: if there is none, or it is truncated, of a later version, or not ours; or for
+                a name that stands for several.
     """
+    if is_zoo_name(str(path)):
+        (name, document), *others = zoo_documents(str(path))
+        if others:
+            raise TegotaeError(f"{path} holds {1 + len(others)} controllers; name one, as {name}")
+        return restored(document, name)
     path = Path(path)
     try:
         document = documents.read(path)
@@ -186,6 +210,19 @@ def load(path: Path | str) -> SavedController:
     except DamagedDocumentError as error:
         what = f"is damaged: {error}" if begins_as_ours(path) else NOT_OURS
         raise TegotaeError(f"{path} {what}") from None
+    return restored(document, str(path))
+
+
+def restored(document: Json, path: str) -> SavedController:
+    """The controller of a document (`described`), of this version or an earlier one.
+
+    Args:
+        document: as it was read.
+        path: the file, for errors.
+
+    Raises:
+        TegotaeError: if it is damaged, of a later version, or not ours.
+    """
     if not is_controller(document):
         raise TegotaeError(f"{path} {NOT_OURS}")
     if document.get("version") not in range(1, VERSION + 1):
@@ -210,7 +247,7 @@ def load(path: Path | str) -> SavedController:
         raise TegotaeError(f"{path} is damaged: it has no entry {error}") from None
     except (TypeError, ValueError, OverflowError) as error:
         raise TegotaeError(f"{path} is damaged: {error}") from None
-    _check_weights(system.controller, weights, str(path))
+    _check_weights(system.controller, weights, path)
     return SavedController(
         system,
         weights,

@@ -7,6 +7,7 @@ A name is one of
 - a design for a body with legs: `AR@quadruped-c`;
 - a legged system: `quadruped-c`;
 - a preset of a hopper and its vanilla controller: `paper`;
+- a trained controller of the zoo, or all runs of one: `zoo:ART-rF-tphif-w8/3`;
 - a controller file (.json), a folder of them, or a study's folder;
 - a file (.json) of documents of experiments, such as a study's;
 - `FILE.py:OBJECT` or `MODULE:OBJECT`: a System, an Experiment or a list of them, a SavedController
@@ -31,7 +32,7 @@ from tegotae._support.documents import DamagedDocumentError, Json, JsonObject
 from tegotae._support.errors import TegotaeError, unknown
 from tegotae._support.workplace import is_earlier
 from tegotae.parts.bodies import Body, Interface
-from tegotae.systems import controller_file
+from tegotae.systems import controller_file, zoo
 from tegotae.systems.controller_file import SavedController
 from tegotae.systems.designs import design, is_design
 from tegotae.systems.experiment import Experiment
@@ -43,10 +44,12 @@ from tegotae.systems.release import Release
 from tegotae.systems.study_records import controllers_of_study, is_study
 from tegotae.systems.system import System
 from tegotae.systems.user_objects import is_reference, named
+from tegotae.systems.zoo import is_zoo_name
 
 WHAT = (
     "a model such as ART, a design such as AR@quadruped-c, a legged system such as quadruped-c, a "
-    "preset, a controller file, a folder of them, or FILE.py:OBJECT"
+    "preset, a trained controller such as zoo:ART, a controller file, a folder of them, or "
+    "FILE.py:OBJECT"
 )
 """All that a name can be, in a line."""
 
@@ -173,6 +176,9 @@ def resolve(name: str | Path, *, budget: int | None = None) -> Resolved:
         5.0
     """
     name = str(name)
+    if is_zoo_name(name):
+        _require_unsized(name, budget)
+        return _of_zoo(name)
     sized = {} if budget is None else {"budget": budget}
     if is_design(name):
         experiment = design(name).experiment(**sized)
@@ -180,10 +186,7 @@ def resolve(name: str | Path, *, budget: int | None = None) -> Resolved:
     if _is_model(name):
         experiment = find(name).experiment(**sized)
         return Resolved(name=name, controllers=_beside(name), experiments=(experiment,))
-    if budget is not None:
-        raise TegotaeError(
-            f"--budget sizes the networks of the paper's models; {name} has a controller of its own"
-        )
+    _require_unsized(name, budget)
     if name in SYSTEMS:
         return _of_object(name, SYSTEMS[name]())
     if is_reference(name):
@@ -238,6 +241,13 @@ def controller_files(folder: Path) -> list[Path]:
     return [file for file in _json_files(folder) if _is_controller(file)]
 
 
+def _require_unsized(name: str, budget: int | None) -> None:
+    if budget is not None:
+        raise TegotaeError(
+            f"--budget sizes the networks of the paper's models; {name} has a controller of its own"
+        )
+
+
 _KINDS = (SavedController, Experiment, System, Legged, list, tuple)
 
 
@@ -258,6 +268,14 @@ def _of_object(name: str, found: object) -> Resolved:
             raise TegotaeError(f"{name} holds a {type(each).__name__}, which is no experiment")
         experiments.append(each)
     return Resolved(name=name, experiments=tuple(experiments))
+
+
+def _of_zoo(name: str) -> Resolved:
+    found = [
+        (Path(each), controller_file.restored(document, each))
+        for each, document in zoo.documents(name)
+    ]
+    return _with_weights(name, tuple(found))
 
 
 def _of_folder(name: str, folder: Path) -> Resolved:

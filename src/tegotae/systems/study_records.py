@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import hashlib
 from pathlib import Path
 from typing import cast
 
 import numpy as np
 
 from tegotae._support import documents
-from tegotae._support.arrays import read_arrays
+from tegotae._support.arrays import checksum, read_arrays
 from tegotae._support.documents import Document
 from tegotae._support.errors import TegotaeError
 from tegotae.systems.controller_file import SavedController
@@ -24,7 +23,8 @@ SUFFIX = ".record.npz"
 MOST_BYTES = 2**28
 """What a record may unpack to [bytes]; those of the study have about a megabyte."""
 
-_NOT_OF_THE_TRAINING = frozenset({"format", "experiment", "seeds", "budgets", "metrics"})
+NOT_OF_THE_TRAINING = frozenset({"format", "experiment", "seeds", "budgets", "metrics"})
+"""Entries of a record's configuration that say nothing of how was trained."""
 
 
 class DamagedRecordError(TegotaeError):
@@ -55,16 +55,6 @@ def header_and_arrays(path: Path) -> tuple[Document, dict[str, np.ndarray]]:
         raise DamagedRecordError(f"{path.name} is damaged: {why}") from None
 
 
-def checksum(header: str, arrays: dict[str, np.ndarray]) -> str:
-    """A hash of all that a record holds."""
-    digest = hashlib.sha256(header.encode())
-    for name in sorted(arrays):
-        values = np.ascontiguousarray(arrays[name])
-        digest.update(f"{name} {values.dtype.str} {values.shape}".encode())
-        digest.update(values.tobytes())
-    return digest.hexdigest()
-
-
 def is_study(folder: Path) -> bool:
     """Whether a folder is a study's."""
     return (folder / DESCRIPTION).exists()
@@ -92,7 +82,7 @@ def controllers_of_study(folder: Path) -> tuple[tuple[Path, SavedController], ..
         if isinstance(experiments, dict) and document["name"] not in experiments:
             continue  # of another study that was here
         experiment = Experiment.of(document)
-        training = {n: x for n, x in configuration.items() if n not in _NOT_OF_THE_TRAINING}
+        training = {n: x for n, x in configuration.items() if n not in NOT_OF_THE_TRAINING}
         found += [
             (
                 path,

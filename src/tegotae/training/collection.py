@@ -21,7 +21,7 @@ from tegotae.training.search import best_gain
 _OF_A_RUN = frozenset(
     {
         *("seed", "seeds", "generations", "ended", "best_fitness", "best_generation"),
-        *("episodes", "simulated_s", "best_episode"),
+        *("episodes", "simulated_s", "best_episode", "evaluation"),
     }
 )
 """What a file says of its own run. All else is the training, which runs of other seeds share."""

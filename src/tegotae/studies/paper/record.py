@@ -12,15 +12,12 @@ import msgspec
 import numpy as np
 
 from tegotae._support import documents
+from tegotae._support.arrays import checksum
 from tegotae._support.documents import Document
 from tegotae._support.engines import OF_EARLIER_FILES
 from tegotae._support.files import write_atomically
 from tegotae.systems.experiment import Experiment
-from tegotae.systems.study_records import (
-    DamagedRecordError,
-    checksum,
-    header_and_arrays,
-)
+from tegotae.systems.study_records import DamagedRecordError, header_and_arrays
 
 _PLAIN = ("weights", "deviation", "best_fitness", "generations", "ended", "omega")
 """Entries of a record that are arrays."""

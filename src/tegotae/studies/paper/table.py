@@ -103,8 +103,8 @@ class Table:
 def tabulate(records: Iterable[Record]) -> Table:
     """The table of some records, in the order of the registry of models."""
     return of_runs(
-        (place(record), _training(record), _means(record, record.episodes))
-        for record in _ordered(records)
+        (place(record), _training(record), means(record, record.episodes))
+        for record in ordered(records)
     )
 
 
@@ -114,24 +114,26 @@ def tabulate_budgets(records: Iterable[Record]) -> Table | None:
     What is not trained is the same after each.
     """
     rows = []
-    for record in _ordered(records):
+    for record in ordered(records):
         for i, budget in enumerate(record.budgets):
             training = _training(record)
             episodes = np.minimum(training.pop("episodes_trained"), budget)
             training |= {"training_budget": np.full(len(episodes), budget)}
             training |= {"episodes_trained": episodes, "best_fitness": _best(record, budget)}
             then = {name: values[i] for name, values in record.at_budgets.items()}
-            rows.append((place(record), training, _means(record, then or record.episodes)))
+            rows.append((place(record), training, means(record, then or record.episodes)))
     return of_runs(rows) if rows else None
 
 
-def _ordered(records: Iterable[Record]) -> list[Record]:
+def ordered(records: Iterable[Record]) -> list[Record]:
+    """Records in the order of the registry of models, those of other experiments behind them."""
     by_name = {record.model: record for record in records}
     others = sorted(by_name.keys() - all_models().keys())
     return [by_name[name] for name in (*all_models(), *others) if name in by_name]
 
 
-def _means(record: Record, episodes: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+def means(record: Record, episodes: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Means over the episodes of what is defined, of all metrics that are known or follow."""
     return {n: mean_defined(values) for n, values in with_derived(record, episodes).items()}
 
 

@@ -1,0 +1,80 @@
+"""The trained controllers of the zoo as a table, with metrics of their evaluation."""
+
+from __future__ import annotations
+
+import fnmatch
+import json
+from collections.abc import Iterator
+
+from tegotae._support.documents import JsonObject
+from tegotae._support.errors import unknown
+from tegotae.cli.tables import print_rows
+from tegotae.measures.hopping.registry import metrics
+from tegotae.systems.zoo import ALL, Zoo, ZooName, names, studies, study_of
+
+SHOWN = ("cot_inverse", "t0_s", "t1_s")
+"""The metrics of a row. JSON has all."""
+
+
+def show(pattern: str, *, as_json: bool) -> None:
+    """Print the controllers of a pattern.
+
+    Args:
+        pattern: `[STUDY:]MODEL[/RUN]`, MODEL with * and ? as in a shell or an architecture.
+        as_json: print one JSON list, with all metrics.
+
+    Raises:
+        TegotaeError: if there are none, with the nearest names.
+    """
+    wanted = ZooName.of(pattern)
+    zoos = (study_of(wanted.study),) if wanted.study else studies()
+    found = [
+        entry
+        for zoo in zoos
+        for model in _models(zoo, wanted.model)
+        for entry in _entries(zoo, ZooName(wanted.study, model, wanted.run))
+    ]
+    if not found:
+        raise unknown("trained controller", str(wanted), names())
+    if as_json:
+        print(json.dumps(found, indent=1))
+        return
+    print_rows(_titles(), map(_row, found))
+    made = ", ".join(
+        f"{zoo.study} by tegotae {zoo.software.get('tegotae')}, {zoo.software.get('engine')} engine"
+        for zoo in zoos
+    )
+    print(f"{len(found)} controllers; studies: {made}")
+
+
+def _models(zoo: Zoo, pattern: str) -> list[str]:
+    return [
+        model
+        for model in zoo.models
+        if fnmatch.fnmatchcase(model, pattern) or model.partition("-")[0] == pattern
+    ]
+
+
+def _entries(zoo: Zoo, name: ZooName) -> Iterator[JsonObject]:
+    """The controllers of a model as JSON values: the best run, or those that are asked for."""
+    columns = zoo.runs(name.model)
+    asked = {"": str(zoo.best(name.model)), ALL: "*"}.get(name.run, name.run)
+    for run in range(zoo.models[name.model]):
+        if fnmatch.fnmatchcase(str(run), asked):
+            known = {each: values[run].item() for each, values in columns.items()}
+            yield {
+                "name": str(ZooName(name.study, name.model, str(run))),
+                "study": zoo.study,
+                "software": zoo.software,
+                **{each: None if value != value else value for each, value in known.items()},
+            }
+
+
+def _titles() -> tuple[str, ...]:
+    headings = {metric.name: metric.heading for metric in metrics()}
+    return ("controller", "fitness", *(headings[name] for name in SHOWN))
+
+
+def _row(entry: JsonObject) -> tuple[str, ...]:
+    numbers = (entry.get(name) for name in ("fitness", *SHOWN))
+    return (str(entry["name"]), *("–" if each is None else f"{each:.3g}" for each in numbers))

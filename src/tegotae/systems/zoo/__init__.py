@@ -1,0 +1,29 @@
+"""Trained controllers that come with the package, by name: no training before the first picture."""
+
+from tegotae.systems.zoo.file import SUFFIX, Zoo, ZooEntry, open_zoo, write
+from tegotae.systems.zoo.names import (
+    ALL,
+    PREFIX,
+    ZooName,
+    documents,
+    is_zoo_name,
+    names,
+    studies,
+    study_of,
+)
+
+__all__ = [
+    "ALL",
+    "PREFIX",
+    "SUFFIX",
+    "Zoo",
+    "ZooEntry",
+    "ZooName",
+    "documents",
+    "is_zoo_name",
+    "names",
+    "open_zoo",
+    "studies",
+    "study_of",
+    "write",
+]

@@ -1,0 +1,271 @@
+"""A file of trained controllers: all runs of one study, as a NumPy archive.
+
+| array | shape | content |
+|---|---|---|
+| `header` | [] | JSON: format, version, study, software, models and their runs, metrics |
+| `documents` | [models] | JSON of each model: its controller file without weights |
+| `seed`, `fitness`, `generations`, `ended` | [all runs] | of each run, model by model |
+| `metrics` | [all runs, metrics] | means over the episodes of the evaluation; NaN if undefined |
+| `weights/MODEL` | [runs, n_weights] | float32 |
+| `checksum` | [] | SHA-256 of all but the weights, of which the header has those |
+
+Opening a file reads all but the weights; those are read for the model that is asked for.
+"""
+
+from __future__ import annotations
+
+import io
+import json
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+from itertools import pairwise
+from pathlib import Path
+from typing import Annotated, cast
+
+import msgspec
+import numpy as np
+
+from tegotae._support import documents
+from tegotae._support.arrays import checksum, read_arrays
+from tegotae._support.documents import DamagedDocumentError, JsonObject
+from tegotae._support.errors import TegotaeError
+from tegotae._support.files import write_atomically
+
+FORMAT = "tegotae zoo"
+VERSION = 1
+SUFFIX = ".npz"
+"""How a file's name ends."""
+MOST_BYTES = 2**28
+"""What a file may unpack to [bytes]; that of the paper's study has some 2 MB."""
+
+_OF_RUNS = ("seed", "fitness", "generations", "ended")
+_INDEX = ("documents", *_OF_RUNS, "metrics")
+
+
+@dataclass(frozen=True)
+class ZooEntry:
+    """All runs of one model.
+
+    Args:
+        document: its controller file as JSON values, without weights; the same for all runs.
+        weights: shape [runs, n_weights].
+        seed: of each run, [runs].
+        fitness: best fitness of the training, [runs].
+        generations: how many there were, [runs].
+        ended: why training ended, such as "plateau" or "cap", [runs].
+        metrics: means over the episodes of the evaluation by name, [runs] each; NaN if undefined.
+    """
+
+    document: JsonObject
+    weights: np.ndarray
+    seed: np.ndarray
+    fitness: np.ndarray
+    generations: np.ndarray
+    ended: np.ndarray
+    metrics: Mapping[str, np.ndarray]
+
+    @property
+    def model(self) -> str:
+        """The model's name."""
+        return str(self.document["name"])
+
+
+class _ZooHeader(msgspec.Struct):
+    format: str
+    version: int
+    study: str
+    software: dict[str, str]
+    models: dict[str, Annotated[int, msgspec.Meta(ge=1)]]
+    metrics: list[str]
+    weights: dict[str, str]
+
+
+def write(path: Path, study: str, entries: Iterable[ZooEntry]) -> None:
+    """Write a file of trained controllers.
+
+    Args:
+        path: the file.
+        study: the study's name.
+        entries: its models.
+
+    Raises:
+        TegotaeError: for two models of one name, or if the file cannot be written.
+    """
+    entries = list(entries)
+    models = {entry.model: len(entry.weights) for entry in entries}
+    if len(models) < len(entries):
+        raise TegotaeError(f"of {len(entries)} models of {study} only {len(models)} names differ")
+    metrics = list(dict.fromkeys(name for entry in entries for name in entry.metrics))
+    weights = {entry.model: np.asarray(entry.weights, "float32") for entry in entries}
+    header = {
+        "format": FORMAT,
+        "version": VERSION,
+        "study": study,
+        "software": _software(entries),
+        "models": models,
+        "metrics": metrics,
+        "weights": {model: checksum(model, {"": values}) for model, values in weights.items()},
+    }
+    text = json.dumps(header)
+    index = {
+        "documents": np.array([json.dumps(entry.document).encode() for entry in entries]),
+        "seed": np.concatenate([entry.seed for entry in entries]).astype("int64"),
+        "fitness": np.concatenate([entry.fitness for entry in entries]).astype("float32"),
+        "generations": np.concatenate([entry.generations for entry in entries]).astype("int32"),
+        "ended": np.concatenate([entry.ended for entry in entries]).astype("U"),
+        "metrics": np.concatenate([_columns(entry, metrics) for entry in entries]),
+    }
+    stream = io.BytesIO()
+    np.savez_compressed(
+        stream,
+        allow_pickle=False,
+        header=np.array(text),
+        checksum=np.array(checksum(text, index)),
+        **index,
+        **{f"weights/{model}": values for model, values in weights.items()},
+    )
+    write_atomically(path, stream.getvalue())
+
+
+def _software(entries: Iterable[ZooEntry]) -> dict[str, str]:
+    """Versions of the programs that made them; of several, all."""
+    found: dict[str, dict[str, None]] = {}
+    for entry in entries:
+        for name, version in cast(dict[str, str], entry.document["software"]).items():
+            found.setdefault(name, {})[version] = None
+    return {name: ", ".join(versions) for name, versions in found.items()}
+
+
+def _columns(entry: ZooEntry, metrics: Iterable[str]) -> np.ndarray:
+    lacking = np.full(len(entry.weights), np.nan)
+    columns = [entry.metrics.get(name, lacking) for name in metrics]
+    return np.array(columns, "float32").reshape(-1, len(entry.weights)).T
+
+
+def open_zoo(path: Path) -> Zoo:
+    """The file of trained controllers at a place, read once.
+
+    Raises:
+        TegotaeError: if there is none, or it is damaged, of a later version, or not ours.
+    """
+    try:
+        state = path.stat()
+    except OSError as error:
+        raise TegotaeError(f"cannot read {path}: {error.strerror}") from None
+    return _opened(path, state.st_mtime_ns, state.st_size)
+
+
+class Zoo:
+    """A file of trained controllers, of which the weights are read when they are asked for.
+
+    Args:
+        path: the file.
+
+    Raises:
+        TegotaeError: if it cannot be read, is damaged, of a later version, or not ours.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        text = str(self._read("header")["header"])
+        header = self._header(text)
+        index = self._read("checksum", *_INDEX)
+        if str(index.pop("checksum")) != checksum(text, index):
+            raise self._damaged("its checksum is wrong")
+        self.study = header.study
+        """The study's name."""
+        self.software = header.software
+        """Versions of the programs that made it, and the engine."""
+        self.models = header.models
+        """How many runs each model has, by its name."""
+        self.metrics = tuple(header.metrics)
+        """The names of the metrics of the evaluation."""
+        self._checksums, self._index = header.weights, index
+        ends = np.cumsum([0, *header.models.values()]).tolist()
+        self._rows = {m: slice(*e) for m, e in zip(header.models, pairwise(ends), strict=True)}
+        if any(len(index[name]) != ends[-1] for name in (*_OF_RUNS, "metrics")):
+            raise self._damaged(f"it is not of {ends[-1]} runs")
+
+    def runs(self, model: str) -> dict[str, np.ndarray]:
+        """What is known of a model's runs: `seed`, `fitness`, `generations`, `ended` and the
+        metrics of the evaluation, [runs] each."""
+        rows = self._rows[model]
+        metrics = dict(zip(self.metrics, self._index["metrics"][rows].T, strict=True))
+        return {name: self._index[name][rows] for name in _OF_RUNS} | metrics
+
+    def best(self, model: str) -> int:
+        """The run with the best training fitness, the first of equals."""
+        fitness = self.runs(model)["fitness"]
+        return int(np.argmax(np.where(np.isnan(fitness), -np.inf, fitness)))
+
+    def document(self, model: str, run: int) -> JsonObject:
+        """A run's controller file as JSON values.
+
+        Its `training` says of the run: study, run, seed, best_fitness, generations, ended, and the
+        evaluation's metrics, null where undefined.
+
+        Raises:
+            TegotaeError: if the file is damaged.
+        """
+        weights = self._weights(model)[run].tolist()
+        number = list(self.models).index(model)
+        try:
+            text = self._index["documents"][number].decode()
+            document = documents.fitted(documents.parse(text), JsonObject)
+            training = documents.fitted(document.get("training"), JsonObject)
+        except DamagedDocumentError as error:
+            raise self._damaged(str(error)) from None
+        known = {name: values[run].item() for name, values in self.runs(model).items()}
+        of_run = {
+            "study": self.study,
+            "run": run,
+            "seed": known["seed"],
+            "best_fitness": known["fitness"],
+            "generations": known["generations"],
+            "ended": known["ended"],
+            "evaluation": {
+                name: None if np.isnan(known[name]) else known[name] for name in self.metrics
+            },
+        }
+        return {**document, "weights": weights, "training": {**training, **of_run}}
+
+    def _weights(self, model: str) -> np.ndarray:
+        name = f"weights/{model}"
+        values = self._read(name)[name]
+        if checksum(model, {"": values}) != self._checksums[model]:
+            raise self._damaged(f"the checksum of the weights of {model} is wrong")
+        return values
+
+    def _header(self, text: str) -> _ZooHeader:
+        try:
+            document = documents.fitted(documents.parse(text), JsonObject)
+            if document.get("format") != FORMAT:
+                raise TegotaeError(f"{self.path} {NOT_OURS}")
+            if document.get("version") != VERSION:
+                raise TegotaeError(
+                    f"{self.path} is of version {document.get('version')!r}; this program reads "
+                    f"version {VERSION}"
+                )
+            return documents.fitted(document, _ZooHeader)
+        except DamagedDocumentError as error:
+            raise self._damaged(str(error)) from None
+
+    def _read(self, *names: str) -> dict[str, np.ndarray]:
+        try:
+            return read_arrays(self.path, MOST_BYTES, names)
+        except OSError as error:
+            raise TegotaeError(f"cannot read {self.path}: {error.strerror}") from None
+        except ValueError as error:
+            raise self._damaged((str(error).splitlines() or [""])[0]) from None
+
+    def _damaged(self, why: str) -> TegotaeError:
+        return TegotaeError(f"{self.path} is damaged, or {NOT_OURS}: {why}")
+
+
+NOT_OURS = "no file of tegotae study zoo"
+
+
+@lru_cache(maxsize=8)
+def _opened(path: Path, _mtime_ns: int, _size: int) -> Zoo:
+    return Zoo(path)
