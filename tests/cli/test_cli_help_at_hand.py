@@ -57,7 +57,9 @@ def completed(tmp_path_factory):
     from tegotae.cli.completion import script
 
     file = tmp_path_factory.mktemp("completion") / "tegotae.bash"
-    file.write_text(script(), encoding="utf-8")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("tegotae.cli.completion.names", lambda: ("zoo:ART-w8", "zoo:AR-w8", "zoo:V"))
+        file.write_text(script(), encoding="utf-8")
 
     def offers(line: str) -> list[str]:
         words = line.split(" ")
@@ -84,9 +86,13 @@ def completed(tmp_path_factory):
         ("tegotae train ART --see", ["--seeds"]),
         ("tegotae figure surface --resol", ["--resolution"]),
         ("tegotae simulate tegotae.b", ["tegotae.bash"]),
+        ("tegotae simulate zo", ["zoo:"]),
+        ("tegotae simulate zoo:ART", ["zoo:ART-w8"]),
+        ("tegotae simulate zoo :", ["ART-w8", "AR-w8", "V"]),  # as bash splits words
+        ("tegotae evaluate zoo : AR", ["ART-w8", "AR-w8"]),
     ],
 )
-def test_the_tab_key_completes_commands_options_and_files(completed, line, offered):
+def test_the_tab_key_completes_commands_options_files_and_controllers(completed, line, offered):
     assert completed(line) == offered
 
 
@@ -118,6 +124,7 @@ def test_a_quiet_command_prints_its_results_but_no_progress(capsys, monkeypatch,
     [
         ("surface V-sector-w4", "surface-V-sector-w4.png"),
         ("surface runs/ART-rF-w8-seed0.json", "surface-ART-rF-w8-seed0.png"),
+        ("surface zoo:ART/3", "surface-ART-3.png"),
         ("surface --policy walker.zip", "surface-walker.png"),
         ("basin mine.py:hopper", "basin-hopper.png"),
         ("gain-map", "gain-map.png"),

@@ -13,6 +13,7 @@ from tegotae._support.files import output_file, write_atomically
 from tegotae._support.quiet import note
 from tegotae.export.playground import ControllerChoice, Page, standard
 from tegotae.systems.resolve import resolve
+from tegotae.systems.zoo import stem
 from tegotae.training.collection import controller_of
 
 
@@ -34,7 +35,7 @@ class Playground:
         if self.out.suffix.lower() not in (".html", ".htm"):
             raise TegotaeError(f"cannot write a page as {str(self.out)!r}; its name ends in .html")
         path = output_file(self.out)
-        stems = [Path(each).stem for each in self.controllers]
+        stems = [stem(each) for each in self.controllers]
         own = [
             ControllerChoice(name if stems.count(name) == 1 else each, controller_of(resolve(each)))
             for name, each in zip(stems, self.controllers, strict=True)

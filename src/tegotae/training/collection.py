@@ -20,7 +20,7 @@ from tegotae.training.search import best_gain
 
 _OF_A_RUN = frozenset(
     {
-        *("seed", "seeds", "generations", "ended", "best_fitness", "best_generation"),
+        *("seed", "seeds", "run", "generations", "ended", "best_fitness", "best_generation"),
         *("episodes", "simulated_s", "best_episode", "evaluation"),
     }
 )

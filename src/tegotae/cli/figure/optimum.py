@@ -40,6 +40,7 @@ class Optimum(Output):
         from tegotae.studies.analysis import find_orbit
         from tegotae.studies.paper.export import read_csv
         from tegotae.systems.resolve import resolve
+        from tegotae.systems.zoo import stem
         from tegotae.training.collection import controller_of
 
         self.check_out()
@@ -57,14 +58,14 @@ class Optimum(Output):
             meant = resolve(name)
             if not has_table(meant.body):
                 raise TegotaeError(f"{name} is for another body than the paper's hopper")
-            saved, path = controller_of(meant), Path(name)
+            saved, path = controller_of(meant), Path(stem(name))
             orbit, gait = find_orbit(saved), _gait(saved)
             name = called(saved, path, points)
             points[name] = (np.array([gait.hop_rate]), np.array([gait.cot_inverse]))
             stances[f"{name}, {gait.hop_rate:.2g} rad/s"] = _stance(orbit)
             reached = share(gait.cot_inverse, gait.hop_rate, gait.limit_cycle_period)
             print(
-                f"{path.stem}: {gait.cot_inverse:.3f} m/J at {gait.hop_rate:.2f} rad/s, period "
+                f"{path}: {gait.cot_inverse:.3f} m/J at {gait.hop_rate:.2f} rad/s, period "
                 f"{orbit.hops}: {reached:.0%} of the optimum"
             )
         figure = optimum_figure(found, points, stances, max_force_n=Hopper().max_force_n)

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from tegotae.cli.options import UNSET
+from tegotae.systems.zoo import is_zoo_name, stem
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -57,7 +58,11 @@ def file_stem(name: str) -> str:
     Example:
         >>> file_stem("runs/art/ART-rF-w8-seed0.json"), file_stem("mine.py:hopper")
         ('ART-rF-w8-seed0', 'hopper')
+        >>> file_stem("zoo:ART-rF-tphif-w8/3")
+        'ART-rF-tphif-w8-3'
     """
+    if is_zoo_name(name):
+        name = stem(name)
     last = re.split(r"[/\\\\:]", name)[-1]
-    stem = re.sub(r"\.(json|zip|onnx|py)$", "", last)
-    return re.sub(r"[^\w.@+-]+", "-", stem).strip("-.")
+    plain = re.sub(r"\.(json|zip|onnx|py)$", "", last)
+    return re.sub(r"[^\w.@+-]+", "-", plain).strip("-.")

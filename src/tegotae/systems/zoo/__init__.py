@@ -1,6 +1,6 @@
 """Trained controllers that come with the package, by name: no training before the first picture."""
 
-from tegotae.systems.zoo.file import SUFFIX, Zoo, ZooEntry, open_zoo, write
+from tegotae.systems.zoo.file import MOST_BYTES, SUFFIX, Zoo, ZooEntry, open_zoo, write
 from tegotae.systems.zoo.names import (
     ALL,
     PREFIX,
@@ -8,12 +8,14 @@ from tegotae.systems.zoo.names import (
     documents,
     is_zoo_name,
     names,
+    stem,
     studies,
     study_of,
 )
 
 __all__ = [
     "ALL",
+    "MOST_BYTES",
     "PREFIX",
     "SUFFIX",
     "Zoo",
@@ -23,6 +25,7 @@ __all__ = [
     "is_zoo_name",
     "names",
     "open_zoo",
+    "stem",
     "studies",
     "study_of",
     "write",

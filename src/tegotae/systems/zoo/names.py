@@ -73,6 +73,19 @@ def is_zoo_name(name: str) -> bool:
     return name.startswith(PREFIX)
 
 
+def stem(name: str) -> str:
+    """What a name of the zoo, or a file, is called in legends and in the names of other files.
+
+    Example:
+        >>> stem("zoo:ART-rF-tphif-w8/3"), stem("runs/art/ART-seed0.json")
+        ('ART-rF-tphif-w8-3', 'ART-seed0')
+    """
+    if not is_zoo_name(name):
+        return Path(name).stem
+    parts = ZooName.of(name)
+    return f"{parts.model}-{parts.run}" if parts.run else parts.model
+
+
 def studies() -> tuple[Zoo, ...]:
     """The studies that come with the package, in the order in which a model is looked for."""
     files = sorted(FOLDER.glob(f"*{SUFFIX}"), key=lambda file: (file.stem != DEFAULT, file.stem))

@@ -1,0 +1,211 @@
+"""Trained controllers by name: what the zoo hands out is what the study found."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+from tegotae import TegotaeError, load
+from tegotae._support.arrays import read_arrays
+from tegotae.cli import main
+from tegotae.measures.evaluation import evaluate
+from tegotae.measures.hopping.statistics import mean_defined
+from tegotae.studies.paper.folder import Folder
+from tegotae.systems.resolve import resolve
+from tegotae.systems.zoo import MOST_BYTES, open_zoo
+from tegotae.training import collection
+
+MODEL = "ART-rF-tphif-w8"
+
+
+@pytest.fixture(scope="module")
+def records(smoke_study):
+    """The study's records by model."""
+    return {record.model: record for record in Folder(smoke_study).all()[0]}
+
+
+@pytest.fixture(scope="module")
+def file(smoke_study, tmp_path_factory):
+    """The same study as a file of trained controllers, made by the command."""
+    out = tmp_path_factory.mktemp("zoo") / "smoke.npz"
+    words = ["--dir", str(smoke_study), "--name", "smoke", "--out", str(out)]
+    assert main(["study", "zoo", *words]) == 0
+    return out
+
+
+def with_arrays(file, path, **changes):
+    """The file with some of its arrays changed."""
+    arrays = read_arrays(file, MOST_BYTES)
+    np.savez_compressed(path, **{**arrays, **changes})
+    return path
+
+
+def test_a_run_has_the_weights_of_its_record_to_the_bit(file, records):
+    for model, record in records.items():
+        for run, weights in enumerate(record.weights):
+            found = load(f"zoo:{file}:{model}/{run}").weights
+            assert found.astype("float32").tobytes() == weights.tobytes()
+
+
+def test_the_name_of_a_model_is_its_run_with_the_best_fitness(file, records):
+    best = int(np.argmax(records[MODEL].best_fitness))
+    for name in (MODEL, "ART"):
+        saved = resolve(f"zoo:{file}:{name}").controller()
+        assert saved.training["run"] == best
+        np.testing.assert_array_equal(saved.weights, records[MODEL].weights[best])
+
+
+def test_all_names_every_run_as_one_set(file, records):
+    (runs,) = collection.read(f"zoo:{file}:{MODEL}/all")
+    np.testing.assert_array_equal(runs.weights, records[MODEL].weights)
+    assert (runs.name, runs.labels) == (MODEL, ("0", "1"))
+
+
+def test_a_run_says_where_it_is_from_and_how_training_went(file, records):
+    record = records[MODEL]
+    saved = load(f"zoo:{file}:{MODEL}/1")
+    assert saved.software == record.software
+    assert {"engine", "tegotae"} <= saved.software.keys()
+    expected = {
+        "study": "smoke",
+        "run": 1,
+        "seed": record.configuration["seeds"][1],
+        "best_fitness": record.best_fitness[1].item(),
+        "generations": record.generations[1].item(),
+        "ended": record.ended[1].item(),
+        "algorithm": record.configuration["algorithm"],
+    }
+    assert {name: saved.training[name] for name in expected} == expected
+    assert saved.experiment == record.experiment
+
+
+def test_its_metrics_are_means_over_the_episodes_of_the_evaluation(file, records):
+    runs = open_zoo(file).runs(MODEL)
+    for name, episodes in records[MODEL].episodes.items():
+        np.testing.assert_array_equal(runs[name], mean_defined(episodes).astype("float32"))
+
+
+def test_evaluating_a_controller_gives_its_metrics(file):
+    name = f"zoo:{file}:{MODEL}/1"
+    (runs,) = collection.read(name)
+    found = evaluate(
+        runs.controller,
+        runs.weights,
+        runs.omega_t,
+        runs.body,
+        runs.protocol,
+        start=runs.system.scenario(),
+        integrator=runs.system.integrator,
+    ).runs()
+    kept = load(name).training["evaluation"]
+    assert {"cot_inverse", "t0_s", "failed_share"} <= kept.keys()
+    for metric, value in kept.items():
+        value = np.nan if value is None else value
+        np.testing.assert_allclose(found[metric][0], value, rtol=1e-5, err_msg=metric)
+
+
+def test_a_file_of_one_run_can_be_saved_and_read_back(file, tmp_path):
+    from tegotae import save
+
+    saved = load(f"zoo:{file}:{MODEL}/1")
+    save(saved, tmp_path / "one.json")
+    again = load(tmp_path / "one.json")
+    assert (again.system, again.training) == (saved.system, saved.training)
+    np.testing.assert_array_equal(again.weights, saved.weights)
+
+
+@pytest.mark.parametrize(
+    ("words", "written"),
+    [
+        ("simulate {name} --duration 1 --csv out.csv", "out.csv"),
+        ("figure surface {name} --resolution 8", f"surface-{MODEL}-1.png"),
+        ("export c {name} --out robot", "robot/tegotae.c"),
+        ("export native {name} --out leg.native", "leg.native"),
+    ],
+)
+def test_commands_take_a_trained_controller_by_name(
+    file, tmp_path, monkeypatch, capsys, words, written
+):
+    monkeypatch.chdir(tmp_path)
+    assert main(words.format(name=f"zoo:{file}:ART/1").split()) == 0, capsys.readouterr().err
+    assert (tmp_path / written).stat().st_size > 0
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("{file}:ARTT", "no trained controller of {file} is called 'ARTT'; did you mean ART"),
+        ("{file}:V-sektor-w8", "did you mean V-sector-w8"),
+        ("{file}:ART/2", f"{MODEL} has the runs 0 to 1"),
+        ("{file}:ART/-1", f"{MODEL} has the runs 0 to 1"),
+        ("{file}:ART/best", f"{MODEL} has the runs 0 to 1"),
+        ("{file}:ART/all", "name one"),
+        ("nowhere.npz:ART", "cannot read nowhere.npz"),
+        ("papr:ART", "no study of the zoo is called 'papr'"),
+        ("", "no trained controller is called ''"),
+    ],
+)
+def test_a_name_that_means_nothing_is_refused_in_one_line(file, one_line_error, name, said):
+    found = one_line_error("simulate", "zoo:" + name.format(file=file))
+    assert said.format(file=file) in found
+
+
+@pytest.mark.parametrize("cut", [10_000_000, 2, 100])
+def test_a_damaged_file_is_refused_in_one_line(file, tmp_path, one_line_error, cut):
+    damaged = tmp_path / "damaged.npz"
+    data = file.read_bytes()
+    damaged.write_bytes(data[: len(data) // cut] or b"no archive")
+    for words in (["simulate", f"zoo:{damaged}:ART"], ["models", "--zoo", f"{damaged}:*"]):
+        assert f"{damaged} is damaged, or no file of" in one_line_error(*words)
+
+
+def test_another_archive_is_refused_in_one_line(tmp_path, one_line_error):
+    place = tmp_path / "other.npz"
+    np.savez(place, a=np.zeros(3))
+    assert "is damaged, or no file of" in one_line_error("evaluate", f"zoo:{place}:ART")
+
+
+def test_changed_weights_are_noticed_by_their_checksum(file, tmp_path):
+    name = f"weights/{MODEL}"
+    weights = read_arrays(file, MOST_BYTES, [name])[name]
+    path = with_arrays(file, tmp_path / "changed.npz", **{name: weights[::-1]})
+    with pytest.raises(TegotaeError, match=f"checksum of the weights of {MODEL}"):
+        load(f"zoo:{path}:{MODEL}")
+    assert load(f"zoo:{path}:T-Fv").name == "T-Fv"
+
+
+def test_a_changed_fitness_is_noticed_by_the_checksum(file, tmp_path):
+    fitness = read_arrays(file, MOST_BYTES, ["fitness"])["fitness"]
+    path = with_arrays(file, tmp_path / "changed.npz", fitness=fitness + 1)
+    with pytest.raises(TegotaeError, match="checksum is wrong"):
+        open_zoo(path)
+
+
+def test_a_file_of_a_later_version_is_refused(file, tmp_path):
+    header = json.loads(str(read_arrays(file, MOST_BYTES, ["header"])["header"]))
+    text = np.array(json.dumps({**header, "version": 2}))
+    with pytest.raises(TegotaeError, match="of version 2; this program reads version 1"):
+        open_zoo(with_arrays(file, tmp_path / "later.npz", header=text))
+
+
+def test_a_study_written_twice_gives_the_same_bytes(file, smoke_study, tmp_path):
+    again = tmp_path / "again.npz"
+    assert main(f"study zoo --dir {smoke_study} --name smoke --out {again}".split()) == 0
+    assert again.read_bytes() == file.read_bytes()
+
+
+def test_the_list_shows_best_runs_or_all(file, records, capsys):
+    def listed(pattern):
+        assert main(["models", "--zoo", f"{file}:{pattern}", "--json"]) == 0
+        return json.loads(capsys.readouterr().out)
+
+    best = int(np.argmax(records[MODEL].best_fitness))
+    assert [each["name"] for each in listed("ART")] == [f"zoo:{file}:{MODEL}/{best}"]
+    assert len(listed("*/all")) == sum(len(record.weights) for record in records.values())
+    (one,) = listed(f"{MODEL}/1")
+    assert one["fitness"] == records[MODEL].best_fitness[1].item()
+    assert main(["models", "--zoo", f"{file}:*"]) == 0
+    assert "3 controllers; studies: smoke by tegotae" in capsys.readouterr().out
+    assert load(one["name"]).training["run"] == 1
