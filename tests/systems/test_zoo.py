@@ -13,8 +13,10 @@ from tegotae.cli import main
 from tegotae.measures.evaluation import evaluate
 from tegotae.measures.hopping.statistics import mean_defined
 from tegotae.studies.paper.folder import Folder
+from tegotae.systems import controller_file
+from tegotae.systems.controller_file import SavedController
 from tegotae.systems.resolve import resolve
-from tegotae.systems.zoo import MOST_BYTES, open_zoo
+from tegotae.systems.zoo import MOST_BYTES, ZooEntry, open_zoo, write
 from tegotae.training import collection
 
 MODEL = "ART-rF-tphif-w8"
@@ -120,7 +122,7 @@ def test_a_file_of_one_run_can_be_saved_and_read_back(file, tmp_path):
     ("words", "written"),
     [
         ("simulate {name} --duration 1 --csv out.csv", "out.csv"),
-        ("figure surface {name} --resolution 8", f"surface-{MODEL}-1.png"),
+        ("figure surface {name} --resolution 8", "surface-ART-1.png"),
         ("export c {name} --out robot", "robot/tegotae.c"),
         ("export native {name} --out leg.native", "leg.native"),
     ],
@@ -209,3 +211,28 @@ def test_the_list_shows_best_runs_or_all(file, records, capsys):
     assert main(["models", "--zoo", f"{file}:*"]) == 0
     assert "3 controllers; studies: smoke by tegotae" in capsys.readouterr().out
     assert load(one["name"]).training["run"] == 1
+
+
+def test_a_file_holds_controllers_of_legs_too(tmp_path, capsys):
+    experiment = resolve("AR@quadruped-c").experiment()
+    weights = np.random.default_rng(0).normal(size=(2, experiment.controller.n_weights))
+    saved = SavedController(experiment.system, weights[0], experiment.name, experiment)
+    document = controller_file.described(saved, "a document")
+    none = np.zeros(2, int)
+    entry = ZooEntry(
+        document={name: value for name, value in document.items() if name != "weights"},
+        weights=weights,
+        seed=none,
+        fitness=np.array([0.1, 0.2]),
+        generations=none,
+        ended=np.array(["plateau", "cap"]),
+        metrics={"cost_of_transport": np.array([0.2, np.nan])},
+    )
+    write(tmp_path / "legs.npz", "legs", [entry])
+    name = f"zoo:{tmp_path / 'legs.npz'}:{experiment.name}"
+    found = resolve(name)
+    assert found.legs().system.body == experiment.system.body
+    assert found.controller().training["ended"] == "cap"
+    np.testing.assert_array_equal(found.controller().weights, weights[1].astype("float32"))
+    assert main(["models", "--zoo", f"{name}/all"]) == 0
+    assert "cost_of_transport" in capsys.readouterr().out

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import fnmatch
 import json
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 from tegotae._support.documents import JsonObject
 from tegotae._support.errors import unknown
@@ -13,7 +13,7 @@ from tegotae.measures.hopping.registry import metrics
 from tegotae.systems.zoo import ALL, Zoo, ZooName, names, studies, study_of
 
 SHOWN = ("cot_inverse", "t0_s", "t1_s")
-"""The metrics of a row. JSON has all."""
+"""The metrics of a row, where there are any of these; else the first ones. JSON has all."""
 
 
 def show(pattern: str, *, as_json: bool) -> None:
@@ -39,7 +39,11 @@ def show(pattern: str, *, as_json: bool) -> None:
     if as_json:
         print(json.dumps(found, indent=1))
         return
-    print_rows(_titles(), map(_row, found))
+    headings = {metric.name: metric.heading for metric in metrics()}
+    held = {name: None for zoo in zoos for name in zoo.metrics}
+    shown = [name for name in SHOWN if name in held] or list(held)[: len(SHOWN)]
+    titles = ("controller", "fitness", *(headings.get(name, name) for name in shown))
+    print_rows(titles, (_row(entry, shown) for entry in found))
     made = ", ".join(
         f"{zoo.study} by tegotae {zoo.software.get('tegotae')}, {zoo.software.get('engine')} engine"
         for zoo in zoos
@@ -70,11 +74,6 @@ def _entries(zoo: Zoo, name: ZooName) -> Iterator[JsonObject]:
             }
 
 
-def _titles() -> tuple[str, ...]:
-    headings = {metric.name: metric.heading for metric in metrics()}
-    return ("controller", "fitness", *(headings[name] for name in SHOWN))
-
-
-def _row(entry: JsonObject) -> tuple[str, ...]:
-    numbers = (entry.get(name) for name in ("fitness", *SHOWN))
+def _row(entry: JsonObject, shown: Iterable[str]) -> tuple[str, ...]:
+    numbers = (entry.get(name) for name in ("fitness", *shown))
     return (str(entry["name"]), *("–" if each is None else f"{each:.3g}" for each in numbers))
