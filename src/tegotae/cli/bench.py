@@ -22,14 +22,15 @@ from tegotae.systems.grammar import BUDGET
 
 @dataclass(frozen=True)
 class Bench:
-    """Time both engines on a 96-parameter ART model and a walker, beside two plain programs."""
+    """Time both engines on a 96-parameter ART model and a walker, and two simple programs for
+    comparison."""
 
     lanes: int = 1024
     """Rollouts at a time."""
     most_lanes: int = 100_000
-    """Show what up to so many lanes of 1 s cost, and their memory; 1000000 takes half a minute."""
+    """Show cost and memory of up to this many lanes of 1 s; 1000000 takes half a minute."""
     legs: bool = False
-    """Time all bodies with several legs, and MuJoCo with a twin of the one that walks."""
+    """Time all bodies with several legs, and MuJoCo with a twin of the walker."""
     mujoco: bool = False
     """Time training on a MuJoCo model beside a plain loop of Stable-Baselines3 on it."""
     json: bool = False

@@ -14,7 +14,7 @@ from tegotae.cli.options import UNSET
 
 @dataclass(frozen=True)
 class StudyClaims:
-    """Judge the paper's claims one by one, in every way to count the same results."""
+    """Evaluate the paper's claims one by one, in every way of counting the same results."""
 
     source: Annotated[Path, tyro.conf.Positional]
     """A table that `tegotae study export` wrote (.csv), or a study's folder."""
@@ -28,7 +28,7 @@ class StudyClaims:
     """Table of the same runs after several budgets of training (.csv), as `export` writes it; a
     study's folder has its own."""
     beside: tuple[Path, ...] = ()
-    """Tables of other studies (.csv), whose outcomes stand beside."""
+    """Tables of other studies (.csv), whose outcomes are shown beside."""
 
     def run(self) -> None:
         """Judge, print, and write if asked to."""

@@ -134,7 +134,7 @@ COMMANDS: Mapping[str, Command | CommandGroup] = {
         ),
     ),
     "figure": CommandGroup(
-        "Draw a picture that explains a controller, with its numbers beside it.",
+        "Draw a picture that explains a controller, and write its numbers.",
         {
             "gain-map": Command(
                 "figure.gain_map",
@@ -317,7 +317,7 @@ COMMANDS: Mapping[str, Command | CommandGroup] = {
                 ),
             ),
             "multiverse": CommandGroup(
-                "Judge the claims over what the paper leaves open: body, work, release, budgets.",
+                "Evaluate the claims under other choices of body, work, release and budget.",
                 {
                     "run": Command(
                         "multiverse",
@@ -356,7 +356,7 @@ COMMANDS: Mapping[str, Command | CommandGroup] = {
         },
     ),
     "export": CommandGroup(
-        "Take a controller to a robot.",
+        "Export a controller to a robot.",
         {
             "c": Command(
                 "export.c",

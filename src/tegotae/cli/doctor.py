@@ -25,7 +25,7 @@ _PROGRAMS = ("ffmpeg",)
 
 @dataclass(frozen=True)
 class Doctor:
-    """Print versions, extras, cores, engine and compiler: what a bug report needs."""
+    """Print versions, extras, cores, engine and compiler for a bug report."""
 
     json: bool = False
     """Print one JSON object."""

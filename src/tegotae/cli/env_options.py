@@ -37,7 +37,7 @@ class EnvOptions:
     installed package; or one of this package: hopper, leg, quadruped. The options below are for
     environments."""
     wiring: Annotated[str | None, _MODELS] = None
-    """What limbs sense and drive: a .toml or .json file."""
+    """Senses and commands of the limbs: a .toml or .json file."""
     omega: Annotated[float | None, _WIRINGS_OMEGA] = None
     """Frequency of the oscillators [rad/s]."""
     feet: tuple[str, ...] = ()
@@ -46,13 +46,13 @@ class EnvOptions:
     control: Annotated[float | None, _OWN] = None
     """Of a MuJoCo model, the time for which an action is held [s]."""
     settings: tuple[str, ...] = ()
-    """What else the environment is made with: NAME=VALUE, values as in JSON."""
+    """Further settings of the environment: NAME=VALUE, values as in JSON."""
     scales: bool = False
     """Take scales that the wiring lacks from the MuJoCo model's weight and length."""
     workers: Annotated[int | None, _CORES] = None
     """Worker processes that step environments; 0 for none. MuJoCo models need none."""
     limit: Annotated[float | None, _LIMIT] = None
-    """Longest time that one step of an environment may take [s]; it has hung then."""
+    """Longest duration of one step of an environment [s]; after that it counts as hung."""
 
     def require_engine(self) -> None:
         """Raise `TegotaeError` for an option of environments where none is named."""

@@ -48,11 +48,12 @@ class Evaluate(ProtocolOptions, BodyOptions):
     """Time after that [s]; the protocol's by default."""
     metric: tuple[str, ...] = ()
     """Only these metrics, of one leg: names, FILE.py:OBJECT for one of your own, or all; without
-    it, all are computed and the usual ones shown. What they do not need is not simulated."""
+    it, all are computed and the usual ones shown. Episodes that no metric needs are not
+    simulated."""
     starts: int = 32
-    """How many releases of each controller, of several legs."""
+    """Number of releases of each controller, for several legs."""
     seed: int = 1
-    """Of the random phases at release, of several legs."""
+    """Seed of the random phases at release, for several legs."""
     json: bool = False
     """Print one JSON object."""
     csv: Annotated[Path | None, UNSET] = None

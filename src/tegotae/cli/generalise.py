@@ -25,7 +25,7 @@ class Generalise:
 
     places: Annotated[tuple[str, ...], tyro.conf.Positional]
     """Controller files, folders of them, names of pure V models such as V-sector-w4, or a study's
-    folder, of which all records are tried."""
+    folder, of which all records are tested."""
     out: Path = field(default=Path("generalisation"))
     """Folder for records, tables and the picture."""
     conditions: Annotated[tuple[str, ...], tyro.conf.arg(help_behavior_hint="(default: all)")] = ()
@@ -34,7 +34,7 @@ class Generalise:
     only: str = "*"
     """Those whose names match, with * and ? as in a shell."""
     starts: int = 4
-    """From how many releases controllers of several legs are tried."""
+    """Number of releases of controllers of several legs."""
     anew: bool = False
     """Start again: existing records are moved to a folder beside this one."""
     list: bool = False

@@ -17,7 +17,7 @@ _INDENT = 16
 SWITCHES: Mapping[str, str] = {
     "--parts FILE": "Load parts of your own from files or modules; needed where a file names them.",
     "--quiet": "Leave out progress and notes: print results, warnings and errors (TEGOTAE_QUIET).",
-    "--debug": "Show where an error arose (TEGOTAE_DEBUG).",
+    "--debug": "Show the source of an error (TEGOTAE_DEBUG).",
     "--version": "Print the version.",
 }
 """Options of every command, which may stand anywhere."""

@@ -54,22 +54,22 @@ class Measure(WorkOption):
     """Measure a recorded gait of a robot or simulator: every metric, or why it is undefined."""
 
     file: Annotated[Path, tyro.conf.Positional]
-    """The recording, .csv, .npz or .parquet; its first sample is the release. A column is known by
-    its name with its unit: time_s (or ms, us), height_m (cm, mm), and, where they were recorded,
+    """The recording, .csv, .npz or .parquet; its first sample is the release. The name of a column
+    includes its unit: time_s (or ms, us), height_m (cm, mm), and, where they were recorded,
     ground_m, phase_rad (deg), actuator_force_n or force_n (kN, mN, MN), and running totals, which
-    go before the samples: work_j (kJ, mJ, MJ) of the actuators' work, climb_flight_m of
-    the heights climbed in flight, climb_m of all. Files of `tegotae simulate --csv` are measured as
-    they are."""
+    go before the samples: work_j (kJ, mJ, MJ) of the actuators' work, climb_flight_m of the heights
+    climbed in flight, climb_m of all. Files of `tegotae simulate --csv` are measured as they
+    are."""
     columns: tuple[str, ...] = ()
-    """Which column is what, where its name does not say: QUANTITY=COLUMN[UNIT], such as
-    height=com_z[mm]; of time, height, ground, phase, force, work, climb_flight and climb."""
+    """Quantities of columns with other names: QUANTITY=COLUMN[UNIT], such as height=com_z[mm]; of
+    time, height, ground, phase, force, work, climb_flight and climb."""
     rate: Given = None
-    """Samples a second [Hz], where there is no column of times."""
+    """Sampling rate [Hz], if there is no column of times."""
     resample: Given = None
-    """Resample by linear interpolation to so many a second first [Hz], where times are uneven."""
+    """Resample to this rate by linear interpolation first [Hz], if times are not uniform."""
     lowpass: Given = None
     """Cutoff of the zero-phase low-pass of the height [Hz]; inf to filter nothing. By default a
-    height with noise is filtered at the cutoff of least expected error, and said to be."""
+    height with noise is filtered at the cutoff of least expected error, and a line reports it."""
     rest_length: Given = None
     """Height over ground at which the foot leaves it, l0 [m]."""
     omega: Given = None
@@ -81,20 +81,21 @@ class Measure(WorkOption):
     gravity: Annotated[float | None, tyro.conf.arg(help_behavior_hint=_EARTH)] = None
     """Gravity [m/s²], which belongs to the mass."""
     disturbed_at: Given = None
-    """When a disturbance came, in the time of the recording [s]; T1 is measured from there."""
+    """Time of a disturbance in the recording [s]; T1 is measured from there."""
     preset: Annotated[str | None, UNSET] = None
-    """A hopper of this package that the recording is of, such as paper: gives rest length, largest
+    """The recorded hopper, if the package has it, such as paper: supplies rest length, largest
     force and mass, and the share of its optimum."""
     body: Annotated[str | None, UNSET] = None
-    """The body that it is of, FILE.py:OBJECT or MODULE:OBJECT: likewise."""
+    """The recorded body, FILE.py:OBJECT or MODULE:OBJECT, in the same way."""
     height_tolerance: float = LimitCycle().height_tolerance_m
-    """How far apexes of a limit cycle may differ [m]."""
+    """Tolerance of the apex heights of a limit cycle [m]."""
     phase_tolerance: float = LimitCycle().phase_tolerance_rad
-    """How far phases at the apexes of a limit cycle may differ [rad]."""
+    """Tolerance of the phases at the apexes of a limit cycle [rad]."""
     json: bool = False
     """Print one JSON object."""
     plot: Annotated[Path | None, UNSET] = None
-    """Draw height, phase, portrait, apexes and spectrum (.png, .pdf, .svg), numbers beside it."""
+    """Draw height, phase, portrait, apexes and spectrum (.png, .pdf, .svg), and write the numbers
+    as .csv."""
 
     def run(self) -> None:
         """Measure, print and draw."""

@@ -20,14 +20,15 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class MultiverseRun:
-    """Train and evaluate what is missing of a multiverse; run it again to go on."""
+    """Train and evaluate the missing models of a multiverse; run it again to continue."""
 
     dir: Path
     """The multiverse's folder."""
     scale: str = "full"
     """smoke (seconds) or full (24 models, 4 runs each)."""
     readings: Annotated[int | None, UNSET] = None
-    """How many readings; those of a smaller number are among them. The scale's by default."""
+    """Number of readings; a larger number includes those of a smaller one. The scale's by
+    default."""
     workers: Annotated[int | None, UNSET] = None
     """Worker processes of one core each; one per core by default."""
     cluster: Annotated[str | None, UNSET] = None
@@ -61,12 +62,12 @@ class MultiverseRun:
 
 @dataclass(frozen=True)
 class MultiverseStatus:
-    """Say what a multiverse's folder holds."""
+    """Show the state of a multiverse's folder."""
 
     dir: Path
     """The multiverse's folder."""
     readings: Annotated[int | None, UNSET] = None
-    """Of how many readings; the scale's number by default."""
+    """Number of readings; the scale's by default."""
 
     def run(self) -> None:
         """Print it."""
@@ -95,7 +96,7 @@ class MultiverseExport:
     out: Path
     """Folder for readings.csv and verdicts.csv."""
     readings: Annotated[int | None, UNSET] = None
-    """Of how many readings; the scale's number by default."""
+    """Number of readings; the scale's by default."""
 
     def run(self) -> None:
         """Write them."""
@@ -108,7 +109,7 @@ class MultiverseExport:
 
 @dataclass(frozen=True)
 class MultiverseFigures:
-    """Draw how often each claim holds, and which choice decides it."""
+    """Draw the share of readings under which each claim holds, and the decisive choices."""
 
     source: Annotated[Path, tyro.conf.Positional]
     """A multiverse's folder, or one with the tables that `export` wrote."""

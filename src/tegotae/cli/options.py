@@ -139,7 +139,7 @@ class ProtocolOptions:
     """What of an evaluation of hopping is to be other than a file's experiment says."""
 
     drop: Annotated[float | None, OF_PROTOCOL] = None
-    """How far the ground drops [m]; 0.2 where no experiment says it."""
+    """Height by which the ground drops [m]; 0.2 if the experiment has none."""
     work: Annotated[str | None, OF_PROTOCOL, EARLIER_NAME] = None
     """Definition of the actuator's work: absolute, positive or net; absolute where no experiment
     says it."""
@@ -156,7 +156,7 @@ class HopperOptions(HopperParameters):
     """The hopper's parameters; those not given come from a preset or a controller file."""
 
     preset: str = "paper"
-    """Where numbers not given come from: paper, or pyTegotaeCPG."""
+    """Source of the other parameters: paper, or pyTegotaeCPG."""
 
     def hopper(self, base: Hopper | None = None) -> Hopper:
         """`base`, the preset's hopper by default, with the parameters that were given."""
@@ -185,7 +185,7 @@ class ExperimentOptions(BodyOptions):
     height: Annotated[float | None, OWN, EARLIER_HEIGHT] = None
     """Height of the release [m], in training and evaluation."""
     drop: Annotated[float | None, OWN] = None
-    """How far the ground drops in the evaluation [m]."""
+    """Height by which the ground drops in the evaluation [m]."""
     duration: Annotated[float | None, OWN] = None
     """Length of an episode of training [s]."""
     tick: Annotated[float | None, OWN] = None
@@ -197,9 +197,10 @@ class ExperimentOptions(BodyOptions):
     hold: bool = False
     """Hold the controller over each tick of the training, as a robot does."""
     cot_only: bool = False
-    """Judge CoT⁻¹ alone, without ΔΩ, as in the paper's comparison of algorithms (agents always)."""
+    """Use CoT⁻¹ alone as the fitness, without ΔΩ, as in the paper's comparison of algorithms.
+    Agents always do."""
     frequency_weight: Annotated[float | None, OWN] = None
-    """What ΔΩ counts for in the fitness [m/J per rad²/s²]: 1 for rad²/s², 0.0253 for Hz²."""
+    """Weight of ΔΩ in the fitness [m/J per rad²/s²]: 1 for rad²/s², 0.0253 for Hz²."""
     fitness: Annotated[str | None, OWN] = None
     """Another measure of an episode: FILE.py:OBJECT or MODULE:OBJECT. On an environment hopping
     (CoT⁻¹ + ΔΩ), return (its rewards), or FILE.py:FUNCTION or MODULE:FUNCTION, of an episode."""
@@ -207,10 +208,10 @@ class ExperimentOptions(BodyOptions):
     """Another oscillator: hopf, adaptive-hopf, van-der-pol or matsuoka, with learned- before it to
     train its numbers, too; or FILE.py:OBJECT or MODULE:OBJECT."""
     vary: tuple[str, ...] = ()
-    """What differs from one episode of training to another, such as mass_kg=0.08:0.12 (any value
+    """Conditions that vary between episodes of training, such as mass_kg=0.08:0.12 (any value
     between), omega=6/8/10 (one of these) or push_x_n=-5:5@8:8.2 (from 8 s to 8.2 s)."""
     episodes_per_candidate: Annotated[int | None, OWN] = None
-    """How many episodes a candidate has, where they vary."""
+    """Number of episodes per candidate, if conditions vary."""
 
     def applied(self, experiment: Experiment, budget: int | None = None) -> Experiment:
         """The experiment with what was given.

@@ -43,7 +43,7 @@ class Simulate(LegsOptions, ControllerOptions):
 
     It is named by a file or otherwise, or is a vanilla controller made of options. Release and
     integrator are those of the file's system, and so is the control period of a held controller and
-    of legs; the definition of work is its experiment's. Options change what they name.
+    of legs; the definition of work is its experiment's. Options replace these settings.
     """
 
     place: Annotated[str | None, tyro.conf.Positional, UNSET] = None
@@ -54,9 +54,9 @@ class Simulate(LegsOptions, ControllerOptions):
     duration: Annotated[float | None, UNSET] = None
     """Simulated time [s]; 20 s of one leg, and the system's of several."""
     drop: float = 0.0
-    """How far the ground drops [m]; a negative drop raises it. Of one leg."""
+    """Height by which the ground drops [m]; negative raises it. For one leg."""
     drop_time: float = 10.0
-    """When it drops [s]."""
+    """Time of the drop [s]."""
     height: FromPreset = None
     """Release height [m]."""
     velocity: Annotated[float | None, UNSET] = None
@@ -75,7 +75,7 @@ class Simulate(LegsOptions, ControllerOptions):
     """Definition of the actuator's work: absolute, positive or net; that of the file's experiment,
     or absolute."""
     measure_from: Annotated[float | None, UNSET] = None
-    """Take CoT⁻¹ over whole hops from here on [s]; from half of the duration by default."""
+    """Measure CoT⁻¹ over whole hops from this time on [s]; half of the duration by default."""
     json: bool = False
     """Print one JSON object."""
     csv: Annotated[Path | None, UNSET] = None

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class StudyRun(ExperimentOptions):
-    """Train and evaluate what is missing of a study; run it again to go on."""
+    """Train and evaluate the missing models of a study; run it again to continue."""
 
     dir: Path
     """The study's folder."""
@@ -37,11 +37,11 @@ class StudyRun(ExperimentOptions):
     """Only these models, names with * and ? as in a shell; an empty text for none."""
     experiments: Annotated[Several, UNSET] = ()
     """Experiments of your own beside the models: FILE.py:OBJECT or MODULE:OBJECT, an experiment or
-    a list of them, or a file of their documents (.json). What else is given is for the models."""
+    a list of them, or a file of their documents (.json). Other options apply to models only."""
     algorithm: Annotated[str | None, UNSET] = None
-    """How to learn, if not as the scale does: a name such as cma-es, or FILE.py:OBJECT."""
+    """Learning algorithm in place of the scale's: a name such as cma-es, or FILE.py:OBJECT."""
     seeds: Annotated[int | None, UNSET] = None
-    """Runs per experiment, if not as many as the scale has."""
+    """Runs per experiment in place of the scale's number."""
     workers: Annotated[int | None, UNSET] = None
     """Worker processes of one core each; one per core by default."""
     cluster: Annotated[str | None, UNSET] = None
@@ -85,7 +85,7 @@ class StudyRun(ExperimentOptions):
 
 @dataclass(frozen=True)
 class StudyStatus:
-    """Say what a study's folder holds."""
+    """Show the state of a study's folder."""
 
     dir: Path
     """The study's folder."""
@@ -169,12 +169,12 @@ class StudyExport:
 
 @dataclass(frozen=True)
 class StudyZoo:
-    """Keep the trained controllers of a study as one small file, for names such as zoo:ART."""
+    """Write the trained controllers of a study to one small file, for names such as zoo:ART."""
 
     dir: Path
     """The study's folder."""
     name: str
-    """What the study is called in names, as in zoo:NAME:ART."""
+    """Name of the study, as in zoo:NAME:ART."""
     out: Path
     """The file (.npz). Its controllers are zoo:FILE:MODEL/RUN."""
 
@@ -198,7 +198,7 @@ class StudyZoo:
 
 @dataclass(frozen=True)
 class StudyFigures:
-    """Draw Fig. 2 and how trainings went, from an exported table or a study's folder."""
+    """Draw Fig. 2 and learning curves from an exported table or a study's folder."""
 
     source: Annotated[Path, tyro.conf.Positional]
     """A table that `tegotae study export` wrote (.csv), or a study's folder, which also has the

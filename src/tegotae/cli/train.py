@@ -64,9 +64,9 @@ class EvolutionOptions:
     to_cap: bool = False
     """Train for all generations, without a stop at the plateau."""
     plateau_share: Annotated[float | None, tyro.conf.arg(help_behavior_hint=_SHARE_HINT)] = None
-    """A run ends when this share of its training so far gave no gain ..."""
+    """A run ends when the last part of its training, this share of it, improved the fitness ..."""
     plateau_tolerance: Annotated[float | None, tyro.conf.arg(help_behavior_hint=_GAIN_HINT)] = None
-    """... of more than this fitness [m/J]."""
+    """... by no more than this [m/J]."""
     algorithm: str = "pgpe"
     """How to learn: a population by pgpe, cma-es or openai-es; an agent by sac or ppo (on the
     engine alone); or an algorithm of your own, FILE.py:OBJECT or MODULE:OBJECT."""

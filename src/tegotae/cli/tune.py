@@ -43,7 +43,7 @@ class Tune(ExperimentOptions):
     storage: Path
     """File that keeps every trial: an Optuna journal."""
     algorithm: str = "pgpe"
-    """Whose settings: a name such as pgpe, or FILE.py:OBJECT."""
+    """The algorithm: a name such as pgpe, or FILE.py:OBJECT."""
     trials: int = 50
     """Settings to evaluate, those of earlier calls included."""
     seeds: int = 4
@@ -57,7 +57,7 @@ class Tune(ExperimentOptions):
     anew: bool = False
     """Start again: an existing tuning is moved to a file beside this one."""
     keep: Annotated[Path | None, UNSET] = None
-    """Write the best settings, with how they were found, to this file (.json)."""
+    """Write the best settings and their origin to this file (.json)."""
     budget: Annotated[int | None, tyro.conf.arg(help_behavior_hint=f"(default: {BUDGET})")] = None
     """Largest number of trained parameters of a model."""
 

@@ -72,7 +72,7 @@ class HopperSettings:
     velocity_m_per_s: Chosen = 0.0
     """Release velocity [m/s]."""
     drop_m: Chosen = 0.0
-    """How far the ground drops [m]."""
+    """Height by which the ground drops [m]."""
     drop_time_s: Chosen = math.inf
     """When it drops [s]; infinity for never."""
     observation: tuple[str, ...] = ("spring_force", "velocity")

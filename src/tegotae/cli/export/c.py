@@ -17,7 +17,7 @@ from tegotae.training.collection import controller_of
 
 @dataclass(frozen=True, kw_only=True)
 class ExportC:
-    """Write a controller as C99: a header, a source, golden vectors and what checks them."""
+    """Write a controller as C99: a header, a source, golden vectors and their test."""
 
     controller: Annotated[str, tyro.conf.Positional]
     """A controller file of `tegotae train`, or another name with weights, such as quadruped-c."""
@@ -26,7 +26,7 @@ class ExportC:
     tick: float = 0.001
     """Period of the robot's control loop [s]."""
     prefix: str = "tegotae"
-    """What all names in C, and the files, begin with."""
+    """Prefix of all names in C and of the files."""
     layout: LayoutName = "flat"
     """All files in one folder, or a library of PlatformIO or Arduino, with a sketch."""
 

@@ -25,7 +25,7 @@ class ExportNative:
     out: Path
     """The file that is written, such as leg.native."""
     max_force: Annotated[float | None, UNSET] = None
-    """The force at full push [N], where the controller's file does not know it."""
+    """The largest force [N], if the controller's file does not contain it."""
 
     def run(self) -> None:
         """Compile, write, and say how to use it."""

@@ -16,7 +16,7 @@ OF_ONE_LEG = ("height", "velocity", "resolution", "actuation", "oscillator", "pr
 @dataclass(frozen=True, kw_only=True)
 class Basin(LegsOptions, ControllerFigure):
     """Basins of attraction: of one leg, which release height and phase end in which limit cycle;
-    of several, which gaits come about from random phases, how often, and how soon.
+    of several, which gaits emerge from random phases, how often, and how soon.
 
     The integrator and a held controller's control period are those of the file's system; of several
     legs the release and the control period, too.
@@ -29,7 +29,7 @@ class Basin(LegsOptions, ControllerFigure):
     resolution: int = 60
     """Points along either axis, of one leg."""
     starts: int = 256
-    """How many releases, of several legs."""
+    """Number of releases, for several legs."""
     duration: Annotated[float | None, UNSET] = None
     """Simulated time [s]; 40 s of one leg, where what has not settled by then has no limit cycle,
     and the system's of several."""

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class Optimum(Output):
-    """CoT⁻¹ over hop frequency: the optimum, its bound, and what controllers reach."""
+    """CoT⁻¹ over hop frequency: the optimum, its bound, and controllers."""
 
     tables: Annotated[tuple[Path, ...], tyro.conf.Positional] = ()
     """Tables of `tegotae study export` (.csv); their best runs and V are drawn."""

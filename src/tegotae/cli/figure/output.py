@@ -22,8 +22,8 @@ class Output:
     """Where a figure goes."""
 
     out: Annotated[Path | None, UNSET] = None
-    """The figure's file (.png, .pdf or .svg), in this folder and called after the figure and the
-    controller by default; what it shows goes beside it as .csv."""
+    """The figure's file (.png, .pdf or .svg). By default it is written into this folder and named
+    after the figure and the controller. Its numbers are written as .csv beside it."""
 
     def called(self) -> str:
         """What the figure is of, for the name of its file; nothing by default."""

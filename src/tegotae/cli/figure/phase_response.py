@@ -11,14 +11,14 @@ from tegotae.cli.figure.controller import SettledSubject
 
 @dataclass(frozen=True, kw_only=True)
 class PhaseResponseFigure(SettledSubject):
-    """How far a short push shifts the rhythm, over when in the limit cycle it comes."""
+    """Shift of the rhythm by a short push, over its time in the limit cycle."""
 
     push: tuple[float, ...] = (0.005, -0.005)
     """Impulses, upward if positive [N s]."""
     points: int = 60
-    """How many points of the limit cycle."""
+    """Number of points of the limit cycle."""
     cycles: int = 40
-    """How many turns of the cycle to wait."""
+    """Number of cycles to wait."""
 
     def run(self) -> None:
         """Compute, write, and say where the rhythm is most sensitive."""

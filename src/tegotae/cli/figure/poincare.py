@@ -11,14 +11,14 @@ from tegotae.cli.figure.controller import SettledSubject
 
 @dataclass(frozen=True, kw_only=True)
 class PoincareFigure(SettledSubject):
-    """Apexes from the release on, Floquet multipliers, and the decay of a nudge beside them."""
+    """Apexes from the release on, Floquet multipliers, and the decay of a small deviation."""
 
     step: float = 1e-4
     """Step of the finite differences [m, rad]."""
     nudge: float = 0.01
-    """How far off the limit cycle the observed decay starts [m]."""
+    """Initial deviation from the limit cycle for the observed decay [m]."""
     turns: int = 40
-    """How many turns of the cycle the decay is watched for."""
+    """Number of cycles over which the decay is observed."""
 
     def run(self) -> None:
         """Compute, write, and print the multipliers."""

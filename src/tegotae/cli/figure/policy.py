@@ -27,15 +27,15 @@ class PolicySubject(SettledSubject):
     """In place of a controller a policy: a .zip of Stable-Baselines3, an .onnx file, or a function
     FILE.py:FUNCTION of some of phase_rad, spring_force_n, velocity_m_per_s and height_m."""
     acts: str = "force"
-    """What the policy's answer is: the actuator's force, or the oscillator's feedback."""
+    """Meaning of the policy's output: force of the actuator, or feedback of the oscillator."""
     observes: Annotated[tuple[str, ...], tyro.conf.arg(help_behavior_hint=_ENVIRONMENTS)] = ()
-    """What a .zip or .onnx observes, in its order: phase, spring_force, velocity, height."""
+    """Observations of a .zip or .onnx, in order: phase, spring_force, velocity, height."""
     si: bool = False
-    """Whether that is in N, m/s and m, not over m g, √(g l0) and l0; of a function it always is."""
+    """Observations are in N, m/s and m, not over m g, √(g l0) and l0; always so for a function."""
     answer_scale: Annotated[float | None, UNSET] = None
-    """What an answer of 1 is, in N or rad/s; by default α or 40 rad/s, and 1 of a function."""
+    """Value of an output of 1, in N or rad/s; by default α or 40 rad/s, and 1 for a function."""
     step: float = 0.01
-    """For how long an answer is held [s], in whole ticks of 1 ms."""
+    """Time for which an output is held [s], in whole ticks of 1 ms."""
 
     def called(self) -> str:
         """The policy's name, or the controller's."""

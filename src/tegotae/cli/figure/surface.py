@@ -37,7 +37,7 @@ class SurfaceFigure(PolicySubject):
     """Actuator force over phase and spring force, with the limit cycle on it (Fig. 5)."""
 
     velocity: float = 0.0
-    """Velocity that controllers which sense it are shown: the slice [m/s]."""
+    """Velocity of the slice [m/s], for controllers that sense the velocity."""
     spring_force: Annotated[float | None, UNSET] = None
     """Largest spring force [N]; a tenth above the limit cycle's by default."""
     resolution: int = 200

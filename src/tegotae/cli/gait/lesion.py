@@ -19,20 +19,20 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class Lesion(GaitCommand):
-    """Remove a leg, change the body or drop the ground: which starts stay up, and how."""
+    """Remove a leg, change the body or drop the ground, and count the starts that stay up."""
 
     lose: tuple[str, ...] = ()
     """Names of legs that are lost, such as LH."""
     then: tuple[str, ...] = ()
-    """Numbers of the body that are otherwise from then on, such as mass_kg=1.3 com_x_m=0.1."""
+    """Parameters of the body that change at that time, such as mass_kg=1.3 com_x_m=0.1."""
     lasting: Annotated[float | None, UNSET] = None
-    """How long these numbers are so [s], as push_y_n=0.3 for a push; for good by default."""
+    """Duration of this change [s], such as of push_y_n=0.3 for a push; permanent by default."""
     drop: float = 0.0
-    """How far the ground drops [m]."""
+    """Height by which the ground drops [m]."""
     at: Annotated[float | None, UNSET] = None
-    """When it happens [s]; at half of the time by default."""
+    """Time of the event [s]; half of the duration by default."""
     starts: int = 64
-    """How many releases."""
+    """Number of releases."""
 
     def run(self) -> None:
         """Compute, write, and print."""

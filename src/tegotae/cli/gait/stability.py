@@ -23,17 +23,17 @@ class Stability(GaitCommand):
     over: tuple[str, float, float]
     """The parameter (omega, sigma, or a number of the body), its lowest and its highest value."""
     count: int = 14
-    """How many values."""
+    """Number of values."""
     gaits: tuple[str, ...] = ()
     """Names of gaits, such as trot; all of so many legs by default."""
     kick: float = 0.005
-    """How far the phases of the legs are kicked, at half of the time [cycles]."""
+    """Size of the perturbation of the legs' phases, at half of the time [cycles]."""
     pairs: int = 8
-    """In how many directions they are kicked, each way."""
+    """Number of directions of the perturbation, each in both signs."""
     skip: int = 4
-    """How many cycles after the kick are left out."""
+    """Number of cycles after the perturbation that are left out."""
     cycles: int = 8
-    """How many are then fitted."""
+    """Number of cycles fitted after these."""
 
     def run(self) -> None:
         """Compute, write, and print."""

@@ -32,7 +32,7 @@ class WiringSuggest:
     feet: tuple[str, ...] = ()
     """Bodies or geoms that touch the ground; the lowest ones that end a chain by default."""
     settings: tuple[str, ...] = ()
-    """What else the model is made with: NAME=VALUE, values as in JSON, such as ground=true."""
+    """Further settings of the model: NAME=VALUE, values as in JSON, such as ground=true."""
     out: Annotated[
         Path | None, tyro.conf.arg(help_behavior_hint="(default: as the model, .toml)")
     ] = None

@@ -35,7 +35,7 @@ class Scenario(NamedTuple):
     phase_rad: LaneNumbers = 0.0
     """Oscillator phase at release [rad]."""
     drop_m: LaneNumbers = 0.0
-    """How far the ground drops [m]."""
+    """Height by which the ground drops [m]."""
     drop_time_s: LaneNumbers = math.inf
     """When it drops [s]; at the first control tick not earlier."""
     initial_pose: ByName = ()
