@@ -168,7 +168,7 @@ def test_ctrl_c_keeps_what_was_learned_and_says_so_in_one_line(tmp_path):
     *progress, last = [first, *err.splitlines()]
     assert last == (
         f"tegotae: interrupted; {tmp_path} keeps what was learned, "
-        "the same command goes on from there"
+        "the same command continues from there"
     )
     assert all(line.startswith("ART-rF-tphif-w8  ") for line in progress)
 

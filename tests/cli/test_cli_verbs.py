@@ -38,7 +38,7 @@ def test_a_command_that_went_names_the_one_that_answers_now(old, new, one_line_e
         ("simulate bar-light --tick 0.01", "--tick is for bodies with one leg; bar-light has"),
         ("simulate paper --out walk", "--out is for bodies with several legs; paper has one leg"),
         ("simulate --phases 0 0.5", "--phases is for bodies with several legs; a vanilla"),
-        ("simulate paper --controller paper", "are two; name one"),
+        ("simulate paper --controller paper", "are two names; give one"),
         ("simulate paper --preset pyTegotaeCPG", "--preset belongs to vanilla controllers"),
         ("simulate extra", "no model or system is called 'extra'"),
         ("simulate ART", "ART-rF-tphif-w8 has weights to train and no file was given"),

@@ -150,7 +150,7 @@ def test_a_model_of_stable_baselines_answers_as_it_does_itself(tmp_path):
     observed = env.reset()
     expected = np.clip(model.predict(observed, deterministic=True)[0][:, 0], -1.0, 1.0)
     np.testing.assert_allclose(policy.actions(observed), expected, rtol=1e-6)
-    with pytest.raises(TegotaeError, match=r"observes 2 numbers, and it is said to observe 3"):
+    with pytest.raises(TegotaeError, match=r"observes 2 numbers, and it is declared to observe 3"):
         load_policy(str(tmp_path / "ppo.zip"), Meaning(acts="feedback"))
     found = policy_surface(policy, FORCES, columns=3)
     assert found.actuator_force_n.shape == (3, 3)

@@ -179,7 +179,7 @@ def test_other_work_begins_anew(tmp_path):
 
 def test_a_kept_file_that_cannot_be_read_is_told(tmp_path):
     (tmp_path / "kept.npz").write_text("no such thing")
-    with pytest.raises(TegotaeError, match="cannot be read; remove it to begin anew"):
+    with pytest.raises(TegotaeError, match="cannot be read; remove it to start again"):
         in_parts(1, work([]), kept=tmp_path / "kept.npz")
 
 

@@ -360,9 +360,9 @@ def test_one_that_can_meet_nothing_is_left_out_beside_others(tmp_path):
 
 
 def test_a_body_of_another_simulator_is_refused_in_one_line():
-    with pytest.raises(TegotaeError, match="V cannot be tried: "):
+    with pytest.raises(TegotaeError, match="V cannot be tested: "):
         hopper().replaced(body=Interface())
-    with pytest.raises(TegotaeError, match=r"C cannot be tried: .*its body is not here"):
+    with pytest.raises(TegotaeError, match=r"C cannot be tested: .*its body is not here"):
         quadruped().replaced(body=Interface(limbs=4, commands=FOOT))
 
 

@@ -389,7 +389,7 @@ def test_a_full_disk_keeps_what_is_done(smoke_study, tmp_path, monkeypatch):
     assert said.startswith("cannot write ")
     assert said.endswith(
         f": No space left on device; {tmp_path / 'study'} keeps 1 of 3 models, "
-        "the same command goes on from there"
+        "the same command continues from there"
     )
     assert len(list((tmp_path / "study" / "records").iterdir())) == 1
     runner.run(plan("smoke"), tmp_path / "study", results)
@@ -406,7 +406,7 @@ def test_a_record_that_cannot_be_written_ends_the_workers_too(half, smoke_study,
     studies.assert_ended(seen)
     assert (process.returncode, out) == (2, "")
     assert err.splitlines()[-1].endswith(
-        f": File too large; {half} keeps 2 of 3 models, the same command goes on from there"
+        f": File too large; {half} keeps 2 of 3 models, the same command continues from there"
     )
     assert "Traceback" not in err
 

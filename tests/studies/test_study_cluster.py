@@ -135,7 +135,7 @@ def test_a_worker_whose_jax_was_started_otherwise_refuses_the_work(smoke_study, 
     assert said.startswith(f"tegotae: the worker {socket.gethostname()} (process ")
     assert said.endswith(
         f": start the worker anew; {folder} keeps 2 of 3 models, "
-        "the same command goes on from there"
+        "the same command continues from there"
     )
     assert "has started JAX already, with 1 cpu; this work needs" in said
 
@@ -172,7 +172,7 @@ def test_a_scheduler_that_goes_away_costs_the_work_in_flight(smoke_study, tmp_pa
         thread.join()
     assert str(raised.value) == (
         f"the Dask scheduler at {address} went away; {folder} keeps 2 of 3 models, "
-        "the same command goes on from there"
+        "the same command continues from there"
     )
     assert len(Folder(folder).all()[0]) == 2
 

@@ -77,7 +77,7 @@ def test_an_interrupted_study_goes_on_where_it_was(smoke_study, tmp_path, sign):
         assert progress == ["study  2/3  done before"]
         assert last == (
             f"tegotae: interrupted; {folder} keeps 2 of 3 models, "
-            "the same command goes on from there"
+            "the same command continues from there"
         )
     else:
         assert process.returncode == -signal.SIGTERM
@@ -147,7 +147,7 @@ def test_workers_that_always_die_end_the_study_and_keep_what_is_done(smoke_study
         runner.run(plan("smoke"), folder, dying)
     assert str(raised.value) == (
         "workers died 5 times without a result; is there enough memory?; "
-        f"{folder} keeps 1 of 3 models, the same command goes on from there"
+        f"{folder} keeps 1 of 3 models, the same command continues from there"
     )
     assert asked == [2] * 5
 

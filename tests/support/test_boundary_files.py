@@ -99,7 +99,7 @@ def test_what_is_kept_of_long_work_and_damaged_is_told_with_the_way_on(tmp_path,
     work = {"kept": path, "settings": {}}
     assert len(in_parts(2, lambda n: {"square": np.array([n])}, **work)) == 2
     path.write_bytes(content)
-    with pytest.raises(TegotaeError, match="cannot be read; remove it to begin anew"):
+    with pytest.raises(TegotaeError, match="cannot be read; remove it to start again"):
         in_parts(2, lambda n: pytest.fail("work was begun"), **work)
 
 

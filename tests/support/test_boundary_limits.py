@@ -1,4 +1,4 @@
-"""What is beyond sense is told before any work starts, with the memory that it would need."""
+"""Unreasonable requests are refused before any work starts, with the memory that it would need."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ from tegotae.training.run import train as train_run
 
 @pytest.fixture
 def no_rollout(monkeypatch):
-    """Any rollout fails: what is beyond sense is to be told before."""
+    """Any rollout fails: such requests are refused before."""
 
     def run(*_, **__):
         raise AssertionError("a rollout was started before the input was checked")

@@ -84,8 +84,8 @@ def test_on_a_gpu_xla_runs_without_a_word(monkeypatch):
 
 @pytest.mark.parametrize("made_by", ["native", "native, xla for sort"])
 def test_what_an_engine_made_goes_on_with_it_alone(made_by, monkeypatch):
-    engines.require_engine(made_by, "here is something", "begin anew")
+    engines.require_engine(made_by, "here is something", "start again")
     monkeypatch.setenv("TEGOTAE_ENGINE", "xla")
     with pytest.raises(TegotaeError, match=r"^here is something of the engine native") as raised:
-        engines.require_engine(made_by, "here is something", "begin anew")
-    assert str(raised.value).endswith("set TEGOTAE_ENGINE=native, or begin anew")
+        engines.require_engine(made_by, "here is something", "start again")
+    assert str(raised.value).endswith("set TEGOTAE_ENGINE=native, or start again")

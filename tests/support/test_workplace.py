@@ -91,7 +91,7 @@ def test_a_training_that_is_begun_anew_sets_the_earlier_one_aside(tmp_path, caps
     before = tiny.contents(out)
     other = ["train", *tiny.OPTIONS, "--generations", "1", "--out", str(out), "--mass", "0.12"]
     capsys.readouterr()
-    assert "or begin anew with --anew" in one_line_error(*other)
+    assert "or start again with --anew" in one_line_error(*other)
     assert main([*other, "--anew"]) == 0
     aside = tmp_path / "art.earlier1"
     assert f"is now in {aside}" in capsys.readouterr().out
@@ -131,7 +131,7 @@ def test_so_does_a_tuning_unless_another_is_at_it(tmp_path):
     ):
         pass
     with (
-        pytest.raises(TegotaeError, match="or begin anew with --anew"),
+        pytest.raises(TegotaeError, match="or start again with --anew"),
         opened(storage, configuration("ART")),
     ):
         pass

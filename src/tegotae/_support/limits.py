@@ -1,4 +1,4 @@
-"""What is beyond sense: refused before any work starts, with the memory that it would need."""
+"""Unreasonable requests: refused before any work starts, with the memory that it would need."""
 
 from __future__ import annotations
 

@@ -92,7 +92,9 @@ class Simulate(LegsOptions, ControllerOptions):
     def run(self) -> None:
         """Simulate and show."""
         if self.place is not None and self.controller is not None:
-            raise TegotaeError(f"{self.place} and --controller {self.controller} are two; name one")
+            raise TegotaeError(
+                f"{self.place} and --controller {self.controller} are two names; give one"
+            )
         name = self.controller if self.place is None else self.place
         found = None if name is None else resolve(name)
         if found is not None:

@@ -126,7 +126,7 @@ class Train(EnvOptions, EvolutionOptions, ExperimentOptions):
             paths = learn(experiment, settings, out)
         except KeyboardInterrupt:
             raise KeyboardInterrupt(
-                f"interrupted; {out} keeps what was learned, the same command goes on from there"
+                f"interrupted; {out} keeps what was learned, the same command continues from there"
             ) from None
         summarise(paths, "episode" if learns else "generation")
 

@@ -55,12 +55,12 @@ def claim(out: Path, configuration: Mapping[str, Json], versions: Mapping[str, s
                 )
             raise TegotaeError(
                 f"{out} holds a training of {dict(found['experiment']).get('name')} that differs "
-                f"in {', '.join(names)}; choose another folder with --out, or begin anew with "
+                f"in {', '.join(names)}; choose another folder with --out, or start again with "
                 "--anew"
             )
         if "experiment" in found:
             engine = document.software.get("engine", OF_EARLIER_FILES)
-            remedy = "choose another folder with --out, or begin anew with --anew"
+            remedy = "choose another folder with --out, or start again with --anew"
             ours = dict(versions).get("engine", "")
             require_engine(engine, f"{out} holds a training", remedy, ours)
     document = {"configuration": wanted, "software": dict(versions)}

@@ -104,7 +104,7 @@ def train(
     Written are `NAME-seedN.json` (the controllers), `curves.csv`
     (`tegotae.training.curve_file`), `run.json` (configuration and versions) and `checkpoint.npz`.
     Interrupted (Ctrl-C), it keeps what has been learned and raises `KeyboardInterrupt` again;
-    called again on the same folder, it goes on from there, and ends in the same numbers: a
+    called again on the same folder, it continues from there, and ends in the same numbers: a
     population behind its last generation, an agent with the seed that was interrupted.
 
     Args:
@@ -170,7 +170,7 @@ def _resume(run: Run[LearnerT], session: Session, out: Path) -> None:
         if is_earlier_format(out / "curves.csv") and any(out.glob("*-seed*.json")):
             raise TegotaeError(
                 f"{out} holds a training of an earlier version of tegotae, which left no "
-                "checkpoint; choose another folder with --out, or begin anew with --anew"
+                "checkpoint; choose another folder with --out, or start again with --anew"
             )
         return
     with _useless(path):

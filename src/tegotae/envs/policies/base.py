@@ -199,6 +199,6 @@ def check_entries(name: str, entries: int | None, meaning: Meaning) -> None:
     named = meaning.settings.observed
     if entries is not None and entries != len(named):
         raise TegotaeError(
-            f"{name} observes {entries} numbers, and it is said to observe {len(named)} "
+            f"{name} observes {entries} numbers, and it is declared to observe {len(named)} "
             f"({', '.join(named)}); name what it observes"
         )

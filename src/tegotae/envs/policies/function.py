@@ -61,7 +61,7 @@ def from_function(
     observes = tuple(ARGUMENTS[argument] for argument in asked)
     if meaning.observes and set(meaning.observes) != set(observes):
         raise TegotaeError(
-            f"{name} is said to observe {', '.join(meaning.observes)}, and its arguments say "
+            f"{name} is declared to observe {', '.join(meaning.observes)}, and its arguments say "
             f"{', '.join(observes)}; leave out what it observes"
         )
     meaning = replace(

@@ -125,7 +125,7 @@ def _largest_force(body: Body | Interface, given: float | None) -> Number:
     most = body.max_force_n if given is None else given
     if most is None:
         raise TegotaeError(
-            "the controller's file does not say what force is full push; give max_force_n, such "
+            "the controller's file does not say the largest force; give max_force_n, such "
             "as that of the wiring that it was trained with"
         )
     return most

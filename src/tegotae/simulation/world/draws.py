@@ -197,7 +197,7 @@ def _combinations(conditions: Sequence[Condition]) -> list[dict[str, LaneNumbers
     if (count := int(np.prod([len(each) for each in extremes], dtype=float))) > MOST_CORNERS:
         raise TegotaeError(
             f"{len(names)} conditions have {count} combinations of extremes; {MOST_CORNERS} are "
-            "the most that are looked at: vary fewer at once"
+            "the most that are checked: vary fewer at once"
         )
     return [dict(zip(names, each, strict=True)) for each in itertools.product(*extremes)]
 

@@ -1,4 +1,4 @@
-"""Long work in parts: what is done is kept in a file, and the same work goes on from there."""
+"""Long work in parts: what is done is kept in a file, and the same work continues from there."""
 
 from __future__ import annotations
 
@@ -95,4 +95,4 @@ def _read(path: Path, key: str) -> list[Columns]:
     except OSError as error:
         raise TegotaeError(f"cannot read {path}: {error.strerror}") from None
     except (ValueError, TypeError, KeyError):
-        raise TegotaeError(f"{path} cannot be read; remove it to begin anew") from None
+        raise TegotaeError(f"{path} cannot be read; remove it to start again") from None

@@ -102,7 +102,7 @@ def gait_map(
         tolerance: how far lags may be from a named pattern's [cycles].
         timing: of each rollout; that of the system by default.
         window_s: length of its end that is measured [s]; its last quarter by default.
-        kept: a file that keeps what is done, so that interrupted work goes on from there.
+        kept: a file that keeps what is done, so that interrupted work continues from there.
         progress: is called with how many cells are done, and of how many.
 
     Raises:

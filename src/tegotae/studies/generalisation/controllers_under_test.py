@@ -68,7 +68,7 @@ class ControllersUnderTest:
 
     def __post_init__(self) -> None:
         if not len(self.weights):
-            raise TegotaeError(f"{self.name} has no runs to be tried")
+            raise TegotaeError(f"{self.name} has no runs to test")
         self._check_body()
         longest = MOST_TICKS * self.timing.tick_s / self.time_scale
         if self.longest_delay_s > longest * (1.0 + 1e-6):
@@ -82,7 +82,7 @@ class ControllersUnderTest:
         try:
             self.body.check_release(self.height_m)
         except TegotaeError as error:
-            raise TegotaeError(f"{self.name} cannot be tried: {error}") from None
+            raise TegotaeError(f"{self.name} cannot be tested: {error}") from None
         own = {"rest_length_m": hasattr(self.unwrapped, "rest_length_m")}
         if not self.hops:  # whose cost of transport is measured
             own["mass_kg"] = has_mass(self.unwrapped)
@@ -90,7 +90,7 @@ class ControllersUnderTest:
         for field, there in own.items():
             if not there:
                 kind = type(self.unwrapped).__name__
-                raise TegotaeError(f"{self.name} cannot be tried: a {kind} has no {field}")
+                raise TegotaeError(f"{self.name} cannot be tested: a {kind} has no {field}")
 
     @classmethod
     def of(cls, runs: ControllerSet, starts: int = 4) -> ControllersUnderTest:

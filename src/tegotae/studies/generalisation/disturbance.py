@@ -49,9 +49,7 @@ class Disturbance(ABC):
                 f"the levels of {self.name} are {self.levels}; give at least one, each once"
             )
         if self.neutral in self.levels:
-            raise TegotaeError(
-                f"{self.neutral:g} is no {self.name} at all; it is tried in any case"
-            )
+            raise TegotaeError(f"{self.neutral:g} is no {self.name} at all; it is always tested")
 
     @property
     def longest_delay_s(self) -> float:

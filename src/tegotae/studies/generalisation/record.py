@@ -105,7 +105,7 @@ def read(path: Path, document: Document) -> Retention | None:
         raise TegotaeError(f"cannot read {path}: {error.strerror}") from None
     except (ValueError, KeyError, TypeError, AttributeError):
         return None
-    remedy = "choose another folder with --out, or begin anew with --anew"
+    remedy = "choose another folder with --out, or start again with --anew"
     require_engine(made_by, f"{path.parent.parent} holds records", remedy)
     return found
 

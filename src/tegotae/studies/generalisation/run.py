@@ -82,7 +82,7 @@ def _check(
     controllers: Sequence[ControllersUnderTest], disturbances: Sequence[Disturbance]
 ) -> None:
     if not controllers:
-        raise TegotaeError("there are no controllers to be tried")
+        raise TegotaeError("there are no controllers to test")
     names = [each.name for each in controllers]
     for name in names:
         if names.count(name) > 1:
@@ -134,8 +134,8 @@ def _worked(
                 yield from future.result()
             except WorkersDied:
                 raise TegotaeError(
-                    "a worker died; is there enough memory? What was done is kept, the same "
-                    "command goes on from there"
+                    "a worker died; is there enough memory? Finished work is kept, the same "
+                    "command continues from there"
                 ) from None
 
 

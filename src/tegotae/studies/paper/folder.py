@@ -108,8 +108,8 @@ class Folder:
                 united(self.document, plan.document)
             except TegotaeError as error:
                 raise TegotaeError(
-                    f"{self.path} holds a study with {error}; choose another folder, or begin anew "
-                    "with --anew"
+                    f"{self.path} holds a study with {error}; choose another folder, or start "
+                    "again with --anew"
                 ) from None
         output_folder(self.records)
         self.describe(plan.document)
@@ -185,7 +185,7 @@ class Folder:
         require_engine(
             record.engine,
             f"{self.path} holds a study",
-            "choose another folder, or begin anew with --anew",
+            "choose another folder, or start again with --anew",
         )
         return True
 

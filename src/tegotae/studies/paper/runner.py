@@ -71,7 +71,7 @@ def run(
             why = str(stop) or "interrupted"
             raise type(stop)(
                 f"{why}; {folder.path} keeps {len(units) - len(missing)} of {len(units)} models, "
-                "the same command goes on from there"
+                "the same command continues from there"
             ) from None
         return len(units)
 
@@ -80,7 +80,7 @@ def _require_same(unit: Unit, record: Record) -> None:
     """Raise `TegotaeError` if a worker, which reads a user's files itself, read other code."""
     if names := differing(record.configuration, unit.configuration):
         raise TegotaeError(
-            f"{record.model} was worked on with another {', '.join(names)}: a file was edited "
+            f"{record.model} was computed with another {', '.join(names)}: a file was edited "
             "while the study ran"
         )
 

@@ -153,7 +153,7 @@ def _study(optuna: ModuleType, path: Path, configuration: JsonObject) -> Study:
             path,
             f"a tuning of {theirs.algorithm} for {names} that differs in "
             f"{', '.join(differing(found, configuration))}",
-            ", or begin anew with --anew",
+            ", or start again with --anew",
         )
     return study
 

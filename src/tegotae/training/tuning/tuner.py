@@ -52,7 +52,7 @@ def tune(
     The next settings are drawn by `optuna.samplers.TPESampler`.
 
     Everything is in the storage file as soon as it is known: interrupted or killed, and called
-    again, it goes on from there.
+    again, it continues from there.
 
     Args:
         algorithm: its name, as `space_of` takes it.
@@ -129,8 +129,8 @@ def _answer(future: Future[T]) -> T:
         return future.result()
     except WorkersDied:
         raise TegotaeError(
-            "a worker process has ended, perhaps for want of memory; what is done is kept: "
-            "go on with fewer workers"
+            "a worker process has ended, perhaps for lack of memory; finished work is kept: "
+            "continue with fewer workers"
         ) from None
 
 
