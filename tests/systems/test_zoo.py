@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import json
+import subprocess
+import tomllib
 
 import numpy as np
 import pytest
 
+from pages import blocks
+from places import ROOT
 from tegotae import TegotaeError, load
 from tegotae._support.arrays import read_arrays
 from tegotae.cli import main
@@ -15,8 +19,9 @@ from tegotae.measures.hopping.statistics import mean_defined
 from tegotae.studies.paper.folder import Folder
 from tegotae.systems import controller_file
 from tegotae.systems.controller_file import SavedController
+from tegotae.systems.models import all_models
 from tegotae.systems.resolve import resolve
-from tegotae.systems.zoo import MOST_BYTES, ZooEntry, open_zoo, write
+from tegotae.systems.zoo import MOST_BYTES, ZooEntry, names, open_zoo, studies, write
 from tegotae.training import collection
 
 MODEL = "ART-rF-tphif-w8"
@@ -236,3 +241,52 @@ def test_a_file_holds_controllers_of_legs_too(tmp_path, capsys):
     np.testing.assert_array_equal(found.controller().weights, weights[1].astype("float32"))
     assert main(["models", "--zoo", f"{name}/all"]) == 0
     assert "cost_of_transport" in capsys.readouterr().out
+
+
+def test_a_pattern_without_controllers_is_refused_with_the_nearest_names(file, one_line_error):
+    assert "did you mean T-Fv?" in one_line_error("models", "--zoo", f"{file}:T-Fw*")
+    assert "no trained controller is called" in one_line_error("models", "--zoo", f"{file}:ART/7")
+    assert "no study of the zoo" in one_line_error("models", "--zoo", "papr:ART")
+
+
+packaged = pytest.mark.skipif(not studies(), reason="no file of trained controllers yet")
+
+
+@packaged
+def test_the_package_has_fifteen_runs_of_the_papers_models():
+    paper = studies()[0]
+    assert paper.study == "paper"
+    assert set(paper.models.values()) == {15}
+    assert list(paper.models) == [name for name in all_models() if name in paper.models]
+    assert paper.software["engine"] == "native"
+
+
+@packaged
+def test_every_name_of_the_package_means_one_controller():
+    known = names()
+    assert len(known) == sum(len(zoo.models) for zoo in studies())
+    for name in known[:: len(known) // 8]:
+        saved = load(name)
+        assert saved.name == name.removeprefix("zoo:")
+        assert saved.training["best_fitness"] == max(studies()[0].runs(saved.name)["fitness"])
+        study = f"zoo:paper:{saved.name}/{saved.training['run']}"
+        np.testing.assert_array_equal(load(study).weights, saved.weights)
+
+
+@packaged
+def test_a_wheel_has_the_file_of_trained_controllers():
+    """All of the package is in it, but for what git ignores."""
+    settings = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    assert settings["tool"]["hatch"]["build"]["targets"]["wheel"] == {"packages": ["src/tegotae"]}
+    for zoo in studies():
+        assert zoo.path.is_relative_to(ROOT / "src" / "tegotae")
+        assert zoo.path.stat().st_size < 2e6
+        words = ["git", "check-ignore", "--quiet", str(zoo.path)]
+        assert subprocess.run(words, cwd=ROOT).returncode != 0
+
+
+@packaged
+def test_the_example_of_the_page_runs(capsys):
+    page = ROOT / "docs" / "guides" / "trained-controllers.md"
+    exec("".join(text for _, text in blocks(page, "python")), {})
+    assert capsys.readouterr().out.startswith(f"{MODEL} (96,) ")

@@ -10,7 +10,7 @@ from tegotae._support.documents import JsonObject
 from tegotae._support.errors import unknown
 from tegotae.cli.tables import print_rows
 from tegotae.measures.hopping.registry import metrics
-from tegotae.systems.zoo import ALL, Zoo, ZooName, names, studies, study_of
+from tegotae.systems.zoo import ALL, Zoo, ZooName, studies, study_of
 
 SHOWN = ("cot_inverse", "t0_s", "t1_s")
 """The metrics of a row, where there are any of these; else the first ones. JSON has all."""
@@ -35,7 +35,8 @@ def show(pattern: str, *, as_json: bool) -> None:
         for entry in _entries(zoo, ZooName(wanted.study, model, wanted.run))
     ]
     if not found:
-        raise unknown("trained controller", str(wanted), names())
+        known = [model for zoo in zoos for model in zoo.models]
+        raise unknown("trained controller", f"{wanted.model}/{wanted.run}".rstrip("/"), known)
     if as_json:
         print(json.dumps(found, indent=1))
         return
