@@ -1,13 +1,11 @@
 """A file of trained controllers: all runs of one study, as a NumPy archive.
 
-| array | shape | content |
-|---|---|---|
-| `header` | [] | JSON: format, version, study, software, models and their runs, metrics |
-| `documents` | [models] | JSON of each model: its controller file without weights |
-| `seed`, `fitness`, `generations`, `ended` | [all runs] | of each run, model by model |
-| `metrics` | [all runs, metrics] | means over the episodes of the evaluation; NaN if undefined |
-| `weights/MODEL` | [runs, n_weights] | float32 |
-| `checksum` | [] | SHA-256 of all but the weights, of which the header has those |
+- `header`: JSON of format, version, study, software, models and their runs, and metrics;
+- `documents` [models]: JSON of each model, its controller file without weights;
+- `seed`, `fitness`, `generations`, `ended` [all runs]: of each run, model by model;
+- `metrics` [all runs, metrics]: means over the episodes of the evaluation; NaN if undefined;
+- `weights/MODEL` [runs, n_weights]: float32;
+- `checksum`: SHA-256 of all but the weights; the header has those of the weights.
 
 Opening a file reads all but the weights; those are read for the model that is asked for.
 """
