@@ -25,7 +25,7 @@ def read_arrays(
 
     Raises:
         ValueError: if it is larger than that, no archive, or damaged.
-        OSError: if it cannot be read, such as for want of permission.
+        OSError: if it cannot be read, such as without permission.
 
     Example:
         >>> import io

@@ -51,7 +51,7 @@ def read(path: Path | Traversable) -> Json:
     Raises:
         FileNotFoundError: if there is none, which callers know more about.
         DamagedDocumentError: if it is no JSON, or none that is safe (`checked`).
-        TegotaeError: if it cannot be read, such as for want of permission.
+        TegotaeError: if it cannot be read, such as without permission.
     """
     try:
         with path.open("rb") as stream:

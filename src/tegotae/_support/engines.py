@@ -63,7 +63,7 @@ def require_engine(found: str, holder: str, remedy: str, ours: str = "") -> None
         found: the engine that made it: its name, and after a comma what it left to another one.
         holder: what is there, such as "FOLDER holds a training".
         remedy: what else would do than the other engine, such as "choose another folder".
-        ours: the engine that would go on, named likewise; that of this process by default.
+        ours: the engine that would continue, named in the same way; this process's by default.
     """
     theirs, ours = found.partition(",")[0], (ours or selected()).partition(",")[0]
     if theirs != ours:

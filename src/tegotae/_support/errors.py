@@ -83,7 +83,7 @@ def is_of(value: object, kind: type) -> bool:
 
 
 def formatted(error: BaseException) -> str:
-    """What an error of somebody else's code is, in short: its kind and its first line.
+    """An error of other code, in short: its kind and its first line.
 
     Example:
         >>> formatted(ValueError("no leg")), formatted(SystemExit(0))

@@ -63,7 +63,7 @@ def hold(file: int) -> bool:
         file: its descriptor.
 
     Raises:
-        BlockingIOError: if somebody else holds it.
+        BlockingIOError: if another process holds it.
     """
     if fcntl is None:
         return False

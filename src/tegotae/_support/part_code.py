@@ -1,6 +1,6 @@
 """The code of a user's part as one hash: of its file, and of the modules beside it.
 
-What is not code, such as comments, docstrings and layout, is no part of it.
+Comments, docstrings and layout are no part of it.
 """
 
 from __future__ import annotations

@@ -418,4 +418,4 @@ MOVED: Mapping[str, str] = {
     "gait basin": "figure basin",
     "gait judge": "evaluate",
 }
-"""Commands that went, and which one answers their question now."""
+"""Removed commands, and their replacements."""

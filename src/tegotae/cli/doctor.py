@@ -43,7 +43,7 @@ class Doctor:
 
 
 def diagnosis() -> dict[str, Mapping[str, str | int]]:
-    """What is installed here and what this machine offers, by subject."""
+    """The installation and this machine, by subject."""
     return {
         "versions": {
             "tegotae": __version__,

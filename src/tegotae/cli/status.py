@@ -15,12 +15,12 @@ from tegotae._support.errors import TegotaeError
 from tegotae.cli.console import one_line
 
 NOT_WRITTEN = 1
-"""The system failed a command: a full disk, a file that is gone."""
+"""The system failed a command: a full disk, a missing file."""
 UNUSABLE_INPUT = 2
 BUG = 70
 """An error that no part of the program expected, as in BSD's sysexits.h."""
 BROKEN_PIPE = 141
-"""Nobody reads the output any more, by convention: 128 and the signal's number."""
+"""The reader of the output has gone, by convention: 128 and the signal's number."""
 DEBUG = "TEGOTAE_DEBUG"
 """Environment variable that has errors show where they arose; the switch --debug sets it."""
 

@@ -68,7 +68,7 @@ class StudyRun(ExperimentOptions):
 
     @property
     def plan(self) -> Plan:
-        """What is to be done."""
+        """The plan of the run."""
         others = [each for name in chain(*self.experiments) for each in experiments_at(name)]
         own = {each.name for each in others}
         whole = plan(self.scale, [*chain(*self.models)] if self.models else "*", others)

@@ -110,7 +110,7 @@ class Train(EnvOptions, EvolutionOptions, ExperimentOptions):
     """Episodes per seed of an agent (sac, ppo)."""
 
     def run(self) -> None:
-        """Train, and print how it went."""
+        """Train, and print the outcome."""
         on_engine = self.env is None
         algorithms = (Algorithm, AgentSettings) if on_engine else (Algorithm,)
         settings = settings_named(self.algorithm, algorithms)
@@ -221,7 +221,7 @@ _ENDED = {
 
 
 def summarise(paths: list[Path], unit: str) -> None:
-    """How each seed's training went, counted in generations or episodes."""
+    """The end of each seed's training, counted in generations or episodes."""
     from tegotae.systems.controller_file import load
 
     found = [(path, load(path).training) for path in paths]

@@ -12,7 +12,7 @@ from tegotae.envs.wiring import Wiring
 
 
 def check_wiring(env: AnyEnv, wiring: Wiring, *, steps: int = 200, seed: int = 0) -> list[str]:
-    """What is missing before this environment can be controlled so: one plain sentence each.
+    """The problems of a wiring on this environment: one plain sentence each.
 
     First the names, shapes and numbers are looked up; if all are there, the environment is run for
     some steps of random actions, to see whether what is wired as the contact force looks like one:

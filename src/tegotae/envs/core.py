@@ -47,7 +47,7 @@ TELEMETRY = (
 )
 """What `info` has, in this order: where the hopper is, what the last tick did, the totals of the
 episode, and `cot_inverse`, over the whole hops of the episode's second half up to now: 0 before
-there is one, and for a gait that has died out. `hops` is the number of hops that were paid."""
+there is one, and for a gait that has died out. `hops` is the number of rewarded hops."""
 
 
 class _Ledger(NamedTuple):

@@ -1,4 +1,4 @@
-"""The step reward of the paper's comparison: efficiency, paid hop by hop."""
+"""The step reward of the paper's comparison: the efficiency of each hop."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class HopReward:
         r = (height climbed in flight since the last hop's apex) / (work since then),
 
     if any work was done, and, with the last step of an episode that ran its time, the mean over
-    the hops that were paid. A hop is a flight that clears the rest length by 1 %. (The paper gives
+    the rewarded hops. A hop is a flight that clears the rest length by 1 %. (The paper gives
     no formula: `CoT⁻¹` is its equation 12, taken hop by hop.)
 
     Args:
@@ -56,7 +56,7 @@ class HopReward:
     def of_hop(
         self, *, climb_m: Numeric, work_j: Numeric, lost_j: Numeric
     ) -> tuple[jax.Array, jax.Array]:
-        """CoT⁻¹ of a hop [m/J] and whether it is paid, each of the shape of the lanes."""
+        """CoT⁻¹ of a hop [m/J] and whether it is rewarded, each of the shape of the lanes."""
         paid = jnp.asarray(work_j) > self.least_work_j
         spent = work_j + jnp.maximum(lost_j, 0.0) if self.charge_stored else work_j
         return jnp.where(paid, cot_inverse(climb_m, spent), 0.0), paid

@@ -1,4 +1,4 @@
-"""A wiring looked up in an environment: names become places in arrays, or it is said what lacks."""
+"""A wiring looked up in an environment: names become places in arrays, or faults are reported."""
 
 from __future__ import annotations
 

@@ -89,7 +89,7 @@ class Wiring:
     observation_names: Sequence[str] | None = None
     """Names of the observation's entries, if those of `naming.observation_names` do not do."""
     action_names: Sequence[str] | None = None
-    """Names of the action's entries, likewise."""
+    """Names of the action's entries, in the same way."""
     contact_bodies: Sequence[str] = ()
     """Bodies of a MuJoCo model whose contact forces are observed as `BODY_force`
     (`MujocoContactForce`), in an environment that does not observe them itself."""

@@ -188,7 +188,7 @@ def _parsed(text: str, suffix: str, path: Path) -> Wiring:
 
 
 def _given(values: Mapping[str, str | float | None]) -> JsonObject:
-    """What is not None, numbers as JSON has them."""
+    """The entries that are not None, with JSON's numbers."""
     return {
         name: value if isinstance(value, str) else float(value)
         for name, value in values.items()

@@ -1,4 +1,4 @@
-"""The Poincaré section at the apex: how a gait settles, and how fast disturbances die out."""
+"""The Poincaré section at the apex: how a gait settles, and how fast disturbances decay."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, styled
 from tegotae.studies.analysis.poincare import NUMERICAL, Poincare
 
 _SEEN = ("apex_height_m", "apex_phase_rad")
-"""What is shown of a point of the section; an oscillator may have more state than its phase."""
+"""The shown part of a point of the section; an oscillator may have more state than its phase."""
 
 
 def poincare_figure(found: Poincare, transient: np.ndarray, note: str = "") -> Figure:

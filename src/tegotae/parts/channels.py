@@ -25,7 +25,7 @@ class Channel:
 
     Args:
         name: its name, with its unit.
-        meaning: what it is.
+        meaning: its meaning in words.
     """
 
     name: str

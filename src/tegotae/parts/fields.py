@@ -176,7 +176,7 @@ def _replaced(value: T, fields: Mapping[str, object]) -> T:
 
 
 def _at(value: object, path: str) -> object:
-    """What is at a path of a dataclass."""
+    """The value at a path of a dataclass."""
     for part in path.split("."):
         known = _names(value)
         if part not in known:

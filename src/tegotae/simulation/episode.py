@@ -86,7 +86,7 @@ class EpisodeProgram:
     def frame(
         self, lanes: LaneInputs, shared: Shared, state: LoopState, last: Index
     ) -> tuple[LoopState, Trajectory]:
-        """What is recorded of the frame that ends with tick `last`, and the state to go on from."""
+        """The recording of the frame that ends with tick `last`, and the state to continue from."""
         loop = ClosedLoop(self.controller, self.integrator)
         _, body, scenario = _spread(loop, lanes, shared)
         ground = ground_m(scenario, last, shared.tick_s)

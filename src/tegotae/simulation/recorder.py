@@ -61,7 +61,7 @@ class _Needing(Protocol):
 
 @jax.tree_util.register_pytree_node_class
 class Trajectory:
-    """What was recorded: a channel an attribute, each frame at its end.
+    """The recording of a rollout: one attribute per channel, each frame at its end.
 
     Arrays are of shape [frames, lanes]. What belongs to a limb is [frames, limbs, lanes] on bodies
     with several. Totals are running sums from the release on; events are NaN in frames without one,
@@ -235,7 +235,7 @@ COMMON: tuple[Channel, ...] = (
         lambda f: f.lane.failed,
     ),
 )
-"""What is recorded of every body, in this order."""
+"""The channels of every body, in this order."""
 
 
 def declared(controller: Controller, body: Body) -> dict[str, Channel]:
@@ -297,7 +297,7 @@ class Recorder:
         """A recorder of the channels named, or of all.
 
         Raises:
-            TegotaeError: for a name that nobody declares.
+            TegotaeError: for an undeclared name.
         """
         known = declared(controller, body)
         recorded = tuple(known) if wanted is None else tuple(wanted)
@@ -344,7 +344,7 @@ class Recorder:
     def frame(
         self, frame: RecordedFrame, totals: dict[str, jax.Array], events: dict[str, jax.Array]
     ) -> Trajectory:
-        """What is recorded of a frame."""
+        """The recording of a frame."""
         recorded = {}
         for name in self.recorded:
             channel = self.channels[name]

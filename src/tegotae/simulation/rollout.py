@@ -83,10 +83,10 @@ class Engine:
         )
 
     def recorder(self, body: Body) -> Recorder:
-        """What is recorded on this body: what the summary says it needs, else everything.
+        """The channels recorded on this body: those that the summary needs, else all.
 
         Raises:
-            TegotaeError: if the summary needs a channel that nobody declares.
+            TegotaeError: if the summary needs an undeclared channel.
         """
         return self.program.recorder(body)
 

@@ -57,7 +57,7 @@ class SavedController:
         name: the experiment's or model's name; None if it has none.
         experiment: what was trained, and how it is evaluated; None where the file does not say.
         task: what was trained on an environment; None of a training on the engine.
-        training: how it was trained and how well that went; numbers, strings and lists only.
+        training: settings and result of the training; numbers, strings and lists only.
         software: versions of the programs that made it.
 
     Raises:

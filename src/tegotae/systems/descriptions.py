@@ -2,7 +2,7 @@
 
 A part (see `tegotae.systems.registry`) becomes a dictionary of its fields with its `kind`, and a
 user's one with the hash of its code; any other dataclass, such as a `Timing`, one of its fields
-alone, for its place says what it is.
+alone, for its place identifies it.
 """
 
 from __future__ import annotations

@@ -144,7 +144,7 @@ def _task(document: JsonObject) -> JsonObject:
 
 
 def _external_limbs(body: JsonObject, wiring: JsonObject) -> JsonObject:
-    """Limbs on an environment, whose scales and rest length were 1 where nobody knew them.
+    """Limbs on an environment, whose scales and rest length were 1 if unknown.
 
     Args:
         body: an earlier `WiredLimbs`.

@@ -28,7 +28,7 @@ ADDED = "+"
 """Before that name: what is learned is added to the system's own actuation."""
 
 _USUAL = {"r": "F", "g": "F", "t": "phif"}
-"""What is sensed where a name does not say it."""
+"""The default inputs, for names without any."""
 _NAME = re.compile(
     r"(?P<feedback>V|A|R|AR)(?P<G>G?)(?P<T>T?)"
     r"(?:-r(?P<r>[A-Za-z]+))?(?:-g(?P<g>[A-Za-z]+))?(?:-t(?P<t>\+?[a-z]+))?"

@@ -32,7 +32,7 @@ class Legged:
     """A system on several legs with its weights, as questions about gaits take it.
 
     Args:
-        about: what it is, in a line.
+        about: its meaning, in a line.
         system: body, controller and release; its timing is long enough to settle.
         weights: of the controller; (σ,) of a vanilla one.
         legs: the legs' names, in the body's order; those of their places if None.

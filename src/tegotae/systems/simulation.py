@@ -133,7 +133,7 @@ def _first_lane(x: AnyArray) -> AnyArray:
 
 @dataclass(frozen=True)
 class Result:
-    """What came out: the trajectory of one lane (arrays of shape [frames]) and its summary."""
+    """The result: the trajectory of one lane (arrays of shape [frames]) and its summary."""
 
     simulation: Simulation
     trajectory: Trajectory

@@ -36,7 +36,7 @@ def header_and_arrays(path: Path) -> tuple[Document, dict[str, np.ndarray]]:
 
     Raises:
         DamagedRecordError: if it is no record, is cut short, or its checksum is wrong.
-        TegotaeError: if it cannot be opened, such as for want of permission.
+        TegotaeError: if it cannot be opened, such as without permission.
     """
     try:
         stream = path.open("rb")

@@ -29,7 +29,7 @@ from tegotae.systems.release import Release
 class System:
     """What moves: a controller, the body that it drives, and how the two begin and go on.
 
-    Whoever asks a question of a closed loop takes a system, and guesses nothing.
+    Every function of a closed loop takes a system, without hidden defaults.
 
     Args:
         controller: the structure; its weights are given with the question.

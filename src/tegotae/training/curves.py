@@ -145,7 +145,7 @@ class _ExperimentEntry(msgspec.Struct):
 
 
 class _Trained(msgspec.Struct):
-    """What is read of a training's configuration."""
+    """The entries read from a training's configuration."""
 
     experiment: _ExperimentEntry
     algorithm: _AlgorithmEntry
@@ -190,7 +190,7 @@ class _Training:
 
     @property
     def experiment(self) -> Mapping[str, Any]:
-        """What was trained; earlier versions wrote it beside the algorithm."""
+        """The trained experiment; earlier versions wrote it beside the algorithm."""
         return self.configuration.get("experiment", self.configuration)
 
     @property

@@ -70,7 +70,7 @@ class Evaluator(ABC):
 
     @property
     def program(self) -> tuple[Any, ...]:
-        """What is compiled for it; hashable."""
+        """The compiled part of it; hashable."""
         return ()
 
     @property
@@ -114,7 +114,7 @@ class EngineEvaluator(Evaluator):
 
     @property
     def program(self) -> tuple[Engine, Objective, int]:
-        """What is compiled: settings of the fitness are data."""
+        """The compiled part: settings of the fitness are data."""
         fitness = self.fitness.program
         return (
             dataclasses.replace(self.rollouts, summary=EpisodeSummary(fitness)),

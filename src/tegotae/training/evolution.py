@@ -80,7 +80,7 @@ class Evolution(Learner):
         return EvolutionSession(self, experiment, seeds)
 
     def program(self, experiment: Trainable) -> tuple[object, ...]:
-        """What is compiled: trainings of which this is equal share it."""
+        """The compiled part: trainings with an equal one share it."""
         with evaluator_of(experiment) as evaluator:
             return (self.algorithm.program, *evaluator.program)
 

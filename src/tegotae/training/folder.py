@@ -97,7 +97,7 @@ def save_controller(
         controller: its controller, as it is with these weights.
         weights: shape [n_weights].
         configuration: how it was trained.
-        outcome: how that went; its `seed` is part of the file's name.
+        outcome: the result of that; its `seed` is part of the file's name.
     """
     path = out / f"{experiment.name}-seed{outcome['seed']}.json"
     training = {name: each for name, each in configuration.items() if name != "experiment"}

@@ -33,7 +33,7 @@ class LearnedController:
     Args:
         controller: the controller, as it is with these weights.
         weights: the best that were found, shape [n_weights].
-        outcome: how the training went: `seed`, `best_fitness`, and the learner's own entries.
+        outcome: the result of the training: `seed`, `best_fitness`, and the learner's own entries.
     """
 
     controller: Controller

@@ -34,7 +34,7 @@ def best_gain(experiment: Trainable, workers: int | None = None) -> tuple[float,
 
 
 def _at_offsets(experiment: Trainable) -> list[Trainable]:
-    """The experiment at each frequency by which a gain is judged."""
+    """The experiment at each frequency at which a gain is evaluated."""
     if not isinstance(experiment, Experiment) or experiment.omega is None:
         return [experiment]
     if experiment.search_offsets == (0.0,):

@@ -37,7 +37,7 @@ class Trainable(Protocol):
 
     @property
     def task(self) -> EnvTask | None:
-        """What is learned on an environment; None on the engine."""
+        """The task on an environment; None on the engine."""
         ...
 
     @property

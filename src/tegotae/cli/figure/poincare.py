@@ -1,4 +1,4 @@
-"""`tegotae figure poincare`: the apex section, and how fast disturbances die out."""
+"""`tegotae figure poincare`: the apex section, and the decay of disturbances."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which gaits come about from random phases."""
+"""Gaits that emerge from random phases."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from tegotae.cli.tables import print_rows
 
 def draw_basin(legs: LeggedSystemOptions, starts: int, out: Path) -> None:
     """Release a body at random phases, write a figure with its table and document beside it, and
-    print which gaits came about, how often, and how soon.
+    print which gaits emerged, how often, and how soon.
 
     Args:
         legs: the system.

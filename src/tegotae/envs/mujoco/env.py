@@ -21,8 +21,8 @@ class ModelEnv(gymnasium.Env[np.ndarray, np.ndarray]):
 
     Entries of observation and action have names (`tegotae.envs.mujoco.sensing.sensing`). The last
     one of the observation is `work`, the actuators' absolute work since the reset [J]. The reward
-    is how far the first body went, in lengths, less `effort` times the work over weight and length;
-    the length is the body's height in the model.
+    is the distance of the first body, in lengths, less `effort` times the work over weight and
+    length; the length is the body's height in the model.
 
     Args:
         settings: of the model; or its fields by name. `model="hopper"` alone is one that comes with

@@ -1,4 +1,4 @@
-"""Small changes that somebody else's MuJoCo model needs before limbs can be trained on it."""
+"""Small changes of another author's MuJoCo model, so that limbs can be trained on it."""
 
 from __future__ import annotations
 

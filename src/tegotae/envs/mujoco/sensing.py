@@ -42,9 +42,9 @@ class Sensing:
     model: MjModel
     """The `MjModel`."""
     entries: tuple[ObservedEntry, ...]
-    """What is observed, in order."""
+    """The observations, in order."""
     actuators: tuple[str, ...]
-    """What is driven. Adhesion is not: it is on all the time (`held`)."""
+    """The driven entries. Adhesion is none of them: it is on all the time (`held`)."""
     driven: np.ndarray
     """Where in the model's controls these are."""
     held: np.ndarray
@@ -70,7 +70,7 @@ class Sensing:
         return tuple(longer if longer in self.names else plain for longer, plain in named)
 
     def observed(self, data: np.ndarray) -> np.ndarray:
-        """What is observed of sensor data [..., columns], shape [..., entries]."""
+        """The observations from sensor data [..., columns], shape [..., entries]."""
         columns = [entry.column for entry in self.entries]
         gain = np.array([entry.gain for entry in self.entries])
         offset = np.array([entry.offset for entry in self.entries])

@@ -48,7 +48,7 @@ class Suggestion:
     reasons: Mapping[str, str]
     """Why, by entry: `omega`, `scales.velocity`, `limbs[0].push`."""
     remarks: tuple[str, ...]
-    """What was left out, or stands in the way: a sentence each."""
+    """Omissions and obstacles: a sentence each."""
 
 
 @dataclass(frozen=True)
@@ -67,7 +67,7 @@ class _Joint:
     up: float
     """How far the trunk rises over a planted foot [m per rad, or m]."""
     along: float
-    """How far the trunk goes forward over it, likewise."""
+    """The distance of the trunk over it, in the same way."""
     low: float
     high: float
 

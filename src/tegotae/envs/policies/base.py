@@ -194,7 +194,7 @@ def check_entries(name: str, entries: int | None, meaning: Meaning) -> None:
     Args:
         name: of the policy.
         entries: how many it observes; None if that is unknown.
-        meaning: what they are said to be.
+        meaning: their declared meaning.
     """
     named = meaning.settings.observed
     if entries is not None and entries != len(named):

@@ -1,4 +1,4 @@
-"""What is exported: a controller, the tick of its robot, and all that the C is written from."""
+"""The export: a controller, the tick of its robot, and the data of the C code."""
 
 from __future__ import annotations
 

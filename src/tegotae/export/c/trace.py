@@ -166,7 +166,7 @@ class Tracer:
         return self._trace("feedback", evaluate, ("feedback",), values=values)
 
     def command(self) -> Piece:
-        """What is commanded over a tick, the phase held: `Controller.command` and the sector."""
+        """The command over a tick, the phase held: `Controller.command` and the sector."""
         actuation = self._controller.actuation
         names = actuation.COMMANDS
         controller = Controller(_Commanded(actuation), self._controller.oscillator)

@@ -30,7 +30,7 @@ class LiveController:
 
     Args:
         native: the compiled controller.
-        clock: the time [s] where `step` is not told how long a step was; any origin.
+        clock: the time [s] if `step` gets no duration; any origin.
 
     Example:
         >>> live = LiveController.load("V-reflex-w8")

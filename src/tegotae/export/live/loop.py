@@ -28,7 +28,7 @@ _SPIN_S = 0.0002
 
 @dataclass(frozen=True)
 class LoopReport:
-    """How a loop went.
+    """The outcome of a loop.
 
     Args:
         ticks: steps that were taken.
@@ -228,7 +228,7 @@ class _Loop:
                 return
 
     def columns(self) -> dict[str, np.ndarray]:
-        """What was recorded, a column a number."""
+        """The recording, one column per number."""
         n = self.done
         commands = self._commands[:n].reshape(n, -1, self._live.limbs).swapaxes(0, 1)
         own = (self._time_s[:n], self._own[:n, 0], self._own[:n, 1], *commands)

@@ -99,5 +99,5 @@ def makers() -> dict[str, str]:
 
 
 def document(engine: CompiledEngine, about: str, wasm: str) -> JsonObject:
-    """What is kept beside an engine's WebAssembly."""
+    """The document beside an engine's WebAssembly."""
     return {"about": about, "wasm": wasm, "made_by": engine.made_by, "layout": engine.layout}

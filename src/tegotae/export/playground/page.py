@@ -75,7 +75,7 @@ class Page:
 
     choices: Sequence[ControllerChoice]
     report: Callable[[str], None] = print
-    """Told, a line each, what takes long, and why a controller is not offered on a body."""
+    """Receives a line per slow step, and per controller that a body does not offer."""
 
     def __post_init__(self) -> None:
         if not self.choices:

@@ -148,7 +148,7 @@ class Program:
 
     @cached_property
     def channels(self) -> tuple[LayoutEntry, ...]:
-        """What is recorded of a frame."""
+        """The recording of a frame."""
         return _entries("channel", self.shapes[1])
 
     @cached_property

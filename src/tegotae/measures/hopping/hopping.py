@@ -51,7 +51,7 @@ def dies_out(last_hop_s: Numeric, duration_s: Numeric) -> AnyArray | np.bool | b
 def left_out(whole: AnyArray) -> jax.Array:
     """How many whole hops are left out at their beginning: one of an odd number of three or more.
 
-    A gait that alternates between two hops is so paid for both alike.
+    So a gait that alternates between two hops is credited for both alike.
 
     Args:
         whole: number of whole hops, any shape.
@@ -84,7 +84,7 @@ class WholeHops(NamedTuple):
 
 
 def at_frame(recorded: AnyArray, frame: AnyArray) -> jax.Array:
-    """What was recorded [frames, lanes] in a frame of each lane's own [lanes]: shape [lanes]."""
+    """The values of a recording [frames, lanes] at a frame of each lane [lanes]: shape [lanes]."""
     return jnp.take_along_axis(jnp.asarray(recorded), frame[None], axis=0)[0]
 
 

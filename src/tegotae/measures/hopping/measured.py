@@ -36,7 +36,7 @@ from tegotae.simulation.rollout import Trajectory
 
 @dataclass(frozen=True, kw_only=True)
 class Efficiency:
-    """What was climbed for how much work, from one apex to another."""
+    """Height climbed and work, from one apex to another."""
 
     start_s: float
     """Time of the first apex since the first sample [s]."""

@@ -21,15 +21,15 @@ PLACES = (TABLE, FIGURE, REPORT)
 """Where a metric can be shown: tables on the screen, the study's figures, the report's page."""
 
 REGIME = "regime"
-"""What is known of every episode beside its metrics: an index into `REGIMES`."""
+"""A label of every episode beside its metrics: an index into `REGIMES`."""
 
 
 class UnknownBodyError(TegotaeError):
-    """Something of a body was asked for, and nobody has said which body it is."""
+    """A parameter of a body is needed, and the body is unknown."""
 
 
 class UnknownBody:
-    """Stands for the body of a recording of which nobody has said what it is of.
+    """Stands for the unknown body of a recording.
 
     Raises:
         UnknownBodyError: for whatever is asked of it.
@@ -75,8 +75,8 @@ class Metric:
     Args:
         name: by which it is asked for, and its column in tables; with its unit, such as "t0_s".
         label: a short name for a person, such as "T0".
-        about: one line on what it is.
-        more_is_better: whether more of it is better; None if that cannot be said.
+        about: its meaning in one line.
+        more_is_better: whether more of it is better; None if neither is.
         unit: empty for a pure number.
         range: least and largest possible value; intervals do not reach beyond.
         math: the label in figures, where $...$ is mathematics; the plain label by default.

@@ -29,7 +29,7 @@ _NOT_GIVEN = {
 
 @dataclass(frozen=True, kw_only=True)
 class Known:
-    """What is known of a recording."""
+    """The known parameters of a recording."""
 
     regime: int
     """Index into `REGIMES`."""

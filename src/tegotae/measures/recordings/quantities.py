@@ -19,7 +19,7 @@ class Quantity:
     Args:
         names: by which its column is known, without the unit.
         units: how much each unit is of the SI's, the SI's first.
-        about: what it is.
+        about: its meaning.
     """
 
     names: tuple[str, ...]

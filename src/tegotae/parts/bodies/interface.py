@@ -1,4 +1,4 @@
-"""The interface of a body: all that a controller sees of it, whoever simulates the rest."""
+"""The interface of a body: all that a controller sees of it, on any simulator."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from tegotae.parts.parameters import STATIC, traceable
 class Interface:
     """Signals, commands and scales of limbs; None for what is not known.
 
-    It stands for a body whose mechanics are elsewhere, in somebody else's simulator or in a robot.
+    It stands for a body whose mechanics are in another simulator or in a robot.
     A network sees a signal x as x / scale, and one without a known scale as x.
 
     Args:

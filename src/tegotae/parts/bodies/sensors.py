@@ -22,7 +22,7 @@ class SensorsState(NamedTuple):
     body: StateTree
     """The state of the body."""
     felt: dict[str, jax.Array]
-    """What was felt at the last ticks, newest first, [ticks, (limbs,) lanes]."""
+    """The senses at the last ticks, newest first, [ticks, (limbs,) lanes]."""
     measured: dict[str, jax.Array]
     """What of it the sensors report now, [(limbs,) lanes]."""
     tick: jax.Array

@@ -115,7 +115,7 @@ class Upright(Body):
                 require_finite(field.name, value, above=0.0)
 
     def _require_present(self) -> None:
-        """Raise `TegotaeError` unless every leg is said to be there or not, and one is."""
+        """Raise `TegotaeError` unless each leg is declared present or absent, one present."""
         if self.present is None:
             return
         object.__setattr__(self, "present", tuple(self.present))

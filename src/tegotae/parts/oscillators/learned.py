@@ -68,7 +68,7 @@ class Learned(OscillatorWrapper):
 
     @property
     def names(self) -> tuple[str, ...]:
-        """What is trained, in the order of the weights."""
+        """The trained parameters, in the order of the weights."""
         return tuple(self._planar.RANGES)
 
     @property

@@ -31,7 +31,7 @@ class Actuation(Term):
     """
 
     COMMANDS: tuple[str, ...] = FORCE
-    """What is commanded, number by number; a body takes one kind of command (`Body.COMMANDS`)."""
+    """The quantities of the command; a body takes one kind of command (`Body.COMMANDS`)."""
 
     @property
     def commands_force(self) -> bool:

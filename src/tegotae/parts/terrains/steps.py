@@ -17,7 +17,7 @@ from tegotae.parts.terrains.base import Terrain
 class Steps(Terrain):
     """h = rise · ⌈(x - start) / tread⌉ for x > start, else 0: stairs up, or down if it falls.
 
-    A single step has a tread that nobody walks to the end of.
+    A single step has a tread longer than any walk.
 
     Raises:
         TegotaeError: for a number that is not finite, or a tread that is not positive.

@@ -89,7 +89,7 @@ def signals(
 
 
 def with_oscillator(controller: Controller, sensed: Signals, oscillator: StateTree) -> Signals:
-    """What is sensed, and the signals of the oscillator, if there is one."""
+    """The senses, and the signals of the oscillator, if there is one."""
     if controller.oscillator is None:
         return sensed
     return sensed.adding(**controller.oscillator.signals(oscillator))
@@ -189,7 +189,7 @@ def push(
     phase_end: PerLimb,
     omega: PerLimb,
 ) -> Push:
-    """The command along a phase path: full force inside the sector, if any, else what it is.
+    """The command along a phase path: full force inside the sector, if any, else unchanged.
 
     Its rise gives the switched part its first moment in time, so that a sector that begins or ends
     inside a tick also displaces the body as it should.

@@ -91,7 +91,7 @@ class PredictorCorrector(Integrator):
 
 
 def _predicted(controller: Controller, earlier: Drive, now: Drive) -> PerCommand:
-    """The command over a tick from what was said before it."""
+    """The command over a tick from the commands before it."""
     if controller.actuation.commands_force:
         return now.command
     return 2.0 * now.command - earlier.command

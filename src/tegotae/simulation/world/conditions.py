@@ -63,7 +63,7 @@ class Uniform(Condition):
     What belongs to the limbs is drawn limb by limb.
 
     Args:
-        low: the least value, in the unit of what it is.
+        low: the least value, in the unit of the quantity.
         high: the largest.
 
     Raises:

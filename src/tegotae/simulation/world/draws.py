@@ -100,7 +100,7 @@ def check_conditions(
     tick_s: float,
     duration_s: float,
 ) -> None:
-    """Raise `TegotaeError` for a condition that nobody has, or extremes that make no body.
+    """Raise `TegotaeError` for an unknown condition, or extremes that make no body.
 
     Every combination of the extremes is made once, so that the body itself says what it refuses.
 

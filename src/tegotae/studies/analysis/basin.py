@@ -106,7 +106,7 @@ def map_basin(
 
 
 def distinct(outcome: Outcome) -> tuple[np.ndarray, tuple[Attractor, ...]]:
-    """Tell limit cycles apart by period, turns of the oscillator, and mean apex height.
+    """Distinguish limit cycles by period, turns of the oscillator, and mean apex height.
 
     Args:
         outcome: of rollouts of one controller, arrays of shape [lanes].

@@ -136,7 +136,7 @@ def find_orbit(
 
 
 def oscillator_state_names(saved: SavedController) -> tuple[str, ...]:
-    """What is known of the oscillator's state beside its phase."""
+    """The oscillator's state beside its phase."""
     oscillator = saved.controller.oscillator
     return () if oscillator is None else oscillator.STATE
 

@@ -48,7 +48,7 @@ class BodySpeed(NamedTuple):
 
 @dataclass(frozen=True)
 class LastFrame:
-    """What is kept of a rollout: work, and whether it failed."""
+    """The summary of a rollout: work, and whether it failed."""
 
     needs = ("work_absolute_j", "failed")
 

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 class TwinWalk(NamedTuple):
-    """What was seen of a twin."""
+    """The observation of a twin."""
 
     time_s: np.ndarray
     """Time, [frames]."""

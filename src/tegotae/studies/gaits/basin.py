@@ -1,4 +1,4 @@
-"""Basins of gaits: from random phases, which gait comes about, how often, and how soon."""
+"""Basins of gaits: the gaits that emerge from random phases, how often, and how soon."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class GaitBasin:
     """What random releases lead to."""
 
     legged: Legged
-    """What was released."""
+    """The released system."""
     phase_rad: np.ndarray
     """Phases at release [rad], [limbs, starts]."""
     found: Coordination
@@ -31,7 +31,7 @@ class GaitBasin:
 
     @property
     def outcomes(self) -> tuple[GaitShare, ...]:
-        """What came about, the most common first."""
+        """The gaits that emerged, the most common first."""
         return outcomes(self.found, self.gait)
 
 
@@ -67,7 +67,7 @@ def find_basin(
     timing: Timing | None = None,
     window_s: float | None = None,
 ) -> GaitBasin:
-    """Release a body at random phases of its legs, and see which gaits come about.
+    """Release a body at random phases of its legs, and count the emerging gaits.
 
     Args:
         legged: the body and what drives it.

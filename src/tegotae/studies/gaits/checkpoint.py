@@ -34,7 +34,7 @@ def in_parts(
     Args:
         count: how many parts there are.
         part: does one of them, given its number.
-        kept: the file; nothing is kept without. It is gone once all is done.
+        kept: the file; nothing is kept without. It is removed at the end.
         settings: all that the work depends on, as JSON values: a file of other work does not count.
         progress: is called with how many are done.
 

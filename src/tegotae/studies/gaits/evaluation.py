@@ -27,7 +27,7 @@ MEASURES = {
     "froude": "Froude number of the mean speed",
     "slip": "way that each foot slips, over the way of the body",
 }
-"""What is reported of a controller at a frequency."""
+"""The evaluation of a controller at a frequency."""
 
 
 @dataclass(frozen=True)

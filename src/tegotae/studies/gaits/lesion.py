@@ -144,7 +144,7 @@ class Aftermath:
     """What random releases did before and after a lesion."""
 
     legged: Legged
-    """What was released."""
+    """The released system."""
     lesion: GaitLesion
     """What happened."""
     timing: Timing

@@ -1,4 +1,4 @@
-"""Maps of gaits: which gait comes about over two parameters, and what it costs."""
+"""Maps of gaits: which gait emerges over two parameters, and its cost."""
 
 from __future__ import annotations
 
@@ -33,10 +33,10 @@ LANES = 1024
 
 @dataclass(frozen=True)
 class GaitMap:
-    """What comes about at every cell, from the same random releases."""
+    """The gaits of every cell, from the same random releases."""
 
     legged: Legged
-    """What was released."""
+    """The released system."""
     x: Axis
     """The columns."""
     y: Axis

@@ -1,4 +1,4 @@
-"""What is varied from lane to lane: the frequency, the gain, or a number of the body."""
+"""Parameters that vary from lane to lane: the frequency, the gain, or a number of the body."""
 
 from __future__ import annotations
 

@@ -25,7 +25,7 @@ class GaitRun:
     """A rollout of one lane: arrays [frames, limbs] of legs, else [frames]."""
 
     legged: Legged
-    """What was released."""
+    """The released system."""
     timing: Timing
     """And for how long."""
     phase_rad: np.ndarray

@@ -183,7 +183,7 @@ def stability(
     tolerance: float = TOLERANCE,
     timing: Timing | None = None,
 ) -> GaitStability:
-    """How deviations of the lags from gaits grow or die out, cycle by cycle.
+    """How deviations of the lags from gaits grow or decay, cycle by cycle.
 
     At each value of the parameter the body is released at the lags of the gait, and runs on for
     half the time. If it is in that gait then, the phases of its legs are kicked: for a moment each
@@ -191,7 +191,7 @@ def stability(
     sections where the reference leg's phase passes zero; half the differences of such pairs are
     deviations δ. The first cycles also show what the kick did to the body's motion, and are left
     out; over those that follow, δ' = M δ is fitted by least squares. The eigenvalues of M are the
-    multipliers per cycle: below one in modulus deviations die out.
+    multipliers per cycle: below one in modulus deviations decay.
 
     All is done in double precision, in one batch.
 

@@ -89,7 +89,7 @@ class GaitSweep:
     """What sweeps up and down have found; levels from the lowest frequency to the highest."""
 
     legged: Legged
-    """What was swept."""
+    """The swept system."""
     omega: np.ndarray
     """The levels [rad/s], [levels]."""
     phase_rad: np.ndarray

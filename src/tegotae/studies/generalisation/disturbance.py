@@ -69,7 +69,7 @@ class Disturbance(ABC):
     def changes(
         self, tested: ControllersUnderTest, level: np.ndarray, at_s: np.ndarray
     ) -> dict[str, LaneNumbers]:
-        """What is otherwise for lanes of these levels, by name (`with_changes`).
+        """The changes for lanes of these levels, by name (`with_changes`).
 
         Arrays [lanes] or [limbs, lanes], or schedules of them; names are those of the prepared
         body's fields, and of the scenario's entries.

@@ -89,7 +89,7 @@ def read(path: Path, document: Document) -> Retention | None:
     """The record at a place; None if there is none, or none of this configuration that is whole.
 
     Raises:
-        TegotaeError: if it cannot be opened, such as for want of permission, or is of another
+        TegotaeError: if it cannot be opened, such as without permission, or is of another
             engine.
     """
     try:

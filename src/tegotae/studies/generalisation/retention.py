@@ -51,7 +51,7 @@ Outcomes: TypeAlias = Mapping[str, np.ndarray]
 
 
 class RetentionCriterion(ABC):
-    """What is recorded of a rollout, and what of a gait is kept."""
+    """The summary of a rollout, and the retained part of a gait."""
 
     summary: Summary
     """What an engine makes of a rollout."""
@@ -68,7 +68,7 @@ class RetentionCriterion(ABC):
     def kept(
         self, usual: Outcomes, found: Outcomes, weight_ratio: np.ndarray
     ) -> dict[str, np.ndarray]:
-        """What is kept under a disturbance (`Retention`), [levels, lanes] each.
+        """The retained part under a disturbance (`Retention`), [levels, lanes] each.
 
         Args:
             usual: without it, [1, lanes].

@@ -126,7 +126,7 @@ def read(path: Path) -> Record:
 
     Raises:
         DamagedRecordError: if it is no record, is cut short, or its checksum is wrong.
-        TegotaeError: if it cannot be opened, such as for want of permission.
+        TegotaeError: if it cannot be opened, such as without permission.
     """
     header, arrays = header_and_arrays(path)
     try:

@@ -24,7 +24,7 @@ class Family(ABC):
     @property
     @abstractmethod
     def about(self) -> str:
-        """What it is, in a line."""
+        """Its meaning, in a line."""
 
     @property
     def has_rhythm(self) -> bool:

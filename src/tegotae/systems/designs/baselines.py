@@ -137,7 +137,7 @@ class NetworkOfBody(Family):
         return self.clock
 
     def controller(self, legged: Legged, budget: int) -> Controller:
-        """The network, and the clock: an oscillator that hears of nothing."""
+        """The network, and the clock: an oscillator without feedback."""
         body, limbs = legged.body, legged.body.limbs
         each = of_leg(self.observation, body)
         common = (*(["phase"] if self.clock else []), *of_body(self.observation, body))

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 class AgentLearner(Learner):
     """Learning by an agent, one seed after the other; resumable by seed.
 
-    An agent is not paid for ΔΩ, and so its policies are evaluated without it. The experiment's
+    An agent's reward has no ΔΩ, and so its policies are evaluated without it. The experiment's
     control period is that of the evaluations.
 
     Args:

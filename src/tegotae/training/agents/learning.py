@@ -115,7 +115,7 @@ class AgentTraining:
 
     @property
     def work(self) -> str:
-        """The definition of work that hops are paid by: the fitness's, if it has one."""
+        """The definition of work in the reward: the fitness's, if it has one."""
         return getattr(self.fitness, "work", WORK[0])
 
     @property

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class AgentSettings:
-    """What the agents share: how they act, what they are paid, and how their critics look.
+    """Common settings of the agents: actions, reward and critics.
 
     Raises:
         TegotaeError: for a setting out of its range.
@@ -36,7 +36,7 @@ class AgentSettings:
     critic_senses: tuple[str, ...] = ()
     """What the critics sense beyond what the policy does, such as `velocity` and `height`."""
     least_work_j: float = 1e-6
-    """Work up to which a hop is not paid [J] (see `tegotae.envs.HopReward`)."""
+    """Work up to which a hop is not rewarded [J] (see `tegotae.envs.HopReward`)."""
     charge_stored: bool = False
     """Whether energy that the body lost since the last apex is charged as work too."""
     normalize_reward: bool = False

@@ -45,7 +45,7 @@ class Algorithm(ABC):
 
     @property
     def program(self) -> Algorithm:
-        """What is compiled: all settings, unless a class says which of them are data.
+        """The compiled settings: all, unless a class declares some as data.
 
         Those that a strategy has from `parameters`, or from the state that `start` returns, need
         not be: another value of them then compiles nothing anew.

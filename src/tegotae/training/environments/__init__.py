@@ -1,1 +1,1 @@
-"""Training on somebody else's simulator: limbs that are wired into a Gymnasium environment."""
+"""Training on another simulator: limbs that are wired into a Gymnasium environment."""

@@ -1,4 +1,4 @@
-"""What is kept of episodes on an environment, and what of one may be asked."""
+"""Recordings of episodes on an environment, and their quantities."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ class EnvEpisode:
     time_s: np.ndarray
     """Time at the end of each step [s], [steps]."""
     observation: np.ndarray
-    """What was observed then, [steps, entries]."""
+    """The observations at these times, [steps, entries]."""
     names: tuple[str, ...]
     """Names of its entries."""
     action: np.ndarray
-    """What was done in each step, [steps, entries]."""
+    """The action of each step, [steps, entries]."""
     reward: np.ndarray
     """The environment's reward, [steps]."""
     phase_rad: np.ndarray
@@ -60,7 +60,7 @@ class EpisodeBatch:
     steps: int
     """Steps of the longest episode."""
     sound: np.ndarray
-    """Which lanes were tried and went well to their end, [lanes]; of others there is no episode."""
+    """The lanes that ran to their end without a fault, [lanes]; others have no episode."""
 
     @property
     def lasted(self) -> np.ndarray:

@@ -22,7 +22,7 @@ _LANES = 64
 
 
 class SampleWarning(UserWarning):
-    """Samples went wrong on an environment, and count as failed."""
+    """Samples failed on an environment, and count as failed."""
 
 
 class EnvEvaluator(Evaluator):
@@ -52,7 +52,7 @@ class EnvEvaluator(Evaluator):
         self._workers = workers
         self._runner: EnvRollouts | WorkerPool | None = None
         self.troubles: Counter[str] = Counter()
-        """How many samples went wrong, by what happened."""
+        """The number of failed samples, by kind of failure."""
 
     def evaluate(self, candidates: np.ndarray, who: Generation) -> Scores:
         """Scores of every candidate of the seeds that are going."""

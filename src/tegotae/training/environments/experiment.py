@@ -38,7 +38,7 @@ from tegotae.training.environments.objectives import (
 
 @dataclass(frozen=True, kw_only=True)
 class EnvExperiment:
-    """What is trained on an environment; `tegotae.training.run.Run` takes it as any experiment.
+    """An experiment on an environment; `tegotae.training.run.Run` takes it as any other.
 
     Args:
         name: what it is called, in files and tables.

@@ -122,7 +122,7 @@ class GymLanes(Lanes):
         return self._seen.copy(), rewards, over
 
     def _guarded(self, lane: int, act: Callable[[], Observation]) -> np.ndarray | None:
-        """What an environment shows after an act; None, and a trouble, if something went wrong."""
+        """The observation after an action; None, and the trouble, after a failure."""
         self._beat(lane)
         try:
             seen = np.asarray(flat(self._space, act()), float)

@@ -67,7 +67,7 @@ class WorkerPool:
         """Scores of candidates, [candidates, n_weights].
 
         Raises:
-            TegotaeError: if the workers die whatever they are given.
+            TegotaeError: if the workers die with every sample.
         """
         n = len(weights)
         found = Trials(np.zeros(n), np.full(n, np.nan), np.ones(n, bool), [None] * n)
@@ -176,7 +176,7 @@ class _EnvWorker:
 def _work(
     link: Connection, beat: Array[c_longlong], experiment: EnvExperiment, lanes: int, parent: int
 ) -> None:
-    """What a worker does: try out what it is given until nobody is left to give it anything."""
+    """What a worker does: evaluate samples until its parent has ended."""
     end_with_parent(parent)
 
     def at_work(lane: int) -> None:

@@ -34,7 +34,7 @@ _CONFIGURATION = "configuration"
 
 @contextmanager
 def opened(path: Path, configuration: Mapping[str, Json], *, anew: bool = False) -> Iterator[Study]:
-    """The study in a storage file, begun or gone on with; nobody else may open it meanwhile.
+    """The study in a storage file, begun or continued; no other process may open it meanwhile.
 
     What a killed tuner left is put in order: half a line at the file's end is cut off, and trials
     that it was at are failed and put into the queue again.
@@ -183,7 +183,7 @@ def _require_values(study: Study) -> None:
 
 
 def _requeue_abandoned(optuna: ModuleType, study: Study) -> None:
-    """Trials left running by a tuner that was killed: nobody else can be at them."""
+    """Trials left running by a tuner that was killed."""
     states = optuna.trial.TrialState
     for trial in study.get_trials(deepcopy=False, states=(states.RUNNING,)):
         requeue(study, trial)

@@ -1,4 +1,4 @@
-"""What is recorded of a walker beside what is recorded of every body."""
+"""The channels of a walker beside those of every body."""
 
 from __future__ import annotations
 

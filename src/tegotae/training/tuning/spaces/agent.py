@@ -17,7 +17,7 @@ _POINTS = 20
 
 
 class SharedSettings(TypedDict):
-    """What is searched of the settings of every agent."""
+    """The searched settings of every agent."""
 
     gamma: float
     learning_rate: float
