@@ -1,4 +1,4 @@
-"""The sidebar is short: pages are arranged by need, and each is in it once."""
+"""The sidebar is short, pages are arranged by need, and studies begin with their results."""
 
 from __future__ import annotations
 
@@ -47,3 +47,13 @@ def test_every_page_is_in_the_sidebar_once():
     )
     assert {page for page, times in listed.items() if times > 1} == set()
     assert pages - listed.keys() == {DOCS / "index.md"}
+
+
+STUDIES = sorted(set((DOCS / "studies").glob("*.md")) - {DOCS / "studies" / "index.md"})
+
+
+@pytest.mark.parametrize("page", STUDIES, ids=lambda page: page.stem)
+def test_a_study_begins_with_its_readers_and_its_result(page):
+    opening = page.read_text(encoding="utf-8").partition("\n\n")[2].partition("\n\n")[0]
+    assert opening.startswith("For readers")
+    assert "**Result:**" in opening
