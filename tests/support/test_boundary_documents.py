@@ -284,7 +284,7 @@ def test_a_record_that_would_unpack_to_gigabytes_is_not_unpacked(tmp_path, monke
     assert path.stat().st_size < 200_000
     monkeypatch.setattr("tegotae.systems.study_records.MOST_BYTES", 2**24)
     monkeypatch.setattr(np, "load", lambda *_, **__: pytest.fail("it was unpacked"))
-    with pytest.raises(DamagedRecordError, match="it unpacks to 61.1 MiB, more than 16 MiB"):
+    with pytest.raises(DamagedRecordError, match=r"it unpacks to 61\.1 MiB, more"):
         read(path)
 
 

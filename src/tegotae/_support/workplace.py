@@ -94,7 +94,7 @@ def _set_aside(folder: Path, work: WorkKind) -> None:
         place = output_folder(earlier(folder.resolve()))
         for path in dict.fromkeys(found):
             move(path, place / path.name)
-        print(f"what {folder} held is now in {place}")
+        print(f"the earlier content of {folder} is now in {place}")
 
 
 def move(path: Path, place: Path) -> None:

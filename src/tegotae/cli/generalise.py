@@ -125,7 +125,7 @@ def _print_margins(done: list[Done], chosen: tuple[Disturbance, ...]) -> None:
         if outcome.left_out:
             print(f"{tested.name} was left out of {json.dumps(outcome.left_out)[1:-1]}")
     print(
-        "The level at which half of the runs no longer keep the gait that they have undisturbed, "
+        "The level at which half of the runs have lost their undisturbed gait, "
         "and its 95 % interval over runs; inf where they keep it at all levels."
     )
 

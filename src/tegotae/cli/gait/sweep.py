@@ -83,7 +83,7 @@ class Sweep(GaitCommand):
         for each in found.hysteresis:
             print(formatted(each))
         if not found.hysteresis:
-            print("no named gait gives way on the way up and comes back on the way down")
+            print("no named gait changes on the way up and returns on the way down")
         where = ", ".join(f"{w:.4g}" for w in found.bistable)
         print(f"lags differ between the two ways at {where or 'no level'}")
         self.wrote(written)

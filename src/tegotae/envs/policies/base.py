@@ -180,8 +180,7 @@ class Policy:
         if self.meaning.acts == "feedback" and (np.abs(actions) > 1.0 + 1e-6).any():
             most = self.meaning.settings.action_scale
             warnings.warn(
-                f"{self.name} answers a feedback of more than {most:g} rad/s; what is beyond is "
-                "cut off",
+                f"{self.name} returns a feedback of more than {most:g} rad/s, which is clipped",
                 ClippedFeedbackWarning,
                 stacklevel=2,
             )

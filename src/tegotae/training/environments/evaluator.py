@@ -101,7 +101,7 @@ class EnvEvaluator(Evaluator):
             if trouble not in self.troubles:
                 warnings.warn(
                     f"{self._experiment.spec.env}: {trouble}; {count} of "
-                    f"{len(trials.troubles)} samples count as failed, the training goes on",
+                    f"{len(trials.troubles)} samples count as failed, the training continues",
                     SampleWarning,
                     stacklevel=2,
                 )

@@ -84,7 +84,7 @@ def _set_aside(path: Path) -> None:
         _mend(stream, path)
         place = earlier(path)
         move(path, place)
-    print(f"what {path} held is now in {place}")
+    print(f"the earlier content of {path} is now in {place}")
 
 
 def _has_values(study: Study) -> bool:
