@@ -18,7 +18,7 @@ EXAMPLES = ROOT / "examples"
 PICTURES = ROOT / "docs" / "_static" / "gallery"
 WIDTH = 1000
 """Largest width of a picture [pixels]."""
-COLOURS = 64
+COLOURS = 256
 
 
 def shrunk(picture: Image.Image) -> Image.Image:

@@ -223,3 +223,17 @@ def test_the_command_draws_and_says_how_far_pgpe_leads(tmp_path, capsys):
 def test_the_command_asks_for_trainings(tmp_path, capsys):
     assert main(["figure", "learning-curves", "--out", str(tmp_path / "a.png")]) == 2
     assert "name their folders" in capsys.readouterr().err
+
+
+def test_the_legend_names_only_what_is_drawn():
+    time = np.array([0.0, 10.0, 20.0])
+
+    def run(algorithm: str, seed: int) -> LearningCurve:
+        return LearningCurve(algorithm, "AR", seed, time / 10.0, time, time / 20.0)
+
+    def legend(*curves: LearningCurve) -> list[str]:
+        return [text.get_text() for text in algorithms_figure(curves).legends[0].get_texts()]
+
+    assert legend(run("pgpe", 0)) == ["run"]
+    assert legend(run("pgpe", 0), run("sac", 0)) == ["run", "other algorithms"]
+    assert legend(run("pgpe", 0), run("pgpe", 1)) == ["mean over runs", "its 95 % interval", "runs"]

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import tyro
 
 from tegotae._support.errors import TegotaeError, require_count
+from tegotae.cli.figure.output import PictureFormat
 from tegotae.cli.tables import print_rows
 
 if TYPE_CHECKING:
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Generalise:
+class Generalise(PictureFormat):
     """Test trained controllers, unchanged, in conditions outside of their training; run it again on
     the same folder to continue."""
 
@@ -61,7 +62,7 @@ class Generalise:
         require_free_for(self.out, GENERALISATION)
         done = generalise(self._subjects(), chosen, self.out, anew=self.anew)
         paths = write_tables(done, chosen, self.out)
-        paths.append(save_figure(curves_figure(done, chosen), self.out / "curves.png"))
+        paths.append(save_figure(curves_figure(done, chosen), self.out / f"curves.{self.format}"))
         _print_margins(done, chosen)
         print("wrote " + ", ".join(map(str, paths)))
 

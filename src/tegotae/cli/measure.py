@@ -174,10 +174,10 @@ class Measure(WorkOption):
     def _draw(self, found: Measured, rest_length_m: float) -> None:
         from tegotae.figures.data import write_tables
         from tegotae.figures.recording import recording_figure, recording_tables
-        from tegotae.figures.style import literal, save_figure
+        from tegotae.figures.style import save_figure
 
         assert self.plot is not None
-        note = f"{literal(self.file.name)}: {REGIMES[found.regime]}"
+        note = REGIMES[found.regime]
         save_figure(recording_figure(found, rest_length_m=rest_length_m, note=note), self.plot)
         write_tables(self.plot, recording_tables(found))
 

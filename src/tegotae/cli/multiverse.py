@@ -11,6 +11,7 @@ import tyro
 from tegotae._support.devices import require_workers
 from tegotae._support.errors import TegotaeError
 from tegotae._support.files import output_folder, write_atomically
+from tegotae.cli.figure.output import PictureFormat
 from tegotae.cli.options import UNSET
 
 if TYPE_CHECKING:
@@ -108,7 +109,7 @@ class MultiverseExport:
 
 
 @dataclass(frozen=True)
-class MultiverseFigures:
+class MultiverseFigures(PictureFormat):
     """Draw the share of readings under which each claim holds, and the decisive choices."""
 
     source: Annotated[Path, tyro.conf.Positional]
@@ -131,10 +132,10 @@ class MultiverseFigures:
         known = sorted({omega for found in verdicts.values() for omega in found})
         if self.omega not in known:
             raise TegotaeError(f"omega is {self.omega!r}; it must be one of {', '.join(known)}")
-        figures = {"multiverse.png": overview_figure(readings, verdicts, self.omega)}
+        figures = {f"multiverse.{self.format}": overview_figure(readings, verdicts, self.omega)}
         for number in CLAIMS:
             if of_claim(verdicts, number, self.omega):
-                figures[f"claim-{number}.png"] = curve_figure(
+                figures[f"claim-{number}.{self.format}"] = curve_figure(
                     readings, verdicts, number, self.omega
                 )
         output_folder(self.out)

@@ -12,6 +12,7 @@ import tyro
 from tegotae._support.devices import require_workers
 from tegotae._support.errors import TegotaeError
 from tegotae._support.files import output_file, output_folder, write_atomically
+from tegotae.cli.figure.output import PictureFormat
 from tegotae.cli.options import UNSET, ExperimentOptions, Several, experiments_at, settings_named
 from tegotae.measures.hopping.check import check_metric
 from tegotae.measures.hopping.registry import names
@@ -197,7 +198,7 @@ class StudyZoo:
 
 
 @dataclass(frozen=True)
-class StudyFigures:
+class StudyFigures(PictureFormat):
     """Draw Fig. 2 and learning curves from an exported table or a study's folder."""
 
     source: Annotated[Path, tyro.conf.Positional]
@@ -229,17 +230,18 @@ class StudyFigures:
         records = _records(Folder(self.source)) if self.source.is_dir() else []
         texts = {"endings.md": endings_table(endings_by_architecture(table))}
         figures = {
-            "architectures.png": pictograms_figure(table),
-            "metrics.png": architectures_figure(table),
-            "correlations.png": correlation_figure(table),
+            "architectures": pictograms_figure(table),
+            "metrics": architectures_figure(table),
+            "correlations": correlation_figure(table),
         }
         if budgets is not None:
-            figures["budgets.png"] = budgets_figure(verdicts_by_budget(budgets, table))
+            figures["budgets"] = budgets_figure(verdicts_by_budget(budgets, table))
         for omega, figure in convergence.figures(records).items():
-            figures[f"convergence-w{omega}.png"] = figure
+            figures[f"convergence-w{omega}"] = figure
         if records:
             texts["convergence.csv"] = csv_of(Table(convergence.table(records)))
         output_folder(self.out)
+        figures = {f"{name}.{self.format}": figure for name, figure in figures.items()}
         for name, figure in figures.items():
             save_figure(figure, self.out / name)
         for name, text in texts.items():

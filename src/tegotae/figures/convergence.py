@@ -165,10 +165,15 @@ def _handles(trainings: Mapping[str, Trainings]) -> list:
     stops = [(f"stopped: {reason}", _COLOURS[reason]) for reason in known]
     if others:
         stops.append((f"stopped: {', '.join(others)}", _OTHER))
-    return [
-        Line2D([], [], color=COLOURS[0], lw=1.3, label="mean over runs"),
+    several = any(len(found.reason) > 1 for found in trainings.values())
+    of_several = [
         Patch(color=COLOURS[0], alpha=0.2, lw=0, label="its 95 % interval"),
         Line2D([], [], color=COLOURS[0], lw=0.4, alpha=0.6, label="runs"),
+    ]
+    mean = "mean over runs" if several else "run"
+    return [
+        Line2D([], [], color=COLOURS[0], lw=1.3, label=mean),
+        *(of_several if several else []),
         *(
             Line2D([], [], ls="", marker="|", ms=7, mew=1.0, color=colour, label=label)
             for label, colour in stops

@@ -20,6 +20,9 @@ MOST_LINES = len(COLOURS)
 FEW = 8
 """Of fewer runs no interval is drawn: it would cover the panel."""
 _COLUMNS = 4
+_DASHES = ("-", "--", "-.", ":")
+_MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")
+"""Lines and marks, for those who print in grey."""
 
 
 def curves_figure(done: Sequence[Done], disturbances: Sequence[Disturbance]) -> Figure:
@@ -97,16 +100,25 @@ def _shares(
 
 
 def _panel(ax: Axes, each: Disturbance, lines: Mapping[str, Line]) -> None:
-    for colour, (label, line) in zip(COLOURS, lines.items(), strict=False):
+    for number, (label, line) in enumerate(lines.items()):
+        colour, dashes = COLOURS[number], _DASHES[number % len(_DASHES)]
         counts = dict(line.get(each.name, {}))
         if not counts:
-            ax.plot([], [], color=colour, label=label)
+            ax.plot([], [], dashes, color=colour, label=label)
             continue
         found = {x: (n[0] / n[1], *share_interval(*n)) for x, n in counts.items() if n[1]}
         found[each.neutral] = (1.0, 1.0, 1.0)  # by definition
         level = sorted(found)
         share, low, high = zip(*(found[x] for x in level), strict=True)
-        ax.plot(level, share, marker="o", markersize=2.0, color=colour, label=label)
+        ax.plot(
+            level,
+            share,
+            dashes,
+            marker=_MARKERS[number],
+            markersize=2.5,
+            color=colour,
+            label=label,
+        )
         if max(runs for *_, runs in counts.values()) >= FEW:
             ax.fill_between(level, low, high, color=colour, alpha=0.15, linewidth=0)
     ax.axvline(each.neutral, color="0.6", linewidth=0.6, linestyle=":")

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -71,17 +72,27 @@ def algorithms_figure(curves: Sequence[LearningCurve]) -> Figure:
                     )
         for panel in panels[-1]:
             panel.set_xlabel("simulated time learned from [s]")
+        several = any(len(runs) > 1 for runs in found.values())
         figure.legend(
-            handles=[
-                Line2D([], [], color="black", lw=1.2, label="mean over runs"),
-                Patch(color="black", alpha=0.15, lw=0, label="its 95 % interval"),
-                Line2D([], [], color="black", lw=0.4, alpha=0.6, label="runs"),
-                Line2D([], [], color=_OTHERS, lw=0.8, label="means of the other algorithms"),
-            ],
-            loc="outside lower center",
-            ncols=4,
+            handles=_handles(several, len(algorithms) > 1), loc="outside lower center", ncols=4
         )
     return figure
+
+
+def _handles(several_runs: bool, several_algorithms: bool) -> list[Artist]:
+    """The legend, of what is drawn."""
+    if not several_runs:
+        handles: list[Artist] = [Line2D([], [], color="black", lw=1.2, label="run")]
+    else:
+        handles = [
+            Line2D([], [], color="black", lw=1.2, label="mean over runs"),
+            Patch(color="black", alpha=0.15, lw=0, label="its 95 % interval"),
+            Line2D([], [], color="black", lw=0.4, alpha=0.6, label="runs"),
+        ]
+    if several_algorithms:
+        others = "means of the other algorithms" if several_runs else "other algorithms"
+        handles.append(Line2D([], [], color=_OTHERS, lw=0.8, label=others))
+    return handles
 
 
 def _draw(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -41,9 +42,18 @@ def draw_optimum(axes: Axes, curve: Curve, *, bound: bool = True, **style: Any) 
 
 
 def optimum_figure(
-    curve: Curve, points: Points, stances: Stances, *, max_force_n: float, note: str = ""
+    curve: Curve,
+    points: Points,
+    stances: Stances,
+    *,
+    max_force_n: float,
+    note: str = "",
+    longer: Points = MappingProxyType({}),
 ) -> Figure:
     """CoT⁻¹ over hop frequency with what controllers reach; forces over a stance beside it.
+
+    Filled points are gaits that repeat with every hop, under the solid line; open ones have cycles
+    of several hops, under the dashed one.
 
     Args:
         curve: the kept table.
@@ -51,6 +61,7 @@ def optimum_figure(
         stances: forces over a stance, drawn in this order.
         max_force_n: largest actuator force α [N].
         note: title of the second panel.
+        longer: of `points` those whose cycle has several hops, by the same names.
     """
     with styled():
         figure = new_figure(PAGE_IN, 3.4)
@@ -69,18 +80,18 @@ def optimum_figure(
             [15.0, 16.0], [limit, limit], color=COLOURS[4], lw=2.0, label="limit of small hops"
         )
         colours = (COLOURS[0], COLOURS[1], COLOURS[5], COLOURS[6], COLOURS[3], COLOURS[4])
-        for number, (name, (omega, value)) in enumerate(points.items()):
-            left.plot(
-                omega,
-                value,
-                ls="",
-                marker=_MARKS[number % len(_MARKS)],
-                ms=3,
-                mew=0,
-                alpha=0.8,
-                color=colours[number % len(colours)],
-                label=literal(name),
-            )
+        for number, name in enumerate(dict.fromkeys((*points, *longer))):
+            style: Any = {
+                "ls": "",
+                "marker": _MARKS[number % len(_MARKS)],
+                "ms": 3,
+                "color": colours[number % len(colours)],
+            }
+            if name in points:
+                left.plot(*points[name], mew=0, alpha=0.8, label=literal(name), **style)
+            if name in longer:
+                label = literal(f"{name}, cycle of several hops")
+                left.plot(*longer[name], mew=0.6, mfc="none", label=label, **style)
         left.set(xlim=(1.0, 16.0), ylim=(0.0, 1.4))
         left.set_xlabel("hop frequency ω [rad/s]")
         left.set_ylabel("CoT$^{-1}$ A  [m/J]")
@@ -101,16 +112,18 @@ def optimum_figure(
         right.set_title(note)
         right.legend(loc="upper left")
         figure.legend(
-            handles=left.get_legend_handles_labels()[0], loc="outside lower left", ncols=4
+            handles=left.get_legend_handles_labels()[0], loc="outside lower left", ncols=3
         )
     return figure
 
 
 def optimum_tables(
-    curve: Curve, points: Points, stances: Stances
+    curve: Curve, points: Points, stances: Stances, longer: Points = MappingProxyType({})
 ) -> dict[str, dict[str, np.ndarray]]:
     """What the figure shows: the curve, `points`, and `stances`."""
     tables: dict[str, dict[str, np.ndarray]] = {"": dict(curve.columns)}
+    several = {f"{name}, cycle of several hops": gaits for name, gaits in longer.items()}
+    points = {**points, **several}
     if points:
         tables["points"] = {
             "gaits": np.repeat(list(points), [len(omega) for omega, _ in points.values()]),

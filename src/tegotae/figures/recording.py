@@ -99,10 +99,10 @@ def _draw_height(axes: Axes, measured: Measured, rest_length_m: float) -> None:
 
 def _draw_phase(axes: Axes, measured: Measured) -> None:
     table = measured.hops
-    axes.plot(table.time_s, table.phase_rad / np.pi, ".", color=COLOURS[2], ms=4)
-    axes.set_ylabel("apex phase\nφ [π rad]")
-    axes.set_ylim(0.0, 2.0)
-    axes.set_yticks([0.0, 1.0, 2.0])
+    axes.plot(table.time_s, table.phase_rad, ".", color=COLOURS[2], ms=4)
+    axes.set_ylabel("apex phase\nφ [rad]")
+    axes.set_ylim(0.0, 2.0 * np.pi)
+    axes.set_yticks([0.0, np.pi, 2.0 * np.pi], ["0", "π", "2π"])
 
 
 def _draw_portrait(axes: Axes, measured: Measured) -> None:
@@ -121,7 +121,7 @@ def _draw_section(axes: Axes, measured: Measured, with_phase: bool) -> None:
     inside, height = _settled(measured, table.time_s), np.asarray(table.height_m)
     if with_phase:
         across, up = np.asarray(table.phase_rad), height
-        axes.set_xlabel("phase at the apex φ [rad]")
+        axes.set_xlabel("apex phase φ [rad]")
     else:
         across, up, inside = height[:-1], height[1:], inside[1:]
         axes.set_xlabel("height of the apex before [m]")

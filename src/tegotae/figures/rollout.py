@@ -34,11 +34,12 @@ def rollout_figure(result: Result) -> Figure:
             wrapped = np.where(
                 np.abs(np.diff(t.phase_rad, append=np.nan)) > np.pi, np.nan, t.phase_rad
             )
-            phase.plot(t.time_s, wrapped / np.pi, color=COLOURS[0])
-            phase.set_ylabel("phase φ [π rad]")
-            phase.set_ylim(0.0, 2.0)
+            phase.plot(t.time_s, wrapped, color=COLOURS[0])
+            phase.set_ylabel("phase φ [rad]")
+            phase.set_ylim(0.0, 2.0 * np.pi)
+            phase.set_yticks([0.0, np.pi, 2.0 * np.pi], ["0", "π", "2π"])
             feedback = phase.twinx()
-            feedback.plot(t.time_s, t.feedback_rad_per_s, color=COLOURS[1], lw=0.8)
+            feedback.plot(t.time_s, t.feedback_rad_per_s, "--", color=COLOURS[1], lw=0.8)
             feedback.set_ylabel("feedback f [rad/s]", color="#9A6A00")
             feedback.spines["right"].set_visible(True)
         else:

@@ -11,7 +11,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
-from matplotlib.patheffects import withStroke
 from matplotlib.ticker import FixedLocator, Locator, MaxNLocator
 
 from tegotae.figures.style import COLOURS, COLUMN_IN, DIVERGING, PAGE_IN, new_figure, styled
@@ -25,19 +24,18 @@ from tegotae.studies.paper.table import ARCHITECTURES, Table
 OBSERVATIONS = {"F": "$s = [F_k]$", "Fv": r"$s = [F_k, \dot y]$"}
 
 _NOTE = (
-    "Above a bar: share of the runs in which the metric is undefined, as they have no limit cycle "
-    "or do not recover;\nthe bar is the mean of the others.  0: a bar without height.  "
+    "At the top: share of the runs in which the metric is undefined [%], as they have no limit "
+    "cycle or do not recover;\nthe bar is the mean of the others.  0: a bar without height.  "
     "–: undefined in all runs."
 )
 _ROOM = 1.3
-"""Height of a panel over its highest bar or interval: numbers stand above."""
+"""Height of a panel over its highest bar, interval or limit: above is a strip of numbers."""
+_STRIP = 0.99
+"""Where the numbers hang, as a share of a panel's height."""
 _PANEL_IN, _LEGEND_IN = 1.0, 0.9
 """Height of a row of panels, and of what stands below them all [in]."""
 _WIDE = 0.8
 """Width of an architecture's bars together."""
-_LINE = 0.13
-"""Height of a line of small numbers over that of the highest bar."""
-_OUTLINE = withStroke(linewidth=1.0, foreground="white")
 _LESS = 0.005
 """Share of runs without the metric that is too small to be mentioned."""
 
@@ -208,7 +206,6 @@ def _bars(
     span: float,
 ) -> None:
     """The bars of one architecture, side by side around its place."""
-    last = -np.inf
     width = _WIDE / max(len(values), 2)
     for i, (omega, value) in enumerate(values.items()):
         x = place + (i - 0.5 * (len(values) - 1)) * width
@@ -222,11 +219,16 @@ def _bars(
             panel.vlines(x, value.low, value.high, color="black", lw=1.0)
         share = value.undefined / max(value.undefined + value.count, 1)
         if share > _LESS:
-            above = float(np.nanmax([value.mean, value.high])) + 0.03 * span
-            # Beside a number of the same height there is no room.
-            last = above = last + _LINE * span if abs(above - last) < _LINE * span else above
-            style = {"fontsize": 5, "color": "0.25", "ha": "center", "va": "bottom"}
-            panel.text(x, above, f"{share:.0%}", path_effects=[_OUTLINE], **style)
+            panel.text(
+                x,
+                _STRIP,
+                f"{100.0 * share:.0f}",
+                transform=panel.get_xaxis_transform(),
+                fontsize=4.5,
+                color="0.25",
+                ha="center",
+                va="top",
+            )
 
 
 def correlations(table: Table) -> np.ndarray:

@@ -22,7 +22,7 @@ COLUMN_IN = 3.5
 PAGE_IN = 7.16
 """Width of a page of two columns [in]."""
 
-# Okabe and Ito's colours, ordered so that neighbours also differ in lightness.
+# Okabe and Ito's colours; of the first five neighbours also differ in lightness.
 COLOURS = ("#0072B2", "#E69F00", "#000000", "#56B4E9", "#D55E00", "#009E73", "#CC79A7", "#F0E442")
 """Line colours."""
 SEQUENTIAL = "viridis"

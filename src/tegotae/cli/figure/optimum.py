@@ -20,6 +20,10 @@ if TYPE_CHECKING:
     from tegotae.systems.controller_file import SavedController
 
 
+Gaits = tuple[np.ndarray, np.ndarray]
+"""Hop frequencies [rad/s] and CoT⁻¹ [m/J]."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class Optimum(Output):
     """CoT⁻¹ over hop frequency: the optimum, its bound, and controllers."""
@@ -46,13 +50,15 @@ class Optimum(Output):
         self.check_out()
         require_finite("omega", self.omega, above=0.0)
         found = curve()
-        points = {}
+        points: dict[str, Gaits] = {}
+        longer: dict[str, Gaits] = {}
         for path in self.tables:
-            for name, gaits in _of_table(read_csv(path)).items():
-                before = points.get(name, (np.array([]), np.array([])))
-                points[name] = tuple(
-                    np.concatenate(pair) for pair in zip(before, gaits, strict=True)
-                )
+            table = read_csv(path)
+            for of, several in ((points, False), (longer, True)):
+                for name, gaits in _of_table(table, several=several).items():
+                    before = of.get(name, (np.array([]), np.array([])))
+                    rates, values = zip(before, gaits, strict=True)
+                    of[name] = (np.concatenate(rates), np.concatenate(values))
         stances = {f"optimum, {self.omega:g} rad/s": _optimal_stance(self.omega)}
         for name in self.controller:
             meant = resolve(name)
@@ -60,16 +66,19 @@ class Optimum(Output):
                 raise TegotaeError(f"{name} is for another body than the paper's hopper")
             saved, path = controller_of(meant), Path(stem(name))
             orbit, gait = find_orbit(saved), _gait(saved)
-            name = called(saved, path, points)
-            points[name] = (np.array([gait.hop_rate]), np.array([gait.cot_inverse]))
+            name = called(saved, path, {**points, **longer})
+            of = points if orbit.hops == 1 else longer
+            of[name] = (np.array([gait.hop_rate]), np.array([gait.cot_inverse]))
             stances[f"{name}, {gait.hop_rate:.2g} rad/s"] = _stance(orbit)
             reached = share(gait.cot_inverse, gait.hop_rate, gait.limit_cycle_period)
             print(
                 f"{path}: {gait.cot_inverse:.3f} m/J at {gait.hop_rate:.2f} rad/s, period "
                 f"{orbit.hops}: {reached:.0%} of the optimum"
             )
-        figure = optimum_figure(found, points, stances, max_force_n=Hopper().max_force_n)
-        self.write(figure, optimum_tables(found, points, stances))
+        figure = optimum_figure(
+            found, points, stances, max_force_n=Hopper().max_force_n, longer=longer
+        )
+        self.write(figure, optimum_tables(found, points, stances, longer))
 
 
 def called(saved: SavedController, path: Path, taken: Container[str]) -> str:
@@ -79,8 +88,9 @@ def called(saved: SavedController, path: Path, taken: Container[str]) -> str:
     return f"{saved.name} ({path.stem})" if saved.name in taken else saved.name
 
 
-def _of_table(table: Table) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-    """The best run of each model, learned and V: mean hop frequency and CoT⁻¹ of its episodes."""
+def _of_table(table: Table, *, several: bool) -> dict[str, Gaits]:
+    """The best run of each model, learned and V: mean hop frequency and CoT⁻¹ of its episodes; of
+    those whose cycles have one hop in all episodes, or of the others."""
     best = []
     for model in np.unique(table["model"]):
         rows = np.flatnonzero(table["model"] == model)
@@ -88,9 +98,10 @@ def _of_table(table: Table) -> dict[str, tuple[np.ndarray, np.ndarray]]:
         if value.max() >= 0.0:
             best.append(rows[np.argmax(value)])
     rows = np.array(best, int)
+    rows = rows[(table["limit_cycle_period"][rows] > 1.0) == several]
     vanilla = table["architecture"][rows] == "V"
     names = {"best run of a learned model": rows[~vanilla], "V": rows[vanilla]}
-    return {n: (table["w_peak"][r], table["cot_inverse"][r]) for n, r in names.items() if len(r)}
+    return {n: (table["hop_rate"][r], table["cot_inverse"][r]) for n, r in names.items() if len(r)}
 
 
 def _optimal_stance(omega: float) -> dict[str, np.ndarray]:

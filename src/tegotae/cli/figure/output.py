@@ -6,7 +6,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from tegotae.cli.options import UNSET
 from tegotae.systems.zoo import is_zoo_name, stem
@@ -15,6 +15,14 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from tegotae.figures.data import Table
+
+
+@dataclass(frozen=True, kw_only=True)
+class PictureFormat:
+    """The format of pictures that have names of their own."""
+
+    format: Literal["png", "svg", "pdf"] = "png"
+    """Format of the pictures."""
 
 
 @dataclass(frozen=True, kw_only=True)

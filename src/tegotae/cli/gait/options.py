@@ -14,7 +14,7 @@ import tyro
 
 from tegotae._support.errors import TegotaeError, require_finite, unknown
 from tegotae._support.files import output_folder
-from tegotae.cli.figure.output import file_stem
+from tegotae.cli.figure.output import PictureFormat, file_stem
 from tegotae.cli.options import UNSET, AsItIs
 from tegotae.parts.fields import FieldNumber
 
@@ -116,7 +116,7 @@ class LeggedSystemOptions(LegsOptions):
         settings = {
             field.name: getattr(self, field.name)
             for field in dataclasses.fields(self)
-            if field.name not in ("out",)
+            if field.name not in ("out", "format")
         }
         return {
             "command": command,
@@ -140,11 +140,11 @@ def legs_of(command: Any, name: str) -> LeggedSystemOptions:
 
 
 @dataclass(frozen=True, kw_only=True)
-class GaitCommand(LeggedSystemOptions):
+class GaitCommand(PictureFormat, LeggedSystemOptions):
     """A legged system, and a folder."""
 
     out: Annotated[Path | None, UNSET] = None
-    """The folder for pictures (.png), tables (.csv) and documents (.json), called after the command
+    """The folder for pictures, tables (.csv) and documents (.json), called after the command
     and the system by default."""
 
     @property
@@ -167,7 +167,7 @@ class GaitCommand(LeggedSystemOptions):
         """Write a picture."""
         from tegotae.figures.style import save_figure
 
-        return save_figure(figure, self.folder / f"{name}.png")
+        return save_figure(figure, self.folder / f"{name}.{self.format}")
 
     def wrote(self, paths: Iterable[Path]) -> None:
         """Say what was written."""

@@ -1,4 +1,4 @@
-"""A moving picture of a legged body, from the side and from above; feet in stance are filled."""
+"""A moving picture of a legged body, from its side and from above; feet in stance are filled."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def animation(run: GaitRun) -> FuncAnimation:
     Raises:
         TegotaeError: for a body that cannot be drawn.
     """
-    shape = pose(run.legged.body, run.trajectory)
+    shape = pose(run.legged.body, run.trajectory).along_torso()
     frames = _frames(run)
     names, wide = run.legged.names, np.ptp(shape.hips_m[0, :, 1]) > 0.0
     views = (_SIDE, _ABOVE) if wide else (_SIDE,)

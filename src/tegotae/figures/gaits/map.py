@@ -53,6 +53,19 @@ def map_figure(found: GaitMap, note: str = "") -> Figure:
     return figure
 
 
+_FIELDS = {
+    "com_x_m": ("centre of mass, forward", "m"),
+    "com_y_m": ("centre of mass, to the left", "m"),
+    "com_z_m": ("centre of mass, upward", "m"),
+    "inertia_ratio": ("inertia ratio", ""),
+    "mass_kg": ("mass", "kg"),
+    "stiffness_n_per_m": ("stiffness", "N/m"),
+    "damping_ns_per_m": ("damping", "N s/m"),
+    "rest_length_m": ("leg length", "m"),
+}
+"""Fields of bodies in words, and their units."""
+
+
 def label(axis: Axis, legged: Legged) -> str:
     """A parameter as it is written at an axis."""
     if axis.name == OMEGA:
@@ -60,8 +73,11 @@ def label(axis: Axis, legged: Legged) -> str:
     if axis.name == SIGMA:
         return "gain σ"
     per_leg = isinstance(getattr(legged.body, axis.name), tuple)
-    name = axis.name.removesuffix("_m") if legged.dimensionless else axis.name
-    return literal(f"{name} [times usual]" if per_leg else name)
+    words, unit = _FIELDS.get(axis.name, (axis.name, ""))
+    if unit == "m" and legged.dimensionless:
+        unit = "l0"
+    unit = "times usual" if per_leg else unit
+    return literal(f"{words} [{unit}]" if unit else words)
 
 
 def _gaits(figure: Figure, axes: Axes, found: GaitMap, cells: Cells) -> None:

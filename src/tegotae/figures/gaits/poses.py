@@ -26,6 +26,33 @@ class LegPositions(NamedTuple):
     """[frames, limbs, 3]"""
     stands: np.ndarray
     """Whether a foot is on the ground, [frames, limbs]."""
+    heading_rad: np.ndarray | None = None
+    """Where the body looks, [frames]; None of one that does not turn."""
+
+    def along_torso(self) -> LegPositions:
+        """The same as seen by someone who turns and walks with the torso.
+
+        The torso looks forward in every frame. Forward is how far it has come along its heading,
+        so that a foot on the ground still stays where it is, but for the turning.
+        """
+        if self.heading_rad is None:
+            return self
+        cos, sin = np.cos(self.heading_rad), np.sin(self.heading_rad)
+
+        def turned(xy: np.ndarray) -> np.ndarray:
+            c, s = (each.reshape(-1, *[1] * (xy.ndim - 2)) for each in (cos, sin))
+            return np.stack(
+                [c * xy[..., 0] + s * xy[..., 1], c * xy[..., 1] - s * xy[..., 0]], axis=-1
+            )
+
+        middle = self.hips_m[..., :2].mean(axis=1)
+        way = np.cumsum(turned(np.diff(middle, axis=0, prepend=middle[:1])), axis=0)
+
+        def moved(places: np.ndarray) -> np.ndarray:
+            off = turned(places[..., :2] - middle[:, None])
+            return np.concatenate([way[:, None] + off, places[..., 2:]], axis=-1)
+
+        return self._replace(hips_m=moved(self.hips_m), feet_m=moved(self.feet_m))
 
 
 @singledispatch
@@ -81,4 +108,4 @@ def _(body: Walker, trajectory: Trajectory) -> LegPositions:
     at = np.stack([t.x_m, t.y_m, t.height_m], axis=-1)[:, None]
     hips = at + np.stack([np.asarray(x) for x in turn.to_world(of_body)], axis=-1)  # type: ignore[arg-type]
     feet = np.stack([t.foot_x_m, t.foot_y_m, t.foot_z_m], axis=-1)
-    return LegPositions(hips, feet, np.asarray(t.stands, bool))
+    return LegPositions(hips, feet, np.asarray(t.stands, bool), t.channels["yaw_rad"])

@@ -111,8 +111,8 @@ def _figures(table: Table) -> list[JsonObject]:
         ),
         one(
             "II. Each metric per architecture and training frequency ω_t, with 95 % intervals over "
-            "runs. Inputs of the actuation count alike. Above a bar, the share of runs that do not "
-            "define the metric, because they do not settle or recover.",
+            "runs. Inputs of the actuation count alike. At the top, the share of runs [%] that do "
+            "not define the metric, because they do not settle or recover.",
             architectures_figure(table),
         ),
         one(

@@ -1,0 +1,34 @@
+"""How far vanilla controllers go on under conditions that they were not made for.
+
+Each line is a set of eight gains σ; a panel shows the share of them that keep their gait.
+"""
+
+import dataclasses
+
+import numpy as np
+
+from tegotae import ControllerSet, System, Timing, build
+from tegotae.figures.generalisation import curves_figure
+from tegotae.figures.style import save_figure
+from tegotae.studies.generalisation import ControllersUnderTest, disturbances_named, tried
+
+GAINS = np.linspace(1.0, 6.0, 8)[:, None]
+disturbances = disturbances_named(["mass=0.5/0.8/1.25/2", "strength=0.9/0.7/0.5/0.3"])
+
+done = []
+for actuation in ("sector", "reflex"):
+    system = System(controller=build(f"V-{actuation}-w8"), omega=8.0)
+    gains = ControllerSet(actuation, system, GAINS, tuple(f"σ {x:.1f}" for x in GAINS[:, 0]))
+    subject = dataclasses.replace(
+        ControllersUnderTest.of(gains), looked_at=Timing(duration_s=20.0, tick_s=0.002)
+    )
+    done.append((subject, tried(subject, disturbances)))
+save_figure(curves_figure(done, disturbances), "generalise.png")
+
+for subject, outcome in done:
+    columns = outcome.columns
+    for level in (0.9, 0.3):
+        here = (columns["condition"] == "strength") & np.isclose(columns["level"], level)
+        here &= columns["had"]
+        print(f"{subject.name}, {level:.0%} of the force: {columns['keeps'][here].mean():.0%} keep")
+    assert columns["had"].any()  # some gains hop, undisturbed

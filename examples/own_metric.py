@@ -1,0 +1,58 @@
+"""A metric of your own in a study: the mean force that each trained controller gives."""
+
+import dataclasses
+from pathlib import Path
+
+import jax.numpy as jnp
+
+from tegotae import register
+from tegotae.figures.style import COLOURS, new_figure, save_figure, styled
+from tegotae.measures.hopping import Episode, GaitMetric
+from tegotae.measures.hopping.check import check_metric
+from tegotae.studies.paper.folder import Folder
+from tegotae.studies.paper.plan import plan
+from tegotae.studies.paper.runner import run, work_all
+from tegotae.studies.paper.table import tabulate
+
+
+def compute(episode: Episode) -> jnp.ndarray:
+    """The metric of each lane."""
+    return jnp.mean(episode.trajectory.actuator_force_n, axis=0)
+
+
+mean_force = GaitMetric(
+    name="mean_force_n",
+    label="mean force",
+    unit="N",
+    about="mean actuator force",
+    more_is_better=False,
+    range=(0.0, float("inf")),
+    channels=("actuator_force_n",),
+    compute=compute,
+)
+register(mean_force)
+check_metric(mean_force)
+
+
+def here(bundles):
+    """The records of bundles of work, in this process; without it a study runs on all cores."""
+    for bundle in bundles:
+        yield from zip(bundle, work_all(bundle), strict=True)
+
+
+small = dataclasses.replace(plan("smoke", "ART-*"), metrics=(mean_force,))
+run(small, Path("study"), results=here)
+records, _ = Folder(Path("study")).all()
+table = tabulate(records)
+
+with styled():
+    figure = new_figure(4.0, 2.4)
+    axes = figure.subplots()
+    axes.plot(table["best_fitness"], table["mean_force_n"], "o", color=COLOURS[0])
+    axes.set(xlabel="fitness, CoT⁻¹ [m/J]", ylabel="mean force [N]")
+save_figure(figure, "own_metric.png")
+for row in range(len(table)):
+    print(f"{table['model'][row]}, run {table['run'][row]}: {table['mean_force_n'][row]:.2f} N")
+assert (
+    (table["mean_force_n"] > 0.0) & (table["mean_force_n"] <= 4.0)
+).all()  # no more than the actuator has

@@ -1,0 +1,17 @@
+"""A quadruped changes its gait with the frequency; nothing couples its oscillators but its body."""
+
+import numpy as np
+
+from tegotae.figures.gaits.sweep import sweep_figure
+from tegotae.figures.style import save_figure
+from tegotae.studies.gaits import system
+from tegotae.studies.gaits.sweep import sweep
+
+found = sweep(system("quadruped-a"), np.linspace(1.5, 2.6, 6), dwell_s=30.0, starts=2)
+save_figure(sweep_figure(found, "quadruped-a"), "quadruped_transitions.png")
+
+for way, names in found.gait.items():
+    for omega, gaits in zip(found.omega, names, strict=True):
+        print(f"{way} at {omega:.2f} rad/s: {', '.join(sorted(set(gaits)))}")
+speed = np.abs(found.found["up"].speed_m_per_s)
+assert np.nanmedian(speed[-1]) > np.nanmedian(speed[0])  # faster legs, faster walk
