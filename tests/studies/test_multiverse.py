@@ -31,6 +31,13 @@ from tegotae.studies.paper.claims import (
     Part,
     Verdict,
 )
+from tegotae.studies.paper.calibration.prior import PRIOR
+from tegotae.studies.paper.multiverse.designs import (
+    calibrated,
+    cells_of,
+    choices_of,
+    reading_of,
+)
 from tegotae.studies.paper.multiverse.folder import MultiverseFolder
 from tegotae.studies.paper.multiverse.influence import decisive, influences
 from tegotae.studies.paper.multiverse.plan import multiverse
@@ -52,6 +59,8 @@ from tegotae.studies.paper.multiverse.verdicts import (
 from tegotae.systems.models import find
 from tegotae.training.search import best_gain
 from tegotae.training.stopping import CAP
+
+NAMES = tuple(choice.name for choice in PRIOR)
 
 # Readings.
 
@@ -115,6 +124,36 @@ def test_readings_that_the_body_does_not_allow_are_refused(choice, says):
     with pytest.raises(TegotaeError, match=says) as raised:
         Reading(**choice)
     assert len(str(raised.value).splitlines()) == 1
+
+
+# Designs of readings.
+
+
+def test_the_calibrated_readings_differ_in_what_v_depends_on():
+    readings = calibrated(24)
+    assert len(set(readings)) == 24
+    assert readings[:5] == calibrated(5)
+    assert choices_of(readings) == PRIOR
+    assert choices_of(sample(4)) == CHOICES
+    for reading in readings:
+        assert reading_of(dict(zip(NAMES, cells_of(reading, PRIOR), strict=True)), PRIOR) == reading
+    with pytest.raises(TegotaeError, match="the calibrated sample has 24"):
+        calibrated(25)
+
+
+def test_a_multiverse_runs_over_the_calibrated_readings():
+    plan = multiverse("calibrated", 2)
+    assert [reading for reading, _ in plan.by_reading] == calibrated(2)
+    assert list(plan.document["choices"]) == list(NAMES)
+    for reading, units in plan.by_reading:
+        for unit in units.values():
+            experiment = unit.run.experiment
+            assert experiment.body == reading.hopper
+            assert experiment.objective.frequency_weight == reading.frequency_weight
+            assert experiment.search_offsets == reading.tuned_over
+            assert len(unit.run.seeds) == 8
+    with pytest.raises(TegotaeError, match="the calibrated sample has 24"):
+        multiverse("calibrated", 25)
 
 
 # The work.

@@ -26,7 +26,8 @@ class MultiverseRun:
     dir: Path
     """The multiverse's folder."""
     scale: str = "full"
-    """smoke (seconds) or full (24 models, 4 runs each)."""
+    """smoke (seconds), full (24 models, 4 runs each) or calibrated (the readings under which V
+    agrees with the paper, 8 runs each)."""
     readings: Annotated[int | None, UNSET] = None
     """Number of readings; a larger number includes those of a smaller one. The scale's by
     default."""

@@ -20,6 +20,7 @@ from tegotae.measures.objectives.objective import Objective
 from tegotae.parts.bodies import Body, Hopper, Interface
 from tegotae.parts.oscillators import Oscillator, oscillator_named
 from tegotae.parts.oscillators.named import PHASE
+from tegotae.parts.terms import with_vanilla_settings
 from tegotae.simulation.integrators import Hold
 from tegotae.systems.controller_file import SavedController
 from tegotae.systems.experiment import Experiment
@@ -201,6 +202,15 @@ class ExperimentOptions(BodyOptions):
     Agents always do."""
     frequency_weight: Annotated[float | None, OWN] = None
     """Weight of ΔΩ in the fitness [m/J per rad²/s²]: 1 for rad²/s², 0.0253 for Hz²."""
+    sector_start: Annotated[float | None, OWN] = None
+    """Phase at which a vanilla sector starts [rad]."""
+    sector_duration: Annotated[float | None, OWN] = None
+    """Duration of a vanilla sector at ω [s], in place of its width in phase."""
+    newtons_per_feedback: Annotated[float | None, OWN] = None
+    """Force of a vanilla reflex per feedback [N s/rad]."""
+    tuned_over: Annotated[tuple[float, ...], OWN] = ()
+    """Frequencies relative to ω_t at which the gain of a pure V is searched for [rad/s], such as
+    -2 -1 0 1 2 for all that are evaluated."""
     fitness: Annotated[str | None, OWN] = None
     """Another measure of an episode: FILE.py:OBJECT or MODULE:OBJECT. On an environment hopping
     (CoT⁻¹ + ΔΩ), return (its rewards), or FILE.py:FUNCTION or MODULE:FUNCTION, of an episode."""
@@ -228,8 +238,19 @@ class ExperimentOptions(BodyOptions):
         heights = {"release_m": self.height, "drop_m": self.drop, "work": self.work}
         if self.oscillator is not None:
             experiment = with_oscillator(experiment, self.oscillator, budget)
-        changes = {"height_m": self.height, "episodes": self.episodes_per_candidate}
+        changes = {
+            "height_m": self.height,
+            "episodes": self.episodes_per_candidate,
+            "search_offsets": self.tuned_over or None,
+        }
+        actuation = with_vanilla_settings(
+            experiment.controller.actuation,
+            start_rad=self.sector_start,
+            duration_s=self.sector_duration,
+            newtons_per_feedback=self.newtons_per_feedback,
+        )
         return experiment.replaced(
+            controller=dataclasses.replace(experiment.controller, actuation=actuation),
             body=self.in_place_of(experiment.body),
             conditions=conditions_named(self.vary) or experiment.conditions,
             timing=dataclasses.replace(experiment.timing, **_given(times)),

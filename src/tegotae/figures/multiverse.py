@@ -19,7 +19,7 @@ from tegotae.studies.paper.claims import (
     Verdict,
 )
 from tegotae.studies.paper.multiverse.influence import SIGNIFICANT, Influence, influences
-from tegotae.studies.paper.multiverse.readings import CHOICES, AnalysisChoice, Reading
+from tegotae.studies.paper.multiverse.readings import AnalysisChoice, Reading
 from tegotae.studies.paper.multiverse.verdicts import (
     CLAIMS,
     VerdictsByReading,
@@ -63,7 +63,8 @@ def overview_figure(
             ncols=3,
             handlelength=1.0,
         )
-        _matrix(figure, matrix, [influences(readings, verdicts) for verdicts in found.values()])
+        every = [influences(readings, verdicts) for verdicts in found.values()]
+        _matrix(figure, matrix, every)
     return figure
 
 
@@ -88,7 +89,7 @@ def _bar(panel, row: int, verdicts: list[Verdict]) -> None:
 def _matrix(figure: Figure, panel, found: list[list[Influence]]) -> None:
     values = np.array([[i.correlation for i in row] for row in found])
     image = panel.imshow(values, cmap=DIVERGING, vmin=-1.0, vmax=1.0, aspect="auto")
-    labels = [choice.label for choice in CHOICES]
+    labels = [influence.choice.label for influence in found[0]]
     panel.set_xticks(range(len(labels)), labels, rotation=45, ha="right")
     panel.tick_params(length=0)
     panel.spines[:].set_visible(False)

@@ -15,7 +15,7 @@ from tegotae._support.errors import TegotaeError, require_count, require_finite
 from tegotae.measures.evaluation import Protocol
 from tegotae.measures.objectives.fitness import Fitness
 from tegotae.measures.objectives.objective import Objective
-from tegotae.parts.bodies import Body
+from tegotae.parts.bodies import Body, Hopper
 from tegotae.parts.controller import Controller
 from tegotae.simulation.rollout import Timing
 from tegotae.simulation.world import Condition, Scenario
@@ -31,7 +31,7 @@ from tegotae.systems.registry import CODE
 from tegotae.systems.system import FIELDS, System
 
 GAINS = np.linspace(0.1, 12.0, 240)
-"""Values of σ that are tried on the hopper [rad/(s N)]."""
+"""Values of σ that are tried on the paper's hopper [rad/(s N)]."""
 
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._+@-]{0,99}")
 
@@ -185,7 +185,9 @@ class Experiment:
 
     @property
     def gains(self) -> np.ndarray:
-        """Values of σ that a search tries [rad/(s N)]."""
+        """Values of σ that a search tries [rad/(s N)]; on a hopper of any weight the same σ m g."""
+        if isinstance(self.body, Hopper):
+            return GAINS * (Hopper().weight_n / self.body.weight_n)
         return GAINS
 
     @property

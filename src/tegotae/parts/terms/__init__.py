@@ -7,6 +7,7 @@ from tegotae.parts.terms.actuation import (
     Reflex,
     Sector,
     SectorAndReflex,
+    with_vanilla_settings,
 )
 from tegotae.parts.terms.base import Signals, Term
 from tegotae.parts.terms.foot import CorrectedFoot, EllipticFoot, LearnedFoot
@@ -34,4 +35,5 @@ __all__ = [
     "VanillaReaction",
     "WholeBody",
     "WholeBodyFoot",
+    "with_vanilla_settings",
 ]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from abc import abstractmethod
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import jax
 import jax.numpy as jnp
@@ -174,6 +174,41 @@ class SectorAndReflex(Sector):
     def __call__(self, weights: Weights, signals: Signals) -> jax.Array:
         """The reflex part."""
         return _reflex(signals["feedback"], self.newtons_per_feedback)
+
+
+def with_vanilla_settings(
+    own: Actuation,
+    *,
+    start_rad: float | None = None,
+    duration_s: float | None = None,
+    newtons_per_feedback: float | None = None,
+) -> Actuation:
+    """An actuation with other numbers of its sector and reflex; a learned one has none.
+
+    Args:
+        own: as it is.
+        start_rad: where the sector starts [rad]; as it is by default.
+        duration_s: how long the sector lasts at the prescribed frequency [s], in place of its width
+            in phase; as it is by default.
+        newtons_per_feedback: the reflex's scale [N s/rad]; as it is by default.
+
+    Raises:
+        TegotaeError: for a number that the actuation does not allow.
+
+    Example:
+        >>> with_vanilla_settings(Sector(), duration_s=0.06).width_rad
+        0.0
+        >>> with_vanilla_settings(Reflex(), duration_s=0.06) == Reflex()
+        True
+    """
+    changes: dict[str, float] = {}
+    if isinstance(own, Sector) and start_rad is not None:
+        changes["start_rad"] = start_rad
+    if isinstance(own, Sector) and duration_s is not None:
+        changes |= {"width_rad": 0.0, "duration_s": duration_s}
+    if isinstance(own, Reflex | SectorAndReflex) and newtons_per_feedback is not None:
+        changes["newtons_per_feedback"] = newtons_per_feedback
+    return replace(own, **changes) if changes else own
 
 
 @dataclass(frozen=True)

@@ -1,30 +1,36 @@
-"""The scores of one reading: maps over gain and frequency, and an evaluation of V."""
+"""What one reading makes of V: maps over gain and frequency, and an evaluation of V."""
 
 from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from tegotae.measures.evaluation import Protocol, evaluate
+from tegotae.measures.hopping.gait import FAILED, GaitSummary
+from tegotae.measures.objectives.fitness import EPISODE, Fitness, HopOutcome
+from tegotae.parts.bodies import Body
 from tegotae.parts.controller import Controller
-from tegotae.simulation.rollout import Timing
-from tegotae.studies.analysis.gain_sweep import GainSweep, sweep_gain
+from tegotae.simulation.rollout import Engine, Scenario, Timing, Trajectory
+from tegotae.studies.analysis.outcome import Outcome, OutcomeSummary
+from tegotae.studies.analysis.sweep import as_maps, lanes
 from tegotae.studies.paper.calibration.scores import (
     VanillaScores,
     quick_loss,
     reflex_stays,
-    robust_gain,
     sector_line,
     short,
     slows,
+    tuned_gain,
 )
 from tegotae.studies.paper.multiverse.readings import Reading
 from tegotae.systems.models import find
 
 ACTUATIONS = ("sector", "reflex")
 _PUSHES = ("feedback_rad_per_s", "actuator_force_n")
+_FITNESS = Fitness()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -33,7 +39,7 @@ class CalibrationGrid:
 
     Args:
         gains: gains of the map, σ m g [rad/s].
-        omegas: its frequencies [rad/s].
+        omegas: its frequencies [rad/s]; those of V's evaluation are among them.
         omega_t: frequencies at which V is evaluated, each with its own gain [rad/s].
         timing: of the map's rollouts.
         protocol: of V's evaluation; height and drop are the reading's.
@@ -50,6 +56,27 @@ class CalibrationGrid:
     )
 
 
+COARSE = CalibrationGrid(
+    gains=tuple(np.linspace(0.1, 12.0, 16).tolist()),
+    omegas=tuple(np.linspace(2.0, 10.0, 17).tolist()),
+    timing=EPISODE,
+)
+"""A sixth of the map's points: enough to see which readings are worth a finer look."""
+
+
+class GainMap(NamedTuple):
+    """Outcomes of one actuation over gain and frequency, [gains, frequencies]."""
+
+    sigma: np.ndarray
+    """Gains σ [rad/(s N)], [gains]."""
+    omega: np.ndarray
+    """Frequencies ω [rad/s], [frequencies]."""
+    outcome: Outcome
+    """What became of each."""
+    fitness: np.ndarray
+    """What a search of V's gain goes by [m/J]."""
+
+
 def vanilla(reading: Reading, actuation: str) -> Controller:
     """The vanilla controller under a reading."""
     own = find(f"V-{actuation}-w8").controller()
@@ -62,49 +89,97 @@ def measure(reading: Reading, grid: CalibrationGrid | None = None) -> VanillaSco
     Bodies are data of the compiled programs: readings that share sector and work share these.
 
     Args:
-        reading: the body, release, sector and work.
+        reading: the body, release, sector, work, and how V's gain is tuned.
         grid: how finely is looked.
     """
     grid = grid or CalibrationGrid()
-    maps = {name: _map(reading, name, grid) for name in ACTUATIONS}
+    maps = {name: gain_map(reading, name, grid) for name in ACTUATIONS}
+    gains = {
+        (name, omega_t): tuned_gain(
+            each.sigma, each.omega, each.fitness, [omega_t + off for off in reading.tuned_over]
+        )
+        for name, each in maps.items()
+        for omega_t in grid.omega_t
+    }
+    return scored(reading, maps, gains, grid.protocol)
+
+
+def scored(
+    reading: Reading,
+    maps: dict[str, GainMap],
+    gains: dict[tuple[str, float], float],
+    protocol: Protocol,
+) -> VanillaScores:
+    """The scores of a reading from its maps, with V's gains by actuation and ω_t.
+
+    Args:
+        reading: the reading.
+        maps: by actuation.
+        gains: of V [rad/(s N)], by actuation and ω_t.
+        protocol: of V's evaluation; height and drop are the reading's.
+    """
     cot = {name: np.asarray(each.outcome.cot_inverse) for name, each in maps.items()}
-    omega = np.array(grid.omegas)
+    length = reading.hopper.rest_length_m
     protocol = dataclasses.replace(
-        grid.protocol,
-        release_m=reading.release * reading.hopper.rest_length_m,
-        drop_m=reading.drop * reading.hopper.rest_length_m,
+        protocol,
+        release_m=reading.release * length,
+        drop_m=reading.drop * length,
         work=reading.work,
     )
-    found = []
-    for name, each in maps.items():
-        for omega_t in grid.omega_t:
-            gain = robust_gain(each.sigma, omega, cot[name], omega_t)
-            found.append(_evaluated(reading, name, gain, omega_t, protocol))
-    own = np.array(found)
-    settles, t0, t1, dependent, slow = np.nanmean(own, axis=0) if len(own) else [np.nan] * 5
+    own = [
+        _evaluated(reading, name, gain, omega_t, protocol)
+        for (name, omega_t), gain in gains.items()
+    ]
+    settles, t0, t1, dependent, slow = np.nanmean(np.array(own), axis=0)
+    sector, reflex = maps["sector"], maps["reflex"]
+    losses = [quick_loss(maps[name].omega, each) for name, each in cot.items()]
     return VanillaScores(
         settles=float(settles),
         short_t0=float(t0),
         short_t1=float(t1),
         dependent=float(dependent),
         slows=float(slow),
-        sector_line=sector_line(maps["sector"].sigma, omega, cot["sector"]),
-        reflex_stays=reflex_stays(omega, cot["reflex"]),
-        quick_loss=float(np.nanmean([quick_loss(omega, each) for each in cot.values()])),
+        sector_line=sector_line(sector.sigma, sector.omega, cot["sector"]),
+        reflex_stays=reflex_stays(reflex.omega, cot["reflex"]),
+        quick_loss=float(np.mean(np.nan_to_num(losses))),
     )
 
 
-def _map(reading: Reading, actuation: str, grid: CalibrationGrid) -> GainSweep:
+def gain_map(reading: Reading, actuation: str, grid: CalibrationGrid) -> GainMap:
+    """The map of one actuation under a reading."""
     hopper = reading.hopper
-    return sweep_gain(
-        vanilla(reading, actuation),
-        np.array(grid.gains) / hopper.weight_n,
-        np.array(grid.omegas),
-        hopper,
+    sigma, omega = np.array(grid.gains) / hopper.weight_n, np.array(grid.omegas)
+    engine = Engine(
+        controller=vanilla(reading, actuation),
         timing=grid.timing,
-        work=reading.work,
-        height_m=reading.release * hopper.rest_length_m,
+        summary=_MapSummary(OutcomeSummary(GaitSummary(work=reading.work))),
     )
+    gains, frequencies = lanes(sigma, omega)
+    scenario = Scenario(omega=frequencies, height_m=reading.release * hopper.rest_length_m)
+    outcome, hops = engine.run(gains[:, None], scenario, hopper)
+    fitness = Fitness(work=reading.work, frequency_weight=reading.frequency_weight)
+    value = np.asarray(fitness.score(hops, fitness.data)["fitness"])
+    return GainMap(
+        sigma,
+        omega,
+        as_maps(outcome, sigma, omega),
+        np.where(np.asarray(outcome.regime) == FAILED, -np.inf, value).reshape(
+            len(sigma), len(omega)
+        ),
+    )
+
+
+@dataclass(frozen=True)
+class _MapSummary:
+    """The outcome of a rollout, and what its fitness is made of, as an `Engine`'s summary."""
+
+    outcome: OutcomeSummary
+
+    def __call__(
+        self, trajectory: Trajectory, scenario: Scenario, body: Body, timing: Timing
+    ) -> tuple[Outcome, HopOutcome]:
+        given = trajectory, scenario, body, timing
+        return self.outcome(*given), _FITNESS.outcome(*given)
 
 
 def _evaluated(

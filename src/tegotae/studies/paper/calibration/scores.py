@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -11,7 +12,11 @@ from tegotae.studies.analysis.ridge import find_ridge
 
 
 class VanillaScores(NamedTuple):
-    """How well each statement is met, from 0 to 1; NaN where nothing can be said."""
+    """How well each statement is met, from 0 to 1; NaN where nothing can be said.
+
+    No threshold is in them: from where on a statement counts as met is asked of the scores later
+    (`tegotae.studies.paper.calibration.posterior`).
+    """
 
     settles: float
     """Share of V's episodes with a limit cycle."""
@@ -24,9 +29,11 @@ class VanillaScores(NamedTuple):
     slows: float
     """By which share of ω feedback slows the oscillator while the actuator pushes."""
     sector_line: float
-    """Share of the variance of the sector's best σ over ω that a rising line explains."""
+    """Share of the variance of the sector's best σ over ω that a rising line explains, times the
+    share of the frequencies that have a best σ."""
     reflex_stays: float
-    """1 less the spread of the reflex's best ω over σ, in shares of what it would be by chance."""
+    """1 less the spread of the reflex's best ω over σ, in shares of what it would be by chance,
+    times the share of the gains that have a best ω."""
     quick_loss: float
     """Share of CoT⁻¹ that is lost 1 rad/s away at the σ that is best at an ω."""
 
@@ -37,26 +44,31 @@ SCORES = VanillaScores._fields
 def sector_line(sigma: np.ndarray, omega: np.ndarray, cot: np.ndarray) -> float:
     """How well a rising line explains the best gain over the frequency.
 
+    Frequencies at which nothing hops, or whose best gain is at the map's edge, show no line.
+
     Args:
         sigma: gains, [gains].
         omega: frequencies [rad/s], [frequencies].
         cot: CoT⁻¹, [gains, frequencies]; NaN without a limit cycle.
     """
     ridge = find_ridge(sigma, omega, cot)
-    if not np.isfinite(ridge.r_squared):
-        return math.nan
-    return float(ridge.r_squared) if ridge.slope > 0.0 else 0.0
+    if not (np.isfinite(ridge.r_squared) and ridge.slope > 0.0):
+        return 0.0
+    return float(ridge.r_squared) * float((~ridge.censored).sum()) / len(omega)
 
 
 def reflex_stays(omega: np.ndarray, cot: np.ndarray) -> float:
-    """How little the best frequency moves with the gain; of chance it would be spread evenly."""
+    """How little the best frequency moves with the gain; of chance it would be spread evenly.
+
+    Gains with which nothing hops show no resonance.
+    """
     known = np.where(np.isfinite(cot) & (cot > 0.0), cot, -np.inf)
     has = np.isfinite(known).any(axis=1)
     if has.sum() < 3:
-        return math.nan
+        return 0.0
     best = omega[known[has].argmax(axis=1)]
     by_chance = float(np.std(omega))
-    return max(0.0, 1.0 - float(np.std(best)) / by_chance)
+    return max(0.0, 1.0 - float(np.std(best)) / by_chance) * float(has.mean())
 
 
 def quick_loss(omega: np.ndarray, cot: np.ndarray, away: float = 1.0) -> float:
@@ -78,14 +90,22 @@ def quick_loss(omega: np.ndarray, cot: np.ndarray, away: float = 1.0) -> float:
     return float(np.mean(losses)) if losses else math.nan
 
 
-def robust_gain(sigma: np.ndarray, omega: np.ndarray, cot: np.ndarray, omega_t: float) -> float:
-    """V's gain: that of most CoT⁻¹ over the frequencies of the evaluation, unsettled ones as zero.
+def tuned_gain(
+    sigma: np.ndarray, omega: np.ndarray, fitness: np.ndarray, over: Sequence[float]
+) -> float:
+    """V's gain: that of the most mean fitness over some frequencies.
 
-    Fig. 4's best gain is another at each ω; one that serves all is what V has.
+    Fig. 4's best gain is another at each ω. V has one for all that it is evaluated at, and may have
+    been tuned at ω_t alone or, which is more robust, over all of them.
+
+    Args:
+        sigma: gains, [gains].
+        omega: frequencies of the map [rad/s], [frequencies].
+        fitness: of the map, [gains, frequencies].
+        over: the frequencies that count [rad/s]; the nearest of the map is taken for each.
     """
-    near = np.abs(omega - omega_t) <= 2.0 + 1e-9
-    value = np.where(np.isfinite(cot[:, near]), np.maximum(cot[:, near], 0.0), 0.0)
-    return float(sigma[int(value.mean(axis=1).argmax())])
+    columns = [int(np.abs(omega - each).argmin()) for each in over]
+    return float(sigma[int(fitness[:, columns].mean(axis=1).argmax())])
 
 
 def short(transient_s: np.ndarray, longest_s: float) -> float:

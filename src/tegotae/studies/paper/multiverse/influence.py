@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from tegotae.studies.paper.claims import Verdict
-from tegotae.studies.paper.multiverse.readings import CHOICES, AnalysisChoice, Reading
+from tegotae.studies.paper.multiverse.designs import choices_of
+from tegotae.studies.paper.multiverse.readings import AnalysisChoice, Reading
 from tegotae.studies.paper.multiverse.verdicts import margin
 
 SIGNIFICANT = 0.05
@@ -25,7 +26,7 @@ class Influence:
     Args:
         choice: what is chosen.
         correlation: Spearman's rank correlation of the choice with the claim's margin: positive if
-            more of it (as `CHOICES` order it) is better for the claim. NaN if undefined.
+            more of it (as its values are ordered) is better for the claim. NaN if undefined.
         p: how often, with the margins shuffled over the readings, any choice at all correlates as
             strongly: it allows for looking at all of them.
     """
@@ -45,14 +46,15 @@ def influences(readings: Sequence[Reading], verdicts: Mapping[int, Verdict]) -> 
         readings: all readings.
         verdicts: the claim's verdict by the number of the reading.
     """
+    choices = choices_of(readings)
     margins = {number: margin(verdict) for number, verdict in verdicts.items()}
     numbers = [number for number, value in margins.items() if not np.isnan(value)]
     codes = np.array(
-        [[c.place(getattr(readings[n], c.name)) for n in numbers] for c in CHOICES], float
+        [[c.place(getattr(readings[n], c.name)) for n in numbers] for c in choices], float
     )
     values = np.array([margins[n] for n in numbers])
     if len(numbers) < _FEWEST or np.ptp(values) == 0.0:
-        return [Influence(choice, np.nan, np.nan) for choice in CHOICES]
+        return [Influence(choice, np.nan, np.nan) for choice in choices]
     x, y = _standard_ranks(codes), _standard_ranks(values[None])[0]
     found = x @ y
     shuffled = np.random.default_rng(0).permuted(np.tile(y, (_PERMUTATIONS, 1)), axis=1)
@@ -63,7 +65,7 @@ def influences(readings: Sequence[Reading], verdicts: Mapping[int, Verdict]) -> 
             float(rho) if x[i].any() else np.nan,
             float((1 + (strongest >= abs(rho) - 1e-12).sum()) / (1 + _PERMUTATIONS)),
         )
-        for i, (choice, rho) in enumerate(zip(CHOICES, found, strict=True))
+        for i, (choice, rho) in enumerate(zip(choices, found, strict=True))
     ]
 
 

@@ -11,14 +11,13 @@ from tegotae._support.documents import Document
 from tegotae._support.errors import require_count, unknown
 from tegotae._support.limits import MOST_SEEDS
 from tegotae.measures.evaluation import Protocol
-from tegotae.measures.hopping.limit_cycle import LimitCycle
-from tegotae.measures.objectives.fitness import EPISODE, SETTLE_S, Fitness
+from tegotae.measures.objectives.fitness import EPISODE, SETTLE_S
 from tegotae.simulation.rollout import Timing
+from tegotae.studies.paper.multiverse.designs import design_named
+from tegotae.studies.paper.multiverse.experiment import experiment_under
 from tegotae.studies.paper.multiverse.readings import (
-    CHOICES,
     PLATEAU,
     Reading,
-    sample,
 )
 from tegotae.studies.paper.unit import FORMAT, Unit
 from tegotae.systems.descriptions import describe
@@ -70,6 +69,8 @@ class Multiverse:
     """How is trained."""
     brief: Algorithm = field(default_factory=_brief)
     """The same where the budget is that of 80 generations of 16: what is tuned for that."""
+    design: str = "open"
+    """Which readings: all that the paper leaves open, or those "calibrated" on V."""
     stopping: Stopping = field(default_factory=Stopping)
     """When training is on its plateau; the cap is the multiverse's own."""
     timing: Timing = EPISODE
@@ -79,6 +80,7 @@ class Multiverse:
     def __post_init__(self) -> None:
         for name in ("readings", "seeds", "cap"):
             require_count(name, getattr(self, name), most=MOST_SEEDS)
+        design_named(self.design).readings(self.readings)
         for name in self.models:
             find(name)
 
@@ -87,7 +89,7 @@ class Multiverse:
         """Every reading with its units, by the name of the model."""
         return [
             (reading, {name: self._unit(find(name), reading) for name in self.models})
-            for reading in sample(self.readings)
+            for reading in design_named(self.design).readings(self.readings)
         ]
 
     @property
@@ -100,40 +102,10 @@ class Multiverse:
         return sorted(units, key=lambda unit: first[unit.run.learner.program(unit.run.experiment)])
 
     def _unit(self, model: Model, reading: Reading) -> Unit:
-        hopper, cycle = reading.hopper, self.protocol.limit_cycle
         algorithm, stopping = self._training(reading.episodes)
-        protocol = dataclasses.replace(
-            self.protocol,
-            drop_m=reading.drop * hopper.rest_length_m,
-            release_m=reading.release * hopper.rest_length_m,
-            work=reading.work,
-            limit_cycle=LimitCycle(
-                height_tolerance_m=reading.tolerance * cycle.height_tolerance_m,
-                phase_tolerance_rad=reading.tolerance * cycle.phase_tolerance_rad,
-                max_period=cycle.max_period,
-                min_repeats=cycle.min_repeats,
-            ),
+        experiment = experiment_under(
+            reading, model, timing=self.timing, settle_s=self.settle_s, protocol=self.protocol
         )
-        experiment = model.experiment(
-            budget=reading.parameters,
-            body=hopper,
-            height_m=reading.release * hopper.rest_length_m,
-            timing=self.timing,
-            objective=Fitness(
-                settle_s=self.settle_s,
-                work=reading.work,
-                follow_omega=reading.follow_omega,
-                frequency_weight=reading.frequency_weight,
-            ),
-            protocol=protocol,
-            search_offsets=reading.tuned_over,
-        )
-        controller = experiment.controller
-        actuation = reading.actuation(controller.actuation)
-        if actuation != controller.actuation:
-            experiment = experiment.replaced(
-                controller=dataclasses.replace(controller, actuation=actuation)
-            )
         run = Run(
             experiment=experiment,
             seeds=tuple(range(self.seeds)),
@@ -158,7 +130,8 @@ class Multiverse:
             document[name] = algorithm_document(getattr(self, name))
         document["scale"] = f"{_KIND}{self.scale}"  # which no study has
         document["format"] = FORMAT
-        document["choices"] = {choice.name: [str(v) for v in choice.values] for choice in CHOICES}
+        design = design_named(document.pop("design"))
+        document["choices"] = {c.name: [str(v) for v in c.values] for c in design.choices}
         return json.loads(json.dumps(document))
 
 
@@ -166,7 +139,9 @@ def multiverse(scale: str, readings: int | None = None) -> Multiverse:
     """The multiverse of a scale.
 
     - `smoke`: three readings of two small models, for seconds, to see that everything works;
-    - `full`: 32 readings of the 24 models that claims 2 to 9 are about, 4 runs each.
+    - `full`: 32 readings of the 24 models that claims 2 to 9 are about, 4 runs each;
+    - `calibrated`: 24 readings under which V does what the paper says of it
+      (`tegotae.studies.paper.calibration`), the same models, 8 runs each to the plateau.
 
     Args:
         scale: its name, also as a folder's description has it.
@@ -210,6 +185,13 @@ def _full() -> Multiverse:
     )
 
 
-_SCALES = {"smoke": _smoke, "full": _full}
+def _calibrated() -> Multiverse:
+    """The learned claims over the readings that V chose: what is held out of the calibration."""
+    return dataclasses.replace(
+        _full(), scale="calibrated", readings=24, seeds=8, design="calibrated"
+    )
+
+
+_SCALES = {"smoke": _smoke, "full": _full, "calibrated": _calibrated}
 SCALES = tuple(_SCALES)
 """The names of the scales."""

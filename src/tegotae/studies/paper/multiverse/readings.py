@@ -12,7 +12,7 @@ import numpy as np
 from tegotae._support.errors import TegotaeError, require_count, require_finite
 from tegotae.measures.hopping.efficiency import check_work
 from tegotae.parts.bodies import Hopper
-from tegotae.parts.terms import Actuation, Reflex, Sector, SectorAndReflex
+from tegotae.parts.terms import Actuation, with_vanilla_settings
 from tegotae.systems.grammar import BUDGET
 
 PLATEAU = math.inf
@@ -28,9 +28,9 @@ class Reading:
     """One way to read the paper: a choice for everything that it leaves open.
 
     Lengths are in leg lengths l0, forces in weights m g, times in √(l0/g). The body follows with
-    l0 = 1 m, g = 9.81 m/s² and a mass, which is a choice, too: CoT⁻¹ goes with 1 / m and is added
-    to ΔΩ, and the reflex takes rad/s as newtons. ω_t stays at 4 and 8 rad/s, so that its ratio to
-    ω_n varies with the body.
+    g = 9.81 m/s², a mass and a leg length. These are choices, too: CoT⁻¹ goes with 1 / m and is
+    added to ΔΩ, the reflex takes rad/s as newtons, and ω_t stays at 4 and 8 rad/s, so that its
+    ratios to ω_n and to √(g/l0) vary with the body.
 
     Args:
         natural_frequency: ω_n √(l0/g), of the leg without damping.
@@ -44,6 +44,7 @@ class Reading:
         parameters: the budget of trained numbers per controller.
         episodes: the budget of training per run [episodes]; infinite to train to the plateau.
         mass_kg: mass of the body [kg]; ratios keep their values.
+        rest_length_m: rest length of the leg [m]; ratios keep their values.
         frequency_weight: what ΔΩ counts for in the fitness [m/J per rad²/s²]; 1 takes its
             frequencies in rad/s, `tegotae.measures.objectives.fitness.HERTZ` in hertz.
         newtons_per_feedback: force of the reflex per feedback [N s/rad].
@@ -79,6 +80,7 @@ class Reading:
     parameters: int = BUDGET
     episodes: float = PLATEAU
     mass_kg: float = _STANDARD.mass_kg
+    rest_length_m: float = _STANDARD.rest_length_m
     frequency_weight: float = 1.0
     newtons_per_feedback: float = 1.0
     sector_s: float | None = None
@@ -88,7 +90,7 @@ class Reading:
 
     def __post_init__(self) -> None:
         positive = ("natural_frequency", "force_ratio", "release", "tolerance")
-        for name in (*positive, "mass_kg", "newtons_per_feedback"):
+        for name in (*positive, "mass_kg", "rest_length_m", "newtons_per_feedback"):
             require_finite(name, getattr(self, name), above=0.0)
         require_finite("sector_start", self.sector_start)
         for name in ("damping_ratio", "drop", "frequency_weight", "flight_damping"):
@@ -126,18 +128,19 @@ class Reading:
     @property
     def hopper(self) -> Hopper:
         """The body of these ratios; the standard one to the last bit where they are its own."""
-        own = (*_RATIOS, "mass_kg", "flight_damping")
+        own = (*_RATIOS, "mass_kg", "rest_length_m", "flight_damping")
         if all(getattr(self, name) == getattr(Reading, name) for name in own):
             return _STANDARD
         mass, length, gravity = (
             self.mass_kg,
-            _STANDARD.rest_length_m,
+            self.rest_length_m,
             _STANDARD.gravity_m_per_s2,
         )
         rate = self.natural_frequency * math.sqrt(gravity / length)
         return dataclasses.replace(
             _STANDARD,
             mass_kg=mass,
+            rest_length_m=length,
             stiffness_n_per_m=mass * rate**2,
             damping_ns_per_m=2.0 * self.damping_ratio * mass * rate,
             flight_damping_ns_per_m=self.flight_damping * 2.0 * self.damping_ratio * mass * rate,
@@ -146,13 +149,12 @@ class Reading:
 
     def actuation(self, own: Actuation) -> Actuation:
         """An actuation under this reading; a learned one is its own."""
-        if isinstance(own, Sector) and self.sector_start != Reading.sector_start:
-            own = dataclasses.replace(own, start_rad=self.sector_start)
-        if isinstance(own, Sector) and self.sector_s is not None:
-            own = dataclasses.replace(own, width_rad=0.0, duration_s=self.sector_s)
-        if isinstance(own, Reflex | SectorAndReflex):
-            own = dataclasses.replace(own, newtons_per_feedback=self.newtons_per_feedback)
-        return own
+        return with_vanilla_settings(
+            own,
+            start_rad=self.sector_start,
+            duration_s=self.sector_s,
+            newtons_per_feedback=self.newtons_per_feedback,
+        )
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -11,7 +10,13 @@ from tegotae._support.errors import TegotaeError
 from tegotae._support.files import output_folder
 from tegotae.measures.hopping.statistics import Interval
 from tegotae.studies.paper.claims import Part, Verdict
-from tegotae.studies.paper.multiverse.readings import CHOICES, Reading
+from tegotae.studies.paper.multiverse.designs import (
+    cells_of,
+    choices_of,
+    design_of,
+    reading_of,
+)
+from tegotae.studies.paper.multiverse.readings import Reading
 from tegotae.studies.paper.multiverse.verdicts import VerdictsByReading, claimed
 
 READINGS, VERDICTS = "readings.csv", "verdicts.csv"
@@ -31,8 +36,9 @@ def write_tables(readings: Sequence[Reading], verdicts: VerdictsByReading, folde
     Raises:
         TegotaeError: if they cannot be written.
     """
-    names = [choice.name for choice in CHOICES]
-    rows = [[i, *(getattr(r, name) for name in names)] for i, r in enumerate(readings)]
+    choices = choices_of(readings)
+    names = [choice.name for choice in choices]
+    rows = [[i, *cells_of(reading, choices)] for i, reading in enumerate(readings)]
     parts = [
         [
             *(reading, omega, v.number, v.verdict, i, p.verdict, p.what),
@@ -81,19 +87,11 @@ def _numbers(effect: Interval) -> list[str]:
 
 
 def _reading(row: dict[str, str], folder: Path) -> Reading:
+    if (design := design_of(row)) is None:
+        raise _no_table(folder / READINGS)
     try:
-        values = {
-            choice.name: type(choice.values[0])(row[choice.name])
-            for choice in CHOICES
-            if choice.name not in ("follow_omega", "episodes")
-        }
-        episodes = float(row["episodes"])
-        return Reading(
-            **values,
-            follow_omega={"True": True, "False": False}[row["follow_omega"]],
-            episodes=episodes if math.isinf(episodes) else int(episodes),
-        )
-    except (KeyError, ValueError, TypeError):
+        return reading_of(row, design.choices)
+    except ValueError:
         raise _no_table(folder / READINGS) from None
 
 
