@@ -1,13 +1,14 @@
 """Which bodies and readings make the vanilla controllers do what the paper says of them.
 
-    python studies/calibration.py                   # all of it; 40 min of CPU time
-    python studies/calibration.py --bodies 128 --fine 16 --random 4 --folder results/calibration
+    python studies/calibration.py                   # all of it; 20 min of CPU time
+    python studies/calibration.py --show            # tables and figures of what is measured
+    python studies/calibration.py --bodies 128 --fine 8 --folder results/calibration
 
 Written are, to docs/_static/calibration, `coarse.csv` and `fine.csv` with a row per reading, as it
 goes: stopped, the same command goes on. `named.csv` has the study's own reading and that of the
-co-author's public program. From these follow `statements.md`, `choices.md`, `posterior.png`,
-`statements.png`, and `readings.csv`: readings that stand for the posterior. With all tables there,
-the command takes a few seconds.
+co-author's public program, `vanilla.csv` all V of the nearest readings. From these follow
+`statements.md`, `choices.md`, `posterior.png`, `statements.png`, and `readings.csv`: readings that
+stand for the posterior. With all tables there the command takes a few seconds, as with `--show`.
 """
 
 from __future__ import annotations
@@ -25,11 +26,11 @@ from tegotae._support.files import output_folder, write_atomically
 from tegotae.figures.calibration import posterior_figure, statements_figure
 from tegotae.figures.report.markdown import table
 from tegotae.figures.style import save_figure
-from tegotae.studies.paper.calibration.measure import COARSE, measure
+from tegotae.measures.evaluation import evaluate
+from tegotae.studies.paper.calibration.measure import COARSE, CalibrationGrid, measure
 from tegotae.studies.paper.calibration.posterior import (
     STRICTNESS,
     CalibrationPosterior,
-    distances,
     met,
     narrowed,
     posterior,
@@ -46,17 +47,25 @@ from tegotae.studies.paper.calibration.prior import (
     value_at,
 )
 from tegotae.studies.paper.calibration.run import calibrate, read_scores
-from tegotae.studies.paper.calibration.scores import SCORES
+from tegotae.studies.paper.calibration.scores import SCORES, short
 from tegotae.studies.paper.multiverse.designs import cells_of
+from tegotae.studies.paper.multiverse.experiment import experiment_under
 from tegotae.studies.paper.multiverse.readings import AnalysisChoice, Reading
+from tegotae.systems.models import find
+from tegotae.training.search import best_gain
 
 FOLDER = Path(__file__).resolve().parents[1] / "docs" / "_static" / "calibration"
 
-SHARES = (0.01, 0.02, 0.05)
+SHARES = (0.005, 0.01, 0.02)
 """Shares of all readings that are accepted: what depends on the threshold shows."""
 
 SHARE, LEVELS = 0.02, STRICTNESS[1]
 """Those that the sample is of."""
+
+NEAREST = 4
+"""Readings whose V are measured as the study makes them."""
+
+VANILLA = tuple(f"V-{name}-w{omega}" for name in ("sector", "reflex", "both") for omega in (4, 8))
 
 SAMPLE = 24
 """Readings that stand for the posterior."""
@@ -87,108 +96,153 @@ def main(words: Sequence[str] | None = None) -> None:
     """Measure what is missing, and write what follows from it."""
     parser = argparse.ArgumentParser(description="Calibrate readings on V and Fig. 4.")
     parser.add_argument("--bodies", type=int, default=2048, help="readings of the prior")
-    parser.add_argument("--fine", type=int, default=200, help="of these, the nearest, finely")
-    parser.add_argument("--random", type=int, default=50, help="and the first of the prior, finely")
+    parser.add_argument("--fine", type=int, default=16, help="of these, the nearest, finely")
+    parser.add_argument("--show", action="store_true", help="measure nothing")
     parser.add_argument("--folder", type=Path, default=FOLDER)
     given = parser.parse_args(words)
     folder = given.folder
     output_folder(folder)
-    coarse = calibrate(folder / "coarse.csv", range(given.bodies), COARSE)
-    calibrate(folder / "fine.csv", worth_a_look(coarse, given.fine, given.random))
-    if not (folder / "named.csv").exists():
-        scores = [measure(reading) for reading in NAMED.values()]
-        columns = {name: [getattr(each, name) for each in scores] for name in SCORES}
-        tables.write_csv(folder / "named.csv", {"reading": list(NAMED), **columns}, digits=4)
+    if not given.show:
+        coarse = calibrate(folder / "coarse.csv", range(given.bodies), COARSE)
+        near = np.argsort(shortfalls(coarse, LEVELS.target), kind="stable")[: given.fine]
+        calibrate(folder / "fine.csv", near.tolist())
+        measure_named(folder / "named.csv")
+        measure_vanilla(folder)
     show(folder)
     print(f"wrote tables and figures to {folder}")
 
 
-def worth_a_look(scores: np.ndarray, nearest: int, random: int) -> list[int]:
-    """Numbers of readings: the nearest by any measure of distance, and the first of the prior.
+def measure_named(path: Path) -> None:
+    """Measure the study's own reading and the program's, unless the table is there."""
+    if not path.exists():
+        scores = [measure(reading, COARSE) for reading in NAMED.values()]
+        columns = {name: [getattr(each, name) for each in scores] for name in SCORES}
+        tables.write_csv(path, {"reading": list(NAMED), **columns}, digits=4)
 
-    The latter are as good as drawn at random, and show how far coarse scores are from fine ones.
+
+def measure_vanilla(folder: Path) -> None:
+    """Measure all six V of the nearest readings with the study's own search, where it is to do."""
+    path = folder / "vanilla.csv"
+    if path.exists():
+        return
+    measured = read(folder)
+    far = np.where(
+        np.isfinite(measured.fine).any(axis=1), shortfalls(measured.fine, LEVELS.target), math.inf
+    )
+    rows = []
+    for body in measured.bodies[np.argsort(far, kind="stable")[:NEAREST]].tolist():
+        reading = candidates(body + 1)[body]
+        for name in VANILLA:
+            experiment = experiment_under(reading, find(name), protocol=CalibrationGrid().protocol)
+            gain, _ = best_gain(experiment)
+            found = evaluate(
+                experiment.controller,
+                [[gain]],
+                experiment.omega,
+                experiment.body,
+                experiment.protocol,
+                metrics=("limit_cycle_share", "t0_s", "t1_s"),
+            ).episodes
+            settles, t0_s, t1_s = (found[key][0] for key in ("limit_cycle_share", "t0_s", "t1_s"))
+            rows.append((body, name, gain * reading.hopper.weight_n, settles.sum()))
+            rows[-1] += (short(t0_s, experiment.protocol.undisturbed_s),)
+            rows[-1] += (short(t1_s, experiment.protocol.disturbed_s),)
+    head = ("body", "model", "sigma_m_g", "settled", "short_t0", "short_t1")
+    columns = {name: [row[i] for row in rows] for i, name in enumerate(head)}
+    tables.write_csv(path, columns, digits=4)
+
+
+@dataclasses.dataclass(frozen=True)
+class CalibrationTables:
+    """What the tables hold, all arrays in the order of the readings' numbers.
+
+    Args:
+        bodies: numbers of the readings in the prior, [readings].
+        scores: by the coarse maps, [readings, scores]. The posterior is of these, in which chance
+            is the same for all.
+        fine: by the fine maps, [readings, scores]; NaN where there are none.
+        places: where the readings lie, [readings, choices].
     """
-    measures = [distances(scores), *(shortfalls(scores, each.target) for each in STRICTNESS)]
-    ranks = np.min([np.argsort(np.argsort(each, kind="stable")) for each in measures], axis=0)
-    best = np.argsort(ranks, kind="stable")[:nearest]
-    return sorted({*best.tolist(), *range(min(random, len(scores)))})
+
+    bodies: np.ndarray
+    scores: np.ndarray
+    fine: np.ndarray
+    places: np.ndarray
 
 
-def read(folder: Path) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Coarse scores, fine scores (NaN where there are none), and where all readings lie."""
-    rows = read_scores(folder / "coarse.csv")
-    coarse = np.array([rows[body] for body in range(len(rows))])
-    fine = np.full_like(coarse, np.nan)
-    for body, scores in read_scores(folder / "fine.csv").items():
-        fine[body] = scores
-    return coarse, fine, np.array([coordinates(each) for each in candidates(len(rows))])
+def read(folder: Path) -> CalibrationTables:
+    """What the tables of a folder hold."""
+    coarse, fine = read_scores(folder / "coarse.csv"), read_scores(folder / "fine.csv")
+    bodies = sorted(coarse)
+    readings = candidates(bodies[-1] + 1)
+    return CalibrationTables(
+        np.array(bodies),
+        np.array([coarse[body] for body in bodies]),
+        np.array([fine.get(body, [math.nan] * len(SCORES)) for body in bodies]),
+        np.array([coordinates(readings[body]) for body in bodies]),
+    )
 
 
-def found_by(fine: np.ndarray, share: float = SHARE) -> dict[str, CalibrationPosterior]:
-    """The posterior by each strictness; readings without a fine look are as far as can be."""
-    looked = np.isfinite(fine).any(axis=1)
-    return {
-        each.name: posterior(np.where(looked, shortfalls(fine, each.target), 1.0), share)
-        for each in STRICTNESS
-    }
+def found_by(scores: np.ndarray, share: float = SHARE) -> dict[str, CalibrationPosterior]:
+    """The posterior by each strictness."""
+    return {each.name: posterior(shortfalls(scores, each.target), share) for each in STRICTNESS}
 
 
 def show(folder: Path) -> None:
     """Write what follows from the tables."""
-    coarse, fine, places = read(folder)
-    found = found_by(fine)
+    measured = read(folder)
+    found = found_by(measured.scores)
     write_atomically(folder / "statements.md", statements(folder))
     write_atomically(folder / "choices.md", choices(folder))
-    sample = representative(found[LEVELS.name], places, SAMPLE)
-    readings = candidates(len(places))
+    sample = measured.bodies[representative(found[LEVELS.name], measured.places, SAMPLE)]
+    readings = candidates(int(sample.max()) + 1)
     rows = [cells_of(readings[body], PRIOR) for body in sample]
     columns = {choice.name: [row[i] for row in rows] for i, choice in enumerate(PRIOR)}
     tables.write_csv(folder / "readings.csv", {"body": sample.tolist(), **columns})
-    figure = posterior_figure(places, found, NAMED["study"], NAMED["program"])
+    figure = posterior_figure(measured.places, found, NAMED["study"], NAMED["program"])
     save_figure(figure, folder / "posterior.png")
-    shares = {each.name: met(coarse, each.target).mean(axis=0) for each in STRICTNESS}
+    shares = {each.name: met(measured.scores, each.target).mean(axis=0) for each in STRICTNESS}
     words = [WORDS[name] for name in SCORES]
-    figure = statements_figure(words, shares, together(coarse, LEVELS.target))
+    figure = statements_figure(words, shares, together(measured.scores, LEVELS.target))
     save_figure(figure, folder / "statements.png")
 
 
 def statements(folder: Path) -> str:
     """Per statement: how many meet it, its score among all and the accepted, and of those named."""
-    coarse, fine, _ = read(folder)
-    own = found_by(fine)[LEVELS.name]
+    measured = read(folder)
+    scores, fine = measured.scores, measured.fine
+    own = found_by(scores)[LEVELS.name]
     named = tables.read_csv(folder / "named.csv")
-    counts = [met(coarse, each.target) for each in STRICTNESS]
-    levels = [f"{each.name}" for each in STRICTNESS]
-    rows = [["statement", *levels, "median of all", "of the posterior", *NAMED]]
+    counts = {each.name: met(scores, each.target) for each in STRICTNESS}
+    heads = [f"meet it, {name}" for name in counts]
+    rows = [["statement", *heads, "median of all", "of the posterior", "finely", *NAMED]]
     for i, name in enumerate(SCORES):
-        shares = [f"{each[:, i].mean():.0%} (≥ {s.target[i]:.2g})" for each, s in _with(counts)]
-        inside = _quantile(fine[own.accepted, i], own.weights, 0.5)
+        shares = [
+            f"{counts[each.name][:, i].mean():.0%} (≥ {each.target[i]:.2g})" for each in STRICTNESS
+        ]
+        inside = [_quantile(each[own.accepted, i], own.weights, 0.5) for each in (scores, fine)]
         cells = [f"{float(cell):.2f}" for cell in named[name]]
-        rows.append([WORDS[name], *shares, f"{np.median(coarse[:, i]):.2f}", f"{inside:.2f}"])
-        rows[-1] += cells
-    most = [each.sum(axis=1).max() for each in counts]
-    rows.append(["most met by one reading", *(f"{n} of {len(SCORES)}" for n in most)])
-    rows[-1] += [""] * (2 + len(NAMED))
-    scores = np.array([[float(named[name][k]) for name in SCORES] for k in range(len(NAMED))])
-    far = shortfalls(scores, LEVELS.target)
-    all_far = shortfalls(coarse, LEVELS.target)
-    inside = _quantile(own.distance[own.accepted], own.weights, 0.5)
-    rows.append(["shortfall (middle)", "", "", "", f"{np.median(all_far):.2f}", f"{inside:.2f}"])
-    rows[-1] += [f"{value:.2f}" for value in far]
+        medians = [np.median(scores[:, i]), *inside]
+        rows.append([WORDS[name], *shares, *(f"{each:.2f}" for each in medians), *cells])
+    most = [f"{each.sum(axis=1).max()} of {len(SCORES)}" for each in counts.values()]
+    rows.append(["most that one reading meets", *most, *[""] * (3 + len(NAMED))])
+    known = np.array([[float(named[name][k]) for name in SCORES] for k in range(len(NAMED))])
+    finely = np.where(np.isfinite(fine).any(axis=1), shortfalls(fine, LEVELS.target), math.nan)
+    inside = [_quantile(each[own.accepted], own.weights, 0.5) for each in (own.distance, finely)]
+    far = [np.median(own.distance), *inside, *shortfalls(known, LEVELS.target)]
+    rows.append([f"shortfall, {LEVELS.name}", *[""] * 3, *(f"{value:.2f}" for value in far)])
     return table(rows)
-
-
-def _with(counts: list[np.ndarray]) -> list[tuple]:
-    return list(zip(counts, STRICTNESS, strict=True))
 
 
 def choices(folder: Path) -> str:
     """Per choice: the posterior's middle and its 90 % range, and how narrow it is."""
-    _, fine, places = read(folder)
-    own = found_by(fine)[LEVELS.name]
-    heads = [f"{each.name}, {share:.0%}" for share in SHARES for each in STRICTNESS]
-    rows = [["choice", "prior", "posterior", *heads]]
-    narrow = [narrowed(places, each) for share in SHARES for each in found_by(fine, share).values()]
+    measured = read(folder)
+    scores, places = measured.scores, measured.places
+    own = found_by(scores)[LEVELS.name]
+    ways = [(LEVELS.name, share) for share in SHARES]
+    ways += [(each.name, SHARE) for each in STRICTNESS if each is not LEVELS]
+    rows = [["choice", "prior", "posterior", *(f"{name}, {share:.1%}" for name, share in ways)]]
+    narrow = [narrowed(places, found_by(scores, share)[name]) for name, share in ways]
     for i, choice in enumerate(PRIOR):
         at = places[own.accepted, i]
         if choice.levels:
@@ -208,6 +262,8 @@ def choices(folder: Path) -> str:
 def _named(choice: AnalysisChoice, value: object) -> str:
     if value is None:
         return "in phase"
+    if choice.name == "flight_damping":
+        return "yes" if value else "no"
     if isinstance(value, tuple):
         return "ω_t" if value == (0.0,) else "five ω"
     if choice.name == "sector_start":
@@ -216,9 +272,10 @@ def _named(choice: AnalysisChoice, value: object) -> str:
 
 
 def _quantile(values: np.ndarray, weights: np.ndarray, share: float) -> float:
-    """A weighted quantile."""
+    """A weighted quantile of the values that are known."""
+    values, weights = values[~np.isnan(values)], weights[~np.isnan(values)]
     order = np.argsort(values)
-    reached = np.cumsum(weights[order])
+    reached = np.cumsum(weights[order]) / weights.sum()
     return float(values[order][min(int(np.searchsorted(reached, share)), len(values) - 1)])
 
 

@@ -14,9 +14,14 @@ import numpy as np
 import pytest
 
 import tiny
+from tegotae._support.errors import TegotaeError
 from tegotae.cli import main
+from tegotae.cli.options import ExperimentOptions
 from tegotae.cli.train import summarise
+from tegotae.parts.bodies import Hopper
+from tegotae.parts.terms import SectorAndReflex
 from tegotae.systems import controller_file
+from tegotae.systems.models import find
 from tegotae.training.run import train
 from tegotae.training.search import GAINS
 
@@ -308,3 +313,31 @@ def test_a_folder_that_cannot_be_written_is_refused_before_the_training(
     for more in ([], ["--tensorboard"]):
         error = one_line_error("train", model, "--out", out, *more)
         assert f"cannot write to the folder {out}: {said}" in error
+
+
+# What the paper leaves open of vanilla parts.
+
+
+def test_options_of_vanilla_parts_are_in_the_experiment_and_learned_ones_have_none():
+    options = ExperimentOptions(
+        sector_start=5.0, sector_duration=0.06, newtons_per_feedback=2.0, tuned_over=(-1.0, 1.0)
+    )
+    both = options.applied(find("V-both-w8").experiment())
+    assert both.controller.actuation == SectorAndReflex(5.0, 0.0, 0.06, 2.0)
+    assert both.search_offsets == (-1.0, 1.0)
+    learned = find("ART").experiment()
+    assert options.applied(learned).controller == learned.controller
+    plain = find("V-both-w8").experiment()
+    assert ExperimentOptions().applied(plain) == plain
+
+
+def test_a_sector_that_lasts_no_time_is_refused():
+    with pytest.raises(TegotaeError, match="duration_s"):
+        ExperimentOptions(sector_duration=-0.1).applied(find("V-sector-w8").experiment())
+
+
+def test_a_gain_is_searched_for_at_the_same_weights_on_any_hopper():
+    plain = find("V-sector-w8").experiment()
+    heavy = plain.replaced(body=Hopper(mass_kg=0.2, stiffness_n_per_m=10.0, max_force_n=8.0))
+    np.testing.assert_array_equal(plain.gains, GAINS)
+    np.testing.assert_allclose(heavy.gains * heavy.body.weight_n, GAINS * plain.body.weight_n)

@@ -24,6 +24,7 @@ from tegotae.parts.bodies import Hopper
 from tegotae.parts.terms import Reflex, Sector, SectorAndReflex
 from tegotae.simulation.rollout import Timing
 from tegotae.studies.paper import runner
+from tegotae.studies.paper.calibration.prior import PRIOR
 from tegotae.studies.paper.claims import (
     FAILS,
     HOLDS,
@@ -31,7 +32,6 @@ from tegotae.studies.paper.claims import (
     Part,
     Verdict,
 )
-from tegotae.studies.paper.calibration.prior import PRIOR
 from tegotae.studies.paper.multiverse.designs import (
     calibrated,
     cells_of,

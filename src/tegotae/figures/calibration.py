@@ -27,7 +27,7 @@ def posterior_figure(
     """Each choice's posterior beside its prior, in the order of `PRIOR`.
 
     Grey is the prior, each line the posterior by one strictness. A black triangle marks the study's
-    own reading, an orange one that of the co-author's program.
+    own reading, a green one that of the co-author's program.
 
     Args:
         places: where all readings lie, [readings, choices].
@@ -36,7 +36,7 @@ def posterior_figure(
         program: the reading of the co-author's program.
     """
     rows = -(-len(PRIOR) // _COLUMNS)
-    marks = ((own, "black", "the study's"), (program, COLOURS[4], "co-author's program"))
+    marks = ((own, "black", 7, "the study's"), (program, COLOURS[5], 4, "co-author's program"))
     with styled():
         figure = new_figure(PAGE_IN, 1.45 * rows)
         panels = figure.subplots(rows, _COLUMNS, squeeze=False).ravel()
@@ -46,9 +46,9 @@ def posterior_figure(
             for name, ink in zip(found, _INKS, strict=False):
                 each = found[name]
                 _steps(panel, edges, places[each.accepted, i], each.weights, name, ink=ink)
-            for reading, ink, name in marks:
+            for reading, ink, size, name in marks:
                 at = np.clip(coordinates_of(choice, reading), 0.0, 1.0)
-                panel.plot(at, 0.0, "^", color=ink, ms=5, clip_on=False, label=name, zorder=5)
+                panel.plot(at, 0.0, "^", color=ink, ms=size, clip_on=False, label=name, zorder=5)
             _ticks(panel, choice)
             panel.set_title(choice.label, size=8)
             panel.set(ylim=(0.0, None), yticks=[])
@@ -117,7 +117,8 @@ def statements_figure(
     """How many readings meet each statement, and which of them exclude each other.
 
     Left: the share of readings by strictness. Right: how often two are met together over how often
-    they would be by chance, from never (blue) over as by chance (white) to twice (red).
+    they would be by chance, from never (orange) over as by chance (white) to twice or more
+    (purple).
 
     Args:
         words: the statements, short.

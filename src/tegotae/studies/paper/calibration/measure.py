@@ -64,7 +64,7 @@ COARSE = CalibrationGrid(
 """A sixth of the map's points: enough to see which readings are worth a finer look."""
 
 
-class GainMap(NamedTuple):
+class FitnessMap(NamedTuple):
     """Outcomes of one actuation over gain and frequency, [gains, frequencies]."""
 
     sigma: np.ndarray
@@ -106,7 +106,7 @@ def measure(reading: Reading, grid: CalibrationGrid | None = None) -> VanillaSco
 
 def scored(
     reading: Reading,
-    maps: dict[str, GainMap],
+    maps: dict[str, FitnessMap],
     gains: dict[tuple[str, float], float],
     protocol: Protocol,
 ) -> VanillaScores:
@@ -145,7 +145,7 @@ def scored(
     )
 
 
-def gain_map(reading: Reading, actuation: str, grid: CalibrationGrid) -> GainMap:
+def gain_map(reading: Reading, actuation: str, grid: CalibrationGrid) -> FitnessMap:
     """The map of one actuation under a reading."""
     hopper = reading.hopper
     sigma, omega = np.array(grid.gains) / hopper.weight_n, np.array(grid.omegas)
@@ -159,7 +159,7 @@ def gain_map(reading: Reading, actuation: str, grid: CalibrationGrid) -> GainMap
     outcome, hops = engine.run(gains[:, None], scenario, hopper)
     fitness = Fitness(work=reading.work, frequency_weight=reading.frequency_weight)
     value = np.asarray(fitness.score(hops, fitness.data)["fitness"])
-    return GainMap(
+    return FitnessMap(
         sigma,
         omega,
         as_maps(outcome, sigma, omega),

@@ -19,7 +19,7 @@ _KIND = "table of a calibration"
 _NAMES = tuple(choice.name for choice in PRIOR)
 _HEAD = ("body", *_NAMES, *SCORES)
 _DIGITS = 4
-_AT_ONCE = 20
+_AT_ONCE = 5
 """Readings between two writings of the table."""
 _MOST_BODIES = 10**6
 

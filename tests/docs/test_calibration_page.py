@@ -1,0 +1,96 @@
+"""The page on the calibration says what its tables say."""
+
+from __future__ import annotations
+
+import importlib
+import re
+
+import numpy as np
+import pytest
+
+from pages import DOCS
+from places import ROOT
+from tegotae._support.tables import read_csv
+from tegotae.studies.paper.calibration.posterior import STRICTNESS, met, shortfalls, together
+from tegotae.studies.paper.calibration.scores import SCORES
+from tegotae.studies.paper.multiverse.designs import CALIBRATED_TABLE
+
+KEPT = DOCS / "_static" / "calibration"
+
+
+@pytest.fixture(scope="module")
+def study():
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(str(ROOT / "studies"))
+        yield importlib.import_module("calibration")
+
+
+@pytest.fixture(scope="module")
+def measured(study):
+    return study.read(KEPT)
+
+
+@pytest.fixture(scope="module")
+def page() -> str:
+    return re.sub(r"\s+", " ", (DOCS / "studies" / "calibration.md").read_text(encoding="utf-8"))
+
+
+def test_the_tables_of_the_page_follow_from_what_was_measured(study):
+    assert (KEPT / "statements.md").read_text(encoding="utf-8") == study.statements(KEPT)
+    assert (KEPT / "choices.md").read_text(encoding="utf-8") == study.choices(KEPT)
+
+
+def test_the_calibrated_readings_are_those_of_the_posterior(study, measured):
+    assert CALIBRATED_TABLE.read_bytes() == (KEPT / "readings.csv").read_bytes()
+    accepted = study.found_by(measured.scores)[study.LEVELS.name].accepted
+    kept = [int(row.split(",")[0]) for row in CALIBRATED_TABLE.read_text().splitlines()[1:]]
+    assert len(kept) == study.SAMPLE
+    assert set(kept) <= set(measured.bodies[accepted].tolist())
+
+
+def test_the_page_counts_readings_as_the_table_has_them(measured, page):
+    assert f"{len(measured.bodies):,} readings" in page
+    by = {each.name: met(measured.scores, each.target) for each in STRICTNESS}
+    lenient = by["lenient"].all(axis=1).sum()
+    assert f"{lenient} readings meet all eight leniently" in page
+    for name in ("middle", "strict"):
+        assert not by[name].all(axis=1).any()
+    most = {name: each.sum(axis=1).max() for name, each in by.items()}
+    assert f"at most {most['middle']} at the middle and {most['strict']} strictly" in page
+
+
+def test_settling_and_quick_loss_exclude_each_other_as_the_page_says(measured, page):
+    at = {name: i for i, name in enumerate(SCORES)}
+    value = together(measured.scores, STRICTNESS[1].target)[at["settles"], at["quick_loss"]]
+    assert value < 0.2
+    assert f"{value:.2f} times as often as by chance" in page
+
+
+def test_a_finer_look_finds_less_as_the_page_says(study, measured, page):
+    looked = np.isfinite(measured.fine).any(axis=1)
+    levels = study.LEVELS.target
+    coarse, fine = (
+        float(np.mean(shortfalls(each[looked], levels)))
+        for each in (measured.scores, measured.fine)
+    )
+    assert f"{looked.sum()} nearest" in page
+    assert f"from {coarse:.2f} to {fine:.2f}" in page
+
+
+def test_the_best_reading_is_the_nearest_coarsely_and_finely(study, measured, page):
+    levels = study.LEVELS.target
+    coarse = shortfalls(measured.scores, levels)
+    looked = np.isfinite(measured.fine).any(axis=1)
+    fine = np.where(looked, shortfalls(measured.fine, levels), np.inf)
+    assert coarse.argmin() == fine.argmin()
+    best = int(measured.bodies[fine.argmin()])
+    assert f"number {best} of the prior" in page
+    assert f"shortfall {coarse.min():.2f} coarsely and {fine.min():.2f} finely" in page
+
+
+def test_the_nearest_readings_v_settle_as_often_as_the_page_says(page):
+    rows = read_csv(KEPT / "vanilla.csv")
+    for body in dict.fromkeys(rows["body"]):
+        own = rows["body"] == body
+        settled = int(rows["settled"][own].astype(float).sum())
+        assert f"{body}: {settled} of {5 * own.sum()}" in page
