@@ -69,10 +69,8 @@ def test_settling_and_quick_loss_exclude_each_other_as_the_page_says(measured, p
 def test_a_finer_look_finds_less_as_the_page_says(study, measured, page):
     looked = np.isfinite(measured.fine).any(axis=1)
     levels = study.LEVELS.target
-    coarse, fine = (
-        float(np.mean(shortfalls(each[looked], levels)))
-        for each in (measured.scores, measured.fine)
-    )
+    looks = measured.scores, measured.fine
+    coarse, fine = (float(np.mean(shortfalls(each[looked], levels))) for each in looks)
     assert f"{looked.sum()} nearest" in page
     assert f"from {coarse:.2f} to {fine:.2f}" in page
 
