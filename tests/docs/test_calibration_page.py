@@ -12,6 +12,7 @@ from pages import DOCS
 from places import ROOT
 from tegotae._support.tables import read_csv
 from tegotae.studies.paper.calibration.posterior import STRICTNESS, met, shortfalls, together
+from tegotae.studies.paper.calibration.prior import candidates
 from tegotae.studies.paper.calibration.scores import SCORES
 from tegotae.studies.paper.multiverse.designs import CALIBRATED_TABLE
 
@@ -75,20 +76,25 @@ def test_a_finer_look_finds_less_as_the_page_says(study, measured, page):
     assert f"from {coarse:.2f} to {fine:.2f}" in page
 
 
-def test_the_best_reading_is_the_nearest_coarsely_and_finely(study, measured, page):
-    levels = study.LEVELS.target
-    coarse = shortfalls(measured.scores, levels)
-    looked = np.isfinite(measured.fine).any(axis=1)
-    fine = np.where(looked, shortfalls(measured.fine, levels), np.inf)
-    assert coarse.argmin() == fine.argmin()
-    best = int(measured.bodies[fine.argmin()])
-    assert f"number {best} of the prior" in page
-    assert f"shortfall {coarse.min():.2f} coarsely and {fine.min():.2f} finely" in page
-
-
 def test_the_nearest_readings_v_settle_as_often_as_the_page_says(page):
     rows = read_csv(KEPT / "vanilla.csv")
     for body in dict.fromkeys(rows["body"]):
         own = rows["body"] == body
         settled = int(rows["settled"][own].astype(float).sum())
         assert f"{body}: {settled} of {5 * own.sum()}" in page
+
+
+def test_the_calibrated_reading_meets_the_most_statements(study, measured, page):
+    """V's own are of `vanilla.csv`; those of the maps, and the slowing, are of the fine look."""
+    rows, found = read_csv(KEPT / "vanilla.csv"), {}
+    for body in dict.fromkeys(rows["body"]):
+        own = rows["body"] == body
+        scores = measured.fine[measured.bodies == int(body)][0].copy()
+        scores[0] = rows["settled"][own].astype(float).mean() / 5.0
+        scores[1:3] = [rows[name][own].astype(float).mean() for name in ("short_t0", "short_t1")]
+        found[body] = int(met(scores, study.LEVELS.target).sum())
+    best = max(found, key=lambda body: found[body])
+    assert f"Number {best} of the prior meets" in page
+    assert f"at the middle level, {found[best]} of 8" in page
+    hopper = candidates(int(best) + 1)[int(best)].hopper
+    assert f"--mass {hopper.mass_kg} --stiffness {hopper.stiffness_n_per_m:.6g}" in page
