@@ -201,14 +201,13 @@ def with_vanilla_settings(
         >>> with_vanilla_settings(Reflex(), duration_s=0.06) == Reflex()
         True
     """
-    changes: dict[str, float] = {}
     if isinstance(own, Sector) and start_rad is not None:
-        changes["start_rad"] = start_rad
+        own = replace(own, start_rad=start_rad)
     if isinstance(own, Sector) and duration_s is not None:
-        changes |= {"width_rad": 0.0, "duration_s": duration_s}
+        own = replace(own, width_rad=0.0, duration_s=duration_s)
     if isinstance(own, Reflex | SectorAndReflex) and newtons_per_feedback is not None:
-        changes["newtons_per_feedback"] = newtons_per_feedback
-    return replace(own, **changes) if changes else own
+        own = replace(own, newtons_per_feedback=newtons_per_feedback)
+    return own
 
 
 @dataclass(frozen=True)
