@@ -55,7 +55,7 @@ def test_generations_and_episodes_are_put_on_the_same_scale_of_simulated_time(tm
     # A row tells of the distribution that its generation of 4 episodes of 10 s began with.
     assert pgpe.simulated_s.tolist() == [0.0, 40.0, 80.0]
     assert pgpe.episode.tolist() == [0.0, 1.0, 2.0]
-    assert pgpe.cot_inverse.tolist() == [0.1, 0.2, 0.3]
+    assert pgpe.value.tolist() == [0.1, 0.2, 0.3]
     assert ppo.simulated_s.tolist() == [0.0, 50.0]
     assert ppo.episode.tolist() == [0.0, 5.0]
 
@@ -122,7 +122,7 @@ def test_a_written_table_is_read_back(tmp_path):
     write_tables(tmp_path / "f.png", algorithms_tables(curves))
     for ours, theirs in zip(read_curves([tmp_path / "f.csv"]), curves, strict=True):
         assert (ours.algorithm, ours.seed) == (theirs.algorithm, theirs.seed)
-        np.testing.assert_allclose(ours.cot_inverse, theirs.cot_inverse, rtol=1e-8)
+        np.testing.assert_allclose(ours.value, theirs.value, rtol=1e-8)
         np.testing.assert_array_equal(ours.simulated_s, theirs.simulated_s)
 
 

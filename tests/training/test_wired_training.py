@@ -17,12 +17,14 @@ pytest.importorskip("gymnasium")
 
 from tegotae import TegotaeError, find
 from tegotae.cli import main
+from tegotae.cli.train import advise
 from tegotae.envs import Limb, TegotaeWrapper, Wiring, save_wiring
 from tegotae.envs.env_spec import EnvSpec
 from tegotae.measures.objectives.objective import FAILED_FITNESS
 from tegotae.systems import controller_file
 from tegotae.systems.controller_file import SavedController
 from tegotae.training.algorithms import PGPE, OpenES
+from tegotae.training.curves import read_curves
 from tegotae.training.environments.episode import EpisodeBatch
 from tegotae.training.environments.evaluator import SampleWarning
 from tegotae.training.environments.experiment import EnvExperiment
@@ -193,7 +195,27 @@ def test_the_gain_of_a_vanilla_model_is_searched_for(tmp_path):
 
 def test_a_figure_of_efficiency_says_where_none_was_measured(trained, one_line_error, tmp_path):
     words = ("figure", "learning-curves", str(trained[0]), "--out", str(tmp_path / "curves.png"))
-    assert "measured no CoT⁻¹" in one_line_error(*words)
+    said = one_line_error(*words, "--of", "cot_inverse")
+    assert "measured no CoT⁻¹" in said
+    assert "--of fitness" in said
+
+
+def test_learning_curves_are_of_the_fitness_where_that_was_trained(trained, tmp_path):
+    picture = tmp_path / "curves.png"
+    assert main(["figure", "learning-curves", str(trained[0]), "--out", str(picture)]) == 0
+    drawn = read_curves([tmp_path / "curves.csv"], None)
+    assert {curve.measure for curve in drawn} == {"fitness"}
+    for ours, theirs in zip(drawn, read_curves([trained[0]], "fitness"), strict=True):
+        np.testing.assert_allclose(ours.value, theirs.value, rtol=1e-6)
+
+
+def test_a_training_that_gains_nothing_says_what_to_try(trained, capsys):
+    advise(trained[0], least=-1.0)
+    assert capsys.readouterr().out == ""
+    advise(trained[0], least=1e9)
+    said = capsys.readouterr().out
+    assert said.startswith("Nothing was learned")
+    assert "tegotae wiring baseline" in said
 
 
 # By what is judged.

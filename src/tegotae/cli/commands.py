@@ -102,6 +102,14 @@ COMMANDS: Mapping[str, Command | CommandGroup] = {
                     "tegotae wiring suggest robot.xml --settings ground=true --out robot.toml",
                 ),
             ),
+            "baseline": Command(
+                "wiring.baseline",
+                "WiringBaseline",
+                (
+                    "tegotae wiring baseline --env my_leg.xml --wiring my_leg.toml",
+                    "tegotae wiring baseline --env leg --frequencies 8 10 12 --duration 6",
+                ),
+            ),
         },
     ),
     "simulate": Command(

@@ -14,13 +14,21 @@ from tegotae._support.errors import TegotaeError, require_finite
 from tegotae._support.files import output_file
 from tegotae._support.limits import MOST_RAD_PER_S
 from tegotae.cli.metrics import named
-from tegotae.cli.options import UNSET, BodyOptions, ProtocolOptions, refuse_given, require_ours
+from tegotae.cli.options import (
+    UNSET,
+    BodyOptions,
+    ProtocolOptions,
+    refuse_given,
+    refuse_on_environment,
+    require_ours,
+)
 from tegotae.systems.legged import Legged
 from tegotae.systems.resolve import Resolved, resolve
 from tegotae.training.collection import sets_of
 
 OF_ONE_LEG = ("drop", "undisturbed", "disturbed", "work", "metric")
 OF_SEVERAL = ("starts", "seed")
+ON_ENVIRONMENTS = ("place", "settings", "starts", "json", "csv")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -33,7 +41,8 @@ class Evaluate(ProtocolOptions, BodyOptions):
     released from random phases, the same ones for all, and evaluations by falls, speed, cost of
     transport, time to lock and gait; release, control period and integrator are the file's, the
     duration is one in which legs settle. Options change what they name, and nothing else. Numbers
-    are means over the runs of a set with their 95 % intervals; a single run has none.
+    are means over the runs of a set with their 95 % intervals; a single run has none. What was
+    trained on an environment is played there again: fitness, return, distance, work, hops.
     """
 
     place: Annotated[str, tyro.conf.Positional]
@@ -50,8 +59,11 @@ class Evaluate(ProtocolOptions, BodyOptions):
     """Only these metrics, of one leg: names, FILE.py:OBJECT for one of your own, or all; without
     it, all are computed and the usual ones shown. Episodes that no metric needs are not
     simulated."""
+    settings: tuple[str, ...] = ()
+    """Settings in which an environment is to differ from that of the training: NAME=VALUE, such as
+    noise=0.02 or mass_factor=1.2."""
     starts: int = 32
-    """Number of releases of each controller, for several legs."""
+    """Number of releases of each controller, for several legs, or on an environment with noise."""
     seed: int = 1
     """Seed of the random phases at release, for several legs."""
     json: bool = False
@@ -64,8 +76,13 @@ class Evaluate(ProtocolOptions, BodyOptions):
         for omega in self.omega:
             require_finite("omega", omega, above=0.0, most=MOST_RAD_PER_S)
         found = resolve(self.place)
+        if found.is_on_environment:
+            self._on_environment(found)
+            return
         require_ours(found)
         several = found.body.limbs > 1
+        if self.settings:
+            raise TegotaeError("--settings belongs to what was trained on an environment")
         refuse_given(self, OF_ONE_LEG if several else OF_SEVERAL, self.place, several)
         if self.csv is not None:
             output_file(self.csv)
@@ -73,6 +90,22 @@ class Evaluate(ProtocolOptions, BodyOptions):
             self._walking(found)
         else:
             self._hopping(found)
+
+    def _on_environment(self, found: Resolved) -> None:
+        from tegotae.cli.on_environment import evaluate as on_environment
+
+        refuse_on_environment(self, ON_ENVIRONMENTS, self.place)
+        sets = sets_of(found)
+        on_environment.require_environment(sets, self.place)
+        if self.csv is not None:
+            output_file(self.csv)
+        rows = on_environment.evaluate_all(sets, self.starts, self.settings)
+        if self.csv is not None:
+            on_environment.write(rows, self.csv)
+        if self.json:
+            on_environment.print_json(rows)
+            return
+        on_environment.print_table(rows)
 
     def _hopping(self, found: Resolved) -> None:
         from tegotae.cli.one_leg import evaluate as one_leg

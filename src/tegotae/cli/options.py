@@ -440,7 +440,7 @@ def require_ours(found: Resolved) -> None:
     if isinstance(found.body, Interface):
         raise TegotaeError(
             f"{found.name} drives the limbs of a foreign simulator, whose mechanics are not here; "
-            "run it there: tegotae.envs.load_wiring"
+            "what was trained with --env is played there by tegotae simulate and tegotae evaluate"
         )
 
 
@@ -459,3 +459,20 @@ def refuse_given(command: Any, names: Iterable[str], place: str, several: bool) 
             option, whose = name.replace("_", "-"), "one leg" if several else "several legs"
             has = "several legs" if several else "one leg"
             raise TegotaeError(f"--{option} is for bodies with {whose}; {place} has {has}")
+
+
+def refuse_on_environment(command: Any, understood: Iterable[str], place: str) -> None:
+    """Raise `TegotaeError` for an option without a meaning for what was trained on an environment.
+
+    Args:
+        command: the options.
+        understood: names of the fields that have one.
+        place: what was named.
+    """
+    kept = {*understood}
+    for field in dataclasses.fields(command):
+        if field.name not in kept and getattr(command, field.name) != field.default:
+            raise TegotaeError(
+                f"--{field.name.replace('_', '-')} is for bodies of this package; {place} was "
+                "trained on an environment, where it is played as its file says"
+            )

@@ -18,6 +18,7 @@ from tegotae.cli.options import (
     ControllerOptions,
     FromPreset,
     refuse_given,
+    refuse_on_environment,
     require_ours,
 )
 from tegotae.parts.bodies import Hopper
@@ -33,6 +34,7 @@ OF_ONE_LEG = (
     *("drop", "drop_time", "height", "velocity", "phase", "tick", "hold", "float64"),
     *("measure_from", "work", "actuation", "oscillator", "preset"),
 )
+ON_ENVIRONMENTS = ("place", "controller", "duration", "json", "csv", "plot", "animate")
 OF_SEVERAL = (*OF_LEGS, "phases", "out")
 
 
@@ -84,7 +86,8 @@ class Simulate(LegsOptions, ControllerOptions):
     plot: Annotated[Path | None, UNSET] = None
     """Write a plot over time (.png, .pdf, .svg); of several legs their footfalls."""
     animate: Annotated[Path | None, UNSET] = None
-    """Write an animation (.gif, or of one leg .mp4 where ffmpeg is installed)."""
+    """Write an animation (.gif, or of one leg .mp4 where ffmpeg is installed); on a MuJoCo model a
+    film by its own renderer."""
     out: Annotated[Path | None, UNSET] = None
     """Of several legs: a folder for all pictures (.png), the table (.csv) and the document
     (.json)."""
@@ -97,6 +100,9 @@ class Simulate(LegsOptions, ControllerOptions):
             )
         name = self.controller if self.place is None else self.place
         found = None if name is None else resolve(name)
+        if found is not None and found.is_on_environment:
+            self._on_environment(found)
+            return
         if found is not None:
             require_ours(found)
         if found is not None and found.body.limbs > 1:
@@ -106,6 +112,20 @@ class Simulate(LegsOptions, ControllerOptions):
             called = "a vanilla controller" if found is None else found.name
             refuse_given(self, OF_SEVERAL, called, several=False)
             self._of_one_leg(found)
+
+    def _on_environment(self, found: Resolved) -> None:
+        from tegotae.cli.on_environment.simulate import simulate
+
+        refuse_on_environment(self, ON_ENVIRONMENTS, found.name)
+        simulate(
+            found.controller(),
+            name=found.name,
+            duration_s=self.duration,
+            csv=self.csv,
+            plot=self.plot,
+            animate=self.animate,
+            as_json=self.json,
+        )
 
     def _of_several(self, found: Resolved) -> None:
         from tegotae.cli.several_legs.simulate import simulate_legs

@@ -18,6 +18,7 @@ from tegotae._support.optional_dependencies import require
 from tegotae.cli.env_options import EnvOptions
 from tegotae.cli.options import ExperimentOptions, experiment_named, settings_named
 from tegotae.cli.tables import print_rows
+from tegotae.measures.hopping.statistics import interval
 from tegotae.measures.objectives.objective import FAILED_FITNESS
 from tegotae.systems.experiment import Experiment
 from tegotae.systems.grammar import BUDGET
@@ -129,6 +130,8 @@ class Train(EnvOptions, EvolutionOptions, ExperimentOptions):
                 f"interrupted; {out} keeps what was learned, the same command continues from there"
             ) from None
         summarise(paths, "episode" if learns else "generation")
+        if not on_engine:
+            advise(out, least=self.stopping.tolerance)
 
     def _on_engine(self) -> Experiment:
         self.require_engine()
@@ -239,6 +242,12 @@ def summarise(paths: list[Path], unit: str) -> None:
             for path, training in found
         ),
     )
+    if len(found) > 1:
+        best = interval([float(cast(float, training["best_fitness"])) for _, training in found])
+        print(
+            f"fitness {best.mean:.4f}, 95 % interval of the mean over {len(found)} runs "
+            f"[{best.low:.4f}, {best.high:.4f}]"
+        )
     lost = sum(
         cast(float, training["best_fitness"]) < 0.5 * FAILED_FITNESS for _, training in found
     )
@@ -247,3 +256,19 @@ def summarise(paths: list[Path], unit: str) -> None:
             f"{lost} of {len(found)} learned nothing: no candidate came through its episode, "
             "and the fitness says no more than that."
         )
+
+
+def advise(out: Path, *, least: float) -> None:
+    """Say what to try on an environment where no run gained more than `least` in training."""
+    from tegotae.training.curves import FITNESS, read_curves
+
+    if not (out / "curves.csv").exists():  # a search, in which nothing is learned
+        return
+    gains = [float(c.value.max() - c.value[0]) for c in read_curves([out], FITNESS)]
+    if max(gains) > least:
+        return
+    print(
+        f"Nothing was learned: no run gained more than {max(gains):.3g}. Try in this order: "
+        "tegotae wiring baseline, which shows whether feedback matters there at all; larger pushes "
+        "in the wiring; another --omega; a larger --population; more --generations."
+    )

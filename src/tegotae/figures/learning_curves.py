@@ -14,15 +14,17 @@ from matplotlib.patches import Patch
 from tegotae.figures.data import Table
 from tegotae.figures.style import COLOURS, PAGE_IN, literal, new_figure, styled
 from tegotae.measures.hopping.registry import range_of
-from tegotae.measures.hopping.statistics import interval
-from tegotae.training.curves import LearningCurve, groups, shared, table
+from tegotae.measures.hopping.statistics import UNBOUNDED, interval
+from tegotae.training.curves import COT, FITNESS, LearningCurve, groups, shared, table
 
+LABELS = {COT: "CoT⁻¹ [m/J]", FITNESS: "fitness"}
+"""What the vertical axis is called, by the measure of the curves."""
 _OTHERS = "0.72"
 _BESIDE = 3  # panels side by side
 
 
 def algorithms_figure(curves: Sequence[LearningCurve]) -> Figure:
-    """CoT⁻¹ during training: runs, their mean and its 95 % interval (Fig. 3 of the paper).
+    """CoT⁻¹, or the fitness, during training: runs, their mean and its 95 % interval (Fig. 3).
 
     One panel a model and algorithm, so that no interval hides another; the means of the other
     algorithms are grey lines behind. Below is the simulated time that was learned from, the same
@@ -38,6 +40,7 @@ def algorithms_figure(curves: Sequence[LearningCurve]) -> Figure:
     across = min(len(algorithms), _BESIDE)
     down = -(-len(algorithms) // across)
     rows = len(models) * down
+    measure = curves[0].measure
     with styled():
         figure = new_figure(PAGE_IN, 0.5 + 1.95 * rows)
         panels = figure.subplots(rows, across, sharex=True, sharey=False, squeeze=False)
@@ -47,17 +50,19 @@ def algorithms_figure(curves: Sequence[LearningCurve]) -> Figure:
                 panel.set_visible(False)
             means = {a: _mean(found[model, a]) for a in algorithms if (model, a) in found}
             # Intervals of few runs reach far beyond what any run did.
-            most = max(c.cot_inverse.max() for c in curves if c.model == model)
+            values = np.concatenate([c.value for c in curves if c.model == model])
+            most, least = float(values.max()), min(0.0, float(values.min()))
             for i, (panel, algorithm) in enumerate(zip(own, algorithms, strict=False)):
                 title = f"{model}: {algorithm}"
                 title = title if len(title) < 36 else f"{model}:\n{algorithm}"
                 panel.set_title("\n".join(map(literal, title.split("\n"))), loc="left")
-                panel.set_ylim(0.0, 1.1 * most if most > 0.0 else 1.0)
+                room = 0.1 * (most - least) or 1.0
+                panel.set_ylim(least - room if least < 0.0 else 0.0, most + room)
                 panel.set_xscale("log")
                 if i % across:
                     panel.tick_params(labelleft=False)
                 else:
-                    panel.set_ylabel("CoT⁻¹ [m/J]")
+                    panel.set_ylabel(LABELS[measure])
                 for other, mean in means.items():
                     if other != algorithm:
                         _line(panel, mean, color=_OTHERS, lw=0.8)
@@ -110,7 +115,7 @@ def _draw(
     )
     for run in runs:
         moved = run.simulated_s > 0.0
-        panel.plot(run.simulated_s[moved], run.cot_inverse[moved], color=colour, lw=0.4, alpha=0.6)
+        panel.plot(run.simulated_s[moved], run.value[moved], color=colour, lw=0.4, alpha=0.6)
     _line(panel, mean, color=colour, lw=1.2, zorder=2.3)
     if trained.any():
         # Episodes are of one length, so the two scales differ by a factor.
@@ -126,7 +131,7 @@ def _line(panel: Axes, mean: dict[str, np.ndarray], **look) -> None:
     """A mean over simulated time; a dot where there is only one point."""
     trained = mean["simulated_s"] > 0.0
     look["marker"] = "o" if trained.sum() == 1 else ""
-    panel.plot(mean["simulated_s"][trained], mean["cot_inverse"][trained], **look)
+    panel.plot(mean["simulated_s"][trained], mean["value"][trained], **look)
 
 
 def algorithms_tables(curves: Sequence[LearningCurve]) -> dict[str, Table]:
@@ -134,6 +139,7 @@ def algorithms_tables(curves: Sequence[LearningCurve]) -> dict[str, Table]:
     rows: dict[str, list[np.ndarray]] = {}
     for (model, algorithm), runs in groups(curves).items():
         mean = _mean(runs)
+        mean = {curves[0].measure if name == "value" else name: x for name, x in mean.items()}
         n = len(mean["episode"])
         own = {
             "algorithm": np.repeat(algorithm, n),
@@ -152,11 +158,12 @@ def algorithms_tables(curves: Sequence[LearningCurve]) -> dict[str, Table]:
 def _mean(runs: Sequence[LearningCurve]) -> dict[str, np.ndarray]:
     """Mean over runs with its interval, at the points that all have; a single run has none."""
     episode, simulated_s, values = shared(runs)
-    found = [interval(row, within=range_of("cot_inverse")) for row in values]
+    within = range_of(COT) if runs[0].measure == COT else UNBOUNDED
+    found = [interval(row, within=within) for row in values]
     return {
         "episode": episode,
         "simulated_s": simulated_s,
-        "cot_inverse": np.array([i.mean for i in found]),
+        "value": np.array([i.mean for i in found]),
         "low": np.array([i.low for i in found]),
         "high": np.array([i.high for i in found]),
     }

@@ -12,6 +12,7 @@ from tegotae._support.documents import Json
 from tegotae.measures.evaluation import Protocol
 from tegotae.parts.bodies import Body
 from tegotae.parts.controller import Controller
+from tegotae.systems.env_task import EnvTask
 from tegotae.systems.experiment import Experiment
 from tegotae.systems.system import System
 
@@ -27,6 +28,7 @@ class ControllerSet:
         labels: one per run: its seed, or its file's name.
         training: how they were trained, the same for all, as JSON values; empty if not known.
         experiment: what was trained, and how it is evaluated; None if not known.
+        task: the same of limbs that another simulator moves.
     """
 
     name: str
@@ -35,6 +37,7 @@ class ControllerSet:
     labels: tuple[str, ...]
     training: Mapping[str, Json] = field(default_factory=dict[str, Json])
     experiment: Experiment | None = None
+    task: EnvTask | None = None
 
     @property
     def controller(self) -> Controller:

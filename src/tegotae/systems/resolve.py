@@ -78,6 +78,11 @@ class Resolved:
         return bool(self.experiments) and not self.controllers
 
     @property
+    def is_on_environment(self) -> bool:
+        """Whether its controllers were trained on an environment, which their files name."""
+        return any(saved.task is not None for _, saved in self.controllers)
+
+    @property
     def body(self) -> Body | Interface:
         """The body, or the interface of limbs elsewhere; of several systems that of the first."""
         systems = [self.system, *(saved.system for _, saved in self.controllers)]

@@ -93,6 +93,7 @@ def group(files: Sequence[tuple[Path, SavedController]]) -> list[ControllerSet]:
             _labels(members),
             _document(members[0][1]),
             members[0][1].experiment,
+            members[0][1].task,
         )
         for name, label, members in zip(names, labels, sets, strict=True)
     ]

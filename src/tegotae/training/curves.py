@@ -20,8 +20,10 @@ from tegotae.training.algorithms.document import algorithm_name
 from tegotae.training.curve_file import curves_of
 from tegotae.training.folder import RunDocument
 
-COLUMNS = ("algorithm", "model", "seed", "episode", "simulated_s", "cot_inverse")
-"""Columns of a table of learning curves, one row a point."""
+COT, FITNESS = "cot_inverse", "fitness"
+"""What a learning curve can be of: CoT⁻¹, or the fitness that was trained."""
+COLUMNS = ("algorithm", "model", "seed", "episode", "simulated_s", COT)
+"""Columns of a table of learning curves, one row a point; of the fitness the last is `fitness`."""
 
 LATE = 0.1
 """Share of a run that its late mean is over."""
@@ -29,7 +31,7 @@ LATE = 0.1
 
 @dataclass(frozen=True)
 class LearningCurve:
-    """CoT⁻¹ of the policy in the course of one run, shape [points] each.
+    """CoT⁻¹, or the fitness, of the policy in the course of one run, shape [points] each.
 
     Args:
         algorithm: which, and what sets it apart from others of the same name.
@@ -39,8 +41,9 @@ class LearningCurve:
             evolution.
         simulated_s: simulated time that was learned from until there [s]; evaluations, which
             nothing is learned from, do not count.
-        cot_inverse: CoT⁻¹ of the deterministic policy, or of the distribution's mean, over the
-            settled part of an undisturbed episode [m/J].
+        value: of the deterministic policy, or of the distribution's mean: CoT⁻¹ over the settled
+            part of an undisturbed episode [m/J], or the fitness.
+        measure: which of them, "cot_inverse" or "fitness".
     """
 
     algorithm: str
@@ -48,36 +51,45 @@ class LearningCurve:
     seed: int
     episode: np.ndarray
     simulated_s: np.ndarray
-    cot_inverse: np.ndarray
+    value: np.ndarray
+    measure: str = COT
 
     def late_mean(self, until_s: float = np.inf) -> float:
-        """Mean CoT⁻¹ over the last tenth of the run [m/J], or of its part until `until_s`."""
+        """Mean over the last tenth of the run, or of its part until `until_s`."""
         time = self.simulated_s[self.simulated_s <= until_s]
         late = time >= (1.0 - LATE) * time[-1]
-        return float(self.cot_inverse[: len(time)][late].mean())
+        return float(self.value[: len(time)][late].mean())
 
 
-def read_curves(places: Sequence[Path]) -> list[LearningCurve]:
+def read_curves(places: Sequence[Path], measure: str | None = COT) -> list[LearningCurve]:
     """The learning curves at some places, ordered by model, algorithm and seed.
 
     Args:
         places: folders of trainings, searched with their subfolders, and tables (.csv) such as
             `tegotae figure learning-curves` writes.
+        measure: what they are of, "cot_inverse" or "fitness"; None for CoT⁻¹ if all trainings
+            measured it, and else the fitness.
 
     Raises:
         TegotaeError: if there are none, a file is damaged, or two runs cannot be distinguished.
     """
     trainings: list[_Training] = []
-    curves: list[LearningCurve] = []
+    tables: list[LearningCurve] = []
     for place in places:
         if place.suffix == ".csv":
-            curves += _from_table(place)
+            tables += _from_table(place)
         else:
             found = [_Training.read(path) for path in _folders(place)]
             if not found:
                 raise TegotaeError(f"{place} holds no learning curves (run.json and curves.csv)")
             trainings += found
-    curves += _labelled(trainings)
+    if measure is None:
+        known = all(each.measured_cot for each in trainings)
+        measure = COT if known and all(each.measure == COT for each in tables) else FITNESS
+    for each in tables:
+        if each.measure != measure:
+            raise TegotaeError(f"a table is of the {each.measure}, and the {measure} is asked for")
+    curves = [*tables, *_labelled(trainings, measure)]
     curves.sort(key=lambda curve: (curve.model, curve.algorithm, curve.seed))
     for first, second in pairwise(curves):
         if _identity(first) == _identity(second):
@@ -97,7 +109,7 @@ def groups(curves: Iterable[LearningCurve]) -> dict[tuple[str, str], list[Learni
 
 
 def shared(curves: Sequence[LearningCurve]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The points that all of some runs have: episode, simulated time [s], CoT⁻¹ [points, runs].
+    """The points that all of some runs have: episode, simulated time [s], values [points, runs].
 
     Raises:
         TegotaeError: if there are none.
@@ -109,19 +121,22 @@ def shared(curves: Sequence[LearningCurve]) -> tuple[np.ndarray, np.ndarray, np.
         first = curves[0]
         raise TegotaeError(f"the runs of {first.algorithm} on {first.model} share no episode")
     rows = [np.isin(curve.episode, episode) for curve in curves]
-    values = [curve.cot_inverse[row] for curve, row in zip(curves, rows, strict=True)]
+    values = [curve.value[row] for curve, row in zip(curves, rows, strict=True)]
     return episode, curves[0].simulated_s[rows[0]], np.stack(values, axis=1)
 
 
 def table(curves: Sequence[LearningCurve]) -> dict[str, np.ndarray]:
     """All points of all runs, in the columns `COLUMNS`."""
     lengths = [len(curve.episode) for curve in curves]
-    return {
+    whose = {
         name: np.repeat([getattr(curve, name) for curve in curves], lengths)
-        if name in ("algorithm", "model", "seed")
-        else np.concatenate([getattr(curve, name) for curve in curves])
-        for name in COLUMNS
+        for name in ("algorithm", "model", "seed")
     }
+    points = {
+        name: np.concatenate([getattr(curve, name) for curve in curves])
+        for name in ("episode", "simulated_s", "value")
+    }
+    return {**whose, **points, curves[0].measure: points.pop("value")}
 
 
 class _AlgorithmEntry(msgspec.Struct):
@@ -199,18 +214,23 @@ class _Training:
         experiment = self.experiment
         return experiment["name"] if "name" in experiment else experiment["model"]
 
-    def curves(self, label: str) -> list[LearningCurve]:
+    @property
+    def measured_cot(self) -> bool:
+        """Whether CoT⁻¹ was measured at all."""
+        return not np.isnan(self.columns[COT]).all()
+
+    def curves(self, label: str, measure: str) -> list[LearningCurve]:
         """One curve per seed."""
-        if np.isnan(self.columns["cot_inverse"]).all():
+        if measure == COT and not self.measured_cot:
             raise TegotaeError(
-                f"{self.path} measured no CoT⁻¹, of which these curves are; its curves.csv has the "
-                "fitness"
+                f"{self.path} measured no CoT⁻¹, of which these curves are; draw the fitness that "
+                "was trained: --of fitness"
             )
         seeds = self.columns["seed"]
-        shown = [self.columns[name] for name in ("step", "simulated_s", "cot_inverse")]
+        shown = [self.columns[name] for name in ("step", "simulated_s", measure)]
         return [
             LearningCurve(
-                label, self.model, int(seed), *(column[seeds == seed] for column in shown)
+                label, self.model, int(seed), *(column[seeds == seed] for column in shown), measure
             )
             for seed in dict.fromkeys(seeds.tolist())
         ]
@@ -244,7 +264,7 @@ def _rows(path: Path) -> list[dict[str, str]]:
     ]
 
 
-def _labelled(trainings: Sequence[_Training]) -> list[LearningCurve]:
+def _labelled(trainings: Sequence[_Training], measure: str) -> list[LearningCurve]:
     """The curves, each algorithm named with those settings in which it differs among them."""
     curves = []
     for training in trainings:
@@ -255,7 +275,7 @@ def _labelled(trainings: Sequence[_Training]) -> list[LearningCurve]:
             for name, value in own.items():
                 if any(other.get(name) != value for other in others):
                     label += f", {name} {_words(value)}"
-            curves += training.curves(label)
+            curves += training.curves(label, measure)
         except (KeyError, ValueError, TypeError) as error:
             raise TegotaeError(f"{training.path} is damaged: {error!r}") from None
     return curves
@@ -268,9 +288,11 @@ def _words(value: object) -> str:
 def _from_table(path: Path) -> list[LearningCurve]:
     points: dict[tuple[str, str, int], list[tuple[float, ...]]] = {}
     try:
-        for row in _rows(path):
+        rows = _rows(path)
+        measure = FITNESS if rows and FITNESS in rows[0] else COT
+        for row in rows:
             key = (row["algorithm"], row["model"], int(row["seed"]))
-            read = numbers(row[name] for name in ("episode", "simulated_s", "cot_inverse"))
+            read = numbers(row[name] for name in ("episode", "simulated_s", measure))
             points.setdefault(key, []).append(tuple(read))
     except FileNotFoundError:
         raise TegotaeError(f"there is no table {path}") from None
@@ -279,6 +301,6 @@ def _from_table(path: Path) -> list[LearningCurve]:
             f"{path} is no table of learning curves; its columns are {', '.join(COLUMNS)}"
         ) from None
     return [
-        LearningCurve(algorithm, model, seed, *np.array(rows).T)
-        for (algorithm, model, seed), rows in points.items()
+        LearningCurve(algorithm, model, seed, *np.array(found).T, measure)
+        for (algorithm, model, seed), found in points.items()
     ]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import numpy as np
 import tyro
@@ -17,12 +17,17 @@ if TYPE_CHECKING:
     from tegotae.training.curves import LearningCurve
 
 
+_OF = tyro.conf.arg(help_behavior_hint="(default: CoT⁻¹ if all measured it, else fitness)")
+
+
 @dataclass(frozen=True, kw_only=True)
 class LearningCurves(Output):
-    """CoT⁻¹ during training, over episodes and over simulated time (Fig. 3)."""
+    """CoT⁻¹ during training, over episodes and over simulated time (Fig. 3); or the fitness."""
 
     runs: Annotated[tuple[Path, ...], tyro.conf.Positional]
     """Folders of trainings, searched with their subfolders, or tables that this command wrote."""
+    of: Annotated[Literal["cot_inverse", "fitness"] | None, _OF] = None
+    """What the curves are of."""
 
     def run(self) -> None:
         """Read, write, and print how the algorithms compare."""
@@ -33,7 +38,7 @@ class LearningCurves(Output):
         if not self.runs:
             raise TegotaeError("no trainings to draw; name their folders")
         self.check_out()
-        curves = read_curves(self.runs)
+        curves = read_curves(self.runs, self.of)
         self.write(algorithms_figure(curves), algorithms_tables(curves))
         print_comparison(curves)
 
@@ -41,9 +46,12 @@ class LearningCurves(Output):
 def print_comparison(curves: list[LearningCurve]) -> None:
     """Late in training: each algorithm, and how far PGPE is above it on the same model."""
     from tegotae.measures.hopping.registry import range_of
-    from tegotae.measures.hopping.statistics import difference, interval
-    from tegotae.training.curves import groups
+    from tegotae.measures.hopping.statistics import UNBOUNDED, difference, interval
+    from tegotae.training.curves import COT, groups
 
+    is_cot = curves[0].measure == COT
+    within = range_of(COT) if is_cot else UNBOUNDED
+    called = "CoT⁻¹" if is_cot else "fitness"
     found = groups(curves)
     until = {
         model: min(c.simulated_s[-1] for c in curves if c.model == model) for model, _ in found
@@ -54,7 +62,7 @@ def print_comparison(curves: list[LearningCurve]) -> None:
         cells = [model, algorithm, str(len(runs))]
         for time in (np.inf, until[model]):
             own = [run.late_mean(time) for run in runs]
-            cells.append(_words(interval(own, within=range_of("cot_inverse"))))
+            cells.append(_words(interval(own, within=within)))
             other = [run.late_mean(time) for run in pgpe]
             compares = bool(pgpe) and algorithm != "pgpe"
             cells.append(_words(difference(other, own)) if compares else "")
@@ -66,9 +74,9 @@ def print_comparison(curves: list[LearningCurve]) -> None:
             "algorithm",
             "runs",
             "learned from",
-            "CoT⁻¹ at the end",
+            f"{called} at the end",
             "PGPE's lead",
-            "CoT⁻¹ after equal simulated time",
+            f"{called} after equal simulated time",
             "PGPE's lead",
         ),
         (row(*key) for key in sorted(found)),

@@ -63,6 +63,7 @@ class WiringSuggest:
         where = ["--env", self.model, "--wiring", str(file)]
         if self.settings:
             where += ["--settings", *self.settings]
+        print(f"  tegotae wiring baseline {shlex.join(where)}")
         print(f"  tegotae train ART {shlex.join(where)}")
 
     def _file(self) -> Path:

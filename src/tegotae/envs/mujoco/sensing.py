@@ -151,6 +151,8 @@ def sensing(
     ground: bool = False,
     without: Sequence[str] = (),
     servo_nm_per_rad: float = 0.0,
+    mass_factor: float = 1.0,
+    friction_factor: float = 1.0,
 ) -> Sensing:
     """A model with sensors for all that a leg can feel.
 
@@ -174,6 +176,8 @@ def sensing(
         without: names of bodies and geoms to leave out.
         servo_nm_per_rad: makes of every motor of a joint a position servo of this stiffness
             [N m/rad, or N/m]; 0 leaves them as they are.
+        mass_factor: what all masses and inertias are multiplied by.
+        friction_factor: what all sliding friction is multiplied by.
 
     Raises:
         TegotaeError: for a file that is no model, or a foot that is no part of it; for something to
@@ -221,6 +225,7 @@ def sensing(
     except ValueError as error:
         message = " ".join(str(error).split())
         raise TegotaeError(f"MuJoCo cannot compile the model: {message}") from None
+    _scale(model, mass_factor, friction_factor)
     # A state that explodes stays so, and is seen: MuJoCo would put the model back to its start.
     model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)
     at = {model.sensor(i).name: int(model.sensor_adr[i]) for i in range(model.nsensor)}
@@ -242,6 +247,16 @@ def sensing(
         root=root,
         feet=tuple(feet),
     )
+
+
+def _scale(model: MjModel, mass: float, friction: float) -> None:
+    """Masses, inertias and sliding friction of a compiled model, multiplied."""
+    model.geom_friction[:, 0] *= friction
+    if mass != 1.0:
+        mujoco = require("mujoco", "mujoco")
+        model.body_mass *= mass
+        model.body_inertia *= mass
+        mujoco.mj_setConst(model, mujoco.MjData(model))  # what follows from masses
 
 
 def _touching(spec: MjSpec, foot: str) -> object:

@@ -28,6 +28,8 @@ class ModelSettings:
         without: names of bodies and geoms of the model to leave out, such as a wall.
         servo_nm_per_rad: makes of every motor of a joint a position servo of this stiffness
             [N m/rad, or N/m], whose command is the joint's position; 0 leaves motors as they are.
+        mass_factor: what all masses and inertias are multiplied by, to test robustness.
+        friction_factor: what all sliding friction is multiplied by, likewise.
         effort: what a unit of work, over weight and length, costs in the reward.
 
     Raises:
@@ -44,10 +46,12 @@ class ModelSettings:
     ground: bool = False
     without: Sequence[str] = ()
     servo_nm_per_rad: float = 0.0
+    mass_factor: float = 1.0
+    friction_factor: float = 1.0
     effort: float = 0.1
 
     def __post_init__(self) -> None:
-        for name in ("control_s", "duration_s"):
+        for name in ("control_s", "duration_s", "mass_factor", "friction_factor"):
             require_finite(name, getattr(self, name), above=0.0)
         for name in ("release_m", "noise", "effort", "servo_nm_per_rad"):
             require_finite(name, getattr(self, name), least=0.0)
@@ -73,6 +77,8 @@ class ModelSettings:
             ground=self.ground,
             without=self.without,
             servo_nm_per_rad=self.servo_nm_per_rad,
+            mass_factor=self.mass_factor,
+            friction_factor=self.friction_factor,
         )
 
 

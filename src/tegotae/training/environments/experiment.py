@@ -21,6 +21,7 @@ from tegotae.envs.wiring_file import wiring_document, wiring_of
 from tegotae.parts.bodies import Interface
 from tegotae.parts.controller import Controller
 from tegotae.systems.controller_file import SavedController
+from tegotae.systems.controller_set import ControllerSet
 from tegotae.systems.descriptions import describe
 from tegotae.systems.env_task import EnvTask, WiringDocument
 from tegotae.systems.experiment import require_name
@@ -127,6 +128,16 @@ class EnvExperiment:
         objective = Hopping(settle_s=0.5 * duration_s) if known else Return()
         own = {"name": model.name, "spec": spec, "wiring": wiring, "objective": objective}
         return cls(**{**own, **settings})
+
+    @classmethod
+    def of_set(cls, runs: ControllerSet) -> EnvExperiment:
+        """The experiment in which the runs of a set were trained.
+
+        Raises:
+            TegotaeError: for runs that were not trained on an environment.
+        """
+        name = runs.name.partition(" (")[0]
+        return cls.of(SavedController(runs.system, runs.weights[0], name, task=runs.task))
 
     @property
     def controller(self) -> Controller:

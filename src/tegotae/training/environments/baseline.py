@@ -1,0 +1,74 @@
+"""The vanilla baseline on an environment: the gain σ and the frequency ω, swept together."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from tegotae._support.errors import TegotaeError, require_finite
+from tegotae._support.limits import MOST_RAD_PER_S
+from tegotae._support.progress import reporting
+from tegotae.training.environments.experiment import EnvExperiment
+from tegotae.training.evaluator import Generation
+
+
+@dataclass(frozen=True, eq=False)
+class VanillaSweep:
+    """What a vanilla controller reaches on an environment, over σ and ω."""
+
+    sigma: np.ndarray
+    """Gains [rad/(s N)], the first of them 0: the bare rhythm. Shape [gains]."""
+    omega: np.ndarray
+    """Frequencies [rad/s], [frequencies]."""
+    fitness: np.ndarray
+    """The experiment's objective, [gains, frequencies]."""
+    cot_inverse: np.ndarray
+    """CoT⁻¹ [m/J], NaN where it is not measured, likewise."""
+    failed: np.ndarray
+    """Whether an episode failed, likewise."""
+
+    @property
+    def best(self) -> tuple[int, int]:
+        """Where the fitness is highest: indices of σ and ω."""
+        row, column = np.unravel_index(int(np.argmax(self.fitness)), self.fitness.shape)
+        return int(row), int(column)
+
+
+def sweep_vanilla(
+    experiment: EnvExperiment, omega: Sequence[float], workers: int | None = None
+) -> VanillaSweep:
+    """Try a constant gain at several frequencies; deterministic.
+
+    Args:
+        experiment: of a model whose only weight is σ, such as V-sector-w8; tried are σ = 0 and its
+            `gains`.
+        omega: frequencies [rad/s].
+        workers: worker processes, where the environment is no MuJoCo model.
+
+    Raises:
+        TegotaeError: for a model with more to learn, or a frequency that is none.
+    """
+    if not experiment.is_searched:
+        raise TegotaeError(
+            f"{experiment.name} has more to learn than a gain; a baseline takes a pure V model, "
+            "such as V-sector-w8"
+        )
+    for each in omega:
+        require_finite("omega", each, above=0.0, most=MOST_RAD_PER_S)
+    gains = np.concatenate([[0.0], experiment.gains])
+    weights = gains[None, :, None].astype("float32")
+    found = []
+    with reporting(f"{experiment.name} on {experiment.spec.env}", len(omega)) as reporter:
+        for i, each in enumerate(omega):
+            wiring = dataclasses.replace(experiment.wiring, omega=float(each))
+            with dataclasses.replace(experiment, wiring=wiring).evaluator(workers) as evaluator:
+                found.append(evaluator.evaluate(weights, Generation.alike()))
+            reporter.update(i + 1, f"ω {each:g} rad/s  fitness {found[-1].fitness.max():+.3f}")
+    columns = {
+        name: np.stack([np.asarray(getattr(scores, name))[0] for scores in found], axis=1)
+        for name in ("fitness", "cot_inverse", "failed")
+    }
+    return VanillaSweep(sigma=gains, omega=np.asarray(omega, float), **columns)

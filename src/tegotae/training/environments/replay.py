@@ -1,0 +1,170 @@
+"""Saved controllers played again on their environment, and what is measured of their episodes."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from tegotae._support.errors import TegotaeError
+from tegotae.envs.pilot import Pilot
+from tegotae.measures.hopping.measured import Measured, measure
+from tegotae.training.environments.episode import EnvEpisode, EpisodeBatch
+from tegotae.training.environments.objectives import EnvObjective
+from tegotae.training.environments.rollouts import lanes_of, play
+
+if TYPE_CHECKING:
+    from tegotae.envs.wiring import Wiring
+    from tegotae.training.environments.experiment import EnvExperiment
+    from tegotae.training.evaluator import Scores
+
+_LONGEST_STEP_S = 0.02
+"""Between samples of a height whose hops can be measured."""
+HOPPING = ("cot_inverse", "limit_cycle_period", "w_peak", "t0_s")
+"""Metrics of hopping that a replay has, where the wiring says what height and rest length are."""
+
+
+class _Everything(EnvObjective):
+    """Keeps all of an episode; its score is that of another objective."""
+
+    whole = True
+
+    def __init__(self, scored: EnvObjective) -> None:
+        self._scored = scored
+
+    def entries(self, wiring: Wiring, names: tuple[str, ...]) -> tuple[str, ...]:
+        return names
+
+    def score(self, record: EpisodeBatch, wiring: Wiring) -> Scores:
+        return self._scored.score(record, wiring)
+
+
+@dataclass(frozen=True, eq=False)
+class Replay:
+    """An episode of a controller on its environment."""
+
+    experiment: EnvExperiment
+    """Where, and how it is wired."""
+    episode: EnvEpisode
+    """All that was observed, done and paid."""
+    fitness: float
+    """By the objective of the experiment."""
+    seed: int
+    """Of the reset."""
+
+    @property
+    def loads(self) -> dict[str, np.ndarray]:
+        """What stands for the load of the limbs, by the entry's name, [steps] each."""
+        names = {limb.senses.get("spring_force", "") for limb in self.experiment.wiring.limbs}
+        found = {}
+        for name in sorted(filter(None, names)):
+            sign = 1.0 if name in self.episode.names else -1.0
+            found[name] = np.maximum(sign * self.episode[name.removeprefix("-")], 0.0)
+        return found
+
+    def measured(self) -> Measured | None:
+        """The gait as that of a recording; None where height, rest length or hops are not known."""
+        wiring, episode = self.experiment.wiring, self.episode
+        if wiring.height is None or wiring.rest_length_m is None:
+            return None
+        if self.experiment.wires.step_s > _LONGEST_STEP_S:
+            return None
+        try:
+            return measure(
+                episode.time_s - episode.time_s[0],
+                episode[wiring.height].astype(float),
+                rest_length_m=wiring.rest_length_m,
+                phase_rad=episode.phase_rad[:, 0].astype(float),
+                omega=wiring.omega,
+                work_j=None if wiring.work is None else episode[wiring.work].astype(float),
+            )
+        except TegotaeError:  # an episode that ended at once is no recording
+            return None
+
+    def numbers(self) -> dict[str, float]:
+        """Numbers of the gait, in SI units; what is not known is left out or NaN.
+
+        `duty` is the share of the second half in which a foot bears load, `stride_hz` the rate of
+        the first limb's oscillator there.
+        """
+        episode = self.episode
+        found = {
+            "fitness": self.fitness,
+            "return": float(episode.reward.sum()),
+            "lasted": episode.lasted,
+        }
+        if "root_forward" in episode.names:
+            went = episode["root_forward"]
+            found["distance_m"] = float(went[-1] - went[0])
+            found["speed_m_per_s"] = found["distance_m"] / float(episode.time_s[-1])
+        work = self.experiment.wiring.work
+        if work is not None:
+            found["work_j"] = float(episode[work][-1])
+        late = len(episode.time_s) // 2
+        turned = np.unwrap(episode.phase_rad[late:, 0].astype(float))
+        span = self.experiment.wires.step_s * max(1, len(turned) - 1)
+        found["stride_hz"] = float(turned[-1] - turned[0]) / (2.0 * math.pi * span)
+        if self.loads:
+            found["duty"] = float(np.mean([(x[late:] > 0.0).mean() for x in self.loads.values()]))
+        if (gait := self.measured()) is not None:
+            found |= {name: float(getattr(gait, name)) for name in HOPPING}
+            hops = np.asarray(gait.hops.height_m)
+            found["hops"] = float(len(hops))
+            found["apex_m"] = float(hops[len(hops) // 2 :].mean()) if len(hops) else math.nan
+        return found
+
+
+def replay(
+    experiment: EnvExperiment,
+    weights: Sequence[np.ndarray] | np.ndarray,
+    *,
+    seed: int | None = None,
+) -> list[Replay]:
+    """Play an episode of each of some controllers, side by side from the same start.
+
+    Args:
+        experiment: where and how they were trained (`EnvExperiment.of`).
+        weights: [controllers, n_weights].
+        seed: of the reset; the experiment's by default.
+
+    Raises:
+        TegotaeError: for an environment that cannot be made or wired so, or that fails.
+
+    Example:
+        >>> from tegotae.systems.controller_file import load
+        >>> from tegotae.training.environments.experiment import EnvExperiment
+        >>> saved = load("leg.json")  # doctest: +SKIP
+        >>> replay(EnvExperiment.of(saved), [saved.weights])[0].numbers()  # doctest: +SKIP
+    """
+    seed = experiment.seed if seed is None else seed
+    everything, wiring = _Everything(experiment.objective), experiment.wiring
+    table = np.asarray(weights, np.float32)
+    pilot = Pilot(experiment.wires, wiring, table.T)
+    lanes = lanes_of(experiment, len(table))
+    try:
+        tried = np.ones(len(table), bool)
+        record = play(lanes, pilot, experiment.wires, everything, wiring, seed=seed, tried=tried)
+        if bad := [trouble for trouble in lanes.troubles if trouble is not None]:
+            raise TegotaeError(f"{experiment.spec.env}: {bad[0]}")
+    finally:
+        lanes.close()
+    fitness = np.asarray(everything.score(record, wiring).fitness)
+    return [
+        Replay(experiment, record.episode(lane), float(fitness[lane]), seed)
+        for lane in range(len(table))
+    ]
+
+
+def lasting(experiment: EnvExperiment, duration_s: float | None) -> EnvExperiment:
+    """The same in episodes of another length, of which the same share is left to settle."""
+    if duration_s is None:
+        return experiment
+    objective, share = experiment.objective, duration_s / experiment.duration_s
+    settle = getattr(objective, "settle_s", None)
+    if settle is not None:
+        objective = dataclasses.replace(objective, settle_s=settle * share)  # type: ignore[type-var]
+    return dataclasses.replace(experiment, duration_s=duration_s, objective=objective)

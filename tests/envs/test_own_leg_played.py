@@ -1,0 +1,149 @@
+"""What was learned on a model of one's own is swept, played again, measured, drawn and filmed."""
+
+from __future__ import annotations
+
+import csv
+import json
+
+import numpy as np
+import pytest
+
+pytest.importorskip("mujoco")
+pytest.importorskip("gymnasium")
+
+from tegotae import TegotaeError
+from tegotae.cli import main
+from tegotae.envs.mujoco.env import ModelEnv
+from tegotae.figures import film as filming
+from tegotae.systems import controller_file
+from tegotae.training.environments.baseline import sweep_vanilla
+from tegotae.training.environments.experiment import EnvExperiment
+from tegotae.training.environments.replay import replay
+
+
+@pytest.fixture(scope="module")
+def swept(tmp_path_factory):
+    """The folder of a baseline of the packaged leg."""
+    out = tmp_path_factory.mktemp("swept")
+    words = ["wiring", "baseline", "--env", "leg", "--frequencies", "9", "17", "--duration", "1"]
+    assert main([*words, "--fitness", "return", "--out", str(out)]) == 0
+    return out
+
+
+@pytest.fixture(scope="module")
+def file(swept):
+    (found,) = swept.glob("*-seed0.json")
+    return found
+
+
+@pytest.fixture(scope="module")
+def played(file):
+    saved = controller_file.load(file)
+    return replay(EnvExperiment.of(saved), [saved.weights])[0]
+
+
+def test_a_baseline_leaves_map_table_and_its_best_controller(swept, file):
+    assert {"map.png", "map.csv"} < {path.name for path in swept.iterdir()}
+    with (swept / "map.csv").open() as stream:
+        rows = list(csv.DictReader(stream))
+    assert {row["omega_rad_per_s"] for row in rows} == {"9", "17"}
+    assert min(float(row["sigma_rad_per_s_n"]) for row in rows) == 0.0
+    best = max(rows, key=lambda row: float(row["fitness"]))
+    saved = controller_file.load(file)
+    assert saved.omega == float(best["omega_rad_per_s"])
+    assert saved.weights[0] == pytest.approx(float(best["sigma_rad_per_s_n"]))
+
+
+def test_a_replay_repeats_the_fitness_of_the_training(file, played):
+    trained = controller_file.load(file).training["best_fitness"]
+    assert played.fitness == pytest.approx(trained, abs=1e-4)
+    assert played.numbers()["return"] == pytest.approx(trained, abs=1e-4)
+
+
+def test_the_numbers_of_a_replay_are_those_of_its_episode(played):
+    numbers, episode = played.numbers(), played.episode
+    assert numbers["lasted"] == 1.0
+    assert numbers["work_j"] == pytest.approx(float(episode["work"][-1]))
+    assert 0.0 < numbers["duty"] <= 1.0
+
+
+def test_a_baseline_takes_a_model_whose_only_weight_is_the_gain(file):
+    learned = EnvExperiment.of(controller_file.load(file))
+    with pytest.raises(TegotaeError, match="omega is -1"):
+        sweep_vanilla(learned, [-1.0])
+
+
+def test_simulate_writes_the_table_and_the_pictures_of_the_gait(file, tmp_path, capsys):
+    table, plot = tmp_path / "leg.csv", tmp_path / "leg.png"
+    words = ["simulate", str(file), "--duration", "1", "--json"]
+    assert main([*words, "--csv", str(table), "--plot", str(plot)]) == 0
+    assert json.loads(capsys.readouterr().out)["lasted"] == 1.0
+    with table.open() as stream:
+        rows = list(csv.DictReader(stream))
+    assert len(rows) == 200
+    assert {"time_s", "foot_force", "knee_phase_rad", "reward", "work"} < rows[0].keys()
+    assert plot.exists()
+
+
+def test_evaluate_measures_all_runs_of_a_folder(swept, tmp_path, capsys):
+    assert main(["evaluate", str(swept), "--csv", str(tmp_path / "runs.csv")]) == 0
+    assert "share of time on the ground" in capsys.readouterr().out
+    with (tmp_path / "runs.csv").open() as stream:
+        (row,) = csv.DictReader(stream)
+    assert row["lasted"] == "1"
+
+
+def test_evaluate_tries_what_was_learned_under_other_masses_and_starts(swept, capsys):
+    words = ["evaluate", str(swept), "--json", "--starts", "2"]
+    assert main([*words, "--settings", "mass_factor=1.3", "noise=0.02"]) == 0
+    disturbed = json.loads(capsys.readouterr().out)["episodes"]
+    assert [each["start"] for each in disturbed] == [0, 1]
+    assert disturbed[0]["return"] != disturbed[1]["return"]
+
+
+def test_a_heavier_leg_presses_harder():
+    heights = []
+    for factor in (1.0, 1.5):
+        env = ModelEnv(model="leg", mass_factor=factor, release_m=0.0)
+        env.reset()
+        for _ in range(100):
+            seen = env.step(np.zeros(2))[0]
+            heights.append(float(seen[env.observation_names.index("root_height")]))
+    assert heights[199] < heights[99]
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        ("simulate --height 2", "--height is for bodies of this package"),
+        ("simulate --animate leg.avi", "use .gif or .mp4"),
+        ("evaluate --drop 0.1", "--drop is for bodies of this package"),
+        ("figure portrait", "is played there by tegotae simulate"),
+    ],
+)
+def test_what_has_no_meaning_on_an_environment_is_refused(words, said, file, one_line_error):
+    first, *options = words.split(" --")
+    more = [word for each in options for word in f"--{each}".split()]
+    assert said in one_line_error(*first.split(), str(file), *more)
+
+
+def test_a_machine_that_cannot_draw_says_so_in_one_line(played, monkeypatch, tmp_path):
+    def fails(name):
+        raise ImportError(name)
+
+    monkeypatch.setattr(filming, "import_module", fails)
+    with pytest.raises(TegotaeError, match="needs EGL or OSMesa") as raised:
+        filming.write_film(played, tmp_path / "leg.gif")
+    assert "\n" not in str(raised.value)
+
+
+def test_a_film_shows_the_leg_moving(played):
+    try:
+        context = filming._context()
+    except TegotaeError as error:
+        pytest.skip(str(error))
+    context.free()
+    pictures = filming.film(played)
+    assert len(pictures) == int(played.episode.time_s[-1] * 25)
+    assert pictures[0].shape == (filming.HEIGHT, filming.WIDTH, 3)
+    assert not np.array_equal(pictures[0], pictures[-1])
