@@ -38,8 +38,8 @@ _NO_CONTEXT = (
 def write_film(replay: Replay, path: Path | str) -> Path:
     """Film an episode from the side, following the trunk, as .gif, or .mp4 where ffmpeg is.
 
-    The episode's actions are played again: on a MuJoCo model the same numbers come of them, and so
-    they do in an environment of Gymnasium that is reset with the same seed.
+    The episode's actions are played again: a MuJoCo model then goes through the same episode, to
+    rounding, and so does an environment of Gymnasium that is reset with the same seed.
 
     Raises:
         TegotaeError: where nothing can be drawn, or the file cannot be written.
