@@ -133,10 +133,14 @@ def table(curves: Sequence[LearningCurve]) -> dict[str, np.ndarray]:
         for name in ("algorithm", "model", "seed")
     }
     points = {
-        name: np.concatenate([getattr(curve, name) for curve in curves])
-        for name in ("episode", "simulated_s", "value")
+        column: np.concatenate([getattr(curve, name) for curve in curves])
+        for column, name in [
+            ("episode", "episode"),
+            ("simulated_s", "simulated_s"),
+            (curves[0].measure, "value"),
+        ]
     }
-    return {**whose, **points, curves[0].measure: points.pop("value")}
+    return {**whose, **points}
 
 
 class _AlgorithmEntry(msgspec.Struct):
