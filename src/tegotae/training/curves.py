@@ -234,7 +234,11 @@ class _Training:
         shown = [self.columns[name] for name in ("step", "simulated_s", measure)]
         return [
             LearningCurve(
-                label, self.model, int(seed), *(column[seeds == seed] for column in shown), measure
+                label,
+                self.model,
+                int(seed),
+                *(column[seeds == seed] for column in shown),
+                measure=measure,
             )
             for seed in dict.fromkeys(seeds.tolist())
         ]
@@ -305,6 +309,6 @@ def _from_table(path: Path) -> list[LearningCurve]:
             f"{path} is no table of learning curves; its columns are {', '.join(COLUMNS)}"
         ) from None
     return [
-        LearningCurve(algorithm, model, seed, *np.array(found).T, measure)
+        LearningCurve(algorithm, model, seed, *np.array(found).T, measure=measure)
         for (algorithm, model, seed), found in points.items()
     ]

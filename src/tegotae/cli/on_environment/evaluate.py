@@ -16,7 +16,7 @@ from tegotae.cli.env_options import made_with
 from tegotae.cli.on_environment.simulate import LABELS
 from tegotae.cli.one_leg.evaluate import show
 from tegotae.cli.tables import print_rows, print_text
-from tegotae.measures.hopping.statistics import interval
+from tegotae.measures.hopping.statistics import UNBOUNDED, Range, interval
 from tegotae.systems.controller_set import ControllerSet
 from tegotae.training.environments.experiment import EnvExperiment
 from tegotae.training.environments.replay import replay
@@ -58,7 +58,7 @@ def print_table(rows: Rows) -> None:
         [
             (
                 f"{LABELS[n][0]} [{LABELS[n][1]}]" if LABELS[n][1] else LABELS[n][0],
-                *(show(interval(per_run(rows, name, n))) for name in names),
+                *(show(interval(per_run(rows, name, n), within=_range(n))) for name in names),
             )
             for n in measured
         ],
@@ -110,6 +110,14 @@ def require_environment(sets: Sequence[ControllerSet], place: str) -> None:
             f"{place} has controllers that were trained on an environment and others; name their "
             "folders apart"
         )
+
+
+def _range(quantity: str) -> Range:
+    """Least and largest possible value."""
+    if quantity in ("lasted", "duty"):
+        return (0.0, 1.0)
+    signed = ("fitness", "return", "distance_m", "speed_m_per_s", "stride_hz")
+    return UNBOUNDED if quantity in signed else (0.0, math.inf)
 
 
 def _labels(rows: Rows, name: str) -> list[str]:

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from tegotae._support.errors import TegotaeError
 from tegotae.envs.pilot import Pilot
@@ -120,7 +120,7 @@ class Replay:
 
 def replay(
     experiment: EnvExperiment,
-    weights: Sequence[np.ndarray] | np.ndarray,
+    weights: ArrayLike,
     *,
     seed: int | None = None,
 ) -> list[Replay]:
