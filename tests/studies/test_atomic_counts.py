@@ -17,6 +17,7 @@ from tegotae.studies.paper.claims.counting import (
     Count,
     counts,
     per_run,
+    with_sampled,
 )
 from tegotae.studies.paper.claims.effects import (
     ArchitectureGroup,
@@ -293,3 +294,22 @@ def test_a_study_of_the_papers_models_is_found_for_every_claim():
     table.columns["model"] = np.array(["V-sector-w4"] * 4)
     found = findings(table, resamples=FEW, ways=[Count()])
     assert [each.claim for each in found] == list(ATOMIC_CLAIMS)
+
+
+def test_a_table_that_says_how_many_rest_counts_the_unsettled_exactly():
+    table = rows(("V", "sector", 4.0, 1.0), ("VG", "sector", 4.0, 0.9))
+    table.columns["limit_cycle_share"] = np.repeat([1.0, 0.4], 4)
+    table.columns["at_rest_share"] = np.repeat([0.0, 0.2], 4)  # their zeros are in the 0.9
+    assert effect(table, Count(unsettled=WORST)).effect == pytest.approx(0.6 * 0.9 - 1.0)
+    assert {count.unsettled for count in counts(table)} == {DROPPED, WORST}
+
+
+def test_drawn_controllers_join_the_runs_that_they_were_drawn_from():
+    table = rows(("V", "sector", 4.0, [1.0, 2.0, 3.0, 4.0]))
+    drawn = Table({**table.columns, "cot_inverse": np.array([0.5, 0.6, 0.7, 0.8])})
+    both = with_sampled(table, drawn)
+    assert with_sampled(table, None) is table
+    assert len(counts(both)) == len(counts(table)) * 3 / 2
+    of_v = Difference("cot_inverse", V, None)
+    assert effect(both, Count(run=SAMPLED), of_v).effect == 0.8, "the run of highest fitness is 3"
+    assert effect(both, Count(), of_v) == effect(table, Count(), of_v)

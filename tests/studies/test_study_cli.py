@@ -140,9 +140,12 @@ def test_both_kinds_of_table_hold_the_same(smoke_study, tmp_path):
 
 
 def test_an_exported_table_gives_the_same_figures_as_the_study(smoke_study, tmp_path):
-    budgets = ["--budgets", str(tmp_path / "budgets.csv")]
-    table = export(smoke_study, tmp_path / "a.csv", *budgets)
-    for source, out, more in ((smoke_study, "study", []), (table, "table", budgets)):
+    others = [
+        *("--budgets", str(tmp_path / "budgets.csv")),
+        *("--sampled", str(tmp_path / "sampled.csv")),
+    ]
+    table = export(smoke_study, tmp_path / "a.csv", *others)
+    for source, out, more in ((smoke_study, "study", []), (table, "table", others)):
         assert main(["study", "figures", str(source), "--out", str(tmp_path / out), *more]) == 0
     written = contents(tmp_path / "study")
     pictures = ["architectures.png", "budgets.png", "correlations.png", "metrics.png"]

@@ -27,6 +27,9 @@ class StudyClaims:
     budgets: Annotated[Path | None, UNSET] = None
     """Table of the same runs after several budgets of training (.csv), as `export` writes it; a
     study's folder has its own."""
+    sampled: Annotated[Path | None, UNSET] = None
+    """Table of a controller drawn from each run's final distribution (.csv), as `export` writes it,
+    which adds a way to count; a study's folder has its own."""
     beside: tuple[Path, ...] = ()
     """Tables of other studies (.csv), whose outcomes are shown beside."""
 
@@ -34,14 +37,14 @@ class StudyClaims:
         """Judge, print, and write if asked to."""
         from tegotae.cli.study import tables_of
         from tegotae.figures.report.atomic import by_budget_table, outcomes_table
-        from tegotae.studies.paper.claims.counting import Count
+        from tegotae.studies.paper.claims.counting import Count, with_sampled
         from tegotae.studies.paper.claims.effect_table import effects_csv
         from tegotae.studies.paper.claims.findings import findings
         from tegotae.studies.paper.claims.slices import by_budget
         from tegotae.studies.paper.export import read_csv
 
-        table, budgets = tables_of(self.source, self.budgets)
-        found = findings(table, self.experiments)
+        tables = tables_of(self.source, self.budgets, self.sampled)
+        found = findings(with_sampled(tables.runs, tables.sampled), self.experiments)
         beside = {path.stem: findings(read_csv(path), self.experiments) for path in self.beside}
         for each in found:
             print(f"{each.claim.name:26} {each.outcome}")
@@ -49,10 +52,10 @@ class StudyClaims:
             return
         texts = {"claims.md": outcomes_table(found, beside), "effects.csv": effects_csv(found)}
         texts |= {f"effects-{name}.csv": effects_csv(each) for name, each in beside.items()}
-        if budgets is not None:
+        if tables.budgets is not None:
             after = {
                 name: findings(runs, ways=[Count()])
-                for name, runs in by_budget(budgets, table).items()
+                for name, runs in by_budget(tables.budgets, tables.runs).items()
             }
             texts["claims-by-budget.md"] = by_budget_table(after)
         output_folder(self.out)

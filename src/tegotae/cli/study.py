@@ -147,18 +147,22 @@ class StudyExport:
     """The table: .csv or .parquet."""
     budgets: Annotated[Path | None, UNSET] = None
     """Also write a table with a row per model, run and training budget."""
+    sampled: Annotated[Path | None, UNSET] = None
+    """Also write the same of a controller drawn from each run's final distribution."""
 
     def run(self) -> None:
         """Write it."""
         from tegotae.studies.paper.export import write_csv, write_parquet
-        from tegotae.studies.paper.table import tabulate, tabulate_budgets
+        from tegotae.studies.paper.table import tabulate, tabulate_budgets, tabulate_sampled
 
         writers = {".csv": write_csv, ".parquet": write_parquet}
-        for path in filter(None, (self.out, self.budgets)):
+        for path in filter(None, (self.out, self.budgets, self.sampled)):
             if path.suffix not in writers:
                 raise TegotaeError(f"cannot write a table as {path.name!r}; use .csv or .parquet")
         records = _records(Folder(self.dir))
         writers[self.out.suffix](tabulate(records), self.out)
+        if self.sampled is not None:
+            writers[self.sampled.suffix](tabulate_sampled(records), self.sampled)
         if self.budgets is not None:
             table = tabulate_budgets(records)
             if table is None:
@@ -226,7 +230,8 @@ class StudyFigures(PictureFormat):
         from tegotae.studies.paper.export import csv_of
         from tegotae.studies.paper.table import Table
 
-        table, budgets = tables_of(self.source, self.budgets)
+        tables = tables_of(self.source, self.budgets)
+        table, budgets = tables.runs, tables.budgets
         records = _records(Folder(self.source)) if self.source.is_dir() else []
         texts = {"endings.md": endings_table(endings_by_architecture(table))}
         figures = {
@@ -266,25 +271,47 @@ class StudyMerge:
         print(f"{copied} records copied to {self.dir}")
 
 
-def tables_of(source: Path, budgets: Path | None = None) -> tuple[Table, Table | None]:
-    """The table of a study, and that of its budgets if there is one, from files or its folder.
+@dataclass(frozen=True)
+class StudyTables:
+    """A study's tables, from its folder or from files.
+
+    Args:
+        runs: a row a run, at the end of training.
+        budgets: the same after each budget of training, if there is one.
+        sampled: the same of the controllers drawn from the final distributions, if there is one.
+    """
+
+    runs: Table
+    budgets: Table | None = None
+    sampled: Table | None = None
+
+
+def tables_of(
+    source: Path, budgets: Path | None = None, sampled: Path | None = None
+) -> StudyTables:
+    """The tables of a study.
 
     Args:
         source: an exported table, or a study's folder.
         budgets: the exported table of budgets; a folder has its own.
+        sampled: the exported table of drawn controllers; a folder has its own.
 
     Raises:
         TegotaeError: if one cannot be read.
     """
     from tegotae.studies.paper.export import read_csv
-    from tegotae.studies.paper.table import tabulate, tabulate_budgets
+    from tegotae.studies.paper.table import tabulate, tabulate_budgets, tabulate_sampled
 
     if source.is_dir():
         records = _records(Folder(source))
-        table, own = tabulate(records), tabulate_budgets(records)
+        own = StudyTables(tabulate(records), tabulate_budgets(records), tabulate_sampled(records))
     else:
-        table, own = read_csv(source), None
-    return table, own if budgets is None else read_csv(budgets)
+        own = StudyTables(read_csv(source))
+    return StudyTables(
+        own.runs,
+        own.budgets if budgets is None else read_csv(budgets),
+        own.sampled if sampled is None else read_csv(sampled),
+    )
 
 
 def _records(folder: Folder) -> list[Record]:

@@ -41,7 +41,7 @@ ALL = "all"
 _IN_ORDER = (
     *("cot_inverse", "optimum_share", "cot_inverse_total", "t0_s", "t1_s", "delta_omega"),
     *("delta_w", "cpgu", "limit_cycle_period", "limit_cycle_share", "recovery_share"),
-    *("failed_share", "smoothness", "w_peak", "a_peak", "hop_rate"),
+    *("failed_share", "at_rest_share", "smoothness", "w_peak", "a_peak", "hop_rate"),
     *("feedback_share", "phase_share", "feedback_while_pushing"),
 )
 """In which order they are shown; what is not here comes after, by name."""

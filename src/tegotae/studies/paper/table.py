@@ -13,6 +13,8 @@ from tegotae._support.errors import TegotaeError
 from tegotae.measures.hopping.metric import Conditions, DerivedMetric, Metric
 from tegotae.measures.hopping.registry import derived, metrics, names
 from tegotae.measures.hopping.statistics import mean_defined
+from tegotae.measures.optimum.table import has_table
+from tegotae.studies.paper.hop_rates import nearer_resonance, rate_slope
 from tegotae.studies.paper.record import Record
 from tegotae.systems.experiment import Experiment
 from tegotae.systems.models import Model, all_models
@@ -125,6 +127,14 @@ def tabulate_budgets(records: Iterable[Record]) -> Table | None:
     return of_runs(rows) if rows else None
 
 
+def tabulate_sampled(records: Iterable[Record]) -> Table:
+    """The same of the controller that was drawn from each run's final distribution."""
+    return of_runs(
+        (place(record), _training(record), means(record, record.sampled))
+        for record in ordered(records)
+    )
+
+
 def ordered(records: Iterable[Record]) -> list[Record]:
     """Records in the order of the registry of models, those of other experiments behind them."""
     by_name = {record.model: record for record in records}
@@ -134,7 +144,24 @@ def ordered(records: Iterable[Record]) -> list[Record]:
 
 def means(record: Record, episodes: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
     """Means over the episodes of what is defined, of all metrics that are known or follow."""
-    return {n: mean_defined(values) for n, values in with_derived(record, episodes).items()}
+    found = with_derived(record, episodes)
+    averaged = {name: mean_defined(values) for name, values in found.items()}
+    return averaged | _hop_rates(record, found.get("hop_rate"))
+
+
+def _hop_rates(record: Record, hop_rate: np.ndarray | None) -> dict[str, np.ndarray]:
+    """What the hop rates of a run's episodes say together, [runs] each by name."""
+    if hop_rate is None:
+        return {}
+    rates, omega = np.asarray(hop_rate, float), np.asarray(record.omega, float)
+    found = {"rate_slope": rate_slope(omega, rates)}
+    try:
+        experiment = record.experiment
+    except TegotaeError:  # of a part that is not registered here
+        return found
+    if has_table(experiment.body, experiment.protocol.work):
+        found["nearer_resonance"] = nearer_resonance(omega, rates)
+    return found
 
 
 def with_derived(record: Record, episodes: dict[str, np.ndarray]) -> dict[str, np.ndarray]:

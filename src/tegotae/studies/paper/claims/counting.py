@@ -27,9 +27,9 @@ class Count:
     Args:
         unsettled: what becomes of an episode without a limit cycle. `DROPPED`: it is left out, and
             a body at rest has a CoT⁻¹ of zero. `WORST`: it has a CoT⁻¹ of zero, and transients as
-            long as the episode. `AT_REST`: the same, but of CoT⁻¹ zeros of bodies at rest are
-            taken to be in the run's mean already; a table without episodes does not say how many
-            are, and this is the largest that CoT⁻¹ can be, `WORST` the least.
+            long as the episode. `AT_REST`, of a table that does not say how many episodes are at
+            rest, whose zeros are in the run's mean already: all but the failed are taken to be,
+            which is the largest that CoT⁻¹ can be, as `WORST` is the least.
         run: what a model's number is. `MEAN`: the mean of its runs. `BEST`: the run of highest
             fitness in training, or the mean of those that share it. `SAMPLED`: a controller drawn
             from the final distribution of that run, if the table has such rows (`sample` ≥ 1).
@@ -74,7 +74,8 @@ def counts(table: Table) -> list[Count]:
         24
     """
     omegas = np.unique(table["omega_t"][np.isfinite(table["omega_t"])])
-    unsettled = (DROPPED, WORST) if has_episodes(table) else (DROPPED, WORST, AT_REST)
+    known = has_episodes(table) or _REST in table.columns
+    unsettled = (DROPPED, WORST) if known else (DROPPED, WORST, AT_REST)
     sampled = (SAMPLED,) if (table.columns.get("sample", np.zeros(1)) > 0).any() else ()
     return [
         Count(*each)
@@ -90,6 +91,22 @@ def counts(table: Table) -> list[Count]:
 def differ_in(a: Count, b: Count) -> list[str]:
     """The choices in which two counts differ."""
     return [f.name for f in fields(Count) if getattr(a, f.name) != getattr(b, f.name)]
+
+
+def with_sampled(table: Table, sampled: Table | None) -> Table:
+    """The runs, and as a second sample of each the controller that was drawn from its distribution.
+
+    Args:
+        table: a row a run.
+        sampled: the same of the drawn controllers; None of a study that has none.
+    """
+    if sampled is None:
+        return table
+    both = [
+        {**each.columns, "sample": np.full(len(each), i)} for i, each in enumerate((table, sampled))
+    ]
+    shared = [name for name in both[0] if name in both[1]]
+    return Table({name: np.concatenate([each[name] for each in both]) for name in shared})
 
 
 def has_episodes(table: Table) -> bool:
@@ -123,6 +140,8 @@ def per_run(table: Table, metric: str, unsettled: str, protocol: Protocol | None
     return _episodes_averaged(columns, metric) if has_episodes(table) else Table(columns)
 
 
+_REST = "at_rest_share"
+
 _WORST = {
     "cot_inverse": lambda protocol: 0.0,
     "cot_inverse_total": lambda protocol: 0.0,
@@ -137,6 +156,8 @@ def _share(table: Table, metric: str, unsettled: str) -> np.ndarray:
     settled = table["limit_cycle_share"]
     if metric == "t1_s":
         return settled * np.nan_to_num(table["recovery_share"])
+    if metric.startswith("cot") and _REST in table.columns:
+        return settled + table[_REST]
     if metric.startswith("cot") and unsettled == AT_REST:
         return 1.0 - table["failed_share"]
     return settled
