@@ -12,10 +12,10 @@ from tegotae.figures.report.atomic import by_budget_table, outcomes_table
 from tegotae.figures.report.markdown import endings_table
 from tegotae.figures.study import ARCHITECTURES, architectures
 from tegotae.studies.paper.claims.atomic import ATOMIC_CLAIMS
+from tegotae.studies.paper.claims.budgets import by_budget
 from tegotae.studies.paper.claims.counting import Count
 from tegotae.studies.paper.claims.effect_table import effects_csv, read_effects
 from tegotae.studies.paper.claims.findings import OPPOSITE, findings
-from tegotae.studies.paper.claims.slices import by_budget
 from tegotae.studies.paper.endings import endings_by_architecture
 from tegotae.studies.paper.export import read_csv
 from tegotae.systems.models import all_models
@@ -120,12 +120,3 @@ def test_the_shares_that_the_page_gives_are_those_of_the_table(table):
         settled = table.where(architecture="V", omega_t=omega)["limit_cycle_share"].mean()
         assert f"{100 * (1 - settled):.0f} %" in page
     assert np.nanmax(table.where(model="T-Fv")["recovery_share"]) == 0.0
-
-
-def test_the_multiverses_shares_follow_from_its_kept_tables():
-    from tegotae.figures.report.multiverse import shares_table
-    from tegotae.studies.paper.multiverse.tables import read_tables
-
-    kept = ROOT / "docs" / "_static" / "multiverse"
-    readings, judged = read_tables(kept)
-    assert shares_table(readings, judged, "all") == (kept / "multiverse.md").read_text()

@@ -6,17 +6,13 @@ import numpy as np
 import pytest
 
 from tegotae import TegotaeError
-from tegotae.figures.budgets import budgets_figure, parts_by_budget
+from tegotae.figures.budgets import budgets_figure
 from tegotae.figures.convergence import Trainings, convergence_figure, convergence_table
 from tegotae.figures.style import PAGE_IN, save_figure
-from tegotae.measures.hopping.statistics import Interval
-from tegotae.studies.paper.claims import (
-    FAILS,
-    HOLDS,
-    UNDECIDED,
-    Part,
-    Verdict,
-)
+from tegotae.studies.paper.claims.atomic import ATOMIC_CLAIMS
+from tegotae.studies.paper.claims.counting import Count
+from tegotae.studies.paper.claims.estimates import NOT_KNOWN, EffectEstimate
+from tegotae.studies.paper.claims.findings import OPPOSITE, REPRODUCED, TOO_SMALL, Finding
 
 EPISODES = np.array([64.0, 128.0, 256.0, 512.0])
 
@@ -129,66 +125,46 @@ def test_curves_that_do_not_fit_are_refused_in_one_line(changes, message):
 
 # Verdicts by budget.
 
-
-def part(mean: float, half: float = 0.1, what: str = "VG - V [m/J]", **bounds: float) -> Part:
-    return Part(what, Interval(mean, half / 2, mean - half, mean + half, 9, 0), **bounds)
+CLAIMS = {claim.name: claim for claim in ATOMIC_CLAIMS}
 
 
-def by_budget() -> dict:
+def finding(claim: str, effect: float | None, half: float = 0.1) -> Finding:
+    found = NOT_KNOWN if effect is None else EffectEstimate(effect, effect - half, effect + half)
+    return Finding(CLAIMS[claim], {Count(): found})
+
+
+def by_budget() -> dict[str, list[Finding]]:
+    """VG's CoT⁻¹ over V's, which turns; one that is alike, and one that is not measured."""
+    others = [finding("vt-cot", 0.3), finding("t-t0", None)]
     return {
-        12800: [Verdict(2, "c", (part(0.05, low=0.0), part(9.0, what="for information")))],
-        1280: [Verdict(2, "c", (part(-0.5, low=0.0),))],
-        "plateau": [
-            Verdict(2, "c", (part(0.5, what="VG - V [m/J] (3 of 4 designs)", low=0.0),)),
-            Verdict(1, "d", (part(0.05, what="R²", low=0.1, high=0.9),)),
-        ],
+        "1280 episodes": [finding("vg-cot", -0.5), *others],
+        "12800 episodes": [finding("vg-cot", 0.05), *others],
+        "plateau": [finding("vg-cot", 0.5), *others],
     }
 
 
-def test_a_part_is_followed_over_budgets_and_information_is_left_out():
-    parts = parts_by_budget(by_budget())
-    assert list(parts) == [(1, "R²"), (2, "VG - V [m/J]")]
-    assert {b: p.verdict for b, p in parts[2, "VG - V [m/J]"].items()} == {
-        12800: UNDECIDED,
-        1280: FAILS,
-        "plateau": HOLDS,
-    }
-
-
-def test_effects_stand_over_their_budgets_coloured_by_verdict_with_the_plateau_last():
+def test_effects_stand_over_their_budgets_coloured_by_outcome_with_the_plateau_last(tmp_path):
     figure = budgets_figure(by_budget())
-    first, panel = figure.axes[:2]
-    assert panel.get_title(loc="left") == "2: VG - V [m/J]"
+    (panel,) = [each for each in figure.axes if each.get_visible()]
+    assert panel.get_title(loc="left") == "vg-cot"
     points = [line for line in panel.lines if line.get_marker() in ("o", "X", "s")]
     assert [float(line.get_ydata()[0]) for line in points] == [-0.5, 0.05, 0.5]
-    assert [float(line.get_xdata()[0]) for line in points[:2]] == [1280.0, 12800.0]
-    assert points[2].get_xdata()[0] > 12800.0
-    assert len({line.get_color() for line in points}) == 3
-    assert [label.get_text() for label in panel.get_xticklabels()] == ["1.28k", "12.8k", "plateau"]
-    (bound,) = (line for line in panel.lines if line.get_linestyle() == "--")
-    assert set(bound.get_ydata()) == {0.0}
-    bounds = [set(line.get_ydata()) for line in first.lines if line.get_linestyle() == "--"]
-    assert bounds == [{0.1}, {0.9}]
-    assert labels(figure)[:3] == [HOLDS, FAILS, UNDECIDED]
-
-
-def test_an_effect_that_is_not_known_leaves_a_gap_and_a_panel_without_any_says_so(tmp_path):
-    unknown = Part("a", Interval(*[np.nan] * 4, 0, 3), low=0.0)
-    figure = budgets_figure({100: [Verdict(3, "c", (unknown,))]})
-    assert "not measured" in texts(figure.axes[0])
+    assert [float(line.get_xdata()[0]) for line in points] == [0.0, 1.0, 2.0]
+    assert [line.get_marker() for line in points] == ["X", "s", "o"]
+    assert [label.get_text() for label in panel.get_xticklabels()] == list(by_budget())
+    assert labels(figure)[:3] == [REPRODUCED, OPPOSITE, TOO_SMALL]
     assert save_figure(figure, tmp_path / "f.png").exists()
 
 
-@pytest.mark.parametrize(
-    ("verdicts", "message"),
-    [
-        ({}, "no verdicts to draw"),
-        ({100: [Verdict(11, "c", ())]}, "no verdicts to draw"),
-        ({0: [Verdict(2, "c", (part(1.0, low=0.0),))]}, "a budget is 0 episodes"),
-    ],
-)
-def test_nothing_to_draw_is_said(verdicts, message):
-    with pytest.raises(TegotaeError, match=message):
-        budgets_figure(verdicts)
+def test_an_effect_that_is_not_known_at_a_budget_leaves_a_gap():
+    figure = budgets_figure({"a": [finding("vg-cot", None)], "b": [finding("vg-cot", 0.5)]})
+    points = [line for line in figure.axes[0].lines if line.get_marker() == "o"]
+    assert [float(line.get_xdata()[0]) for line in points] == [1.0]
+
+
+@pytest.mark.parametrize("found", [{}, {"a": [finding("t-t0", None)]}])
+def test_nothing_to_draw_is_said(found):
+    with pytest.raises(TegotaeError, match="no claim has an effect to draw"):
+        budgets_figure(found)
     with pytest.raises(TegotaeError, match="no trainings to draw"):
         convergence_figure({})

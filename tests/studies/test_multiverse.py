@@ -18,20 +18,16 @@ from tegotae._support.errors import TegotaeError
 from tegotae.cli import main
 from tegotae.figures.multiverse import curve_figure, overview_figure
 from tegotae.figures.report.multiverse import shares_table
-from tegotae.measures.hopping.statistics import Interval
+from tegotae.measures.hopping.registry import metrics
 from tegotae.measures.objectives.fitness import Fitness
 from tegotae.parts.bodies import Hopper
 from tegotae.parts.terms import Reflex, Sector, SectorAndReflex
 from tegotae.simulation.rollout import Timing
 from tegotae.studies.paper import runner
 from tegotae.studies.paper.calibration.prior import PRIOR
-from tegotae.studies.paper.claims import (
-    FAILS,
-    HOLDS,
-    UNDECIDED,
-    Part,
-    Verdict,
-)
+from tegotae.studies.paper.claims.counting import Count
+from tegotae.studies.paper.claims.estimates import NOT_KNOWN, EffectEstimate
+from tegotae.studies.paper.claims.findings import OPPOSITE, REPRODUCED, TOO_SMALL, Finding
 from tegotae.studies.paper.multiverse.designs import (
     calibrated,
     cells_of,
@@ -49,12 +45,13 @@ from tegotae.studies.paper.multiverse.readings import (
 )
 from tegotae.studies.paper.multiverse.tables import read_tables, write_tables
 from tegotae.studies.paper.multiverse.verdicts import (
-    VerdictsByReading,
+    CLAIMS,
+    FindingsByReading,
+    findings_by_reading,
     margin,
     of_claim,
     share,
     shares,
-    verdicts_by_reading,
 )
 from tegotae.systems.models import find
 from tegotae.training.search import best_gain
@@ -241,11 +238,13 @@ def test_a_budget_of_training_is_spent_to_its_end_or_to_the_plateau():
 
 
 def test_every_claim_has_the_models_that_it_is_about():
-    found = verdicts_by_reading({0: results({}).where(model=multiverse("full").models)})
-    for omega in ("all", "4", "8"):
-        for verdict in found[0][omega]:
-            claimed = [part for part in verdict.parts if part.verdict]
-            assert all(np.isfinite(part.effect.mean) for part in claimed), verdict.claim
+    table = results({}).where(model=multiverse("full").models)
+    known = {metric.name for metric in metrics()}
+    for omega, found in findings_by_reading({0: table}, draws=20)[0].items():
+        for finding in found:
+            reads = getattr(finding.claim.effect, "metric", None)
+            if reads in known:
+                assert finding.outcome in (REPRODUCED, TOO_SMALL, OPPOSITE), (finding, omega)
 
 
 def test_units_of_one_program_are_done_together_in_bundles_of_a_few():
@@ -267,41 +266,40 @@ def test_more_readings_go_on_in_the_same_folder():
 
 # Verdicts.
 
-
-def made_up(effect_of, count: int = 32) -> tuple[list[Reading], VerdictsByReading]:
-    """Readings, and verdicts on runs whose effects a reading decides."""
-    readings = sample(count)
-    models = multiverse("full").models
-    tables = {
-        i: results(effect_of(reading), noise=0.05, seed=100 + i).where(model=models)
-        for i, reading in enumerate(readings)
-    }
-    return readings, verdicts_by_reading(tables)
+AT_BOTH = "both"
 
 
 @pytest.fixture(scope="module")
-def trained() -> tuple[list[Reading], VerdictsByReading]:
+def trained() -> tuple[list[Reading], FindingsByReading]:
     """ART is better than AR only where training goes on long enough."""
+    readings = sample(24)
     better = {1280: -0.4, 5120: 0.0, PLATEAU: 0.5}
-    return made_up(lambda reading: {"ART": {"cot_inverse": better[reading.episodes]}}, 24)
+    tables = {
+        i: results(
+            {"ART": {"cot_inverse": better[reading.episodes]}}, noise=0.05, seed=100 + i
+        ).where(model=multiverse("full").models)
+        for i, reading in enumerate(readings)
+    }
+    return readings, findings_by_reading(tables, draws=100)
 
 
-def test_shares_count_the_readings_in_which_a_claim_holds_and_fails(trained):
-    readings, verdicts = trained
+def test_shares_count_the_readings_in_which_a_claim_is_reproduced_and_opposite(trained):
+    readings, found = trained
     early = sum(reading.episodes == 1280 for reading in readings)
     late = sum(reading.episodes == PLATEAU for reading in readings)
-    for omega in ("all", "4", "8"):
-        found = shares(of_claim(verdicts, 5, omega).values())
-        assert (found[FAILS].count, found[HOLDS].count) == (early, late)
-        assert sum(each.count for each in found.values()) == len(readings)
+    for omega in (AT_BOTH, "4", "8"):
+        each = shares(of_claim(found, "art-cot", omega).values())
+        assert each[OPPOSITE].count >= early
+        assert each[REPRODUCED].count >= late
+        assert sum(share.count for share in each.values()) == len(readings)
 
 
 def test_the_choice_that_decides_a_claim_is_found_and_no_other(trained):
-    readings, verdicts = trained
-    found = decisive(influences(readings, of_claim(verdicts, 5, "all")))
-    assert [influence.choice.name for influence in found] == ["episodes"]
-    assert found[0].correlation > 0.8
-    assert found[0].p < 0.001
+    readings, found = trained
+    clear = decisive(influences(readings, of_claim(found, "art-cot", AT_BOTH)))
+    assert [influence.choice.name for influence in clear] == ["episodes"]
+    assert clear[0].correlation > 0.8
+    assert clear[0].p < 0.001
 
 
 def test_where_nothing_decides_chance_seldom_does():
@@ -309,33 +307,31 @@ def test_where_nothing_decides_chance_seldom_does():
     random = np.random.default_rng(0)
     readings = sample(32)
 
-    def noise() -> dict[int, Verdict]:
-        return {i: verdict_of(random.normal(), 1.0) for i in range(32)}
+    def noise() -> dict[int, Finding]:
+        return {i: finding_of(random.normal(), 1.0) for i in range(32)}
 
     false = sum(bool(decisive(influences(readings, noise()))) for _ in range(60))
     assert false <= 8  # 3 expected; more than 8 has a chance of 1 in 250
 
 
-def verdict_of(mean: float, half: float, low: float = 0.0, high: float = math.inf) -> Verdict:
-    effect = Interval(mean, half, mean - half, mean + half, 4, 0)
-    return Verdict(5, "", (Part("effect", effect, low, high),))
+def finding_of(effect: float, half: float, name: str = "art-cot") -> Finding:
+    claim = next(claim for claim in CLAIMS if claim.name == name)
+    return Finding(claim, {Count(): EffectEstimate(effect, effect - half, effect + half)})
 
 
-@pytest.mark.parametrize("mean", [-3.0, -1.01, -0.5, 0.0, 0.5, 1.01, 3.0])
-@pytest.mark.parametrize("bounds", [(0.0, math.inf), (-math.inf, 0.0), (-2.0, 2.0)])
-def test_a_margin_says_what_the_verdict_says(mean, bounds):
-    verdict = verdict_of(mean, 1.0, *bounds)
-    value = margin(verdict)
-    assert (value >= 1.0) == (verdict.verdict == HOLDS)
-    assert (value < -1.0) == (verdict.verdict == FAILS)
+@pytest.mark.parametrize("effect", [-3.0, -1.01, -0.5, 0.0, 0.5, 1.01, 3.0])
+@pytest.mark.parametrize("name", ["art-cot", "arg-cot"])
+def test_a_margin_says_what_the_outcome_says(effect, name):
+    finding = finding_of(effect, 1.0, name)
+    assert (margin(finding) > 1.0) == (finding.outcome == REPRODUCED)
+    assert (margin(finding) < -1.0) == (finding.outcome == OPPOSITE)
 
 
-def test_the_weakest_part_is_the_margin_of_a_claim():
-    strong, weak = verdict_of(5.0, 1.0), verdict_of(-2.0, 1.0)
-    assert margin(Verdict(5, "", strong.parts + weak.parts)) == -2.0
-    unknown = Part("effect", Interval(math.nan, math.nan, math.nan, math.nan, 0, 4), 0.0)
-    assert margin(Verdict(5, "", (*weak.parts, unknown))) == -2.0
-    assert math.isnan(margin(Verdict(5, "", (*strong.parts, unknown))))
+def test_what_is_not_measured_has_no_margin_and_what_has_no_spread_is_clear():
+    claim = finding_of(1.0, 0.0).claim
+    assert math.isnan(margin(Finding(claim, {Count(): NOT_KNOWN})))
+    assert margin(finding_of(1.0, 0.0)) > 100.0
+    assert margin(finding_of(-1.0, 0.0)) < -100.0
 
 
 def test_an_interval_of_a_share_stays_within_the_possible():
@@ -350,18 +346,18 @@ def test_an_interval_of_a_share_stays_within_the_possible():
 # Tables and figures.
 
 
-def test_tables_hold_readings_and_verdicts(trained, tmp_path):
-    readings, verdicts = trained
-    write_tables(readings, verdicts, tmp_path)
-    again, found = read_tables(tmp_path)
+def test_tables_hold_readings_and_what_comes_of_the_claims(trained, tmp_path):
+    readings, found = trained
+    write_tables(readings, found, tmp_path)
+    again, read = read_tables(tmp_path)
     assert again == readings
-    for number, by_omega in verdicts.items():
+    for number, by_omega in found.items():
         for omega, each in by_omega.items():
-            said = [(v.number, v.verdict) for v in found[number][omega]]
-            assert said == [(v.number, v.verdict) for v in each]
+            said = [(finding.claim.name, finding.outcome) for finding in read[number][omega]]
+            assert said == [(finding.claim.name, finding.outcome) for finding in each]
 
 
-@pytest.mark.parametrize("name", ["readings.csv", "verdicts.csv"])
+@pytest.mark.parametrize("name", ["readings.csv", "effects.csv"])
 @pytest.mark.parametrize("content", ["", "a,b\n1,2\n"])
 def test_what_is_no_table_is_refused(trained, tmp_path, one_line_error, name, content):
     readings, verdicts = trained
@@ -374,20 +370,22 @@ def test_what_is_no_table_is_refused(trained, tmp_path, one_line_error, name, co
 def test_the_table_of_shares_names_what_decides(trained):
     readings, verdicts = trained
     rows = shares_table(readings, verdicts).splitlines()[2:]
-    five = next(row for row in rows if row.startswith("| 5 |"))
-    assert "| training (+0." in five
-    assert " of 24 [" in five
+    assert len(rows) == len(CLAIMS)
+    gains = next(row for row in rows if row.startswith("| art-cot |"))
+    assert "| training (+0." in gains
+    assert " of 24 [" in gains
 
 
-def test_figures_show_every_claim_and_every_reading(trained):
-    readings, verdicts = trained
-    overview = overview_figure(readings, verdicts)
-    assert len(overview.axes[0].get_yticks()) == 8
-    curve = curve_figure(readings, verdicts, 5)
-    strip, effect, choices = curve.axes
-    assert len(strip.patches) == len(readings)
-    means = [float(np.ravel(x.get_ydata())[0]) for x in effect.lines if x.get_marker() == "o"]
-    assert means == sorted(means)
+def test_figures_show_every_claim_that_is_measured_and_every_reading(trained):
+    readings, found = trained
+    overview = overview_figure(readings, found)
+    measured = [claim for claim in CLAIMS if of_claim(found, claim.name, AT_BOTH)]
+    assert len(overview.axes[0].get_yticks()) == len(measured) > 20
+    curve = curve_figure(readings, of_claim(found, "art-cot", AT_BOTH))
+    effects, choices = curve.axes
+    shown = [float(np.ravel(x.get_ydata())[0]) for x in effects.lines if x.get_marker() == "o"]
+    assert len(shown) == len(readings)
+    assert shown == sorted(shown)
     assert len(choices.get_yticks()) == len(CHOICES)
 
 
@@ -466,17 +464,12 @@ def test_an_unknown_frequency_is_refused(trained, tmp_path, one_line_error):
     readings, verdicts = trained
     write_tables(readings, verdicts, tmp_path)
     words = ["study", "multiverse", "figures", str(tmp_path), "--out", str(tmp_path / "out")]
-    assert "omega is '5'; it must be one of 4, 8, all" in one_line_error(*words, "--omega", "5")
-
-
-def test_the_number_of_undecided_readings_is_what_is_left(trained):
-    found = shares(of_claim(trained[1], 2, "all").values())
-    assert found[UNDECIDED].count == 24 - found[HOLDS].count - found[FAILS].count
+    assert "omega is '5'; it must be one of 4, 8, both" in one_line_error(*words, "--omega", "5")
 
 
 def test_a_claim_without_runs_has_no_share():
     table = results({}).where(architecture=("V", "VG"))
-    verdicts = verdicts_by_reading({0: table, 1: table})
-    assert of_claim(verdicts, 5, "all") == {}
-    assert len(of_claim(verdicts, 2, "all")) == 2
-    assert shares(())[HOLDS].of == 0
+    found = findings_by_reading({0: table, 1: table}, draws=20)
+    assert of_claim(found, "art-cot", AT_BOTH) == {}
+    assert len(of_claim(found, "vg-cot", AT_BOTH)) == 2
+    assert shares(())[REPRODUCED].of == 0

@@ -37,10 +37,10 @@ class StudyClaims:
         """Judge, print, and write if asked to."""
         from tegotae.cli.study import tables_of
         from tegotae.figures.report.atomic import by_budget_table, outcomes_table
+        from tegotae.studies.paper.claims.budgets import by_budget
         from tegotae.studies.paper.claims.counting import Count, with_sampled
         from tegotae.studies.paper.claims.effect_table import effects_csv
         from tegotae.studies.paper.claims.findings import findings
-        from tegotae.studies.paper.claims.slices import by_budget
         from tegotae.studies.paper.export import read_csv
 
         tables = tables_of(self.source, self.budgets, self.sampled)

@@ -16,7 +16,7 @@ from tegotae.cli.options import UNSET
 
 if TYPE_CHECKING:
     from tegotae.studies.paper.multiverse.readings import Reading
-    from tegotae.studies.paper.multiverse.verdicts import VerdictsByReading
+    from tegotae.studies.paper.multiverse.verdicts import FindingsByReading
 
 
 @dataclass(frozen=True)
@@ -96,60 +96,60 @@ class MultiverseExport:
     dir: Path
     """The multiverse's folder."""
     out: Path
-    """Folder for readings.csv and verdicts.csv."""
+    """Folder for readings.csv and effects.csv."""
     readings: Annotated[int | None, UNSET] = None
     """Number of readings; the scale's by default."""
 
     def run(self) -> None:
         """Write them."""
-        from tegotae.studies.paper.multiverse.tables import READINGS, VERDICTS, write_tables
+        from tegotae.studies.paper.multiverse.tables import EFFECTS, READINGS, write_tables
 
-        readings, verdicts = _verdicts(self.dir, self.readings)
-        write_tables(readings, verdicts, self.out)
-        print(f"wrote {READINGS}, {VERDICTS} to {self.out}")
+        readings, found = _findings(self.dir, self.readings)
+        write_tables(readings, found, self.out)
+        print(f"wrote {READINGS}, {EFFECTS} to {self.out}")
 
 
 @dataclass(frozen=True)
 class MultiverseFigures(PictureFormat):
-    """Draw the share of readings under which each claim holds, and the decisive choices."""
+    """Draw the share of readings that reproduce each claim, and the decisive choices."""
 
     source: Annotated[Path, tyro.conf.Positional]
     """A multiverse's folder, or one with the tables that `export` wrote."""
     out: Path
     """Folder for the pictures and for multiverse.md."""
-    omega: str = "all"
-    """At which ω_t: all, 4 or 8."""
+    omega: str = "both"
+    """At which ω_t: both, 4 or 8."""
 
     def run(self) -> None:
         """Draw."""
         from tegotae.figures.multiverse import curve_figure, overview_figure
         from tegotae.figures.report.multiverse import shares_table
         from tegotae.figures.style import save_figure
+        from tegotae.studies.paper.multiverse.influence import decisive, influences
         from tegotae.studies.paper.multiverse.tables import READINGS, read_tables
         from tegotae.studies.paper.multiverse.verdicts import CLAIMS, of_claim
 
         exported = (self.source / READINGS).exists()
-        readings, verdicts = read_tables(self.source) if exported else _verdicts(self.source)
-        known = sorted({omega for found in verdicts.values() for omega in found})
+        readings, found = read_tables(self.source) if exported else _findings(self.source)
+        known = sorted({omega for by_omega in found.values() for omega in by_omega})
         if self.omega not in known:
             raise TegotaeError(f"omega is {self.omega!r}; it must be one of {', '.join(known)}")
-        figures = {f"multiverse.{self.format}": overview_figure(readings, verdicts, self.omega)}
-        for number in CLAIMS:
-            if of_claim(verdicts, number, self.omega):
-                figures[f"claim-{number}.{self.format}"] = curve_figure(
-                    readings, verdicts, number, self.omega
-                )
+        figures = {f"multiverse.{self.format}": overview_figure(readings, found, self.omega)}
+        for claim in CLAIMS:
+            each = of_claim(found, claim.name, self.omega)
+            if each and (claim.headline or decisive(influences(readings, each))):
+                figures[f"{claim.name}.{self.format}"] = curve_figure(readings, each)
         output_folder(self.out)
         for name, figure in figures.items():
             save_figure(figure, self.out / name)
-        text = shares_table(readings, verdicts, self.omega)
+        text = shares_table(readings, found, self.omega)
         write_atomically(self.out / "multiverse.md", text)
         print(f"wrote {', '.join(figures)}, multiverse.md to {self.out}")
 
 
-def _verdicts(path: Path, count: int | None = None) -> tuple[list[Reading], VerdictsByReading]:
+def _findings(path: Path, count: int | None = None) -> tuple[list[Reading], FindingsByReading]:
     from tegotae.studies.paper.multiverse.folder import MultiverseFolder, tables
-    from tegotae.studies.paper.multiverse.verdicts import verdicts_by_reading
+    from tegotae.studies.paper.multiverse.verdicts import findings_by_reading
 
     folder = MultiverseFolder(path)
     plan = folder.plan(count)
@@ -163,4 +163,4 @@ def _verdicts(path: Path, count: int | None = None) -> tuple[list[Reading], Verd
         )
     if len(whole) < plan.readings:
         print(f"{len(whole)} of {plan.readings} readings are whole; the others are left out")
-    return [reading for reading, _ in plan.by_reading], verdicts_by_reading(whole)
+    return [reading for reading, _ in plan.by_reading], findings_by_reading(whole)

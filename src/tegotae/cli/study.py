@@ -117,8 +117,8 @@ class StudyReport:
     out: Annotated[Path | None, UNSET] = None
     """Where to write it; report.html in the study's folder by default."""
     experiments: Annotated[Path | None, UNSET] = None
-    """Folder of the experiments on claims 1, 10 and 11: figure3, parameter_limit and
-    gain_map, as .csv and .png; without it the report says how to measure them."""
+    """Folder of the experiments beside the study: figure3, parameter_limit and gain_map, as .csv
+    and .png; without it the report says how to measure them."""
 
     def run(self) -> None:
         """Write it, and say where it is."""
@@ -203,11 +203,11 @@ class StudyZoo:
 
 @dataclass(frozen=True)
 class StudyFigures(PictureFormat):
-    """Draw Fig. 2 and learning curves from an exported table or a study's folder."""
+    """Draw Figs. 2 and 5 and learning curves from an exported table or a study's folder."""
 
     source: Annotated[Path, tyro.conf.Positional]
     """A table that `tegotae study export` wrote (.csv), or a study's folder, which also has the
-    curves of its trainings."""
+    controllers (Fig. 5) and the curves of their trainings."""
     out: Path
     """Folder for the pictures and tables."""
     budgets: Annotated[Path | None, UNSET] = None
@@ -217,6 +217,7 @@ class StudyFigures(PictureFormat):
     def run(self) -> None:
         """Draw."""
         from tegotae.figures.budgets import budgets_figure
+        from tegotae.figures.figure5 import policies_figure, policies_table, policy_panels
         from tegotae.figures.report import convergence
         from tegotae.figures.report.markdown import endings_table
         from tegotae.figures.study import (
@@ -225,7 +226,9 @@ class StudyFigures(PictureFormat):
             pictograms_figure,
         )
         from tegotae.figures.style import save_figure
-        from tegotae.studies.paper.claims import verdicts_by_budget
+        from tegotae.studies.paper.claims.budgets import by_budget
+        from tegotae.studies.paper.claims.counting import Count
+        from tegotae.studies.paper.claims.findings import findings
         from tegotae.studies.paper.endings import endings_by_architecture
         from tegotae.studies.paper.export import csv_of
         from tegotae.studies.paper.table import Table
@@ -240,9 +243,17 @@ class StudyFigures(PictureFormat):
             "correlations": correlation_figure(table),
         }
         if budgets is not None:
-            figures["budgets"] = budgets_figure(verdicts_by_budget(budgets, table))
+            after = {
+                name: findings(runs, ways=[Count()])
+                for name, runs in by_budget(budgets, table).items()
+            }
+            figures["budgets"] = budgets_figure(after)
         for omega, figure in convergence.figures(records).items():
             figures[f"convergence-w{omega}"] = figure
+        panels = policy_panels(records, table)
+        if panels:
+            figures["figure5"] = policies_figure(panels)
+            texts["figure5.md"] = policies_table(panels)
         if records:
             texts["convergence.csv"] = csv_of(Table(convergence.table(records)))
         output_folder(self.out)

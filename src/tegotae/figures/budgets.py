@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import re
-import textwrap
 from collections.abc import Mapping, Sequence
 
 import numpy as np
@@ -11,156 +9,94 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
-from matplotlib.ticker import NullLocator
 
 from tegotae._support.errors import TegotaeError
 from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, styled
-from tegotae.studies.paper.claims.verdict import (
-    FAILS,
-    HOLDS,
-    INFORMATION,
-    UNDECIDED,
-    Part,
-    Verdict,
-)
+from tegotae.studies.paper.claims.atomic import ALIKE
+from tegotae.studies.paper.claims.estimates import EffectEstimate
+from tegotae.studies.paper.claims.findings import OPPOSITE, REPRODUCED, TOO_SMALL, Finding, verdict
 
-Budget = float | str
-"""Episodes per run; or a word, such as "plateau", where runs had as many as they needed."""
-
-_ACROSS = 4
-_LOOK = {HOLDS: (COLOURS[5], "o"), FAILS: (COLOURS[4], "X"), UNDECIDED: ("0.5", "s")}
-_BEYOND = 2.5
-"""Where a budget that is a word stands: so many times further right than the one before."""
+_ACROSS = 5
+_LOOK = {REPRODUCED: (COLOURS[5], "o"), OPPOSITE: (COLOURS[4], "X"), TOO_SMALL: ("0.5", "s")}
 
 
-def parts_by_budget(
-    verdicts: Mapping[Budget, Sequence[Verdict]],
-) -> dict[tuple[int, str], dict[Budget, Part]]:
-    """Each part of a claim that has a bound, by budget; by the claim's number and what it measures.
+def budgets_figure(by_budget: Mapping[str, Sequence[Finding]]) -> Figure:
+    """Each effect with its 95 % interval over the training budget, a panel a claim.
 
-    A part that says how many designs it compares is the same part with another number of them.
-    """
-    found: dict[tuple[int, str], dict[Budget, Part]] = {}
-    for budget, of_budget in verdicts.items():
-        for verdict in of_budget:
-            for part in verdict.parts:
-                if part.verdict != INFORMATION:
-                    what = re.sub(r" \(\d+ of \d+ designs\)$", "", part.what)
-                    found.setdefault((verdict.number, what), {})[budget] = part
-    return dict(sorted(found.items(), key=lambda item: item[0][0]))
-
-
-def budgets_figure(verdicts: Mapping[Budget, Sequence[Verdict]]) -> Figure:
-    """Each effect with its 95 % interval over the training budget, a panel a part of a claim.
-
-    Colour and mark say whether that part holds, fails or is undecided; the line is the bound, and
-    the shaded side is what is claimed.
+    Colour and mark say whether the claim is reproduced, opposite, or too small to tell; the shaded
+    side of zero is what is claimed. Claims without a sign, or without an effect at any budget, are
+    left out.
 
     Args:
-        verdicts: by budget: episodes per run; a word ("plateau") stands to the right of them all.
+        by_budget: findings, of which the first way to count is drawn, by the budget's heading, such
+            as "5120 episodes", ascending.
 
     Raises:
-        TegotaeError: if there is no part with a bound, or a number of episodes is not above 0.
+        TegotaeError: if no claim has an effect.
     """
-    parts = parts_by_budget(verdicts)
-    if not parts:
-        raise TegotaeError("no verdicts to draw; give at least one with a measured effect")
-    places = _places(tuple(verdicts))
-    across = min(_ACROSS, len(parts))
-    rows = -(-len(parts) // across)
+    claims = [
+        claim
+        for claim, effects in _effects(by_budget).items()
+        if any(found.known for found in effects)
+    ]
+    if not claims:
+        raise TegotaeError("no claim has an effect to draw; give at least one that is measured")
+    across = min(_ACROSS, len(claims))
+    rows = -(-len(claims) // across)
     with styled():
-        figure = new_figure(PAGE_IN, 0.9 + 1.3 * rows)
+        figure = new_figure(PAGE_IN, 1.1 + 0.95 * rows)
         panels = figure.subplots(rows, across, sharex=True, squeeze=False)
-        for panel in panels.flat[len(parts) :]:
+        for panel in panels.flat[len(claims) :]:
             panel.set_visible(False)
-        for i, (panel, ((number, what), by_budget)) in enumerate(
-            zip(panels.flat, parts.items(), strict=False)
-        ):
-            panel.set_title(textwrap.fill(f"{number}: {what}", 34), loc="left", fontsize=6.5)
-            _draw(panel, by_budget, places)
-            if i + across >= len(parts):
-                panel.set_xlabel("episodes per run")
-                panel.tick_params(axis="x", labelbottom=True, labelrotation=90, labelsize=6)
-        _axis(panels[0, 0], places)
+        for i, (panel, claim) in enumerate(zip(panels.flat, claims, strict=False)):
+            _draw(panel, [found[claim] for found in map(_by_claim, by_budget.values())])
+            panel.set_title(claim, loc="left", fontsize=6.5)
+            panel.tick_params(axis="both", labelsize=6)
+            if i + across >= len(claims):
+                panel.set_xticks(range(len(by_budget)), list(by_budget))
+                panel.tick_params(axis="x", labelbottom=True, labelrotation=90)
         figure.legend(
             handles=[
                 *(
-                    Line2D([], [], color=colour, marker=mark, ms=3.5, lw=1.0, label=verdict)
-                    for verdict, (colour, mark) in _LOOK.items()
+                    Line2D([], [], color=colour, marker=mark, ms=3.5, lw=1.0, label=word)
+                    for word, (colour, mark) in _LOOK.items()
                 ),
-                Line2D([], [], color="black", lw=0.7, ls="--", label="bound"),
-                Patch(color="0.92", lw=0, label="claimed side"),
+                Patch(color="0.92", lw=0, label="claimed side of zero"),
             ],
             loc="outside lower center",
-            ncols=5,
+            ncols=4,
         )
     return figure
 
 
-def _places(budgets: tuple[Budget, ...]) -> dict[Budget, float]:
-    """Where each budget stands on the axis: numbers rising, then words."""
-    numbers = sorted(b for b in budgets if not isinstance(b, str))
-    for number in numbers:
-        if not (np.isfinite(number) and number > 0):
-            raise TegotaeError(f"a budget is {number:g} episodes; it must be greater than 0")
-    places: dict[Budget, float] = {number: float(number) for number in numbers}
-    for word in (b for b in budgets if isinstance(b, str)):
-        places[word] = _BEYOND * max([*places.values(), 1.0])
-    return places
+def _first(finding: Finding) -> EffectEstimate:
+    return next(iter(finding.by_count.values()))
 
 
-def _draw(panel: Axes, by_budget: Mapping[Budget, Part], places: Mapping[Budget, float]) -> None:
-    ordered = sorted(by_budget.items(), key=lambda item: places[item[0]])
-    known = [(places[b], part) for b, part in ordered if np.isfinite(part.effect.mean)]
-    panel.plot(
-        [x for x, _ in known],
-        [part.effect.mean for _, part in known],
-        color="0.6",
-        lw=0.5,
-        zorder=1,
-    )
-    for x, part in known:
-        colour, mark = _LOOK[part.verdict]
-        effect = part.effect
-        if np.isfinite(effect.low):
-            panel.plot([x, x], [effect.low, effect.high], color=colour, lw=1.2)
-        panel.plot(x, effect.mean, mark, color=colour, ms=4, mew=0)
-    _bounds(panel, ordered, places)
-    if not known:
-        panel.text(0.5, 0.5, "not measured", transform=panel.transAxes, ha="center", fontsize=6)
-        panel.set_yticks([])
+def _by_claim(findings: Sequence[Finding]) -> dict[str, Finding]:
+    return {each.claim.name: each for each in findings if each.claim.sign != ALIKE}
 
 
-def _bounds(
-    panel: Axes, ordered: Sequence[tuple[Budget, Part]], places: Mapping[Budget, float]
-) -> None:
-    """A line for each bound, which may differ by budget, and the claimed side shaded."""
-    x = np.array([places[b] for b, _ in ordered])
-    lows = np.array([part.low for _, part in ordered])
-    highs = np.array([part.high for _, part in ordered])
-    for bound in (lows, highs):
-        if np.isfinite(bound).any():
-            if np.ptp(bound[np.isfinite(bound)]) == 0.0:
-                panel.axhline(bound[np.isfinite(bound)][0], color="black", lw=0.7, ls="--")
-            else:
-                panel.plot(x, bound, color="black", lw=0.7, ls="--")
+def _effects(by_budget: Mapping[str, Sequence[Finding]]) -> dict[str, list[EffectEstimate]]:
+    """The effects of every claim with a sign, budget by budget."""
+    found: dict[str, list[EffectEstimate]] = {}
+    for findings in by_budget.values():
+        for name, finding in _by_claim(findings).items():
+            found.setdefault(name, []).append(_first(finding))
+    return found
+
+
+def _draw(panel: Axes, findings: Sequence[Finding]) -> None:
+    effects = [_first(finding) for finding in findings]
+    known = [x for x, found in enumerate(effects) if found.known]
+    panel.plot(known, [effects[x].effect for x in known], color="0.6", lw=0.5, zorder=1)
+    for x in known:
+        found = effects[x]
+        colour, mark = _LOOK[verdict(findings[x].claim, found)]
+        panel.plot([x, x], [found.low, found.high], color=colour, lw=1.2)
+        panel.plot(x, found.effect, mark, color=colour, ms=4, mew=0)
+    panel.axhline(0.0, color="black", lw=0.5)
     bottom, top = panel.get_ylim()
-    edges = np.concatenate([[x[0] / 10.0], x, [10.0 * x[-1]]])
-    under, over = (np.clip(np.pad(b, 1, mode="edge"), bottom, top) for b in (lows, highs))
-    panel.fill_between(edges, under, over, color="0.92", lw=0, zorder=0)
-    panel.set_ylim(bottom, top)
-
-
-def _axis(panel: Axes, places: Mapping[Budget, float]) -> None:
-    """Ticks at the budgets alone, on a logarithmic axis."""
-    at = list(places.values())
-    panel.set_xscale("log")
-    panel.xaxis.set_minor_locator(NullLocator())
-    panel.set_xticks(at, [_named(budget) for budget in places])
-    panel.set_xlim(min(at) / 1.6, 1.6 * max(at))
-
-
-def _named(budget: Budget) -> str:
-    if isinstance(budget, str):
-        return budget
-    return f"{budget / 1000:.3g}k" if budget >= 1000 else f"{budget:g}"
+    claimed = (0.0, top) if findings[0].claim.sign > 0 else (bottom, 0.0)
+    panel.axhspan(*np.clip(claimed, bottom, top), color="0.92", lw=0, zorder=0)
+    panel.set(xlim=(-0.5, len(effects) - 0.5), ylim=(bottom, top))

@@ -3,86 +3,81 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import matplotlib
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
+from tegotae.figures.report.atomic import described
 from tegotae.figures.style import COLOURS, DIVERGING, PAGE_IN, SEQUENTIAL, new_figure, styled
-from tegotae.studies.paper.claims import (
-    FAILS,
-    HOLDS,
-    UNDECIDED,
-    Part,
-    Verdict,
-)
+from tegotae.studies.paper.claims.counting import ALL
+from tegotae.studies.paper.claims.estimates import EffectEstimate
+from tegotae.studies.paper.claims.findings import OPPOSITE, REPRODUCED, TOO_SMALL, Finding
 from tegotae.studies.paper.multiverse.influence import SIGNIFICANT, Influence, influences
 from tegotae.studies.paper.multiverse.readings import AnalysisChoice, Reading
 from tegotae.studies.paper.multiverse.verdicts import (
     CLAIMS,
-    VerdictsByReading,
-    claimed,
+    FindingsByReading,
     of_claim,
     shares,
-    words,
 )
 
-VERDICT_COLOURS = {HOLDS: COLOURS[5], UNDECIDED: "0.75", FAILS: COLOURS[4]}
-"""Green holds, grey is undecided, orange fails; they differ in lightness, too."""
+OUTCOME_COLOURS = {REPRODUCED: COLOURS[5], TOO_SMALL: "0.75", OPPOSITE: COLOURS[4]}
+"""Green is reproduced, grey too small to tell, orange opposite; they differ in lightness, too."""
 
 
 def overview_figure(
-    readings: Sequence[Reading], by_reading: VerdictsByReading, omega: str = "all"
+    readings: Sequence[Reading], by_reading: FindingsByReading, omega: str = ALL
 ) -> Figure:
-    """Per claim the share of readings in which it holds, and what goes with that.
+    """Per claim the share of readings in which it is reproduced, and what goes with that.
 
-    Left: how many readings say what; the line below a bar is the 95 % interval of the share that
-    holds. Right: how each choice correlates with the claim's margin, in numbers where that is more
-    than chance.
+    Left: how many readings say what; the line below a bar is the 95 % interval of the share in
+    which it is reproduced. Right: how each choice correlates with the claim's margin, in numbers
+    where that is more than chance. Claims that no reading measures are left out.
 
     Args:
         readings: all readings.
-        by_reading: the verdicts under each.
-        omega: on which ω_t, "all", "4" or "8".
+        by_reading: what comes of the claims under each.
+        omega: on which ω_t, "both", "4" or "8".
     """
-    found = {number: of_claim(by_reading, number, omega) for number in CLAIMS}
+    found = {claim.name: of_claim(by_reading, claim.name, omega) for claim in CLAIMS}
+    found = {name: each for name, each in found.items() if each}
     with styled():
-        figure = new_figure(PAGE_IN, 3.1)
+        figure = new_figure(PAGE_IN, 1.2 + 0.21 * len(found))
         bars, matrix = figure.subplots(1, 2, width_ratios=(1.0, 1.7), sharey=True)
-        for row, verdicts in enumerate(found.values()):
-            _bar(bars, row, list(verdicts.values()))
-        bars.set_yticks(range(len(CLAIMS)), [f"{text} ({n})" for n, text in CLAIMS.items()])
-        bars.set(xlim=(0.0, 1.0), ylim=(len(CLAIMS) - 0.45, -0.55), xlabel="share of readings")
+        for row, each in enumerate(found.values()):
+            _bar(bars, row, list(each.values()))
+        bars.set_yticks(range(len(found)), list(found))
+        bars.set(xlim=(0.0, 1.0), ylim=(len(found) - 0.45, -0.55), xlabel="share of readings")
         bars.tick_params(axis="y", length=0)
         bars.legend(
-            handles=[Patch(color=c, label=word) for word, c in VERDICT_COLOURS.items()],
+            handles=[Patch(color=c, label=word) for word, c in OUTCOME_COLOURS.items()],
             loc="lower left",
-            bbox_to_anchor=(0.0, 1.0),
+            bbox_to_anchor=(-0.6, 1.0),
             ncols=3,
             handlelength=1.0,
         )
-        every = [influences(readings, verdicts) for verdicts in found.values()]
-        _matrix(figure, matrix, every)
+        _matrix(figure, matrix, [influences(readings, each) for each in found.values()])
     return figure
 
 
-def _bar(panel, row: int, verdicts: list[Verdict]) -> None:
+def _bar(panel, row: int, findings: list[Finding]) -> None:
     left = 0.0
-    each = shares(verdicts)
-    for word, colour in VERDICT_COLOURS.items():
+    each = shares(findings)
+    for word, colour in OUTCOME_COLOURS.items():
         part = each[word]
         if not part.count:
             continue
         panel.barh(row, part.mean, left=left, height=0.7, color=colour, lw=0)
-        ink = "black" if word == UNDECIDED else "white"
+        ink = "black" if word == TOO_SMALL else "white"
         panel.text(
-            left + part.mean / 2, row, f"{part.count}", ha="center", va="center", color=ink, size=7
+            left + part.mean / 2, row, f"{part.count}", ha="center", va="center", color=ink, size=6
         )
         left += part.mean
-    if not math.isnan(each[HOLDS].low):
-        ends = [each[HOLDS].low, each[HOLDS].high]
+    if not math.isnan(each[REPRODUCED].low):
+        ends = [each[REPRODUCED].low, each[REPRODUCED].high]
         panel.plot(ends, [row + 0.43] * 2, color="black", lw=1.0, clip_on=False)
 
 
@@ -111,75 +106,56 @@ def _cell(panel, x: float, y: float, influence: Influence) -> None:
         panel.text(x, y, text, ha="center", va="center", size=6, weight="bold", color=ink)
 
 
-def curve_figure(
-    readings: Sequence[Reading], by_reading: VerdictsByReading, number: int, omega: str = "all"
-) -> Figure:
-    """One claim under every reading: its effects, sorted, and the choices behind each.
+def curve_figure(readings: Sequence[Reading], found: Mapping[int, Finding]) -> Figure:
+    """One claim under every reading: its effect, sorted, and the choices behind each.
 
-    Above, a panel for each part of the claim, with the claimed range shaded; every effect and its
-    interval in the colour of its verdict; and a strip with the verdict of the whole. All are in the
-    order of the first part's effect. Below, what each reading chooses: dark is the first value of a
-    choice or the low end of its range, light the last; at the right, how it goes with the claim.
+    Above, every effect and its interval in the colour of its outcome, with the claimed side of zero
+    shaded. Below, what each reading chooses: dark is the first value of a choice or the low end of
+    its range, light the last; at the right, how it goes with the claim.
 
     Args:
         readings: all readings.
-        by_reading: the verdicts under each.
-        number: the claim's.
-        omega: on which ω_t, "all", "4" or "8".
+        found: what comes of the claim, by the number of the reading, at least one.
     """
-    verdicts = of_claim(by_reading, number, omega)
-    order = sorted(verdicts, key=lambda n: _key(claimed(verdicts[n])[0]))
-    parts = len(claimed(verdicts[order[0]])) if order else 0
+    claim = next(iter(found.values())).claim
+    order = sorted(found, key=lambda n: _key(_first(found[n])))
     with styled():
-        heights = [0.16, *[1.0] * parts, 1.5]
-        figure = new_figure(PAGE_IN, 0.35 + 0.95 * sum(heights))
-        figure.suptitle(f"{number}. {CLAIMS[number]}", x=0.01, ha="left", fontsize=8, weight="bold")
-        panels = figure.subplots(len(heights), 1, height_ratios=heights, sharex=True)
-        strip, *effects, matrix = panels
-        for x, n in enumerate(order):
-            strip.bar(x, 1.0, width=0.9, color=VERDICT_COLOURS[verdicts[n].verdict], lw=0)
-        strip.set(
-            yticks=[0.5], yticklabels=["claim"], ylim=(0.0, 1.0), xlim=(-0.7, len(order) - 0.3)
-        )
-        strip.spines[:].set_visible(False)
-        strip.tick_params(length=0)
-        for i, panel in enumerate(effects):
-            _effects(panel, [claimed(verdicts[n])[i] for n in order])
-        _choices(matrix, [readings[n] for n in order], order, influences(readings, verdicts))
-        figure.align_ylabels(effects)
+        figure = new_figure(PAGE_IN, 3.1)
+        figure.suptitle(claim.name, x=0.01, ha="left", fontsize=8, weight="bold")
+        effects, choices = figure.subplots(2, 1, height_ratios=(1.0, 1.5), sharex=True)
+        _effects(effects, [found[n] for n in order])
+        effects.set_title(described(claim.effect), loc="left", fontsize=7, pad=2)
+        _choices(choices, [readings[n] for n in order], order, influences(readings, found))
     return figure
 
 
-def _key(part: Part) -> float:
-    return -math.inf if math.isnan(part.effect.mean) else part.effect.mean
+def _first(finding: Finding) -> EffectEstimate:
+    return next(iter(finding.by_count.values()))
 
 
-def _effects(panel, parts: list[Part]) -> None:
-    means = [p.effect.mean for p in parts if not math.isnan(p.effect.mean)]
-    bounds = [b for p in parts[:1] for b in (p.low, p.high) if math.isfinite(b)]
-    ends = [e for p in parts for e in (p.effect.low, p.effect.high) if not math.isnan(e)]
-    # The means decide the scale: one interval of two runs must not press all others flat.
-    inside = [*means, *bounds]
+def _key(found: EffectEstimate) -> float:
+    return found.effect if found.known else -math.inf
+
+
+def _effects(panel, findings: list[Finding]) -> None:
+    known = [found for found in map(_first, findings) if found.known]
+    # The effects decide the scale: one interval of two runs must not press all others flat.
+    inside = [0.0, *(found.effect for found in known)]
     room = 0.5 * (max(inside) - min(inside) or 1.0)
-    low = max(min([*inside, *ends]), min(inside) - room)
-    high = min(max([*inside, *ends]), max(inside) + room)
-    margin = 0.06 * (high - low or 1.0)
-    panel.set_ylim(low - margin, high + margin)
-    for part in parts[:1]:
-        panel.axhspan(
-            max(part.low, low - margin), min(part.high, high + margin), color="0.93", lw=0
-        )
-    for bound in bounds:
-        panel.axhline(bound, color="0.5", lw=0.6)
-    for x, part in enumerate(parts):
-        effect, colour = part.effect, VERDICT_COLOURS.get(part.verdict, "0.9")
-        if math.isnan(effect.mean):
+    low = max(min([*inside, *(found.low for found in known)]), min(inside) - room)
+    high = min(max([*inside, *(found.high for found in known)]), max(inside) + room)
+    edge = 0.06 * (high - low or 1.0)
+    low, high = low - edge, high + edge
+    panel.set_ylim(low, high)
+    panel.axhspan(*((0.0, high) if findings[0].claim.sign > 0 else (low, 0.0)), color="0.93", lw=0)
+    panel.axhline(0.0, color="0.5", lw=0.6)
+    for x, finding in enumerate(findings):
+        found, colour = _first(finding), OUTCOME_COLOURS.get(finding.outcome, "0.9")
+        if not found.known:
             panel.text(x, low, "–", ha="center", va="bottom", color="0.5")
             continue
-        if not math.isnan(effect.low):
-            panel.plot([x, x], [effect.low, effect.high], color=colour, lw=1.4)
-        panel.plot(x, effect.mean, "o", ms=3, color=colour, mec="black", mew=0.4)
-    panel.set_title(words(parts), loc="left", fontsize=7, pad=2)
+        panel.plot([x, x], [found.low, found.high], color=colour, lw=1.4)
+        panel.plot(x, found.effect, "o", ms=3, color=colour, mec="black", mew=0.4)
     panel.tick_params(axis="x", length=0, labelbottom=False)
 
 

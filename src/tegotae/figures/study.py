@@ -18,7 +18,7 @@ from tegotae.measures.hopping.metric import FIGURE, Metric
 from tegotae.measures.hopping.registry import range_of
 from tegotae.measures.hopping.statistics import Interval, balanced_difference, mean_defined
 from tegotae.measures.optimum.table import curve
-from tegotae.studies.paper.claims import MODELS, correlation, designs
+from tegotae.studies.paper.claims.designs import MODELS, correlation, designs
 from tegotae.studies.paper.table import ARCHITECTURES, Table
 
 OBSERVATIONS = {"F": "$s = [F_k]$", "Fv": r"$s = [F_k, \dot y]$"}

@@ -59,9 +59,7 @@ def surface_figure(
             top.set_xlabel("velocity ẏ [m/s]")
         if orbit is not None:
             across = orbit.phase_rad if with_phase else orbit.velocity_m_per_s
-            path = _broken(across) if with_phase else across
-            top.plot(path, orbit.spring_force_n, color="black", lw=1.2, path_effects=_HALO)
-            _arrow(top, path, orbit.spring_force_n)
+            draw_path(top, broken(across) if with_phase else across, orbit.spring_force_n)
             _draw_cycle(below[0], orbit, with_phase, max_force_n)
     return figure
 
@@ -98,6 +96,12 @@ def orbit_table(orbit: Orbit) -> dict[str, np.ndarray]:
     return {name: getattr(orbit, name) for name in names}
 
 
+def draw_path(axes: Axes, x: np.ndarray, spring_force_n: np.ndarray) -> None:
+    """A limit cycle on a surface, with an arrow for its direction; x is NaN where it wraps."""
+    axes.plot(x, spring_force_n, color="black", lw=1.2, path_effects=_HALO)
+    _arrow(axes, x, spring_force_n)
+
+
 def phase_axis(axes: Axes, label: str = "phase φ [rad]") -> None:
     """A horizontal axis of phase, from 0 to 2π."""
     axes.set_xlim(0.0, 2.0 * np.pi)
@@ -117,7 +121,7 @@ def _force_label(largest_n: float, max_force_n: float, acts: bool) -> str:
 
 def _draw_cycle(axes: Axes, orbit: Orbit, with_phase: bool, max_force_n: float) -> None:
     """Actuator force, and feedback (or, without phase, spring force), along the limit cycle."""
-    x = _broken(orbit.phase_rad) if with_phase else orbit.time_s
+    x = broken(orbit.phase_rad) if with_phase else orbit.time_s
     axes.plot(x, orbit.actuator_force_n, color=COLOURS[0])
     axes.set_ylabel("actuator $F_a$ [N]", color=COLOURS[0])
     axes.set_ylim(0.0, max(axes.get_ylim()[1], _NEGLIGIBLE * max_force_n))
@@ -137,7 +141,7 @@ def _draw_cycle(axes: Axes, orbit: Orbit, with_phase: bool, max_force_n: float) 
         other.set_ylim(bottom=0.0)
 
 
-def _broken(phase_rad: np.ndarray) -> np.ndarray:
+def broken(phase_rad: np.ndarray) -> np.ndarray:
     """The phase with a gap where it wraps, so that no line crosses the panel."""
     return np.where(np.abs(np.diff(phase_rad, prepend=phase_rad[:1])) > np.pi, np.nan, phase_rad)
 

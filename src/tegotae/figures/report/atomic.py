@@ -8,7 +8,7 @@ import numpy as np
 
 from tegotae.figures.report.markdown import table
 from tegotae.measures.hopping.registry import find, names
-from tegotae.studies.paper.claims.atomic import LESS, MORE
+from tegotae.studies.paper.claims.atomic import LESS, MORE, AtomicClaim
 from tegotae.studies.paper.claims.effects import (
     Correlation,
     Difference,
@@ -63,17 +63,24 @@ def outcomes_table(
         findings: of the study.
         beside: of other studies, by the heading of their column.
     """
-    left, texts = list(findings), []
     others = {
         heading: {each.claim.name: each.outcome for each in found}
         for heading, found in (beside or {}).items()
     }
+    return "\n".join(
+        f"**{heading}**\n\n{_group(own, others)}" for heading, own in grouped(findings).items()
+    )
+
+
+def grouped(findings: Sequence[Finding]) -> dict[str, list[Finding]]:
+    """Findings by the headings of `GROUPS`, without those of which there is none."""
+    left, found = list(findings), {}
     for heading, belongs in GROUPS.items():
         own = [finding for finding in left if belongs(finding)]
         left = [finding for finding in left if finding not in own]
         if own:
-            texts.append(f"**{heading}**\n\n{_group(own, others)}")
-    return "\n".join(texts)
+            found[heading] = own
+    return found
 
 
 def _group(findings: Sequence[Finding], others: Mapping[str, Mapping[str, str]]) -> str:
@@ -84,28 +91,31 @@ def _group(findings: Sequence[Finding], others: Mapping[str, Mapping[str, str]])
         rows.append(
             [
                 claim.name,
-                f"“{_words(claim.words)}” ({claim.section})",
+                f"“{quoted(claim).replace('|', '&#124;')}” ({claim.section})",
                 "<br>".join(filter(None, (_effect(finding), claim.note))),
                 f"**{finding.outcome}**",
-                _tally(finding),
+                tally(finding),
                 *(found.get(claim.name, "") for found in others.values()),
             ]
         )
     return table(rows)
 
 
-def _words(text: str) -> str:
-    """A quotation without the marks of mathematics."""
-    return text.replace("CoT^{-1}", "CoT⁻¹").replace(r"\dot{y}", "ẏ").replace("|", "&#124;")
+def quoted(claim: AtomicClaim) -> str:
+    """The paper's words, without the marks of mathematics."""
+    return claim.words.replace("CoT^{-1}", "CoT⁻¹").replace(r"\dot{y}", "ẏ")
+
+
+def shown_effect(finding: Finding) -> EffectEstimate | None:
+    """The effect as the study counts; in the first way that measures it if that does not."""
+    return next((found for found in finding.by_count.values() if found.known), None)
 
 
 def _effect(finding: Finding) -> str:
-    """The effect as the study counts; in the first way that measures it if that does not."""
-    known = [found for found in finding.by_count.values() if found.known]
-    found = known[0] if known else EffectEstimate(np.nan, np.nan, np.nan)
+    found = shown_effect(finding)
     claimed = {MORE: ", claimed > 0", LESS: ", claimed < 0"}.get(finding.claim.sign, "")
     words = described(finding.claim.effect)
-    if not known:
+    if found is None:
         return f"{words}{claimed}"
     size = "" if np.isnan(found.size) or _is_plain(finding) else f", of {found.size:.2f}"
     return f"{words}: {found.effect:+.2f} [{found.low:.2f}, {found.high:.2f}]{size}{claimed}"
@@ -116,7 +126,8 @@ def _is_plain(finding: Finding) -> bool:
     return isinstance(finding.claim.effect, Correlation)
 
 
-def _tally(finding: Finding) -> str:
+def tally(finding: Finding) -> str:
+    """How many ways to count find it reproduced, too small to tell, and opposite."""
     found = finding.tally
     counts = [found[word] for word in (REPRODUCED, TOO_SMALL, OPPOSITE)]
     return " / ".join(map(str, counts)) if any(counts) else "–"

@@ -15,7 +15,7 @@ from tegotae.parts.bodies import Hopper
 from tegotae.simulation.rollout import Scenario, Timing
 from tegotae.studies.analysis.orbit import NoLimitCycleError, Orbit, find_orbit
 from tegotae.studies.analysis.surface import actuation_surface
-from tegotae.studies.paper.best_gait import LAST_S, best_run, orbit_of
+from tegotae.studies.paper.best_gait import LAST_S, best_run, controller_of, orbit_of
 from tegotae.studies.paper.record import Record
 from tegotae.studies.paper.table import Table, with_derived
 from tegotae.systems.controller_file import SavedController
@@ -43,7 +43,7 @@ def best_controllers(
             continue
         name, run = str(table["model"][row]), int(table["run"][row])
         record = next(record for record in records if record.model == name)
-        saved = _controller(record, run)
+        saved = controller_of(record, run)
         if isinstance(saved.body, Hopper):
             orbit, gait = _gait(record, run, saved)
             found[architecture] = {
@@ -76,18 +76,6 @@ def gaits_of_best_run(record: Record) -> tuple[np.ndarray, np.ndarray]:
     rate, cot, share, period = (episodes[name][run] for name in needed)
     known = np.isfinite(share) & (period == 1.0)
     return rate[known], cot[known]
-
-
-def _controller(record: Record, run: int) -> SavedController:
-    experiment = record.experiment
-    return SavedController(
-        experiment.system,
-        np.asarray(record.weights[run], float),
-        experiment.name,
-        experiment,
-        training={"seed": run, "best_fitness": float(record.best_fitness[run])},
-        software=record.software,
-    )
 
 
 def _gait(

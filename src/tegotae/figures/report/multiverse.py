@@ -2,70 +2,51 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Sequence
 
+from tegotae.figures.report.atomic import described, quoted
 from tegotae.figures.report.markdown import table
-from tegotae.studies.paper.claims import (
-    FAILS,
-    HOLDS,
-    UNDECIDED,
-    Part,
-)
+from tegotae.studies.paper.claims.counting import ALL
+from tegotae.studies.paper.claims.findings import OPPOSITE, REPRODUCED, TOO_SMALL
 from tegotae.studies.paper.multiverse.influence import decisive, influences
 from tegotae.studies.paper.multiverse.readings import Reading
 from tegotae.studies.paper.multiverse.verdicts import (
     CLAIMS,
+    FindingsByReading,
     Share,
-    VerdictsByReading,
-    claimed,
     of_claim,
     shares,
-    words,
 )
 
 
 def shares_table(
-    readings: Sequence[Reading], by_reading: VerdictsByReading, omega: str = "all"
+    readings: Sequence[Reading], by_reading: FindingsByReading, omega: str = ALL
 ) -> str:
-    """A row per claim: in which share of readings it holds, with a 95 % interval, and what decides.
-
-    Behind it stand its parts, and in how many readings each holds / is undecided / fails.
+    """A row per claim: in which share of readings it is reproduced, with a 95 % interval, and what
+    decides.
 
     Args:
         readings: all readings.
-        by_reading: the verdicts under each.
-        omega: on which ω_t, "all", "4" or "8".
+        by_reading: what comes of the claims under each.
+        omega: on which ω_t, "both", "4" or "8".
     """
-    rows = [["", "Claim", "Holds", "Fails", "Undecided", "Reading 0", "What decides (ρ)", _PARTS]]
-    for number, text in CLAIMS.items():
-        verdicts = of_claim(by_reading, number, omega)
-        each = shares(verdicts.values())
-        clear = decisive(influences(readings, verdicts))
+    head = ["", "The paper's words", "Reproduced", "Too small to tell", "Opposite"]
+    rows = [[*head, "Reading 0", "What decides (ρ)"]]
+    for claim in CLAIMS:
+        found = of_claim(by_reading, claim.name, omega)
+        each = shares(found.values())
+        clear = decisive(influences(readings, found))
         deciding = ", ".join(f"{i.choice.label} ({i.correlation:+.2f})" for i in clear)
         rows.append(
             [
-                f"{number}",
-                text,
-                *(_share(each[word]) for word in (HOLDS, FAILS, UNDECIDED)),
-                verdicts[0].verdict if 0 in verdicts else "–",
+                claim.name,
+                f"“{quoted(claim)}”<br>{described(claim.effect)}",
+                *(_share(each[word]) for word in (REPRODUCED, TOO_SMALL, OPPOSITE)),
+                found[0].outcome if 0 in found else "–",
                 deciding.replace("-", "−") or "–",
-                "<br>".join(_parts([claimed(verdict) for verdict in verdicts.values()])),
             ]
         )
     return table(rows)
-
-
-_PARTS = "Parts: holds / undecided / fails"
-
-
-def _parts(readings: list[list[Part]]) -> list[str]:
-    found = []
-    for each in zip(*readings, strict=True):
-        counts = Counter(part.verdict for part in each)
-        numbers = " / ".join(f"{counts[word]}" for word in (HOLDS, UNDECIDED, FAILS))
-        found.append(f"{words(each)}: {numbers}")
-    return found
 
 
 def _share(share: Share) -> str:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -15,25 +14,23 @@ from tegotae._support.documents import JsonObject
 from tegotae._support.pages import as_script, filled
 from tegotae.figures.optimum import optimum_figure
 from tegotae.figures.report import convergence
+from tegotae.figures.report.atomic import described, grouped, quoted, shown_effect, tally
 from tegotae.figures.report.best import best_controllers, gaits_of_best_run
 from tegotae.figures.report.values import embedded_figure, embedded_file, number
 from tegotae.figures.study import architectures_figure, correlation_figure, pictograms_figure
 from tegotae.measures.hopping.metric import REPORT
 from tegotae.measures.optimum.table import curve, stances
 from tegotae.parts.bodies import Hopper
-from tegotae.studies.paper.claims import (
-    ALL,
-    EXPERIMENTS,
-    MODELS,
-    Part,
-    Verdict,
-    all_verdicts,
-    verdicts_by_budget,
-    verdicts_by_omega,
-)
+from tegotae.studies.paper.claims.budgets import by_budget
+from tegotae.studies.paper.claims.counting import Count, with_sampled
+from tegotae.studies.paper.claims.designs import MODELS
+from tegotae.studies.paper.claims.effects import OfGainMap, OfTrainings
+from tegotae.studies.paper.claims.experiments import EXPERIMENTS, command_for
+from tegotae.studies.paper.claims.findings import NOT_MEASURED, SHOWN, Finding, findings
+from tegotae.studies.paper.claims.kept import RIDGES
 from tegotae.studies.paper.endings import endings_by_architecture
 from tegotae.studies.paper.record import Record
-from tegotae.studies.paper.table import Table, place, tabulate
+from tegotae.studies.paper.table import Table, place, tabulate, tabulate_sampled
 
 _DESIGN = {
     "model": ("Model", "its name in this software"),
@@ -64,9 +61,8 @@ def report(
     Args:
         records: the study's records.
         about: one line on what study this is.
-        experiments: folder with tables and figures of the experiments that decide claims 1, 10
-            and 11 (`tegotae.studies.paper.claims.EXPERIMENTS`); what is not there is said to be
-            missing.
+        experiments: folder with tables and figures of the experiments beside the study
+            (`tegotae.studies.paper.claims.experiments`); what is not there is said to be missing.
         budgets: the same runs after several budgets of training.
 
     Raises:
@@ -79,7 +75,7 @@ def report(
         "runs": len(table),
         "without_cycle": int((table["limit_cycle_share"] == 0.0).sum()),
         "figures": [*_figures(table), *_optimum(records), *_convergence(records)],
-        "claims": _claims(table, experiments),
+        "claims": _claims(with_sampled(table, tabulate_sampled(records)), experiments),
         "by_budget": _by_budget(budgets, table),
         "endings": [
             [name, *dataclasses.astuple(found)]
@@ -165,62 +161,45 @@ def _convergence(records: list[Record]) -> list[JsonObject]:
 
 
 def _claims(table: Table, experiments: Path | None) -> list[JsonObject]:
-    by_omega = verdicts_by_omega(table)
-    del by_omega[ALL]
-    at: dict[int, dict[str, str]] = {}
-    for omega, found in by_omega.items():
-        for verdict in found:
-            at.setdefault(verdict.number, {})[omega] = verdict.verdict
+    """The claims, a group after the other, the paper's account of itself first."""
     return [
-        _claim(verdict) | {"by_omega": at.get(verdict.number, {})}
-        for verdict in all_verdicts(table, experiments)
+        {"heading": heading, "claims": [_claim(finding, experiments) for finding in own]}
+        for heading, own in grouped(findings(table, experiments)).items()
     ]
 
 
-def _labelled(by_budget: Mapping[float | str, list[Verdict]]) -> dict[str, list[Verdict]]:
-    """The same by a heading, such as "5120 episodes", or the word that a budget is."""
+def _claim(finding: Finding, experiments: Path | None) -> JsonObject:
+    claim, found = finding.claim, shown_effect(finding)
+    note = claim.note
+    if finding.outcome == NOT_MEASURED and isinstance(claim.effect, OfTrainings | OfGainMap):
+        command = command_for(getattr(claim.effect, "table", RIDGES), experiments)
+        note = f"not measured here; to measure: {command}"
     return {
-        budget if isinstance(budget, str) else f"{budget:.0f} episodes": found
-        for budget, found in by_budget.items()
+        "name": claim.name,
+        "words": quoted(claim),
+        "section": claim.section,
+        "what": described(claim.effect),
+        "sign": claim.sign,
+        "effect": None
+        if found is None
+        else [number(each) for each in (found.effect, found.low, found.high, found.size)],
+        "outcome": finding.outcome,
+        "ways": tally(finding),
+        "note": note,
     }
 
 
 def _by_budget(budgets: Table | None, final: Table) -> JsonObject:
-    """Headings, and a row per claim: its number, the claim, and its verdict after each budget."""
+    """Headings, and a row per claim that is measured: its verdict after each budget."""
     if budgets is None:
         return {"headings": [], "rows": []}
-    by = _labelled(verdicts_by_budget(budgets, final))
+    by = {name: findings(runs, ways=[Count()]) for name, runs in by_budget(budgets, final).items()}
     rows = [
-        [each[0].number, each[0].claim, *(verdict.verdict for verdict in each)]
+        [each[0].claim.name, quoted(each[0].claim), *(finding.outcome for finding in each)]
         for each in zip(*by.values(), strict=True)
     ]
-    return {"headings": list(by), "rows": rows}
-
-
-def _claim(verdict: Verdict) -> JsonObject:
-    return {
-        "number": verdict.number,
-        "claim": verdict.claim,
-        "verdict": verdict.verdict,
-        "note": verdict.note,
-        "parts": [_part(part) for part in verdict.parts],
-    }
-
-
-def _part(part: Part) -> JsonObject:
-    effect = part.effect
-    return {
-        "what": part.what,
-        "verdict": part.verdict,
-        "bounds": [number(part.low), number(part.high)],
-        "mean": number(effect.mean),
-        "low": number(effect.low),
-        "high": number(effect.high),
-        "n": part.n,
-        "unit": part.unit,
-        "without_cycle": part.without_cycle,
-        "undefined": effect.undefined,
-    }
+    decided = [row for row in rows if set(row[2:]) - {NOT_MEASURED, SHOWN}]
+    return {"headings": list(by), "rows": decided}
 
 
 def _models(table: Table) -> JsonObject:

@@ -14,6 +14,7 @@ from tegotae.measures.hopping.hopping import hop_height_m
 from tegotae.simulation.rollout import Timing
 from tegotae.studies.analysis.orbit import Orbit
 from tegotae.studies.paper.record import Record
+from tegotae.systems.controller_file import SavedController
 
 CHANNELS = (
     *("time_s", "height_m", "velocity_m_per_s", "ground_m", "phase_rad", "spring_force_n"),
@@ -49,6 +50,19 @@ def kept(found: Evaluation, fitness: np.ndarray, omega: float | None) -> dict[st
         name: values[last:, best_run(fitness), episode].astype("float32")
         for name, values in found.recording.items()
     }
+
+
+def controller_of(record: Record, run: int) -> SavedController:
+    """The controller of one run of a record, as a file would hold it."""
+    experiment = record.experiment
+    return SavedController(
+        experiment.system,
+        np.asarray(record.weights[run], float),
+        experiment.name,
+        experiment,
+        training={"seed": run, "best_fitness": float(record.best_fitness[run])},
+        software=record.software,
+    )
 
 
 def orbit_of(record: Record) -> Orbit | None:

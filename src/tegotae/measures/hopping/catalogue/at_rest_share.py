@@ -9,17 +9,13 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from tegotae.measures.hopping.episode import AT_REST
-from tegotae.measures.hopping.metric import (
-    REGIME,
-    Conditions,
-    Derivation,
-    DerivedMetric,
-)
+from tegotae.measures.hopping.metric import Conditions, Derivation, DerivedMetric
 
 
 def _compute(values: Mapping[str, np.ndarray], conditions: Conditions) -> np.ndarray:
-    return (values[REGIME] == AT_REST).astype(float)
+    # Of what does not settle, a body at rest alone has a CoT⁻¹.
+    rests = (values["limit_cycle_share"] == 0.0) & (values["cot_inverse"] == 0.0)
+    return rests.astype(float)
 
 
 METRIC = DerivedMetric(
@@ -29,5 +25,5 @@ METRIC = DerivedMetric(
     more_is_better=False,
     range=(0.0, 1.0),
     shown=(),
-    derivation=Derivation((REGIME,), _compute),
+    derivation=Derivation(("limit_cycle_share", "cot_inverse"), _compute),
 )

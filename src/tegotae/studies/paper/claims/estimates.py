@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from tegotae.measures.hopping.statistics import mean_defined
-from tegotae.studies.paper.claims.architectures import DRIVES, MODELS
 from tegotae.studies.paper.claims.counting import ALL, FIGURE_2, Count
+from tegotae.studies.paper.claims.designs import DRIVES, MODELS
 from tegotae.studies.paper.claims.effects import (
     ArchitectureGroup,
     Correlation,

@@ -12,6 +12,7 @@ from tegotae.studies.paper.claims.atomic import ALIKE, ATOMIC_CLAIMS, AtomicClai
 from tegotae.studies.paper.claims.counting import CHOICES, Count, counts, differ_in
 from tegotae.studies.paper.claims.effects import OfGainMap, OfTrainings
 from tegotae.studies.paper.claims.estimates import EffectEstimate, measure
+from tegotae.studies.paper.claims.experiments import require_folder
 from tegotae.studies.paper.claims.kept import measure_kept
 from tegotae.studies.paper.claims.resampling import RESAMPLES, Resampled
 from tegotae.studies.paper.table import Table
@@ -112,7 +113,11 @@ def findings(
         claims: which claims.
         resamples: how often the runs are drawn anew.
         ways: the ways to count; all that the table allows by default.
+
+    Raises:
+        TegotaeError: if there is no such folder, or a table in it cannot be read.
     """
+    require_folder(experiments)
     runs = Resampled(table.of_the_paper(), resamples)
     ways = list(counts(runs.table) if ways is None else ways)
     found = []

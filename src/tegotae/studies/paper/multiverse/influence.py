@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tegotae.studies.paper.claims import Verdict
+from tegotae.studies.paper.claims.findings import Finding
 from tegotae.studies.paper.multiverse.designs import choices_of
 from tegotae.studies.paper.multiverse.readings import AnalysisChoice, Reading
 from tegotae.studies.paper.multiverse.verdicts import margin
@@ -36,7 +36,7 @@ class Influence:
     p: float
 
 
-def influences(readings: Sequence[Reading], verdicts: Mapping[int, Verdict]) -> list[Influence]:
+def influences(readings: Sequence[Reading], found: Mapping[int, Finding]) -> list[Influence]:
     """How each choice goes with a claim's margin (`verdicts.margin`).
 
     Readings in which the margin is undefined are left out. A rank correlation sees what grows or
@@ -44,10 +44,10 @@ def influences(readings: Sequence[Reading], verdicts: Mapping[int, Verdict]) -> 
 
     Args:
         readings: all readings.
-        verdicts: the claim's verdict by the number of the reading.
+        found: what comes of the claim, by the number of the reading.
     """
     choices = choices_of(readings)
-    margins = {number: margin(verdict) for number, verdict in verdicts.items()}
+    margins = {number: margin(finding) for number, finding in found.items()}
     numbers = [number for number, value in margins.items() if not np.isnan(value)]
     codes = np.array(
         [[c.place(getattr(readings[n], c.name)) for n in numbers] for c in choices], float
@@ -56,7 +56,7 @@ def influences(readings: Sequence[Reading], verdicts: Mapping[int, Verdict]) -> 
     if len(numbers) < _FEWEST or np.ptp(values) == 0.0:
         return [Influence(choice, np.nan, np.nan) for choice in choices]
     x, y = _standard_ranks(codes), _standard_ranks(values[None])[0]
-    found = x @ y
+    correlations = x @ y
     shuffled = np.random.default_rng(0).permuted(np.tile(y, (_PERMUTATIONS, 1)), axis=1)
     strongest = np.abs(shuffled @ x.T).max(axis=1)
     return [
@@ -65,7 +65,7 @@ def influences(readings: Sequence[Reading], verdicts: Mapping[int, Verdict]) -> 
             float(rho) if x[i].any() else np.nan,
             float((1 + (strongest >= abs(rho) - 1e-12).sum()) / (1 + _PERMUTATIONS)),
         )
-        for i, (choice, rho) in enumerate(zip(choices, found, strict=True))
+        for i, (choice, rho) in enumerate(zip(choices, correlations, strict=True))
     ]
 
 

@@ -139,7 +139,7 @@ def multiverse(scale: str, readings: int | None = None) -> Multiverse:
     """The multiverse of a scale.
 
     - `smoke`: three readings of two small models, for seconds, to see that everything works;
-    - `full`: 32 readings of the 24 models that claims 2 to 9 are about, 4 runs each;
+    - `full`: 32 readings of 24 models, one design of every architecture, 4 runs each;
     - `calibrated`: 24 readings under which V does what the paper says of it
       (`tegotae.studies.paper.calibration`), the same models, 8 runs each to the plateau.
 

@@ -1,4 +1,4 @@
-"""The multiverse as two small tables: the readings, and every claim's parts under each."""
+"""The multiverse as two small tables: the readings, and every claim's effect under each."""
 
 from __future__ import annotations
 
@@ -8,8 +8,9 @@ from pathlib import Path
 from tegotae._support import tables
 from tegotae._support.errors import TegotaeError
 from tegotae._support.files import output_folder
-from tegotae.measures.hopping.statistics import Interval
-from tegotae.studies.paper.claims import Part, Verdict
+from tegotae.studies.paper.claims.counting import Count
+from tegotae.studies.paper.claims.estimates import EffectEstimate
+from tegotae.studies.paper.claims.findings import Finding
 from tegotae.studies.paper.multiverse.designs import (
     cells_of,
     choices_of,
@@ -17,21 +18,19 @@ from tegotae.studies.paper.multiverse.designs import (
     reading_of,
 )
 from tegotae.studies.paper.multiverse.readings import Reading
-from tegotae.studies.paper.multiverse.verdicts import VerdictsByReading, claimed
+from tegotae.studies.paper.multiverse.verdicts import CLAIMS, FindingsByReading
 
-READINGS, VERDICTS = "readings.csv", "verdicts.csv"
+READINGS, EFFECTS = "readings.csv", "effects.csv"
 """Names of the tables."""
 
-_HEAD = (
-    *("reading", "omega_t", "claim", "verdict", "part", "part_verdict", "what"),
-    *("mean", "std", "low", "high", "count", "undefined", "above", "below", "unit"),
-)
+_NUMBERS = ("effect", "low", "high", "size")
+_HEAD = ("reading", "omega_t", "claim", *_NUMBERS, "verdict")
 _DIGITS = 6
 _KIND = "table that tegotae study multiverse export wrote"
 
 
-def write_tables(readings: Sequence[Reading], verdicts: VerdictsByReading, folder: Path) -> None:
-    """Write both tables to a folder. Parts that are for information alone are left out.
+def write_tables(readings: Sequence[Reading], found: FindingsByReading, folder: Path) -> None:
+    """Write both tables to a folder.
 
     Raises:
         TegotaeError: if they cannot be written.
@@ -39,51 +38,42 @@ def write_tables(readings: Sequence[Reading], verdicts: VerdictsByReading, folde
     choices = choices_of(readings)
     names = [choice.name for choice in choices]
     rows = [[i, *cells_of(reading, choices)] for i, reading in enumerate(readings)]
-    parts = [
+    effects = [
         [
-            *(reading, omega, v.number, v.verdict, i, p.verdict, p.what),
-            *(*_numbers(p.effect), p.effect.count, p.effect.undefined, p.low, p.high, p.unit),
+            *(reading, omega, finding.claim.name),
+            *(f"{getattr(effect, name):.{_DIGITS}g}" for name in _NUMBERS),
+            finding.outcome,
         ]
-        for reading, by_omega in verdicts.items()
-        for omega, found in by_omega.items()
-        for v in found
-        for i, p in enumerate(claimed(v))
+        for reading, by_omega in found.items()
+        for omega, each in by_omega.items()
+        for finding in each
+        for effect in finding.by_count.values()
     ]
     output_folder(folder)
     tables.write_csv(folder / READINGS, _columns(["reading", *names], rows))
-    tables.write_csv(folder / VERDICTS, _columns(_HEAD, parts))
+    tables.write_csv(folder / EFFECTS, _columns(_HEAD, effects))
 
 
-def read_tables(folder: Path) -> tuple[list[Reading], VerdictsByReading]:
-    """What `write_tables` wrote: the readings, and the verdicts made of the parts.
+def read_tables(folder: Path) -> tuple[list[Reading], FindingsByReading]:
+    """What `write_tables` wrote: the readings, and what comes of every claim under each.
 
     Raises:
         TegotaeError: if a table cannot be read or is none.
     """
     readings = [_reading(row, folder) for row in _rows(folder / READINGS)]
-    parts: dict[int, dict[str, dict[int, list[Part]]]] = {}
-    for row in _rows(folder / VERDICTS):
+    claims = {claim.name: claim for claim in CLAIMS}
+    found: dict[int, dict[str, list[Finding]]] = {}
+    for row in _rows(folder / EFFECTS):
         try:
-            mean, std, low, high = (float(row[name]) for name in ("mean", "std", "low", "high"))
-            effect = Interval(mean, std, low, high, int(row["count"]), int(row["undefined"]))
-            part = Part(row["what"], effect, float(row["above"]), float(row["below"]), row["unit"])
-            by_omega = parts.setdefault(int(row["reading"]), {})
-            by_omega.setdefault(row["omega_t"], {}).setdefault(int(row["claim"]), []).append(part)
+            effect = EffectEstimate(*(float(row[name]) for name in _NUMBERS))
+            finding = Finding(claims[row["claim"]], {Count(omega_t=row["omega_t"]): effect})
+            by_omega = found.setdefault(int(row["reading"]), {})
+            by_omega.setdefault(row["omega_t"], []).append(finding)
         except (KeyError, ValueError, TypeError):
-            raise _no_table(folder / VERDICTS) from None
-    if not parts or max(parts) >= len(readings):
-        raise _no_table(folder / VERDICTS)
-    return readings, {
-        reading: {
-            omega: [Verdict(number, "", tuple(each)) for number, each in claims.items()]
-            for omega, claims in by_omega.items()
-        }
-        for reading, by_omega in parts.items()
-    }
-
-
-def _numbers(effect: Interval) -> list[str]:
-    return [f"{x:.{_DIGITS}g}" for x in (effect.mean, effect.std, effect.low, effect.high)]
+            raise _no_table(folder / EFFECTS) from None
+    if not found or max(found) >= len(readings):
+        raise _no_table(folder / EFFECTS)
+    return readings, found
 
 
 def _reading(row: dict[str, str], folder: Path) -> Reading:

@@ -1,63 +1,78 @@
-"""How often a claim holds over the readings, and by how much."""
+"""How often a claim is reproduced over the readings, and how clearly."""
 
 from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
-from tegotae.studies.paper.claims import (
-    FAILS,
-    HOLDS,
-    INFORMATION,
-    UNDECIDED,
-    Part,
-    Verdict,
+import numpy as np
+
+from tegotae.studies.paper.claims.atomic import ALIKE, ATOMIC_CLAIMS, AtomicClaim
+from tegotae.studies.paper.claims.counting import ALL, Count
+from tegotae.studies.paper.claims.effects import OfGainMap, OfTrainings
+from tegotae.studies.paper.claims.findings import (
+    OPPOSITE,
+    REPRODUCED,
+    TOO_SMALL,
+    Finding,
+    findings,
 )
-from tegotae.studies.paper.claims.slices import verdicts_by_omega
 from tegotae.studies.paper.table import Table
 
-CLAIMS = {
-    2: "VG far above V, slower",
-    3: "VT near V, smoother",
-    4: "AR above V, quicker than VG",
-    5: "ART above AR",
-    6: "ARG below V, ARGT below ART",
-    7: "T fails on F, equals ART on Fv",
-    8: "ẏ: less CPGu, above, less stable",
-    9: "efficient is slow, CPGu quick",
-}
-"""The claims in few words."""
+CLAIMS: tuple[AtomicClaim, ...] = tuple(
+    claim
+    for claim in ATOMIC_CLAIMS
+    if claim.sign != ALIKE and not isinstance(claim.effect, OfTrainings | OfGainMap)
+)
+"""The claims that a reading's runs can decide: those with a sign, on the models themselves."""
+
+DRAWS = 1000
+"""How often the runs of every model are drawn anew."""
 
 _Z = 1.959964
 """Half the width of a 95 % interval, in standard errors of a normal variable."""
 
-VerdictsByReading = Mapping[int, Mapping[str, list[Verdict]]]
-"""Verdicts by the number of the reading, and then by ω_t: "all", "4", "8"."""
+FindingsByReading = Mapping[int, Mapping[str, list[Finding]]]
+"""Findings, each of one way to count, by the number of the reading, and then by ω_t: "both", "4",
+"8"."""
 
 
-def verdicts_by_reading(tables: Mapping[int, Table]) -> VerdictsByReading:
-    """The verdicts under each reading, on all ω_t and at each alone.
+def findings_by_reading(tables: Mapping[int, Table], draws: int = DRAWS) -> FindingsByReading:
+    """What comes of every claim under each reading, with both ω_t and at each alone.
+
+    Counted is in the study's own way: unsettled episodes left out, mean of runs, by design.
 
     Args:
         tables: the runs by the number of the reading.
+        draws: how often runs are drawn anew.
     """
-    return {number: verdicts_by_omega(table) for number, table in tables.items()}
+    found = {}
+    for number, table in tables.items():
+        omegas = np.unique(table["omega_t"][np.isfinite(table["omega_t"])])
+        found[number] = {
+            omega: findings(table, claims=CLAIMS, resamples=draws, ways=[Count(omega_t=omega)])
+            for omega in (ALL, *(f"{omega:g}" for omega in omegas))
+        }
+    return found
 
 
-def of_claim(verdicts: VerdictsByReading, number: int, omega: str) -> dict[int, Verdict]:
-    """One claim's verdict under every reading, by the number of the reading.
+def of_claim(by_reading: FindingsByReading, name: str, omega: str) -> dict[int, Finding]:
+    """What comes of one claim under every reading, by the number of the reading.
 
-    Nothing if there are no runs for it, that is, no reading defines any of its parts.
+    Nothing if no reading measures it.
     """
-    found: dict[int, Verdict] = {}
-    for reading, by_omega in verdicts.items():
-        for verdict in by_omega.get(omega, ()):
-            if verdict.number == number:
-                found[reading] = verdict
-    means = [part.effect.mean for v in found.values() for part in claimed(v)]
-    return {} if all(map(math.isnan, means)) else found
+    found = {
+        reading: finding
+        for reading, by_omega in by_reading.items()
+        for finding in by_omega.get(omega, ())
+        if finding.claim.name == name
+    }
+    return found if any(finding.tally.keys() & _WORDS for finding in found.values()) else {}
+
+
+_WORDS = {REPRODUCED, OPPOSITE, TOO_SMALL}
 
 
 @dataclass(frozen=True)
@@ -91,52 +106,28 @@ def share(count: int, of: int) -> Share:
     return Share(count, of, max(0.0, centre - half), min(1.0, centre + half))
 
 
-def shares(verdicts: Iterable[Verdict]) -> dict[str, Share]:
-    """The share of readings in which a claim holds, fails, and is undecided."""
-    counts = Counter(verdict.verdict for verdict in verdicts)
-    total = counts[HOLDS] + counts[FAILS] + counts[UNDECIDED]
-    return {word: share(counts[word], total) for word in (HOLDS, FAILS, UNDECIDED)}
+def shares(found: Iterable[Finding]) -> dict[str, Share]:
+    """The share of readings in which a claim is reproduced, too small to tell, and opposite."""
+    counts = Counter(finding.outcome for finding in found)
+    words = (REPRODUCED, TOO_SMALL, OPPOSITE)
+    total = sum(counts[word] for word in words)
+    return {word: share(counts[word], total) for word in words}
 
 
-def claimed(verdict: Verdict) -> list[Part]:
-    """The parts of a claim that decide it."""
-    return [part for part in verdict.parts if part.verdict != INFORMATION]
+def margin(finding: Finding) -> float:
+    """How clearly a claim is reproduced, or opposite, in the first way to count.
 
-
-def words(parts: Sequence[Part]) -> str:
-    """What one part of a claim measures, over readings: some say which designs they leave out."""
-    return min((part.what for part in parts), key=len).replace(" - ", " − ")
-
-
-def margin(verdict: Verdict) -> float:
-    """How clearly a claim holds, or fails: one number for all of its parts.
-
-    The distance of a part's effect to its bound, positive on the claimed side, over the half of its
-    interval that looks that way; and of several parts (and of a part's two bounds) the least. So a
-    claim holds where it is at least 1 and fails where it is below -1. NaN where a part is undefined
-    and no other decides against the claim.
+    The effect, positive on the claimed side, over the half of its interval that looks towards zero:
+    a claim is reproduced where it is above 1, and opposite where it is below -1. NaN if it is not
+    measured.
     """
-    found = [_margin_of(part) for part in claimed(verdict)]
-    known = [value for value in found if not math.isnan(value)]
-    if not known or (len(known) < len(found) and min(known) >= -1.0):
+    found = next(iter(finding.by_count.values()))
+    if not found.known:
         return math.nan
-    return min(known)
-
-
-def _margin_of(part: Part) -> float:
-    effect = part.effect
-    sides = []
-    for bound, sign in ((part.low, 1.0), (part.high, -1.0)):
-        if math.isinf(bound):
-            continue
-        distance = sign * (effect.mean - bound)
-        below, above = effect.mean - effect.low, effect.high - effect.mean
-        half = below if (distance > 0.0) == (sign > 0.0) else above
-        if math.isnan(distance) or math.isnan(half):
-            return math.nan
-        # Without spread, such as of a share of zero in all runs, it is as clear as can be.
-        sides.append(distance / half if half > 0.0 else math.copysign(_CLEAR, distance))
-    return min(sides)
+    half = found.effect - found.low if found.effect > 0.0 else found.high - found.effect
+    signed = finding.claim.sign * found.effect
+    # Without spread, such as of a share of zero in all runs, it is as clear as can be.
+    return signed / half if half > 0.0 else math.copysign(_CLEAR, signed)
 
 
 _CLEAR = 1e3
