@@ -13,7 +13,7 @@ EXPERIMENTS := $(if $(filter paper,$(SCALE)),results/experiments,docs/_static/ex
 BIN := $(VENV)/bin
 INSTALLED := $(VENV)/.installed
 
-.PHONY: test test-thorough lint reproduce experiments docs bench clean
+.PHONY: test test-thorough lint reproduce study-tables experiments docs bench clean
 
 $(INSTALLED): pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)
@@ -38,6 +38,16 @@ ifeq ($(SCALE),paper)
 	$(MAKE) experiments EXPERIMENTS=$(EXPERIMENTS)
 endif
 	$(BIN)/tegotae study report --dir $(STUDY) --experiments $(EXPERIMENTS)
+
+# The tables and figures of the claims' page, from a study's folder.
+PAGE := docs/_static/study
+study-tables: $(INSTALLED)
+	$(BIN)/tegotae study export --dir $(STUDY) --out $(PAGE)/paper.csv --budgets $(PAGE)/paper-budgets.csv \
+	  --sampled $(PAGE)/paper-sampled.csv
+	$(BIN)/tegotae study figures $(STUDY) --out $(PAGE)
+	$(BIN)/tegotae study claims $(PAGE)/paper.csv --out $(PAGE) --experiments docs/_static/experiments \
+	  --budgets $(PAGE)/paper-budgets.csv --sampled $(PAGE)/paper-sampled.csv \
+	  --beside $(PAGE)/paper-deviation-0.2.csv $(PAGE)/paper-80x16.csv
 
 experiments: EXPERIMENTS := results/experiments
 experiments: $(INSTALLED)

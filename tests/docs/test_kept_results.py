@@ -13,7 +13,7 @@ from tegotae.figures.report.markdown import endings_table
 from tegotae.figures.study import ARCHITECTURES, architectures
 from tegotae.studies.paper.claims.atomic import ATOMIC_CLAIMS
 from tegotae.studies.paper.claims.budgets import by_budget
-from tegotae.studies.paper.claims.counting import Count
+from tegotae.studies.paper.claims.counting import Count, with_sampled
 from tegotae.studies.paper.claims.effect_table import effects_csv, read_effects
 from tegotae.studies.paper.claims.findings import OPPOSITE, findings
 from tegotae.studies.paper.endings import endings_by_architecture
@@ -37,6 +37,13 @@ def effects():
 BESIDE = ("-paper-deviation-0.2", "-paper-80x16")
 
 
+def runs_of(name: str):
+    """A study's runs, and the controllers drawn from their distributions where it has them."""
+    drawn = KEPT / "study" / f"{name}-sampled.csv"
+    runs = read_csv(KEPT / "study" / f"{name}.csv")
+    return with_sampled(runs, read_csv(drawn) if drawn.exists() else None)
+
+
 def test_the_table_has_fifteen_runs_of_every_model(table):
     for name in all_models():
         assert (table["model"] == name).sum() == 15
@@ -53,18 +60,19 @@ def test_the_pages_tables_follow_from_the_kept_effects(effects):
     assert (KEPT / "study" / "claims.md").read_text() == outcomes_table(effects[""], beside)
 
 
-def test_kept_effects_are_those_of_the_kept_tables(table, effects):
+def test_kept_effects_are_those_of_the_kept_tables(effects):
     """Of a few claims in every way to count; all of them where time does not matter."""
     few = ("learned-beats-v", "vg-t1", "v-input-cpgu")
     claims = [claim for claim in ATOMIC_CLAIMS if claim.name in few]
     kept = [each for each in effects[""] if each.claim in claims]
-    assert effects_csv(findings(table, KEPT / "experiments", claims)) == effects_csv(kept)
+    found = findings(runs_of("paper"), KEPT / "experiments", claims)
+    assert effects_csv(found) == effects_csv(kept)
 
 
 @pytest.mark.thorough
 @pytest.mark.parametrize("name", ["", *BESIDE])
 def test_all_kept_effects_are_those_of_the_kept_tables(effects, name):
-    runs = read_csv(KEPT / "study" / f"{name.removeprefix('-') or 'paper'}.csv")
+    runs = runs_of(name.removeprefix("-") or "paper")
     assert effects_csv(findings(runs, KEPT / "experiments")) == effects_csv(effects[name])
 
 

@@ -53,8 +53,10 @@ def budgets_figure(by_budget: Mapping[str, Sequence[Finding]]) -> Figure:
             panel.set_title(claim, loc="left", fontsize=6.5)
             panel.tick_params(axis="both", labelsize=6)
             if i + across >= len(claims):
-                panel.set_xticks(range(len(by_budget)), list(by_budget))
+                shown = [heading.removesuffix(" episodes") for heading in by_budget]
+                panel.set_xticks(range(len(by_budget)), shown)
                 panel.tick_params(axis="x", labelbottom=True, labelrotation=90)
+                panel.set_xlabel("episodes per run", fontsize=6)
         figure.legend(
             handles=[
                 *(
