@@ -216,7 +216,7 @@ class StudyFigures(PictureFormat):
 
     def run(self) -> None:
         """Draw."""
-        from tegotae.figures.budgets import budgets_figure
+        from tegotae.figures.budgets import budgets_figure, drawn_claims
         from tegotae.figures.figure5 import policies_figure, policies_table, policy_panels
         from tegotae.figures.report import convergence
         from tegotae.figures.report.markdown import endings_table
@@ -247,7 +247,8 @@ class StudyFigures(PictureFormat):
                 name: findings(runs, ways=[Count()])
                 for name, runs in by_budget(budgets, table).items()
             }
-            figures["budgets"] = budgets_figure(after)
+            if drawn_claims(after):
+                figures["budgets"] = budgets_figure(after)
         for omega, figure in convergence.figures(records).items():
             figures[f"convergence-w{omega}"] = figure
         panels = policy_panels(records, table)

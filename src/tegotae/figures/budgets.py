@@ -34,11 +34,7 @@ def budgets_figure(by_budget: Mapping[str, Sequence[Finding]]) -> Figure:
     Raises:
         TegotaeError: if no claim has an effect.
     """
-    claims = [
-        claim
-        for claim, effects in _effects(by_budget).items()
-        if any(found.known for found in effects)
-    ]
+    claims = drawn_claims(by_budget)
     if not claims:
         raise TegotaeError("no claim has an effect to draw; give at least one that is measured")
     across = min(_ACROSS, len(claims))
@@ -69,6 +65,15 @@ def budgets_figure(by_budget: Mapping[str, Sequence[Finding]]) -> Figure:
             ncols=4,
         )
     return figure
+
+
+def drawn_claims(by_budget: Mapping[str, Sequence[Finding]]) -> list[str]:
+    """The names of the claims that the figure has a panel for: with a sign, and an effect."""
+    return [
+        claim
+        for claim, effects in _effects(by_budget).items()
+        if any(found.known for found in effects)
+    ]
 
 
 def _first(finding: Finding) -> EffectEstimate:

@@ -187,9 +187,10 @@ def _surface(axes: Axes, panel: PolicyPanel, labelled: bool) -> None:
     axes.set_ylim(0.0, surface.spring_force_n[-1])
     if labelled:
         axes.set_ylabel("$F_k$ [N]")
-    first = [f"{find(n).label} {_number(panel.metrics[n])}" for n in NORMALISED]
-    title = f"{panel.number}. {panel.architecture}, T({panel.drive})"
-    axes.set_title(f"{title}\n{', '.join(first[:2])}\n{', '.join(first[2:])}", fontsize=6)
+    words = [f"{find(name).label} {_number(value)}" for name, value in panel.metrics.items()]
+    lines = [f"{panel.number}. {panel.architecture}, T({panel.drive})"]
+    lines += [", ".join(words[i : i + 2]) for i in range(0, len(words), 2)]
+    axes.set_title("\n".join(lines), fontsize=6)
 
 
 def _cycle(axes: Axes, panel: PolicyPanel, left: bool, right: bool) -> None:
