@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 import numpy as np
 
 from tegotae.figures.report.markdown import table
-from tegotae.measures.hopping.registry import find, names
+from tegotae.measures.hopping.registry import find
 from tegotae.studies.paper.claims.atomic import LESS, MORE, AtomicClaim
 from tegotae.studies.paper.claims.effects import (
     Correlation,
@@ -159,7 +159,7 @@ def described(effect: Effect) -> str:
 
 
 def _heading(name: str) -> str:
-    return find(name).heading if name in names() else _MEASURES[name]
+    return _MEASURES[name] if name in _MEASURES else find(name).heading
 
 
 def by_budget_table(by: Mapping[str, Iterable[Finding]]) -> str:
