@@ -197,6 +197,7 @@ def test_a_figure_of_efficiency_says_where_none_was_measured(trained, one_line_e
     words = ("figure", "learning-curves", str(trained[0]), "--out", str(tmp_path / "curves.png"))
     said = one_line_error(*words, "--of", "cot_inverse")
     assert "measured no CoT⁻¹" in said
+    assert "damaged" not in said
     assert "--of fitness" in said
 
 

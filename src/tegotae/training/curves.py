@@ -284,6 +284,8 @@ def _labelled(trainings: Sequence[_Training], measure: str) -> list[LearningCurv
                 if any(other.get(name) != value for other in others):
                     label += f", {name} {_words(value)}"
             curves += training.curves(label, measure)
+        except TegotaeError:
+            raise
         except (KeyError, ValueError, TypeError) as error:
             raise TegotaeError(f"{training.path} is damaged: {error!r}") from None
     return curves
