@@ -79,14 +79,6 @@ def test_a_kernel_rolls_out_every_lane_as_numpy_does(dtype):
     assert (found["high"] == (found["x"] > 1.0)).all()
 
 
-def test_the_same_program_is_compiled_once():
-    of_lanes, shared = given()
-    more, _ = given(lanes=5)
-    assert compile_episode(PROGRAM, of_lanes, shared, "float32") is compile_episode(
-        TracedEpisode(start, tick, frame), more, shared, "float32"
-    )
-
-
 def test_what_a_collector_raises_reaches_the_caller():
     of_lanes, shared = given()
     kernel = compile_episode(PROGRAM, of_lanes, shared, "float32")

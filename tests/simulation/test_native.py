@@ -3,14 +3,23 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
+import gc
+import json
+import weakref
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
+import jax
+import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from tegotae import Engine, Hopper, Scenario, Timing, build
+import tiny
+from tegotae import Engine, Hopper, Scenario, Timing, build, register
+from tegotae._support.engines import EngineWarning
+from tegotae.lowering.episode import compile_episode
 from tegotae.parts.bodies import Actuators, Bar, Blows, Body, Sensors, Walker
 from tegotae.parts.controller import Controller, Tegotae
 from tegotae.parts.couplings import LearnedCoupling, Neighbours
@@ -29,9 +38,11 @@ from tegotae.parts.terms import (
     WholeBodyFoot,
 )
 from tegotae.parts.terrains import Rough, Slope, Steps, Sum
+from tegotae.simulation import native
 from tegotae.simulation.integrators import Hold, Integrator, PredictorCorrector
 from tegotae.simulation.world import Staircase, Step
 from tegotae.systems.legged_systems import SYSTEMS
+from tegotae.training.run import train
 
 TICK_S = 0.002
 TICKS = 40
@@ -200,3 +211,73 @@ def test_every_tick_is_xlas_to_rounding(name, dtype, monkeypatch):
         np.testing.assert_array_equal(np.isnan(found), np.isnan(expected), err_msg=channel)
         scale = np.nanmax(np.abs(expected.astype(float)), initial=1.0)
         assert np.nanmax(np.abs(gap), initial=0.0) < digits * scale, channel
+
+
+def of_limit(limit_rad_per_s: float) -> Engine:
+    """An engine whose program differs by a number of its controller."""
+    timing = Timing(duration_s=0.01, tick_s=TICK_S, frame_s=TICK_S)
+    return Engine(controller=feeling(limit_rad_per_s=limit_rad_per_s), timing=timing)
+
+
+@dataclass(frozen=True)
+class SortedAction(VanillaAction):
+    """A user's part with an operation that has no native code: -cos φ, but not above a half."""
+
+    def __call__(self, weights: Any, signals: Any) -> jax.Array:
+        action = super().__call__(weights, signals)
+        return jnp.sort(jnp.stack([action, jnp.full_like(action, 0.5)]), axis=0)[0]
+
+
+def test_what_has_no_native_code_is_run_by_xla_and_named(monkeypatch):
+    case = Case(feeling(action=SortedAction()))
+    with pytest.warns(EngineWarning, match="^'sort' .* has no native code; XLA runs"):
+        own, reference = both(case, "float32", monkeypatch)
+    jax.tree.map(np.testing.assert_array_equal, own, reference)
+
+
+def test_a_training_of_such_a_part_says_so_and_goes_on_with_xla(tmp_path, monkeypatch):
+    register(SortedAction)
+    learning = tiny.run_of(1)
+    usual = learning.experiment.system.controller
+    tegotae = dataclasses.replace(usual.tegotae, action=SortedAction())
+    run = tiny.changed(learning, controller=dataclasses.replace(usual, tegotae=tegotae))
+    run = dataclasses.replace(run, seeds=(0,))
+    with pytest.warns(EngineWarning, match="'sort'"):
+        train(run, tmp_path / "native")
+    record = json.loads((tmp_path / "native" / "run.json").read_text())
+    assert record["software"]["engine"] == "native, xla for sort"
+    monkeypatch.setenv("TEGOTAE_ENGINE", "xla")
+    train(run, tmp_path / "xla")
+    own, reference = (np.load(tmp_path / each / "checkpoint.npz") for each in ("native", "xla"))
+    for name in own.files:
+        np.testing.assert_array_equal(own[name], reference[name], err_msg=name)
+
+
+@pytest.fixture
+def kernels(monkeypatch):
+    """Kernels that are compiled from now on, as weak references; the engine keeps two."""
+    compiled = []
+
+    def compile_one(*given: Any) -> Any:
+        kernel = compile_episode(*given)
+        compiled.append(weakref.ref(kernel))
+        return kernel
+
+    monkeypatch.setattr("tegotae.lowering.episode.compile_episode", compile_one)
+    for name in ("_kernel", "_summarised"):
+        made = getattr(native, name).__wrapped__
+        monkeypatch.setattr(native, name, functools.lru_cache(2)(made))
+    return compiled
+
+
+def test_equal_programs_are_compiled_once_whatever_the_lanes(kernels):
+    for lanes in (1, 3):
+        of_limit(3.0).run(np.ones((lanes, 1)), Scenario(omega=8.0))
+    assert len(kernels) == 1
+
+
+def test_a_long_session_keeps_the_programs_that_were_used_last(kernels):
+    for limit in (3.0, 4.0, 5.0):
+        of_limit(limit).run(np.ones((1, 1)), Scenario(omega=8.0))
+    gc.collect()
+    assert [kernel() is None for kernel in kernels] == [True, False, False]

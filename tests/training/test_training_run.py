@@ -160,6 +160,8 @@ def test_a_killed_training_goes_on_and_ends_in_the_same_numbers(tiny_training, t
     assert killed.returncode == -signal.SIGKILL, killed.stderr
     with np.load(tmp_path / "checkpoint.npz", allow_pickle=False) as stored:
         assert 1 <= len(stored["curve_centre_fitness"]) < tiny.GENERATIONS
+    record = json.loads((tmp_path / "run.json").read_text())
+    assert record["software"]["engine"] == "native"
     train(tiny.RUN, tmp_path)
     assert tiny.learned(tmp_path) == tiny.learned(tiny_training)
 

@@ -39,9 +39,7 @@ Collect = Callable[[int, int, Tree], None]
 class TracedEpisode:
     """A program of lanes, as pure JAX functions of one block: arrays [..., lanes], lanes last.
 
-    The functions are traced once, for a single lane, and must be elementwise over lanes. A kernel
-    is kept for every program that was compiled; a program is the same if its functions are equal,
-    so that frozen dataclasses serve better than lambdas.
+    The functions are traced once, for a single lane, and must be elementwise over lanes.
 
     Args:
         start: of (lanes, shared): the state at release.
@@ -64,7 +62,7 @@ def compile_episode(
     target: str | Target = "host",
     vectors: int = 2,
 ) -> Kernel:
-    """The kernel of a program; the same one for the same program.
+    """The kernel of a program, traced, read and compiled.
 
     Args:
         episode: the program.
@@ -78,43 +76,14 @@ def compile_episode(
     Raises:
         CannotLower: for an operation that has no native code, by its name and place.
     """
-    chosen = target_of(target)
-    shapes = [
-        tuple((tuple(leaf.shape[:last]), str(leaf.dtype)) for leaf in jax.tree.leaves(tree))
-        for tree, last in ((lanes_shapes, -1), (shared_shapes, None))
-    ]
-    structures = [jax.tree.structure(tree) for tree in (lanes_shapes, shared_shapes)]
-    try:
-        key = (episode, *shapes, *structures, dtype, chosen, vectors)
-        hash(key)
-    except TypeError:  # functions that hold arrays, say
-        return _compiled(episode, lanes_shapes, shared_shapes, dtype, chosen, vectors)
-    with _lock:
-        if key not in _kernels:
-            _kernels[key] = _compiled(episode, lanes_shapes, shared_shapes, dtype, chosen, vectors)
-        return _kernels[key]
-
-
-def forget_kernels() -> None:
-    """Give back the memory of kernels that nobody holds any more."""
-    with _lock:
-        _kernels.clear()
-
-
-_kernels: dict[tuple[object, ...], Kernel] = {}
-_lock = threading.RLock()
-
-
-def _compiled(
-    episode: TracedEpisode, lanes: Tree, shared: Tree, dtype: str, target: Target, vectors: int
-) -> Kernel:
     begun = time.perf_counter()
+    chosen = target_of(target)
     with jax.enable_x64(dtype == "float64"):
-        read = _Read.of(episode, lanes, shared)
-    module = EpisodeModule(Stages.of(read.roots), read.lane_kinds, target, dtype, vectors)
-    code = Compiled(module.text(), target)
+        read = _Read.of(episode, lanes_shapes, shared_shapes)
+    module = EpisodeModule(Stages.of(read.roots), read.lane_kinds, chosen, dtype, vectors)
+    code = Compiled(module.text(), chosen)
     return Kernel(
-        target, module.block, time.perf_counter() - begun, read.channels, module, read, code
+        chosen, module.block, time.perf_counter() - begun, read.channels, module, read, code
     )
 
 

@@ -188,9 +188,6 @@ def _summarised(
 
 def forget_programs() -> None:
     """Give back the memory of all compiled programs, native and XLA's."""
-    from tegotae.lowering.episode import forget_kernels
-
     _kernel.cache_clear()
-    forget_kernels()
     _summarised.cache_clear()
     jax.clear_caches()
