@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 
 import tiny
+from lowered import available_targets
 from tegotae import (
     Engine,
     Hopper,
@@ -164,6 +165,36 @@ def test_a_killed_training_goes_on_and_ends_in_the_same_numbers(tiny_training, t
     assert record["software"]["engine"] == "native"
     train(tiny.RUN, tmp_path)
     assert tiny.learned(tmp_path) == tiny.learned(tiny_training)
+
+
+WITH_VECTORS = """
+import sys
+from pathlib import Path
+from tegotae.lowering.llvm import target
+
+chosen = target.target_of(sys.argv[1])
+target._host = lambda name: chosen
+
+import conftest
+import tiny
+from tegotae.training.run import train
+
+train(tiny.RUN, Path(sys.argv[2]))
+"""
+
+
+@pytest.mark.thorough
+@pytest.mark.skipif("avx512" not in available_targets(), reason="the processor has no AVX-512")
+def test_a_training_is_the_same_bits_with_avx2_and_avx512(tmp_path):
+    """Native code for either; XLA, which summarises and learns, without AVX-512 or as it likes."""
+    for vectors, flags in (("avx512", ""), ("avx2", "--xla_cpu_max_isa=AVX2")):
+        path = os.pathsep.join(sys.path)
+        subprocess.run(
+            [sys.executable, "-c", WITH_VECTORS, vectors, str(tmp_path / vectors)],
+            env={**os.environ, "PYTHONPATH": path, "XLA_FLAGS": flags},
+            check=True,
+        )
+    assert tiny.learned(tmp_path / "avx512") == tiny.learned(tmp_path / "avx2")
 
 
 def test_an_interrupt_while_results_are_written_loses_nothing(tiny_training, tmp_path, monkeypatch):
