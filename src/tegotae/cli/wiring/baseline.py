@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 _SHARES = np.linspace(0.5, 1.5, 7)
 """Frequencies that are tried by default, over the wiring's."""
 _AUTO = tyro.conf.arg(help_behavior_hint="(default: seven, 0.5 to 1.5 times --omega)")
+_MEASURE = tyro.conf.arg(help_behavior_hint="(default: as tegotae train)")
 _FOLDER = tyro.conf.arg(help_behavior_hint="(default: runs/ENV-vanilla)")
 
 
@@ -39,7 +40,7 @@ class WiringBaseline(EnvOptions):
     """Frequencies ω [rad/s]."""
     duration: float = 12.0
     """Length of an episode [s]."""
-    fitness: str | None = None
+    fitness: Annotated[str | None, _MEASURE] = None
     """As of tegotae train: hopping, return, or FILE.py:FUNCTION."""
     out: Annotated[Path | None, _FOLDER] = None
     """Folder for the map and the best controller."""
