@@ -202,7 +202,7 @@ def test_feedback_that_is_cut_off_is_said():
 
 
 def test_a_function_that_is_said_to_observe_something_else_is_refused():
-    with pytest.raises(TegotaeError, match="declared to observe height, and its arguments say phase"):
+    with pytest.raises(TegotaeError, match="observe height, and its arguments say phase"):
         from_function(reflex, Meaning(observes=("height",)))
 
 
