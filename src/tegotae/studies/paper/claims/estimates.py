@@ -158,13 +158,14 @@ class _DesignCells:
 
     def _at(self, cells: list[tuple[str, str]], place: tuple) -> np.ndarray:
         there = [self._places[cell].get(place, self._places[cell].get(ANYWHERE)) for cell in cells]
-        return _over([each for each in there if each is not None])
+        # A small study may have a design of one architecture and not of another.
+        return _over([each for each in there if each is not None] or [np.full(1, np.nan)])
 
     def _least(self, cells: list[tuple[str, str]], place: tuple, shared: list[tuple]) -> np.ndarray:
         """At a place, the architecture that is lowest over all of them."""
-        means = np.stack([_over([self._at([cell], p) for p in shared]) for cell in cells])
+        means = _stacked([_over([self._at([cell], p) for p in shared]) for cell in cells])
         known = np.where(np.isnan(means), np.inf, means)
-        here = np.stack([self._at([cell], place) for cell in cells])
+        here = _stacked([self._at([cell], place) for cell in cells])
         return np.take_along_axis(here, known.argmin(axis=0)[None], axis=0)[0]
 
     def _normalised(
@@ -210,9 +211,14 @@ def _correlation(effect: Correlation, runs: Resampled, count: Count) -> EffectEs
     return _interval(found, np.full(1, 1.0))
 
 
+def _stacked(rows: list[np.ndarray], axis: int = 0) -> np.ndarray:
+    """Several [1 + resamples], or [1], as one array."""
+    return np.stack(np.broadcast_arrays(*rows), axis=axis)
+
+
 def _over(rows: list[np.ndarray]) -> np.ndarray:
     """Mean of what is defined, of several [1 + resamples]."""
-    return mean_defined(np.stack(np.broadcast_arrays(*rows), axis=-1))
+    return mean_defined(_stacked(rows, axis=-1))
 
 
 def _interval(found: np.ndarray, base: np.ndarray) -> EffectEstimate:
