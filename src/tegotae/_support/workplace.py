@@ -47,7 +47,8 @@ GENERALISATION = WorkKind(
     ("records", "margins.csv", "left_out.csv", "curves.*"),
 )
 GAIT_MAP = WorkKind("a map of gaits", ("map.partial.npz", "map.json"), ("map.*",))
-KINDS = (TRAINING, STUDY, GENERALISATION, GAIT_MAP)
+GAIT_FRONT = WorkKind("a front", ("front.*.partial.npz", "front.json"), ("front.*",))
+KINDS = (TRAINING, STUDY, GENERALISATION, GAIT_MAP, GAIT_FRONT)
 
 
 @contextmanager

@@ -237,6 +237,14 @@ COMMANDS: Mapping[str, Command | CommandGroup] = {
                     "tegotae gait map quadruped-c --x com_x_m -0.3 0.3 --y omega 0.7 3.5",
                 ),
             ),
+            "front": Command(
+                "gait.front",
+                "Front",
+                (
+                    "tegotae gait front quadruped-c",
+                    'tegotae gait front hexapod --family vanilla "forced tripod"',
+                ),
+            ),
             "stability": Command(
                 "gait.stability",
                 "Stability",

@@ -21,6 +21,8 @@ from tegotae.systems.system import System
 
 WALKING = 200.0
 """Time in which a walker settles [√(l0 / g)]."""
+WALKING_TICK = 0.008
+"""A walker's control tick [√(l0 / g)]."""
 
 _RENAMED = {"fitness": "objective"}
 """Entries of an earlier experiment by other names."""
@@ -29,7 +31,9 @@ _OF_RELEASE = {"release_m": "height_m", "phase_rad": "phase_rad", "posture": "in
 _OWN = ("conditions", "episodes", "objective", "protocol")
 
 
-def usual_system(controller: Controller, body: Body | Interface, omega: float | None) -> System:
+def usual_system(
+    controller: Controller, body: Body | Interface, omega: float | None, tick: float = WALKING_TICK
+) -> System:
     """A controller on a body, released and timed as is usual for this body.
 
     A walker begins on its feet, and its times are in √(l0 / g); others are released as the paper's
@@ -39,6 +43,7 @@ def usual_system(controller: Controller, body: Body | Interface, omega: float | 
         controller: what drives the body.
         body: the body, or what is known of it.
         omega: frequency ω [rad/s]; None without an oscillator.
+        tick: control tick of a walker [√(l0 / g)].
 
     Raises:
         TegotaeError: for what does not go together.
@@ -53,7 +58,7 @@ def usual_system(controller: Controller, body: Body | Interface, omega: float | 
         body=body,
         omega=omega,
         release=Release(height_m=own.standing_height_m + press_m),
-        timing=Timing(duration_s=WALKING * unit_s, tick_s=0.008 * unit_s, frame_s=0.08 * unit_s),
+        timing=Timing(duration_s=WALKING * unit_s, tick_s=tick * unit_s, frame_s=0.08 * unit_s),
     )
 
 

@@ -20,7 +20,7 @@ from tegotae.parts.oscillators import PhaseOscillator
 from tegotae.parts.terms import ConstantGain, VanillaAction, VanillaReaction
 from tegotae.parts.terms.foot import EllipticFoot
 from tegotae.simulation.rollout import Timing
-from tegotae.systems.earlier_files import WALKING, usual_system
+from tegotae.systems.earlier_files import WALKING, WALKING_TICK, usual_system
 from tegotae.systems.legged import Legged
 from tegotae.systems.models import build
 from tegotae.systems.system import System
@@ -69,7 +69,14 @@ def plate(pitch: float, roll: float, twist: float | None = None) -> Legged:
     )
 
 
-def walking(about: str, body: Walker, foot: EllipticFoot, sigma: float, omega: float) -> Legged:
+def walking(
+    about: str,
+    body: Walker,
+    foot: EllipticFoot,
+    sigma: float,
+    omega: float,
+    tick: float = WALKING_TICK,
+) -> Legged:
     """A torso on legs whose feet go round ellipses; each leg's oscillator feels its own load.
 
     Dimensionless: l0 = m = g = 1. It begins on its feet, at rest; lags are measured from the left
@@ -81,6 +88,7 @@ def walking(about: str, body: Walker, foot: EllipticFoot, sigma: float, omega: f
         foot: the ellipse.
         sigma: gain σ [rad/(s N)].
         omega: frequency ω [rad/s].
+        tick: control tick [√(l0 / g)].
     """
     controller = Controller(
         foot,
@@ -88,7 +96,7 @@ def walking(about: str, body: Walker, foot: EllipticFoot, sigma: float, omega: f
         Tegotae(VanillaAction(), VanillaReaction(), ConstantGain()),
         limbs=body.limbs,
     )
-    system = usual_system(controller, body, omega)
+    system = usual_system(controller, body, omega, tick)
     return Legged(about=about, system=system, weights=(sigma,))
 
 
@@ -118,6 +126,29 @@ def quadruped_c() -> Legged:
     return walking("a quadruped that walks and trots, set C", Walker(), foot, 1.25, 2.0)
 
 
+def quadruped_g() -> Legged:
+    """Set G: light in roll, heavy in pitch, its mass ahead of the middle; short and low steps."""
+    body = Walker(
+        hips_x_m=(1.0457, 1.0457, -1.0457, -1.0457),
+        hips_y_m=(0.4044, -0.4044, 0.4044, -0.4044),
+        com_x_m=0.2188,
+        com_z_m=-0.3413,
+        inertia_x_kg_m2=0.02383,
+        inertia_y_kg_m2=0.7942,
+        inertia_z_kg_m2=0.7781,
+        stiffness_x_n_per_m=7.198,
+        stiffness_y_n_per_m=11.996,
+        stiffness_z_n_per_m=22.144,
+        damping_xy_ns_per_m=0.9013,
+        damping_z_ns_per_m=1.2410,
+        friction=1.179,
+    )
+    foot = EllipticFoot(stride_m=0.0890, lift_m=0.0460, press_m=0.0102, shift_rad=0.6400)
+    about = "a quadruped that walks, trots and gallops, set G"
+    # Its light roll is too fast for the tick of the others.
+    return walking(about, body, foot, 2.3979, 4.6, tick=0.5 * WALKING_TICK)
+
+
 def hexapod() -> Legged:
     """The legs of set C, three on either side."""
     body = Walker(
@@ -145,6 +176,7 @@ SYSTEMS: dict[str, Callable[[], Legged]] = {
     "plate-light-twist": lambda: plate(HEAVY, HEAVY, LIGHT),
     "quadruped-a": quadruped_a,
     "quadruped-c": quadruped_c,
+    "quadruped-g": quadruped_g,
     "hexapod": hexapod,
     "biped": biped,
 }

@@ -8,6 +8,7 @@ A name is one of
 - a legged system: `quadruped-c`;
 - a preset of a hopper and its vanilla controller: `paper`;
 - a trained controller of the zoo, or all runs of one: `zoo:ART-rF-tphif-w8/3`;
+- a walker of a kept front: `front:quadruped-c/0.4`;
 - a controller file (.json), a folder of them, or a study's folder;
 - a file (.json) of documents of experiments, such as a study's;
 - `FILE.py:OBJECT` or `MODULE:OBJECT`: a System, an Experiment or a list of them, a SavedController
@@ -36,6 +37,7 @@ from tegotae.systems import controller_file, zoo
 from tegotae.systems.controller_file import SavedController
 from tegotae.systems.designs import design, is_design
 from tegotae.systems.experiment import Experiment
+from tegotae.systems.fronts import front_walker, is_front_name
 from tegotae.systems.legged import Legged, require_legs
 from tegotae.systems.legged_systems import SYSTEMS, settling
 from tegotae.systems.models import all_models, find
@@ -185,6 +187,9 @@ def resolve(name: str | Path, *, budget: int | None = None) -> Resolved:
         _require_unsized(name, budget)
         return _of_zoo(name)
     sized = {} if budget is None else {"budget": budget}
+    if is_front_name(name):
+        _require_unsized(name, budget)
+        return _of_object(name, front_walker(name))
     if is_design(name):
         experiment = design(name).experiment(**sized)
         return Resolved(name=name, controllers=_beside(name), experiments=(experiment,))

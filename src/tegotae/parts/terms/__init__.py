@@ -10,7 +10,7 @@ from tegotae.parts.terms.actuation import (
     with_vanilla_settings,
 )
 from tegotae.parts.terms.base import Signals, Term
-from tegotae.parts.terms.foot import CorrectedFoot, EllipticFoot, LearnedFoot
+from tegotae.parts.terms.foot import CorrectedFoot, EllipticFoot, LearnedFoot, TunedFoot
 from tegotae.parts.terms.gain import ConstantGain
 from tegotae.parts.terms.network import Network
 from tegotae.parts.terms.reaction import VanillaReaction
@@ -30,6 +30,7 @@ __all__ = [
     "SectorAndReflex",
     "Signals",
     "Term",
+    "TunedFoot",
     "UnitAction",
     "VanillaAction",
     "VanillaReaction",

@@ -68,6 +68,66 @@ class EllipticFoot(Actuation):
 
 
 @dataclass(frozen=True)
+class TunedFoot(Actuation):
+    """An `EllipticFoot` whose four numbers are weights: stride B, lift A, press A′, shift δ.
+
+    A lane, or a training, can have an ellipse of its own.
+
+    Args:
+        start: the ellipse to start from.
+
+    Raises:
+        TegotaeError: for what is no ellipse.
+
+    Source: of this library; the ellipse is that of `EllipticFoot`.
+
+    Example:
+        >>> TunedFoot().weight_names
+        (('stride_m',), ('lift_m',), ('press_m',), ('shift_rad',))
+    """
+
+    COMMANDS = FOOT
+
+    start: EllipticFoot = EllipticFoot()
+
+    def __post_init__(self) -> None:
+        if not is_of(self.start, EllipticFoot):
+            raise TegotaeError(f"start is {self.start!r}; it must be an EllipticFoot")
+
+    @property
+    def needs_phase(self) -> bool:
+        """It does."""
+        return True
+
+    @property
+    def reads(self) -> tuple[str, ...]:
+        """Sine and cosine of the phase."""
+        return self.start.reads
+
+    @property
+    def n_weights(self) -> int:
+        """Four."""
+        return 4
+
+    @property
+    def weight_names(self) -> tuple[WeightName, ...]:
+        """The fields of the ellipse."""
+        return (("stride_m",), ("lift_m",), ("press_m",), ("shift_rad",))
+
+    def initial(self, key: jax.Array) -> jax.Array:
+        """The numbers of the ellipse to start from, whatever the key."""
+        own = self.start
+        return jnp.array([own.stride_m, own.lift_m, own.press_m, own.shift_rad])
+
+    def __call__(self, weights: Weights, signals: Signals) -> jax.Array:
+        """Forward and up [m], [2, limbs, lanes]."""
+        stride, lift, press, shift = weights[0], weights[1], weights[2], weights[3]
+        sine, cosine = signals["sin_phase"], signals["cos_phase"]
+        ahead = jnp.cos(shift) * cosine - jnp.sin(shift) * sine
+        return jnp.stack([-stride * ahead, jnp.where(sine > 0.0, lift, press) * sine])
+
+
+@dataclass(frozen=True)
 class LearnedFoot(Actuation):
     """A learned place of the foot: a network for each of its two coordinates.
 

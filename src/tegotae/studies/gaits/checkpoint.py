@@ -5,8 +5,9 @@ from __future__ import annotations
 import contextlib
 import io
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -21,19 +22,19 @@ Columns = dict[str, np.ndarray]
 """What a part gives, lanes last."""
 
 
-def in_parts(
+def in_sequence(
     count: int,
-    part: Callable[[int], Columns],
+    part: Callable[[Sequence[Columns]], Columns],
     *,
     kept: Path | None = None,
     settings: Mapping[str, object] | None = None,
     progress: Callable[[int], None] = lambda done: None,
 ) -> list[Columns]:
-    """Do the parts of some work in order, those that a file keeps from before left out.
+    """Do the parts of some work one after another, those that a file keeps from before left out.
 
     Args:
         count: how many parts there are.
-        part: does one of them, given its number.
+        part: does the next of them, given what the earlier ones gave.
         kept: the file; nothing is kept without. It is removed at the end.
         settings: all that the work depends on, as JSON values: a file of other work does not count.
         progress: is called with how many are done.
@@ -43,15 +44,15 @@ def in_parts(
         KeyboardInterrupt: after Ctrl-C; it says what is kept.
 
     Example:
-        >>> in_parts(2, lambda number: {"square": np.array([number**2])})
-        [{'square': array([0])}, {'square': array([1])}]
+        >>> in_sequence(2, lambda done: {"earlier": np.array([len(done)])})
+        [{'earlier': array([0])}, {'earlier': array([1])}]
     """
     key = json.dumps({"engine": selected(), **(settings or {})}, sort_keys=True, default=str)
     done = [] if kept is None else _read(kept, key)[:count]
     progress(len(done))
     try:
         while len(done) < count:
-            done.append(part(len(done)))
+            done.append(part(done))
             if kept is not None and len(done) < count:
                 _write(kept, key, done)
             progress(len(done))
@@ -66,6 +67,25 @@ def in_parts(
         with contextlib.suppress(OSError):
             kept.unlink()
     return done
+
+
+def in_parts(count: int, part: Callable[[int], Columns], **more: Any) -> list[Columns]:
+    """The same of parts that do not depend on each other.
+
+    Args:
+        count: how many parts there are.
+        part: does one of them, given its number.
+        more: arguments of `in_sequence`.
+
+    Raises:
+        TegotaeError: if the file cannot be written.
+        KeyboardInterrupt: after Ctrl-C; it says what is kept.
+
+    Example:
+        >>> in_parts(2, lambda number: {"square": np.array([number**2])})
+        [{'square': array([0])}, {'square': array([1])}]
+    """
+    return in_sequence(count, lambda done: part(len(done)), **more)
 
 
 def _write(path: Path, key: str, done: list[Columns]) -> None:

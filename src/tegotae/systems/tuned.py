@@ -1,0 +1,223 @@
+"""Walkers whose few numbers are tuned: vanilla feedback, the cosine law, or forced phases.
+
+A family says which numbers of a legged system are free, and between which values. All walkers of a
+family are lanes of one program, each with its own frequency, gain and ellipse.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from tegotae._support.errors import TegotaeError, unknown
+from tegotae.measures.gaits.names import patterns_for
+from tegotae.parts.controller import Controller, Tegotae
+from tegotae.parts.terms import (
+    ConstantGain,
+    EllipticFoot,
+    OffsetAction,
+    TunedFoot,
+    VanillaAction,
+    VanillaReaction,
+)
+from tegotae.simulation.rollout import Scenario
+from tegotae.systems.legged import Legged, random_phases
+
+Numbers = Mapping[str, np.ndarray]
+"""Numbers of walkers by name, [walkers]."""
+
+NUMBERS = ("omega", "sigma", "offset", "stride", "lift", "press", "shift")
+"""All numbers of a walker: frequency, gain, offset of the cosine law, and those of the ellipse."""
+
+FORCED = "forced "
+"""Begins the name of a family without feedback, before that of its gait."""
+
+
+@dataclass(frozen=True)
+class Range:
+    """Between which values a number is tuned.
+
+    Args:
+        low: the lowest.
+        high: the highest.
+        even: whether equal steps count alike; equal ratios do otherwise.
+    """
+
+    low: float
+    high: float
+    even: bool = False
+
+    def at(self, share: np.ndarray) -> np.ndarray:
+        """The values at shares of the range, from 0 to 1.
+
+        Example:
+            >>> Range(1.0, 100.0).at(np.array([0.5])).round(6).tolist()
+            [10.0]
+        """
+        if self.even:
+            return self.low + (self.high - self.low) * share
+        return np.exp(math.log(self.low) + math.log(self.high / self.low) * share)
+
+
+_PLACE = {"omega": Range(0.4, 10.0), "stride": Range(0.03, 0.45), "lift": Range(0.005, 0.25)}
+_GAIN = {"sigma": Range(0.03, 6.0)}
+_OFFSET = {"offset": Range(-1.5, 1.5, even=True)}
+_ELLIPSE = {"press": Range(0.001, 0.1), "shift": Range(-0.6, 1.6, even=True)}
+
+
+@dataclass(frozen=True)
+class TunedFamily:
+    """What drives the legs of a walker, and which of its numbers are tuned.
+
+    Args:
+        name: of `families`.
+        ranges: of its free numbers; the others are those of the system.
+        action: "vanilla" or "cosine".
+        lags: the lag of each leg [cycles], of legs that are forced into them; None of others.
+    """
+
+    name: str
+    ranges: Mapping[str, Range]
+    action: str = "vanilla"
+    lags: Mapping[str, float] | None = None
+
+    def controller(self, legged: Legged) -> Controller:
+        """The controller, with weights for all numbers but the frequency."""
+        action = OffsetAction() if self.action == "cosine" else VanillaAction()
+        terms = Tegotae(action, VanillaReaction(), ConstantGain())
+        foot = TunedFoot(ellipse_of(legged))
+        return dataclasses.replace(legged.controller, actuation=foot, tegotae=terms)
+
+    def numbers(self, legged: Legged, free: Numbers) -> dict[str, np.ndarray]:
+        """All numbers of walkers, the fixed ones those of the system.
+
+        Args:
+            legged: the system.
+            free: those that are tuned, [walkers].
+        """
+        own = ellipse_of(legged)
+        count = len(next(iter(free.values())))
+        fixed = {
+            "omega": legged.omega,
+            "sigma": 0.0 if self.lags is not None else legged.weights[0],
+            "offset": 0.0,
+            "stride": own.stride_m, "lift": own.lift_m,
+            "press": own.press_m, "shift": own.shift_rad,
+        }  # fmt: skip
+        return {name: np.asarray(free.get(name, np.full(count, fixed[name]))) for name in NUMBERS}
+
+    def weights(self, numbers: Numbers) -> np.ndarray:
+        """The weights of walkers, [walkers, n_weights]."""
+        offset = ("offset",) if self.action == "cosine" else ()
+        order = (*offset, "sigma", "stride", "lift", "press", "shift")
+        return np.stack([np.asarray(numbers[name], float) for name in order], axis=1)
+
+    def phases(self, legged: Legged, starts: int, seed: int) -> np.ndarray:
+        """Phases at release [rad], [limbs, starts].
+
+        Independent for each leg; of forced legs those of their gait, begun anywhere.
+        """
+        drawn = random_phases(legged.body.limbs, starts, seed)
+        if self.lags is None:
+            return drawn
+        lag = np.array([[self.lags[leg]] for leg in legged.names])
+        return drawn[:1] - 2.0 * np.pi * lag
+
+    def scenario(self, legged: Legged, numbers: Numbers, phase_rad: np.ndarray) -> Scenario:
+        """The release of every walker, from its own standing height.
+
+        Args:
+            legged: the system.
+            numbers: of the walkers, [lanes].
+            phase_rad: at release [rad], [limbs, lanes].
+        """
+        deeper = np.asarray(numbers["press"], float) - ellipse_of(legged).press_m
+        height = legged.system.release.height_m + deeper
+        found = legged.scenario(phase_rad, height_m=height)
+        return found._replace(omega=np.asarray(numbers["omega"], float))
+
+    def walker(self, legged: Legged, numbers: Mapping[str, float]) -> Legged:
+        """One walker as a system of its own, released at phase 0, or in the phases of its gait.
+
+        Args:
+            legged: the system.
+            numbers: all of the walker's, such as a row of a front.
+        """
+        lanes = {name: np.array([_number(numbers, name)]) for name in NUMBERS}
+        system = dataclasses.replace(legged.system, controller=self.controller(legged))
+        release: dict[str, object] = {"omega": float(lanes["omega"][0])}
+        deeper = float(lanes["press"][0]) - ellipse_of(legged).press_m
+        release["height_m"] = legged.system.release.height_m + deeper
+        if self.lags is not None:
+            release["phase_rad"] = tuple(-2.0 * math.pi * self.lags[leg] for leg in legged.names)
+        return dataclasses.replace(
+            legged,
+            about=f"{legged.about}, {self.name}",
+            system=system.replaced(release),
+            weights=tuple(self.weights(lanes)[0]),
+        )
+
+
+def families(legged: Legged) -> dict[str, TunedFamily]:
+    """The families of a legged system by name.
+
+    "vanilla" and "cosine" have the frequency, gain, stride and lift free; "vanilla ellipse" the
+    whole ellipse; "forced trot" and the like turn their legs at ω without feedback.
+
+    Example:
+        >>> from tegotae.systems.legged_systems import system
+        >>> list(families(system("hexapod")))[:4]
+        ['vanilla', 'cosine', 'vanilla ellipse', 'forced pronk']
+    """
+    ellipse_of(legged)
+    forced: dict[str, TunedFamily] = {}
+    for pattern in patterns_for(legged.names):
+        name = FORCED + pattern.name
+        forced.setdefault(name, TunedFamily(name, _PLACE, lags=pattern.lags))
+    return {
+        "vanilla": TunedFamily("vanilla", _PLACE | _GAIN),
+        "cosine": TunedFamily("cosine", _PLACE | _GAIN | _OFFSET, "cosine"),
+        "vanilla ellipse": TunedFamily("vanilla ellipse", _PLACE | _GAIN | _ELLIPSE),
+        **forced,
+    }
+
+
+def family(legged: Legged, name: str) -> TunedFamily:
+    """A family by name.
+
+    Args:
+        legged: the system.
+        name: of `families`.
+
+    Raises:
+        TegotaeError: for an unknown one, or a system that has none.
+    """
+    known = families(legged)
+    if name not in known:
+        raise unknown("family", name, known)
+    return known[name]
+
+
+def ellipse_of(legged: Legged) -> EllipticFoot:
+    """The ellipse of a system's feet.
+
+    Raises:
+        TegotaeError: for a system without units of length, mass and gravity, or without vanilla
+            feedback and an ellipse.
+    """
+    own = legged.controller.actuation
+    if not (isinstance(own, EllipticFoot) and legged.dimensionless and len(legged.weights) == 1):
+        raise TegotaeError(
+            f"{legged.about} has no front: a front is of a dimensionless walker with vanilla "
+            "feedback and feet on an ellipse, such as quadruped-c"
+        )
+    return own
+
+
+def _number(numbers: Mapping[str, float], name: str) -> float:
+    value = float(numbers[name])
+    return 0.0 if math.isnan(value) else value
