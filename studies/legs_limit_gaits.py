@@ -1,0 +1,292 @@
+"""Gaits in open loop on the quadruped, as vectors of numbers: what a search for the limit varies.
+
+Each foot goes round C's ellipse at a phase that is any Fourier series in time, or round an ellipse
+of its own with such a timing and series added to its place. No leg feels anything. A vector is
+decoded to the weights of four such legs and a frequency.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from tegotae.parts.bodies import Body
+from tegotae.parts.commands import FOOT
+from tegotae.parts.controller import Controller
+from tegotae.parts.oscillators import PhaseOscillator
+from tegotae.parts.terms import EllipticFoot, Signals
+from tegotae.parts.terms.actuation import Actuation
+from tegotae.simulation.recorder import Trajectory
+from tegotae.simulation.rollout import Engine, Scenario, Timing
+from tegotae.systems.legged_systems import quadruped_c
+
+REACH_M = 0.4
+"""How far a foot may be ahead of or behind its hip [l0]."""
+HEIGHTS_M = (-0.2, 0.3)
+"""How far below and above its place at rest it may be commanded [l0]."""
+OMEGAS = (0.5, 12.0)
+"""Stride frequencies that are allowed [√(g/l0)]."""
+
+
+def _waves(signals: Signals, harmonics: int) -> list[jax.Array]:
+    """cos θ, sin θ, cos 2θ, sin 2θ, ... from the oscillator's signals."""
+    c1, s1 = signals["cos_phase"], signals["sin_phase"]
+    waves, c, s = [c1, s1], c1, s1
+    for _ in range(harmonics - 1):
+        c, s = c * c1 - s * s1, s * c1 + c * s1
+        waves += [c, s]
+    return waves
+
+
+@dataclass(frozen=True)
+class TimedEllipse(Actuation):
+    """A foot on C's ellipse, at the phase nθ + Σ aₖ cos kθ + bₖ sin kθ: any way round in time."""
+
+    COMMANDS = FOOT
+    harmonics: int = 3
+    turns: int = 1
+    """How often it goes round in a turn of θ."""
+    around: EllipticFoot = quadruped_c().controller.actuation  # type: ignore[assignment]
+
+    @property
+    def needs_phase(self) -> bool:
+        """It does."""
+        return True
+
+    @property
+    def reads(self) -> tuple[str, ...]:
+        """Sine and cosine of the phase."""
+        return self.around.reads
+
+    @property
+    def shape(self) -> int:
+        """How many weights are no series."""
+        return 0
+
+    @property
+    def n_weights(self) -> int:
+        """Two a harmonic."""
+        return 2 * self.harmonics
+
+    @property
+    def scale(self) -> np.ndarray:
+        """Sizes of the weights: that of a wave falls with its number."""
+        return np.repeat(0.5 / np.arange(1, self.harmonics + 1), 2)
+
+    def __call__(self, weights, signals):
+        """Forward and up [m], [2, limbs, lanes]."""
+        return self.around((), self.timed(weights, _waves(signals, self.harmonics)))
+
+    def timed(self, weights, waves: list[jax.Array]) -> Signals:
+        """Sine and cosine of the phase on the ellipse."""
+        own = Signals(
+            {"cos_phase": waves[2 * self.turns - 2], "sin_phase": waves[2 * self.turns - 1]}
+        )
+        return turned(own, series(weights, waves))
+
+
+SHAPE = np.array([0.1, 0.05, 0.03, 0.5, 0.1, 0.05])
+"""Sizes of B, A, A′, δ and of the middle of a path."""
+
+
+@dataclass(frozen=True)
+class FreeFoot(TimedEllipse):
+    """A foot on an ellipse of its own, timed alike, and series added to both coordinates.
+
+    Within a box around the place below the hip.
+    """
+
+    @property
+    def shape(self) -> int:
+        """Those of the ellipse, and its middle."""
+        return len(SHAPE)
+
+    @property
+    def n_weights(self) -> int:
+        """Of the ellipse, its timing and what is added."""
+        return self.shape + 6 * self.harmonics
+
+    @property
+    def scale(self) -> np.ndarray:
+        """Sizes of the weights."""
+        timing = super().scale
+        return np.concatenate([SHAPE, timing, 0.2 * timing, 0.1 * timing])
+
+    def __call__(self, weights, signals):
+        """Forward and up [m], [2, limbs, lanes]."""
+        at, n = self.shape, 2 * self.harmonics
+        stride, lift, press, shift, ahead, up = weights[:at]
+        own = self.around
+        waves = _waves(signals, self.harmonics)
+        timed = self.timed(weights[at : at + n], waves)
+        lead, sine = turned(timed, own.shift_rad + shift), timed["sin_phase"]
+        height = jnp.where(sine > 0.0, own.lift_m + lift, own.press_m + press)
+        x = ahead - (own.stride_m + stride) * lead["cos_phase"]
+        z = up + height * sine
+        x = x + series(weights[at + n : at + 2 * n], waves)
+        z = z + series(weights[at + 2 * n :], waves)
+        return jnp.stack([jnp.clip(x, -REACH_M, REACH_M), jnp.clip(z, *HEIGHTS_M)])
+
+
+def series(weights, waves: list[jax.Array]) -> jax.Array:
+    """Σ of weights times waves."""
+    return sum(a * wave for a, wave in zip(weights, waves, strict=True))  # type: ignore[return-value]
+
+
+def turned(signals: Signals, angle) -> Signals:
+    """Sine and cosine of the phase plus an angle."""
+    c, s = jnp.cos(angle), jnp.sin(angle)
+    sine, cosine = signals["sin_phase"], signals["cos_phase"]
+    return Signals({"sin_phase": sine * c + cosine * s, "cos_phase": cosine * c - sine * s})
+
+
+@dataclass(frozen=True)
+class Space:
+    """A set of gaits, as vectors of numbers of about one in size.
+
+    A vector is a logarithm of the frequency, lags, and the series of every leg that has its own.
+
+    Args:
+        feet: "free" or "ellipse".
+        steps: 1: the right legs do as the left ones half a stride later. 2: each leg by itself.
+            4: each leg by itself, and all is repeated every second stride alone.
+        harmonics: of a stride.
+    """
+
+    feet: str = "free"
+    steps: int = 1
+    harmonics: int = 3
+
+    @property
+    def name(self) -> str:
+        """Short, for files."""
+        return f"{self.feet}-{self.steps}-{self.harmonics}"
+
+    @property
+    def foot(self) -> TimedEllipse:
+        """What moves a foot."""
+        turns = 2 if self.steps == 4 else 1
+        kind = FreeFoot if self.feet == "free" else TimedEllipse
+        return kind(turns * self.harmonics, turns)
+
+    @property
+    def size(self) -> int:
+        """How many numbers a vector has."""
+        n = self.foot.n_weights
+        return 2 + 2 * n if self.steps == 1 else 4 + 4 * n
+
+    def decoded(self, x: np.ndarray, speed: np.ndarray) -> tuple[np.ndarray, Scenario]:
+        """Weights [lanes, 4 n] and release of vectors [lanes, size], for speeds [lanes]."""
+        n, scale = self.foot.n_weights, self.foot.scale
+        omega = np.clip(np.pi * speed / 0.6 * np.exp(x[:, 0]), *OMEGAS)
+        if self.steps == 1:
+            fore, hind = x[:, 2 : 2 + n], x[:, 2 + n :]
+            legs = [fore, fore, hind, hind]
+            lags = [0.0 * x[:, 1], 0.0 * x[:, 1] + 0.5, x[:, 1], x[:, 1] + 0.5]
+        else:
+            legs = [x[:, 4 + k * n : 4 + (k + 1) * n] for k in range(4)]
+            lags = [0.0 * x[:, 1], x[:, 1], x[:, 2], x[:, 3]]
+        halves = 0.5 if self.steps == 4 else 1.0
+        weights = np.concatenate([leg * scale for leg in legs], axis=1)
+        phase = 2.0 * np.pi * halves * np.stack(lags)
+        return weights, Scenario(omega=halves * omega, phase_rad=phase, height_m=RELEASE_M)
+
+    def engine(self, summary, timing: Timing) -> Engine:
+        """What advances its gaits."""
+        legs = Controller(self.foot, PhaseOscillator(), limbs=4, sharing=(0, 1, 2, 3))
+        return Engine(controller=legs, timing=timing, summary=summary)
+
+    def random(self, rng: np.random.Generator) -> np.ndarray:
+        """A start: any frequency and lags, an ellipse of any size if it is free."""
+        x = np.zeros(self.size)
+        n, lags = self.foot.n_weights, 1 if self.steps == 1 else 3
+        x[0], x[1 : 1 + lags] = 0.3 * rng.normal(), rng.uniform(size=lags)
+        shape = rng.normal(size=self.foot.shape)
+        for leg in x[1 + lags :].reshape(-1, n):
+            leg[: self.foot.shape] = shape
+        return x
+
+    def from_space(self, other: Space, x: np.ndarray) -> np.ndarray:
+        """A vector of another space, of no more steps and no freer feet, as one of this."""
+        n = other.foot.n_weights
+        if other.steps == 1:
+            legs, lags = [x[2 : 2 + n]] * 2 + [x[2 + n :]] * 2, [0.5, x[1], x[1] + 0.5]
+        else:
+            legs, lags = [x[4 + k * n : 4 + (k + 1) * n] for k in range(4)], list(x[1:4])
+        twice = 2 if self.steps == 4 and other.steps != 4 else 1
+        legs = [self._leg(leg * other.foot.scale, other, twice) / self.foot.scale for leg in legs]
+        if self.steps == 1:
+            return np.concatenate([[x[0], lags[1]], legs[0], legs[2]])
+        return np.concatenate([[x[0]], lags, *legs])
+
+    def _leg(self, leg: np.ndarray, other: Space, twice: int) -> np.ndarray:
+        """A leg's weights with another number of waves; wave k becomes wave k · twice."""
+        mine, shape = np.zeros(self.foot.n_weights), other.foot.shape
+        mine[:shape] = leg[:shape]
+        of = leg[shape:].reshape(-1, 2 * other.foot.harmonics)
+        to = mine[self.foot.shape :].reshape(-1, 2 * self.foot.harmonics)
+        for k in range(min(other.foot.harmonics, self.foot.harmonics // twice)):
+            at = 2 * ((k + 1) * twice - 1)
+            to[: len(of), at : at + 2] = of[:, 2 * k : 2 * k + 2]
+        return mine
+
+
+RELEASE_M = 0.62
+"""Height of the mass at the release [l0]."""
+
+
+def replaced(space: Space, **changes) -> Space:
+    """Another space."""
+    return dataclasses.replace(space, **changes)
+
+
+class Walked(NamedTuple):
+    """What a gait does over its last whole strides, and over as many before, [2, lanes] each."""
+
+    speed: np.ndarray
+    power: np.ndarray
+    turn: np.ndarray
+    fall_s: np.ndarray
+    """When it falls [s], infinite if it does not, [lanes]."""
+
+
+@dataclass(frozen=True)
+class OverStrides:
+    """An engine's summary: speed and power over whole strides, twice, after a time to settle.
+
+    Twice, since a gait that has not settled may look cheap for a while.
+    """
+
+    settle_s: float
+    needs = ("time_s", "x_m", "y_m", "yaw_rad", "work_absolute_j", "failed")
+
+    def __call__(self, t: Trajectory, scenario: Scenario, body: Body, timing: Timing) -> Walked:
+        """Measured from interpolated totals, so that both windows have whole strides."""
+        stride, frames = 2.0 * jnp.pi / scenario.omega, t.time_s.shape[0]
+        strides = jnp.maximum(jnp.floor(0.5 * (timing.duration_s - self.settle_s) / stride), 1.0)
+        time = strides * stride
+
+        def changes(total: jax.Array) -> jax.Array:
+            def ago(times: float) -> jax.Array:
+                at = (frames - 1) - times * time / timing.frame_s
+                at = jnp.clip(at, 0.0, frames - 1.001)
+                low = jnp.floor(at).astype(int)
+                near, far = (jnp.take_along_axis(total, (low + k)[None], 0)[0] for k in (0, 1))
+                return near + (at - low) * (far - near)
+
+            ends = [total[-1], ago(1.0), ago(2.0)]
+            return jnp.stack([ends[0] - ends[1], ends[1] - ends[2]])
+
+        ahead, aside = changes(t.x_m), changes(t.y_m)
+        fell = jnp.take_along_axis(t.time_s, jnp.argmax(t.failed, axis=0)[None], 0)[0]
+        return Walked(
+            speed=jnp.sign(ahead) * jnp.sqrt(ahead**2 + aside**2) / time,
+            power=changes(t.work_absolute_j) / time,
+            turn=jnp.abs(changes(t.yaw_rad)),
+            fall_s=jnp.where(t.failed[-1], fell, jnp.inf),
+        )

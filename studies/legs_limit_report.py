@@ -1,0 +1,356 @@
+"""The kept limit, its tables and figures, from what the search has found."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from kept import write_rows, write_text
+from legs_limit_gaits import Space
+from legs_limit_search import Found, losses
+from tegotae._support.tables import read_csv
+from tegotae.figures.gaits.colours import by_side, gait_colour, gait_marker
+from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, save_figure, styled
+from tegotae.measures.gaits.footfall import stances
+from tegotae.measures.gaits.limit import COLUMNS, FEET, bound, limit_table
+from tegotae.measures.gaits.names import named
+from tegotae.parts.bodies import Walker
+from tegotae.simulation.recorder import needing
+from tegotae.simulation.rollout import Timing
+from tegotae.systems.legged_systems import quadruped_c
+
+ROOT = Path(__file__).resolve().parents[1]
+TABLES = ROOT / "docs" / "_static" / "legs_limit"
+KEPT = ROOT / "src" / "tegotae" / "measures" / "gaits" / "limit_quadruped_c.csv"
+FINE = Timing(duration_s=108.0, tick_s=0.004, frame_s=0.04)
+"""Of the rollouts that are kept: ticks of a third, three times as long."""
+TOP = 4
+"""Gaits of every speed that are simulated finely."""
+NAMES = quadruped_c().names
+Stages = dict[str, tuple[Space, np.ndarray, Found]]
+
+
+class Gait(NamedTuple):
+    """A gait that was found, simulated finely."""
+
+    stage: str
+    space: Space
+    wanted: float
+    x: np.ndarray
+    speed: float
+    cost: float
+    loss: float
+
+
+def report(stages: Stages) -> None:
+    """Write all that is kept.
+
+    Args:
+        stages: by name, the space, the speeds wanted and what was found.
+    """
+    fine = {name: finely(name, *stage) for name, stage in stages.items()}
+    best = {
+        feet: [
+            min(own, key=lambda gait: gait.loss)
+            for own in by_speed([g for gaits in fine.values() for g in gaits], feet)
+        ]
+        for feet in FEET
+    }
+    looked_at = {feet: [look(gait) for gait in gaits] for feet, gaits in best.items()}
+    rows = [row(feet, *both) for feet in FEET for both in zip(best[feet], looked_at[feet], strict=True)]
+    write_rows(KEPT, rows, digits=5)
+    write_text(TABLES / "gaits.json", json.dumps([document(g) for f in FEET for g in best[f]]))
+    write_rows(TABLES / "stages.csv", of_stages(fine), digits=4)
+    limit_table.cache_clear()
+    write_text(TABLES / "limit.md", markdown(rows))
+    write_text(TABLES / "stages.md", stages_markdown())
+    with styled():
+        save_figure(draw(rows, looked_at), TABLES / "limit.png")
+        save_figure(draw_convergence(stages), TABLES / "convergence.png")
+
+
+def finely(name: str, space: Space, wanted: np.ndarray, found: Found) -> list[Gait]:
+    """The best of every speed of a stage, with short ticks and for longer."""
+    chosen = [
+        k
+        for speed in np.unique(wanted)
+        for k in np.flatnonzero(wanted == speed)[np.argsort(found.loss[wanted == speed])][:TOP]
+        if found.loss[k] < 50.0
+    ]
+    loss, speed, cost = losses(space, found.x[chosen], wanted[chosen], FINE)
+    return [
+        Gait(name, space, wanted[k], found.x[k], speed[at], cost[at], loss[at])
+        for at, k in enumerate(chosen)
+    ]
+
+
+def by_speed(gaits: list[Gait], feet: str) -> list[list[Gait]]:
+    """Those of such feet that walk at the speed that was wanted, speed by speed."""
+    own = [g for g in gaits if g.space.feet == feet and abs(g.speed / g.wanted - 1.0) < 0.02]
+    return [[g for g in own if g.wanted == v] for v in sorted({g.wanted for g in own})]
+
+
+class Look(NamedTuple):
+    """A gait's last stride."""
+
+    lag: np.ndarray
+    """Of the middles of stances behind that of LH [cycles], [legs]."""
+    gait: str
+    duty: np.ndarray
+    longest_s: float
+    flight: float
+    omega: float
+    intervals: list[list[tuple[float, float]]]
+    """Stances of each leg as shares of a stride, from a stance of LH on."""
+
+
+@needing("time_s", "stance_time_s")
+def _watch(trajectory, scenario, body, timing):
+    return {"time": trajectory.time_s, "stance": trajectory.stance_time_s}
+
+
+def look(gait: Gait) -> Look:
+    """When the feet of a gait are on the ground."""
+    weights, scenario = gait.space.decoded(gait.x[None], np.array([gait.wanted]))
+    engine = gait.space.engine(_watch, FINE)
+    path = engine.run(weights, scenario, Walker(), dtype="float64")
+    time = np.asarray(path["time"], float).reshape(len(path["time"]), -1)[:, 0]
+    total = np.asarray(path["stance"], float)[:, :, 0]
+    omega = float(np.ravel(scenario.omega)[0]) * (2.0 if gait.space.steps == 4 else 1.0)
+    stride = 2.0 * np.pi / omega
+    late = time > time[-1] - 8.0 * stride
+    gained = np.diff(total, axis=0, prepend=total[:1])[late]
+    angle = omega * time[late]
+    middle = np.angle((gained * np.exp(1j * angle)[:, None]).sum(axis=0)) / (2.0 * np.pi)
+    lag = (middle - middle[2]) % 1.0
+    duty = gained.sum(axis=0) / (late.sum() * FINE.frame_s)
+    start = time[-1] - 2.5 * stride
+    every = stances(time, total)
+    longest = max((b - a for leg in every for a, b in leg if a > 0.5 * time[-1]), default=0.0)
+    shown = [
+        [((a - start) / stride, (b - start) / stride) for a, b in leg if b > start] for leg in every
+    ]
+    return Look(
+        lag=lag,
+        gait=str(named(lag[:, None], NAMES, 0.1)[0]),
+        duty=duty,
+        longest_s=longest,
+        flight=float((gained.max(axis=1) <= 0.0).mean()),
+        omega=omega,
+        intervals=shown,
+    )
+
+
+def row(feet: str, gait: Gait, seen: Look) -> dict[str, Any]:
+    """A row of the kept table."""
+    values = (
+        feet,
+        gait.speed,
+        gait.cost,
+        seen.omega,
+        seen.gait,
+        seen.duty.mean(),
+        seen.longest_s,
+        seen.lag[0],
+        seen.flight,
+    )
+    return dict(zip(COLUMNS, values, strict=True))
+
+
+def document(gait: Gait) -> dict[str, Any]:
+    """A gait to be released again: the space it is of, the speed wanted and its vector."""
+    own = gait.space
+    return {
+        "feet": own.feet,
+        "steps": own.steps,
+        "harmonics": own.harmonics,
+        "speed": gait.wanted,
+        "cost_of_transport": round(gait.cost, 6),
+        "x": [round(float(a), 7) for a in gait.x],
+    }
+
+
+def of_stages(fine: dict[str, list[Gait]]) -> list[dict[str, Any]]:
+    """The least cost of every stage at every speed."""
+    rows = []
+    for name, gaits in fine.items():
+        for own in by_speed(gaits, gaits[0].space.feet):
+            least = min(own, key=lambda g: g.loss)
+            rows.append({"stage": name, "speed": least.wanted, "cost_of_transport": least.cost})
+    return rows
+
+
+def markdown(rows: list[dict[str, Any]]) -> str:
+    """The limits as a table."""
+    lines = [
+        "| speed | free feet: CoT | ω | gait | duty | flight | proved bound | on C's ellipse: CoT "
+        "| ω | gait | duty |",
+        "|---" * 11 + "|",
+    ]
+    tied = {round(r["speed"], 1): r for r in rows if r["feet"] == "ellipse"}
+    for r in rows:
+        if r["feet"] != "free":
+            continue
+        other = tied.get(round(r["speed"], 1))
+        least = float(bound(Walker(), r["speed"], r["longest_stance"]))
+        cells = [
+            f"{r['speed']:.1f}",
+            f"**{r['cost_of_transport']:.3f}**",
+            f"{r['omega']:.2f}",
+            r["gait"],
+            f"{r['duty_factor']:.2f}",
+            f"{100.0 * r['flight']:.0f} %",
+            f"{least:.3f}",
+        ]
+        cells += (
+            ["–"] * 4
+            if other is None
+            else [
+                f"**{other['cost_of_transport']:.3f}**",
+                f"{other['omega']:.2f}",
+                other["gait"],
+                f"{other['duty_factor']:.2f}",
+            ]
+        )
+        lines.append(f"| {' | '.join(cells)} |")
+    return "\n".join(lines) + "\n"
+
+
+def stages_markdown() -> str:
+    """The least cost of every search at every speed, as a table."""
+    table = read_csv(TABLES / "stages.csv")
+    names = list(dict.fromkeys(table["stage"].tolist()))
+    speeds = sorted({float(v) for v in table["speed"]})
+    lines = [
+        f"| search | {' | '.join(f'{v:g}' for v in speeds)} |",
+        "|---" * (len(speeds) + 1) + "|",
+    ]
+    cells = {
+        (s, float(v)): float(c)
+        for s, v, c in zip(table["stage"], table["speed"], table["cost_of_transport"], strict=True)
+    }
+    for name in names:
+        own = [f"{cells[name, v]:.3f}" if (name, v) in cells else "–" for v in speeds]
+        lines.append(f"| `{name}` | {' | '.join(own)} |")
+    return "\n".join(lines) + "\n"
+
+
+def draw(rows: list[dict[str, Any]], looked_at: dict[str, list[Look]]) -> Figure:
+    """The limits over speed with what controllers reach, and footfalls of the free ones."""
+    figure = new_figure(PAGE_IN, 3.6)
+    left, right = figure.subplots(1, 2, width_ratios=(3, 2))
+    lines = {
+        "free": ("limit, free feet", "black", "-"),
+        "ellipse": ("limit, C's ellipse", "0.45", "--"),
+    }
+    for feet, (label, colour, line) in lines.items():
+        own = [r for r in rows if r["feet"] == feet]
+        left.plot(
+            [r["speed"] for r in own],
+            [r["cost_of_transport"] for r in own],
+            line,
+            color=colour,
+            lw=1.2,
+            label=label,
+        )
+        for r in own:
+            left.plot(r["speed"], r["cost_of_transport"], gait_marker(r["gait"]), ms=4.5,
+                      color=gait_colour(r["gait"]))  # fmt: skip
+    speeds = np.linspace(0.05, 1.4, 100)
+    left.plot(
+        speeds, bound(Walker(), speeds, 0.8 / speeds), ":", color="0.3", label="proved, even speed"
+    )
+    controllers(left)
+    for gait in dict.fromkeys(r["gait"] for r in rows):
+        left.plot([], [], gait_marker(gait), color=gait_colour(gait), ms=4.5, label=gait)
+    left.set(yscale="log", xlim=(0.0, 1.4), ylim=(1e-3, 2.0))
+    left.set_xlabel("speed [√(g l0)]")
+    left.set_ylabel("cost of transport")
+    footfalls(right, [r for r in rows if r["feet"] == "free"], looked_at["free"])
+    figure.legend(*left.get_legend_handles_labels(), loc="outside lower center", ncols=4)
+    return figure
+
+
+def controllers(axes: Axes) -> None:
+    """What controllers reach: the vanilla front, and the learned walkers that are kept."""
+    try:
+        from tegotae.measures.fronts import front
+    except ImportError:
+        return
+    kept = front("quadruped-c", "vanilla")
+    axes.plot(
+        kept["speed"], kept["cost_of_transport"], "-", color=COLOURS[0], label="vanilla front"
+    )
+    speed, cost = learned()
+    axes.plot(speed, cost, ".", ms=3, color=COLOURS[1], label="learned walkers")
+
+
+def learned() -> tuple[np.ndarray, np.ndarray]:
+    """Speeds and costs of the learned walkers of quadruped C that are kept."""
+    table = read_csv(ROOT / "docs" / "_static" / "learned_legs" / "judged.csv")
+    mine = np.char.endswith(np.asarray(table["cell"], str), "@quadruped-c")
+    numbers = [np.array([float(c) if str(c) else np.nan for c in table[n]])[mine]
+               for n in ("speed_m_per_s", "cost_of_transport", "upright")]  # fmt: skip
+    walks = (numbers[2] == 1.0) & np.isfinite(numbers[1])
+    return numbers[0][walks], numbers[1][walks]
+
+
+def footfalls(axes: Axes, rows: list[dict[str, Any]], seen: list[Look]) -> None:
+    """Two strides of every speed, a bar a stance."""
+    order, at, ticks = by_side(NAMES), 0.0, []
+    for r, one in list(zip(rows, seen, strict=True)):
+        for place, leg in enumerate(order):
+            for a, b in one.intervals[leg]:
+                a, b = max(a, 0.0), min(b, 2.0)
+                if b > a:
+                    axes.barh(
+                        at + 0.2 * place, b - a, left=a, height=0.17, color=gait_colour(r["gait"])
+                    )
+        ticks.append((at + 0.3, f"{r['speed']:.1f}"))
+        at += 1.1
+    axes.set_yticks(*map(list, zip(*ticks, strict=True)))
+    axes.set_ylim(at - 0.1, -0.3)
+    axes.set_xlim(0.0, 2.0)
+    axes.set_xlabel("strides")
+    axes.set_ylabel("speed")
+    axes.set_title("stances, free feet: LH, LF, RF, RH")
+
+
+def draw_convergence(stages: Stages) -> Figure:
+    """Cost over the generations, start by start; and over the number of harmonics."""
+    figure = new_figure(PAGE_IN, 2.4)
+    axes = figure.subplots(1, 3)
+    for panel, speed in zip(axes, (0.3, 0.8), strict=False):
+        for colour, name in zip((COLOURS[0], COLOURS[4]), ("free-1-3", "ellipse-1-3"), strict=True):
+            if name not in stages:
+                continue
+            _, wanted, found = stages[name]
+            for k in np.flatnonzero(wanted == speed):
+                panel.plot(np.exp(found.history[:, k]), color=colour, lw=0.8)
+            panel.plot([], [], color=colour, label=name.partition("-")[0])
+        panel.set(yscale="log", ylim=(0.01, 5.0))
+        panel.set_title(f"speed {speed:g}: random starts")
+        panel.set_xlabel("generation")
+    axes[0].set_ylabel("cost of transport")
+    axes[0].legend()
+    table = read_csv(TABLES / "stages.csv")
+    speeds = np.array(table["speed"], float)
+    for at, speed in enumerate((0.2, 0.4, 0.6, 1.0)):
+        points = []
+        for harmonics in (1, 2, 3, 5):
+            own = np.char.startswith(np.asarray(table["stage"], str), f"free-1-{harmonics}")
+            cost = np.array(table["cost_of_transport"], float)[own & (speeds == speed)]
+            if len(cost):
+                points.append((harmonics, cost.min()))
+        if points:
+            axes[2].plot(
+                *zip(*points, strict=True), "o-", ms=3, color=COLOURS[at], label=f"{speed:g}"
+            )
+    axes[2].set(yscale="log", xlabel="harmonics, free feet", title="at speed")
+    axes[2].legend()
+    return figure
