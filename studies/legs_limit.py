@@ -22,12 +22,12 @@ import tyro
 
 import legs_limit_report
 from legs_limit_gaits import Space
-from legs_limit_search import Found, search
+from legs_limit_search import Found, losses, search
 from tegotae._support.files import output_folder
 from tegotae.cli.status import exit_status
 
 FOLDER = Path("runs/legs_limit")
-SPEEDS = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.8, 1.0, 1.3)
+SPEEDS = (0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.8, 1.0, 1.3, 1.6, 2.0)
 """Speeds that are looked at [√(g l0)]."""
 
 
@@ -58,47 +58,52 @@ class Stage:
 
     def begin(self, folder: Path, seed: int) -> tuple[np.ndarray, np.ndarray]:
         """Speeds and vectors to start from, [starts] and [starts, size]."""
-        rng = np.random.default_rng(seed)
         speeds = np.repeat(SPEEDS, self.starts)
         if not self.after:
+            rng = np.random.default_rng(seed)
             return speeds, np.array([self.space.random(rng) for _ in speeds])
-        known = [(STAGES[name].space, *load(folder, name)) for name in self.after]
+        known = []
+        for name in self.after:
+            space, (of_speed, found) = STAGES[name].space, load(folder, name)
+            known.append((space, of_speed, found.x, losses(space, found.x, of_speed)[0]))
         vectors = []
         for number, speed in enumerate(speeds):
             rank = number % self.starts
             each = [
                 (
-                    loss + 3.0 * abs(np.log(of / speed)) * (of != speed),
+                    loss + abs(np.log(of / speed)) * (of != speed),
                     self.space.from_space(space, x),
                 )
-                for space, of_speed, found in known
-                for of, loss, x in zip(of_speed, found.loss, found.x, strict=True)
+                for space, of_speed, vectors_known, loss_known in known
+                for of, x, loss in zip(of_speed, vectors_known, loss_known, strict=True)
             ]
             best = sorted(range(len(each)), key=lambda k: each[k][0])
-            vectors.append(each[best[rank if rank < 2 else 0]][1])
-            if rank >= 2:
-                vectors[-1] = vectors[-1] + 0.1 * rng.normal(size=self.space.size)
+            vectors.append(each[best[rank]][1])
         return speeds, np.array(vectors)
 
 
 FREE, BOUND = Space("free", 1, 3), Space("ellipse", 1, 3)
 AGAIN = {"std": 0.1, "generations": 500}
+NEAR = {"std": 0.03, "generations": 500}
 _ALL = (
-    Stage(BOUND),
+    Stage(BOUND, generations=120),
     Stage(FREE),
-    Stage(BOUND, ("ellipse-1-3",), **AGAIN, note="-b"),
+    Stage(BOUND, ("ellipse-1-3",), std=0.1, note="-b"),
     Stage(FREE, ("ellipse-1-3-b", "free-1-3"), **AGAIN, note="-b"),
-    Stage(BOUND, ("ellipse-1-3-b",), **AGAIN, note="-c"),
+    Stage(BOUND, ("ellipse-1-3-b",), **NEAR, note="-c"),
     Stage(FREE, ("free-1-3-b",), **AGAIN, note="-c"),
-    Stage(Space("ellipse", 1, 5), ("ellipse-1-3-c",), **AGAIN),
-    Stage(Space("free", 1, 5), ("free-1-3-c",), **AGAIN),
-    Stage(Space("ellipse", 2, 3), ("ellipse-1-3-c",), **AGAIN),
-    Stage(Space("free", 2, 3), ("free-1-3-c",), **AGAIN),
-    Stage(Space("ellipse", 4, 3), ("ellipse-1-3-c",), **AGAIN),
-    Stage(Space("free", 4, 3), ("free-1-3-c",), **AGAIN),
-    Stage(Space("ellipse", 1, 1), ("ellipse-1-3-c",), **AGAIN),
-    Stage(Space("free", 1, 1), ("free-1-3-c",), **AGAIN),
-    Stage(Space("free", 1, 5), ("free-1-5", "free-2-3"), **AGAIN, note="-b"),
+    Stage(FREE, ("free-1-3-b", "free-1-3-c"), **NEAR, note="-d"),
+    Stage(BOUND, ("ellipse-1-3-b", "ellipse-1-3-c"), starts=4, generations=300, std=0.1, note="-d"),
+    Stage(BOUND, ("ellipse-1-3-d",), std=0.05, note="-e"),
+    Stage(Space("ellipse", 1, 5), ("ellipse-1-3-e",), **NEAR),
+    Stage(Space("free", 1, 5), ("free-1-3-d",), **NEAR),
+    Stage(Space("ellipse", 2, 3), ("ellipse-1-3-e",), **NEAR),
+    Stage(Space("free", 2, 3), ("free-1-3-d",), **NEAR),
+    Stage(Space("ellipse", 4, 3), ("ellipse-1-3-e",), **NEAR),
+    Stage(Space("free", 4, 3), ("free-1-3-d",), **NEAR),
+    Stage(Space("ellipse", 1, 1), ("ellipse-1-3-e",), std=0.1, generations=120),
+    Stage(Space("free", 1, 1), ("free-1-3-d",), std=0.1, generations=240),
+    Stage(Space("free", 1, 5), ("free-1-5", "free-1-3-d"), **NEAR, note="-b"),
 )
 STAGES = {stage.name: stage for stage in _ALL}
 
@@ -123,7 +128,9 @@ class Search:
         output_folder(self.dir)
         for number, (name, stage) in enumerate(STAGES.items()):
             file = self.dir / f"{name}.npz"
-            if file.exists() or (self.only and name not in self.only):
+            if self.only and name not in self.only:
+                continue
+            if file.exists() and len(load(self.dir, name)[1].history) >= stage.generations:
                 continue
             speeds, start = stage.begin(self.dir, self.seed + number)
 
@@ -134,16 +141,16 @@ class Search:
                         f"{name} {generation}/{stage.generations}:", *np.round(least, 3), flush=True
                     )
 
-            found = search(
+            search(
                 stage.space,
                 speeds,
                 start,
                 std=stage.std,
                 generations=stage.generations,
                 seed=self.seed + number,
+                checkpoint=file,
                 progress=report,
             )
-            np.savez(file, speed_wanted=speeds, **found._asdict())
 
 
 @dataclass(frozen=True)

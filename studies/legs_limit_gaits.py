@@ -29,7 +29,7 @@ REACH_M = 0.4
 """How far a foot may be ahead of or behind its hip [l0]."""
 HEIGHTS_M = (-0.2, 0.3)
 """How far below and above its place at rest it may be commanded [l0]."""
-OMEGAS = (0.5, 12.0)
+OMEGAS = (0.3, 24.0)
 """Stride frequencies that are allowed [√(g/l0)]."""
 
 

@@ -16,6 +16,7 @@ from legs_limit_search import Found, losses
 from tegotae._support.tables import read_csv
 from tegotae.figures.gaits.colours import by_side, gait_colour, gait_marker
 from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, save_figure, styled
+from tegotae.measures.fronts import front
 from tegotae.measures.gaits.footfall import stances
 from tegotae.measures.gaits.limit import COLUMNS, FEET, bound, limit_table
 from tegotae.measures.gaits.names import named
@@ -62,7 +63,10 @@ def report(stages: Stages) -> None:
         for feet in FEET
     }
     looked_at = {feet: [look(gait) for gait in gaits] for feet, gaits in best.items()}
-    rows = [row(feet, *both) for feet in FEET for both in zip(best[feet], looked_at[feet], strict=True)]
+    rows = [
+        row(feet, *both) for feet in FEET for both in zip(best[feet], looked_at[feet], strict=True)
+    ]
+    rows = with_controllers(rows)
     write_rows(KEPT, rows, digits=5)
     write_text(TABLES / "gaits.json", json.dumps([document(g) for f in FEET for g in best[f]]))
     write_rows(TABLES / "stages.csv", of_stages(fine), digits=4)
@@ -93,6 +97,28 @@ def by_speed(gaits: list[Gait], feet: str) -> list[list[Gait]]:
     """Those of such feet that walk at the speed that was wanted, speed by speed."""
     own = [g for g in gaits if g.space.feet == feet and abs(g.speed / g.wanted - 1.0) < 0.02]
     return [[g for g in own if g.wanted == v] for v in sorted({g.wanted for g in own})]
+
+
+SLOWEST = 0.01
+"""Speed below which a walker stands [√(g l0)]."""
+ON_ELLIPSE = ("V", "cos", "VG-gF", "AR-rF", "ARG-rF-gF")
+"""Families whose feet stay on the ellipse."""
+
+
+def with_controllers(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """The rows, and learned walkers that are cheaper than what the search found there."""
+    own = [row for row in rows if row["feet"] == "ellipse"]
+    speed, cost = ([row[n] for row in own] for n in ("speed", "cost_of_transport"))
+    shown = []
+    for walker in learned():
+        family = walker["cell"].partition("@")[0].partition("+")[0].partition("-w")[0]
+        found = np.exp(np.interp(walker["speed"], speed, np.log(cost)))
+        if family in ON_ELLIPSE and walker["cost_of_transport"] < found:
+            name = f"{walker['cell']} run {walker['run']}"
+            row = dict.fromkeys(COLUMNS, np.nan) | {"feet": "ellipse", "source": name}
+            shown.append(row | {n: walker[n] for n in ("speed", "cost_of_transport", "gait")})
+    kept = [row for row in rows if row["feet"] == "free"]
+    return kept + sorted(own + shown, key=lambda row: row["speed"])
 
 
 class Look(NamedTuple):
@@ -158,6 +184,7 @@ def row(feet: str, gait: Gait, seen: Look) -> dict[str, Any]:
         seen.longest_s,
         seen.lag[0],
         seen.flight,
+        "search",
     )
     return dict(zip(COLUMNS, values, strict=True))
 
@@ -192,14 +219,14 @@ def markdown(rows: list[dict[str, Any]]) -> str:
         "| ω | gait | duty |",
         "|---" * 11 + "|",
     ]
-    tied = {round(r["speed"], 1): r for r in rows if r["feet"] == "ellipse"}
+    tied = {round(r["speed"], 2): r for r in rows if r["feet"] == "ellipse" and r["omega"] > 0.0}
     for r in rows:
         if r["feet"] != "free":
             continue
-        other = tied.get(round(r["speed"], 1))
+        other = tied.get(round(r["speed"], 2))
         least = float(bound(Walker(), r["speed"], r["longest_stance"]))
         cells = [
-            f"{r['speed']:.1f}",
+            f"{r['speed']:.2f}",
             f"**{r['cost_of_transport']:.3f}**",
             f"{r['omega']:.2f}",
             r["gait"],
@@ -242,7 +269,7 @@ def stages_markdown() -> str:
 
 def draw(rows: list[dict[str, Any]], looked_at: dict[str, list[Look]]) -> Figure:
     """The limits over speed with what controllers reach, and footfalls of the free ones."""
-    figure = new_figure(PAGE_IN, 3.6)
+    figure = new_figure(PAGE_IN, 4.2)
     left, right = figure.subplots(1, 2, width_ratios=(3, 2))
     lines = {
         "free": ("limit, free feet", "black", "-"),
@@ -259,16 +286,18 @@ def draw(rows: list[dict[str, Any]], looked_at: dict[str, list[Look]]) -> Figure
             label=label,
         )
         for r in own:
+            if r["source"] != "search":
+                continue
             left.plot(r["speed"], r["cost_of_transport"], gait_marker(r["gait"]), ms=4.5,
                       color=gait_colour(r["gait"]))  # fmt: skip
-    speeds = np.linspace(0.05, 1.4, 100)
+    speeds = np.linspace(0.05, 2.0, 100)
     left.plot(
         speeds, bound(Walker(), speeds, 0.8 / speeds), ":", color="0.3", label="proved, even speed"
     )
     controllers(left)
-    for gait in dict.fromkeys(r["gait"] for r in rows):
+    for gait in dict.fromkeys(r["gait"] for r in rows if r["source"] == "search"):
         left.plot([], [], gait_marker(gait), color=gait_colour(gait), ms=4.5, label=gait)
-    left.set(yscale="log", xlim=(0.0, 1.4), ylim=(1e-3, 2.0))
+    left.set(yscale="log", xlim=(0.0, 2.05), ylim=(1e-3, 3.0))
     left.set_xlabel("speed [√(g l0)]")
     left.set_ylabel("cost of transport")
     footfalls(right, [r for r in rows if r["feet"] == "free"], looked_at["free"])
@@ -278,26 +307,33 @@ def draw(rows: list[dict[str, Any]], looked_at: dict[str, list[Look]]) -> Figure
 
 def controllers(axes: Axes) -> None:
     """What controllers reach: the vanilla front, and the learned walkers that are kept."""
-    try:
-        from tegotae.measures.fronts import front
-    except ImportError:
-        return
     kept = front("quadruped-c", "vanilla")
     axes.plot(
         kept["speed"], kept["cost_of_transport"], "-", color=COLOURS[0], label="vanilla front"
     )
-    speed, cost = learned()
+    speed, cost = np.array([(w["speed"], w["cost_of_transport"]) for w in learned()]).T
     axes.plot(speed, cost, ".", ms=3, color=COLOURS[1], label="learned walkers")
 
 
-def learned() -> tuple[np.ndarray, np.ndarray]:
-    """Speeds and costs of the learned walkers of quadruped C that are kept."""
+def learned() -> list[dict[str, Any]]:
+    """The learned walkers of quadruped C that are kept and did not fall."""
     table = read_csv(ROOT / "docs" / "_static" / "learned_legs" / "judged.csv")
-    mine = np.char.endswith(np.asarray(table["cell"], str), "@quadruped-c")
-    numbers = [np.array([float(c) if str(c) else np.nan for c in table[n]])[mine]
-               for n in ("speed_m_per_s", "cost_of_transport", "upright")]  # fmt: skip
-    walks = (numbers[2] == 1.0) & np.isfinite(numbers[1])
-    return numbers[0][walks], numbers[1][walks]
+    rows = [
+        dict(zip(table, map(str, cells), strict=True))
+        for cells in zip(*table.values(), strict=True)
+    ]
+    return [
+        row
+        | {
+            "speed": float(row["speed_m_per_s"]),
+            "cost_of_transport": float(row["cost_of_transport"]),
+        }
+        for row in rows
+        if row["cell"].endswith("@quadruped-c")
+        and row["upright"] in ("1", "1.0")
+        and row["cost_of_transport"]
+        and float(row["speed_m_per_s"]) > SLOWEST
+    ]
 
 
 def footfalls(axes: Axes, rows: list[dict[str, Any]], seen: list[Look]) -> None:
@@ -311,7 +347,7 @@ def footfalls(axes: Axes, rows: list[dict[str, Any]], seen: list[Look]) -> None:
                     axes.barh(
                         at + 0.2 * place, b - a, left=a, height=0.17, color=gait_colour(r["gait"])
                     )
-        ticks.append((at + 0.3, f"{r['speed']:.1f}"))
+        ticks.append((at + 0.3, f"{r['speed']:.2f}"))
         at += 1.1
     axes.set_yticks(*map(list, zip(*ticks, strict=True)))
     axes.set_ylim(at - 0.1, -0.3)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import NamedTuple
 
 import jax
@@ -62,6 +63,7 @@ def search(
     std: float,
     generations: int,
     seed: int,
+    checkpoint: Path,
     progress: Callable[[int, np.ndarray], None] = lambda *_: None,
 ) -> Found:
     """One strategy (CMA-ES) a start, all in one rollout a generation.
@@ -73,6 +75,7 @@ def search(
         std: first deviation.
         generations: how many.
         seed: of the draws.
+        checkpoint: file from which it goes on, and where it is written every 20 generations.
         progress: called with the generation and the losses.
     """
     starts, size = start.shape
@@ -94,12 +97,18 @@ def search(
         return jax.lax.map(lambda a: strategy.tell(*a, settings)[0], (keys, x, loss, state))
 
     state = begin(jnp.asarray(start, "float32"))
+    leaves, tree = jax.tree.flatten(state)
     best = Found(np.array(start), *(np.full(starts, np.inf) for _ in range(3)), np.zeros((0,)))
-    history = []
+    history: list[np.ndarray] = []
+    if checkpoint.exists():
+        with np.load(checkpoint) as kept:
+            state = jax.tree.unflatten(tree, [kept[f"state{k}"] for k in range(len(leaves))])
+            best = Found(*(kept[field].copy() for field in Found._fields))
+        history = list(best.history)
     lanes = np.repeat(speed, POPULATION)
-    for number in range(generations):
+    for number in range(len(history), generations):
         x, state = ask(number, state)
-        own = np.asarray(x, float)
+        own = np.array(x, float)
         if number == 0:
             own[:, 0] = start
         found = losses(space, own.reshape(-1, size), lanes)
@@ -111,4 +120,8 @@ def search(
             best.speed[s], best.cost[s] = v[s, k[s]], cost[s, k[s]]
         history.append(best.loss.copy())
         progress(number + 1, best.loss)
-    return best._replace(history=np.array(history))
+        if (number + 1) % 20 == 0 or number + 1 == generations:
+            best = best._replace(history=np.array(history))
+            kept = {f"state{k}": leaf for k, leaf in enumerate(jax.tree.leaves(state))}
+            np.savez(checkpoint, speed_wanted=speed, **best._asdict(), **kept)
+    return best

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from tegotae._support.errors import require_finite, unknown
-from tegotae._support.tables import parse_csv
+from tegotae._support.tables import numbers, parse_csv
 from tegotae.parts.bodies import Walker
 
 COLUMNS = {
@@ -26,8 +26,9 @@ COLUMNS = {
     "longest_stance": "the longest time of a foot on the ground [√(l0/g)]",
     "hind_lag": "lag of the left fore leg behind the left hind leg [cycles]",
     "flight": "share of the stride without a foot on the ground",
+    "source": "`search`, or the learned controller that showed it",
 }
-"""Columns of the kept table."""
+"""Columns of the kept table; what is not known of a controller's gait is empty."""
 FEET = ("free", "ellipse")
 """What the feet of the kept limits may do."""
 
@@ -103,8 +104,8 @@ def limit_table() -> dict[str, np.ndarray]:
     """The kept limits of quadruped C, one array [rows] per column of `COLUMNS`."""
     own = files("tegotae.measures.gaits").joinpath("limit_quadruped_c.csv")
     table = parse_csv(own.read_text(encoding="utf-8"))
-    words = ("feet", "gait")
-    return {n: np.asarray(x, str if n in words else float) for n, x in table.items()}
+    words = ("feet", "gait", "source")
+    return {n: np.asarray(x, str) if n in words else numbers(x) for n, x in table.items()}
 
 
 def limit(speed: ArrayLike, feet: str = "free") -> np.ndarray:
