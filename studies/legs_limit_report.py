@@ -375,18 +375,18 @@ def draw_convergence(stages: Stages) -> Figure:
     axes[0].set_ylabel("cost of transport")
     axes[0].legend()
     table = read_csv(TABLES / "stages.csv")
-    speeds = np.array(table["speed"], float)
-    for at, speed in enumerate((0.2, 0.4, 0.6, 1.0)):
-        points = []
-        for harmonics in (1, 2, 3, 5):
-            own = np.char.startswith(np.asarray(table["stage"], str), f"free-1-{harmonics}")
-            cost = np.array(table["cost_of_transport"], float)[own & (speeds == speed)]
-            if len(cost):
-                points.append((harmonics, cost.min()))
-        if points:
-            axes[2].plot(
-                *zip(*points, strict=True), "o-", ms=3, color=COLOURS[at], label=f"{speed:g}"
-            )
-    axes[2].set(yscale="log", xlabel="harmonics, free feet", title="at speed")
+    speeds, names = np.array(table["speed"], float), np.asarray(table["stage"], str)
+    every = np.array(table["cost_of_transport"], float)
+    for colour, feet in zip((COLOURS[0], COLOURS[4]), FEET, strict=True):
+        for speed, line in ((0.4, "o-"), (1.0, "s--")):
+            points = []
+            for harmonics in (1, 3, 5):
+                own = np.char.startswith(names, f"{feet}-1-{harmonics}") & (speeds == speed)
+                if own.any():
+                    points.append((harmonics, every[own].min()))
+            if points:
+                label = f"{feet}, {speed:g}"
+                axes[2].plot(*zip(*points, strict=True), line, ms=3, color=colour, label=label)
+    axes[2].set(yscale="log", ylim=(0.01, 5.0), xlabel="harmonics", title="after all searches")
     axes[2].legend()
     return figure
