@@ -2,6 +2,7 @@
 
     python studies/fronts.py                                  # all of them, about half an hour
     python studies/fronts.py quadruped-c --family vanilla     # one; the others of the table stay
+    python studies/fronts.py --show                           # figures and tables of pages alone
 
 Interrupted work continues where it was (`--folder`). The tables are part of the package.
 """
@@ -11,16 +12,26 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from kept import write_rows
+import numpy as np
+
+from kept import write_rows, write_text
 from tegotae._support.files import output_folder
 from tegotae._support.progress import reporting
+from tegotae.figures.gaits.front import front_figure
+from tegotae.figures.style import save_figure, styled
+from tegotae.measures.fronts import front, front_table
 from tegotae.studies.gaits.front import Search, search_front
 from tegotae.systems.legged_systems import system
 from tegotae.systems.tuned import FORCED, families
 
 TABLES = Path(__file__).parents[1] / "src" / "tegotae" / "measures" / "fronts"
+PAGES = Path(__file__).parents[1] / "docs" / "_static" / "gaits"
+SPEEDS = (0.1, 0.2, 0.25, 0.3, 0.35, 0.4, 0.5, 0.7, 1.0, 1.5)
 SYSTEMS = ("quadruped-c", "quadruped-a", "hexapod")
+MAIN = "quadruped-c"
 FREE = Search(coarse=8192, rounds=8, varied=1024)
+LESS = Search(coarse=3072, rounds=6, varied=512)
+"""Of the other systems."""
 TIED = Search(coarse=2048, rounds=4, varied=512, starts=2, unseen=8)
 """A forced gait has two numbers less, and its starts differ by the moment alone."""
 
@@ -31,14 +42,20 @@ def main() -> None:
     parser.add_argument("systems", nargs="*", default=SYSTEMS)
     parser.add_argument("--family", nargs="*", default=())
     parser.add_argument("--folder", type=Path, default=Path("fronts"))
+    parser.add_argument("--show", action="store_true", help="search nothing")
     given = parser.parse_args()
+    if given.show:
+        for name in given.systems:
+            show(name)
+        return
     output_folder(given.folder)
     for name in given.systems:
         legged = system(name)
         for family in families(legged).values():
             if given.family and family.name not in given.family:
                 continue
-            search = TIED if family.name.startswith(FORCED) else FREE
+            search = FREE if name == MAIN else LESS
+            search = TIED if family.name.startswith(FORCED) else search
             label = f"{name}-{family.name}".replace(" ", "-")
             with reporting(label, search.walkers) as reporter:
                 rows = search_front(
@@ -50,6 +67,24 @@ def main() -> None:
                 )
             table = [dict(zip(rows, row, strict=True)) for row in zip(*rows.values(), strict=True)]
             write_rows(TABLES / f"{name}.csv", table, digits=6, by=("family",))
+        show(name)
+
+
+def show(name: str) -> None:
+    """Write the figure and the table of a page, of a system's kept fronts."""
+    table = front_table(name)
+    with styled():
+        save_figure(front_figure(table, name), PAGES / f"front-{name}.png")
+    lines = [
+        f"| speed | {' | '.join(f'{v:g}' for v in SPEEDS)} |",
+        "|---" * (len(SPEEDS) + 1) + "|",
+    ]
+    for family in dict.fromkeys(table["family"].tolist()):
+        own = front(name, family)
+        at = [own.cost_at(v) if own.reaches(v) else np.nan for v in SPEEDS]
+        cells = [f"{cost:.2f}" if np.isfinite(cost) else "–" for cost in at]
+        lines.append(f"| {family} | {' | '.join(cells)} |")
+    write_text(PAGES / f"front-{name}.md", "\n".join(lines) + "\n")
 
 
 if __name__ == "__main__":

@@ -14,6 +14,7 @@ import numpy as np
 from kept import write_rows, write_text
 from learned_legs_plan import TABLES
 from tegotae._support.tables import read_csv
+from tegotae.measures.fronts import front
 from tegotae.measures.gaits.names import patterns_for
 from tegotae.studies.gaits.evaluation import evaluate_gaits
 from tegotae.systems.legged import Legged, lanes_of
@@ -123,13 +124,21 @@ def by_speed() -> str:
 
 
 def shares() -> list[dict[str, Any]]:
-    """A row per run of AR: its cost over that of the cheapest vanilla gait near its speed."""
+    """A row per run of AR: its cost over that of the cheapest vanilla gait near its speed.
+
+    On the same ellipse, and over the fronts, whose ellipses are tuned for every speed.
+    """
     found = Cheapest()
+    fronts = {name: front("quadruped-c", name) for name in ("vanilla", "forced trot")}
     rows = []
     for name, speed, cost in zip(*learned(), strict=True):
         least, _ = found.vanilla(speed)
         row = {"run": name, "speed_m_per_s": speed, "cost_of_transport": cost}
-        rows.append(row | {"vanilla": least, "share": cost / least})
+        row |= {"vanilla": least, "share": cost / least}
+        for name, own in fronts.items():
+            at = float(own.cost_at(speed))
+            row |= {f"{name} front": at, f"share of {name} front": cost / at}
+        rows.append(row)
     return rows
 
 

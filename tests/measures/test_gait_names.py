@@ -254,3 +254,23 @@ def found(**entries) -> Coordination:
 def test_a_lane_without_a_gait_says_why(entries, name):
     assert gait_of(found(**entries), ("H", "F")) == name
     assert name in (*NO_GAIT, "antiphase")
+
+
+@pytest.mark.parametrize(
+    ("lags", "duty", "flight", "name"),
+    [
+        ((0.0, 0.77, 0.14, 0.65), 0.42, 0.22, "rotary gallop"),  # 0.17 from the pattern
+        ((0.0, 0.77, 0.14, 0.65), 0.42, 0.01, "in between"),  # without flight
+        ((0.0, 0.77, 0.14, 0.65), 0.6, 0.22, "in between"),  # it does not run
+        ((0.0, 0.3, 0.3, 0.7), 0.45, 0.0, "canter"),
+        ((0.0, 0.3, 0.3, 0.7), 0.6, 0.0, "in between"),
+        ((0.0, 0.45, 0.5, 0.95), 0.4, 0.2, "trot"),  # a named gait within the tolerance is nearer
+    ],
+)
+def test_a_gallop_runs_and_flies_and_a_canter_runs(lags, duty, flight, name):
+    one = found(
+        lag=np.array(lags)[:, None],
+        duty_factor=np.full((4, 1), duty),
+        flight_share=np.full(1, flight),
+    )
+    assert gait_of(one, FOUR) == name

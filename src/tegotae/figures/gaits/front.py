@@ -6,12 +6,15 @@ from collections.abc import Mapping
 
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.ticker import ScalarFormatter
 
 from tegotae.figures.gaits.colours import gait_colour
-from tegotae.figures.style import COLOURS, COLUMN_IN, new_figure, styled
+from tegotae.figures.style import COLUMN_IN, new_figure, styled
 from tegotae.systems.tuned import FORCED
 
 _FREE = ("vanilla", "cosine", "vanilla ellipse")
+_SHADES = ("0.0", "0.45", "0.7")
+"""Their greys: colours are those of gaits."""
 
 
 def front_figure(table: Mapping[str, np.ndarray], note: str = "") -> Figure:
@@ -37,7 +40,7 @@ def front_figure(table: Mapping[str, np.ndarray], note: str = "") -> Figure:
             x, y = (np.insert(values, apart, np.nan) for values in (x, y))
             forced = name.startswith(FORCED)
             colour = (
-                gait_colour(name.removeprefix(FORCED)) if forced else COLOURS[_FREE.index(name)]
+                gait_colour(name.removeprefix(FORCED)) if forced else _SHADES[_FREE.index(name)]
             )
             axes.plot(
                 x,
@@ -49,7 +52,10 @@ def front_figure(table: Mapping[str, np.ndarray], note: str = "") -> Figure:
                 ms=2.5,
                 label=name,
             )
-        axes.set(yscale="log", xlabel="speed [√(g l0)]", ylabel="cost of transport", title=note)
+        axes.set_yscale("log")
+        axes.yaxis.set_major_formatter(ScalarFormatter())
+        axes.yaxis.set_minor_formatter(ScalarFormatter())
+        axes.set(xlabel="speed [√(g l0)]", ylabel="cost of transport", title=note)
         axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.22), ncols=2)
     return figure
 

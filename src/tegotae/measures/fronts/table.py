@@ -33,6 +33,8 @@ COLUMNS = {
 }
 """Columns of a table; empty cells of settings that a family does not have."""
 
+NEAR = 0.06
+"""How far the next point of a front may be from a speed that it reaches [√(g l0)]."""
 _TEXT = ("family", "gait")
 
 
@@ -61,6 +63,10 @@ class SpeedFront:
         """
         own, cost = self.columns["speed"], self.columns["cost_of_transport"]
         return np.interp(np.asarray(speed, float), own, cost, left=np.nan, right=np.nan)
+
+    def reaches(self, speed: float) -> bool:
+        """Whether there is a point within `NEAR` of a speed: elsewhere a cost is a guess."""
+        return bool((np.abs(self.columns["speed"] - speed) <= NEAR).any())
 
     def nearest(self, speed: float) -> dict[str, float]:
         """The numbers of the point nearest to a speed: its columns but for the texts."""

@@ -17,6 +17,13 @@ from tegotae.measures.gaits.summary import Coordination
 TOLERANCE = 0.1
 """How far the lag between any two legs may be from a pattern's [cycles]."""
 
+RUNNING_TOLERANCE = 0.2
+"""The same of gallops and canter, whose lags vary more among animals [cycles]."""
+MOST_DUTY = 0.5
+"""Mean share of the stride in stance below which legs run, as gallop and canter have it."""
+LEAST_FLIGHT = 0.05
+"""Share of the time without a foot on the ground from which on a gallop has a flight."""
+
 IN_BETWEEN = "in between"
 """Locked, and like no pattern."""
 AS_RELEASED = "as released"
@@ -33,6 +40,8 @@ NO_GAIT = (IN_BETWEEN, AS_RELEASED, NOT_LOCKED, STANDING, FALLEN)
 UNMOVED = 1e-3
 """Lags that were never farther than this from those of the release have not moved [cycles]."""
 
+_CANTER = "canter"
+_RUNNING = ("transverse gallop", "rotary gallop", _CANTER)
 _HILDEBRAND = "Hildebrand, Science 150 (1965)"
 _ALEXANDER = "Alexander, Int. J. Robotics Research 3 (1984)"
 _COLLINS = "Collins and Stewart, J. Nonlinear Science 3 (1993)"
@@ -84,7 +93,7 @@ PATTERNS: tuple[Pattern, ...] = (
     _of_four("transverse gallop", 0, 0.5, 0.1, 0.6, _COLLINS),
     _of_four("rotary gallop", 0, 0.6, 0.1, 0.5, _COLLINS),
     # Three beats: a hind leg, the other one with the fore leg diagonal to it, the other fore leg.
-    _of_four("canter", 0, 0.3, 0.3, 0.7, _ALEXANDER),
+    _of_four(_CANTER, 0, 0.3, 0.3, 0.7, _ALEXANDER),
     _of_six("pronk", (0, 0, 0), (0, 0, 0), _COLLINS_INSECTS),
     _of_six("tripod", (0, 0.5, 0), (0.5, 0, 0.5), _COLLINS_INSECTS),
     _of_six("tetrapod", (0, _THIRD, 2 * _THIRD), (_THIRD, 2 * _THIRD, 0), _COLLINS_INSECTS),
@@ -156,7 +165,13 @@ def named(lag: ArrayLike, legs: Sequence[str], tolerance: float = TOLERANCE) -> 
             f"lags have shape {lag.shape}; of {len(legs)} legs they must be [{len(legs)}, lanes]"
         )
     require_finite("tolerance", tolerance, above=0.0, most=0.5)
-    patterns = patterns_for(legs)
+    return _nearest(lag, legs, patterns_for(legs), tolerance)
+
+
+def _nearest(
+    lag: ArrayLike, legs: Sequence[str], patterns: Sequence[Pattern], tolerance: float
+) -> np.ndarray:
+    """The name of the nearest of some patterns, or "in between", [lanes]."""
     off = np.stack([distance(lag, _row(pattern, legs)) for pattern in patterns])
     off = np.where(np.isfinite(off), off, np.inf)
     nearest = np.array([pattern.name for pattern in patterns], object)[off.argmin(axis=0)]
@@ -170,6 +185,10 @@ def gait_of(
     tolerance: float = TOLERANCE,
 ) -> np.ndarray:
     """What every lane does: the name of its gait, or why it has none (`NO_GAIT`), [lanes].
+
+    Lags alone do not make a gallop: it runs, with a duty factor below `MOST_DUTY`, and flies, for
+    `LEAST_FLIGHT` of the time at least. A canter runs. Both may be `RUNNING_TOLERANCE` from their
+    pattern, if no other one is nearer than the tolerance.
 
     Args:
         found: the coordination of the legs.
@@ -185,6 +204,15 @@ def gait_of(
         ['antiphase', 'as released']
     """
     name = named(found.lag, legs, tolerance).astype(object)
+    patterns = tuple(p for p in patterns_for(legs) if p.name in _RUNNING)
+    if patterns:
+        wide = max(tolerance, RUNNING_TOLERANCE)
+        free = np.isin(name, (IN_BETWEEN, *_RUNNING))
+        name = np.where(free, _nearest(found.lag, legs, patterns, wide), name)
+        runs = np.mean(found.duty_factor, axis=0) < MOST_DUTY
+        flies = np.asarray(found.flight_share) >= LEAST_FLIGHT
+        holds = runs & (flies | (name == _CANTER))
+        name = np.where(np.isin(name, _RUNNING) & ~holds, IN_BETWEEN, name)
     name = np.where(np.isfinite(found.lock_time_s), name, NOT_LOCKED)
     name = np.where(np.asarray(found.moved) <= UNMOVED, AS_RELEASED, name)
     name = np.where(np.asarray(found.cycle_frequency_hz) > 0.0, name, STANDING)

@@ -70,6 +70,8 @@ class Coordination(NamedTuple):
     """Touchdowns per second, [limbs, lanes]."""
     duty_factor: AnyArray
     """Share of the stride in stance, [limbs, lanes]."""
+    flight_share: AnyArray
+    """Share of the time in which no leg is on the ground."""
     power_w: AnyArray
     """Mean of the actuators' |power|, each leg's by itself [W]."""
     distance_m: AnyArray
@@ -236,6 +238,10 @@ def coordination(
     weight = total_mass_kg(body) * body.gravity_m_per_s2  # type: ignore[attr-defined]
     slip = t.channels.get("slid_m")
 
+    # Of a frame that a stance begins or ends in, the longest stance counts.
+    on_ground = jnp.diff(t.stance_time_s, axis=0).max(axis=1) / frame_s
+    flies = jnp.where(measured[1:, 0], 1.0 - on_ground, jnp.nan)
+
     def of_standing(x: jax.Array) -> jax.Array:
         return jnp.where(jnp.broadcast_to(fell, x.shape), jnp.nan, x)
 
@@ -249,6 +255,7 @@ def coordination(
         cycle_frequency_hz=of_standing(jnp.where(steps, hz, 0.0)),
         step_frequency_hz=of_standing(step_frequency_hz(t.touchdown_time_s, begins)),
         duty_factor=of_standing(over_window(t.stance_time_s) / time[None]),
+        flight_share=of_standing(jnp.clip(jnp.nanmean(flies, axis=0), 0.0, 1.0)),
         power_w=of_standing(power),
         distance_m=length([place[-1] - place[0] for place in places]) if travels else nothing,
         speed_m_per_s=of_standing(speed),

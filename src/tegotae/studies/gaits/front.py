@@ -43,7 +43,7 @@ STEADY_SPEED = 0.005
 """Speed that is within what parts of a stride change [√(g l0)]."""
 PARENTS = 6
 """Walkers of every bin that are varied."""
-FINALISTS = 4
+FINALISTS = 8
 """Walkers of every bin that are released from unseen phases."""
 UNSEEN = 1_000
 """Added to the seed for the phases of the finalists."""

@@ -1,0 +1,499 @@
+"""Why quadruped G gallops, where it does, and whether a gallop is ever faster or cheaper.
+
+    python studies/gallop.py modes     # which mode is light at which frequency; seconds
+    python studies/gallop.py map       # gaits over r and the place of the mass; half a minute
+    python studies/gallop.py search    # gallops of bodies like G, beside their trots; two minutes
+    python studies/gallop.py best      # the best of these over all frequencies; seconds
+    python studies/gallop.py figure    # the figure of modes and map
+
+Tables and the figure go to `docs/_static/gaits`. r is ω over the natural rate of pitching with all
+feet down, ω / √(Σ K_z x_i² / I_yy), with x_i the hips' distance from the centre of mass.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import sys
+from pathlib import Path
+from typing import Any
+
+import jax.numpy as jnp
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import to_rgba
+from matplotlib.lines import Line2D
+
+from kept import write_rows
+from tegotae._support.errors import TegotaeError
+from tegotae._support.progress import reporting
+from tegotae._support.tables import numbers, read_csv
+from tegotae.figures.gaits.colours import gait_colour
+from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, save_figure, styled
+from tegotae.measures.gaits.names import NO_GAIT, gait_of, named
+from tegotae.parts.bodies import Walker
+from tegotae.parts.fields import with_fields
+from tegotae.simulation.recorder import needing
+from tegotae.simulation.rollout import Timing
+from tegotae.simulation.world import with_changes
+from tegotae.systems.legged import Legged, lanes_of, random_phases
+from tegotae.systems.legged_systems import system
+from tegotae.systems.tuned import family
+
+FOLDER = Path(__file__).resolve().parents[1] / "docs" / "_static" / "gaits"
+GALLOPS = ("rotary gallop", "transverse gallop", "canter")
+OMEGAS = np.arange(3.0, 8.01, 0.25)
+"""Frequencies at which modes are measured [√(g / l0)]."""
+LAGS = 64
+"""Random lags at each."""
+MODES = {
+    "heave": (1, 1, 1, 1), "pitch": (1, 1, -1, -1), "roll": (1, -1, 1, -1), "twist": (1, -1, -1, 1),
+}  # fmt: skip
+"""Signs of the modes at left fore, right fore, left hind, right hind."""
+
+
+def pitch_rate(body: Walker) -> float:
+    """Natural rate of pitching with all feet down, √(Σ K_z x_i² / I_yy) [√(g / l0)]."""
+    arms = np.array(body.hips_x_m) - body.com_x_m
+    return float(np.sqrt(body.stiffness_z_n_per_m * (arms**2).sum() / body.inertia_y_kg_m2))
+
+
+# Modes
+
+
+@needing("spring_force_n", "phase_rad", "time_s", "failed")
+def harmonics(trajectory: Any, scenario: Any, body: Any, timing: Timing) -> Any:
+    """⟨N cos φ⟩ and ⟨N sin φ⟩ of every leg over the last whole strides, and its last phase."""
+    t = trajectory
+    stride = 2.0 * jnp.pi / scenario.omega
+    whole = jnp.floor(0.5 * timing.duration_s / stride) * stride
+    count = (t.time_s[-1] - t.time_s < whole).astype(t.time_s.dtype)[:, None]
+
+    def mean(x: Any) -> Any:
+        return (count * x).sum(axis=0) / count.sum(axis=0)
+
+    load, phase = t.spring_force_n, t.phase_rad
+    return mean(load * jnp.cos(phase)), mean(load * jnp.sin(phase)), phase[-1], t.failed[-1]
+
+
+def coupling(legged: Legged) -> list[dict[str, Any]]:
+    """How the legs of a body feel each other's steps, by mode, at every frequency.
+
+    Legs turn at ω without feedback, at random lags. To first order in σ the phases then obey
+
+        φ̇_i = ω - σ ⟨N_i cos φ_i⟩ = ω - ½ σ Re Σ_j G_ij exp(i (φ_j - φ_i)),
+
+    with G fitted to the loads. Its imaginary part on the pattern of a mode, κ = uᵀ Im G u, draws
+    the legs towards this pattern if it is positive, and away from it if it is negative.
+    """
+    still = dataclasses.replace(legged, weights=(0.0,))
+    phase = np.tile(random_phases(4, LAGS), len(OMEGAS))
+    scenario = still.scenario(phase)._replace(omega=np.repeat(OMEGAS, LAGS))
+    tick = legged.timing.tick_s
+    timing = Timing(duration_s=60.0, tick_s=tick, frame_s=5.0 * tick)
+    cosine, sine, last, fell = still.engine(harmonics, timing).run((0.0,), scenario, legged.body)
+    rows = []
+    for k, omega in enumerate(OMEGAS):
+        own = np.arange(k * LAGS, (k + 1) * LAGS)
+        own = own[~fell[own].astype(bool)]
+        matrix, explained = fitted((cosine - 1j * sine)[:, own], last[:, own])
+        rows.append(
+            {
+                "omega": omega,
+                "r": omega / pitch_rate(legged.body),  # type: ignore[arg-type]
+                **{
+                    f"kappa_{name}": 0.25 * np.real(np.array(u) @ matrix.imag @ np.array(u))
+                    for name, u in MODES.items()
+                },
+                "explained": explained,
+                "averaged_gait": averaged(matrix, legged),
+            }
+        )
+    return rows
+
+
+def fitted(loads: np.ndarray, phase: np.ndarray) -> tuple[np.ndarray, float]:
+    """G of ⟨N_i exp(-i φ_i)⟩ = ½ Σ_j G_ij exp(i (φ_j - φ_i)), and the share that it explains."""
+    matrix, left, whole = np.zeros((4, 4), complex), 0.0, 0.0
+    for i in range(4):
+        others = np.exp(1j * (phase - phase[i])).T
+        row, *_ = np.linalg.lstsq(others, loads[i], rcond=None)
+        matrix[i] = 2.0 * row
+        left += np.abs(loads[i] - others @ row).var()
+        whole += np.abs(loads[i] - loads[i].mean()).var()
+    return matrix, 1.0 - left / whole
+
+
+def averaged(matrix: np.ndarray, legged: Legged) -> str:
+    """The gait in which most of 64 random starts of the averaged equations end."""
+    phase = random_phases(4, 64, 1)
+    for _ in range(5000):
+        apart = np.exp(1j * (phase[None] - phase[:, None]))
+        phase = phase - 0.05 * np.real((matrix[:, :, None] * apart).sum(axis=1))
+    lag = (phase[legged.reference] - phase) / (2.0 * np.pi) % 1.0
+    names, counts = np.unique(named(lag, legged.names), return_counts=True)
+    return str(names[counts.argmax()])
+
+
+def emerged(legged: Legged) -> list[dict[str, Any]]:
+    """The gait of 12 random starts with feedback at every frequency."""
+    starts = 12
+    phase = np.tile(random_phases(4, starts), len(OMEGAS))
+    scenario = legged.scenario(phase)._replace(omega=np.repeat(OMEGAS, starts))
+    found = lanes_of(legged.run(legged.summary(), scenario))
+    gait = gait_of(found, legged.names).reshape(len(OMEGAS), starts)
+    rows = []
+    for k, names in enumerate(gait):
+        name, count = commonest(names)
+        own = np.arange(k * starts, (k + 1) * starts)[names == name]
+        rows.append(
+            {
+                "gait": name,
+                "starts": count,
+                **{
+                    column: np.mean(np.asarray(getattr(found, column))[..., own])
+                    for column in _OF_GAIT
+                },
+            }
+        )
+    return rows
+
+
+_OF_GAIT = ("speed_m_per_s", "cost_of_transport", "duty_factor", "flight_share", "lock_time_s")
+
+
+def commonest(names: np.ndarray) -> tuple[str, int]:
+    """The most common name, and how often it occurs."""
+    found, counts = np.unique(names, return_counts=True)
+    return str(found[counts.argmax()]), int(counts.max())
+
+
+def modes() -> None:
+    """Write `gallop-modes.csv`."""
+    legged = system("quadruped-g")
+    rows = [a | b for a, b in zip(coupling(legged), emerged(legged), strict=True)]
+    write_rows(FOLDER / "gallop-modes.csv", rows, digits=4)
+
+
+# Bodies
+
+
+def released(
+    legged: Legged, bodies: dict[str, np.ndarray], tuned: dict[str, np.ndarray], starts: int
+) -> Any:
+    """The coordination of bodies whose numbers differ, from the same random releases.
+
+    Args:
+        legged: the system.
+        bodies: fields of the body, [bodies] or [limbs, bodies].
+        tuned: frequency, gain and ellipse, [bodies].
+        starts: releases of each.
+    """
+    kind = family(legged, "vanilla ellipse")
+    lanes = {name: np.repeat(x, starts) for name, x in tuned.items()}
+    changes = {name: np.repeat(x, starts, axis=-1) for name, x in bodies.items()}
+    count = len(lanes["omega"])
+    scenario = kind.scenario(legged, lanes, np.tile(random_phases(4, starts), count // starts))
+    body = legged.body
+    sag = 0.25 / np.asarray(changes.get("stiffness_z_n_per_m", body.stiffness_z_n_per_m))  # type: ignore[attr-defined]
+    com = np.asarray(changes.get("com_z_m", body.com_z_m))  # type: ignore[attr-defined]
+    scenario = scenario._replace(height_m=np.broadcast_to(1.0 + com - sag + lanes["press"], count))
+    own_system = dataclasses.replace(legged.system, controller=kind.controller(legged))
+    own = legged.timing
+    timing = Timing(duration_s=150.0, tick_s=own.tick_s, frame_s=2.0 * own.frame_s)
+    engine = own_system.engine(legged.summary(), timing)
+    return lanes_of(engine.run(kind.weights(lanes), with_changes(scenario, body, changes), body))
+
+
+def own_numbers(legged: Legged, omega: np.ndarray) -> dict[str, np.ndarray]:
+    """The system's gain and ellipse at frequencies."""
+    return family(legged, "vanilla ellipse").numbers(legged, {"omega": omega})
+
+
+R, COM_X = np.linspace(0.2, 0.8, 16), np.linspace(-0.3, 0.3, 13)
+
+
+def mapped() -> None:
+    """Write `gallop-map.csv`: gaits over r and com_x, r by ω or by the inertia of pitching."""
+    legged, starts, rows = system("quadruped-g"), 4, []
+    body: Any = legged.body
+    r, com = (x.ravel() for x in np.meshgrid(R, COM_X, indexing="ij"))
+    arms = np.array(body.hips_x_m)[:, None] - com
+    stiff = body.stiffness_z_n_per_m * (arms**2).sum(axis=0)
+    by_omega = r * np.sqrt(stiff / body.inertia_y_kg_m2)
+    omega = 7.2
+    inertia = stiff * (r / omega) ** 2
+    yaw = body.inertia_z_kg_m2 / body.inertia_y_kg_m2
+    ways = {
+        "omega": ({"com_x_m": com}, by_omega),
+        "inertia": (
+            {"com_x_m": com, "inertia_y_kg_m2": inertia, "inertia_z_kg_m2": yaw * inertia},
+            np.full_like(r, omega),
+        ),
+    }
+    for way, (bodies, omegas) in ways.items():
+        able = possible(legged, bodies)
+        bodies = {name: x[..., able] for name, x in bodies.items()}
+        found = released(legged, bodies, own_numbers(legged, omegas[able]), starts)
+        gait = gait_of(found, legged.names).reshape(-1, starts)
+        speed, cost = (
+            np.asarray(x).reshape(-1, starts)
+            for x in (found.speed_m_per_s, found.cost_of_transport)
+        )
+        for k, names in enumerate(gait):
+            name, count = commonest(names)
+            own = names == name
+            rows.append(
+                {
+                    "by": way, "r": r[able][k], "com_x": com[able][k], "omega": omegas[able][k],
+                    "gait": name, "starts": count,
+                    "speed_m_per_s": speed[k][own].mean(), "cost_of_transport": cost[k][own].mean(),
+                }
+            )  # fmt: skip
+    write_rows(FOLDER / "gallop-map.csv", rows, digits=4)
+
+
+def possible(legged: Legged, bodies: dict[str, np.ndarray]) -> np.ndarray:
+    """The numbers of the bodies that can be, at the system's tick."""
+    able = []
+    for k in range(next(iter(bodies.values())).shape[-1]):
+        fields = {
+            name: tuple(x[:, k].tolist()) if x.ndim > 1 else float(x[k])
+            for name, x in bodies.items()
+        }
+        try:
+            with_fields(legged.body, fields).check_tick(legged.timing.tick_s)
+        except TegotaeError:
+            continue
+        able.append(k)
+    return np.array(able, int)
+
+
+# A gallop that pays
+
+LADDER = np.geomspace(2.0, 10.0, 12)
+"""Frequencies of every body of the search [√(g / l0)]."""
+VARIED = (
+    "inertia_x_kg_m2", "inertia_y_kg_m2", "inertia_z_kg_m2", "stiffness_x_n_per_m",
+    "stiffness_y_n_per_m", "stiffness_z_n_per_m", "damping_xy_ns_per_m", "damping_z_ns_per_m",
+    "friction",
+)  # fmt: skip
+OF_FOOT = ("sigma", "stride", "lift", "press")
+
+
+def drawn(count: int, around: dict[str, np.ndarray], width: float, draw: Any) -> dict:
+    """Bodies with numbers near those of some others, each varied by a factor or a length."""
+    own = draw.integers(len(around["com_x_m"]), size=count)
+    found = {}
+    for name, x in around.items():
+        value = x[own]
+        if name in ("com_x_m", "com_z_m", "shift"):
+            found[name] = value + width * (0.5 if name == "com_x_m" else 0.3) * draw.normal(
+                size=count
+            )
+        else:
+            found[name] = value * np.exp(width * draw.normal(size=count))
+    found["com_z_m"] = np.clip(found["com_z_m"], -0.7, 0.0)
+    roll, pitch, yaw = (found[f"inertia_{axis}_kg_m2"] for axis in "xyz")
+    found["inertia_z_kg_m2"] = np.clip(yaw, np.abs(pitch - roll), pitch + roll)
+    return found
+
+
+def outcome(legged: Legged, drawn_bodies: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Of every body: its best gallop over the ladder, and the trot below that it is held against.
+
+    Returns:
+        `faster`: the gallop's speed over that of the fastest trot at a lower frequency; `cheaper`:
+        the cost of the cheapest trot at a lower frequency and not much slower (0.9), over the
+        gallop's; NaN without a gallop and a trot below it, [bodies].
+    """
+    bodies = {name: drawn_bodies[name] for name in (*VARIED, "com_x_m", "com_z_m")}
+    for name, axis in (("hips_x_m", "reach"), ("hips_y_m", "breadth")):
+        signs = np.sign(np.array(getattr(legged.body, name)))
+        bodies[name] = signs[:, None] * drawn_bodies[axis]
+    able = possible(legged, bodies)
+    rungs, starts, n = len(LADDER), 2, len(able)
+    bodies = {name: np.repeat(x[..., able], rungs, axis=-1) for name, x in bodies.items()}
+    tuned = own_numbers(legged, np.tile(LADDER, n))
+    for name in (*OF_FOOT, "shift"):
+        tuned[name] = np.repeat(drawn_bodies[name][able], rungs)
+    found = released(legged, bodies, tuned, starts)
+    gait = gait_of(found, legged.names).reshape(n, rungs, starts)
+    speed, cost = (
+        np.asarray(x).reshape(n, rungs, starts).mean(axis=2)
+        for x in (found.speed_m_per_s, found.cost_of_transport)
+    )
+    gallops = np.isin(gait, GALLOPS).all(axis=2) & (speed > 0.05)
+    trots = (gait == "trot").all(axis=2) & (speed > 0.05)
+    result = {
+        name: np.full(len(drawn_bodies["com_x_m"]), np.nan)
+        for name in (
+            "faster",
+            "cheaper",
+            "omega",
+            "gallop_speed",
+            "gallop_cost",
+            "trot_speed",
+            "trot_cost",
+        )
+    }
+    result["gallop"] = np.full(len(drawn_bodies["com_x_m"]), "", object)
+    for k, body in enumerate(able):
+        for rung in np.flatnonzero(gallops[k]):
+            below = np.flatnonzero(trots[k, :rung])
+            if not len(below):
+                continue
+            fast = below[speed[k, below].argmax()]
+            faster = speed[k, rung] / speed[k, fast]
+            # At equal speed: a trot that is slower by much is not held against the gallop.
+            near = below[speed[k, below] >= 0.9 * speed[k, rung]]
+            cheaper = cost[k, near].min() / cost[k, rung] if len(near) else np.nan
+            against = near[cost[k, near].argmin()] if len(near) else fast
+            score = max(faster, 0.0 if np.isnan(cheaper) else cheaper)
+            before = np.nanmax([result["faster"][body], result["cheaper"][body], 0.0])
+            if score > before:
+                result["faster"][body], result["cheaper"][body] = faster, cheaper
+                result["omega"][body] = LADDER[rung]
+                result["gallop_speed"][body], result["gallop_cost"][body] = (
+                    speed[k, rung],
+                    cost[k, rung],
+                )
+                result["trot_speed"][body], result["trot_cost"][body] = (
+                    speed[k, against],
+                    cost[k, against],
+                )
+                result["gallop"][body] = commonest(gait[k, rung])[0]
+    return result
+
+
+def of_system(legged: Legged) -> dict[str, np.ndarray]:
+    """The numbers of a system's body and foot, as those of one body of the search."""
+    body: Any = legged.body
+    own = {name: np.array([getattr(body, name)]) for name in (*VARIED, "com_x_m", "com_z_m")}
+    own |= {"reach": np.array([body.hips_x_m[0]]), "breadth": np.array([body.hips_y_m[0]])}
+    foot = own_numbers(legged, np.ones(1))
+    return own | {name: foot[name] for name in (*OF_FOOT, "shift")}
+
+
+def search(count: int = 512, rounds: int = 4) -> None:
+    """Write `gallop-search.csv`: the bodies whose gallop does best beside the trot below it."""
+    legged = system("quadruped-g")
+    draw = np.random.default_rng(0)
+    whole: dict[str, np.ndarray] = {}
+    around = of_system(legged)
+    with reporting("bodies", count * rounds) as reporter:
+        for number in range(rounds):
+            bodies = drawn(count, around, (0.3, 0.3, 0.2, 0.12)[min(number, 3)], draw)
+            found = bodies | outcome(legged, bodies)
+            whole = {k: np.concatenate([whole[k], x]) if whole else x for k, x in found.items()}
+            reporter.update(count * (number + 1))
+            score = np.fmax(whole["faster"], np.nan_to_num(whole["cheaper"]))
+            first = np.argsort(-np.nan_to_num(score))[:16]
+            first = first[np.nan_to_num(score[first]) > 0.0]
+            if len(first):
+                around = {name: whole[name][first] for name in around}
+    order = np.argsort(-np.nan_to_num(np.fmax(whole["faster"], np.nan_to_num(whole["cheaper"]))))
+    rows = [{name: x[k] for name, x in whole.items()} for k in order[:20]]
+    write_rows(FOLDER / "gallop-search.csv", rows, digits=5)
+    has = np.isfinite(whole["faster"])
+    print(f"{len(has)} bodies, {has.sum()} with a gallop and a trot below it")
+    print(
+        f"faster: {(whole['faster'][has] > 1).sum()}, cheaper: {(whole['cheaper'][has] > 1).sum()}"
+    )
+
+
+def best() -> None:
+    """Write `gallop-best.csv`: the gaits over ω of the body whose gallop beats its trots most.
+
+    It beats them in speed and in cost: of the rows of the search whose gallop costs less than the
+    fastest trot below it, the one that is faster by most.
+    """
+    legged, starts = system("quadruped-g"), 8
+    table = read_csv(FOLDER / "gallop-search.csv")
+    chosen = {name: numbers(x) for name, x in table.items() if name != "gallop"}
+    pays = chosen["gallop_cost"] < chosen["trot_cost"]
+    # A trot that hardly moves is no rival.
+    pays &= chosen["trot_speed"] > 0.2
+    k = int(np.argmax(np.where(pays, chosen["faster"], 0.0)))
+    omegas = np.linspace(2.0, 11.0, 37)
+    one = {name: chosen[name][k] for name in (*VARIED, "com_x_m", "com_z_m")}
+    bodies = {name: np.full(len(omegas), x) for name, x in one.items()}
+    for name, axis in (("hips_x_m", "reach"), ("hips_y_m", "breadth")):
+        signs = np.sign(np.array(getattr(legged.body, name)))
+        bodies[name] = signs[:, None] * np.full(len(omegas), chosen[axis][k])
+    tuned = own_numbers(legged, omegas)
+    tuned |= {name: np.full(len(omegas), chosen[name][k]) for name in (*OF_FOOT, "shift")}
+    found = released(legged, bodies, tuned, starts)
+    gait = gait_of(found, legged.names).reshape(-1, starts)
+    rows = []
+    for at, omega in enumerate(omegas):
+        name, count = commonest(gait[at])
+        own = at * starts + np.flatnonzero(gait[at] == name)
+        rows.append(
+            {"omega": omega, "gait": name, "starts": count}
+            | {column: np.mean(np.asarray(getattr(found, column))[..., own]) for column in _OF_GAIT}
+        )
+    write_rows(FOLDER / "gallop-best.csv", rows, digits=4)
+
+
+# Figure
+
+
+def drawn_figure() -> None:
+    """Write `gallop.png` of the kept tables: the modes over ω, and the two maps."""
+    with styled():
+        figure = new_figure(PAGE_IN, 2.9)
+        left, *maps = figure.subplots(1, 3, width_ratios=(1.1, 1.0, 1.0))
+        _modes(left)
+        seen: list[str] = []
+        table = read_csv(FOLDER / "gallop-map.csv")
+        for axes, way, title in zip(maps, ("omega", "inertia"), _TITLES, strict=True):
+            seen += _map(axes, table, way)
+            axes.set(xlabel="com_x [l0]", title=title)
+        maps[0].set_ylabel("r")
+        named_gaits = sorted(set(seen), key=lambda name: (name in NO_GAIT, name))
+        keys = [
+            Line2D([], [], marker="s", ls="", color=gait_colour(n), label=n) for n in named_gaits
+        ]
+        figure.legend(handles=keys, loc="outside lower center", ncols=5)
+        save_figure(figure, FOLDER / "gallop.png")
+
+
+_TITLES = ("r varied by ω", "by the inertia of pitching, ω = 7.2")
+
+
+def _modes(axes: Axes) -> None:
+    table = read_csv(FOLDER / "gallop-modes.csv")
+    omega = numbers(table["omega"])
+    for k, name in enumerate(MODES):
+        axes.plot(omega, numbers(table[f"kappa_{name}"]), color=COLOURS[k], label=name)
+    axes.axhline(0.0, color="0.6", lw=0.6)
+    low = -0.34
+    for w, gait in zip(omega, table["gait"], strict=True):
+        axes.bar(w, 0.04, 0.25, low, color=gait_colour(str(gait)), lw=0)
+    axes.set(xlabel="frequency ω [√(g/l0)]", ylabel="κ [m g]", ylim=(low, 0.5))
+    axes.legend(loc="upper left", ncols=2)
+    axes.set_title("modes; below, the gait")
+
+
+def _map(axes: Axes, table: dict[str, np.ndarray], way: str) -> list[str]:
+    own = table["by"] == way
+    x, y = numbers(table["com_x"][own]), numbers(table["r"][own])
+    gaits = [str(name) for name in table["gait"][own]]
+    share = numbers(table["starts"][own]) / 4.0
+    colours = [to_rgba(gait_colour(gait), float(s)) for gait, s in zip(gaits, share, strict=True)]
+    width, height = COM_X[1] - COM_X[0], R[1] - R[0]
+    axes.bar(x, height, width, y - 0.5 * height, color=colours, lw=0)
+    return gaits
+
+
+def main() -> None:
+    """Do what is asked."""
+    steps = {"modes": modes, "map": mapped, "search": search, "best": best, "figure": drawn_figure}
+    for step in sys.argv[1:] or steps:
+        if step not in steps:
+            sys.exit(f"{step} is none of {', '.join(steps)}")
+        steps[step]()
+
+
+if __name__ == "__main__":
+    main()
