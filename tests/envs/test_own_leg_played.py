@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,7 +16,10 @@ from tegotae import TegotaeError
 from tegotae.cli import main
 from tegotae.envs.mujoco.env import ModelEnv
 from tegotae.figures import film as filming
+from tegotae.studies.generalisation import disturbances_named
+from tegotae.studies.generalisation.on_environment import ModelUnderTest, _models
 from tegotae.systems import controller_file
+from tegotae.training.collection import read
 from tegotae.training.environments.baseline import sweep_vanilla
 from tegotae.training.environments.experiment import EnvExperiment
 from tegotae.training.environments.replay import replay
@@ -99,6 +103,46 @@ def test_evaluate_tries_what_was_learned_under_other_masses_and_starts(swept, ca
     disturbed = json.loads(capsys.readouterr().out)["episodes"]
     assert [each["start"] for each in disturbed] == [0, 1]
     assert disturbed[0]["return"] != disturbed[1]["return"]
+
+
+def test_compare_plays_sets_of_one_environment(swept, file, capsys):
+    assert main(["compare", str(swept), str(file), "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert len({each["name"] for each in found["episodes"]}) == 2
+    assert found["differences"][0]["fitness"]["mean"] == 0.0
+
+
+def test_compare_refuses_sets_of_different_worlds(swept, one_line_error):
+    said = one_line_error("compare", "V-sector-w4", str(swept))
+    assert "V-sector-w4 is on this package's engine, and others are not" in said
+
+
+def test_generalise_tries_what_was_learned_on_a_model_under_disturbances(swept, tmp_path, capsys):
+    words = ["generalise", str(swept), "--out", str(tmp_path)]
+    tried = ["mass=1.2/3", "push-ahead=0.3", "delay=0.008", "noise=0.1", "friction=0.5", "step"]
+    assert main([*words, "--conditions", *tried]) == 0
+    assert 'left out of "step": "drop_m cannot be changed on a MuJoCo' in capsys.readouterr().out
+    with (tmp_path / "curves.csv").open() as stream:
+        rows = {row["condition"]: row for row in csv.DictReader(stream)}
+    assert rows.keys() == {"mass", "push-ahead", "delay", "noise", "friction"}
+    assert main([*words, "--conditions", *tried]) == 0  # from its records
+    assert "1/1  done before" in capsys.readouterr().err
+
+
+def test_a_model_is_changed_by_what_a_disturbance_says(file):
+    runs = read(file)[0]
+    tested: Any = ModelUnderTest.of(runs)
+    heavy, pushed = disturbances_named(["mass=2", "push-ahead=0.5"])
+    changed = _models(tested, np.array([1.0, 2.0]), np.ones(2), np.ones(2))
+    assert changed[1].body_mass.sum() == pytest.approx(2.0 * tested.body.mass_kg)
+    assert heavy.changes(tested, np.array([2.0]), np.zeros(1))["mass_kg"] == pytest.approx(
+        changed[1].body_mass.sum()
+    )
+    step = pushed.changes(tested, np.array([0.5]), np.zeros(1))["push_x_n"]
+    impulse = step.value * step.until_s
+    assert impulse == pytest.approx(0.5 * tested.speed_scale * tested.body.mass_kg)
+    with pytest.raises(TegotaeError, match="mass_kg would be 0"):
+        tested.check_level(heavy, 0.0)
 
 
 def test_a_heavier_leg_presses_harder():

@@ -11,11 +11,9 @@ import jax
 import numpy as np
 import pytest
 
-from places import TESTS
-
 pytest.importorskip("gymnasium")
 
-from tegotae import TegotaeError, find
+from tegotae import TegotaeError
 from tegotae.cli import main
 from tegotae.cli.train import advise
 from tegotae.envs import Limb, TegotaeWrapper, Wiring, save_wiring
@@ -35,27 +33,10 @@ from tegotae.training.evaluator import Generation
 from tegotae.training.evolution import Evolution
 from tegotae.training.run import Run, train
 from tegotae.training.stopping import Stopping
+from wired_experiment import ENV, HERE, WIRING, experiment
 
-HERE = TESTS / "helpers"
-ENV = f"{HERE / 'wired_env.py'}:Scales"
-WIRING = Wiring(
-    limbs=[Limb(senses={"spring_force": "load"}, drives="action[0]", rest=0.0)],
-    scales={"spring_force": 1.0, "feedback": 3.0},
-)
 GENERATIONS = 3
 ALL = Generation.alike()
-
-
-def experiment(model: str = "AR", *, env: str = ENV, budget: int = 12, **settings):
-    """A model on the scales."""
-    made = tuple(settings.pop("made", {}).items())
-    wiring = settings.pop("wiring", WIRING)
-    return EnvExperiment.of_model(
-        find(model),
-        EnvSpec(env=env, settings=made),
-        wiring,
-        **{"budget": budget, "duration_s": 0.8, **settings},
-    )
 
 
 ALGORITHM = PGPE(population=4)
@@ -477,8 +458,8 @@ def test_the_command_trains_and_the_same_command_goes_on(tmp_path, capsys):
         ),
         (["hopper", "--episodes-per-candidate", "4"], "the 4 episodes on hopper would be alike"),
         (["hopper", "--settings", "duration_s=9"], "the experiment's duration_s is 24"),
-        (["hopper", "--algorithm", "sac"], "needs an evolution strategy"),
-        (["hopper", "--episodes", "4"], "a candidate has --episodes-per-candidate"),
+        (["hopper", "--algorithm", "SAC"], "take a model without, such as AR"),
+        (["hopper", "--episodes", "4"], "of a population has --episodes-per-candidate"),
         (["hopper", "--mass", "2"], "--mass belongs to this package's engine"),
         (["hopper", "--work", "positive"], "the wiring does not say work_positive"),
         (["hopper", "--fitness", "return", "--cot-only"], "--cot-only belongs to the fitness hop"),

@@ -15,7 +15,7 @@ import tyro
 from tegotae._support.errors import TegotaeError
 from tegotae.cli.metrics import named
 from tegotae.cli.one_leg.evaluate import evaluate_all, print_table, show, shown
-from tegotae.cli.options import ProtocolOptions
+from tegotae.cli.options import ProtocolOptions, refuse_on_environment
 from tegotae.cli.tables import print_rows, print_text
 from tegotae.measures.evaluation import Evaluation
 from tegotae.measures.hopping.metric import Metric
@@ -30,7 +30,8 @@ class Compare(ProtocolOptions):
     """Compare controllers: files, folders or pure V models. Differences are relative to the first.
 
     Each is released and integrated as its own system is, and all are evaluated by the protocol that
-    their experiments have in common; where they differ in it, options say which it is.
+    their experiments have in common; where they differ in it, options say which it is. What was
+    trained on one environment is played there: fitness, return, distance, work, hops.
     """
 
     places: Annotated[tuple[str, ...], tyro.conf.Positional]
@@ -49,6 +50,9 @@ class Compare(ProtocolOptions):
             raise TegotaeError(
                 f"a comparison needs at least two sets of controllers; {len(sets)} found"
             )
+        if any(runs.task is not None for runs in sets):
+            self._on_environment(sets)
+            return
         require_alike(sets, protocol)
         found = evaluate_all(sets, protocol, asked=asked)
         (base, base_evaluation), others = found[0], found[1:]
@@ -61,6 +65,12 @@ class Compare(ProtocolOptions):
             return
         print_table(found, shown(asked))
         _print_differences(base, differences, shown(asked))
+
+    def _on_environment(self, sets: Sequence[ControllerSet]) -> None:
+        from tegotae.cli.on_environment.compare import compare_on_environment
+
+        refuse_on_environment(self, ("places", "json"), sets[0].name)
+        compare_on_environment(sets, paired, as_json=self.json)
 
 
 def with_distinct_names(sets: Sequence[tuple[str, ControllerSet]]) -> list[ControllerSet]:

@@ -38,8 +38,9 @@ class EnvOptions:
     environments."""
     wiring: Annotated[str | None, _MODELS] = None
     """Senses and commands of the limbs: a .toml or .json file."""
-    omega: Annotated[float | None, _WIRINGS_OMEGA] = None
-    """Frequency of the oscillators [rad/s]."""
+    omega: Annotated[tuple[float, ...], _WIRINGS_OMEGA] = ()
+    """Frequency of the oscillators [rad/s]; of several, each has an episode per candidate, so that
+    one law is learned for all."""
     feet: tuple[str, ...] = ()
     """Of a MuJoCo model FILE.xml, the bodies or geoms whose contact forces are observed; the
     wiring's by default."""

@@ -28,7 +28,7 @@ from tegotae.training.collection import sets_of
 
 OF_ONE_LEG = ("drop", "undisturbed", "disturbed", "work", "metric")
 OF_SEVERAL = ("starts", "seed")
-ON_ENVIRONMENTS = ("place", "settings", "starts", "json", "csv")
+ON_ENVIRONMENTS = ("place", "omega", "settings", "starts", "json", "csv")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -99,7 +99,7 @@ class Evaluate(ProtocolOptions, BodyOptions):
         on_environment.require_environment(sets, self.place)
         if self.csv is not None:
             output_file(self.csv)
-        rows = on_environment.evaluate_all(sets, self.starts, self.settings)
+        rows = on_environment.evaluate_all(sets, self.starts, self.settings, self.omega)
         if self.csv is not None:
             on_environment.write(rows, self.csv)
         if self.json:

@@ -11,18 +11,22 @@ from typing import TYPE_CHECKING, Annotated
 import tyro
 
 from tegotae._support.errors import TegotaeError, require_count
+from tegotae._support.optional_dependencies import require
 from tegotae.cli.figure.output import PictureFormat
 from tegotae.cli.tables import print_rows
 
 if TYPE_CHECKING:
-    from tegotae.studies.generalisation import ControllersUnderTest, Disturbance
+    from tegotae.studies.generalisation import Disturbance
     from tegotae.studies.generalisation.run import Done
+    from tegotae.studies.generalisation.trial import Tested
+    from tegotae.systems.controller_set import ControllerSet
 
 
 @dataclass(frozen=True, kw_only=True)
 class Generalise(PictureFormat):
     """Test trained controllers, unchanged, in conditions outside of their training; run it again on
-    the same folder to continue."""
+    the same folder to continue. Those of a MuJoCo model meet other masses, gravity, friction and
+    frequencies, pushes, blows, and late or noisy senses."""
 
     places: Annotated[tuple[str, ...], tyro.conf.Positional]
     """Controller files, folders of them, names of pure V models such as V-sector-w4, or a study's
@@ -35,7 +39,7 @@ class Generalise(PictureFormat):
     only: str = "*"
     """Those whose names match, with * and ? as in a shell."""
     starts: int = 4
-    """Number of releases of controllers of several legs."""
+    """Number of releases of controllers of several legs, or on a MuJoCo model with noise."""
     anew: bool = False
     """Start again: existing records are moved to a folder beside this one."""
     list: bool = False
@@ -71,8 +75,7 @@ class Generalise(PictureFormat):
         model = name.partition(" (")[0]
         return any(fnmatch.fnmatchcase(each, self.only) for each in (name, model))
 
-    def _subjects(self) -> list[ControllersUnderTest]:
-        from tegotae.studies.generalisation import ControllersUnderTest
+    def _subjects(self) -> list[Tested]:
         from tegotae.training.collection import read
 
         found = []
@@ -82,8 +85,20 @@ class Generalise(PictureFormat):
             if not chosen:
                 names = ", ".join(sorted({each.name for each in runs})[:3])
                 raise TegotaeError(f"{place} has no model that matches {self.only}; it has {names}")
-            found += [ControllersUnderTest.of(each, self.starts) for each in chosen]
+            found += [_under_test(each, self.starts) for each in chosen]
         return found
+
+
+def _under_test(runs: ControllerSet, starts: int) -> Tested:
+    """The runs on the body of their training."""
+    if runs.task is None:
+        from tegotae.studies.generalisation import ControllersUnderTest
+
+        return ControllersUnderTest.of(runs, starts)
+    require("gymnasium", "gym")
+    from tegotae.studies.generalisation.on_environment import ModelUnderTest
+
+    return ModelUnderTest.of(runs, starts)
 
 
 def _print_conditions(chosen: tuple[Disturbance, ...]) -> None:

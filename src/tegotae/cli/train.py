@@ -10,6 +10,7 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, cast
 
+import numpy as np
 import tyro
 
 from tegotae._support.errors import TegotaeError, require_count
@@ -23,6 +24,7 @@ from tegotae.measures.objectives.objective import FAILED_FITNESS
 from tegotae.systems.experiment import Experiment
 from tegotae.systems.grammar import BUDGET
 from tegotae.systems.registry import name_of
+from tegotae.systems.user_objects import is_reference
 from tegotae.training.agents import AgentLearner, AgentSettings
 from tegotae.training.algorithms import Algorithm
 from tegotae.training.evolution import Evolution
@@ -69,8 +71,8 @@ class EvolutionOptions:
     plateau_tolerance: Annotated[float | None, tyro.conf.arg(help_behavior_hint=_GAIN_HINT)] = None
     """... by no more than this [m/J]."""
     algorithm: str = "pgpe"
-    """How to learn: a population by pgpe, cma-es or openai-es; an agent by sac or ppo (on the
-    engine alone); or an algorithm of your own, FILE.py:OBJECT or MODULE:OBJECT."""
+    """How to learn: a population by pgpe, cma-es or openai-es; an agent by sac or ppo; or an
+    algorithm of your own, FILE.py:OBJECT or MODULE:OBJECT."""
     budget: Annotated[int | None, tyro.conf.arg(help_behavior_hint=_BUDGET_HINT)] = None
     """Largest number of trained parameters of a model."""
     anew: bool = False
@@ -109,12 +111,13 @@ class Train(EnvOptions, EvolutionOptions, ExperimentOptions):
     MODULE:OBJECT."""
     episodes: Annotated[int | None, tyro.conf.arg(help_behavior_hint="(default: 1000)")] = None
     """Episodes per seed of an agent (sac, ppo)."""
+    as_long_as: Path | None = None
+    """A training's folder: an agent learns from as much simulated time as its longest run."""
 
     def run(self) -> None:
         """Train, and print the outcome."""
         on_engine = self.env is None
-        algorithms = (Algorithm, AgentSettings) if on_engine else (Algorithm,)
-        settings = settings_named(self.algorithm, algorithms)
+        settings = settings_named(self._algorithm_name, (Algorithm, AgentSettings))
         _ = self.seed_numbers
         experiment = self._on_engine() if on_engine else self._on_environment()
         algorithm = name_of(type(settings))
@@ -131,7 +134,12 @@ class Train(EnvOptions, EvolutionOptions, ExperimentOptions):
             ) from None
         summarise(paths, "episode" if learns else "generation")
         if not on_engine:
-            advise(out, least=self.stopping.tolerance)
+            advise(out, least=self.stopping.tolerance, agent=learns)
+
+    @property
+    def _algorithm_name(self) -> str:
+        """The algorithm, of the package's in small letters."""
+        return self.algorithm if is_reference(self.algorithm) else self.algorithm.lower()
 
     def _on_engine(self) -> Experiment:
         self.require_engine()
@@ -142,9 +150,9 @@ class Train(EnvOptions, EvolutionOptions, ExperimentOptions):
             if field.name not in _ON_ENVIRONMENTS and getattr(self, field.name) != field.default:
                 option = field.name.replace("_", "-")
                 raise TegotaeError(f"--{option} belongs to this package's engine; leave --env out")
-        if self.episodes is not None:
+        if self.episodes is not None and self._algorithm_name in evolutions():
             raise TegotaeError(
-                "--episodes counts those of an agent; on an environment a candidate has "
+                "--episodes counts those of an agent (sac, ppo); a candidate of a population has "
                 "--episodes-per-candidate"
             )
         own = {"episodes": self.episodes_per_candidate, "budget": self.budget}
@@ -161,6 +169,7 @@ class Train(EnvOptions, EvolutionOptions, ExperimentOptions):
 
     def _evolution(self, experiment: Trainable, settings: Algorithm, out: Path) -> list[Path]:
         self._refuse("episodes", agents())
+        self._refuse("as_long_as", agents())
         chosen = {} if self.population is None else {"population": self.population}
         run = Run(
             experiment=experiment,
@@ -178,11 +187,25 @@ class Train(EnvOptions, EvolutionOptions, ExperimentOptions):
         self._refuse("population", evolutions())
         for option in ("generations", "to_cap", "plateau_share", "plateau_tolerance"):
             self._refuse(option, evolutions())
-        episodes = 1000 if self.episodes is None else self.episodes
-        learner = AgentLearner(settings=settings, episodes=episodes)
+        learner = AgentLearner(
+            settings=settings,
+            episodes=self._agents_episodes(experiment),
+            evaluate_every=AgentLearner.evaluate_every if experiment.task is None else 40,
+        )
         run = Run(experiment=experiment, seeds=self.seed_numbers, learner=learner)
         log = logger(out) if self.tensorboard else None
         return train(run, out, anew=self.anew, on_step=log)
+
+    def _agents_episodes(self, experiment: Trainable) -> int:
+        """How many episodes an agent learns from."""
+        if self.as_long_as is None:
+            return 1000 if self.episodes is None else self.episodes
+        if self.episodes is not None:
+            raise TegotaeError("--episodes and --as-long-as both say how long; leave one out")
+        episodes = round(longest_s(self.as_long_as) / experiment.duration_s)
+        if episodes < 1:
+            raise TegotaeError(f"nothing has been learned in {self.as_long_as} yet")
+        return episodes
 
     def _refuse(self, option: str, owners: Iterable[str]) -> None:
         if getattr(self, option) not in (None, False):
@@ -190,6 +213,25 @@ class Train(EnvOptions, EvolutionOptions, ExperimentOptions):
                 f"--{option.replace('_', '-')} belongs to {', '.join(sorted(owners))}; "
                 f"{self.algorithm} has no such option"
             )
+
+
+def longest_s(folder: Path) -> float:
+    """Simulated time from which the longest run of a training has learned [s].
+
+    Raises:
+        TegotaeError: for a folder without the learning curves of a training.
+    """
+    from tegotae.training.curve_file import curves_of
+
+    columns = curves_of(folder / "curves.csv")
+    times = np.unique(columns["simulated_s"])
+    if not np.isfinite(times).all():
+        raise TegotaeError(f"{folder / 'curves.csv'} has no simulated times; give --episodes")
+    if len(times) < 2:
+        return 0.0
+    # A point of a population is at the beginning of its generation.
+    of_population = bool(np.isfinite(columns["best_fitness"]).any())
+    return float(times[-1] + of_population * (times[-1] - times[-2]))
 
 
 def logger(out: Path) -> Callable[[LearningStep], None]:
@@ -258,7 +300,7 @@ def summarise(paths: list[Path], unit: str) -> None:
         )
 
 
-def advise(out: Path, *, least: float) -> None:
+def advise(out: Path, *, least: float, agent: bool = False) -> None:
     """Say what to try on an environment where no run gained more than `least` in training."""
     from tegotae.training.curves import FITNESS, read_curves
 
@@ -270,5 +312,6 @@ def advise(out: Path, *, least: float) -> None:
     print(
         f"Nothing was learned: no run gained more than {max(gains):.3g}. Try in this order: "
         "tegotae wiring baseline, which shows whether feedback matters there at all; larger pushes "
-        "in the wiring; another --omega; a larger --population; more --generations."
+        "in the wiring; another --omega; "
+        + ("more --episodes." if agent else "a larger --population; more --generations.")
     )

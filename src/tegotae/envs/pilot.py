@@ -72,6 +72,21 @@ class Pilot:
         self.share = np.zeros(start.shape, np.float32)
         """Force as a share of α over the last step, [limbs, lanes]; 0 for commanded places."""
 
+    def restart(self, where: np.ndarray, omega: np.ndarray) -> None:
+        """New episodes of some lanes alone, whose oscillators begin again.
+
+        Args:
+            where: which lanes, [lanes].
+            omega: the frequency of every lane from now on [rad/s], [lanes].
+        """
+        before, phase = self._oscillator, self.phase
+        self.reset()
+        begun = self._oscillator
+        self._oscillator = jax.tree.map(lambda new, old: jnp.where(where, new, old), begun, before)
+        self.phase = np.where(where, self.phase, phase)
+        every = np.broadcast_to(omega, phase.shape)
+        self._numbers["omega"] = self._of_limbs(np.array(every, np.float32))
+
     def act(
         self, observed: np.ndarray, *, added: np.ndarray | None = None, free: ArrayLike = 0.0
     ) -> np.ndarray:

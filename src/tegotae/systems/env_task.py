@@ -59,6 +59,8 @@ class EnvTask(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
     """Length of an episode [s]."""
     episodes: int = 1
     """How many episodes each candidate had."""
+    omegas: list[float] = []
+    """Frequencies that they had in turn [rad/s], if not the wiring's alone."""
     seed: int = 0
     """Of the first episode's reset."""
     sha256: dict[str, str] = {}

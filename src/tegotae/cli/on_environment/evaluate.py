@@ -25,13 +25,19 @@ Rows = list[tuple[str, str, int, dict[str, float]]]
 """Set, run, start, and its numbers."""
 
 
-def evaluate_all(sets: Sequence[ControllerSet], starts: int, settings: Sequence[str] = ()) -> Rows:
+def evaluate_all(
+    sets: Sequence[ControllerSet],
+    starts: int,
+    settings: Sequence[str] = (),
+    omegas: Sequence[float] = (),
+) -> Rows:
     """Play episodes of every run.
 
     Args:
         sets: the runs; each set on its own environment.
         starts: episodes of each, from other starts where the environment has several.
         settings: NAME=VALUE each, in which the environment is to differ from the training.
+        omegas: frequencies [rad/s], a set each if there are several; the training's by default.
     """
     rows: Rows = []
     for runs in sets:
@@ -40,12 +46,16 @@ def evaluate_all(sets: Sequence[ControllerSet], starts: int, settings: Sequence[
         own = tuple({**dict(experiment.spec.settings), **changed}.items())
         experiment = replace(experiment, spec=replace(experiment.spec, settings=own))
         varied = not experiment.spec.is_model or experiment.spec.model_settings.noise > 0.0
-        for start in range(starts if varied else 1):
-            found = replay(experiment, runs.weights, seed=experiment.seed + start)
-            rows += [
-                (runs.name, label, start, each.numbers())
-                for label, each in zip(runs.labels, found, strict=True)
-            ]
+        at = omegas or experiment.omegas or (experiment.wiring.omega,)
+        for omega in at:
+            own = replace(experiment, wiring=replace(experiment.wiring, omega=omega))
+            name = f"{runs.name} at ω {omega:g}" if len(at) > 1 else runs.name
+            for start in range(starts if varied else 1):
+                found = replay(own, runs.weights, seed=experiment.seed + start)
+                rows += [
+                    (name, label, start, each.numbers())
+                    for label, each in zip(runs.labels, found, strict=True)
+                ]
     return rows
 
 
@@ -58,7 +68,7 @@ def print_table(rows: Rows) -> None:
         [
             (
                 f"{LABELS[n][0]} [{LABELS[n][1]}]" if LABELS[n][1] else LABELS[n][0],
-                *(show(interval(per_run(rows, name, n), within=_range(n))) for name in names),
+                *(show(interval(per_run(rows, name, n), within=range_of(n))) for name in names),
             )
             for n in measured
         ],
@@ -112,7 +122,7 @@ def require_environment(sets: Sequence[ControllerSet], place: str) -> None:
         )
 
 
-def _range(quantity: str) -> Range:
+def range_of(quantity: str) -> Range:
     """Least and largest possible value."""
     if quantity in ("lasted", "duty"):
         return (0.0, 1.0)

@@ -37,7 +37,7 @@ class WiringBaseline(EnvOptions):
     model: str = "V-sector-w8"
     """A pure V model, whose only weight is σ."""
     frequencies: Annotated[tuple[float, ...], _AUTO] = ()
-    """Frequencies ω [rad/s]."""
+    """Frequencies ω [rad/s]; those after --omega, if these are several."""
     duration: float = 12.0
     """Length of an episode [s]."""
     fitness: Annotated[str | None, _MEASURE] = None
@@ -61,7 +61,11 @@ class WiringBaseline(EnvOptions):
         out = Path("runs") / f"{self.called}-vanilla" if self.out is None else self.out
         output_folder(out)
         assert experiment.omega is not None
-        omega = self.frequencies or tuple(float(f"{x:.3g}") for x in _SHARES * experiment.omega)
+        omega = (
+            self.frequencies
+            or experiment.omegas
+            or tuple(float(f"{x:.3g}") for x in _SHARES * experiment.omega)
+        )
         sweep = sweep_vanilla(experiment, omega, self.workers)
         named = experiment.objective.document["kind"]
         figure = vanilla_sweep_figure(sweep, fitness=literal(f"fitness ({named})"))
@@ -81,7 +85,7 @@ def _save_best(experiment: EnvExperiment, sweep: VanillaSweep, out: Path) -> Pat
     found = {"seed": 0, "best_fitness": float(sweep.fitness[row, column]), "ended": SEARCH}
     return save_controller(
         out,
-        experiment=dataclasses.replace(experiment, wiring=wiring),
+        experiment=dataclasses.replace(experiment, wiring=wiring, omegas=(), episodes=1),
         controller=experiment.controller,
         weights=sweep.sigma[[row]],
         configuration={"swept": {"sigma": sweep.sigma.tolist(), "omega": sweep.omega.tolist()}},

@@ -98,6 +98,16 @@ class ModelBatch:
         self._states[:, -1] = state
         return self.sensing.observed(self._sensed[:, 0])
 
+    def put_back(self, state: np.ndarray, where: np.ndarray) -> None:
+        """Some lanes at the start of an episode again, the others as they are.
+
+        Args:
+            state: of `states`, after a reset, [numbers].
+            where: which lanes, [lanes].
+        """
+        self._states[where, -1] = state
+        self.work_j = np.where(where, 0.0, self.work_j)
+
     def step(self, action: np.ndarray, push_n: np.ndarray | None = None) -> np.ndarray:
         """All lanes one control period on; what is observed then, [lanes, entries].
 

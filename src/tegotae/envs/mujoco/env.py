@@ -84,7 +84,7 @@ class ModelEnv(gymnasium.Env[np.ndarray, np.ndarray]):
         self._seen = self.batch.step(np.clip(action, space.low, space.high)[None])
         reward, fallen, over = self.fate.after(self._seen, self.batch.work_j)
         seen = self._observation(self._seen)
-        return seen, float(reward[0]), bool(fallen[0]), bool(over), {}
+        return seen, float(reward[0]), bool(fallen[0]), bool(over[0]), {}
 
     def _observation(self, seen: np.ndarray) -> np.ndarray:
         return np.append(seen[0], self.batch.work_j[0])

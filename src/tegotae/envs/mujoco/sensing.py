@@ -225,7 +225,7 @@ def sensing(
     except ValueError as error:
         message = " ".join(str(error).split())
         raise TegotaeError(f"MuJoCo cannot compile the model: {message}") from None
-    _scale(model, mass_factor, friction_factor)
+    scale_model(model, mass_factor, friction_factor)
     # A state that explodes stays so, and is seen: MuJoCo would put the model back to its start.
     model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)
     at = {model.sensor(i).name: int(model.sensor_adr[i]) for i in range(model.nsensor)}
@@ -249,7 +249,7 @@ def sensing(
     )
 
 
-def _scale(model: MjModel, mass: float, friction: float) -> None:
+def scale_model(model: MjModel, mass: float, friction: float) -> None:
     """Masses, inertias and sliding friction of a compiled model, multiplied."""
     model.geom_friction[:, 0] *= friction
     if mass != 1.0:

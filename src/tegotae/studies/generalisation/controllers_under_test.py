@@ -6,9 +6,11 @@ import dataclasses
 import math
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tegotae._support.documents import JsonObject
 from tegotae._support.errors import TegotaeError
 from tegotae.measures.gaits.places import leg_names, reference_leg
 from tegotae.measures.gaits.summary import has_mass
@@ -29,10 +31,16 @@ from tegotae.parts.fields import (
     with_fields,
 )
 from tegotae.parts.terrains import Rough, Slope, Sum
+from tegotae.simulation.integrators import PredictorCorrector
 from tegotae.simulation.rollout import Timing
 from tegotae.systems.controller_set import ControllerSet
+from tegotae.systems.descriptions import describe
 from tegotae.systems.legged_systems import settling_s
+from tegotae.systems.release import Release
 from tegotae.systems.system import System
+
+if TYPE_CHECKING:
+    from tegotae.studies.generalisation.disturbance import Disturbance
 
 HOPPING = Timing(duration_s=32.0, tick_s=0.002)
 """How long a leg of a metre on Earth that hops is looked at: at 4 rad/s a cycle of two hops is seen
@@ -100,6 +108,28 @@ class ControllersUnderTest:
         labels = tuple(runs.labels[i] for i in kept)
         chosen = dataclasses.replace(runs, weights=runs.weights[kept], labels=labels)
         return cls(chosen, starts if runs.body.limbs > 1 else 1)
+
+    def lacks(self, disturbance: Disturbance) -> str:
+        """Why a disturbance does not apply; empty if it does."""
+        return disturbance.lacks(self)
+
+    @property
+    def document(self) -> JsonObject:
+        """What decides what is found, beside the disturbances, as JSON values."""
+        document: JsonObject = {
+            "controller": describe(self.controller),
+            "starts": self.starts,
+            "omega": self.omega,
+            "body": describe(self.body),
+            "timing": describe(self.timing),
+        }
+        # Older records have neither, for they were all of the usual ones.
+        integrator, release = self.system.integrator, self.system.release
+        if integrator != PredictorCorrector():
+            document["integrator"] = describe(integrator)
+        if release != Release():
+            document["release"] = describe(release)
+        return document
 
     @property
     def name(self) -> str:

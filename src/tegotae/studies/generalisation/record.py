@@ -16,13 +16,10 @@ from tegotae._support.engines import OF_EARLIER_FILES, require_engine, selected
 from tegotae._support.errors import TegotaeError
 from tegotae._support.files import write_atomically
 from tegotae._support.part_code import code_of
-from tegotae.simulation.integrators import PredictorCorrector
-from tegotae.studies.generalisation.controllers_under_test import ControllersUnderTest
 from tegotae.studies.generalisation.disturbance import Disturbance
-from tegotae.studies.generalisation.trial import Retention
+from tegotae.studies.generalisation.trial import Retention, Tested
 from tegotae.systems.descriptions import describe
 from tegotae.systems.registry import CODE
-from tegotae.systems.release import Release
 
 FORMAT = 2
 """Changed whenever the same configuration would give other numbers."""
@@ -32,27 +29,17 @@ _KINDS = {"ForcePulse": "Push", "ReleaseHeight": "Release"}
 """What records call a kind of disturbance, where that is not its class."""
 
 
-def configuration(tested: ControllersUnderTest, disturbances: Sequence[Disturbance]) -> Document:
+def configuration(tested: Tested, disturbances: Sequence[Disturbance]) -> Document:
     """All that decides what is found, as JSON values; what cannot be applied decides nothing."""
-    applied = [each for each in disturbances if not each.lacks(tested)]
+    applied = [each for each in disturbances if not tested.lacks(each)]
     document = {
         "format": FORMAT,
         "name": tested.name,
-        "controller": describe(tested.controller),
         "weights": hashlib.sha256(np.asarray(tested.weights, "float32").tobytes()).hexdigest(),
         "runs": len(tested.weights),
-        "starts": tested.starts,
-        "omega": tested.omega,
-        "body": describe(tested.body),
-        "timing": describe(tested.timing),
         "disturbances": [_described(each) for each in applied],
+        **tested.document,
     }
-    # Older records have neither, for they were all of the usual ones.
-    integrator, release = tested.system.integrator, tested.system.release
-    if integrator != PredictorCorrector():
-        document["integrator"] = describe(integrator)
-    if release != Release():
-        document["release"] = describe(release)
     return json.loads(json.dumps(document))
 
 

@@ -14,7 +14,6 @@ from tegotae._support.progress import reporting
 from tegotae._support.workers import Workers, WorkersDied
 from tegotae._support.workplace import GENERALISATION, alone
 from tegotae.simulation.native import forget_programs
-from tegotae.studies.generalisation.controllers_under_test import ControllersUnderTest
 from tegotae.studies.generalisation.disturbance import Disturbance
 from tegotae.studies.generalisation.record import (
     configuration,
@@ -22,14 +21,14 @@ from tegotae.studies.generalisation.record import (
     read,
     write,
 )
-from tegotae.studies.generalisation.trial import Retention, check_levels, tried
+from tegotae.studies.generalisation.trial import Retention, Tested, check_levels, tried
 from tegotae.systems.registry import parts_in, register
 
-Done = tuple[ControllersUnderTest, Retention]
+Done = tuple[Tested, Retention]
 
 
 def generalise(
-    controllers: Sequence[ControllersUnderTest],
+    controllers: Sequence[Tested],
     disturbances: Sequence[Disturbance],
     out: Path,
     *,
@@ -78,9 +77,7 @@ def generalise(
     return [(each, x) for each, x in zip(controllers, found, strict=True) if x is not None]
 
 
-def _check(
-    controllers: Sequence[ControllersUnderTest], disturbances: Sequence[Disturbance]
-) -> None:
+def _check(controllers: Sequence[Tested], disturbances: Sequence[Disturbance]) -> None:
     if not controllers:
         raise TegotaeError("there are no controllers to test")
     names = [each.name for each in controllers]
@@ -91,17 +88,17 @@ def _check(
             )
     able = 0
     for tested in controllers:
-        meets = [each for each in disturbances if not each.lacks(tested)]
+        meets = [each for each in disturbances if not tested.lacks(each)]
         if meets:
             able += 1
             check_levels(tested, meets)
     if not able:
         first = controllers[0]
-        why = "; ".join(f"{each.name}: {each.lacks(first)}" for each in disturbances)
+        why = "; ".join(f"{each.name}: {first.lacks(each)}" for each in disturbances)
         raise TegotaeError(f"{first.name} can meet none of these conditions: {why}")
 
 
-Numbered = tuple[int, ControllersUnderTest]
+Numbered = tuple[int, Tested]
 
 _BUNDLES_KEPT = 10
 """After so many bundles compiled programs are forgotten: a hundred of them are GiB."""

@@ -10,9 +10,8 @@ import numpy as np
 
 from tegotae._support.tables import write_csv
 from tegotae.measures.gaits.wilson import wilson
-from tegotae.studies.generalisation.controllers_under_test import ControllersUnderTest
 from tegotae.studies.generalisation.disturbance import Disturbance
-from tegotae.studies.generalisation.trial import Retention
+from tegotae.studies.generalisation.trial import Retention, Tested
 
 RESAMPLES = 2000
 """How often runs are drawn anew for the interval of a margin."""
@@ -122,7 +121,7 @@ def margins(
 
 
 def write_tables(
-    done: Sequence[tuple[ControllersUnderTest, Retention]],
+    done: Sequence[tuple[Tested, Retention]],
     disturbances: Sequence[Disturbance],
     out: Path,
 ) -> list[Path]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import jax
 import numpy as np
@@ -20,6 +20,11 @@ from tegotae.studies.generalisation.controllers_under_test import ControllersUnd
 from tegotae.studies.generalisation.disturbance import Disturbance, usual_change
 from tegotae.studies.generalisation.retention import criterion_of
 
+if TYPE_CHECKING:  # which needs Gymnasium and MuJoCo
+    from tegotae.studies.generalisation.on_environment import ModelUnderTest
+
+Tested: TypeAlias = "ControllersUnderTest | ModelUnderTest"
+"""Controllers on the body of their training: one of this package, or a MuJoCo model."""
 _COLUMNS = {
     **{"condition": str, "level": float, "run": int, "start": int},
     **{"had": bool, "moved": bool, "moves": bool, "keeps": bool},
@@ -45,7 +50,7 @@ class Retention:
     left_out: dict[str, str]
 
 
-def tried(tested: ControllersUnderTest, disturbances: Sequence[Disturbance]) -> Retention:
+def tried(tested: Tested, disturbances: Sequence[Disturbance]) -> Retention:
     """Test controllers under every disturbance that applies to them, at every level.
 
     Every run is first tried as it is. What it does then says when a disturbance comes, and what
@@ -54,12 +59,14 @@ def tried(tested: ControllersUnderTest, disturbances: Sequence[Disturbance]) -> 
     Raises:
         TegotaeError: if a level makes no body, or too quick an oscillator.
     """
-    check_senses(tested.controller, tested.body)
-    left_out = {each.name: why for each in disturbances if (why := each.lacks(tested))}
+    left_out = {each.name: why for each in disturbances if (why := tested.lacks(each))}
     meets = [each for each in disturbances if each.name not in left_out]
     if not meets:
         return Retention({name: np.zeros(0, kind) for name, kind in _COLUMNS.items()}, left_out)
     check_levels(tested, meets)
+    if not isinstance(tested, ControllersUnderTest):
+        return Retention(tested.tried(meets), left_out)
+    check_senses(tested.controller, tested.body)
     tested = _meeting(tested, meets)
     trial = _Trial(tested, meets)
     nothing = [(meets[0], np.array([meets[0].neutral]))]
@@ -84,9 +91,14 @@ def _meeting(
     return tested.meeting(max(each.longest_delay_s for each in disturbances))
 
 
-def check_levels(tested: ControllersUnderTest, disturbances: Sequence[Disturbance]) -> None:
+def check_levels(tested: Tested, disturbances: Sequence[Disturbance]) -> None:
     """Raise `TegotaeError` if a level of a disturbance makes no body, or one, or an oscillator,
     that is too quick for the control tick."""
+    if not isinstance(tested, ControllersUnderTest):
+        for each in disturbances:
+            for level in each.levels:
+                tested.check_level(each, level)
+        return
     tested = _meeting(tested, disturbances)
     for each in disturbances:
         for level in each.levels:

@@ -155,9 +155,12 @@ def _to_torch(array: jax.Array) -> torch.Tensor:
 class Feedback(nn.Module):
     """`G · A′(φ) · R(s) / L` of observations: the feedback as a share of its limit, unsaturated.
 
+    Limbs share their weights. An observation has the columns of one limb after the other; what
+    comes behind is for critics alone.
+
     Args:
         controller: one with a limit L and an actuation without weights.
-        observed: what the observation's columns are.
+        observed: what the columns of one limb are.
         weights: of the controller, shape [n_weights].
     """
 
@@ -167,7 +170,8 @@ class Feedback(nn.Module):
         super().__init__()
         assert controller.tegotae is not None
         assert controller.tegotae.limit_rad_per_s is not None
-        self.limit = controller.tegotae.limit_rad_per_s
+        self.limit, self.limbs = controller.tegotae.limit_rad_per_s, controller.limbs
+        self.columns = self.limbs * len(observed.names)
         flat = np.asarray(weights, np.float32)
         terms = []
         for role in _ROLES:
@@ -177,9 +181,12 @@ class Feedback(nn.Module):
         self.terms = nn.ModuleList(terms)
 
     def forward(self, observations: torch.Tensor) -> torch.Tensor:
-        """Observations [batch, columns] to G A′ R / L, [batch, 1]."""
+        """Observations [batch, columns] to G A′ R / L, [batch, limbs]."""
+        if self.limbs > 1:
+            own = observations[:, : self.columns]
+            observations = own.reshape(len(own) * self.limbs, -1)
         action, reaction, gain = (term(observations) for term in self.terms)
-        return (gain * action * reaction / self.limit).unsqueeze(1)
+        return (gain * action * reaction / self.limit).reshape(-1, self.limbs)
 
     def flat(self) -> np.ndarray:
         """The controller's weights, float32 [n_weights]."""

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -21,20 +22,22 @@ from tegotae.training.agents.policy import agent_controller
 from tegotae.training.agents.settings import AgentSettings, SACSettings
 from tegotae.training.algorithms.document import algorithm_document
 from tegotae.training.curve_file import CurvePoint
+from tegotae.training.evaluator import evaluator_of
 from tegotae.training.folder import versions_of
 from tegotae.training.learner import LearnedController, Learner, LearningStep, Session
 from tegotae.training.trainable import Trainable
 
 if TYPE_CHECKING:
-    from tegotae.training.agents.learning import AgentTraining
+    from tegotae.training.agents.learning import AgentTask, Point
 
 
 @dataclass(frozen=True, kw_only=True)
 class AgentLearner(Learner):
     """Learning by an agent, one seed after the other; resumable by seed.
 
-    An agent's reward has no ΔΩ, and so its policies are evaluated without it. The experiment's
-    control period is that of the evaluations.
+    On the engine an agent's reward has no ΔΩ, and so its policies are evaluated without it; the
+    experiment's control period is that of the evaluations. On an environment policies are evaluated
+    by the experiment's objective, as those of a population.
 
     Args:
         settings: the algorithm and how it is set.
@@ -62,25 +65,32 @@ class AgentLearner(Learner):
 
     def engine(self, experiment: Trainable) -> str:
         """XLA's: an agent acts within every episode, tick by tick."""
-        return XLA
+        if isinstance(experiment, Experiment):
+            return XLA
+        with evaluator_of(experiment) as evaluator:
+            return evaluator.engine
 
     def check(self, experiment: Trainable) -> None:
         """Raise `TegotaeError` for what an agent cannot learn.
 
-        That is a controller without a meaning for agents, a body of several limbs, conditions that
-        change, an integrator or a release of its own, and what is not on the engine.
+        That is a controller without a meaning for agents; on the engine also a body of several
+        limbs, conditions that change, an integrator or a release of its own.
         """
-        _ = self.controller(_on_engine(experiment))
+        if isinstance(experiment, Experiment):
+            _check_on_engine(experiment)
+        _ = self.controller(experiment)
 
-    def controller(self, experiment: Experiment) -> Controller:
+    def controller(self, experiment: Trainable) -> Controller:
         """The policy."""
         return agent_controller(experiment, self.settings)
 
     def configuration(self, experiment: Trainable, seeds: tuple[int, ...]) -> JsonObject:
         """What decides a seed's result, but for the number of episodes, as JSON values."""
-        own = _on_engine(experiment)
+        own = experiment
+        if isinstance(own, Experiment):
+            own = own.replaced(objective=own.objective.without_frequency())
         return {
-            "experiment": own.replaced(objective=own.objective.without_frequency()).document,
+            "experiment": own.document,
             "algorithm": algorithm_document(self.settings),
             "evaluate_every": self.evaluate_every,
         }
@@ -92,18 +102,22 @@ class AgentLearner(Learner):
             MissingExtraError: without Stable-Baselines3.
         """
         check_kept(self.settings)
+        return AgentSession(self, _task_of(experiment, self.settings), seeds)
+
+
+def _task_of(experiment: Any, settings: AgentSettings) -> AgentTask:
+    """What the agent learns in."""
+    if isinstance(experiment, Experiment):
         from tegotae.training.agents.learning import AgentTraining
 
-        return AgentSession(self, AgentTraining(_on_engine(experiment), self.settings), seeds)
+        return AgentTraining(experiment, settings)
+    from tegotae.training.agents.on_environment import EnvAgentTraining
+
+    return EnvAgentTraining(experiment, settings)
 
 
-def _on_engine(experiment: Trainable) -> Experiment:
-    """The experiment itself, if an agent can learn in it."""
-    if not isinstance(experiment, Experiment):
-        raise TegotaeError(
-            f"{experiment.name} is on an environment, and agents learn on the engine alone; use "
-            "a population (pgpe)"
-        )
+def _check_on_engine(experiment: Experiment) -> None:
+    """Raise `TegotaeError` for what differs between episodes, or from what the hopper offers."""
     require_one_limb(experiment.body, "learning by agents")
     release = experiment.system.release
     if release != Release(height_m=release.height_m):
@@ -118,7 +132,6 @@ def _on_engine(experiment: Trainable) -> Experiment:
             "agents learn in continuous time; leave the experiment's integrator, which a "
             "population can have (pgpe)"
         )
-    return experiment
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,9 +160,7 @@ class AgentSession(Session):
         seeds: one training from random weights each.
     """
 
-    def __init__(
-        self, learner: AgentLearner, training: AgentTraining, seeds: tuple[int, ...]
-    ) -> None:
+    def __init__(self, learner: AgentLearner, training: AgentTask, seeds: tuple[int, ...]) -> None:
         self._learner, self._training, self._seeds = learner, training, seeds
         self._courses: dict[int, _Course] = {}
 
@@ -174,9 +185,7 @@ class AgentSession(Session):
                 so_far = self._courses.get(seed) or _Course((), point, found.weights)
                 self._courses[seed] = so_far.then(point, found.weights)
                 done = i * episodes + min(round(found.episode), episodes)
-                yield LearningStep(
-                    done, f"seed {seed}  CoT⁻¹ {found.cot_inverse:.3f} m/J", (point,)
-                )
+                yield LearningStep(done, f"seed {seed}  {_report(found)}", (point,))
 
     def _is_done(self, seed: int) -> bool:
         course = self._courses.get(seed)
@@ -228,3 +237,10 @@ class AgentSession(Session):
             points = tuple(CurvePoint(seed, *map(float, row[1:])) for row in rows)
             courses[seed] = _Course(points, max(points, key=lambda p: p.fitness), weights)
         self._courses = courses
+
+
+def _report(found: Point) -> str:
+    """A point in words: by CoT⁻¹ where it is measured."""
+    if math.isnan(found.cot_inverse):
+        return f"fitness {found.fitness:+.3f}"
+    return f"CoT⁻¹ {found.cot_inverse:.3f} m/J"

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import NamedTuple
+from functools import cached_property
+from typing import NamedTuple, Protocol
 
 import jax.numpy as jnp
 import numpy as np
@@ -31,6 +32,43 @@ from stable_baselines3.common.vec_env import VecEnv, VecNormalize  # noqa: E402
 from tegotae.envs.rewards import HopReward  # noqa: E402
 from tegotae.envs.sb3 import HopperVecEnv  # noqa: E402
 from tegotae.envs.settings import TegotaeHopperSettings  # noqa: E402
+
+
+class AgentTask(Protocol):
+    """What an agent learns in, and how its policy is judged: the hopper, or an environment."""
+
+    @property
+    def settings(self) -> AgentSettings:
+        """The algorithm and how it is set."""
+        ...
+
+    @property
+    def controller(self) -> Controller:
+        """The policy, with a limit to its feedback (`agent_controller`)."""
+        ...
+
+    @property
+    def actions_per_episode(self) -> int:
+        """Actions in a whole episode."""
+        ...
+
+    @property
+    def duration_s(self) -> float:
+        """Length of an episode [s]."""
+        ...
+
+    @property
+    def observed(self) -> Observed:
+        """What the columns of an observation are, of one limb."""
+        ...
+
+    def make_env(self) -> VecEnv:
+        """The episodes side by side in which the agent acts: its action is the feedback."""
+        ...
+
+    def judge(self, weights: np.ndarray) -> tuple[float, float]:
+        """CoT⁻¹ [m/J] and fitness of the deterministic policy with these weights [n_weights]."""
+        ...
 
 
 @dataclass(frozen=True)
@@ -118,10 +156,37 @@ class AgentTraining:
         """The definition of work in the reward: the fitness's, if it has one."""
         return getattr(self.fitness, "work", WORK[0])
 
-    @property
+    @cached_property
     def engine(self) -> Engine:
         """The engine that evaluates a policy."""
         return Engine(controller=self.controller, timing=self.timing, summary=self.fitness)
+
+    @property
+    def actions_per_episode(self) -> int:
+        """Actions in a whole episode."""
+        return self.environment.n_steps
+
+    @property
+    def duration_s(self) -> float:
+        """Length of an episode [s]."""
+        return self.timing.duration_s
+
+    @property
+    def observed(self) -> Observed:
+        """What the columns of an observation are."""
+        at_rest = self.hopper.release(jnp.ones(()), jnp.zeros(()))
+        scales = self.hopper.sense(at_rest, jnp.zeros(())).scales
+        named = {name: float(scale) for name, scale in scales.items()}
+        return Observed(self.environment.observed, named)
+
+    def make_env(self) -> VecEnv:
+        """The hoppers."""
+        return HopperVecEnv(self.environment, self.settings.n_envs)
+
+    def judge(self, weights: np.ndarray) -> tuple[float, float]:
+        """CoT⁻¹ of an undisturbed episode on the engine [m/J], and its fitness."""
+        outcome = self.engine.run(weights, self.scenario, self.hopper)
+        return float(outcome["cot_inverse"][0]), float(outcome["fitness"][0])
 
 
 class DivergedError(TegotaeError):
@@ -144,32 +209,32 @@ class Point(NamedTuple):
 
 
 def make_agent(
-    training: AgentTraining, *, seed: int, weights: np.ndarray | None = None
+    task: AgentTask, *, seed: int, weights: np.ndarray | None = None
 ) -> tuple[BaseAlgorithm, Feedback]:
     """The Stable-Baselines3 agent, not yet trained, and the part of it that is the policy.
 
     Args:
-        training: what and how.
+        task: what and how.
         seed: of the weights and of all that is drawn.
         weights: of the policy, shape [n_weights]; `initial_weights` of the seed by default.
     """
     if weights is None:
-        weights = initial_weights(training.controller, seed)
-    environment, settings = training.environment, training.settings
-    feedback = Feedback(training.controller, _observed(training, environment), weights)
-    env: VecEnv = HopperVecEnv(environment, settings.n_envs)
+        weights = initial_weights(task.controller, seed)
+    settings = task.settings
+    feedback = Feedback(task.controller, task.observed, weights)
+    env = task.make_env()
     if settings.normalize_reward:
         env = VecNormalize(env, norm_obs=False, norm_reward=True, gamma=settings.gamma)
     return settings.make(env, feedback, seed), feedback
 
 
 def learn(
-    training: AgentTraining, *, seed: int, episodes: int, evaluate_every: int = 10
+    task: AgentTask, *, seed: int, episodes: int, evaluate_every: int = 10
 ) -> Iterator[Point]:
     """Learn from random weights; the same seed gives the same points.
 
     Args:
-        training: what and how.
+        task: what and how.
         seed: of the weights and of all that is drawn.
         episodes: how long, in simulated time of so many whole episodes. Agents that update
             between such times end a little later.
@@ -185,35 +250,25 @@ def learn(
     require_count("seed", seed, least=0)
     require_count("episodes", episodes)
     require_count("evaluate_every", evaluate_every)
-    agent, feedback = make_agent(training, seed=seed)
-    engine, per_episode = training.engine, training.environment.n_steps
-    while True:
-        yield _evaluate(training, engine, feedback.flat(), agent.num_timesteps / per_episode)
-        done = agent.num_timesteps // per_episode
-        if done >= episodes:
-            return
-        target = min(episodes, done - done % evaluate_every + evaluate_every)
-        with _one_thread(), _noticing_divergence(feedback, seed, done):
-            agent.learn(target * per_episode - agent.num_timesteps, reset_num_timesteps=False)
+    agent, feedback = make_agent(task, seed=seed)
+    per_episode = task.actions_per_episode
+    try:
+        while True:
+            yield _point(task, feedback.flat(), agent.num_timesteps / per_episode)
+            done = agent.num_timesteps // per_episode
+            if done >= episodes:
+                return
+            target = min(episodes, done - done % evaluate_every + evaluate_every)
+            with _one_thread(), _noticing_divergence(feedback, seed, done):
+                agent.learn(target * per_episode - agent.num_timesteps, reset_num_timesteps=False)
+    finally:
+        if agent.env is not None:
+            agent.env.close()
 
 
-def _observed(training: AgentTraining, environment: TegotaeHopperSettings) -> Observed:
-    at_rest = training.hopper.release(jnp.ones(()), jnp.zeros(()))
-    scales = training.hopper.sense(at_rest, jnp.zeros(())).scales
-    return Observed(environment.observed, {name: float(scale) for name, scale in scales.items()})
-
-
-def _evaluate(
-    training: AgentTraining, engine: Engine, weights: np.ndarray, episode: float
-) -> Point:
-    outcome = engine.run(weights, training.scenario, training.hopper)
-    return Point(
-        episode,
-        episode * training.timing.duration_s,
-        float(outcome["cot_inverse"][0]),
-        float(outcome["fitness"][0]),
-        weights,
-    )
+def _point(task: AgentTask, weights: np.ndarray, episode: float) -> Point:
+    cot_inverse, fitness = task.judge(weights)
+    return Point(episode, episode * task.duration_s, cot_inverse, fitness, weights)
 
 
 @contextmanager

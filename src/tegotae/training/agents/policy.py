@@ -9,12 +9,12 @@ import numpy as np
 
 from tegotae._support.errors import TegotaeError
 from tegotae.parts.controller import Controller
-from tegotae.systems.experiment import Experiment
 from tegotae.systems.registry import name_of
 from tegotae.training.agents.settings import AgentSettings
+from tegotae.training.trainable import Trainable
 
 
-def agent_controller(experiment: Experiment, settings: AgentSettings) -> Controller:
+def agent_controller(experiment: Trainable, settings: AgentSettings) -> Controller:
     """An experiment's controller as an agent's deterministic policy, `f = L tanh(G A′ R / L)`.
 
     It has the weights of the experiment's own controller; only its feedback saturates at the
@@ -43,7 +43,12 @@ def agent_controller(experiment: Experiment, settings: AgentSettings) -> Control
     if controller.actuation.n_weights:
         raise TegotaeError(
             f"{without} the weights of its actuation lie behind the agent's action, the feedback, "
-            "where no gradient reaches them; use pgpe"
+            "where no gradient reaches them; take a model without, such as AR, or use pgpe"
+        )
+    if controller.sets > 1 or controller.coupling is not None:
+        raise TegotaeError(
+            f"{without} its limbs have weights of their own or a coupling, and an agent learns one "
+            "law for all of them; use pgpe"
         )
     limit = settings.max_feedback_rad_per_s
     tegotae = dataclasses.replace(controller.tegotae, limit_rad_per_s=limit)

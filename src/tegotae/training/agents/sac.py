@@ -62,7 +62,7 @@ def make_sac(settings: SACSettings, env: VecEnv, feedback: Feedback, seed: int) 
         train_freq=settings.train_freq,
         gradient_steps=settings.gradient_steps,
         n_steps=settings.td_steps,
-        target_entropy=settings.target_entropy,
+        target_entropy=settings.target_entropy * feedback.limbs,
         policy_kwargs={
             "feedback": feedback,
             "noise": settings.noise,

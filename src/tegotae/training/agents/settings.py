@@ -26,15 +26,17 @@ class AgentSettings:
     """What `tegotae train --algorithm` calls the algorithm."""
 
     tick_s: float = 0.001
-    """Control period of the environment [s]."""
+    """Control period of the hopper [s]; an environment has its own."""
     decimation: int = 10
-    """Ticks for which an action is held: by default the agent acts every 10 ms."""
+    """Ticks for which an action is held: by default the agent acts every 10 ms, on an environment
+    in whole control periods."""
     max_feedback_rad_per_s: float = 40.0
     """L, the feedback that an action of 1 is [rad/s]: `f = L tanh(G A′ R / L)`."""
     n_envs: int = 20
     """Hoppers that are stepped together."""
     critic_senses: tuple[str, ...] = ()
-    """What the critics sense beyond what the policy does, such as `velocity` and `height`."""
+    """What the critics sense beyond what the policy does, such as `velocity` and `height`; on an
+    environment entries of its observation."""
     least_work_j: float = 1e-6
     """Work up to which a hop is not rewarded [J] (see `tegotae.envs.HopReward`)."""
     charge_stored: bool = False
@@ -108,7 +110,7 @@ class SACSettings(AgentSettings):
     tau: float = 0.005
     """Share by which the target critics follow in a gradient step."""
     target_entropy: float = -1.0
-    """Entropy of the actions that the temperature is adapted to [nat]."""
+    """Entropy of each limb's action that the temperature is adapted to [nat]."""
 
     def __post_init__(self) -> None:
         super().__post_init__()

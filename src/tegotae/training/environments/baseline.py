@@ -64,7 +64,9 @@ def sweep_vanilla(
     with reporting(f"{experiment.name} on {experiment.spec.env}", len(omega)) as reporter:
         for i, each in enumerate(omega):
             wiring = dataclasses.replace(experiment.wiring, omega=float(each))
-            with dataclasses.replace(experiment, wiring=wiring).evaluator(workers) as evaluator:
+            episodes = experiment.episodes // max(1, len(experiment.omegas))
+            own = dataclasses.replace(experiment, wiring=wiring, omegas=(), episodes=episodes)
+            with own.evaluator(workers) as evaluator:
                 found.append(evaluator.evaluate(weights, Generation.alike()))
             reporter.update(i + 1, f"ω {each:g} rad/s  fitness {found[-1].fitness.max():+.3f}")
     columns = {

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -49,6 +50,8 @@ class EnvExperiment:
         duration_s: length of an episode [s], if the environment does not end it before.
         episodes: how many episodes each candidate has; on a MuJoCo model several take its
             setting `noise`.
+        omegas: frequencies that the episodes have in turn [rad/s], so that one law is learned for
+            all of them; the wiring's alone if there are none.
         seed: of the first episode's reset; the same for every candidate and generation.
         limit_s: longest time that one step of the environment may take in a worker [s].
 
@@ -74,6 +77,7 @@ class EnvExperiment:
     objective: EnvObjective = field(default_factory=Return)
     duration_s: float = 24.0
     episodes: int = 1
+    omegas: tuple[float, ...] = ()
     seed: int = 0
     limit_s: float = 60.0
 
@@ -91,6 +95,13 @@ class EnvExperiment:
         if self.wiring.omega is None:
             raise TegotaeError(f"{self.name} has an oscillator; give it an omega, such as 8 rad/s")
         require_finite("omega", self.wiring.omega, above=0.0, most=MOST_RAD_PER_S)
+        for each in self.omegas:
+            require_finite("omega", each, above=0.0, most=MOST_RAD_PER_S)
+        if self.omegas and self.episodes % len(self.omegas):
+            raise TegotaeError(
+                f"there are {self.episodes} episodes for {len(self.omegas)} frequencies; give as "
+                "many, or a multiple of them"
+            )
         made = dict(self.spec.settings).get("duration_s", self.duration_s)
         if self.spec.is_model and made != self.duration_s:
             raise TegotaeError(
@@ -105,12 +116,13 @@ class EnvExperiment:
         spec: EnvSpec,
         wiring: Wiring,
         *,
-        omega: float | None = None,
+        omega: float | Sequence[float] | None = None,
         **settings: Any,
     ) -> EnvExperiment:
         """One of the paper's models (`tegotae.systems.models.find`) on an environment.
 
-        The frequency is the one given, else the wiring's, else the model's ω_t. The objective is
+        The frequency is the one given, else the wiring's, else the model's ω_t; of several, each
+        has an episode, and the middle one is the controller's own. The objective is
         CoT⁻¹ + ΔΩ where the wiring says what height and work are, and otherwise the environment's
         return.
 
@@ -120,6 +132,10 @@ class EnvExperiment:
         controller = model.controller(settings.pop("budget", BUDGET))
         if wiring.omega is not None:
             require_finite("the wiring's omega", wiring.omega, above=0.0, most=MOST_RAD_PER_S)
+        if isinstance(omega, Sequence):
+            if len(omega) > 1:
+                settings = {"omegas": tuple(omega), "episodes": len(omega), **settings}
+            omega = sorted(omega)[len(omega) // 2] if omega else None
         if omega is None:
             omega = model.omega_t if wiring.omega is None else wiring.omega
         wiring = dataclasses.replace(wiring.reading(controller), omega=omega, weights=None)
@@ -181,6 +197,7 @@ class EnvExperiment:
             objective=self.objective.document,
             duration_s=self.duration_s,
             episodes=self.episodes,
+            omegas=list(self.omegas),
             seed=self.seed,
             sha256=self._sha256,
         )
@@ -211,6 +228,7 @@ class EnvExperiment:
             objective=objective_of(task.objective),
             duration_s=task.duration_s,
             episodes=task.episodes,
+            omegas=tuple(task.omegas),
             seed=task.seed,
         )
 
@@ -239,12 +257,19 @@ class EnvExperiment:
         if self.controller.n_weights == 0:
             raise TegotaeError(f"{self.name} has no weights to train")
         _ = self.wires
-        if self.episodes > 1 and self.spec.is_model and self.spec.model_settings.noise == 0.0:
+        alike = self.episodes // max(1, len(self.omegas))
+        if alike > 1 and self.spec.is_model and self.spec.model_settings.noise == 0.0:
             raise TegotaeError(
-                f"the {self.episodes} episodes on {self.spec.env} would be alike; take one, or "
+                f"the {alike} episodes on {self.spec.env} would be alike; take one, or "
                 "let their starts differ with the setting noise, such as noise=0.01"
             )
         self.objective.check(self.wiring, self.duration_s)
+
+    def wiring_in(self, episode: int) -> Wiring:
+        """The wiring of an episode, at the frequency that it has."""
+        if not self.omegas:
+            return self.wiring
+        return dataclasses.replace(self.wiring, omega=self.omegas[episode % len(self.omegas)])
 
     def evaluator(self, workers: int | None = None) -> EnvEvaluator:
         """Who says in training how good weights are."""
@@ -285,6 +310,7 @@ class EnvExperiment:
             "episodes": self.episodes,
             "seed": self.seed,
             "sha256": self._sha256,
+            **({"omegas": list(self.omegas)} if self.omegas else {}),
         }
 
     @cached_property

@@ -32,10 +32,16 @@ class Lanes(ABC):
     """Steps of the longest episode."""
     troubles: list[str | None]
     """Of each lane, since the reset."""
+    truncated: np.ndarray
+    """Whether the last step ended an episode by its time alone, [lanes]."""
 
     @abstractmethod
     def reset(self, seed: int, alive: np.ndarray) -> np.ndarray:
         """Begin the episodes of the lanes that are alive; what is observed, [lanes, entries]."""
+
+    @abstractmethod
+    def restart(self, seed: int, where: np.ndarray) -> np.ndarray:
+        """Begin a new episode of some lanes alone; what all observe, [lanes, entries]."""
 
     @abstractmethod
     def step(
@@ -74,25 +80,25 @@ class GymLanes(Lanes):
         self._low, self._high = self._envs[0].action_space.low, self._envs[0].action_space.high
         self._dtype = self._envs[0].action_space.dtype
         self.troubles = [None] * lanes
+        self.truncated = np.zeros(lanes, bool)
         self._entries = require("gymnasium", "gym").spaces.flatdim(self._space)
         self._seen = np.zeros((lanes, self._entries))
 
     def reset(self, seed: int, alive: np.ndarray) -> np.ndarray:
         """Begin the episodes of the lanes that are alive."""
         self.troubles = [None] * self.lanes
-        self._done = 0
+        self._seen = np.zeros((self.lanes, self._entries))
+        self._done = np.zeros(self.lanes, int)
+        return self.restart(seed, alive)
+
+    def restart(self, seed: int, where: np.ndarray) -> np.ndarray:
+        """Begin a new episode of some lanes alone."""
         while len(self._envs) < self.lanes:
             self._envs.append(self._make())
-        first = [
-            self._guarded(lane, lambda lane=lane: self._envs[lane].reset(seed=seed)[0])
-            if alive[lane]
-            else None
-            for lane in range(self.lanes)
-        ]
-        self._seen = np.zeros((self.lanes, self._entries))
-        for lane, each in enumerate(first):
-            if each is not None:
-                self._seen[lane] = each
+        for lane in map(int, np.flatnonzero(where)):
+            self.troubles[lane], self._done[lane] = None, 0
+            begun = self._guarded(lane, lambda lane=lane: self._envs[lane].reset(seed=seed)[0])
+            self._seen[lane] = 0.0 if begun is None else begun
         return self._seen.copy()
 
     def step(
@@ -100,6 +106,7 @@ class GymLanes(Lanes):
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Every lane that is alive one step on."""
         self._done += 1
+        self.truncated = np.zeros(self.lanes, bool)
         rewards, over = np.zeros(self.lanes), np.zeros(self.lanes, bool)
         for lane in map(int, np.flatnonzero(alive)):
             outcome: dict[str, Any] = {}
@@ -108,6 +115,7 @@ class GymLanes(Lanes):
                 action = np.clip(actions[lane], self._low, self._high).astype(self._dtype)
                 seen, outcome["reward"], ends, cut, _ = self._envs[lane].step(action)
                 outcome["over"] = bool(ends) or bool(cut)
+                self.truncated[lane] = bool(cut) and not bool(ends)
                 if not np.isfinite(outcome["reward"]):
                     raise _Trouble(f"its reward was {outcome['reward']}")
                 return seen
@@ -117,7 +125,7 @@ class GymLanes(Lanes):
                 over[lane] = True
                 continue
             self._seen[lane], rewards[lane], over[lane] = seen, outcome["reward"], outcome["over"]
-            if over[lane] and self._done == 1:
+            if over[lane] and self._done[lane] == 1:
                 self.troubles[lane] = "it ended at its first step"
         return self._seen.copy(), rewards, over
 
@@ -178,6 +186,9 @@ class ModelLanes(Lanes):
         self._fate = Fate(settings, self._sensing, self.batch.step_s)
         self.steps = self._fate.steps
         self.troubles = [None] * lanes
+        self.truncated = np.zeros(lanes, bool)
+        self._starts: dict[int, tuple[np.ndarray, np.ndarray]] = {}
+        self._seen = np.zeros((lanes, 0))
 
     def reset(self, seed: int, alive: np.ndarray) -> np.ndarray:
         """Begin the episodes; the same seed gives every lane the same start."""
@@ -186,16 +197,34 @@ class ModelLanes(Lanes):
         if own.noise:
             drawn = np.random.default_rng(seed).standard_normal((1, self._sensing.model.nv))
             noise = np.repeat(own.noise * drawn, self.lanes, axis=0)
-        seen = self.batch.reset(own.release_m, noise)
-        self._fate.begin(seen)
-        return self._whole(seen)
+        self._seen = self.batch.reset(own.release_m, noise)
+        self._fate.begin(self._seen)
+        self._starts[seed] = self.batch.states[0], self._seen[0]
+        return self._whole(self._seen)
+
+    def restart(self, seed: int, where: np.ndarray) -> np.ndarray:
+        """Begin a new episode of some lanes alone, from a start that a reset had before."""
+        state, first = self._starts[seed]
+        self.batch.put_back(state, where)
+        self._seen = np.where(where[:, None], first, self._seen)
+        self._fate.begin(self._seen, where)
+        self.troubles = [None if w else t for w, t in zip(where, self.troubles, strict=True)]
+        return self._whole(self._seen)
 
     def step(
-        self, actions: np.ndarray, alive: np.ndarray
+        self, actions: np.ndarray, alive: np.ndarray, push_n: np.ndarray | None = None
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Every lane one step on; those that are not alive are stepped and not looked at."""
-        seen = self.batch.step(actions)
+        """Every lane one step on; those that are not alive are stepped and not looked at.
+
+        Args:
+            actions: commands, [lanes, actuators].
+            alive: whose episode goes on, [lanes].
+            push_n: an external force on the first body [N], [lanes, 3]; none by default.
+        """
+        seen = self.batch.step(actions, push_n)
+        self._seen = seen
         reward, fallen, over = self._fate.after(seen, self.batch.work_j)
+        self.truncated = over & ~fallen
         sound = np.isfinite(seen).all(axis=1)
         for lane in np.flatnonzero(alive & ~sound):
             self.troubles[lane] = "its state was not finite"

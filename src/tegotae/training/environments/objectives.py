@@ -30,7 +30,7 @@ from tegotae.training.environments.episode import EnvEpisode, EpisodeBatch
 from tegotae.training.evaluator import Scores
 
 _FRAME_S = 0.02
-_ENTRY = {"absolute": "work", "positive": "work_positive", "net": "work_net"}
+ENTRY_OF_WORK = {"absolute": "work", "positive": "work_positive", "net": "work_net"}
 """What of a wiring names the entry of the observation that is the work by each definition."""
 
 
@@ -107,7 +107,7 @@ class Hopping(EnvObjective):
         for name, what in (
             ("height", "the observation entry that is the body's height"),
             (
-                _ENTRY[self.work],
+                ENTRY_OF_WORK[self.work],
                 f"the observation entry that is the {counted}work since the reset",
             ),
             ("rest_length_m", "the height at which the feet touch the ground [m]"),
@@ -120,7 +120,7 @@ class Hopping(EnvObjective):
 
     def entries(self, wiring: Wiring, names: tuple[str, ...]) -> tuple[str, ...]:
         """Height and work."""
-        work = (getattr(wiring, entry) for entry in _ENTRY.values())
+        work = (getattr(wiring, entry) for entry in ENTRY_OF_WORK.values())
         return tuple(filter(None, (wiring.height, *work)))
 
     @property
@@ -146,7 +146,7 @@ class Hopping(EnvObjective):
         names = ("time_s", "height_m", "ground_m", "apex_height_m", "climb_flight_m", "climb_m")
         channels = {n: np.concatenate([getattr(one, n) for one in lanes], 1) for n in names}
         at = channels["time_s"][:, 0] + time[0]
-        for kind, entry in _ENTRY.items():
+        for kind, entry in ENTRY_OF_WORK.items():
             name = getattr(wiring, entry)
             work = np.full(height.shape, np.nan) if name is None else record.entry(name)
             work = work.astype(float)

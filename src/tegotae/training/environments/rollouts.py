@@ -64,18 +64,19 @@ class EnvRollouts:
         troubles: list[str | None] = [None] * self.lanes
         experiment = self._experiment
         for episode in range(experiment.episodes):
-            pilot = Pilot(self._wires, experiment.wiring, padded.T)
+            wiring = experiment.wiring_in(episode)
+            pilot = Pilot(self._wires, wiring, padded.T)
             seed = experiment.seed + episode
             record = play(
                 self._played,
                 pilot,
                 self._wires,
                 experiment.objective,
-                experiment.wiring,
+                wiring,
                 seed=seed,
                 tried=tried,
             )
-            found.append(experiment.objective.score(record, experiment.wiring))
+            found.append(experiment.objective.score(record, wiring))
             own = self._played.troubles
             troubles = [one or other for one, other in zip(troubles, own, strict=True)]
         bad = np.array([trouble is not None for trouble in troubles])
