@@ -7,7 +7,7 @@
 Written are, to docs/_static/calibration, `coarse.csv` and `fine.csv` with a row per reading, as it
 goes: stopped, the same command goes on. `named.csv` has the study's own reading and that of the
 co-author's public program, `vanilla.csv` all V of the nearest readings. From these follow
-`statements.md`, `choices.md`, `posterior.png`, `statements.png`, and `readings.csv`: readings that
+`statements.md`, `scores.md`, `choices.md`, a picture of each, and `readings.csv`: readings that
 stand for the posterior. With all tables there the command takes a few seconds, as with `--show`.
 """
 
@@ -23,7 +23,7 @@ import numpy as np
 
 from tegotae._support import tables
 from tegotae._support.files import output_folder, write_atomically
-from tegotae.figures.calibration import posterior_figure, statements_figure
+from tegotae.figures.calibration import posterior_figure, scores_figure, statements_figure
 from tegotae.figures.report.markdown import table
 from tegotae.figures.style import save_figure
 from tegotae.measures.evaluation import evaluate
@@ -193,6 +193,7 @@ def show(folder: Path) -> None:
     measured = read(folder)
     found = found_by(measured.scores)
     write_atomically(folder / "statements.md", statements(folder))
+    write_atomically(folder / "scores.md", scores_table(folder))
     write_atomically(folder / "choices.md", choices(folder))
     sample = measured.bodies[representative(found[LEVELS.name], measured.places, SAMPLE)]
     readings = candidates(int(sample.max()) + 1)
@@ -205,32 +206,58 @@ def show(folder: Path) -> None:
     words = [WORDS[name] for name in SCORES]
     figure = statements_figure(words, shares, together(measured.scores, LEVELS.target))
     save_figure(figure, folder / "statements.png")
+    own, near = found[LEVELS.name], measured.scores
+    named = tables.read_csv(folder / "named.csv")
+    figure = scores_figure(
+        words,
+        {
+            "all readings": np.quantile(near, (0.05, 0.5, 0.95), axis=0),
+            "posterior": np.array(
+                [
+                    [_quantile(each[own.accepted], own.weights, q) for each in near.T]
+                    for q in (0.05, 0.5, 0.95)
+                ]
+            ),
+        },
+        {
+            name: np.array([float(named[score][k]) for score in SCORES])
+            for k, name in enumerate(NAMED)
+        },
+        {f"met, {each.name}": each.target for each in STRICTNESS},
+    )
+    save_figure(figure, folder / "scores.png")
 
 
 def statements(folder: Path) -> str:
-    """Per statement: how many meet it, its score among all and the accepted, and of those named."""
-    measured = read(folder)
-    scores, fine = measured.scores, measured.fine
-    own = found_by(scores)[LEVELS.name]
-    named = tables.read_csv(folder / "named.csv")
+    """Per statement: how many of the readings meet it, and from which score on it is met."""
+    scores = read(folder).scores
     counts = {each.name: met(scores, each.target) for each in STRICTNESS}
-    heads = [f"meet it, {name}" for name in counts]
-    rows = [["statement", *heads, "median of all", "of the posterior", "finely", *NAMED]]
+    rows = [["statement", *(f"meet it, {name}" for name in counts)]]
     for i, name in enumerate(SCORES):
         shares = [
             f"{counts[each.name][:, i].mean():.0%} (≥ {each.target[i]:.2g})" for each in STRICTNESS
         ]
-        inside = [_quantile(each[own.accepted, i], own.weights, 0.5) for each in (scores, fine)]
-        cells = [f"{float(cell):.2f}" for cell in named[name]]
-        medians = [np.median(scores[:, i]), *inside]
-        rows.append([WORDS[name], *shares, *(f"{each:.2f}" for each in medians), *cells])
+        rows.append([WORDS[name], *shares])
     most = [f"{each.sum(axis=1).max()} of {len(SCORES)}" for each in counts.values()]
-    rows.append(["most that one reading meets", *most, *[""] * (3 + len(NAMED))])
+    return table([*rows, ["most that one reading meets", *most]])
+
+
+def scores_table(folder: Path) -> str:
+    """Per statement: the median score among all and the accepted, and the scores of those named."""
+    measured = read(folder)
+    scores, fine = measured.scores, measured.fine
+    own = found_by(scores)[LEVELS.name]
+    named = tables.read_csv(folder / "named.csv")
+    rows = [["statement", "all", "posterior", "finely", *NAMED]]
+    for i, name in enumerate(SCORES):
+        inside = [_quantile(each[own.accepted, i], own.weights, 0.5) for each in (scores, fine)]
+        cells = [np.median(scores[:, i]), *inside, *map(float, named[name])]
+        rows.append([WORDS[name], *(f"{each:.2f}" for each in cells)])
     known = np.array([[float(named[name][k]) for name in SCORES] for k in range(len(NAMED))])
     finely = np.where(np.isfinite(fine).any(axis=1), shortfalls(fine, LEVELS.target), math.nan)
     inside = [_quantile(each[own.accepted], own.weights, 0.5) for each in (own.distance, finely)]
     far = [np.median(own.distance), *inside, *shortfalls(known, LEVELS.target)]
-    rows.append([f"shortfall, {LEVELS.name}", *[""] * 3, *(f"{value:.2f}" for value in far)])
+    rows.append([f"shortfall, {LEVELS.name}", *(f"{value:.2f}" for value in far)])
     return table(rows)
 
 

@@ -41,11 +41,8 @@ def text() -> str:
     """The table of the page, from the kept one."""
     table = read_csv(KEPT / "optimum.finer.csv")
     ratio = np.array(table["ratio"], float)
-    lines = [
-        f"| ω [rad/s] | {' | '.join(table['omega'])} |",
-        "|---" * (len(ratio) + 1) + "|",
-        f"| finer over kept | {' | '.join(f'{x:.4f}' for x in ratio)} |",
-    ]
+    lines = ["| ω [rad/s] | finer over kept |", "|---|---|"]
+    lines += [f"| {omega} | {x:.4f} |" for omega, x in zip(table["omega"], ratio, strict=True)]
     return "\n".join(lines) + "\n"
 
 

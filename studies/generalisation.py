@@ -1,6 +1,7 @@
 """What learned Tegotae generalises to: all models of a study under all disturbances.
 
     python studies/generalisation.py STUDY --out FOLDER
+    python studies/generalisation.py --show    # what follows from the kept tables
 
 tries all runs of a study's models, goes on where it was stopped, and writes the tables and figures
 of docs/studies/generalisation.md.
@@ -14,10 +15,13 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from kept import write_rows, write_text
+from tegotae._support.tables import read_csv
 from tegotae.figures.generalisation import groups_figure
-from tegotae.figures.style import save_figure
+from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, save_figure, styled
 from tegotae.parts.bodies import Body
 from tegotae.simulation.rollout import (
     Scenario,
@@ -55,10 +59,16 @@ DEPLOYED = "AR-rF-reflex-w8"
 def main(words: Sequence[str] | None = None) -> None:
     """Try, and write what docs/studies/generalisation.md shows."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("study", type=Path)
-    parser.add_argument("--out", type=Path, required=True)
+    parser.add_argument("study", type=Path, nargs="?")
+    parser.add_argument("--out", type=Path)
+    parser.add_argument("--show", action="store_true", help="try nothing")
     parser.add_argument("--only", type=int, default=None, help="so many models at most")
     given = parser.parse_args(words)
+    if given.show:
+        show()
+        return
+    if given.study is None or given.out is None:
+        parser.error("needs a study's folder and --out, or --show")
     chosen = tuple(CATALOGUE.values())
     controllers = ordered([ControllersUnderTest.of(runs) for runs in read(given.study)])[
         : given.only
@@ -104,13 +114,11 @@ def tables(done: Sequence[Done]) -> None:
     groups = grouped(done)
     rows = [row for name in groups for row in of_group(name, groups[name], chosen)]
     write_rows(KEPT / "architectures.csv", rows, digits=3)
-    write_text(KEPT / "margins.md", pivoted(rows, "margin", "low", "high"))
-    write_text(KEPT / "kept.md", pivoted(rows, "efficiency"))
     shown = {f"{name} ({len(groups[name])})": groups[name] for name in GROUPS if name in groups}
     save_figure(groups_figure(shown, chosen), KEPT / "curves.png")
     moving = tuple(dataclasses.replace(each, measure="moves") for each in chosen)
     rows = [row for name in groups for row in of_group(name, groups[name], moving)]
-    write_text(KEPT / "moving.md", pivoted(rows, "margin", "low", "high"))
+    write_rows(KEPT / "moving.csv", rows, digits=3)
     save_figure(groups_figure(shown, moving), KEPT / "moving.png")
     by_name = {tested.name: tested for tested, _ in done}
     write_rows(
@@ -121,6 +129,83 @@ def tables(done: Sequence[Done]) -> None:
     deployed = {tested.name: outcome for tested, outcome in done}.get(DEPLOYED)
     if deployed is not None:
         write_text(KEPT / "deploy.md", deploy_text(deployed))
+    show()
+
+
+def show() -> None:
+    """Write the tables of the page, and the figure of the margins, from the kept tables."""
+    keeps, moves = rows_of(KEPT / "architectures.csv"), rows_of(KEPT / "moving.csv")
+    write_text(KEPT / "margins.md", pivoted(keeps, "margin"))
+    write_text(KEPT / "moving.md", pivoted(moves, "margin"))
+    write_text(KEPT / "kept.md", pivoted(keeps, "efficiency"))
+    save_figure(margins_figure(moves, keeps), KEPT / "margins.png")
+
+
+def rows_of(file: Path) -> list[dict]:
+    """A kept table, its numbers as such."""
+    table = read_csv(file)
+    words = ("architecture", "condition", "side")
+    return [
+        {title: cell if title in words else float(cell or "nan") for title, cell in each.items()}
+        for each in (
+            dict(zip(table, cells, strict=True)) for cells in zip(*table.values(), strict=True)
+        )
+    ]
+
+
+def margins_figure(moves: Sequence[dict], keeps: Sequence[dict]) -> Figure:
+    """A panel a condition: between which levels half of the runs still hop, and keep their gait.
+
+    Thin lines at the ends are 95 % intervals over runs.
+    """
+    shown = [
+        each for each in CATALOGUE.values() if each.name in {row["condition"] for row in moves}
+    ]
+    columns = 4
+    with styled():
+        figure = new_figure(PAGE_IN, 1.25 * -(-len(shown) // columns) + 0.4)
+        axes = figure.subplots(-(-len(shown) // columns), columns, squeeze=False).ravel()
+        for ax, each in zip(axes, shown, strict=False):
+            _margins(ax, each, moves, height=0.72, colour="0.78", label="half of the runs hop")
+            _margins(ax, each, keeps, height=0.3, colour=COLOURS[0], label="half keep their gait")
+            ax.axvline(each.neutral, color="black", lw=0.8, ls=":", zorder=3)
+            ax.set_yticks(range(len(GROUPS)), GROUPS, size=6)
+            ax.set_ylim(len(GROUPS) - 0.4, -0.6)
+            ax.tick_params(axis="y", length=0)
+            ax.set_xlabel(each.label + (f" [{each.unit}]" if each.unit else ""))
+        for ax in axes[len(shown) :]:
+            ax.set_axis_off()
+        handles, labels = axes[0].get_legend_handles_labels()
+        named = dict(zip(labels, handles, strict=True))
+        figure.legend(named.values(), named.keys(), loc="outside lower center", ncols=3)
+    return figure
+
+
+def _margins(
+    ax: Axes, each: Disturbance, rows: Sequence[dict], *, height: float, colour: str, label: str
+) -> None:
+    """The bars of one measure, an architecture each, and the intervals of their ends."""
+    levels = [each.neutral, *each.levels]
+    edges = min(levels), max(levels)
+    ink = "0.45" if colour.startswith("0") else "black"
+    for y, name in enumerate(GROUPS):
+        mine = {
+            row["side"]: row
+            for row in rows
+            if (row["condition"], row["architecture"]) == (each.name, name)
+            and not np.isnan(row["margin"])
+        }
+        ends = {
+            side: np.clip([row["low"], row["margin"], row["high"]], *edges)
+            for side, row in mine.items()
+        }
+        low, high = (ends[side][1] if side in ends else each.neutral for side in ("below", "above"))
+        if ends:
+            ax.barh(y, high - low, left=low, height=height, color=colour, lw=0, label=label)
+        for interval in ends.values():
+            ax.plot(interval[[0, 2]], [y, y], color=ink, lw=0.8, zorder=4)
+    room = 0.02 * (edges[1] - edges[0])
+    ax.set_xlim(edges[0] - room, edges[1] + room)
 
 
 def of_group(name: str, members: Sequence[Done], chosen: Sequence[Disturbance]):
@@ -198,7 +283,7 @@ def deploy_text(outcome: Retention) -> str:
     return "\n".join(lines) + "\n"
 
 
-def pivoted(rows: Sequence[dict], value: str, *ends: str) -> str:
+def pivoted(rows: Sequence[dict], value: str) -> str:
     """A table in Markdown: a row a condition and side, a column an architecture."""
     names = [name for name in GROUPS if any(row["architecture"] == name for row in rows)]
     cells = {(row["condition"], row["side"], row["architecture"]): row for row in rows}
@@ -210,20 +295,15 @@ def pivoted(rows: Sequence[dict], value: str, *ends: str) -> str:
                 continue
             levels = each.side(below)
             arrow = f"{each.neutral:g} → {levels[-1]:g}"
-            said = (_cell(row, value, *ends) for row in mine)
+            said = (_cell(row, value) for row in mine)
             lines.append(f"| {each.name} {arrow} | {' | '.join(said)} |")
     return "\n".join(lines) + "\n"
 
 
-def _cell(row: dict | None, value: str, *ends: str) -> str:
+def _cell(row: dict | None, value: str) -> str:
     if row is None or np.isnan(row[value]):
         return "–"
-    text = _number(row[value])
-    return f"{text} [{', '.join(_number(row[end]) for end in ends)}]" if ends else text
-
-
-def _number(value: float) -> str:
-    return f"{value:.3g}" if np.isfinite(value) else "all"
+    return f"{row[value]:.3g}" if np.isfinite(row[value]) else "all"
 
 
 if __name__ == "__main__":

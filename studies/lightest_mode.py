@@ -308,6 +308,16 @@ def plates(law: str) -> list[dict]:
     return rows
 
 
+def narrow(row: dict) -> dict:
+    """A row of the page's table: the three ratios in one cell."""
+    ratios = (row[f"{mode}_inertia_ratio"] for mode in ("pitch", "roll", "twist"))
+    counts = {name: row[name] for name in ("lightest", *MODES, "other")}
+    return {
+        "law": row["law"],
+        "pitch, roll, twist": ", ".join(str(ratio) or "rigid" for ratio in ratios),
+    } | counts
+
+
 def draw(legs: dict[str, Leg], curves: dict, bars: list[dict], rates: list[dict]) -> None:
     """Drift over lag, gaits of the bar over its inertia, and rates on plates."""
     with styled():
@@ -439,7 +449,7 @@ def main() -> None:
         "even": evenness(legs),
         "bar": bars,
         "frequency": climbs,
-        "plates": ends,
+        "plates": [narrow(row) for row in ends],
     }
     for name, rows in tables.items():
         (FOLDER / f"lightest_mode_{name}.md").write_text(table(rows), encoding="utf-8")

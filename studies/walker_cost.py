@@ -147,12 +147,12 @@ def shown() -> str:
     table = read_csv(OUT / "walker_cost.csv")
     rows = [dict(zip(table, cells, strict=True)) for cells in zip(*table.values(), strict=True)]
     titles = (
-        *("system", "ω", "gait", "CoT as reported", "each axis by itself", "positive work alone"),
-        *("on the ground without load", "sliding", "largest load [m g]"),
+        *("system, ω [rad/s]", "gait", "CoT as reported", "each axis by itself"),
+        *("positive work alone", "without load", "sliding", "largest load [m g]"),
     )
     lines = [f"| {' | '.join(titles)} |", "|---" * len(titles) + "|"]
     for each in rows:
-        cells = [each["system"], each["omega"], each["gait"]]
+        cells = [f"{each['system']}, {each['omega']}", each["gait"]]
         cells += [
             f"{float(each[n]):.2f}" for n in ("cost_of_transport", "each_axis", "positive_only")
         ]

@@ -38,6 +38,7 @@ def page() -> str:
 
 def test_the_tables_of_the_page_follow_from_what_was_measured(study):
     assert (KEPT / "statements.md").read_text(encoding="utf-8") == study.statements(KEPT)
+    assert (KEPT / "scores.md").read_text(encoding="utf-8") == study.scores_table(KEPT)
     assert (KEPT / "choices.md").read_text(encoding="utf-8") == study.choices(KEPT)
 
 

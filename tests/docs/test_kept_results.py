@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 
 from places import ROOT
-from tegotae.figures.report.atomic import by_budget_table, outcomes_table
+from tegotae.figures.report.atomic import beside_table, by_budget_table, outcomes_table
 from tegotae.figures.report.markdown import endings_table
 from tegotae.figures.study import ARCHITECTURES, architectures
 from tegotae.studies.paper.claims.atomic import ATOMIC_CLAIMS
 from tegotae.studies.paper.claims.budgets import by_budget
 from tegotae.studies.paper.claims.counting import Count, with_sampled
 from tegotae.studies.paper.claims.effect_table import effects_csv, read_effects
-from tegotae.studies.paper.claims.findings import OPPOSITE, findings
+from tegotae.studies.paper.claims.findings import OPPOSITE, REPRODUCED, findings
 from tegotae.studies.paper.endings import endings_by_architecture
 from tegotae.studies.paper.export import read_csv
 from tegotae.systems.models import all_models
@@ -57,7 +57,19 @@ def test_all_models_of_the_table_are_the_papers(table):
 
 def test_the_pages_tables_follow_from_the_kept_effects(effects):
     beside = {name.removeprefix("-"): effects[name] for name in BESIDE}
-    assert (KEPT / "study" / "claims.md").read_text() == outcomes_table(effects[""], beside)
+    assert (KEPT / "study" / "claims.md").read_text() == outcomes_table(effects[""])
+    beside_text = (KEPT / "study" / "claims-beside.md").read_text()
+    assert beside_text == beside_table(effects[""], beside)
+
+
+def test_the_page_counts_the_outcomes_of_the_kept_effects(effects):
+    tallies = [finding.tally for finding in effects[""]]
+    reproduced = sum(bool(t[REPRODUCED] and not t[OPPOSITE]) for t in tallies)
+    opposite = [sum(bool(t[OPPOSITE] and bool(t[REPRODUCED]) == both) for t in tallies)
+                for both in (False, True)]  # fmt: skip
+    assert (len(tallies), reproduced, opposite) == (47, 23, [10, 9])
+    page = re.sub(r"\s+", " ", (ROOT / "docs" / "claims.md").read_text(encoding="utf-8"))
+    assert "of 47 statements, 23 are reproduced in some or all ways" in page
 
 
 def test_kept_effects_are_those_of_the_kept_tables(effects):

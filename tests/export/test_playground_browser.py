@@ -376,6 +376,33 @@ def test_a_listener_hears_what_was_done(page):
     assert said == "The ground is at -0.2 m."
 
 
+def test_a_listener_asks_for_the_motion_and_hears_it_of_both_sides(page):
+    advance(page, 20.0)
+    page.execute_script("document.activeElement.blur()")
+    pressed(page, "s")
+    said = page.execute_script("return document.getElementById('said').textContent")
+    assert "Left: V: nothing learned, 20 seconds after the release, hops at" in said
+    assert "Right:" in said
+
+
+def test_the_tour_shows_three_steps_and_gives_the_focus_back(page):
+    click(page, "tour-start")
+    titles = []
+    while page.execute_script("return !document.getElementById('tour').hidden"):
+        titles.append(page.execute_script("return document.activeElement.textContent"))
+        assert page.execute_script("return document.querySelectorAll('.toured').length") == 1
+        page.execute_script("document.querySelector('#tour .next').click()")
+    assert [title[:6] for title in titles] == ["1 of 3", "2 of 3", "3 of 3"]
+    assert page.execute_script("return document.activeElement.id") == "tour-start"
+    assert page.execute_script("return document.querySelector('.toured')") is None
+
+
+def test_every_picture_has_a_description(page):
+    nameless = """return [...document.querySelectorAll("canvas")].filter(
+        (each) => each.offsetParent && !(each.role === "img" && each.ariaLabel)).length"""
+    assert page.execute_script(nameless) == 0
+
+
 def test_who_wants_less_motion_starts_with_a_page_that_stands_still(browser, address):
     page = opened(browser, address, reduced_motion="reduce")
     assert page.execute_script("return playground.state.playing") is False

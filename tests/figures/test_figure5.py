@@ -45,7 +45,7 @@ def test_every_panel_has_its_surface_its_cycle_and_its_metrics(panels):
 def test_the_table_beside_it_names_model_and_run(panels):
     rows = policies_table(panels).splitlines()
     assert len(rows) == 2 + len(PANELS)
-    assert rows[2].startswith("| I | V-reflex-w8 | 3 | 0.25 |")
+    assert rows[2].startswith("| I | V-reflex-w8, run 3 | 0.25 |")
     assert rows[2].endswith("| 0.07 | – |")
 
 

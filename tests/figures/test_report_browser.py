@@ -94,6 +94,18 @@ def pixels(page) -> str:
     return page.execute_script("return document.getElementById('hop').toDataURL()")
 
 
+def colours(page, canvas: str) -> int:
+    """How many colours a canvas shows."""
+    return page.execute_script(
+        """
+        const canvas = document.getElementById(arguments[0]);
+        const all = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height).data;
+        return new Set(new Uint32Array(all.buffer)).size;
+        """,
+        canvas,
+    )
+
+
 def element(page, selector: str):
     from selenium.webdriver.common.by import By
 
@@ -229,19 +241,44 @@ def test_models_are_filtered_by_words_and_by_their_design(page) -> None:
     assert len(column(page, "Model")) == 3
 
 
-# The best controllers.
+# Each model.
 
 
 @in_browser
 @pytest.mark.parametrize("architecture", ARCHITECTURES)
-def test_every_architecture_has_a_surface_and_a_hop_that_moves(page, architecture) -> None:
+def test_every_architecture_leads_to_its_best_model_whose_hop_moves(page, architecture) -> None:
     page.execute_script(
         "document.querySelector(`#pick input[value='${arguments[0]}']`).click()", architecture
     )
-    until(page, "document.getElementById('surface').naturalWidth > 300")
-    assert element(page, "#best-name").text.startswith(architecture)
+    assert element(page, "#model-name").text.endswith(f"the best {architecture}")
+    assert colours(page, "surface") > 10
     first = pixels(page)
     until(page, f"document.getElementById('hop').toDataURL() !== {first!r}")
+
+
+@in_browser
+def test_a_name_in_the_table_leads_to_the_section_of_that_model_and_so_does_its_address(page):
+    page.execute_script("document.querySelector(`#models a[href$='T-Fv']`).click()")
+    until(page, "document.getElementById('model-name').textContent.startsWith('T-Fv')")
+    assert element(page, "#model").get_attribute("value") == "T-Fv"
+    page.get(page.current_url)
+    page.refresh()
+    assert element(page, "#model-name").text.startswith("T-Fv")
+    shown = page.execute_script(
+        "return [...document.querySelectorAll('#facts tbody tr')].map((tr) => tr.textContent)"
+    )
+    # A model without a limit cycle has no CoT⁻¹, in the mean as in its run.
+    assert "CoT⁻¹––" in shown
+
+
+@in_browser
+def test_on_paper_the_table_is_whole_and_controls_are_not_there(page) -> None:
+    page.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "print"})
+    assert not element(page, "#play").is_displayed()
+    assert not element(page, "nav").is_displayed()
+    hidden = "return getComputedStyle(document.getElementById('models')).overflowY"
+    assert page.execute_script(hidden) == "visible"
+    page.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": ""})
 
 
 @in_browser
@@ -279,7 +316,7 @@ def test_who_prefers_less_motion_has_to_ask_for_it(page) -> None:
 def test_every_picture_is_part_of_the_page(html) -> None:
     # Two of them are the optimum, and how training converged.
     of_the_study, of_experiments = 5, 1
-    assert html.count("data:image/png") == of_the_study + of_experiments + len(ARCHITECTURES)
+    assert html.count("data:image/png") == of_the_study + of_experiments
 
 
 def test_a_picture_that_is_none_is_named_in_one_line(tmp_path: Path) -> None:

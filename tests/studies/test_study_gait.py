@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import dataclasses
 
 import numpy as np
@@ -9,7 +10,7 @@ import pytest
 
 from records import made_up
 from tegotae import TegotaeError
-from tegotae.figures.report.best import best_controllers
+from tegotae.figures.report.models import pages_of_models
 from tegotae.measures.evaluation import Evaluation, Protocol, evaluate
 from tegotae.simulation.rollout import Engine
 from tegotae.studies.paper import best_gait
@@ -97,11 +98,22 @@ def no_rollouts(monkeypatch):
 
 def test_the_report_rolls_nothing_out(evaluation, no_rollouts):
     record = record_of(evaluation, 0.1, 0.2)
-    best = best_controllers([record], tabulate([record]), ("best_fitness",))["V"]
-    assert best["run"] == 1
-    assert best["surface"]["has_cycle"]
-    assert (best["hop"]["per_s"], best["hop"]["from_s"]) == (50, 4.0)
-    assert len(best["hop"]["height"]) == len(best["hop"]["phase"]) == 400
+    page = pages_of_models([record], tabulate([record]), ("best_fitness",))[MODEL.name]
+    assert page["run"] == 1
+    assert page["metrics"] == [[0.1, 0.2]]
+    assert page["has_cycle"]
+    assert (page["hop"]["per_s"], page["hop"]["from_s"]) == (50, 4.0)
+    height, phase = (unpacked(page["hop"]["channels"][name]) for name in ("height", "phase"))
+    assert height == pytest.approx(record.gait["height_m"], abs=1e-3)
+    assert len(phase) == 400
+    assert phase.min() >= 0.0
+    assert phase.max() <= 6.29
+
+
+def unpacked(packed: dict) -> np.ndarray:
+    """The numbers of a channel as the page reads them."""
+    steps = np.frombuffer(base64.b64decode(packed["at"]), f"<u{packed['bits'] // 8}")
+    return packed["low"] + (packed["high"] - packed["low"]) * steps / (2 ** packed["bits"] - 1)
 
 
 def test_of_a_record_that_an_earlier_version_wrote_it_is_rolled_out(
@@ -111,7 +123,7 @@ def test_of_a_record_that_an_earlier_version_wrote_it_is_rolled_out(
     record = read(tmp_path / "a.npz")
     assert record.gait == {}
     with pytest.raises(RolledOutError):
-        best_controllers([record], tabulate([record]), ())
+        pages_of_models([record], tabulate([record]), ())
 
 
 def test_a_channel_that_nobody_records_is_refused():

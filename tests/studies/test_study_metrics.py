@@ -97,8 +97,8 @@ def test_a_users_metric_is_in_the_report_and_in_the_figure(study, monkeypatch):
         raise TegotaeError("enough")
 
     page = study / "report.html"
-    monkeypatch.setattr("tegotae.figures.report.best._surface", lambda *_: {})  # which take long
-    monkeypatch.setattr("tegotae.figures.report.best._hop", lambda *_: {})
+    monkeypatch.setattr("tegotae.figures.report.models._surface", lambda *_: {})  # which take long
+    monkeypatch.setattr("tegotae.figures.report.models._hop", lambda *_: {})
     assert main(["study", "report", "--dir", str(study), "--parts", FILE]) == 0
     assert '"label":"peak GRF",' in page.read_text(encoding="utf-8")
     monkeypatch.setattr("tegotae.figures.study.architectures_figure", figure)

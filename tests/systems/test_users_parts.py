@@ -197,12 +197,12 @@ def test_it_stands_beside_the_papers_models_in_a_study(parts, tmp_path, monkeypa
     out = tmp_path / "table.csv"
     assert main(["study", "export", "--dir", str(tmp_path), "--out", str(out)]) == 0
     assert "\nmine,mine," in out.read_text()
-    monkeypatch.setattr("tegotae.figures.report.best._surface", lambda *_: {})  # which take long
-    monkeypatch.setattr("tegotae.figures.report.best._hop", lambda *_: {})
+    monkeypatch.setattr("tegotae.figures.report.models._surface", lambda *_: {})  # which take long
+    monkeypatch.setattr("tegotae.figures.report.models._hop", lambda *_: {})
     assert main(["study", "report", "--dir", str(tmp_path)]) == 0
     page = (tmp_path / "report.html").read_text(encoding="utf-8")
     assert '["mine", "mine", "F_k", "its own", 8.0,' in page
-    assert '"mine": {"model": "mine", "run":' in page
+    assert '"mine":{"run":' in page
 
 
 def test_an_agent_learns_a_term_that_torch_does_not_know(parts):

@@ -19,8 +19,8 @@ class StudyClaims:
     source: Annotated[Path, tyro.conf.Positional]
     """A table that `tegotae study export` wrote (.csv), or a study's folder."""
     out: Annotated[Path | None, UNSET] = None
-    """Folder for the tables: claims.md for eyes, and effects.csv with the effect of every claim in
-    every way to count."""
+    """Folder for the tables: claims.md and claims.png for eyes, and effects.csv with the effect of
+    every claim in every way to count."""
     experiments: Annotated[Path | None, UNSET] = None
     """Folder of the experiments beside the study: figure3.csv, parameter_limit.csv and
     gain_map.ridge.csv."""
@@ -36,7 +36,9 @@ class StudyClaims:
     def run(self) -> None:
         """Judge, print, and write if asked to."""
         from tegotae.cli.study import tables_of
-        from tegotae.figures.report.atomic import by_budget_table, outcomes_table
+        from tegotae.figures.claims import claims_figure
+        from tegotae.figures.report.atomic import beside_table, by_budget_table, outcomes_table
+        from tegotae.figures.style import save_figure
         from tegotae.studies.paper.claims.budgets import by_budget
         from tegotae.studies.paper.claims.counting import Count, with_sampled
         from tegotae.studies.paper.claims.effect_table import effects_csv
@@ -50,8 +52,10 @@ class StudyClaims:
             print(f"{each.claim.name:26} {each.outcome}")
         if self.out is None:
             return
-        texts = {"claims.md": outcomes_table(found, beside), "effects.csv": effects_csv(found)}
+        texts = {"claims.md": outcomes_table(found), "effects.csv": effects_csv(found)}
         texts |= {f"effects-{name}.csv": effects_csv(each) for name, each in beside.items()}
+        if beside:
+            texts["claims-beside.md"] = beside_table(found, beside)
         if tables.budgets is not None:
             after = {
                 name: findings(runs, ways=[Count()])
@@ -61,4 +65,5 @@ class StudyClaims:
         output_folder(self.out)
         for name, text in texts.items():
             write_atomically(self.out / name, text)
-        print(f"wrote {', '.join(texts)} to {self.out}")
+        save_figure(claims_figure(found), self.out / "claims.png")
+        print(f"wrote {', '.join([*texts, 'claims.png'])} to {self.out}")

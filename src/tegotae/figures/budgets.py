@@ -17,7 +17,8 @@ from tegotae.studies.paper.claims.estimates import EffectEstimate
 from tegotae.studies.paper.claims.findings import OPPOSITE, REPRODUCED, TOO_SMALL, Finding, verdict
 
 _ACROSS = 5
-_LOOK = {REPRODUCED: (COLOURS[5], "o"), OPPOSITE: (COLOURS[4], "X"), TOO_SMALL: ("0.5", "s")}
+LOOK = {REPRODUCED: (COLOURS[5], "o"), TOO_SMALL: ("0.5", "s"), OPPOSITE: (COLOURS[4], "X")}
+"""Colour and mark of a verdict."""
 
 
 def budgets_figure(by_budget: Mapping[str, Sequence[Finding]]) -> Figure:
@@ -57,7 +58,7 @@ def budgets_figure(by_budget: Mapping[str, Sequence[Finding]]) -> Figure:
             handles=[
                 *(
                     Line2D([], [], color=colour, marker=mark, ms=3.5, lw=1.0, label=word)
-                    for word, (colour, mark) in _LOOK.items()
+                    for word, (colour, mark) in LOOK.items()
                 ),
                 Patch(color="0.92", lw=0, label="claimed side of zero"),
             ],
@@ -99,7 +100,7 @@ def _draw(panel: Axes, findings: Sequence[Finding]) -> None:
     panel.plot(known, [effects[x].effect for x in known], color="0.6", lw=0.5, zorder=1)
     for x in known:
         found = effects[x]
-        colour, mark = _LOOK[verdict(findings[x].claim, found)]
+        colour, mark = LOOK[verdict(findings[x].claim, found)]
         panel.plot([x, x], [found.low, found.high], color=colour, lw=1.2)
         panel.plot(x, found.effect, mark, color=colour, ms=4, mew=0)
     panel.axhline(0.0, color="black", lw=0.5)

@@ -111,6 +111,48 @@ def _level(name: str, value: object) -> str:
     return str(value)
 
 
+def scores_figure(
+    words: Sequence[str],
+    spreads: Mapping[str, np.ndarray],
+    named: Mapping[str, np.ndarray],
+    levels: Mapping[str, Sequence[float]],
+) -> Figure:
+    """The scores of readings, a row a statement: where they lie, and from where one counts as met.
+
+    Args:
+        words: the statements, short.
+        spreads: by name, the quantiles 5 %, 50 % and 95 % over readings, [3, statements].
+        named: by name, the scores of single readings, [statements].
+        levels: by strictness, from which score on each statement is met.
+    """
+    rows = np.arange(len(words))
+    looks = (("0.75", 6.0, "|", 11), (COLOURS[0], 2.2, "o", 4))
+    marks = (("^", "black"), ("^", "white"), ("s", COLOURS[4]), ("s", "white"))
+    with styled():
+        figure = new_figure(PAGE_IN, 0.33 * len(words) + 1.0)
+        panel = figure.subplots()
+        for (name, (low, middle, high)), (ink, width, mark, size) in zip(
+            spreads.items(), looks, strict=False
+        ):
+            panel.hlines(rows - 0.14, low, high, color=ink, lw=width, label=f"{name}: 90 %, median")
+            inner = "0.35" if mark == "|" else ink
+            panel.plot(middle, rows - 0.14, mark, color=inner, ms=size, zorder=4)
+        for (name, scores), (mark, fill) in zip(named.items(), marks, strict=False):
+            edge = "black" if mark == "^" else COLOURS[4]
+            panel.plot(
+                scores, rows + 0.24, mark, ms=4.5, mfc=fill, mec=edge, ls="", label=name, zorder=5
+            )
+        for (name, score), dashes in zip(levels.items(), (":", "--", "-"), strict=False):
+            panel.vlines(
+                score, rows - 0.42, rows + 0.42, color="0.3", lw=0.8, ls=dashes, label=name
+            )
+        panel.set_yticks(rows, words)
+        panel.set(xlim=(-0.02, 1.02), ylim=(len(words) - 0.5, -0.5), xlabel="score")
+        panel.tick_params(axis="y", length=0)
+        figure.legend(loc="outside lower center", ncols=3)
+    return figure
+
+
 def statements_figure(
     words: Sequence[str], shares: Mapping[str, np.ndarray], together: np.ndarray
 ) -> Figure:

@@ -162,10 +162,11 @@ def policies_figure(panels: Sequence[PolicyPanel]) -> Figure:
 def policies_table(panels: Iterable[PolicyPanel]) -> str:
     """A row a panel: its model and run, its metrics as Fig. 5 normalises them, and the shares."""
     names = (*NORMALISED, *SHARES)
-    rows = [["", "Model", "Run", *(find(name).label for name in names)]]
+    rows = [["", "Model", *(find(name).label for name in names)]]
     for panel in panels:
         values = [panel.metrics.get(name, np.nan) for name in names]
-        rows.append([panel.number, panel.model, str(panel.run), *map(_number, values)])
+        name = f"{panel.model}, run {panel.run}"
+        rows.append([panel.number, name, *map(_number, values)])
     return markdown(rows)
 
 

@@ -10,6 +10,7 @@ from matplotlib.ticker import MaxNLocator
 
 from tegotae.figures.data import Table
 from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, styled
+from tegotae.figures.surface import phase_ticks
 from tegotae.studies.analysis.poincare import NUMERICAL, Poincare
 
 _SEEN = ("apex_height_m", "apex_phase_rad")
@@ -81,6 +82,7 @@ def _draw_section(axes: Axes, found: Poincare, transient: np.ndarray) -> None:
             *found.fixed_point[1::-1], "x", color=COLOURS[4], ms=7, mew=1.4, label=_star(found)
         )
         axes.set_xlabel("phase at the apex φ [rad]")
+        phase_ticks(axes.xaxis)
     else:
         axes.plot(transient[:-1, 0], transient[1:, 0], ".", color=COLOURS[0], ms=4)
         axes.plot(transient[0, 0], transient[1, 0], "s", color=COLOURS[2], ms=4, label="first apex")

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
+
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 from matplotlib.patheffects import Normal, Stroke
+from matplotlib.ticker import MultipleLocator
 
 from tegotae.figures.data import Table, long_table
 from tegotae.figures.style import COLOURS, COLUMN_IN, SEQUENTIAL, new_figure, styled
@@ -107,6 +111,29 @@ def phase_axis(axes: Axes, label: str = "phase φ [rad]") -> None:
     axes.set_xlim(0.0, 2.0 * np.pi)
     axes.set_xticks(np.arange(5) * 0.5 * np.pi, ["0", "π/2", "π", "3π/2", "2π"])
     axes.set_xlabel(label)
+
+
+def phase_ticks(axis: Axis) -> None:
+    """Ticks of an axis that shows a part of a turn [rad]: fractions of π, three at least."""
+    low, high = axis.get_view_interval()
+    parts = next((n for n in (1, 2, 4, 8, 16) if (high - low) * n >= 3.0 * np.pi), 32)
+    axis.set_major_locator(MultipleLocator(np.pi / parts))
+    axis.set_major_formatter(lambda x, _: fraction_of_pi(x))
+
+
+def fraction_of_pi(angle_rad: float) -> str:
+    """An angle as a fraction of π.
+
+    Example:
+        >>> [fraction_of_pi(x * np.pi) for x in (0.0, 0.75, -1.0, 2.0)]
+        ['0', '3π/4', '-π', '2π']
+    """
+    share = Fraction(angle_rad / np.pi).limit_denominator(64)
+    if not share:
+        return "0"
+    over, under = abs(share.numerator), share.denominator
+    text = ("" if over == 1 else f"{over}") + "π" + ("" if under == 1 else f"/{under}")
+    return f"-{text}" if share < 0 else text
 
 
 def _force_label(largest_n: float, max_force_n: float, acts: bool) -> str:

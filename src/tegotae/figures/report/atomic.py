@@ -54,22 +54,27 @@ _MEASURES = {
 }
 
 
-def outcomes_table(
-    findings: Sequence[Finding], beside: Mapping[str, Sequence[Finding]] | None = None
-) -> str:
-    """A table per group of `GROUPS`: words, effect, size, outcome, and how many ways say what.
+def outcomes_table(findings: Sequence[Finding]) -> str:
+    """A table per group of `GROUPS`: words, effect, outcome, and how many ways say what."""
+    return "\n".join(
+        f"**{heading}**\n\n{_group(own)}" for heading, own in grouped(findings).items()
+    )
+
+
+def beside_table(findings: Sequence[Finding], beside: Mapping[str, Sequence[Finding]]) -> str:
+    """A row per claim that several studies measure: its outcome in each.
 
     Args:
         findings: of the study.
         beside: of other studies, by the heading of their column.
     """
-    others = {
-        heading: {each.claim.name: each.outcome for each in found}
-        for heading, found in (beside or {}).items()
-    }
-    return "\n".join(
-        f"**{heading}**\n\n{_group(own, others)}" for heading, own in grouped(findings).items()
-    )
+    others = [{each.claim.name: each.outcome for each in found} for found in beside.values()]
+    rows = [["", "the study", *beside]]
+    for own in (each for group in grouped(findings).values() for each in group):
+        outcomes = [own.outcome, *(found.get(own.claim.name, "") for found in others)]
+        if set(outcomes) - {NOT_MEASURED, SHOWN}:
+            rows.append([own.claim.name, *outcomes])
+    return table(rows)
 
 
 def grouped(findings: Sequence[Finding]) -> dict[str, list[Finding]]:
@@ -83,19 +88,17 @@ def grouped(findings: Sequence[Finding]) -> dict[str, list[Finding]]:
     return found
 
 
-def _group(findings: Sequence[Finding], others: Mapping[str, Mapping[str, str]]) -> str:
-    head = ["", "The paper's words", "Effect [95 % interval]", "Outcome", "Ways: + / 0 / −"]
-    rows = [[*head, *others]]
+def _group(findings: Sequence[Finding]) -> str:
+    rows = [["The paper's words", "Measured", "Effect", "Outcome", "Ways: + / 0 / −"]]
     for finding in findings:
         claim = finding.claim
         rows.append(
             [
-                claim.name,
-                f"“{quoted(claim).replace('|', '&#124;')}” ({claim.section})",
-                "<br>".join(filter(None, (_effect(finding), claim.note))),
+                f"“{quoted(claim).replace('|', '&#124;')}” ({claim.section}), `{claim.name}`",
+                "; ".join(filter(None, (described(claim.effect), claim.note))),
+                _effect(finding),
                 f"**{finding.outcome}**",
                 tally(finding),
-                *(found.get(claim.name, "") for found in others.values()),
             ]
         )
     return table(rows)
@@ -112,13 +115,13 @@ def shown_effect(finding: Finding) -> EffectEstimate | None:
 
 
 def _effect(finding: Finding) -> str:
+    """The mean, the level that it is compared with, and the claimed sign."""
     found = shown_effect(finding)
-    claimed = {MORE: ", claimed > 0", LESS: ", claimed < 0"}.get(finding.claim.sign, "")
-    words = described(finding.claim.effect)
+    claimed = {MORE: "claimed > 0", LESS: "claimed < 0"}.get(finding.claim.sign, "")
     if found is None:
-        return f"{words}{claimed}"
-    size = "" if np.isnan(found.size) or _is_plain(finding) else f", of {found.size:.2f}"
-    return f"{words}: {found.effect:+.2f} [{found.low:.2f}, {found.high:.2f}]{size}{claimed}"
+        return claimed
+    size = "" if np.isnan(found.size) or _is_plain(finding) else f" of {found.size:.2f}"
+    return ", ".join(filter(None, (f"{found.effect:+.2f}{size}", claimed)))
 
 
 def _is_plain(finding: Finding) -> bool:

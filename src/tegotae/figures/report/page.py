@@ -1,4 +1,4 @@
-"""The report: figures, claims, models and the best controllers on one page without a server."""
+"""The report: figures, claims and every model on one page without a server."""
 
 from __future__ import annotations
 
@@ -15,7 +15,11 @@ from tegotae._support.pages import as_script, filled
 from tegotae.figures.optimum import optimum_figure
 from tegotae.figures.report import convergence
 from tegotae.figures.report.atomic import described, grouped, quoted, shown_effect, tally
-from tegotae.figures.report.best import best_controllers, gaits_of_best_run
+from tegotae.figures.report.models import (
+    best_of_architectures,
+    gaits_of_best_run,
+    pages_of_models,
+)
 from tegotae.figures.report.values import embedded_figure, embedded_file, number
 from tegotae.figures.study import architectures_figure, correlation_figure, pictograms_figure
 from tegotae.measures.hopping.metric import REPORT
@@ -87,9 +91,10 @@ def report(
             if experiments is not None and (experiments / e.figure).exists()
         ],
         "models": _models(table),
-        "best": {
+        "pages": {
             "metrics": [[key, *words] for key, words in _measures(table).items()],
-            "controllers": best_controllers(records, table, tuple(_measures(table))),
+            "best": best_of_architectures(table),
+            "of": pages_of_models(records, table, tuple(_measures(table))),
         },
     }
     page = files("tegotae.figures.report").joinpath("page.html").read_text(encoding="utf-8")

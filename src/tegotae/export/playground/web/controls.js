@@ -31,10 +31,14 @@ export function slider(name, [label, least, most, step], value, show, changed) {
   text.htmlFor = input.id;
   const output = document.createElement("output");
   output.htmlFor.add(input.id);
-  output.textContent = show(value);
+  const say = (x) => {
+    output.textContent = show(x);
+    input.setAttribute("aria-valuetext", show(x));
+  };
+  say(value);
   input.addEventListener("input", () => {
     changed(Number(input.value));
-    output.textContent = show(Number(input.value));
+    say(Number(input.value));
   });
   row.append(text, input, output);
   return row;

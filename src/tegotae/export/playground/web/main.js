@@ -6,6 +6,7 @@ import { Learner } from "./learner.js";
 import { doneOf, linked, numbersOf } from "./link.js";
 import { Pane } from "./pane.js";
 import { TICK_S } from "./runner.js";
+import { Tour } from "./tour.js";
 import { readColours } from "./view/canvas.js";
 import { World } from "./world.js";
 
@@ -53,6 +54,13 @@ async function chosen(pane) {
 // A line for those who listen to the page.
 function say(text) {
   byId("said").textContent = text;
+}
+
+const tour = new Tour(byId("tour"), say);
+
+// The numbers of what is seen, in a sentence a side.
+function describe() {
+  say(shown().map((pane) => pane.described()).join(" "));
 }
 
 function release() {
@@ -211,13 +219,15 @@ const clicks = {
   },
   learn,
   link,
+  describe,
+  "tour-start": () => tour.begin(byId("tour-start")),
 };
 for (const [id, act] of Object.entries(clicks)) byId(id).addEventListener("click", act);
 byId("frozen").addEventListener("change", (event) => freeze(event.target.checked));
 byId("compare").addEventListener("change", (event) => compare(event.target.checked));
 
 // Keys, where they mean nothing else.
-const keys = { " ": clicks.play, r: release, d: drop, p: clicks["push-down"], f: () => freeze(!world.frozen), l: learn };
+const keys = { " ": clicks.play, r: release, d: drop, p: clicks["push-down"], f: () => freeze(!world.frozen), l: learn, s: describe };
 document.addEventListener("keydown", (event) => {
   if (event.ctrlKey || event.metaKey || event.altKey || event.repeat || !(event.key in keys)) return;
   const { tagName, type } = event.target;

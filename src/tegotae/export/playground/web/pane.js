@@ -81,6 +81,16 @@ export class Pane {
     if (now - this.toldAt > NUMBERS_MS) this.tell(now);
   }
 
+  // What a listener is told of the motion.
+  described() {
+    const { runner } = this;
+    const { hops } = runner;
+    const who = `${this.label}: ${this.chooser.selectedOptions[0].label}, ${runner.time.toFixed(0)} seconds after the release`;
+    if (runner.failed) return `${who}, has fallen.`;
+    if (hops.list.length < 2 || hops.rests(runner.time)) return `${who}, does not hop.`;
+    return `${who}, hops at ${hops.rate().toFixed(1)} radians per second to ${hops.list.at(-1).height.toFixed(2)} metres, with ${hops.cost().toFixed(2)} metres per joule.`;
+  }
+
   tell(now) {
     const { runner } = this;
     const { hops } = runner;
