@@ -115,7 +115,7 @@ def scores_figure(
     words: Sequence[str],
     spreads: Mapping[str, np.ndarray],
     named: Mapping[str, np.ndarray],
-    levels: Mapping[str, Sequence[float]],
+    levels: Mapping[str, np.ndarray],
 ) -> Figure:
     """The scores of readings, a row a statement: where they lie, and from where one counts as met.
 

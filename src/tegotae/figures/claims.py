@@ -30,7 +30,7 @@ def claims_figure(findings: Sequence[Finding]) -> Figure:
 
     Right of zero is what the paper claims. Each effect is drawn over the largest number of its own
     interval, since effects have different units; the numbers beside it are in these units. The bar
-    is the share of the ways to count that reproduce the claim, cannot tell, or oppose it.
+    is the share of the ways to count that reproduce the claim, are too uncertain, or oppose it.
 
     Args:
         findings: of the study; the first way to count that measures an effect is drawn.

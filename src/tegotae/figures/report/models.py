@@ -9,6 +9,7 @@ import numpy as np
 
 from tegotae._support.documents import JsonObject
 from tegotae.figures.report.values import number
+from tegotae.figures.study import architectures
 from tegotae.measures.hopping.statistics import mean_defined
 from tegotae.parts.bodies import Hopper
 from tegotae.simulation.rollout import Scenario, Timing
@@ -28,8 +29,10 @@ _ROWS, _COLUMNS = 36, 56
 def best_of_architectures(table: Table) -> dict[str, str]:
     """The model whose run has the highest fitness, of every architecture that has runs."""
     found = {}
-    for architecture in dict.fromkeys(table["architecture"].tolist()):
+    for architecture in architectures(table):
         rows = np.flatnonzero(table["architecture"] == architecture)
+        if not len(rows):
+            continue
         found[architecture] = str(table["model"][rows[np.argmax(table["best_fitness"][rows])]])
     return found
 
@@ -60,7 +63,7 @@ def pages_of_models(
             found[record.model] |= {
                 "has_cycle": has_cycle,
                 "hop": _hop(saved, gait),
-                "surface": _surface(saved, float(gait["spring_force_n"].max())),
+                "surface": _surface(saved, gait),
             }
     return found
 
@@ -88,6 +91,7 @@ def _gait(record: Record, saved: SavedController) -> tuple[bool, Mapping[str, np
     """
     if record.gait:
         return orbit_of(record) is not None, record.gait
+    assert isinstance(saved.body, Hopper)
     try:
         find_orbit(saved)
         has_cycle = True
@@ -100,13 +104,20 @@ def _gait(record: Record, saved: SavedController) -> tuple[bool, Mapping[str, np
     return has_cycle, {name: x[last] for name, x in result.trajectory.channels.items()}
 
 
-def _surface(saved: SavedController, largest_n: float) -> JsonObject:
+def _surface(saved: SavedController, gait: Mapping[str, np.ndarray]) -> JsonObject:
     """Actuator force over phase (or velocity) and spring force, a little beyond the gait's."""
     body = saved.body
     assert isinstance(body, Hopper)
+    largest_n = float(gait["spring_force_n"].max())
+    fastest = max(4.0, 1.05 * float(np.abs(gait["velocity_m_per_s"]).max()))
     most = 1.1 * largest_n if largest_n > 0.0 else 3.5 * body.weight_n
     most = min(most, body.stiffness_n_per_m * body.rest_length_m)
-    surface = actuation_surface(saved, np.linspace(0.0, most, _ROWS), columns=_COLUMNS)
+    surface = actuation_surface(
+        saved,
+        np.linspace(0.0, most, _ROWS),
+        columns=_COLUMNS,
+        velocity_range_m_per_s=(-fastest, fastest),
+    )
     with_phase = surface.phase_rad is not None
     across = surface.phase_rad if surface.phase_rad is not None else surface.velocity_m_per_s
     return {
