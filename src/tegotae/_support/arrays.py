@@ -1,14 +1,17 @@
-"""NumPy archives (.npz) from disk: no pickle, no more than they may unpack to, and checksums."""
+"""NumPy archives (.npz) on disk: no pickle, no more than they may unpack to, and checksums."""
 
 from __future__ import annotations
 
 import hashlib
+import io
 import zipfile
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import BinaryIO
 
 import numpy as np
+
+from tegotae._support.files import write_atomically
 
 
 def read_arrays(
@@ -56,6 +59,27 @@ def checksum(text: str, arrays: dict[str, np.ndarray]) -> str:
         digest.update(f"{name} {values.dtype.str} {values.shape}".encode())
         digest.update(values.tobytes())
     return digest.hexdigest()
+
+
+def with_checksum(header: str, arrays: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Arrays with a `header`, and a `checksum` over all of it."""
+    noted = checksum(header, dict(arrays))
+    return {"header": np.array(header), "checksum": np.array(noted), **arrays}
+
+
+def write_arrays(path: Path, arrays: Mapping[str, np.ndarray]) -> None:
+    """Write an archive, whole or not at all.
+
+    Args:
+        path: its file.
+        arrays: of numbers or text, by name.
+
+    Raises:
+        TegotaeError: if it cannot be written, such as for want of space.
+    """
+    stream = io.BytesIO()
+    np.savez_compressed(stream, allow_pickle=False, **arrays)
+    write_atomically(path, stream.getvalue())
 
 
 def _read(

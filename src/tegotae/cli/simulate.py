@@ -21,6 +21,7 @@ from tegotae.cli.options import (
     refuse_on_environment,
     require_ours,
 )
+from tegotae.cli.outputs import check_outputs
 from tegotae.parts.bodies import Hopper
 from tegotae.simulation.integrators import Hold
 from tegotae.simulation.rollout import Timing
@@ -146,7 +147,7 @@ class Simulate(LegsOptions, ControllerOptions):
         saved = self.vanilla() if found is None else self.adapted(found)
         simulation = self._simulation(saved)
         files = (self.csv, self.plot, self.animate)
-        one_leg.check_outputs(*files)
+        check_outputs(*files)
         result = simulation.run()
         name = None if found is None else found.name
         used = one_leg.parameters(simulation, name, self.preset)

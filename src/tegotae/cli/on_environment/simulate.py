@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from tegotae._support import tables
-from tegotae._support.files import output_file
+from tegotae.cli.outputs import check_outputs
 from tegotae.cli.tables import print_rows
 from tegotae.systems.controller_file import SavedController
 from tegotae.training.environments.experiment import EnvExperiment
@@ -50,7 +50,7 @@ def simulate(
         TegotaeError: for a file that cannot be written, before the episode; or an environment that
             cannot be made or drawn.
     """
-    _check_outputs(csv, plot, animate)
+    check_outputs(csv, plot, animate)
     experiment = lasting(EnvExperiment.of(saved), duration_s)
     (found,) = replay(experiment, [saved.weights])
     if csv is not None:
@@ -81,19 +81,6 @@ def columns(found: Replay) -> dict[str, np.ndarray]:
 def shown(name: str, value: float) -> str:
     """A number of a replay with its unit."""
     return "–" if math.isnan(value) else f"{value:.4g} {LABELS[name][1]}".strip()
-
-
-def _check_outputs(csv: Path | None, plot: Path | None, animate: Path | None) -> None:
-    if csv is not None:
-        output_file(csv)
-    if plot is not None:
-        from tegotae.figures.style import figure_file
-
-        figure_file(plot)
-    if animate is not None:
-        from tegotae.figures.animation import animation_file
-
-        animation_file(animate)
 
 
 def _draw(found: Replay, plot: Path, name: str) -> None:

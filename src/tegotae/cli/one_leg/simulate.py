@@ -9,7 +9,6 @@ from pathlib import Path
 from rich.console import Console
 
 from tegotae._support import tables
-from tegotae._support.files import output_file
 from tegotae.measures.hopping.efficiency import work_total
 from tegotae.simulation.integrators import Hold
 from tegotae.simulation.timing import MOST_TICKS
@@ -28,20 +27,6 @@ SERIES = (
     "climb_m",
 )
 """The columns of the time series, and beside it the running total of the work."""
-
-
-def check_outputs(csv: Path | None, plot: Path | None, animate: Path | None) -> None:
-    """Raise `TegotaeError` before the rollout if a file could not be written."""
-    if csv is not None:
-        output_file(csv)
-    if plot is not None:
-        from tegotae.figures.style import figure_file
-
-        figure_file(plot)
-    if animate is not None:
-        from tegotae.figures.animation import animation_file
-
-        animation_file(animate)
 
 
 def write(result: Result, csv: Path | None, plot: Path | None, animate: Path | None) -> None:

@@ -15,6 +15,7 @@ from tegotae._support.errors import TegotaeError
 from tegotae._support.files import output_file, output_folder
 from tegotae._support.tables import write_csv
 from tegotae.cli.gait.options import LeggedSystemOptions
+from tegotae.cli.outputs import check_outputs
 from tegotae.cli.tables import print_rows
 
 if TYPE_CHECKING:
@@ -44,7 +45,7 @@ def simulate_legs(
     """
     from tegotae.figures.gaits.footfall import footfall_figure
     from tegotae.figures.gaits.lags import lags_figure
-    from tegotae.figures.style import figure_file, save_figure
+    from tegotae.figures.style import save_figure
     from tegotae.studies.gaits.document import DIGITS, coordination_columns, write
     from tegotae.studies.gaits.simulate import columns, simulate
 
@@ -53,10 +54,7 @@ def simulate_legs(
     legged = legs.legged()
     if out is not None:
         output_folder(out)
-    if csv is not None:
-        output_file(csv)
-    if plot is not None:
-        figure_file(plot)
+    check_outputs(csv, plot, None)
     if animate is not None:
         if animate.suffix.lower() != ".gif":
             raise TegotaeError(f"cannot write legs as {str(animate)!r}; the name ends in .gif")

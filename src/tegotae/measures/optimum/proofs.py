@@ -8,7 +8,6 @@ A bound holds for all faster hops too, so that a row may stand on the certificat
 
 from __future__ import annotations
 
-import io
 import math
 import sys
 from collections.abc import Iterable, Sequence
@@ -20,9 +19,8 @@ from pathlib import Path
 
 import numpy as np
 
-from tegotae._support.arrays import read_arrays
+from tegotae._support.arrays import read_arrays, write_arrays
 from tegotae._support.errors import TegotaeError
-from tegotae._support.files import write_atomically
 from tegotae._support.progress import reporting
 from tegotae._support.tables import write_csv
 from tegotae.measures.optimum.certificate import Certificate, certify, upper_certificates
@@ -98,20 +96,21 @@ def write(certificates: Sequence[Certificate], file: Path = FILE) -> None:
         certificates: what is kept.
         file: where; the package's own by default.
     """
-    stream = io.BytesIO()
-    np.savez_compressed(
-        stream,
-        bound=[each.bound for each in certificates],
-        time_price=[each.time_price for each in certificates],
-        omega=[math.nan if each.omega is None else each.omega for each in certificates],
-        lift_off=[each.lift_off for each in certificates],
-        n_heights=[len(each.heights_m) for each in certificates],
-        n_speeds=[len(each.speeds_m_per_s) for each in certificates],
-        heights=np.concatenate([each.heights_m for each in certificates]),
-        speeds=np.concatenate([each.speeds_m_per_s for each in certificates]),
-        coefficients=np.concatenate([each.coefficients.ravel() for each in certificates]),
-    )
-    write_atomically(file, stream.getvalue())
+    of_each = {
+        "bound": [each.bound for each in certificates],
+        "time_price": [each.time_price for each in certificates],
+        "omega": [math.nan if each.omega is None else each.omega for each in certificates],
+        "lift_off": [each.lift_off for each in certificates],
+        "n_heights": [len(each.heights_m) for each in certificates],
+        "n_speeds": [len(each.speeds_m_per_s) for each in certificates],
+    }
+    joined = {
+        "heights": [each.heights_m for each in certificates],
+        "speeds": [each.speeds_m_per_s for each in certificates],
+        "coefficients": [each.coefficients.ravel() for each in certificates],
+    }
+    arrays = {name: np.array(values) for name, values in of_each.items()}
+    write_arrays(file, arrays | {name: np.concatenate(each) for name, each in joined.items()})
 
 
 def check_row(row: Bounds, certificates: Iterable[Certificate]) -> None:

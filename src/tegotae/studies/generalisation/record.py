@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 import hashlib
-import io
 import json
 from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
-from tegotae._support.arrays import read_arrays
+from tegotae._support.arrays import read_arrays, write_arrays
 from tegotae._support.documents import Document, parse
 from tegotae._support.engines import OF_EARLIER_FILES, require_engine, selected
 from tegotae._support.errors import TegotaeError
-from tegotae._support.files import write_atomically
 from tegotae._support.part_code import code_of
 from tegotae.studies.generalisation.disturbance import Disturbance
 from tegotae.studies.generalisation.trial import Retention, Tested
@@ -65,11 +63,7 @@ def write(path: Path, document: Document, outcome: Retention) -> None:
     header = json.dumps(
         {"configuration": document, "left_out": outcome.left_out, "engine": selected()}
     )
-    stream = io.BytesIO()
-    np.savez_compressed(
-        stream, allow_pickle=False, header=np.array(header), **_narrow(outcome.columns)
-    )
-    write_atomically(path, stream.getvalue())
+    write_arrays(path, {"header": np.array(header), **_narrow(outcome.columns)})
 
 
 def read(path: Path, document: Document) -> Retention | None:

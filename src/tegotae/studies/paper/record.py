@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import json
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -12,10 +11,9 @@ import msgspec
 import numpy as np
 
 from tegotae._support import documents
-from tegotae._support.arrays import checksum
+from tegotae._support.arrays import with_checksum, write_arrays
 from tegotae._support.documents import Document
 from tegotae._support.engines import OF_EARLIER_FILES
-from tegotae._support.files import write_atomically
 from tegotae.systems.experiment import Experiment
 from tegotae.systems.study_records import DamagedRecordError, header_and_arrays
 
@@ -110,15 +108,7 @@ def write(record: Record, path: Path) -> None:
         arrays |= {f"{prefix}{key}": values for key, values in getattr(record, name).items()}
     header = {"configuration": record.configuration, "software": record.software}
     text = json.dumps(header, sort_keys=True)
-    stream = io.BytesIO()
-    np.savez_compressed(
-        stream,
-        allow_pickle=False,
-        header=np.array(text),
-        checksum=np.array(checksum(text, arrays)),
-        **arrays,
-    )
-    write_atomically(path, stream.getvalue())
+    write_arrays(path, with_checksum(text, arrays))
 
 
 def read(path: Path) -> Record:

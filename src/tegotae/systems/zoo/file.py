@@ -12,7 +12,6 @@ Opening a file reads all but the weights; those are read for the model that is a
 
 from __future__ import annotations
 
-import io
 import json
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -25,10 +24,9 @@ import msgspec
 import numpy as np
 
 from tegotae._support import documents
-from tegotae._support.arrays import checksum, read_arrays
+from tegotae._support.arrays import checksum, read_arrays, with_checksum, write_arrays
 from tegotae._support.documents import DamagedDocumentError, JsonObject
 from tegotae._support.errors import TegotaeError
-from tegotae._support.files import write_atomically
 
 FORMAT = "tegotae zoo"
 VERSION = 1
@@ -105,7 +103,6 @@ def write(path: Path, study: str, entries: Iterable[ZooEntry]) -> None:
         "metrics": metrics,
         "weights": {model: checksum(model, {"": values}) for model, values in weights.items()},
     }
-    text = json.dumps(header)
     index = {
         "documents": np.array([json.dumps(entry.document).encode() for entry in entries]),
         "seed": np.concatenate([entry.seed for entry in entries]).astype("int64"),
@@ -114,16 +111,8 @@ def write(path: Path, study: str, entries: Iterable[ZooEntry]) -> None:
         "ended": np.concatenate([entry.ended for entry in entries]).astype("U"),
         "metrics": np.concatenate([_columns(entry, metrics) for entry in entries]),
     }
-    stream = io.BytesIO()
-    np.savez_compressed(
-        stream,
-        allow_pickle=False,
-        header=np.array(text),
-        checksum=np.array(checksum(text, index)),
-        **index,
-        **{f"weights/{model}": values for model, values in weights.items()},
-    )
-    write_atomically(path, stream.getvalue())
+    of_models = {f"weights/{model}": values for model, values in weights.items()}
+    write_arrays(path, with_checksum(json.dumps(header), index) | of_models)
 
 
 def _software(entries: Iterable[ZooEntry]) -> dict[str, str]:
