@@ -290,6 +290,12 @@ def test_equal_programs_are_compiled_once_whatever_the_lanes(kernels):
     assert len(kernels) == 1
 
 
+def test_controllers_whose_recordings_are_alike_share_one_summary(kernels):
+    for limit in (3.0, 4.0):
+        of_limit(limit).run(np.ones((1, 1)), Scenario(omega=8.0))
+    assert (len(kernels), native._summarised.cache_info().misses) == (2, 1)
+
+
 def test_a_long_session_keeps_the_programs_that_were_used_last(kernels):
     for limit in (3.0, 4.0, 5.0):
         of_limit(limit).run(np.ones((1, 1)), Scenario(omega=8.0))

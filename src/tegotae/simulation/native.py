@@ -5,7 +5,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable
 from functools import lru_cache, partial
-from typing import TYPE_CHECKING, Any, NamedTuple, cast
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import jax
 import numpy as np
@@ -60,7 +60,7 @@ def roll_out(
     kernel = _kernel(program, shapes)
     if isinstance(kernel, CannotLower):
         raise kernel
-    summarised = _summarised(program, timing, summary, shapes)
+    summarised = _summarised(timing, summary, _Block.of(kernel, timing, shapes))
 
     def whole(like: jax.ShapeDtypeStruct) -> np.ndarray:
         return np.empty((*like.shape[:-1], count), like.dtype)
@@ -166,24 +166,34 @@ def _kernel(program: EpisodeProgram, shapes: _Shapes) -> Kernel | CannotLower:
             return error
 
 
+class _Block(NamedTuple):
+    """What a summary is given of a block, by shapes alone: hashable."""
+
+    structure: Any
+    leaves: tuple[jax.ShapeDtypeStruct, ...]
+    dtype: str
+
+    @classmethod
+    def of(cls, kernel: Kernel, timing: Timing, shapes: _Shapes) -> _Block:
+        lanes, shared = shapes.arrays(LANES_SUMMARISED)
+
+        def of_frames(x: jax.ShapeDtypeStruct) -> jax.ShapeDtypeStruct:
+            return jax.ShapeDtypeStruct((timing.n_frames, *x.shape[:-1], LANES_SUMMARISED), x.dtype)
+
+        frames = jax.tree.map(of_frames, kernel.channels)
+        leaves, structure = jax.tree.flatten((frames, lanes.scenario, shared.body))
+        return cls(structure, tuple(leaves), shapes.dtype)
+
+
 @lru_cache(_PROGRAMS)
-def _summarised(
-    program: EpisodeProgram, timing: Timing, summary: Callable[..., Any], shapes: _Shapes
-) -> jax.stages.Compiled:
-    """The summary of a block, compiled."""
+def _summarised(timing: Timing, summary: Callable[..., Any], block: _Block) -> jax.stages.Compiled:
+    """The summary of a block, compiled: one for all controllers whose recordings are alike."""
 
     def of_block(trajectory: Trajectory, scenario: Scenario, body: Body) -> Any:
         return summary(trajectory, scenario, body, timing)
 
-    lanes, shared = shapes.arrays(LANES_SUMMARISED)
-
-    def of_frames(x: jax.ShapeDtypeStruct) -> jax.ShapeDtypeStruct:
-        return jax.ShapeDtypeStruct((timing.n_frames, *x.shape[:-1], LANES_SUMMARISED), x.dtype)
-
-    frames = jax.tree.map(of_frames, cast("Kernel", _kernel(program, shapes)).channels)
-    given = frames, lanes.scenario, shared.body
-    with jax.enable_x64(shapes.dtype == "float64"):
-        return compiled_for(of_block, *given)
+    with jax.enable_x64(block.dtype == "float64"):
+        return compiled_for(of_block, *jax.tree.unflatten(block.structure, block.leaves))
 
 
 def forget_programs() -> None:
