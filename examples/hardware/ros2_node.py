@@ -16,9 +16,7 @@ class TegotaeNode(Node):
     def __init__(self):
         super().__init__("tegotae")
         path = self.declare_parameter("controller", "leg.native").value
-        self.live = LiveController.load(
-            path, clock=lambda: self.get_clock().now().nanoseconds / 1e9
-        )
+        self.live = LiveController.load(path, clock=self.now_s)
         self.commands = self.create_publisher(Float32MultiArray, "commands", 1)
         self.create_subscription(Float32MultiArray, "spring_force", self.step, 1)
 

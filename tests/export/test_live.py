@@ -6,6 +6,7 @@ import subprocess
 import sys
 import threading
 import zipfile
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -341,10 +342,13 @@ def test_a_loop_that_cannot_be_is_refused_before_it_moves_anything(options, why,
     assert not written
 
 
-def test_a_recording_that_is_a_folder_is_refused_before_anything_is_read(tmp_path, exported):
-    (tmp_path / "run.npz").mkdir()
+@pytest.mark.parametrize(
+    ("make", "why"), [(Path.mkdir, "it is a folder"), (Path.touch, "choose another name")]
+)
+def test_a_recording_is_never_written_over_another(make, why, tmp_path, exported):
+    make(tmp_path / "run.npz")
     _, write, written = leg()
-    with pytest.raises(TegotaeError, match="it is a folder"):
+    with pytest.raises(TegotaeError, match=why):
         drive_hardware(
             LiveController.load(exported),
             lambda: pytest.fail("it was read"),

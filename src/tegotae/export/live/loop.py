@@ -84,8 +84,9 @@ def drive_hardware(
 
     Raises:
         TegotaeError: before anything is read, for a rate, a duration or a watchdog out of range, a
-            safe command that is none, or a recording that cannot be written; before the first
-            command, for measurements of the wrong type or shape, or by a name of the loop's own.
+            safe command that is none, or a recording that exists or cannot be written; before the
+            first command, for measurements of the wrong type or shape, or by a name of the loop's
+            own.
 
     Example:
         A page of the documentation drives a simulated leg: `docs/deploy/live.md`.
@@ -95,8 +96,8 @@ def drive_hardware(
     require_finite("watchdog_s", watchdog_s, above=1.0 / rate_hz, most=60.0)
     if recording is not None and Path(recording).suffix != ".npz":
         raise TegotaeError(f"recording is {recording}; its name must end in .npz")
-    if recording is not None:
-        output_file(Path(recording))
+    if recording is not None and output_file(Path(recording)).exists():
+        raise TegotaeError(f"{recording} exists; choose another name, or move that recording")
     loop = _Loop(live, read, write, safe, rate_hz, max(1, round(duration_s * rate_hz)))
     try:
         return loop.run(watchdog_s)
