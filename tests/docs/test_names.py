@@ -5,8 +5,6 @@ from __future__ import annotations
 import ast
 import re
 from collections import defaultdict
-from collections.abc import Iterator
-from pathlib import Path
 
 import pytest
 
@@ -17,32 +15,46 @@ PACKAGE = ROOT / "src" / "tegotae"
 FILES = sorted(PACKAGE.rglob("*.py"))
 
 
-def definitions(file: Path) -> Iterator[tuple[str, int]]:
-    """Names of classes, functions, arguments and variables that a file defines, with their line."""
-    for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
-        if isinstance(node, ast.ClassDef | ast.FunctionDef):
-            yield node.name, node.lineno
-        elif isinstance(node, ast.arg):
-            yield node.arg, node.lineno
-        elif isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
-            yield node.id, node.lineno
+@pytest.fixture(scope="module")
+def parsed():
+    """The package's files, by their paths in it."""
+    return {
+        str(file.relative_to(PACKAGE)): ast.parse(file.read_text(encoding="utf-8"))
+        for file in FILES
+    }
 
 
-def test_no_two_classes_have_one_name():
+@pytest.fixture(scope="module")
+def definitions(parsed):
+    """Names of classes, functions, arguments and variables, by their words, with their places."""
+    found = defaultdict(list)
+    for file, tree in parsed.items():
+        for node in ast.walk(tree):
+            if isinstance(node, ast.ClassDef | ast.FunctionDef):
+                name = node.name
+            elif isinstance(node, ast.arg):
+                name = node.arg
+            elif isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
+                name = node.id
+            else:
+                continue
+            words = re.findall(r"[a-z]+", re.sub(r"(?<=[a-z])(?=[A-Z])", "_", name).lower())
+            for word in words:
+                found[word].append(f"{file}:{node.lineno} {name}")
+    return found
+
+
+def test_no_two_classes_have_one_name(parsed):
     places = defaultdict(list)
-    for file in FILES:
-        for node in ast.parse(file.read_text(encoding="utf-8")).body:
+    for file, tree in parsed.items():
+        for node in tree.body:
             if isinstance(node, ast.ClassDef):
-                places[node.name].append(str(file.relative_to(PACKAGE)))
+                places[node.name].append(file)
     assert {name: found for name, found in places.items() if len(found) > 1} == {}
 
 
 @pytest.mark.parametrize("word", NAMES)
-def test_a_name_is_the_fields_term(word):
-    found = [
-        f"{file.relative_to(PACKAGE)}:{line} {name}: {NAMES[word]}"
-        for file in FILES
-        for name, line in definitions(file)
-        if word in re.findall(r"[a-z]+", re.sub(r"(?<=[a-z])(?=[A-Z])", "_", name).lower())
-    ]
+def test_a_name_is_the_fields_term(word, definitions):
+    assert definitions["term"]  # a word that the package has
+    found = [f"{place}: {NAMES[word]}" for place in definitions.get(word, [])]
     assert found == []

@@ -70,7 +70,14 @@ def program(loop):
     return TracedEpisode(started, ticked, lambda lanes, shared, state, last: (state, state))
 
 
-@pytest.mark.parametrize("name", CASES)
+DUPLICATES = ("ART on a hopper", "a walker")
+"""Quickly checked by `tests/simulation/test_native.py` alone, in the engine, tick by tick, too."""
+
+
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(n, marks=pytest.mark.thorough if n in DUPLICATES else ()) for n in CASES],
+)
 def test_a_closed_loop_goes_on_tick_by_tick_as_under_xla(name):
     controller, body, integrator, dtype, height = CASES[name]
     loop = ClosedLoop(controller, integrator)
