@@ -1,0 +1,124 @@
+"""Which gait at which speed: learned laws swept up and down in ω, beside vanilla feedback.
+
+    python studies/transitions.py NAME ...     # controller files or folders of them; a minute
+
+Each is swept by the gait laboratory's `sweep`, from the slowest frequency to the fastest and back,
+without a new release. The table and the figure go to `docs/_static/learned_legs`.
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.lines import Line2D
+
+from kept import write_rows
+from tegotae._support.progress import reporting
+from tegotae._support.tables import numbers, read_csv
+from tegotae.figures.gaits.colours import gait_colour
+from tegotae.figures.style import COLUMN_IN, new_figure, save_figure, styled
+from tegotae.measures.gaits.lags import circular_mean
+from tegotae.measures.gaits.names import NO_GAIT
+from tegotae.studies.gaits.sweep import DOWN, UP, GaitSweep, sweep
+from tegotae.systems.legged_systems import settling, system
+from tegotae.systems.resolve import resolve
+
+FOLDER = Path(__file__).resolve().parents[1] / "docs" / "_static" / "learned_legs"
+LEVELS = np.linspace(1.0, 3.6, 14)
+"""Frequencies of the sweep [√(g / l0)]."""
+DWELL = 60.0
+"""How long each lasts [√(l0 / g)]."""
+STARTS = 4
+"""Random releases at either end."""
+
+
+def swept(names: list[str]) -> list[dict[str, Any]]:
+    """A row per controller, way and level."""
+    runs = [("V", system("quadruped-c"))]
+    for name in names:
+        for path, saved in resolve(name).weighted():
+            runs.append((path.stem, settling(saved.system, saved.weights)))
+    rows = []
+    with reporting("sweeps", len(runs)) as reporter:
+        for done, (label, legged) in enumerate(runs, 1):
+            found = sweep(legged, LEVELS, dwell_s=DWELL, starts=STARTS)
+            rows += rows_of(label, found)
+            reporter.update(done, label)
+    return rows
+
+
+def rows_of(label: str, found: GaitSweep) -> list[dict[str, Any]]:
+    """What most starts do at each level, on each way."""
+    rows = []
+    fore = found.legged.names.index("LF")
+    bistable = set(found.bistable.tolist())
+    for way in (UP, DOWN):
+        each = found.found[way]
+        for k, omega in enumerate(found.omega):
+            names, counts = np.unique(found.gait[way][k], return_counts=True)
+            lag = np.asarray(each.lag)[k, fore]
+            up = np.isfinite(lag)
+            rows.append(
+                {
+                    "run": label,
+                    "way": way,
+                    "omega": omega,
+                    "gait": str(names[counts.argmax()]),
+                    "starts": int(counts.max()),
+                    "locked": float(np.mean(~np.isin(found.gait[way][k], NO_GAIT[1:]))),
+                    "lag_LF": float(circular_mean(lag[up], axis=0)) if up.any() else np.nan,
+                    **{
+                        name: mean(np.asarray(getattr(each, name))[k])
+                        for name in ("speed_m_per_s", "cost_of_transport", "flight_share")
+                    },
+                    "differs": omega in bistable,
+                }
+            )
+    return rows
+
+
+def mean(x: np.ndarray) -> float:
+    """The mean of what is defined; NaN if nothing is."""
+    return float(np.mean(x[np.isfinite(x)])) if np.isfinite(x).any() else np.nan
+
+
+def figure() -> None:
+    """Write `transitions.png`: the gaits of every run, on the way up and below it down."""
+    table = read_csv(FOLDER / "transitions.csv")
+    labels = list(dict.fromkeys(table["run"].tolist()))
+    seen: list[str] = []
+    with styled():
+        drawn = new_figure(COLUMN_IN, 0.9 + 0.22 * len(labels))
+        axes = drawn.subplots()
+        for row, label in enumerate(labels):
+            for way, low in ((UP, 0.42), (DOWN, 0.06)):
+                own = (table["run"] == label) & (table["way"] == way)
+                for omega, gait in zip(
+                    numbers(table["omega"][own]), table["gait"][own], strict=True
+                ):
+                    name = str(gait)
+                    width = LEVELS[1] - LEVELS[0]
+                    axes.bar(omega, 0.34, width, row + low, color=gait_colour(name), lw=0)
+                    seen += [name] if name not in seen else []
+        short = [
+            label.split("@")[0] + " " + label[-1] if "@" in label else label for label in labels
+        ]
+        axes.set_yticks(0.4 + np.arange(len(labels)), short)
+        axes.set(xlabel="frequency ω [√(g/l0)]", ylim=(0.0, len(labels)))
+        keys = [Line2D([], [], marker="s", ls="", color=gait_colour(n), label=n) for n in seen]
+        drawn.legend(handles=keys, loc="outside lower center", ncols=2)
+        save_figure(drawn, FOLDER / "transitions.png")
+
+
+def main() -> None:
+    """Sweep what is named, and draw; nothing named draws the kept table."""
+    if len(sys.argv) > 1:
+        write_rows(FOLDER / "transitions.csv", swept(sys.argv[1:]), digits=4)
+    figure()
+
+
+if __name__ == "__main__":
+    main()
