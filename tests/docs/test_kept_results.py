@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from places import ROOT
+from tegotae.figures.claims import claims_figure
 from tegotae.figures.report.atomic import beside_table, by_budget_table, outcomes_table
 from tegotae.figures.report.markdown import endings_table
 from tegotae.figures.study import ARCHITECTURES, architectures
@@ -70,6 +71,13 @@ def test_the_page_counts_the_outcomes_of_the_kept_effects(effects):
     assert (len(tallies), reproduced, opposite) == (47, 23, [10, 9])
     page = re.sub(r"\s+", " ", (ROOT / "docs" / "claims.md").read_text(encoding="utf-8"))
     assert "of 47 statements, 23 are reproduced in some or all ways" in page
+
+
+def test_the_figure_has_a_row_for_every_claim_with_a_sign_and_an_effect(effects):
+    rows = claims_figure(effects[""]).axes[0].get_yticklabels()
+    left_out = ("shown", "not measured")
+    drawn = {each.claim.name for each in effects[""] if each.outcome not in left_out}
+    assert {row.get_text() for row in rows} == drawn
 
 
 def test_kept_effects_are_those_of_the_kept_tables(effects):

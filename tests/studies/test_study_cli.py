@@ -180,7 +180,8 @@ def test_outcomes_of_another_study_and_of_each_budget_stand_beside(smoke_study, 
     assert main(["study", "claims", str(table), "--out", str(out), *words]) == 0
     heads = [row for row in (out / "claims.md").read_text().splitlines() if "| Outcome |" in row]
     assert heads
-    assert all(row.endswith("| Ways: + / 0 / − | old |") for row in heads)
+    assert all(row.endswith("| Ways: + / 0 / − |") for row in heads)
+    assert (out / "claims-beside.md").read_text().startswith("| | the study | old |\n")
     first = (out / "claims-by-budget.md").read_text().splitlines()[0]
     assert first == "| | 1280 episodes | 5120 episodes | plateau |"
     assert (out / "effects-old.csv").read_text() == (out / "effects.csv").read_text()

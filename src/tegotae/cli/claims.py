@@ -36,7 +36,7 @@ class StudyClaims:
     def run(self) -> None:
         """Judge, print, and write if asked to."""
         from tegotae.cli.study import tables_of
-        from tegotae.figures.claims import claims_figure
+        from tegotae.figures.claims import claims_figure, has_effects
         from tegotae.figures.report.atomic import beside_table, by_budget_table, outcomes_table
         from tegotae.figures.style import save_figure
         from tegotae.studies.paper.claims.budgets import by_budget
@@ -65,5 +65,7 @@ class StudyClaims:
         output_folder(self.out)
         for name, text in texts.items():
             write_atomically(self.out / name, text)
-        save_figure(claims_figure(found), self.out / "claims.png")
-        print(f"wrote {', '.join([*texts, 'claims.png'])} to {self.out}")
+        pictures = {"claims.png": claims_figure(found)} if has_effects(found) else {}
+        for name, figure in pictures.items():
+            save_figure(figure, self.out / name)
+        print(f"wrote {', '.join([*texts, *pictures])} to {self.out}")

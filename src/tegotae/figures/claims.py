@@ -69,6 +69,11 @@ def claims_figure(findings: Sequence[Finding]) -> Figure:
     return figure
 
 
+def has_effects(findings: Sequence[Finding]) -> bool:
+    """Whether the figure has a row to draw."""
+    return bool(_rows(grouped(findings)))
+
+
 def _rows(groups: Mapping[str, Sequence[Finding]]) -> list[str | Finding]:
     """Headings, each followed by its findings that have a sign and an effect."""
     rows: list[str | Finding] = []
