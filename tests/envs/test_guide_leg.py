@@ -12,7 +12,11 @@ from places import ROOT
 from tegotae.cli import main
 
 GUIDES = ROOT / "docs" / "guides"
-SHORTER = {"--generations 40": "--generations 1", "--population 16": "--population 4"}
+SHORTER = {
+    "--episodes 160 --seeds 3": "--episodes 4 --seeds 1",
+    "--generations 40": "--generations 1",
+    "--population 16": "--population 4",
+}
 SHORTER |= {"--duration 6": "--duration 0.5", "--seeds 3": "--seeds 2", "--starts 8": "--starts 2"}
 SHORTER |= {"wiring baseline": "wiring baseline --frequencies 17.5", " --animate gait.gif": ""}
 LONGEST = 40
@@ -27,7 +31,7 @@ def steps(page: Path) -> list[tuple[str, str]]:
 
 def test_the_guide_to_a_leg_of_ones_own(tmp_path, monkeypatch, capsys):
     pytest.importorskip("mujoco")
-    pytest.importorskip("gymnasium")
+    pytest.importorskip("stable_baselines3")
     monkeypatch.chdir(tmp_path)
     namespace: dict = {"__name__": "guide"}
     shown = []

@@ -10,6 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
+from matplotlib.ticker import NullFormatter
 
 from tegotae.figures.data import Table
 from tegotae.figures.style import COLOURS, PAGE_IN, literal, new_figure, styled
@@ -122,6 +123,7 @@ def _draw(
         per_s = mean["episode"][trained][-1] / mean["simulated_s"][trained][-1]
         top = panel.secondary_xaxis("top", functions=(lambda s: s * per_s, lambda e: e / per_s))
         top.tick_params(labelsize=6, pad=1)
+        top.xaxis.set_minor_formatter(NullFormatter())  # labels within a decade overlap
         if first_row:
             top.set_xlabel("episode, or generation of an evolution", fontsize=6, labelpad=1)
         panel.spines["top"].set_visible(True)
