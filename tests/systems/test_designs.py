@@ -240,7 +240,7 @@ def test_a_judgement_of_what_has_no_frequency_takes_none():
 @pytest.mark.parametrize(
     ("asked", "said"),
     [
-        (("quadruped-x",), "no model or system is called 'quadruped-x'; did you mean quadruped-c"),
+        (("quadruped-x",), "no model or system is called 'quadruped-x'; did you mean quadruped-"),
         (("quadruped-c", "--omega", "nan"), "omega is nan; it must be finite"),
     ],
 )
