@@ -17,7 +17,7 @@ from tegotae.studies.paper.claims.estimates import EffectEstimate
 from tegotae.studies.paper.claims.findings import OPPOSITE, REPRODUCED, TOO_SMALL, Finding, verdict
 
 _ACROSS = 5
-LOOK = {REPRODUCED: (COLOURS[5], "o"), TOO_SMALL: ("0.5", "s"), OPPOSITE: (COLOURS[4], "X")}
+LOOK = {REPRODUCED: (COLOURS[5], "o"), OPPOSITE: (COLOURS[4], "X"), TOO_SMALL: ("0.5", "s")}
 """Colour and mark of a verdict."""
 
 

@@ -95,7 +95,7 @@ def _draw_effect(axes: Axes, y: int, finding: Finding) -> None:
 
 
 def _draw_ways(axes: Axes, y: int, finding: Finding) -> None:
-    counts = {word: finding.tally[word] for word in LOOK}
+    counts = {word: finding.tally[word] for word in _BARS}
     left, whole = 0.0, max(sum(counts.values()), 1)
     for word, count in counts.items():
         axes.barh(
