@@ -1,11 +1,10 @@
-"""What bodies with legs gain from learned feedback: train, evaluate, disturb, report.
+"""What bodies with legs gain from learned feedback: train, evaluate, keep, report.
 
     python studies/learned_legs.py train             # what is missing; about an hour of a core
-    python studies/learned_legs.py train --only 'AR*@quadruped-c'
-    python studies/learned_legs.py evaluate          # from random phases, over frequencies
-    python studies/learned_legs.py disturb           # mass, slope, pushes, a lost leg, ...
-    python studies/learned_legs.py vanilla           # vanilla feedback over σ and ω
-    python studies/learned_legs.py report            # tables and figures of the page
+    python studies/learned_legs.py train --only 'AR*+range@*'
+    python studies/learned_legs.py evaluate          # by releases that no training met
+    python studies/learned_legs.py zoo               # the laws for a range, by name
+    python studies/learned_legs.py report            # tables, figures and animations of the page
 
 Controllers are kept in `runs/learned_legs`, a folder each; tables and figures go to
 `docs/_static/learned_legs`. A training goes on where it was interrupted. What is trained is in
@@ -22,10 +21,9 @@ from typing import Annotated
 
 import tyro
 
-import learned_legs_disturb as disturbances
 import learned_legs_evaluate as evaluation
 import learned_legs_report as report
-import learned_legs_vanilla as vanilla
+import learned_legs_zoo as zoo
 from learned_legs_plan import CELLS, FOLDER, Cell, is_trained
 from tegotae.cli.status import exit_status
 from tegotae.training.run import train
@@ -55,41 +53,28 @@ class EvaluateAll:
     dir: Path = FOLDER
 
     def run(self) -> None:
-        """Evaluate, and write the table."""
-        evaluation.evaluate_all([c for c in chosen(self.only) if is_trained(c, self.dir)], self.dir)
+        """Evaluate, and write the tables."""
+        evaluation.evaluate_all(trained(self.only, self.dir), self.dir)
 
 
 @dataclass(frozen=True)
-class Disturb:
-    """Put what has been trained where it never was."""
+class WriteZoo:
+    """Keep the laws that were trained for a range as a study of the zoo."""
 
-    only: str = "*"
     dir: Path = FOLDER
 
     def run(self) -> None:
-        """Disturb, and write the table."""
-        cells = [c for c in chosen(self.only) if is_trained(c, self.dir)]
-        disturbances.disturb_all(cells, self.dir)
-
-
-@dataclass(frozen=True)
-class Vanilla:
-    """Vanilla feedback over gain and frequency, and forced trots: what they cost at a speed."""
-
-    def run(self) -> None:
-        """Sweep, and write the tables."""
-        vanilla.sweep()
+        """Write the file; all of them have to be evaluated."""
+        zoo.write_zoo([cell for cell in trained("*+range@*", self.dir) if cell.ranged], self.dir)
 
 
 @dataclass(frozen=True)
 class Report:
-    """Tables in Markdown, and figures."""
-
-    dir: Path = FOLDER
+    """Tables in Markdown, figures, and animations of the laws in the zoo."""
 
     def run(self) -> None:
         """Write them."""
-        report.report(self.dir)
+        report.report()
 
 
 def chosen(pattern: str) -> list[Cell]:
@@ -97,12 +82,16 @@ def chosen(pattern: str) -> list[Cell]:
     return [cell for cell in CELLS if fnmatch.fnmatchcase(cell.name, pattern)]
 
 
+def trained(pattern: str, folder: Path) -> list[Cell]:
+    """Those of them that are trained to the end."""
+    return [cell for cell in chosen(pattern) if is_trained(cell, folder)]
+
+
 if __name__ == "__main__":
     command = tyro.cli(
         Annotated[Train, tyro.conf.subcommand("train")]
         | Annotated[EvaluateAll, tyro.conf.subcommand("evaluate")]
-        | Annotated[Disturb, tyro.conf.subcommand("disturb")]
-        | Annotated[Vanilla, tyro.conf.subcommand("vanilla")]
+        | Annotated[WriteZoo, tyro.conf.subcommand("zoo")]
         | Annotated[Report, tyro.conf.subcommand("report")]
     )
     sys.exit(exit_status(command.run))

@@ -1,35 +1,46 @@
-"""Judging the study's controllers: from random phases, at the frequency trained at and others."""
+"""Judging the study's controllers by releases that no training met, and choosing among runs."""
 
 from __future__ import annotations
 
-import json
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from kept import write_rows
-from learned_legs_plan import TABLES, Cell
-from learned_legs_vanilla import forced
-from tegotae._support.files import output_folder, write_atomically
+from learned_legs_plan import TABLES, Cell, advance_m_per_rad, baseline_cost
 from tegotae._support.progress import reporting
 from tegotae._support.tables import read_csv
-from tegotae.parts.bodies import Walker
+from tegotae.measures.objectives.commanded_walking import TRACKING, log_gain
+from tegotae.parts._shapes import LaneNumbers
 from tegotae.studies.gaits.evaluation import GaitEvaluation, evaluate_gaits
 from tegotae.systems.controller_file import load
 from tegotae.systems.controller_set import ControllerSet
 from tegotae.systems.legged import Legged
-from tegotae.systems.legged_systems import settling
+from tegotae.systems.legged_systems import settling, system
 from tegotae.training.collection import read
 
-OMEGAS = (0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0)
-"""Frequencies that a walker is evaluated at [rad/s]."""
-STARTS = 8
-"""Random releases at each."""
-GAITS = 32
-"""Random releases at the frequency trained at."""
-FORCED = (1.0, 2.0, 3.0)
-"""Frequencies at which gaits are forced on legs without feedback [rad/s]."""
+OMEGAS = tuple(float(x) for x in np.arange(1.0, 3.51, 0.25))
+"""Commands that a law for a range is evaluated at [rad/s]."""
+SELECTION_SEED, TEST_SEED = 101, 202
+"""Of the releases by which runs are chosen, and of those by which they are judged."""
+SELECTION, TEST, GAITS, DISTURBED = 8, 16, 32, 4
+"""Random releases: of the selection, of the test, of cells of one frequency, and disturbed; at
+each command."""
+USUAL: Mapping[str, LaneNumbers] = {"mass_kg": 1.0, "noise": 0.0, "delay_s": 0.0}
+"""Undisturbed. Always given, so that all evaluations of a law are one compiled program."""
+CONDITIONS: dict[str, Mapping[str, LaneNumbers]] = {
+    "mass 0.8": {"mass_kg": 0.8},
+    "mass 1.2": {"mass_kg": 1.2},
+    "noise 0.05": {"noise": 0.05},
+    "delay 0.03": {"delay_s": 0.03},
+}
+"""What a law for a range is disturbed by; noise in units of the weight, delay in √(l0/g)."""
+TIMING = system("quadruped-c").timing
+"""Of each of these: that of the fronts."""
+FALLEN = -10.0
+"""What a release that falls counts in the selection: less than any walk."""
 
 
 def runs_of(cell: Cell, folder: Path) -> tuple[ControllerSet, Legged]:
@@ -45,75 +56,93 @@ def rows_of(cell: Cell, runs: ControllerSet, found: GaitEvaluation) -> list[dict
     for run, label in enumerate(runs.labels):
         for at, omega in enumerate(found.omega):
             gait, share = found.commonest(run, at)
-            own = {"cell": cell.name, "run": label, "omega_t": cell.design.frequency}
-            own |= {"omega": omega, **{name: x[run, at] for name, x in measures.items()}}
+            own = {"cell": cell.name, "run": label, "omega": omega}
+            own |= {name: x[run, at] for name, x in measures.items()}
             rows.append(own | {"gait": gait, "gait_share": share})
     return rows
 
 
 def evaluate_all(cells: list[Cell], folder: Path) -> None:
-    """Write all tables that need no disturbance; what has been evaluated before is kept.
+    """Write the tables; those of cells that are left out stay.
 
-    `judged.csv`: every controller at the frequency trained at; `gaits.csv`: the same by gait;
-    `range.csv`: at other frequencies; `forced.csv`: gaits by themselves; `curves.csv`: training.
+    `selection.csv`: every run of a law for a range by its own set of releases; `range.csv`: the
+    same runs by others; `disturbed.csv`: once more, disturbed; `judged.csv`: cells of one
+    frequency; `curves.csv`: training.
     """
-    found: dict[str, list[dict[str, Any]]] = {"judged": [], "gaits": [], "range": []}
     with reporting("evaluate", len(cells)) as reporter:
         for done, cell in enumerate(cells, 1):
-            for name, rows in evaluated_cell(cell, folder).items():
-                found[name] += rows
+            runs, legged = runs_of(cell, folder)
+            for name, rows in (ranged if cell.ranged else judged)(cell, runs, legged).items():
+                write_rows(TABLES / f"{name}.csv", rows, digits=4, by=("cell",))
+            write_rows(TABLES / "curves.csv", curves_of(cell, folder), digits=4, by=("cell",))
             reporter.update(done, cell.name)
-    for name, rows in found.items():
-        write_rows(TABLES / f"{name}.csv", rows, digits=4, by=("cell",))
-    write_rows(TABLES / "curves.csv", curves_of(cells, folder), digits=4, by=("cell",))
-    write_rows(TABLES / "forced.csv", forced(FORCED), digits=4)
 
 
-def evaluated_cell(cell: Cell, folder: Path) -> dict[str, list[dict[str, Any]]]:
-    """The rows of a cell, from its folder if they are there."""
-    kept = folder / "judged" / f"{cell.name}.json"
-    if kept.exists():
-        return json.loads(kept.read_text())
-    runs, legged = runs_of(cell, folder)
+def judged(cell: Cell, runs: ControllerSet, legged: Legged) -> dict[str, list[dict[str, Any]]]:
+    """The rows of a cell of one frequency."""
     own = evaluate_gaits(legged, runs.weights, starts=GAITS)
-    found = {"judged": rows_of(cell, runs, own), "gaits": gaits_of(cell, runs, own), "range": []}
-    walks = legged.omega is not None and isinstance(legged.body, Walker)
-    if walks and cell.design.omega is None:
-        found["range"] = rows_of(cell, runs, evaluate_gaits(legged, runs.weights, OMEGAS, STARTS))
-    output_folder(kept.parent)
-    write_atomically(kept, json.dumps(found, default=float))
-    return found
+    return {"judged": rows_of(cell, runs, own)}
 
 
-def gaits_of(cell: Cell, runs: ControllerSet, found: GaitEvaluation) -> list[dict[str, Any]]:
-    """A row per controller and gait: how many starts, how fast, at what cost."""
+def ranged(cell: Cell, runs: ControllerSet, legged: Legged) -> dict[str, list[dict[str, Any]]]:
+    """The rows of a law for a range: selection, test, and the test disturbed."""
+
+    def at_all(starts: int, seed: int, changes: Mapping[str, LaneNumbers]) -> GaitEvaluation:
+        meets = {**USUAL, **changes}
+        return evaluate_gaits(
+            legged, runs.weights, OMEGAS, starts, seed=seed, changes=meets, timing=TIMING
+        )
+
+    chosen_by = at_all(SELECTION, SELECTION_SEED, {})
+    selection = [
+        {"cell": cell.name, "run": label, "score": score}
+        for label, score in zip(
+            runs.labels, scores(chosen_by, advance_m_per_rad(cell.design)), strict=True
+        )
+    ]
+    disturbed = [
+        {**row, "condition": name}
+        for name, changes in CONDITIONS.items()
+        for row in rows_of(cell, runs, at_all(DISTURBED, TEST_SEED, changes))
+    ]
+    test = rows_of(cell, runs, at_all(TEST, TEST_SEED, {}))
+    return {"selection": selection, "range": test, "disturbed": disturbed}
+
+
+def scores(found: GaitEvaluation, advance: float) -> np.ndarray:
+    """The training's fitness on these releases: its mean over the commands, [runs].
+
+    Args:
+        found: what the runs did.
+        advance: the way per radian of the command that is wanted [m/rad].
+    """
+    measures = found.measures
+    speed, cost, up = (measures[n] for n in ("speed_m_per_s", "cost_of_transport", "upright"))
+    gain = np.nan_to_num(baseline_cost(speed) / cost)
+    off = np.abs(np.nan_to_num(speed) / (advance * found.omega) - 1.0)
+    walks = np.asarray(log_gain(gain), float) - TRACKING * off
+    return (up * walks + (1.0 - up) * FALLEN).mean(axis=-1)
+
+
+def selected(cell: str) -> str:
+    """The run of a cell that the selection prefers; no other table is read."""
+    table = read_csv(TABLES / "selection.csv")
+    mine = np.array([str(each) == cell for each in table["cell"]])
+    return str(np.array(table["run"])[mine][np.argmax(np.array(table["score"], float)[mine])])
+
+
+def curves_of(cell: Cell, folder: Path) -> list[dict[str, Any]]:
+    """The best fitness so far of every run, every tenth generation and the last."""
+    if cell.experiment.is_searched:
+        (file,) = (folder / cell.name).glob("*-seed*.json")
+        best = load(file).training["best_fitness"]
+        return [{"cell": cell.name, "seed": 0, "generation": 0, "best_fitness": best}]
+    table = read_csv(folder / cell.name / "curves.csv")
+    seeds, fitness = (np.array(table[n], float) for n in ("seed", "fitness"))
     rows = []
-    for run, label in enumerate(runs.labels):
-        for gait in np.unique(found.gait[run, 0]):
-            own = found.gait[run, 0] == gait
-            speed, cost = (
-                np.asarray(x)[run, 0][own]
-                for x in (found.found.speed_m_per_s, found.found.cost_of_transport)
-            )
-            row = {"cell": cell.name, "run": label, "gait": gait, "starts": int(own.sum())}
-            rows.append(row | {"speed_m_per_s": speed.mean(), "cost_of_transport": cost.mean()})
-    return rows
-
-
-def curves_of(cells: list[Cell], folder: Path) -> list[dict[str, Any]]:
-    """The best fitness so far of every run, every tenth generation."""
-    rows = []
-    for cell in cells:
-        if cell.experiment.is_searched:
-            (file,) = (folder / cell.name).glob("*-seed*.json")
-            best = load(file).training["best_fitness"]
-            rows.append({"cell": cell.name, "seed": 0, "generation": 0, "best_fitness": best})
-            continue
-        table = read_csv(folder / cell.name / "curves.csv")
-        seeds, fitness = (np.array(table[n], float) for n in ("seed", "fitness"))
-        for seed in range(cell.seeds):
-            best = np.maximum.accumulate(fitness[seeds == seed])
-            for at in range(9, len(best), 10):
-                own = {"cell": cell.name, "seed": seed, "generation": at + 1}
-                rows.append(own | {"best_fitness": best[at]})
+    for seed in range(cell.seeds):
+        best = np.maximum.accumulate(fitness[seeds == seed])
+        for at in sorted({*range(9, len(best), 10), len(best) - 1}):
+            own = {"cell": cell.name, "seed": seed, "generation": at + 1}
+            rows.append(own | {"best_fitness": best[at]})
     return rows

@@ -1,44 +1,40 @@
-"""Tables in Markdown and figures of the study of learned feedback on legs."""
+"""Tables in Markdown, figures and animations of the study of learned feedback on legs."""
 
 from __future__ import annotations
 
 from collections import Counter
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from learned_legs_evaluate import CONDITIONS, selected
 from learned_legs_figures import draw_all
-from learned_legs_plan import CELLS, TABLES, Cell
+from learned_legs_plan import CELLS, RANGE, TABLES, Cell, advance_m_per_rad, baseline_cost
 from tegotae._support.files import write_atomically
 from tegotae._support.tables import read_csv
 from tegotae.measures.hopping.statistics import UNBOUNDED, Range, interval
 
 Rows = dict[str, np.ndarray]
-OTHERWISE = ("-w", "+lost", "+long", "+wide")
-"""What stands in the names of cells that were trained at another speed, or otherwise."""
+ADVANCE = advance_m_per_rad(RANGE[0].design)
+"""The way per radian of the command that is wanted [m/rad]."""
 
 
-def report(folder: Path) -> None:
-    """Write `learned_legs.md`'s tables and all figures from the tables that are there."""
-    judged, over = table("judged"), table("range")
-    shares, curves = table("shares"), table("curves")
+def report() -> None:
+    """Write the tables and all figures from the tables that are there."""
+    tables = {name: table(name) for name in ("judged", "range", "disturbed", "curves")}
+    found = tables["range"]
     texts = {
-        "quadruped": summary(judged, curves, "@quadruped-c", OTHERWISE),
-        "long": summary(judged, curves, "+long@quadruped-c", ()),
-        "wide": summary(judged, curves, "+wide@quadruped-c", ()),
-        "hexapod": summary(judged, curves, "@hexapod", ()),
-        "speeds": by_speed(judged),
-        "range": ranges(over),
-        "plate": summary(judged, curves, "@plate-light-pitch", ()),
-        "extremes": of_extremes(shares),
-        "lost": of_lost(shares),
-        "convergence": convergence(curves),
+        "range": by_family(found, tables["disturbed"]),
+        "chosen": by_command(found, "AR-rF+range@quadruped-c"),
+        "robust": robust(found, tables["disturbed"]),
+        "convergence": convergence(tables["curves"]),
+        "hexapod": summary(tables["judged"], tables["curves"], "@hexapod"),
+        "plate": summary(tables["judged"], tables["curves"], "@plate-light-pitch"),
     }
     for name, text in texts.items():
         if text:
             write_atomically(TABLES / f"{name}.md", text)
-    draw_all(curves, judged, over, shares)
+    draw_all(tables["curves"], found)
 
 
 def table(name: str) -> Rows:
@@ -75,22 +71,127 @@ def sure(values: np.ndarray, digits: int = 2, within: Range = UNBOUNDED) -> str:
     return f"{mean} ({found.low:.{digits}f} … {found.high:.{digits}f})"
 
 
-def cells_on(judged: Rows, ending: str, without: tuple[str, ...]) -> list[Cell]:
+def per_run(found: Rows, cell: str) -> dict[str, dict[str, np.ndarray]]:
+    """Of every run of a cell its columns over the commands, and its share of the front."""
+    runs = {}
+    for run in dict.fromkeys(found["run"][found["cell"] == cell].tolist()):
+        own = (found["cell"] == cell) & (found["run"] == run)
+        columns = {name: column[own] for name, column in found.items()}
+        share = columns["cost_of_transport"] / baseline_cost(columns["speed_m_per_s"])
+        off = np.abs(columns["speed_m_per_s"] / (ADVANCE * columns["omega"]) - 1.0)
+        runs[f"{run:g}" if isinstance(run, float) else str(run)] = {
+            **columns,
+            "share": share,
+            "off": off,
+        }
+    return runs
+
+
+def kept(found: Rows, disturbed: Rows, cell: str) -> dict[str, np.ndarray]:
+    """The share of CoT⁻¹ that each run keeps under each condition, at its worst command; [runs].
+
+    A release that falls keeps nothing.
+    """
+    usual = per_run(found, cell)
+    worst: dict[str, np.ndarray] = {}
+    for name in CONDITIONS:
+        there = per_run(
+            {title: column[disturbed["condition"] == name] for title, column in disturbed.items()},
+            cell,
+        )
+        worst[name] = np.array(
+            [
+                np.nan_to_num(
+                    there[run]["upright"]
+                    * own["cost_of_transport"]
+                    / there[run]["cost_of_transport"]
+                ).min()
+                for run, own in usual.items()
+            ]
+        )
+    return worst
+
+
+def by_family(found: Rows, disturbed: Rows) -> str:
+    """A row per family: over all commands, means over runs; and the selected run at its worst."""
+    rows = []
+    for cell in RANGE:
+        runs = per_run(found, cell.name)
+        if not runs:
+            continue
+        mean = np.array([np.mean(run["share"]) for run in runs.values()])
+        worst = np.array([np.max(run["share"]) for run in runs.values()])
+        off = np.array([np.mean(run["off"]) for run in runs.values()])
+        locked = np.array([np.mean(run["locked"]) for run in runs.values()])
+        up = np.array([np.mean(run["upright"]) for run in runs.values()])
+        chosen = selected(cell.name)
+        best = runs[chosen]
+        rows.append(
+            (
+                f"`{cell.name.partition('@')[0]}`",
+                str(cell.experiment.controller.n_weights),
+                sure(up, 2, SHARE),
+                sure(locked, 2, SHARE),
+                sure(off, 2, POSITIVE),
+                sure(mean, 2, POSITIVE),
+                sure(worst, 2, POSITIVE),
+                f"{chosen}: {best['share'].mean():.2f}, {best['share'].max():.2f}, "
+                f"{best['locked'].min():.2f}",
+            )
+        )
+    titles = ("family", "numbers", "upright", "locked", "speed off by", "of the front", "at worst")
+    return markdown((*titles, "selected run: mean, worst, locked"), rows)
+
+
+def by_command(found: Rows, cell: str) -> str:
+    """The selected run of a cell at every command, with the range of all runs beside it."""
+    runs = per_run(found, cell)
+    own = runs[selected(cell)]
+    everyone = np.array([run["share"] for run in runs.values()])
+    rows = [
+        (
+            f"{own['omega'][at]:g}",
+            f"{ADVANCE * own['omega'][at]:.3f}",
+            f"{own['speed_m_per_s'][at]:.3f}",
+            f"{own['cost_of_transport'][at]:.3f}",
+            f"{own['share'][at]:.2f}",
+            sure(everyone[:, at], 2, POSITIVE),
+            f"{own['locked'][at]:.2f}",
+            f"{own['lock_time_s'][at]:.0f}",
+            str(own["gait"][at]),
+        )
+        for at in range(len(own["omega"]))
+    ]
+    titles = ("ω", "wanted speed", "speed", "CoT", "of the front", "all runs", "locked", "in")
+    return markdown((*titles, "gait"), rows)
+
+
+def robust(found: Rows, disturbed: Rows) -> str:
+    """What is kept of CoT⁻¹ at the worst command: all runs, and the selected one."""
+    rows = []
+    for cell in RANGE:
+        if not (found["cell"] == cell.name).any():
+            continue
+        labels = list(per_run(found, cell.name))
+        chosen = labels.index(selected(cell.name))
+        cells = [
+            f"{sure(shares, 2, POSITIVE)}; {shares[chosen]:.2f}"
+            for shares in kept(found, disturbed, cell.name).values()
+        ]
+        rows.append((f"`{cell.name.partition('@')[0]}`", *cells))
+    return markdown(("family", *CONDITIONS), rows)
+
+
+def cells_on(judged: Rows, ending: str) -> list[Cell]:
     """The cells of a body that are in a table, in the plan's order."""
     there = set(judged["cell"])
-    return [
-        cell
-        for cell in CELLS
-        if cell.name in there
-        and cell.name.endswith(ending)
-        and not any(part in cell.name for part in without)
-    ]
+    return [cell for cell in CELLS if cell.name in there and cell.name.endswith(ending)]
 
 
-def summary(judged: Rows, curves: Rows, ending: str, without: tuple[str, ...]) -> str:
-    """A row per family: fitness, and what it does from random phases."""
+def summary(judged: Rows, curves: Rows, ending: str) -> str:
+    """A row per family of one frequency: fitness, and what it does from random phases."""
     rows = []
-    for cell in cells_on(judged, ending, without):
+    for cell in cells_on(judged, ending):
         mine = judged["cell"] == cell.name
         rows.append(
             (
@@ -118,9 +219,16 @@ def summary(judged: Rows, curves: Rows, ending: str, without: tuple[str, ...]) -
 
 def final(curves: Rows, name: str) -> np.ndarray:
     """The best fitness of each run in the end."""
-    mine = curves["cell"] == name
-    last = curves["generation"][mine] == curves["generation"][mine].max()
-    return curves["best_fitness"][mine][last]
+    return np.array([fitness[-1] for _, fitness in of_runs(curves, name)])
+
+
+def of_runs(curves: Rows, name: str) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Generations and best fitness so far of every run of a cell."""
+    found = []
+    for seed in np.unique(curves["seed"][curves["cell"] == name]):
+        mine = (curves["cell"] == name) & (curves["seed"] == seed)
+        found.append((curves["generation"][mine], curves["best_fitness"][mine]))
+    return found
 
 
 def gaits(names: np.ndarray) -> str:
@@ -128,109 +236,18 @@ def gaits(names: np.ndarray) -> str:
     return ", ".join(f"{name} {count}" for name, count in Counter(names.tolist()).most_common())
 
 
-def by_speed(judged: Rows) -> str:
-    """What was learned at each speed, and the cost of each gait that came about there."""
-    rows = []
-    for omega in (1.0, 2.0, 3.0):
-        for family in ("V", "AR-rF"):
-            # All learned ones by the same search.
-            suffix = f"-w{omega:g}" if omega != 2.0 else "+wide" if family != "V" else ""
-            mine = judged["cell"] == f"{family}{suffix}@quadruped-c"
-            if not mine.any():
-                continue
-            rows.append(
-                (
-                    f"{omega:g}",
-                    f"{0.4 * omega / np.pi:.3f}",
-                    f"`{family}`",
-                    sure(judged["speed_m_per_s"][mine], 3),
-                    sure(judged["cost_of_transport"][mine], 2, POSITIVE),
-                    sure(judged["lock_time_s"][mine], 0, POSITIVE),
-                    gaits(judged["gait"][mine]),
-                )
-            )
-    titles = ("ω", "wanted speed", "family", "speed", "CoT", "locks in", "gait")
-    return markdown(titles, rows)
-
-
-def ranges(over: Rows) -> str:
-    """From which speed to which a controller walks: upright, locked, and faster the faster ω."""
-    rows = []
-    for cell in cells_on(over, "@quadruped-c", OTHERWISE):
-        mine = over["cell"] == cell.name
-        found = []
-        for run in np.unique(over["run"][mine]):
-            own = mine & (over["run"] == run)
-            good = own & (over["upright"] == 1.0) & (over["locked"] >= 0.5)
-            good &= over["cost_of_transport"] < 1.5
-            speeds = over["speed_m_per_s"][good]
-            found.append((speeds.min(), speeds.max(), good.sum()) if len(speeds) else (np.nan,) * 3)
-        low, high, count = np.array(found, float).T
-        name = f"`{cell.name.partition('@')[0]}`"
-        rows.append(
-            (
-                name,
-                sure(low, 2, POSITIVE),
-                sure(high, 2, POSITIVE),
-                sure(high / low, 1, POSITIVE),
-                sure(count, 1, (0.0, 8.0)),
-            )
-        )
-    titles = ("family", "slowest", "fastest", "ratio", "frequencies of 8")
-    return markdown(titles, rows)
-
-
-def of_extremes(shares: Rows) -> str:
-    """What is kept under the farthest level of every disturbance on either side."""
-    names = [c.name for c in CELLS if c.name in set(shares["controller"]) and not c.loses_legs]
-    rows = []
-    for condition in dict.fromkeys(shares["condition"].tolist()):
-        at = shares["condition"] == condition
-        neutral = 1.0 if shares["level"][at].min() > 0.0 and condition in RATIOS else 0.0
-        levels = np.unique(shares["level"][at])
-        for level in (side[pick] for side, pick in sides(levels, neutral)):
-            cells = []
-            for name in names:
-                own = at & (shares["controller"] == name) & (shares["level"] == level)
-                walks, kept = (float(shares[t][own][0]) for t in ("moves", "efficiency"))
-                cells.append(f"{walks:.2f}, " + ("–" if np.isnan(kept) else f"{kept:.2f}"))
-            rows.append((condition, f"{level:g}", *cells))
-    titles = ("condition", "level", *(f"`{name.partition('@')[0]}`" for name in names))
-    return markdown(titles, rows)
-
-
-RATIOS = ("omega", "mass", "friction", "inertia")
-"""Conditions whose levels are shares of what is usual."""
-
-
-def sides(levels: np.ndarray, neutral: float) -> list[tuple[np.ndarray, int]]:
-    """The levels below and above none of it, and where the farthest one is."""
-    both = [(levels[levels < neutral], 0), (levels[levels > neutral], -1)]
-    return [(side, pick) for side, pick in both if len(side)]
-
-
-def of_lost(shares: Rows) -> str:
-    """The share of releases in which a quadruped walks on after the loss of a leg."""
-    rows = []
-    lost = shares["condition"] == "lost-leg"
-    for name in dict.fromkeys(shares["controller"][lost].tolist()):
-        own = lost & (shares["controller"] == name)
-        releases, walks = (float(shares[title][own][0]) for title in ("lanes", "moves"))
-        rows.append((f"`{name.partition('@')[0]}`", f"{releases:.0f}", f"{walks:.2f}"))
-    return markdown(("family", "releases", "walk on"), rows)
-
-
 def convergence(curves: Rows) -> str:
-    """Best fitness after a half, three quarters and all of the training."""
+    """Best fitness after a half, two thirds and all of the training of each run."""
     rows = []
     for cell in CELLS:
-        mine = curves["cell"] == cell.name
-        if not mine.any() or cell.experiment.is_searched or cell.loses_legs:
+        runs = of_runs(curves, cell.name)
+        if not runs or cell.experiment.is_searched:
             continue
-        last = curves["generation"][mine].max()
-        fitness_at = []
-        for share in (0.5, 0.8, 1.0):
-            at = mine & (np.abs(curves["generation"] - share * last) < 0.5)
-            fitness_at.append(sure(curves["best_fitness"][at]))
-        rows.append((f"`{cell.name}`", f"{last:.0f}", *fitness_at))
-    return markdown(("cell", "generations", "half", "four fifths", "all"), rows)
+        shares = [
+            np.array([np.interp(share * g[-1], g, fitness) for g, fitness in runs])
+            for share in (0.5, 2.0 / 3.0, 1.0)
+        ]
+        lengths = [int(g[-1]) for g, _ in runs]
+        length = f"{min(lengths)} to {max(lengths)}" if len(set(lengths)) > 1 else f"{lengths[0]}"
+        rows.append((f"`{cell.name}`", length, *map(sure, shares)))
+    return markdown(("cell", "generations", "half", "two thirds", "all"), rows)

@@ -317,7 +317,7 @@ def controllers(axes: Axes) -> None:
 
 def learned() -> list[dict[str, Any]]:
     """The learned walkers of quadruped C that are kept and did not fall."""
-    table = read_csv(ROOT / "docs" / "_static" / "learned_legs" / "judged.csv")
+    table = read_csv(ROOT / "docs" / "_static" / "learned_legs" / "range.csv")
     rows = [
         dict(zip(table, map(str, cells), strict=True))
         for cells in zip(*table.values(), strict=True)

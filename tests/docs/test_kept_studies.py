@@ -5,12 +5,14 @@ from __future__ import annotations
 import importlib
 import re
 import sys
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from places import ROOT
 from tegotae._support.tables import read_csv
+from tegotae.systems.legged import random_phases
 
 DOCS = ROOT / "docs"
 KEPT = DOCS / "_static"
@@ -36,30 +38,49 @@ def column(table: dict, name: str) -> np.ndarray:
     return np.array([float(cell) if cell else np.nan for cell in table[name]])
 
 
-# Learned legs beside vanilla feedback of the same speed
+# Learned legs
 
 
-def test_the_table_of_vanilla_feedback_follows_from_the_kept_sweeps(study):
-    vanilla = study("learned_legs_vanilla")
-    assert (KEPT / "learned_legs" / "vanilla.md").read_text() == vanilla.by_speed()
-    kept = column(read_csv(KEPT / "learned_legs" / "vanilla_shares.csv"), "share")
-    assert kept == pytest.approx([row["share"] for row in vanilla.shares()], rel=1e-3)
+def test_a_run_is_selected_by_the_selection_alone(study, monkeypatch, tmp_path):
+    evaluation = study("learned_legs_evaluate")
+    monkeypatch.setattr(evaluation, "TABLES", tmp_path)  # where there is no other table
+    rows = ["cell,run,score", "AR,0,0.1", "AR,1,0.3", "AR,2,0.2", "VG,0,0.9"]
+    (tmp_path / "selection.csv").write_text("\n".join(rows) + "\n")
+    assert evaluation.selected("AR") == "1"
 
 
-def test_the_page_counts_the_runs_that_cost_less_than_half_of_vanilla_at_their_speed():
-    shares = column(read_csv(KEPT / "learned_legs" / "vanilla_shares.csv"), "share")
-    said = f"{(shares < 0.5).sum()} of the {len(shares)} walk for less than half of that"
-    assert said in page("studies/learned_legs.md")
+def test_the_releases_of_selection_test_and_training_are_others(study):
+    evaluation = study("learned_legs_evaluate")
+    chosen, judged = (
+        random_phases(4, count, seed)
+        for count, seed in (
+            (evaluation.SELECTION, evaluation.SELECTION_SEED),
+            (evaluation.TEST, evaluation.TEST_SEED),
+        )
+    )
+    assert not np.isin(chosen, judged).any()
 
 
-def test_vanilla_feedback_costs_at_ars_speed_what_the_pages_say():
-    table = read_csv(KEPT / "learned_legs" / "vanilla_shares.csv")
-    cost, vanilla = column(table, "cost_of_transport"), column(table, "vanilla")
-    cheap = vanilla[cost < 0.3]
-    assert len(cheap) == 12
-    said = f"{cheap.min():.2f} to {cheap.max():.2f}"
-    assert f"with a small gain costs {said}" in page("studies/learned_legs.md")
-    assert f"vanilla feedback needs {said} at the same speed" in page("../README.md")
+def test_a_score_is_the_fitness_of_the_training_and_falls_come_last(study):
+    evaluation = study("learned_legs_evaluate")
+    speed = np.array([[0.2, 0.2], [0.2, 0.2], [0.2, np.nan]])
+    cost = evaluation.baseline_cost(np.array(0.2)) * np.array(
+        [[1.0, 1.0], [0.5, 0.5], [0.5, np.nan]]
+    )
+    up = np.array([[1.0, 1.0], [1.0, 1.0], [1.0, 0.0]])
+    measures = {"speed_m_per_s": speed, "cost_of_transport": cost, "upright": up}
+    found = SimpleNamespace(measures=measures, omega=np.array([2.0, 2.0]))
+    usual, cheap, falls = evaluation.scores(found, 0.1)
+    assert (usual, cheap) == pytest.approx((0.0, np.log(2.0)))
+    assert falls < usual
+
+
+def test_the_tables_of_learned_legs_follow_from_the_kept_rows(study):
+    report = study("learned_legs_report")
+    found, disturbed = report.table("range"), report.table("disturbed")
+    kept = KEPT / "learned_legs"
+    assert (kept / "range.md").read_text() == report.by_family(found, disturbed)
+    assert (kept / "robust.md").read_text() == report.robust(found, disturbed)
 
 
 # The walker's cost

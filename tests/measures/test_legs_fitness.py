@@ -25,6 +25,7 @@ from tegotae.parts.terms import (
     Signals,
     VanillaAction,
     WholeBody,
+    WholeBodyCorrectedFoot,
     WholeBodyFoot,
 )
 
@@ -220,3 +221,20 @@ def test_a_corrected_foot_begins_on_its_ellipse_whatever_the_random_weights():
     assert (np.abs(np.asarray(later - at_first)) > 0.0).all()
     with pytest.raises(TegotaeError, match="it must be an EllipticFoot"):
         CorrectedFoot(("phase",), hidden=3, around=Sector())
+
+
+def test_ellipses_under_one_clock_follow_the_first_leg_at_their_leads():
+    ellipse = EllipticFoot(stride_m=0.3, shift_rad=0.2)
+    leads = (0.0, np.pi, 1.0)
+    settings = {"limbs": 3, "hidden": 2, "around": ellipse, "lead_rad": leads}
+    term = WholeBodyCorrectedFoot(("spring_force",), ("phase",), **settings)
+    heard = of_legs()
+    weights = term.initial(jax.random.key(3))[:, None, None] * jnp.ones((1, 3, 2))
+    sine, cosine = heard["sin_phase"][0], heard["cos_phase"][0]
+    clock, size = jnp.arctan2(sine, cosine), jnp.hypot(sine, cosine)  # drawn, and so not of size 1
+    turned = [(size * jnp.sin(clock + lead), size * jnp.cos(clock + lead)) for lead in leads]
+    expected = [ellipse.place(*each) for each in turned]
+    found = jax.jit(lambda w: term(list(w), heard))(weights)
+    np.testing.assert_allclose(found, jnp.stack(expected, axis=1), atol=1e-6)
+    with pytest.raises(TegotaeError, match="give it 3, one a leg"):
+        dataclasses.replace(term, lead_rad=(0.0,))

@@ -121,7 +121,7 @@ def test_no_vanilla_walker_of_the_front_is_below_the_limit():
 
 
 def test_no_learned_walker_that_is_kept_is_below_the_limit_of_what_its_feet_may_do():
-    table = read_csv(ROOT / "docs" / "_static" / "learned_legs" / "judged.csv")
+    table = read_csv(ROOT / "docs" / "_static" / "learned_legs" / "range.csv")
     cells = np.asarray(table["cell"], str)
     speed, cost = (
         np.array([float(c) if str(c) else np.nan for c in table[name]])

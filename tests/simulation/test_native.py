@@ -35,6 +35,7 @@ from tegotae.parts.terms import (
     VanillaAction,
     VanillaReaction,
     WholeBody,
+    WholeBodyCorrectedFoot,
     WholeBodyFoot,
 )
 from tegotae.parts.terrains import Rough, Slope, Steps, Sum
@@ -169,6 +170,16 @@ CASES: dict[str, Callable[[], Case]] = {
     ),
     "whole body, feet": lambda: Case(
         legs(WholeBodyFoot(("spring_force",), ("phase",), limbs=4, hidden=3), limbs=4),
+        WALKER,
+        tick_s=0.01,
+    ),
+    "whole body, ellipses": lambda: Case(
+        legs(
+            WholeBodyCorrectedFoot(
+                ("spring_force",), ("phase",), 4, 3, lead_rad=(0.0, 1.0, 2.0, 3.0)
+            ),
+            limbs=4,
+        ),
         WALKER,
         tick_s=0.01,
     ),

@@ -19,6 +19,7 @@ from tegotae.parts.bodies import Body, Hopper
 from tegotae.parts.controller import Controller
 from tegotae.simulation.rollout import Timing
 from tegotae.simulation.world import Condition, Scenario
+from tegotae.simulation.world.changes import OMEGA
 from tegotae.simulation.world.draws import check_conditions, check_releases
 from tegotae.systems.descriptions import (
     EditedPartError,
@@ -98,7 +99,11 @@ class Experiment:
             self.timing.tick_s,
             self.timing.duration_s,
         )
-        self.objective.check(self.timing)
+        self.measure.check(self.timing)
+        if self.omega is not None:
+            varied = [each.extremes for each in self.conditions if each.name == OMEGA]
+            omegas = cast(tuple[float, ...], varied[0] if varied else (self.omega,))
+            self.objective.check_frequencies(min(omegas), max(omegas))
 
     @property
     def controller(self) -> Controller:

@@ -35,6 +35,7 @@ _CONTRACTS = {
 _MORE_PARTS = (
     "tegotae.measures.objectives.fitness",
     "tegotae.measures.objectives.walking",
+    "tegotae.measures.objectives.commanded_walking",
     "tegotae.measures.objectives.hopping_legs",
 )
 

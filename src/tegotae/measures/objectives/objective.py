@@ -98,6 +98,14 @@ class Objective(ABC):
     def check(self, timing: Timing) -> None:  # noqa: B027 - optional
         """Raise `TegotaeError` if an episode of this timing cannot be evaluated."""
 
+    def check_frequencies(self, least: float, most: float) -> None:  # noqa: B027 - optional
+        """Raise `TegotaeError` if an episode at one of these frequencies cannot be evaluated.
+
+        Args:
+            least: the lowest ω of the episodes [rad/s].
+            most: the highest.
+        """
+
     def without_frequency(self) -> Objective:
         """The same for what has no prescribed frequency."""
         return self

@@ -16,6 +16,7 @@ from tegotae.parts._shapes import Numeric
 from tegotae.parts.bodies import Body
 from tegotae.parts.fields import unwrapped
 from tegotae.simulation.rollout import Scenario, Timing, Trajectory
+from tegotae.simulation.world import whole_run
 
 TRACKING = 10.0
 """What a speed that is off by all of itself costs, in units of CoT⁻¹."""
@@ -77,12 +78,7 @@ class Walking(Objective):
 
     def check(self, timing: Timing) -> None:
         """Raise `TegotaeError` if an episode leaves less than two frames after settling."""
-        least = self.settle_s + 2.0 * timing.frame_s
-        if timing.duration_s < least:
-            raise TegotaeError(
-                f"an episode of {timing.duration_s:g} s leaves nothing after settling for "
-                f"{self.settle_s:g} s; make it at least {least:g} s"
-            )
+        check_settled(self.settle_s, timing)
 
     @property
     def program(self) -> Walking:
@@ -98,22 +94,53 @@ class Walking(Objective):
         self, trajectory: Trajectory, scenario: Scenario, body: Body, timing: Timing
     ) -> WalkOutcome:
         """Speed and CoT⁻¹ of every lane."""
-        t, walker = trajectory, unwrapped(body)
-        first = round(self.settle_s / timing.frame_s)
-        time = t.time_s[-1] - t.time_s[first]
-        speed = speed_along_heading_m_per_s(t, first)
-        power = (t.work_absolute_j[-1] - t.work_absolute_j[first]) / time
-        weight = walker.mass_kg * walker.gravity_m_per_s2  # type: ignore[attr-defined]
-        typical = jnp.sqrt(walker.gravity_m_per_s2 * walker.rest_length_m)  # type: ignore[attr-defined]
-        moves = power > _LEAST_POWER * weight * typical
-        cot_inverse = jnp.where(moves, weight * speed / jnp.where(moves, power, 1.0), 0.0)
-        return WalkOutcome(
-            speed_m_per_s=speed,
-            cot_inverse=jnp.clip(cot_inverse, -_MOST_COT_INVERSE, _MOST_COT_INVERSE),
-        )
+        return walked(trajectory, scenario, body, timing, self.settle_s)
 
     def score(self, outcome: WalkOutcome, data: WalkingData) -> dict[str, jax.Array]:
         """`fitness` and `cot_inverse`, [lanes] each."""
         off = jnp.abs(outcome.speed_m_per_s / data.speed_m_per_s - 1.0)
         fitness = outcome.cot_inverse - data.tracking * off
         return {"fitness": fitness, "cot_inverse": outcome.cot_inverse}
+
+
+def check_settled(settle_s: float, timing: Timing) -> None:
+    """Raise `TegotaeError` if an episode leaves less than two frames after settling.
+
+    Args:
+        settle_s: time left to settle [s].
+        timing: of the episode.
+    """
+    least = settle_s + 2.0 * timing.frame_s
+    if timing.duration_s < least:
+        raise TegotaeError(
+            f"an episode of {timing.duration_s:g} s leaves nothing after settling for "
+            f"{settle_s:g} s; make it at least {least:g} s"
+        )
+
+
+def walked(
+    trajectory: Trajectory, scenario: Scenario, body: Body, timing: Timing, settle_s: float
+) -> WalkOutcome:
+    """Speed ahead and CoT⁻¹ over the settled part of an episode of a `Walker`, [lanes] each.
+
+    Args:
+        trajectory: arrays of shape [frames, lanes].
+        scenario: whose changes of the body for the whole episode count, such as another mass.
+        body: the walker.
+        timing: of the episode.
+        settle_s: time left to settle [s].
+    """
+    t = trajectory
+    walker = unwrapped(whole_run(body, dict(scenario.changes))[0])
+    first = round(settle_s / timing.frame_s)
+    time = t.time_s[-1] - t.time_s[first]
+    speed = speed_along_heading_m_per_s(t, first)
+    power = (t.work_absolute_j[-1] - t.work_absolute_j[first]) / time
+    weight = walker.mass_kg * walker.gravity_m_per_s2  # type: ignore[attr-defined]
+    typical = jnp.sqrt(walker.gravity_m_per_s2 * walker.rest_length_m)  # type: ignore[attr-defined]
+    moves = power > _LEAST_POWER * weight * typical
+    cot_inverse = jnp.where(moves, weight * speed / jnp.where(moves, power, 1.0), 0.0)
+    return WalkOutcome(
+        speed_m_per_s=speed,
+        cot_inverse=jnp.clip(cot_inverse, -_MOST_COT_INVERSE, _MOST_COT_INVERSE),
+    )

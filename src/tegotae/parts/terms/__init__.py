@@ -14,7 +14,7 @@ from tegotae.parts.terms.foot import CorrectedFoot, EllipticFoot, LearnedFoot, T
 from tegotae.parts.terms.gain import ConstantGain
 from tegotae.parts.terms.network import Network
 from tegotae.parts.terms.reaction import VanillaReaction
-from tegotae.parts.terms.whole_body import WholeBody, WholeBodyFoot
+from tegotae.parts.terms.whole_body import WholeBody, WholeBodyCorrectedFoot, WholeBodyFoot
 
 __all__ = [
     "Actuation",
@@ -35,6 +35,7 @@ __all__ = [
     "VanillaAction",
     "VanillaReaction",
     "WholeBody",
+    "WholeBodyCorrectedFoot",
     "WholeBodyFoot",
     "with_vanilla_settings",
 ]

@@ -61,7 +61,10 @@ class EllipticFoot(Actuation):
 
     def __call__(self, weights: Weights, signals: Signals) -> jax.Array:
         """Forward and up [m], [2, limbs, lanes]."""
-        sine, cosine = signals["sin_phase"], signals["cos_phase"]
+        return self.place(signals["sin_phase"], signals["cos_phase"])
+
+    def place(self, sine: jax.Array, cosine: jax.Array) -> jax.Array:
+        """Forward and up [m], [2, ...], where the phase has this sine and cosine, [...] each."""
         ahead = math.cos(self.shift_rad) * cosine - math.sin(self.shift_rad) * sine
         height = jnp.where(sine > 0.0, self.lift_m, self.press_m)
         return jnp.stack([-self.stride_m * ahead, height * sine])

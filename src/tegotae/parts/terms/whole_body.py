@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, field
 
 import jax
 import jax.numpy as jnp
 
-from tegotae._support.errors import TegotaeError, require_count, require_finite
+from tegotae._support.errors import TegotaeError, is_of, require_count, require_finite
 from tegotae.parts._shapes import Weights
 from tegotae.parts.commands import FOOT
 from tegotae.parts.terms.actuation import Actuation
 from tegotae.parts.terms.base import Signals
+from tegotae.parts.terms.foot import EllipticFoot
 from tegotae.parts.terms.network import PHASE
 from tegotae.parts.weight_names import WeightName
 
@@ -149,6 +151,72 @@ class WholeBodyFoot(WholeBody):
     def __call__(self, weights: Weights, signals: Signals) -> jax.Array:
         """Forward and up [m], [2, limbs, lanes]."""
         return self.reach_m * self.outputs(weights, signals)
+
+
+@dataclass(frozen=True)
+class WholeBodyCorrectedFoot(WholeBodyFoot):
+    """An ellipse for every leg, all driven by one clock, and what one network adds to them.
+
+    The clock is the first leg's oscillator, φ; leg i is at φ + λ_i on its ellipse, whatever the
+    other oscillators do. Its random weights to start from add nothing: training begins with a gait
+    of fixed lags.
+
+    Args:
+        around: the ellipse.
+        lead_rad: by how much each leg leads the clock λ_i [rad], a number a leg.
+
+    Raises:
+        TegotaeError: for what a `WholeBodyFoot` refuses, what is no ellipse, or leads of another
+            number of legs.
+
+    Source: of this library; the ellipse is that of `EllipticFoot`.
+
+    Example:
+        >>> trot = (0.0, math.pi, math.pi, 0.0)
+        >>> WholeBodyCorrectedFoot(("spring_force",), ("phase",), 4, 6, lead_rad=trot).n_weights
+        90
+    """
+
+    around: EllipticFoot = field(default_factory=EllipticFoot)
+    lead_rad: tuple[float, ...] = ()
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if not is_of(self.around, EllipticFoot):
+            raise TegotaeError(f"around is {self.around!r}; it must be an EllipticFoot")
+        if len(self.lead_rad) != self.limbs:
+            raise TegotaeError(
+                f"lead_rad has {len(self.lead_rad)} numbers; give it {self.limbs}, one a leg"
+            )
+        for lead in self.lead_rad:
+            require_finite("lead_rad", lead)
+
+    @property
+    def needs_phase(self) -> bool:
+        """The clock does."""
+        return True
+
+    @property
+    def reads(self) -> tuple[str, ...]:
+        """What ellipse and network read."""
+        return tuple(dict.fromkeys((*self.around.reads, *super().reads)))
+
+    def initial(self, key: jax.Array) -> jax.Array:
+        """Those of the network, but for its outputs, which are zero; shape [n_weights]."""
+        outputs = jnp.array([path[2] == "output" for path in self.weight_names])
+        return jnp.where(outputs, 0.0, super().initial(key))
+
+    def __call__(self, weights: Weights, signals: Signals) -> jax.Array:
+        """Forward and up [m], [2, limbs, lanes]."""
+        sine, cosine = signals["sin_phase"][0], signals["cos_phase"][0]
+        places = [
+            self.around.place(
+                math.cos(lead) * sine + math.sin(lead) * cosine,
+                math.cos(lead) * cosine - math.sin(lead) * sine,
+            )
+            for lead in self.lead_rad
+        ]
+        return jnp.stack(places, axis=1) + super().__call__(weights, signals)
 
 
 def _as_read(names: tuple[str, ...]) -> tuple[str, ...]:

@@ -14,8 +14,11 @@ from tegotae._support.limits import MOST_RAD_PER_S, MOST_SEEDS
 from tegotae.measures.gaits.names import NO_GAIT, TOLERANCE, gait_of
 from tegotae.measures.gaits.summary import Coordination, total_mass_kg
 from tegotae.parts._shapes import AnyArray, LaneNumbers
+from tegotae.parts.bodies import Body
 from tegotae.parts.fields import unwrapped
 from tegotae.simulation.rollout import Timing
+from tegotae.simulation.world import whole_run
+from tegotae.simulation.world.changes import with_changes
 from tegotae.systems.legged import Legged, lanes_of, random_phases
 
 MEASURES = {
@@ -42,6 +45,8 @@ class GaitEvaluation:
     """How the legs go together in the end."""
     gait: np.ndarray
     """The name of every start's gait, or why it has none, [runs, ω, starts]."""
+    body: Body
+    """The body with what was changed for the whole run, such as its mass."""
 
     @property
     def measures(self) -> dict[str, np.ndarray]:
@@ -50,9 +55,8 @@ class GaitEvaluation:
         stands = ~np.isfinite(found.fall_time_s)
         locks = stands & ~np.isin(self.gait, NO_GAIT[1:])
         speed, power = _mean(found.speed_m_per_s), _mean(found.power_w)
-        body = self.legged.body
-        legs = self.legged.body.limbs
-        weight = _weight_n(self.legged)
+        legs = self.body.limbs
+        weight, gravity = _weight_n(self.body), _gravity(self.body)
         with np.errstate(divide="ignore", invalid="ignore"):
             return {
                 "upright": stands.mean(axis=-1),
@@ -60,7 +64,7 @@ class GaitEvaluation:
                 "lock_time_s": _median(np.where(locks, found.lock_time_s, np.nan)),
                 "speed_m_per_s": speed,
                 "cost_of_transport": np.where(speed > 0.0, power / (weight * speed), np.nan),
-                "froude": speed**2 / (_gravity(self.legged) * float(body.rest_length_m)),
+                "froude": speed**2 / (gravity * float(self.body.rest_length_m)),
                 "slip": _mean(np.where(stands, found.slip_m / found.distance_m / legs, np.nan)),
             }
 
@@ -92,7 +96,7 @@ def evaluate_gaits(
         seed: of the phases.
         tolerance: how far lags may be from a named pattern's [cycles].
         timing: of each rollout; that of the system by default.
-        changes: what they meet, by the names of the body's fields (`Scenario.changes`).
+        changes: what they meet, numbers by the names of the body's fields (`with_changes`).
 
     Raises:
         TegotaeError: for weights of another number, a frequency of what has none, or one that is
@@ -123,9 +127,8 @@ def evaluate_gaits(
     phase = random_phases(legged.body.limbs, starts, seed)
     shape = (len(weights), len(asked), starts)
     lanes = np.repeat(weights, len(asked) * starts, axis=0)
-    scenario = legged.scenario(
-        np.tile(phase, len(weights) * len(asked)), changes=dict(changes or {})
-    )
+    released = legged.scenario(np.tile(phase, len(weights) * len(asked)))
+    scenario = with_changes(released, legged.body, changes or {})
     if legged.omega is not None:
         omega = np.tile(np.repeat(asked, starts), len(weights))
         scenario = scenario._replace(omega=omega)
@@ -136,7 +139,8 @@ def evaluate_gaits(
     def sorted_out(x: np.ndarray) -> np.ndarray:
         return x.reshape(*x.shape[:-1], *shape)
 
-    return GaitEvaluation(legged, asked, jax.tree.map(sorted_out, found), sorted_out(gait))
+    body, _ = whole_run(legged.body, dict(scenario.changes))
+    return GaitEvaluation(legged, asked, jax.tree.map(sorted_out, found), sorted_out(gait), body)
 
 
 def _mean(x: AnyArray) -> np.ndarray:
@@ -155,10 +159,9 @@ def _median(x: np.ndarray) -> np.ndarray:
     return np.array(middle).reshape(x.shape[:-1])
 
 
-def _weight_n(legged: Legged) -> float:
-    body = unwrapped(legged.body)
-    return float(total_mass_kg(body)) * _gravity(legged)
+def _weight_n(body: Body) -> float:
+    return float(total_mass_kg(unwrapped(body))) * _gravity(body)
 
 
-def _gravity(legged: Legged) -> float:
-    return float(unwrapped(legged.body).gravity_m_per_s2)  # type: ignore[attr-defined]
+def _gravity(body: Body) -> float:
+    return float(unwrapped(body).gravity_m_per_s2)  # type: ignore[attr-defined]

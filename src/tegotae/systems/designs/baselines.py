@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import dataclasses
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
-from tegotae._support.errors import unknown
+from tegotae._support.errors import TegotaeError, unknown
+from tegotae.measures.gaits.names import patterns_for
 from tegotae.parts.commands import FOOT
 from tegotae.parts.controller import Controller, Tegotae
 from tegotae.parts.terms import (
@@ -13,6 +17,7 @@ from tegotae.parts.terms import (
     OffsetAction,
     VanillaReaction,
     WholeBody,
+    WholeBodyCorrectedFoot,
     WholeBodyFoot,
 )
 from tegotae.systems.designs.base import Family, require_system
@@ -22,12 +27,14 @@ from tegotae.systems.designs.senses import (
     of_body,
     of_leg,
 )
-from tegotae.systems.designs.tegotae import learned_actuation, reach_m, usual_gain
+from tegotae.systems.designs.tegotae import ellipse_of, learned_actuation, reach_m, usual_gain
 from tegotae.systems.grammar import networks, shared_out
 from tegotae.systems.legged import Legged
 
 COSINE = "cos"
 """The cosine law's name."""
+ALTERNATING = ("trot", "tripod", "antiphase")
+"""Gaits in which one half of the legs steps half a cycle after the other."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -104,9 +111,11 @@ class NetworkOfBody(Family):
     Args:
         observation: what it feels of each leg, and of the body: "F", "Fv" or "Fa".
         clock: whether it also sees a phase that turns at ω, whatever is felt.
+        added: whether it is added to the system's ellipses, which the clock drives in a trot, or
+            for other legs in the first pattern of gaits whose legs step by halves of a cycle.
 
     Raises:
-        TegotaeError: for an unknown observation.
+        TegotaeError: for an unknown observation, or ellipses without a clock.
 
     Example:
         >>> NetworkOfBody(observation="Fa", clock=True).name
@@ -115,21 +124,27 @@ class NetworkOfBody(Family):
 
     observation: str
     clock: bool = False
+    added: bool = False
 
     def __post_init__(self) -> None:
         if self.observation not in OBSERVATIONS:
             raise unknown("observation", self.observation, OBSERVATIONS)
+        if self.added and not self.clock:
+            raise TegotaeError(
+                "a network that is added to ellipses needs a clock, which drives them"
+            )
 
     @property
     def name(self) -> str:
         """W for the whole body, and what it senses."""
-        return f"W{'phi' * self.clock}-{self.observation}"
+        return f"W{'+' * self.added}{'phi' * self.clock}-{self.observation}"
 
     @property
     def about(self) -> str:
         """One line."""
         with_clock = " and a clock" if self.clock else ""
-        return f"one network for all legs, on {OBSERVATIONS[self.observation]}{with_clock}"
+        to = ", added to ellipses" if self.added else ""
+        return f"one network for all legs, on {OBSERVATIONS[self.observation]}{with_clock}{to}"
 
     @property
     def has_rhythm(self) -> bool:
@@ -141,12 +156,39 @@ class NetworkOfBody(Family):
         body, limbs = legged.body, legged.body.limbs
         each = of_leg(self.observation, body)
         common = (*(["phase"] if self.clock else []), *of_body(self.observation, body))
-        kind, more = WholeBody, {}
+        kind: type[WholeBody] = WholeBody
+        more: dict[str, Any] = {}
         if legged.controller.actuation.COMMANDS == FOOT:
             kind, more = WholeBodyFoot, {"reach_m": reach_m(legged)}
+        if self.added:
+            kind = WholeBodyCorrectedFoot
+            more |= {"around": ellipse_of(legged), "lead_rad": alternating_rad(legged.names)}
         cost = kind(each, common, limbs, 1, **more).n_weights
         hidden = shared_out(self.name, {"W": cost}, 0, budget)["W"]
         network = kind(each, common, limbs, hidden, **more)
         if not self.clock:
             return Controller(network, limbs=limbs)
         return Controller(network, require_system(legged).controller.oscillator, limbs=limbs)
+
+
+def alternating_rad(legs: Sequence[str]) -> tuple[float, ...]:
+    """By how much each leg leads the first in a gait by halves of a cycle [rad]: a trot of four.
+
+    Args:
+        legs: their names.
+
+    Raises:
+        TegotaeError: for legs that no such gait is known of.
+
+    Example:
+        >>> [round(lead, 2) for lead in alternating_rad(("LF", "RF", "LH", "RH"))]
+        [0.0, 3.14, 3.14, 0.0]
+    """
+    known = {pattern.name: pattern for pattern in patterns_for(legs)}
+    for name in ALTERNATING:
+        if name in known:
+            lags = known[name].lags
+            return tuple(2.0 * math.pi * ((lags[legs[0]] - lags[leg]) % 1.0) for leg in legs)
+    raise TegotaeError(
+        f"no gait by halves of a cycle is known of the legs {', '.join(legs)}; leave the + out"
+    )

@@ -7,7 +7,8 @@ FAMILY is one of
   angles, too;
 - `cos`, the cosine law;
 - `T-OBS`, a network a leg without oscillators;
-- `W-OBS` and `Wphi-OBS`, one network for the whole body, without and with a clock;
+- `W-OBS`, `Wphi-OBS` and `W+phi-OBS`, one network for the whole body, without a clock, with one,
+  and added to ellipses that the clock drives;
 
 each with `-wω` behind it for another frequency than the system's own.
 """
@@ -46,7 +47,7 @@ FAMILIES: tuple[Family, ...] = (
 )
 """The families that are listed; there are more by other senses."""
 
-_NETWORK = re.compile(r"(?P<kind>T|W|Wphi)-(?P<observation>[A-Za-z]+)")
+_NETWORK = re.compile(r"(?P<kind>T|W|Wphi|W\+phi)-(?P<observation>[A-Za-z]+)")
 _OMEGA = re.compile(r"(?P<family>.+?)(?:-w(?P<omega>[0-9.]+))?")
 
 
@@ -103,7 +104,8 @@ def family_named(name: str) -> Family:
     if found := _NETWORK.fullmatch(name):
         if found["kind"] == "T":
             return NetworkPerLeg(observation=found["observation"])
-        return NetworkOfBody(observation=found["observation"], clock=found["kind"] == "Wphi")
+        clock, added = "phi" in found["kind"], "+" in found["kind"]
+        return NetworkOfBody(observation=found["observation"], clock=clock, added=added)
     terms = learned_terms(name)
     if terms is None:
         raise unknown("family", name, [family.name for family in FAMILIES])

@@ -92,13 +92,22 @@ def corrected(legged: Legged, inputs: tuple[str, ...], hidden: int) -> Actuation
     Raises:
         TegotaeError: for a system without one.
     """
+    return CorrectedFoot(inputs, hidden, reach_m=reach_m(legged), around=ellipse_of(legged))
+
+
+def ellipse_of(legged: Legged) -> EllipticFoot:
+    """The ellipse of a system, to which what is learned is added.
+
+    Raises:
+        TegotaeError: for a system without one.
+    """
     foot = legged.controller.actuation
     if not isinstance(foot, EllipticFoot):
         raise TegotaeError(
             f"the actuation of this system is a {type(foot).__name__}, to which nothing can be "
             "added; learn T without the +"
         )
-    return CorrectedFoot(inputs, hidden, reach_m=reach_m(legged), around=foot)
+    return foot
 
 
 def reach_m(legged: Legged) -> float:

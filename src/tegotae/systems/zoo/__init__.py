@@ -1,6 +1,6 @@
 """Trained controllers that come with the package, by name: no training before the first picture."""
 
-from tegotae.systems.zoo.file import MOST_BYTES, SUFFIX, Zoo, ZooEntry, open_zoo, write
+from tegotae.systems.zoo.file import MOST_BYTES, SELECTION, SUFFIX, Zoo, ZooEntry, open_zoo, write
 from tegotae.systems.zoo.names import (
     ALL,
     PREFIX,
@@ -17,6 +17,7 @@ __all__ = [
     "ALL",
     "MOST_BYTES",
     "PREFIX",
+    "SELECTION",
     "SUFFIX",
     "Zoo",
     "ZooEntry",

@@ -35,6 +35,8 @@ SUFFIX = ".npz"
 MOST_BYTES = 2**28
 """What a file may unpack to [bytes]; that of the paper's study has some 2 MB."""
 
+SELECTION = "selection"
+"""The metric by which a study chose among its runs, on releases that serve nothing else."""
 _OF_RUNS = ("seed", "fitness", "generations", "ended")
 _INDEX = ("documents", *_OF_RUNS, "metrics")
 
@@ -182,9 +184,13 @@ class Zoo:
         return {name: self._index[name][rows] for name in _OF_RUNS} | metrics
 
     def best(self, model: str) -> int:
-        """The run with the best training fitness, the first of equals."""
-        fitness = self.runs(model)["fitness"]
-        return int(np.argmax(np.where(np.isnan(fitness), -np.inf, fitness)))
+        """The run that the study's selection prefers; without one (`SELECTION`), that with the best
+        training fitness. The first of equals."""
+        runs = self.runs(model)
+        merit = runs.get(SELECTION, runs["fitness"])
+        if np.isnan(merit).all():
+            merit = runs["fitness"]
+        return int(np.argmax(np.where(np.isnan(merit), -np.inf, merit)))
 
     def document(self, model: str, run: int) -> JsonObject:
         """A run's controller file as JSON values.
