@@ -177,13 +177,3 @@ def test_the_page_says_by_how_much_a_finer_search_beats_the_kept_optimum(study):
     ratio = column(read_csv(KEPT / "figures" / "optimum.finer.csv"), "ratio")
     assert f"better by up to {100.0 * (ratio.max() - 1.0):.2f} %" in page("studies/optimum.md")
     assert ratio.max() < 1.0015  # shares of up to 1.001, as the page says
-
-
-def test_the_page_counts_the_runs_below_half_of_the_front_at_their_speed():
-    share = column(read_csv(KEPT / "learned_legs" / "vanilla_shares.csv"), "share of vanilla front")
-    low, middle = share[share <= 0.505], share[(share > 0.505) & (share < 1.0)]
-    said = f"{len(low)} of the {len(share)} runs cost {low.min():.2f} to {low.max():.2f} of"
-    assert said in page("studies/learned_legs.md").replace("\n", " ")
-    said = f"four {middle.min():.2f} to {middle.max():.2f}, and three more than it"
-    assert len(middle) == 4
-    assert said in page("studies/learned_legs.md").replace("\n", " ")
