@@ -4,7 +4,7 @@
     python studies/learned_legs.py train --only 'AR*+range@*'
     python studies/learned_legs.py evaluate          # by releases that no training met
     python studies/learned_legs.py zoo               # the laws for a range, by name
-    python studies/learned_legs.py report            # tables, figures and animations of the page
+    python studies/learned_legs.py report            # tables and figures of the page
 
 Controllers are kept in `runs/learned_legs`, a folder each; tables and figures go to
 `docs/_static/learned_legs`. A training goes on where it was interrupted. What is trained is in
@@ -70,7 +70,7 @@ class WriteZoo:
 
 @dataclass(frozen=True)
 class Report:
-    """Tables in Markdown, figures, and animations of the laws in the zoo."""
+    """Tables in Markdown, and figures."""
 
     def run(self) -> None:
         """Write them."""

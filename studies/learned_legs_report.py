@@ -1,4 +1,4 @@
-"""Tables in Markdown, figures and animations of the study of learned feedback on legs."""
+"""Tables in Markdown and figures of the study of learned feedback on legs."""
 
 from __future__ import annotations
 
