@@ -102,12 +102,10 @@ def draw_curves(curves: Rows) -> Figure:
             axes.axhline(curves["best_fitness"][mine][0], color=colour, ls=line, label=label)
             continue
         seeds = np.unique(curves["seed"][mine])
-        runs = np.array(
-            [
-                np.interp(generations, *(curves[c][mine & (curves["seed"] == seed)] for c in _XY))
-                for seed in seeds
-            ]
-        )  # of a run that has ended the last
+        seen, best = curves["generation"], curves["best_fitness"]
+        own = [mine & (curves["seed"] == seed) for seed in seeds]
+        runs = np.array([np.interp(generations, seen[run], best[run]) for run in own])
+        # Of a run that has ended the last fitness stays.
         axes.plot(generations, np.median(runs, axis=0), line, color=colour, label=label)
         axes.fill_between(generations, runs.min(0), runs.max(0), color=colour, alpha=0.12, lw=0)
     axes.set_xlabel("generation")
@@ -115,6 +113,3 @@ def draw_curves(curves: Rows) -> Figure:
     axes.set_ylim(-1.5, 1.5)
     figure.legend(*axes.get_legend_handles_labels(), loc="outside right center")
     return figure
-
-
-_XY = ("generation", "best_fitness")

@@ -9,6 +9,7 @@ import numpy as np
 
 from learned_legs_evaluate import OMEGAS
 from learned_legs_plan import TABLES, ZOO, Cell, baseline_cost
+from tegotae._support.documents import JsonObject
 from tegotae._support.files import output_folder
 from tegotae._support.tables import read_csv
 from tegotae.systems import controller_file
@@ -29,12 +30,10 @@ def write_zoo(cells: list[Cell], folder: Path) -> None:
 
 def entry(cell: Cell, folder: Path) -> ZooEntry:
     """The runs of a cell, and its evaluation: means over the commands."""
-    files = sorted(
-        (folder / cell.name).glob("*-seed*.json"), key=lambda f: load(f).training["seed"]
-    )
-    runs = [load(file) for file in files]
+    found = [load(file) for file in (folder / cell.name).glob("*-seed*.json")]
+    runs = sorted(found, key=lambda run: int(str(run.training["seed"])))
     return ZooEntry(
-        document=document(runs[0]),
+        document=document(runs[0], cell.name),
         weights=np.stack([run.weights for run in runs]),
         **{
             n: np.array([run.training[n] for run in runs]) for n in ("seed", "generations", "ended")
@@ -44,7 +43,7 @@ def entry(cell: Cell, folder: Path) -> ZooEntry:
     )
 
 
-def document(saved: SavedController) -> dict[str, object]:
+def document(saved: SavedController, cell: str) -> JsonObject:
     """What the controller files of all runs have in common."""
     leave = {*_OF_A_RUN, *_OF_THE_STUDY}
     training = {name: x for name, x in saved.training.items() if name not in leave}
@@ -56,7 +55,7 @@ def document(saved: SavedController) -> dict[str, object]:
         training={**training, "omega": [min(OMEGAS), max(OMEGAS)]},
         software=saved.software,
     )
-    found = controller_file.described(common, saved.name)
+    found = controller_file.described(common, cell)
     return {name: value for name, value in found.items() if name != "weights"}
 
 
