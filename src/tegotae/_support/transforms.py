@@ -6,7 +6,6 @@ from collections.abc import Callable
 from typing import ParamSpec, TypeVar
 
 import jax
-from jax.extend.core import ClosedJaxpr
 from jax.typing import DTypeLike
 
 P = ParamSpec("P")
@@ -52,11 +51,6 @@ def cond(holds: jax.Array, then: Callable[[], T], otherwise: Callable[[], T]) ->
 def shapes_of(function: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T:
     """`jax.eval_shape`: what the function returns, with shapes in place of arrays."""
     return jax.eval_shape(function, *args, **kwargs)
-
-
-def trace_of(function: Callable[..., T], *like: object) -> tuple[ClosedJaxpr, T]:
-    """`jax.make_jaxpr`: the trace of a function, and what it returns, shapes in place of arrays."""
-    return jax.make_jaxpr(function, return_shape=True)(*like)
 
 
 def iota(dtype: DTypeLike, shape: tuple[int, ...], dimension: int) -> jax.Array:

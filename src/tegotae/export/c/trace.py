@@ -21,8 +21,6 @@ from tegotae.parts.terms.base import Signals, Term
 from tegotae.parts.weight_names import WeightName, spelled
 from tegotae.simulation.integrators.base import held, push, settled
 
-ROLES = {"action": "A'", "reaction": "R", "gain": "G", "actuation": "T"}
-"""Terms by the letters of the law."""
 _Texts = str | Sequence[str] | Mapping[str, str | Sequence[str]]
 """What C calls the numbers of an argument."""
 _Arrays = dict[str, jax.Array]

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-WORD_BYTES = 4
-
 
 @dataclass(frozen=True)
 class LayoutEntry:

@@ -69,12 +69,6 @@ def object_file(text: str, target: Target, optimisation: int = _OPTIMISATION) ->
     return machine.emit_object(module)
 
 
-def assembly(text: str, target: Target, optimisation: int = _OPTIMISATION) -> str:
-    """A module in the target's assembler, for people to read."""
-    module, machine = _optimised(text, target, optimisation)
-    return machine.emit_assembly(module)
-
-
 def _optimised(text: str, target: Target, optimisation: int) -> tuple[Any, Any]:
     llvm = _llvm()
     if target.triple:
