@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import fcntl
+import os
+import shutil
 import subprocess
 import sys
 import time
@@ -18,10 +20,31 @@ from tegotae.systems.study_records import SUFFIX
 
 MODELS = ("V-sector-w8", "ART-rF-tphif-w8", "T-Fv")
 """The models of the smoke scale."""
+PROGRAMS = "programs"
+"""Beside the undisturbed study, what XLA compiled for it."""
+WHOLE_CACHE = {
+    "JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS": "0",
+    "JAX_PERSISTENT_CACHE_MIN_ENTRY_SIZE_BYTES": "-1",
+    "JAX_COMPILATION_CACHE_MAX_SIZE": str(2**30),  # with a limit JAX locks what it writes
+}
+"""JAX's settings to keep every program."""
 
 
-def start(folder: Path, *more: str) -> subprocess.Popen[str]:
-    """Start `tegotae study run` in a session of its own, as in a terminal of its own."""
+def start(
+    folder: Path, *more: str, programs_of: Path | None = None, keep: Path | None = None
+) -> subprocess.Popen[str]:
+    """Start `tegotae study run` in a session of its own, as in a terminal of its own.
+
+    Args:
+        folder: of the study.
+        more: words of the command.
+        programs_of: the undisturbed study, whose programs XLA does not compile again.
+        keep: where the programs that XLA compiles are kept; nowhere by default.
+    """
+    if programs_of is not None:  # a copy, which a killed process may spoil
+        keep = folder.with_name(f"{folder.name}-programs")
+        shutil.copytree(programs_of.with_name(PROGRAMS), keep, dirs_exist_ok=True)
+    cache = {} if keep is None else {"JAX_COMPILATION_CACHE_DIR": str(keep), **WHOLE_CACHE}
     words = ["study", "run", "--dir", str(folder), "--scale", "smoke", *more]
     return subprocess.Popen(
         [sys.executable, "-m", "tegotae", *words],
@@ -29,6 +52,7 @@ def start(folder: Path, *more: str) -> subprocess.Popen[str]:
         stderr=subprocess.PIPE,
         text=True,
         start_new_session=True,
+        env=os.environ | cache,
     )
 
 
@@ -45,7 +69,7 @@ def undisturbed(place: Path) -> Path:
     with (place / "smoke.lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
         if not (place / "smoke.printed").exists():
-            out, err = finish(start(folder))
+            out, err = finish(start(folder, keep=place / PROGRAMS))
             (place / "smoke.printed").write_text(out + err)
     return folder
 

@@ -356,7 +356,7 @@ def test_a_folder_without_permission_is_refused(half, no_work, one_line_error, m
 def test_a_second_run_in_the_folder_is_refused_and_the_first_goes_on(
     half, smoke_study, one_line_error
 ):
-    first = studies.start(half)
+    first = studies.start(half, programs_of=smoke_study)
     studies.wait_for(lambda: studies.workers(first), "workers", first)
     for words in (["run", "--scale", "smoke"], ["merge", str(smoke_study)]):
         said = one_line_error("study", *words, "--dir", str(half))

@@ -64,7 +64,7 @@ def test_a_killed_worker_changes_nothing(smoke_study, tmp_path):
 )
 def test_an_interrupted_study_goes_on_where_it_was(smoke_study, tmp_path, sign):
     folder = studies.copy(smoke_study, tmp_path / "study", "V", "T")
-    process = studies.start(folder)
+    process = studies.start(folder, programs_of=smoke_study)
     seen = studies.wait_for(lambda: studies.workers(process), "workers", process)
     # Ctrl-C reaches every process of the terminal, a polite kill the one that is named.
     (os.killpg if sign == signal.SIGINT else os.kill)(process.pid, sign)
@@ -81,7 +81,7 @@ def test_an_interrupted_study_goes_on_where_it_was(smoke_study, tmp_path, sign):
         )
     else:
         assert process.returncode == -signal.SIGTERM
-    studies.finish(studies.start(folder))
+    studies.finish(studies.start(folder, programs_of=smoke_study))
     studies.assert_same(folder, smoke_study)
 
 
@@ -101,7 +101,7 @@ def test_a_damaged_record_is_redone_with_the_same_numbers(smoke_study, tmp_path)
     (damaged,) = folder.glob("records/T-*")
     content = damaged.read_bytes()[:-100]
     damaged.write_bytes(content)
-    out, _ = studies.finish(studies.start(folder))
+    out, _ = studies.finish(studies.start(folder, programs_of=smoke_study))
     assert f"{damaged.name} is damaged: " in out
     assert f"it is set aside in {folder / 'damaged'} and done again" in out
     assert (folder / "damaged" / damaged.name).read_bytes() == content
