@@ -1,0 +1,103 @@
+"""A release works where it is installed, without extras, and declares what it was tested with."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import tarfile
+import tomllib
+import zipfile
+from pathlib import Path
+
+import pytest
+
+from places import ROOT
+from tegotae import __version__
+
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+BUILD = "from hatchling.build import *; build_sdist({0!r}); build_wheel({0!r})"
+EXTRAS = {
+    *("gymnasium", "ziglang", "mujoco", "stable_baselines3", "torch", "tensorboardX", "onnx"),
+    *("onnxruntime", "casadi", "pyarrow", "optuna", "distributed"),
+}
+"""Modules of extras: a plain installation has none of them."""
+WITHOUT_EXTRAS = f"""
+import runpy, sys
+
+class Missing:
+    def find_spec(name, path=None, target=None):
+        if name.partition(".")[0] in {sorted(EXTRAS)}:
+            raise ModuleNotFoundError(f"No module named {{name!r}}", name=name)
+
+sys.meta_path.insert(0, Missing)
+sys.argv[0] = "tegotae"
+runpy.run_module("tegotae", run_name="__main__", alter_sys=True)
+"""
+
+
+def test_the_version_is_one_in_all_places():
+    citation = (ROOT / "CITATION.cff").read_text(encoding="utf-8")
+    assert PROJECT["version"] == __version__
+    assert f"\nversion: {__version__}\n" in citation.replace('"', "")
+
+
+def test_extras_are_named_with_their_sizes():
+    page = (ROOT / "docs" / "getting-started.md").read_text(encoding="utf-8")
+    for_users = set(PROJECT["optional-dependencies"]) - {"all", "dev", "docs", "test"}
+    assert [name for name in sorted(for_users) if f"| `{name}` | " not in page] == []
+
+
+@pytest.fixture(scope="module")
+def built(tmp_path_factory) -> Path:
+    """A folder with a source distribution and a wheel."""
+    folder = tmp_path_factory.mktemp("built")
+    tools, made = folder / "tools", folder / "dist"
+    pip = [sys.executable, "-m", "pip", "--quiet", "--disable-pip-version-check", "install"]
+    subprocess.run([*pip, "--target", tools, "hatchling"], check=True)
+    command = [sys.executable, "-c", BUILD.format(str(made))]
+    path = {"PYTHONPATH": str(tools)}
+    subprocess.run(command, cwd=ROOT, env=os.environ | path, check=True, capture_output=True)
+    return made
+
+
+@pytest.mark.thorough
+def test_both_distributions_have_the_whole_package(built):
+    (sdist,), (wheel,) = built.glob("*.tar.gz"), built.glob("*.whl")
+    assert sdist.stat().st_size < 8e6
+    with tarfile.open(sdist) as archive:
+        prefix = f"tegotae-{__version__}/src/"
+        sources = {n.removeprefix(prefix) for n in archive.getnames() if n.startswith(prefix)}
+    with zipfile.ZipFile(wheel) as archive:
+        packed = {name for name in archive.namelist() if name.startswith("tegotae/")}
+    listed = subprocess.run(
+        ["git", "ls-files", "src"], cwd=ROOT, capture_output=True, text=True, check=True
+    )
+    tracked = {line.removeprefix("src/") for line in listed.stdout.splitlines()}
+    assert "tegotae/py.typed" in tracked
+    assert tracked <= sources
+    assert tracked <= packed
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize(
+    ("words", "output"),
+    [
+        ("simulate zoo:ART-rF-tphif-w8 --duration 5", "CoT⁻¹"),
+        ("export c zoo:V-reflex-w8 --out leg", "leg"),
+        ("tune ART --storage trials.log --trials 1", "pip install 'tegotae[tune]'"),
+    ],
+)
+def test_an_installed_wheel_works_without_extras_or_names_the_one(built, tmp_path, words, output):
+    (wheel,) = built.glob("*.whl")
+    place = tmp_path / "installed"
+    zipfile.ZipFile(wheel).extractall(place)  # what pip does, but for the commands
+    done = subprocess.run(
+        [sys.executable, "-P", "-c", WITHOUT_EXTRAS, *words.split()],
+        cwd=tmp_path,
+        env=os.environ | {"PYTHONPATH": str(place)},
+        capture_output=True,
+        text=True,
+    )
+    assert output in done.stdout + done.stderr
+    assert "Traceback" not in done.stderr
