@@ -34,6 +34,7 @@ _TICK_S = 0.001
 _TICKS = 2000
 _OF_LIMBS = ("stance_share", "work_j", "touchdown_share", "force_n")
 """What of a `Contact` belongs to each limb."""
+_MOTION = ("height", "velocity")
 _ENERGY_TOLERANCE = 1e-3
 """Share of the energy that may be made from nothing over a rollout: integration error."""
 
@@ -153,7 +154,7 @@ def _check_methods(name: str, body: Body, dtype: str) -> None:
             f"{name}.release returns {state!r:.60}; it must return a tuple of arrays"
         )
     probing.require_arrays(f"{name}.release", state, dtype, before=None)
-    for method, given in (("height", height), ("velocity", velocity)):
+    for method, given in zip(_MOTION, (height, velocity), strict=True):
         measured = probing.attempt(f"{name}.{method}", _method(method), body, state)
         probing.require_arrays(f"{name}.{method}", measured, dtype)
         if not np.allclose(measured, given, atol=1e-5):
@@ -272,31 +273,37 @@ def _check_small_ticks(name: str, body: Body) -> None:
     """`predict` and the velocity must agree with `advance` the better the shorter the tick."""
     state, ground = _start(body, "float64")
     force = _command(body, 0.5, ground)
-    released = body.commanded(state, force)
+    released = probing.attempt(f"{name}.commanded", _method("commanded"), body, state, force)
 
-    def seen(at: StateTree) -> list[jax.Array]:
+    def seen(at: StateTree) -> list[np.ndarray]:
         """What the controller would know of a state: of it alone the guess must be right."""
-        return [*body.sense(at, ground).values.values(), body.height(at), body.velocity(at)]
+        sensed = probing.attempt(f"{name}.sense", _sensed, body, at, ground)
+        moves = [probing.attempt(f"{name}.{m}", _method(m), body, at) for m in _MOTION]
+        return [np.asarray(x) for x in (*sensed.values(), *moves)]
 
-    @jit
-    def gaps(tick: jax.Array) -> tuple[jax.Array, jax.Array]:
+    def gaps(tick_s: float) -> tuple[np.ndarray, np.ndarray]:
+        """Programs that the checks of the methods have compiled are used again."""
+        tick = jnp.asarray(tick_s, "float64")
         # A body may guess from what its last tick was like.
-        begun, _ = body.advance(released, Push(force), ground, tick)
-        end, contact = body.advance(begun, Push(force), ground, tick)
-        guess, _, _ = body.predict(begun, force, ground, tick)
-        share = contact.stance_share
-        steady = over_limbs(jnp.all, (share == 0.0) | (share == 1.0), body)
-        apart = [
-            jnp.abs(a - b).reshape(-1, probing.LANES).max(axis=0)
-            for a, b in zip(seen(end), seen(guess), strict=True)
-        ]
-        slope = (body.height(end) - body.height(begun)) / tick
+        begun, _ = probing.attempt(f"{name}.advance", _advance, body, released, force, ground, tick)
+        given = body, begun, force, ground, tick
+        end, contact = probing.attempt(f"{name}.advance", _advance, *given)
+        guess, _, _ = probing.attempt(f"{name}.predict", _method("predict"), *given)
+        share = np.asarray(contact.stance_share).reshape(-1, probing.LANES)
+        steady = np.all((share == 0.0) | (share == 1.0), axis=0)
+        before, after, guessed = seen(begun), seen(end), seen(guess)
+        apart = sum(
+            np.abs(a - b).reshape(-1, probing.LANES).max(axis=0)
+            for a, b in zip(after, guessed, strict=True)
+        )
+        height, velocity = before[-2:]
+        slope = (after[-2] - height) / tick_s
         return (
-            jnp.where(steady, sum(apart[1:], apart[0]) / tick, 0.0),
-            jnp.where(steady, jnp.abs(slope - body.velocity(begun)), 0.0),
+            np.where(steady, apart / tick_s, 0.0),
+            np.where(steady, np.abs(slope - velocity), 0.0),
         )
 
-    long, short = gaps(jnp.asarray(1e-4)), gaps(jnp.asarray(1e-5))
+    long, short = gaps(1e-4), gaps(1e-5)
     meanings = (
         "predict does not approach advance as the tick shrinks; check its signs, units and forces",
         "velocity is not the rate of change of height; check signs and units",
