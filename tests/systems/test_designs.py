@@ -254,6 +254,7 @@ def test_models_lists_designs_for_a_pattern_with_an_at(capsys):
     assert [each["name"] for each in listed] == [
         "ART-rF-tphif@quadruped-a",
         "ART-rF-tphif@quadruped-c",
+        "ART-rF-tphif@quadruped-g",
     ]
     assert listed[0]["parameters"] == 96
 
