@@ -64,7 +64,7 @@ class EpisodeLength:
         run = Run(
             experiment=find(name).experiment(
                 timing=Timing(duration_s=episode_s, tick_s=0.002),
-                fitness=Fitness(settle_s=settle_s),
+                objective=Fitness(settle_s=settle_s),
             ),
             seeds=tuple(range(self.seeds)),
             learner=Evolution(

@@ -11,6 +11,7 @@ from places import ROOT
 from tegotae.figures.claims import claims_figure
 from tegotae.figures.report.atomic import beside_table, by_budget_table, outcomes_table
 from tegotae.figures.report.markdown import endings_table
+from tegotae.figures.report.multiverse import READINGS_COLUMN, counts_by_claim, shares_table
 from tegotae.figures.study import ARCHITECTURES, architectures
 from tegotae.studies.paper.claims.atomic import ATOMIC_CLAIMS
 from tegotae.studies.paper.claims.budgets import by_budget
@@ -19,6 +20,7 @@ from tegotae.studies.paper.claims.effect_table import effects_csv, read_effects
 from tegotae.studies.paper.claims.findings import OPPOSITE, REPRODUCED, findings
 from tegotae.studies.paper.endings import endings_by_architecture
 from tegotae.studies.paper.export import read_csv
+from tegotae.studies.paper.multiverse.tables import read_tables
 from tegotae.systems.models import all_models
 
 KEPT = ROOT / "docs" / "_static"
@@ -59,8 +61,15 @@ def test_all_models_of_the_table_are_the_papers(table):
 def test_the_pages_tables_follow_from_the_kept_effects(effects):
     beside = {name.removeprefix("-"): effects[name] for name in BESIDE}
     assert (KEPT / "study" / "claims.md").read_text() == outcomes_table(effects[""])
+    columns = {READINGS_COLUMN: counts_by_claim(read_tables(KEPT / "multiverse")[1])}
     beside_text = (KEPT / "study" / "claims-beside.md").read_text()
-    assert beside_text == beside_table(effects[""], beside)
+    assert beside_text == beside_table(effects[""], beside, columns)
+
+
+@pytest.mark.thorough
+def test_the_table_of_readings_follows_from_the_kept_effects():
+    readings, found = read_tables(KEPT / "multiverse")
+    assert (KEPT / "multiverse" / "multiverse.md").read_text() == shares_table(readings, found)
 
 
 def test_the_page_counts_the_outcomes_of_the_kept_effects(effects):
@@ -68,9 +77,9 @@ def test_the_page_counts_the_outcomes_of_the_kept_effects(effects):
     reproduced = sum(bool(t[REPRODUCED] and not t[OPPOSITE]) for t in tallies)
     opposite = [sum(bool(t[OPPOSITE] and bool(t[REPRODUCED]) == both) for t in tallies)
                 for both in (False, True)]  # fmt: skip
-    assert (len(tallies), reproduced, opposite) == (47, 23, [10, 9])
+    assert (len(tallies), reproduced, opposite) == (47, 24, [10, 9])
     page = re.sub(r"\s+", " ", (ROOT / "docs" / "claims.md").read_text(encoding="utf-8"))
-    assert "of 47 statements, 23 are reproduced in some or all ways" in page
+    assert "of 47 statements, 24 are reproduced in some or all ways" in page
 
 
 def test_the_figure_has_a_row_for_every_claim_with_a_sign_and_an_effect(effects):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import fnmatch
 import importlib
 import re
 import sys
@@ -177,3 +178,19 @@ def test_the_page_says_by_how_much_a_finer_search_beats_the_kept_optimum(study):
     ratio = column(read_csv(KEPT / "figures" / "optimum.finer.csv"), "ratio")
     assert f"better by up to {100.0 * (ratio.max() - 1.0):.2f} %" in page("studies/optimum.md")
     assert ratio.max() < 1.0015  # shares of up to 1.001, as the page says
+
+
+# Engines and searches
+
+
+def test_every_kept_table_of_the_hopper_names_its_engine():
+    """A table that no row names, or a row without a table, is a line that was forgotten."""
+    patterns = re.findall(r"^\| `([^`]+)`", (DOCS / "studies" / "tables.md").read_text(), re.M)
+    folders = ("study", "calibration", "multiverse", "experiments", "oscillators", "generalisation")
+    kept = [
+        *KEPT.glob("*.csv"),
+        *(path for name in folders for path in (KEPT / name).glob("*.csv")),
+    ]
+    names = [path.relative_to(KEPT).as_posix() for path in kept]
+    assert [n for n in names if not any(fnmatch.fnmatch(n, p) for p in patterns)] == []
+    assert [p for p in patterns if not list(KEPT.glob(p))] == []

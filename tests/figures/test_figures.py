@@ -405,7 +405,7 @@ QUICK = {
     "basin": ("--actuation", "reflex", "--omega", "8", "--sigma", "2", "--resolution", "2"),
 }
 FILES = {
-    "gain-map": {"f.csv", "f.ridge.csv"},
+    "gain-map": {"f.csv", "f.ridge.csv", "f.resonance.csv", "f.loss.csv"},
     "phase-locking": {"f.csv"},
     "surface": {"f.csv", "f.cycle.csv"},
     "phase-response": {"f.csv"},

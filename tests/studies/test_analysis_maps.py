@@ -24,6 +24,8 @@ from tegotae.studies.analysis import (
     Outcome,
     OutcomeSummary,
     axis,
+    find_losses,
+    find_resonance,
     find_ridge,
     locking_ratios,
     map_basin,
@@ -225,6 +227,19 @@ def test_a_ridge_along_the_edge_has_no_line():
     assert found.sigma.tolist() == [3.0] * 4
     assert np.isnan(found.slope)
     assert np.isnan(found.r_squared_interval).all()
+
+
+def test_a_frequency_is_best_for_a_gain_and_what_lies_beside_it_is_lost():
+    sigma, omega = np.array([1.0, 2.0, 3.0]), np.arange(2.0, 9.0)
+    peak = np.maximum(0.0, 3.0 - np.abs(omega - 5.0))
+    value = np.stack([peak, 2.0 * peak, np.full(7, np.nan)])
+    best = find_resonance(sigma, omega, value)
+    assert best.sigma.tolist() == [1.0, 2.0], "the third gain never hops"
+    assert best.omega.tolist() == [5.0, 5.0]
+    lost = find_losses(sigma, omega, value)
+    assert lost.omega.tolist() == [3.0, 4.0, 5.0, 6.0, 7.0]
+    assert lost.sigma.tolist() == [2.0] * 5
+    assert lost.lost == pytest.approx([0.0, 0.0, 1 / 3, 0.0, 0.0])
 
 
 def test_the_one_to_one_ridge_leaves_other_lockings_out():

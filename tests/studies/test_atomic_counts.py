@@ -285,6 +285,26 @@ def test_a_ridge_on_a_line_has_its_slope_and_is_explained(tmp_path):
     assert measure_kept(OfGainMap("loss", "both"), tmp_path) == NOT_KNOWN, "the ridge has none"
 
 
+def test_a_resonance_that_no_gain_moves_is_compared_with_one_that_moves(tmp_path):
+    lines = ["actuation,sigma_rad_per_s_n,best_omega_rad_per_s"]
+    lines += [f"sector,{gain},{2.0 + gain}" for gain in range(8)]
+    lines += [f"reflex,{gain},6.0" for gain in range(8)]
+    (tmp_path / "gain_map.resonance.csv").write_text("\n".join(lines) + "\n")
+    found = measure_kept(OfGainMap("resonance_shift", "reflex", "sector"), tmp_path)
+    assert found.effect == pytest.approx(-np.std(range(8)))
+    assert found.low < found.effect < found.high < 0.0
+
+
+def test_a_loss_is_that_of_both_actuations_and_may_be_a_gain(tmp_path):
+    lines = ["actuation,omega_rad_per_s,cot_inverse_a_lost"]
+    lines += [f"sector,{omega},{0.1 * (omega % 3)}" for omega in range(9)]
+    lines += [f"reflex,{omega},-0.3" for omega in range(30)]
+    (tmp_path / "gain_map.loss.csv").write_text("\n".join(lines) + "\n")
+    found = measure_kept(OfGainMap("loss", "both"), tmp_path)
+    assert found.effect == pytest.approx(-0.1)
+    assert found.high < 0.0
+
+
 def test_more_parameters_are_compared_at_equal_settings(tmp_path):
     table = ["way,parameters,untrained_fitness,fitness"]
     for way, gain in (("a", 0.0), ("b", 1.0)):

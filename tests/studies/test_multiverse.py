@@ -17,7 +17,7 @@ from study_tables import results
 from tegotae._support.errors import TegotaeError
 from tegotae.cli import main
 from tegotae.figures.multiverse import curve_figure, overview_figure
-from tegotae.figures.report.multiverse import shares_table
+from tegotae.figures.report.multiverse import counts_by_claim, shares_table
 from tegotae.measures.hopping.registry import metrics
 from tegotae.measures.objectives.fitness import Fitness
 from tegotae.parts.bodies import Hopper
@@ -247,6 +247,16 @@ def test_every_claim_has_the_models_that_it_is_about():
                 assert finding.outcome in (REPRODUCED, TOO_SMALL, OPPOSITE), (finding, omega)
 
 
+def test_a_claim_is_judged_as_soon_as_all_of_its_models_are_there():
+    models = multiverse("full").models
+    few = [name for name in models if name.startswith(("V-", "VG-", "AR-rF-"))]
+    found = findings_by_reading({0: results({}).where(model=few)}, draws=20, models=models)
+    judged = {finding.claim.name for finding in found[0][AT_BOTH]}
+    assert {"vg-cot", "ar-cot", "ar-t1"} <= judged
+    # AR alone is not learned feedback, and a correlation is over all models.
+    assert not judged & {"learned-beats-v", "art-cot", "t-par", "v-t1", "efficient-is-slow"}
+
+
 def test_units_of_one_program_are_done_together_in_bundles_of_a_few():
     units = multiverse("full", 8).units
     bundles = runner.bundles(units, 6)
@@ -376,6 +386,13 @@ def test_the_table_of_shares_names_what_decides(trained):
     assert " of 24 [" in gains
 
 
+def test_a_column_counts_the_readings_of_each_claim(trained):
+    readings, found = trained
+    counts = counts_by_claim(found)
+    assert sum(map(int, counts["art-cot"].split(" / "))) == len(readings)
+    assert "pgpe-over-sac" not in counts, "no reading decides it"
+
+
 def test_figures_show_every_claim_that_is_measured_and_every_reading(trained):
     readings, found = trained
     overview = overview_figure(readings, found)
@@ -425,7 +442,7 @@ def test_a_killed_multiverse_goes_on_and_loses_nothing(tmp_path, capsys):
     assert main(words) == 0
     said = capsys.readouterr().out
     assert said == "scale smoke: 4 of 4 models done, 2 of 2 readings whole\n"
-    # Readings that are not whole are left out, and that is said.
+    # That readings are not whole is said.
     out = tmp_path / "out"
     assert main(["study", "multiverse", "export", "--dir", str(folder), "--out", str(out)]) == 0
     assert "2 of 3 readings are whole" in capsys.readouterr().out

@@ -32,18 +32,23 @@ class StudyClaims:
     which adds a way to count; a study's folder has its own."""
     beside: tuple[Path, ...] = ()
     """Tables of other studies (.csv), whose outcomes are shown beside."""
+    readings: Annotated[Path | None, UNSET] = None
+    """Folder of a multiverse's tables, as `tegotae study multiverse export` writes them: in how
+    many of its readings each claim is reproduced, too small to tell, and opposite."""
 
     def run(self) -> None:
         """Judge, print, and write if asked to."""
         from tegotae.cli.study import tables_of
         from tegotae.figures.claims import claims_figure, has_effects
         from tegotae.figures.report.atomic import beside_table, by_budget_table, outcomes_table
+        from tegotae.figures.report.multiverse import READINGS_COLUMN, counts_by_claim
         from tegotae.figures.style import save_figure
         from tegotae.studies.paper.claims.budgets import by_budget
         from tegotae.studies.paper.claims.counting import Count, with_sampled
         from tegotae.studies.paper.claims.effect_table import effects_csv
         from tegotae.studies.paper.claims.findings import findings
         from tegotae.studies.paper.export import read_csv
+        from tegotae.studies.paper.multiverse.tables import read_tables
 
         tables = tables_of(self.source, self.budgets, self.sampled)
         found = findings(with_sampled(tables.runs, tables.sampled), self.experiments)
@@ -54,8 +59,11 @@ class StudyClaims:
             return
         texts = {"claims.md": outcomes_table(found), "effects.csv": effects_csv(found)}
         texts |= {f"effects-{name}.csv": effects_csv(each) for name, each in beside.items()}
-        if beside:
-            texts["claims-beside.md"] = beside_table(found, beside)
+        columns = {}
+        if self.readings is not None:
+            columns[READINGS_COLUMN] = counts_by_claim(read_tables(self.readings)[1])
+        if beside or columns:
+            texts["claims-beside.md"] = beside_table(found, beside, columns)
         if tables.budgets is not None:
             after = {
                 name: findings(runs, ways=[Count()])

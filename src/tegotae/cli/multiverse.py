@@ -25,9 +25,9 @@ class MultiverseRun:
 
     dir: Path
     """The multiverse's folder."""
-    scale: str = "full"
-    """smoke (seconds), full (24 models, 4 runs each) or calibrated (the readings under which V
-    agrees with the paper, 8 runs each)."""
+    scale: str = "calibrated"
+    """calibrated (24 readings under which V agrees with the paper, 24 models, 8 runs each), full
+    (32 of all that the paper leaves open, 4 runs each) or smoke (seconds)."""
     readings: Annotated[int | None, UNSET] = None
     """Number of readings; a larger number includes those of a smaller one. The scale's by
     default."""
@@ -73,13 +73,14 @@ class MultiverseStatus:
 
     def run(self) -> None:
         """Print it."""
-        from tegotae.studies.paper.multiverse.folder import MultiverseFolder, tables
+        from tegotae.studies.paper.multiverse.folder import MultiverseFolder, is_whole, tables
         from tegotae.studies.paper.unit import key_of
 
         folder = MultiverseFolder(self.dir)
         plan = folder.plan(self.readings)
         records, damaged = folder.all()
-        whole, keys = len(tables(plan, records)), {unit.key for unit in plan.units}
+        whole = sum(is_whole(plan, table) for table in tables(plan, records).values())
+        keys = {unit.key for unit in plan.units}
         done = sum(key_of(record.configuration) in keys for record in records)
         print(
             f"scale {plan.scale}: {done} of {len(keys)} models done, "
@@ -148,7 +149,7 @@ class MultiverseFigures(PictureFormat):
 
 
 def _findings(path: Path, count: int | None = None) -> tuple[list[Reading], FindingsByReading]:
-    from tegotae.studies.paper.multiverse.folder import MultiverseFolder, tables
+    from tegotae.studies.paper.multiverse.folder import MultiverseFolder, is_whole, tables
     from tegotae.studies.paper.multiverse.verdicts import findings_by_reading
 
     folder = MultiverseFolder(path)
@@ -156,11 +157,14 @@ def _findings(path: Path, count: int | None = None) -> tuple[list[Reading], Find
     records, damaged = folder.all()
     for message in damaged:
         print(message)
-    whole = tables(plan, records)
-    if not whole:
-        raise TegotaeError(
-            f"{path} holds no whole reading yet; first: tegotae study multiverse run"
+    found = tables(plan, records)
+    if not found:
+        raise TegotaeError(f"{path} holds no result yet; first: tegotae study multiverse run")
+    whole = sum(is_whole(plan, table) for table in found.values())
+    if whole < plan.readings:
+        print(
+            f"{whole} of {plan.readings} readings are whole; of the others, claims are judged that "
+            "have all of their models"
         )
-    if len(whole) < plan.readings:
-        print(f"{len(whole)} of {plan.readings} readings are whole; the others are left out")
-    return [reading for reading, _ in plan.by_reading], findings_by_reading(whole)
+    by_reading = findings_by_reading(found, models=plan.models)
+    return [reading for reading, _ in plan.by_reading], by_reading

@@ -82,7 +82,7 @@ def _steps(
 def _ticks(panel, choice: AnalysisChoice) -> None:
     if choice.levels:
         places = [choice.place(value) for value in choice.values]
-        panel.set_xticks(places, [_level(choice.name, value) for value in choice.values], size=6)
+        panel.set_xticks(places, [written(choice.name, value) for value in choice.values], size=6)
     else:
         low, high = choice.values
         middle = (low * high) ** 0.5 if choice.name in LOGARITHMIC else 0.5 * (low + high)
@@ -93,15 +93,15 @@ def _ticks(panel, choice: AnalysisChoice) -> None:
         panel.set_xticks([place(choice, value) for value in shown], names, size=6)
 
 
-def _level(name: str, value: object) -> str:
-    """How a level is written below an axis."""
-    written = {
+def written(name: str, value: object) -> str:
+    """How a value of a choice is written beside an axis."""
+    words = {
         ("flight_damping", 0.0): "no",
         ("flight_damping", 1.0): "yes",
         ("sector_s", None): "in phase",
     }
-    if (name, value) in written:
-        return written[name, value]
+    if (name, value) in words:
+        return words[name, value]
     if name == "sector_start":
         return f"{value / np.pi:.2f}π"  # type: ignore[operator]
     if name == "sector_s":

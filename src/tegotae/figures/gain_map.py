@@ -18,6 +18,7 @@ from tegotae.measures.hopping.gait import REGIMES
 from tegotae.measures.optimum.table import curve
 from tegotae.parts._shapes import AnyArray
 from tegotae.studies.analysis.gain_sweep import GainSweep
+from tegotae.studies.analysis.resonance import find_losses, find_resonance
 from tegotae.studies.analysis.ridge import Ridge
 
 # Hollow, and drawn whole though they lie on the panel's edge.
@@ -137,7 +138,11 @@ def values(sweep: GainSweep) -> tuple[AnyArray, AnyArray]:
 def gain_map_tables(
     sweeps: Mapping[str, GainSweep], ridges: Mapping[str, Ridge]
 ) -> dict[str, dict[str, np.ndarray]]:
-    """What the figure shows: the maps cell by cell, and `ridge`, with its line."""
+    """What the figure shows: the maps cell by cell, and `ridge`, with its line.
+
+    Beside it, over all limit cycles: `resonance`, the best frequency of each gain, and `loss`, the
+    share of CoT⁻¹ A that is lost beside each frequency at its best gain.
+    """
     maps = {
         name: long_table(
             ("sigma_rad_per_s_n", sweep.sigma),
@@ -162,4 +167,23 @@ def gain_map_tables(
         }
         for name, found in ridges.items()
     }
-    return {"": joined(maps, "actuation"), "ridge": joined(lines, "actuation")}
+    resonances, losses = {}, {}
+    for name, sweep in sweeps.items():
+        at = sweep.sigma, sweep.omega, sweep.outcome.cot_inverse
+        best, lost = find_resonance(*at), find_losses(*at)
+        resonances[name] = {
+            "sigma_rad_per_s_n": best.sigma,
+            "best_omega_rad_per_s": best.omega,
+            "cot_inverse_a_m_per_j": best.value,
+        }
+        losses[name] = {
+            "omega_rad_per_s": lost.omega,
+            "best_sigma_rad_per_s_n": lost.sigma,
+            "cot_inverse_a_lost": lost.lost,
+        }
+    return {
+        "": joined(maps, "actuation"),
+        "ridge": joined(lines, "actuation"),
+        "resonance": joined(resonances, "actuation"),
+        "loss": joined(losses, "actuation"),
+    }

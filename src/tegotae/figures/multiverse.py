@@ -10,8 +10,10 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
+from tegotae.figures.calibration import written
 from tegotae.figures.report.atomic import described
 from tegotae.figures.style import COLOURS, DIVERGING, PAGE_IN, SEQUENTIAL, new_figure, styled
+from tegotae.studies.paper.calibration.prior import place
 from tegotae.studies.paper.claims.counting import ALL
 from tegotae.studies.paper.claims.estimates import EffectEstimate
 from tegotae.studies.paper.claims.findings import OPPOSITE, REPRODUCED, TOO_SMALL, Finding
@@ -164,8 +166,8 @@ def _choices(panel, readings: list[Reading], numbers: list[int], found: list[Inf
     for row, influence in enumerate(found):
         choice = influence.choice
         for x, reading in enumerate(readings):
-            place = choice.place(getattr(reading, choice.name))
-            panel.plot(x, row, "s", ms=4, color=colours(0.95 * place), mew=0)
+            at = place(choice, getattr(reading, choice.name))
+            panel.plot(x, row, "s", ms=4, color=colours(0.95 * at), mew=0)
         panel.text(
             len(readings) - 0.2,
             row,
@@ -177,7 +179,7 @@ def _choices(panel, readings: list[Reading], numbers: list[int], found: list[Inf
     panel.set_yticks(range(len(found)), [_range(i.choice) for i in found], fontsize=6)
     panel.set_ylim(len(found) - 0.4, -0.6)
     panel.set_xticks(range(len(numbers)), [str(n) for n in numbers], fontsize=5)
-    panel.set_xlabel("reading (0 is the study's)")
+    panel.set_xlabel("reading" + (" (0 is the study's)" if Reading() in readings else ""))
     panel.spines[:].set_visible(False)
     panel.tick_params(length=0)
 
@@ -190,9 +192,10 @@ def _words(influence: Influence) -> str:
 
 
 def _range(choice: AnalysisChoice) -> str:
-    def word(value) -> str:
-        known = {True: "yes", False: "no", math.inf: "plateau"}
-        return known[value] if isinstance(value, bool) or value == math.inf else f"{value}"
+    known = {True: "yes", False: "no", math.inf: "plateau"}
 
-    first, last = word(choice.values[0]), word(choice.values[-1])
-    return f"{choice.label}, {first} … {last}"
+    def word(value) -> str:
+        is_known = isinstance(value, bool) or value == math.inf
+        return known[value] if is_known else written(choice.name, value)
+
+    return f"{choice.label}, {word(choice.values[0])} … {word(choice.values[-1])}"

@@ -61,15 +61,21 @@ def outcomes_table(findings: Sequence[Finding]) -> str:
     )
 
 
-def beside_table(findings: Sequence[Finding], beside: Mapping[str, Sequence[Finding]]) -> str:
+def beside_table(
+    findings: Sequence[Finding],
+    beside: Mapping[str, Sequence[Finding]],
+    columns: Mapping[str, Mapping[str, str]] | None = None,
+) -> str:
     """A row per claim that several studies measure: its outcome in each.
 
     Args:
         findings: of the study.
         beside: of other studies, by the heading of their column.
+        columns: further columns by their heading: words by the name of the claim.
     """
     others = [{each.claim.name: each.outcome for each in found} for found in beside.values()]
-    rows = [["", "the study", *beside]]
+    others += [dict(words) for words in (columns or {}).values()]
+    rows = [["", "the study", *beside, *(columns or {})]]
     for own in (each for group in grouped(findings).values() for each in group):
         outcomes = [own.outcome, *(found.get(own.claim.name, "") for found in others)]
         if set(outcomes) - {NOT_MEASURED, SHOWN}:

@@ -18,6 +18,9 @@ from tegotae.studies.paper.multiverse.verdicts import (
     shares,
 )
 
+READINGS_COLUMN = "Readings: + / 0 / −"
+"""The heading of `counts_by_claim`, beside the outcomes of one study."""
+
 
 def shares_table(
     readings: Sequence[Reading], by_reading: FindingsByReading, omega: str = ALL
@@ -30,23 +33,41 @@ def shares_table(
         by_reading: what comes of the claims under each.
         omega: on which ω_t, "both", "4" or "8".
     """
+    has_own = readings[0] == Reading()
     head = ["", "The paper's words", "Reproduced", "Too small to tell", "Opposite"]
-    rows = [[*head, "Reading 0", "What decides (ρ)"]]
+    rows = [[*head, *(["Reading 0"] if has_own else []), "What decides (ρ)"]]
     for claim in CLAIMS:
         found = of_claim(by_reading, claim.name, omega)
         each = shares(found.values())
         clear = decisive(influences(readings, found))
         deciding = ", ".join(f"{i.choice.label} ({i.correlation:+.2f})" for i in clear)
+        own = [found[0].outcome if 0 in found else "–"] if has_own else []
         rows.append(
             [
                 claim.name,
                 f"“{quoted(claim)}”<br>{described(claim.effect)}",
                 *(_share(each[word]) for word in (REPRODUCED, TOO_SMALL, OPPOSITE)),
-                found[0].outcome if 0 in found else "–",
+                *own,
                 deciding.replace("-", "−") or "–",
             ]
         )
     return table(rows)
+
+
+def counts_by_claim(by_reading: FindingsByReading, omega: str = ALL) -> dict[str, str]:
+    """In how many readings each claim is reproduced, too small to tell, and opposite, in words.
+
+    Args:
+        by_reading: what comes of the claims under each.
+        omega: on which ω_t, "both", "4" or "8".
+    """
+    found = {}
+    for claim in CLAIMS:
+        each = shares(of_claim(by_reading, claim.name, omega).values())
+        if each[REPRODUCED].of:
+            counts = [str(each[word].count) for word in (REPRODUCED, TOO_SMALL, OPPOSITE)]
+            found[claim.name] = " / ".join(counts)
+    return found
 
 
 def _share(share: Share) -> str:

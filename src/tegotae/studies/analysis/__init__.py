@@ -8,12 +8,19 @@ from tegotae.studies.analysis.outcome import Outcome, OutcomeSummary
 from tegotae.studies.analysis.phase_response import PhaseResponse, measure_phase_response
 from tegotae.studies.analysis.poincare import Poincare, poincare_section, transient
 from tegotae.studies.analysis.portrait import Paths, paths_of
+from tegotae.studies.analysis.resonance import (
+    DetuningLoss,
+    Resonance,
+    find_losses,
+    find_resonance,
+)
 from tegotae.studies.analysis.ridge import Ridge, find_ridge, one_to_one_ridge
 from tegotae.studies.analysis.surface import Surface, actuation_surface, sees_velocity
 from tegotae.studies.analysis.sweep import axis
 
 __all__ = [
     "Attractor",
+    "DetuningLoss",
     "GainSweep",
     "HopperBasin",
     "NoLimitCycleError",
@@ -23,11 +30,14 @@ __all__ = [
     "Paths",
     "PhaseResponse",
     "Poincare",
+    "Resonance",
     "Ridge",
     "Surface",
     "actuation_surface",
     "axis",
+    "find_losses",
     "find_orbit",
+    "find_resonance",
     "find_ridge",
     "locking_ratios",
     "map_basin",

@@ -127,3 +127,21 @@ class OfGaits:
 
 Effect = Difference | DoubleDifference | Correlation | OfTrainings | OfGainMap | OfGaits
 """What a claim is about, in one number."""
+
+
+def groups(effect: Effect) -> tuple[ArchitectureGroup, ...]:
+    """The groups of architectures that an effect is about; none for one of other things.
+
+    A correlation is about all models.
+
+    Example:
+        >>> [group.label for group in groups(Difference("cpgu", ArchitectureGroup(V), None))]
+        ['V']
+    """
+    if isinstance(effect, Correlation):
+        return (ArchitectureGroup((*WITH_OSCILLATOR, "T"), ""),)
+    if isinstance(effect, DoubleDifference):
+        return (*effect.ours, *effect.theirs)
+    if isinstance(effect, OfTrainings | OfGainMap):
+        return ()
+    return (effect.ours,) if effect.theirs is None else (effect.ours, effect.theirs)

@@ -11,6 +11,10 @@ import numpy as np
 from tegotae._support import tables
 from tegotae._support.errors import TegotaeError
 
+RIDGES, RESONANCES, LOSSES = (f"gain_map.{name}.csv" for name in ("ridge", "resonance", "loss"))
+"""Tables of the gain map: the best gain per frequency, the best frequency per gain, and what is
+lost beside each frequency."""
+
 PARAMETERS = 128
 """More than these the paper could not train."""
 
@@ -35,20 +39,48 @@ def read_trainings(path: Path) -> list[Training]:
     return [Training(*row) for row in _rows(path, columns, (str, int, float, float))]
 
 
-def read_ridges(path: Path) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-    """Frequencies and the best gain at each, by actuation, of a table such as `gain_map.ridge.csv`.
+def read_ridges(folder: Path) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+    """Frequencies and the best gain at each, by actuation; NaN where that is at the map's edge.
 
     Raises:
-        TegotaeError: if it cannot be read.
+        TegotaeError: if the table cannot be read.
     """
-    columns = ("actuation", "omega_rad_per_s", "best_sigma_rad_per_s_n", "censored")
-    rows = _rows(path, columns, (str, float, float, int))
+    columns = ("omega_rad_per_s", "best_sigma_rad_per_s_n", "censored")
+    found = _by_actuation(folder / RIDGES, columns)
+    return {
+        name: (omega, np.where(censored == 0.0, sigma, np.nan))
+        for name, (omega, sigma, censored) in found.items()
+    }
 
-    def points(actuation: str) -> tuple[np.ndarray, np.ndarray]:
-        own = np.array([row[1:] for row in rows if row[0] == actuation], float).reshape(-1, 3)
-        return own[:, 0], np.where(own[:, 2] == 0.0, own[:, 1], np.nan)
 
-    return {name: points(name) for name in ("sector", "reflex")}
+def read_resonances(folder: Path) -> dict[str, np.ndarray]:
+    """The best frequency of each gain that has one, by actuation.
+
+    Raises:
+        TegotaeError: if the table cannot be read.
+    """
+    found = _by_actuation(folder / RESONANCES, ("best_omega_rad_per_s",))
+    return {name: omega for name, (omega,) in found.items()}
+
+
+def read_losses(folder: Path) -> dict[str, np.ndarray]:
+    """The share of CoT⁻¹ that is lost 1 rad/s beside each frequency, by actuation.
+
+    Raises:
+        TegotaeError: if the table cannot be read.
+    """
+    found = _by_actuation(folder / LOSSES, ("cot_inverse_a_lost",))
+    return {name: lost for name, (lost,) in found.items()}
+
+
+def _by_actuation(path: Path, columns: tuple[str, ...]) -> dict[str, tuple[np.ndarray, ...]]:
+    rows = _rows(path, ("actuation", *columns), (str, *(float for _ in columns)))
+
+    def own(actuation: str) -> tuple[np.ndarray, ...]:
+        found = np.array([row[1:] for row in rows if row[0] == actuation], float)
+        return tuple(found.reshape(-1, len(columns)).T)
+
+    return {name: own(name) for name in ("sector", "reflex")}
 
 
 def _rows(
@@ -102,7 +134,7 @@ EXPERIMENTS = (
         "python studies/parameter_limit.py --out {folder}",
     ),
     KeptExperiment(
-        "gain_map.ridge.csv",
+        RIDGES,
         "gain_map.png",
         "CoT⁻¹ over gain and frequency, with the best gain per frequency (Fig. 4 of the paper)",
         "tegotae figure gain-map --out {folder}/gain_map.png",

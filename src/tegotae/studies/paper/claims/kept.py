@@ -11,11 +11,19 @@ from tegotae.measures.objectives.objective import FAILED_FITNESS
 from tegotae.studies.analysis.ridge import line
 from tegotae.studies.paper.claims.effects import OfGainMap, OfTrainings
 from tegotae.studies.paper.claims.estimates import LEVEL, NOT_KNOWN, EffectEstimate
-from tegotae.studies.paper.claims.experiments import PARAMETERS, read_ridges, read_trainings
+from tegotae.studies.paper.claims.experiments import (
+    LOSSES,
+    PARAMETERS,
+    RESONANCES,
+    RIDGES,
+    read_losses,
+    read_resonances,
+    read_ridges,
+    read_trainings,
+)
 from tegotae.training.curves import groups, read_curves
 
-RIDGES = "gain_map.ridge.csv"
-
+_MAPS = {"resonance_shift": RESONANCES, "loss": LOSSES}
 _RESAMPLES = 4000
 
 
@@ -29,11 +37,17 @@ def measure_kept(effect: OfTrainings | OfGainMap, folder: Path | None) -> Effect
     Raises:
         TegotaeError: if a table cannot be read.
     """
-    path = None if folder is None else folder / getattr(effect, "table", RIDGES)
-    if path is None or not path.exists():
+    if folder is None:
         return NOT_KNOWN
     if isinstance(effect, OfGainMap):
-        return _of_ridges(effect, path)
+        path = folder / _MAPS.get(effect.measure, RIDGES)
+    else:
+        path = folder / effect.table
+    if not path.exists():
+        return NOT_KNOWN
+    if isinstance(effect, OfGainMap):
+        of = {"resonance_shift": _of_resonances, "loss": _of_losses}.get(effect.measure, _of_ridges)
+        return of(effect, folder)
     return _of_curves(effect, path) if effect.metric == "cot_inverse" else _of_sizes(path)
 
 
@@ -81,17 +95,42 @@ def _of_interval(found: Interval, size: float) -> EffectEstimate:
     return EffectEstimate(found.mean, found.low, found.high, size)
 
 
-def _of_ridges(effect: OfGainMap, path: Path) -> EffectEstimate:
+def _of_ridges(effect: OfGainMap, folder: Path) -> EffectEstimate:
     """Slope of the ridge's line, or the share of its variance that the line explains."""
-    if effect.measure not in ("slope", "r_squared"):
-        return NOT_KNOWN
-    ridges = read_ridges(path)
+    ridges = read_ridges(folder)
     lines = {name: _line(*ridges[name]) for name in (effect.ours, effect.theirs) if name}
     if effect.measure == "slope":
         found, size = lines[effect.ours]["slope"], lines[effect.ours]["r_squared"][0]
     else:
         base = lines[effect.theirs]["r_squared"] if effect.theirs else np.zeros(1)
         found, size = lines[effect.ours]["r_squared"] - base, base[0]
+    return _of_draws(found, size)
+
+
+def _of_resonances(effect: OfGainMap, folder: Path) -> EffectEstimate:
+    """Spread of the best frequency over the gains (standard deviation), less another's."""
+    found = read_resonances(folder)
+    ours, theirs = (_drawn(found[name]).std(axis=1) for name in (effect.ours, effect.theirs))
+    return _of_draws(ours - theirs, theirs[0])
+
+
+def _of_losses(effect: OfGainMap, folder: Path) -> EffectEstimate:
+    """Mean loss over the frequencies, of both actuations alike."""
+    found = read_losses(folder)
+    each = [_drawn(lost).mean(axis=1) for lost in found.values()]
+    return _of_draws(np.mean(each, axis=0), np.nan)
+
+
+def _drawn(values: np.ndarray) -> np.ndarray:
+    """Values as they are, and drawn anew, [1 + resamples, values]; NaN of fewer than three."""
+    n = len(values)
+    if n < 3:
+        return np.full((1 + _RESAMPLES, 1), np.nan)
+    drawn = np.random.default_rng(0).integers(0, n, (_RESAMPLES, n))
+    return values[np.concatenate([np.arange(n)[None], drawn])]
+
+
+def _of_draws(found: np.ndarray, size: float) -> EffectEstimate:
     drawn = found[1:][np.isfinite(found[1:])]
     if not np.isfinite(found[0]) or len(drawn) == 0:
         return NOT_KNOWN

@@ -58,12 +58,16 @@ class MultiverseFolder(Folder):
 
 
 def tables(plan: Multiverse, records: Iterable[Record]) -> dict[int, Table]:
-    """What was found under each reading that is done: the table of its runs, by its number."""
+    """What was found under each reading: the table of its models that are done, by its number."""
     known = {key_of(record.configuration): record for record in records}
     found = {}
     for number, (_, units) in enumerate(plan.by_reading):
-        own = [known.get(unit.key) for unit in units.values()]
-        whole = [record for record in own if record is not None]
-        if len(whole) == len(own):
-            found[number] = tabulate(whole)
+        own = [known[unit.key] for unit in units.values() if unit.key in known]
+        if own:
+            found[number] = tabulate(own)
     return found
+
+
+def is_whole(plan: Multiverse, table: Table) -> bool:
+    """Whether a reading's table has all models."""
+    return set(plan.models) <= set(table["model"].tolist())

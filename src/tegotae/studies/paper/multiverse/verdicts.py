@@ -11,7 +11,7 @@ import numpy as np
 
 from tegotae.studies.paper.claims.atomic import ALIKE, ATOMIC_CLAIMS, AtomicClaim
 from tegotae.studies.paper.claims.counting import ALL, Count
-from tegotae.studies.paper.claims.effects import OfGainMap, OfTrainings
+from tegotae.studies.paper.claims.effects import OfGainMap, OfTrainings, groups
 from tegotae.studies.paper.claims.findings import (
     OPPOSITE,
     REPRODUCED,
@@ -19,7 +19,8 @@ from tegotae.studies.paper.claims.findings import (
     Finding,
     findings,
 )
-from tegotae.studies.paper.table import Table
+from tegotae.studies.paper.table import Table, design
+from tegotae.systems.models import find
 
 CLAIMS: tuple[AtomicClaim, ...] = tuple(
     claim
@@ -39,23 +40,46 @@ FindingsByReading = Mapping[int, Mapping[str, list[Finding]]]
 "8"."""
 
 
-def findings_by_reading(tables: Mapping[int, Table], draws: int = DRAWS) -> FindingsByReading:
+def findings_by_reading(
+    tables: Mapping[int, Table], draws: int = DRAWS, models: Iterable[str] | None = None
+) -> FindingsByReading:
     """What comes of every claim under each reading, with both ω_t and at each alone.
 
-    Counted is in the study's own way: unsettled episodes left out, mean of runs, by design.
+    Counted is in the study's own way: unsettled episodes left out, mean of runs, by design. Under a
+    reading that is not done yet, claims are judged that have all of their models.
 
     Args:
         tables: the runs by the number of the reading.
         draws: how often runs are drawn anew.
+        models: names of those that a reading has when it is done; those of all tables by default.
     """
+    done = {number: set(table["model"].tolist()) for number, table in tables.items()}
+    planned = set().union(*done.values()) if models is None else set(models)
+    needed = {claim.name: _models_of(claim, planned) for claim in CLAIMS}
     found = {}
     for number, table in tables.items():
+        ready = [claim for claim in CLAIMS if needed[claim.name] <= done[number]]
         omegas = np.unique(table["omega_t"][np.isfinite(table["omega_t"])])
         found[number] = {
-            omega: findings(table, claims=CLAIMS, resamples=draws, ways=[Count(omega_t=omega)])
+            omega: findings(table, claims=ready, resamples=draws, ways=[Count(omega_t=omega)])
             for omega in (ALL, *(f"{omega:g}" for omega in omegas))
         }
     return found
+
+
+def _models_of(claim: AtomicClaim, models: Iterable[str]) -> set[str]:
+    """Which of some models a claim is about."""
+    about = groups(claim.effect)
+    places = {name: design(find(name)) for name in models}
+    return {
+        name
+        for name, place in places.items()
+        if any(
+            place["architecture"] in group.architectures
+            and group.observation in ("", place["observation"])
+            for group in about
+        )
+    }
 
 
 def of_claim(by_reading: FindingsByReading, name: str, omega: str) -> dict[int, Finding]:
