@@ -17,6 +17,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
+import jax.numpy as jnp
 import numpy as np
 import tyro
 
@@ -28,11 +29,11 @@ from tegotae.measures.gaits.support import support_margin_m
 from tegotae.measures.objectives.walking import Walking
 from tegotae.parts.bodies import Walker
 from tegotae.parts.terms import CorrectedFoot, EllipticFoot
+from tegotae.simulation.recorder import needing
 from tegotae.simulation.rollout import Timing
-from tegotae.simulation.world import OneOf, Uniform
-from tegotae.studies.gaits.lesion import GaitLesion, aftermath
+from tegotae.simulation.world import OneOf, Step, Uniform, with_changes
 from tegotae.systems.experiment import Experiment
-from tegotae.systems.legged import Legged
+from tegotae.systems.legged import Legged, random_phases
 from tegotae.systems.legged_systems import hexapod, quadruped_c, settling, walking
 from tegotae.training.algorithms import CMAES
 from tegotae.training.collection import read
@@ -53,9 +54,13 @@ MOVED = {"com_x_m": 0.326, "com_y_m": -0.206}
 """Where the mass is if the left hind leg is to be lost."""
 
 
-def quick(**body: float) -> Legged:
-    """Quadruped C with small quick steps, with these numbers of the body."""
-    return walking("quadruped C, quick", Walker(**body), FAST, SIGMA, OMEGA)
+LEAST_WAY = 0.5
+"""Who stays up and covers no more than this in the last quarter stands [l0]."""
+
+
+def quick() -> Legged:
+    """Quadruped C with small quick steps."""
+    return walking("quadruped C, quick", Walker(), FAST, SIGMA, OMEGA)
 
 
 def quick_hexapod() -> Legged:
@@ -63,16 +68,16 @@ def quick_hexapod() -> Legged:
     return walking("hexapod, quick", hexapod().body, FAST, SIGMA, OMEGA)
 
 
-BODIES = {
-    "C, ω 2": quadruped_c,
-    "C, quick": quick,
-    "C, quick, mass moved": lambda: quick(**MOVED),
-    "C, quick, mass ahead": lambda: quick(com_x_m=0.326),
-    "C, quick, mass behind": lambda: quick(com_x_m=-0.326),
-    "hexapod, ω 2": hexapod,
-    "hexapod, quick": quick_hexapod,
+BODIES: dict[str, tuple[Any, dict[str, float]]] = {
+    "C, ω 2": (quadruped_c, {}),
+    "C, quick": (quick, {}),
+    "C, quick, mass moved": (quick, MOVED),
+    "C, quick, mass ahead": (quick, {"com_x_m": 0.326}),
+    "C, quick, mass behind": (quick, {"com_x_m": -0.326}),
+    "hexapod, ω 2": (hexapod, {}),
+    "hexapod, quick": (quick_hexapod, {}),
 }
-"""Vanilla walkers that lose each leg in turn."""
+"""Vanilla walkers that lose each leg in turn: systems, and numbers of their bodies."""
 
 
 @dataclass(frozen=True)
@@ -82,14 +87,12 @@ class Cell:
     Args:
         name: of its folder.
         senses: what the feet feel.
-        legged: makes the system.
         reach_m: how far a foot is shifted by an output of one [l0].
         generations: how many.
     """
 
     name: str
     senses: tuple[str, ...]
-    legged: Any = quick
     reach_m: float = 0.3
     generations: int = 200
     seeds: int = 3
@@ -97,7 +100,7 @@ class Cell:
     @property
     def run(self) -> Run:
         """The training: an episode without loss and one of each leg, lost after 20 of 50."""
-        own = self.legged()
+        own = quick()
         limbs = own.body.limbs
         hidden = 70 // (2 * (len(self.senses) + 2))
         foot = CorrectedFoot(self.senses, hidden, reach_m=self.reach_m, around=FAST)
@@ -126,34 +129,70 @@ class Cell:
 
 
 CELLS = (
-    Cell("feels-load", ("spring_force",)),
     Cell("feels-angles", ("spring_force", "pitch", "roll")),
-    Cell("feels-rates", ("spring_force", "pitch", "roll", "pitch_rate", "roll_rate")),
-    Cell("hexapod", ("spring_force", "pitch", "roll"), quick_hexapod),
+    Cell("feels-load", ("spring_force",)),
 )
 
 
-def lost(name: str, run: str, legged: Legged) -> list[dict[str, Any]]:
-    """A row per leg: who goes on when it is lost in mid-gait."""
+@needing("x_m", "y_m", "work_absolute_j", "failed", "time_s")
+def _around(path: Any, scenario: Any, body: Any, timing: Timing) -> dict[str, Any]:
+    """Ways and work before and after the loss, each over a quarter of the recording, and falls."""
+    frames = path.x_m.shape[0]
+    at = [frames // 4, frames // 2 - 1, 3 * frames // 4, frames - 1]
+    work = path.work_absolute_j
+
+    def way(a: int, b: int) -> Any:
+        return jnp.hypot(path.x_m[b] - path.x_m[a], path.y_m[b] - path.y_m[a])
+
+    fell = jnp.take_along_axis(path.time_s, jnp.argmax(path.failed, axis=0)[None], 0)[0]
+    return {
+        "before": way(at[0], at[1]),
+        "after": way(at[2], at[3]),
+        "work": work[at[3]] - work[at[2]],
+        "time": path.time_s[at[3]] - path.time_s[at[2]],
+        "stood": ~path.failed[at[1]],
+        "stays": ~path.failed[-1],
+        "fell": fell - path.time_s[at[1]],
+    }
+
+
+def lost(name: str, legged: Legged, runs: dict[str, Any], **body: float) -> list[dict[str, Any]]:
+    """A row per run and leg: who goes on when it is lost in mid-gait. All lanes in one rollout.
+
+    Args:
+        name: what is walking.
+        legged: the system.
+        runs: weights by the name of a run.
+        body: numbers of the body that are otherwise.
+    """
+    names, limbs = legged.names, legged.body.limbs
+    cases = [(run, leg) for run in runs for leg in range(limbs)]
+    there = np.array([[float(leg != k) for _, leg in cases] for k in range(limbs)])
+    phase = np.tile(random_phases(limbs, STARTS), (1, len(cases)))
+    changes = {"present": Step(np.repeat(there, STARTS, axis=1), from_s=0.5 * TIMING.duration_s)}
+    scenario = with_changes(legged.scenario(phase), legged.body, {**body, **changes})
+    weights = np.repeat([runs[run] for run, _ in cases], STARTS, axis=0)
+    found = legged.engine(_around, TIMING).run(weights, scenario, legged.body)
+    found = {n: np.asarray(x, float).reshape(len(cases), STARTS) for n, x in found.items()}
+    whole = dataclasses.replace(legged.body, **body)
     rows = []
-    for number, leg in enumerate(legged.names):
-        lesion = GaitLesion(at_s=0.5 * TIMING.duration_s, lost=(leg,))
-        found = aftermath(legged, lesion, STARTS, timing=TIMING)
-        after = found.after
-        walks = found.stays & (after.distance_m > 2.0)
+    for case, (run, leg) in enumerate(cases):
+        own = {n: x[case] for n, x in found.items()}
+        stood, stays = own["stood"] > 0.0, own["stays"] > 0.0
+        walks = stays & (own["after"] > LEAST_WAY)
         rows.append(
             {
                 "body": name,
                 "run": run,
-                "leg": leg,
-                "margin": support_margin_m(legged.body, (number,)),
-                "stood": int(found.stood.sum()),
-                "stays_up": int(found.stays.sum()),
+                "leg": names[leg],
+                "margin": support_margin_m(whole, (leg,)),
+                "stood": int(stood.sum()),
+                "stays_up": int(stays.sum()),
                 "walks_on": int(walks.sum()),
-                "speed_before": _median(found.before.speed_m_per_s[found.stood]),
-                "speed": _median(after.speed_m_per_s[walks]),
-                "cost_of_transport": _median(after.cost_of_transport[walks]),
-                "falls_after": _median(after.fall_time_s[found.stood & ~found.stays]),
+                "speed_before": _median(4.0 * own["before"][stood] / TIMING.duration_s),
+                "speed": _median((own["after"] / own["time"])[walks]),
+                "cost_of_transport": _median(own["work"][walks] / own["after"][walks]),
+                "falls_after": _median(own["fell"][stood & ~stays]),
             }
         )
     return rows
@@ -169,8 +208,10 @@ class Bodies:
 
     def run(self) -> None:
         """Evaluate, and write the table."""
-        rows = [row for name, make in BODIES.items() for row in lost(name, "", make())]
-        write_rows(TABLES / "bodies.csv", rows, digits=4)
+        for name, (make, body) in BODIES.items():
+            legged = make()
+            rows = lost(name, legged, {"": legged.weights}, **body)
+            write_rows(TABLES / "bodies.csv", rows, digits=4, by=("body",))
 
 
 @dataclass(frozen=True)
@@ -188,9 +229,8 @@ class Train:
                 continue
             train(cell.run, self.dir / cell.name)
             (runs,) = read(self.dir / cell.name)
-            rows = []
-            for label, weights in zip(runs.labels, runs.weights, strict=True):
-                rows += lost(cell.name, str(label), settling(runs.system, weights))
+            weights = dict(zip(map(str, runs.labels), np.asarray(runs.weights), strict=True))
+            rows = lost(cell.name, settling(runs.system, runs.weights[0]), weights)
             write_rows(TABLES / "learned.csv", rows, digits=4, by=("body",))
 
 

@@ -194,3 +194,18 @@ def test_every_kept_table_of_the_hopper_names_its_engine():
     names = [path.relative_to(KEPT).as_posix() for path in kept]
     assert [n for n in names if not any(fnmatch.fnmatch(n, p) for p in patterns)] == []
     assert [p for p in patterns if not list(KEPT.glob(p))] == []
+
+
+# Lost legs
+
+
+def test_no_vanilla_walker_goes_on_with_a_margin_below_a_tenth():
+    table = read_csv(KEPT / "lost_leg" / "bodies.csv")
+    margin, walks = column(table, "margin"), column(table, "walks_on")
+    assert (walks[margin < 0.1] == 0).all()
+    moved = np.asarray(table["body"], str) == "C, quick, mass moved"
+    assert walks[moved].tolist() == [0, 0, 64, 0]  # LF, RF, LH, RH
+    quick = np.asarray(table["body"], str) == "hexapod, quick"
+    assert f"{walks[quick].min():.0f} to {walks[quick].max():.0f} of 64" in page(
+        "studies/lost_leg.md"
+    )

@@ -65,6 +65,7 @@ def test_a_quadruped_that_loses_a_leg_falls(lost):
     assert 0.3 < high < 0.5
     assert set(lost.gait_before) == {"diagonal-sequence walk"}
     assert set(lost.gait_after) == {"fallen"}
+    assert lost.margin_m == pytest.approx(0.0)  # its mass is on the edge of any three feet
     assert (lost.after.fall_time_s > 0.0).all()
     assert (lost.after.fall_time_s < 20.0).all()
 

@@ -63,6 +63,7 @@ class Lesion(GaitCommand):
         share, low, high = found.share
         document = self.document(
             legged, "gait lesion", lesion=found.lesion, reference=legged.names[found.reference],
+            margin_m=_defined(found.margin_m),
             stays_up={"share": share, "low": low, "high": high, "of": int(found.stood.sum())},
         )  # fmt: skip
         written = [
@@ -79,6 +80,10 @@ def _number(name: str, value: float | tuple[float, ...]) -> tuple[str, float]:
     return name, value
 
 
+def _defined(value: float) -> float | None:
+    return None if math.isnan(value) else value
+
+
 def _print(found: Aftermath) -> None:
     names, time = found.legged.names, found.legged.units[1]
     share, low, high = found.share
@@ -88,6 +93,9 @@ def _print(found: Aftermath) -> None:
         f"{int(found.stays.sum())} of {stood} that stood stay up, "
         f"{share:.3f} ({low:.3f} … {high:.3f})"
     )
+    if not math.isnan(found.margin_m):
+        length = found.legged.units[0]
+        print(f"the mass is {found.margin_m:.3f} {length} inside the feet that are left")
     pairs = [
         f"{a} → {b}"
         for a, b in zip(found.gait_before[found.stood], found.gait_after[found.stood], strict=True)

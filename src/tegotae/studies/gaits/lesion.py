@@ -26,9 +26,10 @@ from tegotae.measures.gaits.summary import (
     CoordinationSummary,
     coordination,
 )
+from tegotae.measures.gaits.support import support_margin_m
 from tegotae.measures.gaits.wilson import wilson
 from tegotae.parts._shapes import LaneNumbers
-from tegotae.parts.bodies import Body
+from tegotae.parts.bodies import Body, Walker
 from tegotae.parts.fields import numbers_of, unwrapped
 from tegotae.simulation.recorder import Trajectory
 from tegotae.simulation.rollout import Scenario, Timing
@@ -179,6 +180,19 @@ class Aftermath:
         """Share of those who stood that stay up, and its 95 % interval (Wilson); NaN of none."""
         of, count = int(self.stood.sum()), int(self.stays.sum())
         return (count / of, *wilson(count, of)) if of else (np.nan, np.nan, np.nan)
+
+    @property
+    def margin_m(self) -> float:
+        """How far the mass is inside the polygon of the hips that are left [m], afterwards.
+
+        NaN of other bodies than walkers, and of fewer than three legs.
+        """
+        body = unwrapped(self.legged.body)
+        if not isinstance(body, Walker) or len(self.left) < 3:
+            return math.nan
+        there = tuple(float(leg in self.left) for leg in range(body.limbs))
+        changes = {**dict(self.lesion.fields), "present": there}
+        return support_margin_m(dataclasses.replace(body, **changes))
 
     @property
     def lag_change(self) -> np.ndarray:
