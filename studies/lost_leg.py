@@ -134,7 +134,7 @@ CELLS = (
 )
 
 
-@needing("x_m", "y_m", "work_absolute_j", "failed", "time_s")
+@needing("x_m", "y_m", "yaw_rad", "foot_x_m", "foot_y_m", "work_absolute_j", "failed", "time_s")
 def _around(path: Any, scenario: Any, body: Any, timing: Timing) -> dict[str, Any]:
     """Ways and work before and after the loss, each over a quarter of the recording, and falls."""
     frames = path.x_m.shape[0]
@@ -144,8 +144,16 @@ def _around(path: Any, scenario: Any, body: Any, timing: Timing) -> dict[str, An
     def way(a: int, b: int) -> Any:
         return jnp.hypot(path.x_m[b] - path.x_m[a], path.y_m[b] - path.y_m[a])
 
+    def ahead(a: int, b: int) -> Any:
+        """How far the feet are ahead of the mass in the mean."""
+        x = (path.foot_x_m - path.x_m[:, None])[a:b].mean(axis=1)
+        y = (path.foot_y_m - path.y_m[:, None])[a:b].mean(axis=1)
+        yaw = path.yaw_rad[a:b]
+        return (x * jnp.cos(yaw) + y * jnp.sin(yaw)).mean(axis=0)
+
     fell = jnp.take_along_axis(path.time_s, jnp.argmax(path.failed, axis=0)[None], 0)[0]
     return {
+        "feet": ahead(at[0], at[1]),
         "before": way(at[0], at[1]),
         "after": way(at[2], at[3]),
         "work": work[at[3]] - work[at[2]],
@@ -186,6 +194,9 @@ def lost(name: str, legged: Legged, runs: dict[str, Any], **body: float) -> list
                 "run": run,
                 "leg": names[leg],
                 "margin": support_margin_m(whole, (leg,)),
+                "margin_of_feet": support_margin_m(
+                    dataclasses.replace(whole, com_x_m=-_median(own["feet"][stood])), (leg,)
+                ),
                 "stood": int(stood.sum()),
                 "stays_up": int(stays.sum()),
                 "walks_on": int(walks.sum()),
@@ -250,19 +261,20 @@ class Report:
 
 def markdown(table: dict[str, np.ndarray]) -> str:
     """A row a leg."""
-    titles = ("walker", "leg lost", "margin [l0]", "stays up", "walks on", "speed before",
-              "speed after", "CoT after", "falls after")  # fmt: skip
+    titles = ("walker", "leg lost", "margin of hips", "of feet", "stays up", "walks on",
+              "speed before", "speed after", "CoT after", "falls after")  # fmt: skip
     lines = [f"| {' | '.join(titles)} |", "|---" * len(titles) + "|"]
     for cells in zip(*table.values(), strict=True):
         row = dict(zip(table, (str(c) for c in cells), strict=True))
 
         def number(name: str, digits: int = 2, row: dict[str, str] = row) -> str:
-            return f"{float(row[name]):.{digits}f}" if row[name] else "–"
+            return f"{round(float(row[name]), digits) + 0.0:.{digits}f}" if row[name] else "–"
 
         name = row["body"] + (f", run {row['run']}" if row["run"] else "")
         stood = row["stood"]
-        own = (name, row["leg"], number("margin"), f"{row['stays_up']} of {stood}",
-               f"{row['walks_on']} of {stood}", number("speed_before"), number("speed"),
+        own = (name, row["leg"], number("margin"), number("margin_of_feet"),
+               f"{row['stays_up']} of {stood}", f"{row['walks_on']} of {stood}",
+               number("speed_before"), number("speed"),
                number("cost_of_transport"), number("falls_after", 1))  # fmt: skip
         lines.append(f"| {' | '.join(own)} |")
     return "\n".join(lines) + "\n"
@@ -277,7 +289,7 @@ def draw(tables: list[dict[str, np.ndarray]]) -> Any:
     for learned, table in enumerate(tables):
         for name in dict.fromkeys(table["body"].tolist()):
             own = table["body"] == name
-            margin = np.array(table["margin"], float)[own]
+            margin = np.array(table["margin_of_feet"], float)[own]
             share = np.array(table["walks_on"], float)[own]
             share = share / np.maximum(np.array(table["stood"], float)[own], 1.0)
             jitter = 0.004 * (number - 5)
@@ -288,7 +300,7 @@ def draw(tables: list[dict[str, np.ndarray]]) -> Any:
             )  # fmt: skip
             number += 1
     axes.axvline(0.0, color="0.7", lw=0.6)
-    axes.set_xlabel("margin of the mass inside the remaining feet [l0]")
+    axes.set_xlabel("margin of the mass inside the mean places of the remaining feet [l0]")
     axes.set_ylabel("share that walks on")
     axes.set_ylim(-0.05, 1.05)
     figure.legend(*axes.get_legend_handles_labels(), loc="outside right center")
