@@ -106,7 +106,10 @@ ON_ELLIPSE = ("V", "cos", "VG-gF", "AR-rF", "ARG-rF-gF")
 
 
 def with_controllers(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """The rows, and learned walkers that are cheaper than what the search found there."""
+    """The rows, and learned walkers that are cheaper than what the search found there.
+
+    Those that the kept table has stay, as long as the search has found nothing cheaper.
+    """
     own = [row for row in rows if row["feet"] == "ellipse"]
     speed, cost = ([row[n] for row in own] for n in ("speed", "cost_of_transport"))
     shown = []
@@ -117,6 +120,12 @@ def with_controllers(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
             name = f"{walker['cell']} run {walker['run']}"
             row = dict.fromkeys(COLUMNS, np.nan) | {"feet": "ellipse", "source": name}
             shown.append(row | {n: walker[n] for n in ("speed", "cost_of_transport", "gait")})
+    table = limit_table()
+    for k in np.flatnonzero(table["source"] != "search"):
+        row = {name: values[k].item() for name, values in table.items()}
+        found = np.exp(np.interp(row["speed"], speed, np.log(cost)))
+        if row["cost_of_transport"] < found and row["source"] not in [r["source"] for r in shown]:
+            shown.append(row)
     kept = [row for row in rows if row["feet"] == "free"]
     return kept + sorted(own + shown, key=lambda row: row["speed"])
 
