@@ -6,9 +6,8 @@ from collections.abc import Mapping
 
 import numpy as np
 from matplotlib.figure import Figure
-from matplotlib.ticker import ScalarFormatter
 
-from tegotae.figures.gaits.colours import gait_colour
+from tegotae.figures.gaits.colours import gait_colour, gait_marker
 from tegotae.figures.style import COLUMN_IN, new_figure, styled
 from tegotae.systems.tuned import FORCED
 
@@ -30,7 +29,7 @@ def front_figure(table: Mapping[str, np.ndarray], note: str = "") -> Figure:
     family, speed, cost = table["family"], table["speed"], table["cost_of_transport"]
     names = list(dict.fromkeys(family.tolist()))
     with styled():
-        figure = new_figure(COLUMN_IN, 3.0)
+        figure = new_figure(COLUMN_IN * 1.2, 2.6 + 0.09 * len(names))
         axes = figure.subplots()
         for name in sorted(names, key=lambda name: name not in _FREE):
             own = family == name
@@ -39,26 +38,27 @@ def front_figure(table: Mapping[str, np.ndarray], note: str = "") -> Figure:
             apart = np.flatnonzero(np.diff(x) > _APART) + 1
             x, y = (np.insert(values, apart, np.nan) for values in (x, y))
             forced = name.startswith(FORCED)
-            colour = (
-                gait_colour(name.removeprefix(FORCED)) if forced else _SHADES[_FREE.index(name)]
-            )
+            gait = name.removeprefix(FORCED)
+            colour = gait_colour(gait) if forced else _SHADES[_FREE.index(name)]
             axes.plot(
                 x,
                 y,
                 "--" if forced else "-",
                 color=colour,
                 lw=0.7 if forced else 1.4,
-                marker="." if forced else "o",
+                marker=gait_marker(gait) if forced else "o",
                 ms=2.5,
                 label=name,
             )
         axes.set_yscale("log")
-        axes.yaxis.set_major_formatter(ScalarFormatter())
-        axes.yaxis.set_minor_formatter(ScalarFormatter())
+        axes.set_yticks(_TICKS, [f"{tick:g}" for tick in _TICKS])
+        axes.set_yticks([], minor=True)
+        axes.set_ylim(0.8 * np.min(cost), 1.25 * np.max(cost))
         axes.set(xlabel="speed [√(g l0)]", ylabel="cost of transport", title=note)
-        axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.22), ncols=2)
+        figure.legend(loc="outside lower center", ncols=2)
     return figure
 
 
+_TICKS = (0.1, 0.2, 0.3, 0.5, 1.0, 2.0, 3.0, 5.0, 10.0)
 _APART = 0.1001
 """Speeds farther apart than two bins are not joined [√(g l0)]."""
