@@ -1,4 +1,4 @@
-"""How much of the phase's advance the feedback makes.
+"""How large the feedback is beside the frequency.
 
 Source: of this library, for the paper's "switches off the oscillator feedback mechanism" (V).
 """
@@ -13,7 +13,7 @@ from tegotae.measures.hopping.metric import REPORT, GaitMetric
 
 
 def _compute(episode: Episode) -> jax.Array:
-    """∫|f| dt / ∫(ω + |f|) dt over the settled part: 0 if the feedback is off."""
+    """Mean |f| over ω + mean |f|, over the settled part: 0 if the feedback is off."""
     feedback = jnp.abs(jnp.asarray(episode.trajectory.feedback_rad_per_s))
     if not episode.has_oscillator:
         return jnp.full(feedback.shape[1:], jnp.nan)
@@ -24,7 +24,7 @@ def _compute(episode: Episode) -> jax.Array:
 METRIC = GaitMetric(
     name="feedback_share",
     label="by feedback",
-    about="share of the phase's advance that feedback makes, |f| over ω + |f|",
+    about="size of the feedback, mean |f| over ω + mean |f|",
     more_is_better=None,
     range=(0.0, 1.0),
     channels=("feedback_rad_per_s",),

@@ -1,4 +1,4 @@
-"""How much of the force the phase decides, beside the spring force.
+"""How much of the force does not follow the spring force.
 
 Source: of this library, for the paper's "independence of the actuation instant from the oscillator
 state, while the actuation force is solely modulated by F_k" (V).
@@ -20,7 +20,9 @@ _STILL = 1e-3
 
 
 def _compute(episode: Episode) -> jax.Array:
-    """E[Var(F_a | F_k)] / Var(F_a) in stance of the settled part.
+    """The force's variance left beside a line in each of 12 bins of F_k, over its whole variance.
+
+    All in stance of the settled part: about E[Var(F_a | F_k)] / Var(F_a).
 
     On a limit cycle the force is a function of the place in the cycle. What it has at one F_k in
     different ways (while the leg is compressed, and while it extends) it has by the phase, if the
@@ -60,7 +62,7 @@ def _compute(episode: Episode) -> jax.Array:
 METRIC = GaitMetric(
     name="phase_share",
     label="by phase",
-    about="share of the force's variance in stance that the phase explains at given F_k",
+    about="share of the force's variance in stance left beside a line in each of 12 bins of F_k",
     more_is_better=None,
     range=(0.0, 1.0),
     channels=("spring_force_n", "actuator_force_n"),

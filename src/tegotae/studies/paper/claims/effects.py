@@ -112,10 +112,10 @@ class OfGaits:
 
     Args:
         measure: `feedback_while_pushing`, the mean feedback while the actuator pushes [rad/s];
-            `feedback_share`, the share of the phase's advance that feedback makes;
-            `phase_share`, the share of the force's variance over the cycle that φ explains at given
-            F_k; `rate_slope`, the slope of the hop rate over ω; or `nearer_resonance`, by how much
-            the hop rate is nearer to that of the body's most efficient gait than to ω [rad/s].
+            `feedback_share`, mean |f| over ω + mean |f|; `phase_share`, the share of the force's
+            variance in stance left beside a line in each of 12 bins of F_k; `rate_slope`, the slope
+            of the hop rate over ω; or `nearer_resonance`, by how much the hop rate is nearer to
+            that of the body's most efficient gait than to ω [rad/s].
         ours: the group that the claim is about.
         theirs: what it is compared with; None compares with zero.
     """
