@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from tegotae import TegotaeError
+from tegotae.cli import main
 from tegotae.measures.fronts import front
 from tegotae.studies.gaits import system
 from tegotae.studies.gaits.checkpoint import in_sequence
@@ -42,6 +43,7 @@ def test_a_walker_of_the_front_has_a_name():
         ("front:quadruped-c", "names no walker; write front:SYSTEM/FAMILY/SPEED"),
         ("front:quadruped-c/fast", "'fast' is no speed"),
         ("front:quadruped-c/vanila/0.4", "front of quadruped-c is called 'vanila'"),
+        ("front:quadruped-c/9", "no walker within 0.06 of that speed; the nearest has 1.97"),
         ("front:biped/0.4", "system with a front is called 'biped'"),
     ],
 )
@@ -73,6 +75,12 @@ def test_a_search_finds_a_forced_trot_and_only_what_holds():
     assert len(found["speed"]) > 3
     assert (found["upright"] == 1.0).all()
     assert (found["sigma"] == 0.0).all()
+
+
+def test_a_body_of_which_no_walker_stays_up_has_no_front(tmp_path, capsys):
+    words = "gait front biped --walkers 2 --rounds 0 --starts 1 --unseen 1 --duration 10 --out"
+    assert main([*words.split(), str(tmp_path / "front")]) == 2
+    assert "no walker of biped among 2 stays up" in capsys.readouterr().err
 
 
 def test_an_interrupted_sequence_continues_from_what_its_parts_gave(tmp_path):

@@ -241,6 +241,8 @@ def test_a_file_holds_controllers_of_legs_too(tmp_path, capsys):
     np.testing.assert_array_equal(found.controller().weights, weights[1].astype("float32"))
     assert main(["models", "--zoo", f"{name}/all"]) == 0
     assert "cost_of_transport" in capsys.readouterr().out
+    with pytest.raises(TegotaeError, match=f"known: {experiment.name}$"):
+        load(f"zoo:{tmp_path / 'legs.npz'}:zz")
 
 
 def test_a_pattern_without_controllers_is_refused_with_the_nearest_names(file, one_line_error):

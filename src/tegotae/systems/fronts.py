@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from tegotae._support.errors import TegotaeError, require_finite
 from tegotae.measures.fronts import front
+from tegotae.measures.fronts.table import NEAR
 from tegotae.systems.legged import Legged
 from tegotae.systems.legged_systems import system
 from tegotae.systems.tuned import family
@@ -30,7 +31,8 @@ def front_walker(name: str) -> Legged:
         name: `front:SYSTEM/FAMILY/SPEED`, or without the family.
 
     Raises:
-        TegotaeError: for a system or family without a front, or a speed that is none.
+        TegotaeError: for a system or family without a front, or a speed that is none, or
+            that no walker of the front has.
 
     Example:
         >>> found = front_walker("front:quadruped-c/0.4")
@@ -46,6 +48,13 @@ def front_walker(name: str) -> Legged:
     except ValueError:
         raise TegotaeError(f"{name}: {parts[-1]!r} is no speed; write such as 0.4") from None
     require_finite("the speed of a front", speed, above=0.0)
-    point = front(body, kind).nearest(speed)
+    found = front(body, kind)
+    if not found.reaches(speed):
+        near = found.nearest(speed)["speed"]
+        raise TegotaeError(
+            f"{name}: this front has no walker within {NEAR:g} of that speed; the nearest has "
+            f"{near:.2f}"
+        )
+    point = found.nearest(speed)
     legged = system(body)
     return family(legged, kind).walker(legged, point)

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tegotae._support.errors import TegotaeError
 from tegotae._support.progress import reporting
 from tegotae._support.workplace import GAIT_FRONT, require_free_for
 from tegotae.cli.gait.options import GaitCommand
@@ -60,6 +61,12 @@ class Front(GaitCommand):
                         progress=lambda done, of, reporter=reporter: reporter.update(done),
                     )
                 )
+        if not any(len(part["speed"]) for part in parts):
+            raise TegotaeError(
+                f"no walker of {self.system} among {search.walkers // search.starts} stays up at a "
+                "steady speed from every release, so it has no front; try fewer --starts, or more "
+                "--walkers in a folder of their own"
+            )
         table = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
         document = self.document(legged, "gait front", search=search)
         written = [

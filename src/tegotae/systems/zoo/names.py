@@ -151,7 +151,7 @@ def _place(parts: ZooName) -> tuple[Zoo, str]:
             if each in zoo.models:
                 return zoo, each
     models = [each for zoo in there for each in zoo.models]
-    architectures = {each.partition("-")[0]: None for each in models}
+    architectures = {each.partition("-")[0]: None for each in models if "@" not in each}
     of = f" of {parts.study}" if parts.study else ""
     raise unknown(f"trained controller{of}", parts.model, [*architectures, *models])
 
