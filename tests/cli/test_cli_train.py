@@ -17,7 +17,7 @@ import tiny
 from tegotae._support.errors import TegotaeError
 from tegotae.cli import main
 from tegotae.cli.options import ExperimentOptions
-from tegotae.cli.train import summarise
+from tegotae.cli.train import longest_s, summarise
 from tegotae.parts.bodies import Hopper
 from tegotae.parts.terms import SectorAndReflex
 from tegotae.systems import controller_file
@@ -141,6 +141,11 @@ def test_training_in_two_parts_equals_training_in_one_bit_for_bit(tiny_training,
     assert tiny.learned(tmp_path)["curves"] == [header, *(row for row in rows if int(row[1]) < 2)]
     assert tiny.train(tmp_path) == 0
     assert tiny.learned(tmp_path) == tiny.learned(tiny_training)
+
+
+def test_a_folder_without_a_training_says_nothing_of_how_long_to_learn(tmp_path):
+    with pytest.raises(TegotaeError, match="holds no training to learn as long as"):
+        longest_s(tmp_path)
 
 
 def test_a_folder_of_another_training_is_refused(tiny_training, one_line_error, no_training):

@@ -223,6 +223,8 @@ def longest_s(folder: Path) -> float:
     """
     from tegotae.training.curve_file import curves_of
 
+    if not (folder / "curves.csv").is_file():
+        raise TegotaeError(f"{folder} holds no training to learn as long as; it has no curves.csv")
     columns = curves_of(folder / "curves.csv")
     times = np.unique(columns["simulated_s"])
     if not np.isfinite(times).all():
