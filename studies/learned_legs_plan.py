@@ -151,7 +151,7 @@ def for_a_range(experiment: Experiment, of: Design) -> Experiment:
 
 
 RANGE = tuple(
-    Cell(f"{family}@quadruped-c", generations=130, seeds=10, ranged=True)
+    Cell(f"{family}@quadruped-c", generations=600, seeds=10, ranged=True)
     for family in ("V", "cos", "VG", "AR", "ARG", "ART-t+phif", "W+phi-F")
 )
 """One law for every speed; V has one σ for all of them."""
