@@ -59,8 +59,8 @@ def draw_range(found: Rows) -> Figure:
     right.axhline(0.6, color="0.6", lw=0.6, ls="--")
     left.set_yscale("log")
     right.set_yscale("log")
-    ticks = (0.02, 0.05, 0.1, 0.2, 0.3, 0.4, 0.6, 1.0, 2.0)
-    for axes, least in ((left, 0.02), (right, 0.2)):
+    ticks = (0.02, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.6, 1.0, 2.0)
+    for axes, least in ((left, 0.02), (right, 0.14)):
         axes.set_ylim(least, 2.5)
         shown = [tick for tick in ticks if tick >= least]
         axes.set_yticks(shown, [f"{tick:g}" for tick in shown])
@@ -110,6 +110,6 @@ def draw_curves(curves: Rows) -> Figure:
         axes.fill_between(generations, runs.min(0), runs.max(0), color=colour, alpha=0.12, lw=0)
     axes.set_xlabel("generation")
     axes.set_ylabel("best fitness so far")
-    axes.set_ylim(-1.5, 1.5)
+    axes.set_ylim(-1.5, 1.8)
     figure.legend(*axes.get_legend_handles_labels(), loc="outside right center")
     return figure

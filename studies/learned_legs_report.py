@@ -25,7 +25,7 @@ def report() -> None:
     found = tables["range"]
     texts = {
         "range": by_family(found, tables["disturbed"]),
-        "chosen": by_command(found, "AR-rF+range@quadruped-c"),
+        "chosen": by_command(found, "ART-rF-t+phif+range@quadruped-c"),
         "robust": robust(found, tables["disturbed"]),
         "convergence": convergence(tables["curves"]),
         "hexapod": summary(tables["judged"], tables["curves"], "@hexapod"),

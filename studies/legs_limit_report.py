@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -108,26 +109,40 @@ ON_ELLIPSE = ("V", "cos", "VG-gF", "AR-rF", "ARG-rF-gF")
 def with_controllers(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
     """The rows, and learned walkers that are cheaper than what the search found there.
 
-    Those that the kept table has stay, as long as the search has found nothing cheaper.
+    Those that the kept table has stay, as long as nothing cheaper is found. The cheapest come
+    first: of walkers of about one speed only the best is a row.
     """
     own = [row for row in rows if row["feet"] == "ellipse"]
-    speed, cost = ([row[n] for row in own] for n in ("speed", "cost_of_transport"))
-    shown = []
-    for walker in learned():
-        family = walker["cell"].partition("@")[0].partition("+")[0].partition("-w")[0]
+
+    def over_found(walker: Mapping[str, Any]) -> float:
+        """Cost over that of the rows so far at the same speed."""
+        known = sorted(own, key=lambda row: row["speed"])
+        speed, cost = ([row[n] for row in known] for n in ("speed", "cost_of_transport"))
         found = np.exp(np.interp(walker["speed"], speed, np.log(cost)))
-        if family in ON_ELLIPSE and walker["cost_of_transport"] < found:
-            name = f"{walker['cell']} run {walker['run']}"
-            row = dict.fromkeys(COLUMNS, np.nan) | {"feet": "ellipse", "source": name}
-            shown.append(row | {n: walker[n] for n in ("speed", "cost_of_transport", "gait")})
+        return float(walker["cost_of_transport"] / found)
+
+    for walker in sorted(controllers_on_ellipse(), key=over_found):
+        if over_found(walker) < 1.0:
+            own.append(walker)
+    kept = [row for row in rows if row["feet"] == "free"]
+    return kept + sorted(own, key=lambda row: row["speed"])
+
+
+def controllers_on_ellipse() -> list[dict[str, Any]]:
+    """Rows of learned walkers whose feet stay on the ellipse: the study's, and those kept."""
+    found = {}
     table = limit_table()
     for k in np.flatnonzero(table["source"] != "search"):
         row = {name: values[k].item() for name, values in table.items()}
-        found = np.exp(np.interp(row["speed"], speed, np.log(cost)))
-        if row["cost_of_transport"] < found and row["source"] not in [r["source"] for r in shown]:
-            shown.append(row)
-    kept = [row for row in rows if row["feet"] == "free"]
-    return kept + sorted(own + shown, key=lambda row: row["speed"])
+        found[row["source"], row["speed"]] = row
+    for walker in learned():
+        family = walker["cell"].partition("@")[0].partition("+")[0].partition("-w")[0]
+        if family in ON_ELLIPSE and np.isfinite(walker["cost_of_transport"]):
+            name = f"{walker['cell']} run {walker['run']}"
+            row = dict.fromkeys(COLUMNS, np.nan) | {"feet": "ellipse", "source": name}
+            row |= {n: walker[n] for n in ("speed", "cost_of_transport", "gait")}
+            found[name, row["speed"]] = row
+    return list(found.values())
 
 
 class Look(NamedTuple):
