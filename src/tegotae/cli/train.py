@@ -111,7 +111,9 @@ class Train(EnvOptions, EvolutionOptions, ExperimentOptions):
     MODULE:OBJECT."""
     episodes: Annotated[int | None, tyro.conf.arg(help_behavior_hint="(default: 1000)")] = None
     """Episodes per seed of an agent (sac, ppo)."""
-    as_long_as: Path | None = None
+    as_long_as: Annotated[
+        Path | None, tyro.conf.arg(help_behavior_hint="(default: --episodes of them)")
+    ] = None
     """A training's folder: an agent learns from as much simulated time as its longest run."""
 
     def run(self) -> None:

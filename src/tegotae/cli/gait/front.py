@@ -27,7 +27,7 @@ class Front(GaitCommand):
     varied: int = 1024
     """Number of variations per round."""
     starts: int = 4
-    """Number of releases per walker. None may fall, and all must settle."""
+    """Number of releases per walker. All must stay up and settle."""
     unseen: int = 32
     """Number of further releases of the cheapest walkers, from phases of their own."""
 
