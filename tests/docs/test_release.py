@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import subprocess
 import sys
 import tarfile
@@ -14,6 +15,7 @@ import pytest
 
 from places import ROOT
 from tegotae import __version__
+from tegotae.cli.cite import SOFTWARE
 
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 BUILD = "from hatchling.build import *; build_sdist({0!r}); build_wheel({0!r})"
@@ -36,10 +38,16 @@ runpy.run_module("tegotae", run_name="__main__", alter_sys=True)
 """
 
 
-def test_the_version_is_one_in_all_places():
-    citation = (ROOT / "CITATION.cff").read_text(encoding="utf-8")
+def test_the_version_and_its_date_are_one_in_all_places():
+    citation = (ROOT / "CITATION.cff").read_text(encoding="utf-8").replace('"', "")
+    changes = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
     assert PROJECT["version"] == __version__
-    assert f"\nversion: {__version__}\n" in citation.replace('"', "")
+    (version,) = re.findall(r"\nversion: (\S+)\n", citation)
+    (date,) = re.findall(r"\ndate-released: (\S+)\n", citation)
+    latest = re.search(r"^## (\d\S*) - (\S+)$", changes, re.MULTILINE)
+    assert latest is not None
+    assert (version, date) == (__version__, latest[2]) == (latest[1], date)
+    assert date.startswith(SOFTWARE.year)
 
 
 def test_extras_are_named_with_their_sizes():

@@ -61,6 +61,7 @@ SOFTWARE = Reference(
     authors=("The tegotae developers",),
     title="tegotae: learned Tegotae feedback in central pattern generators",
     version=__version__,
+    year="2026",
 )
 """This package."""
 
