@@ -6,6 +6,7 @@ import functools
 import importlib
 import os
 import signal
+import time
 from pathlib import Path
 
 import jax
@@ -66,6 +67,17 @@ def smoke_study(tmp_path_factory) -> Path:
     if "PYTEST_XDIST_WORKER" in os.environ:
         place = place.parent
     return studies.undisturbed(place)
+
+
+@pytest.fixture
+def clock(monkeypatch):
+    """The clock of everything in this test, on which waiting takes no time."""
+    from clocks import Clock
+
+    clock = Clock()
+    monkeypatch.setattr(time, "perf_counter", clock.perf_counter)
+    monkeypatch.setattr(time, "sleep", clock.sleep)
+    return clock
 
 
 @pytest.fixture

@@ -4,13 +4,18 @@ from __future__ import annotations
 
 import array
 import importlib
+import runpy
 import struct
+import subprocess
 import sys
 import types
+from unittest import mock
 
+import matplotlib
 import numpy as np
 import pytest
 
+from clocks import Clock
 from places import ROOT
 from tegotae import cli
 from tegotae.export.live import LiveController, drive_hardware
@@ -35,17 +40,20 @@ def exported(tmp_path_factory):
 
 
 class Cable:
-    """A port that is the leg itself, with a clock of its own."""
+    """A port that is the leg itself, with the time of a clock."""
 
-    def __init__(self, leg) -> None:
-        self.leg, self.now_s, self.waiting = leg, 0.0, b""
+    def __init__(self, leg, clock) -> None:
+        self.leg, self.clock, self.waiting = leg, clock, b""
 
     def write(self, data: bytes) -> None:
-        self.waiting += self.leg.answer(data, self.now_s)
+        self.waiting += self.leg.answer(data, self.clock.now_s)
 
     def read(self, size: int) -> bytes:
         data, self.waiting = self.waiting[:size], self.waiting[size:]
         return data
+
+    def close(self) -> None:
+        pass
 
 
 def test_packets_are_found_in_pieces_and_among_others(example):
@@ -77,17 +85,45 @@ def test_a_mark_within_the_numbers_does_no_harm(example):
 
 def test_a_controller_makes_the_leg_hop_through_its_packets(example, exported):
     simulated = example("simulated_leg")
-    cable = Cable(simulated.Leg(0.0))
-    leg = example("serial_leg").SerialLeg(cable)
+    clock = Clock()
+    leg = example("serial_leg").SerialLeg(Cable(simulated.Leg(0.0), clock))
     live = LiveController.load(exported)
     heights = []
     for tick in range(2000):
-        cable.now_s = 0.004 * tick
+        clock.now_s = 0.004 * tick
         measured = leg.read()
         heights.append(measured["height_m"])
         leg.write(live.step(measured, 0.004))
     assert max(heights[1500:]) > 1.1
     assert min(heights) > 0.3
+
+
+def test_the_example_of_a_loop_at_500_hz_makes_the_leg_hop(example, clock, tmp_path, monkeypatch):
+    """Its leg and its loop keep the time of one clock; the check is the example's own."""
+    simulated, port = example("simulated_leg"), example("port")
+    monkeypatch.setattr(port, "Serial", lambda *_, **__: Cable(simulated.Leg(clock.now_s), clock))
+    monkeypatch.setattr(subprocess, "Popen", mock.MagicMock())
+    monkeypatch.setattr(sys, "path", [*sys.path])
+    monkeypatch.chdir(tmp_path)
+    with matplotlib.rc_context({"savefig.dpi": 100}):
+        runpy.run_path(str(HARDWARE.parent / "live.py"))
+    assert len(np.load(tmp_path / "run.npz")["time_s"]) == 2000
+    assert (tmp_path / "live.png").stat().st_size > 5000
+
+
+def test_the_simulated_leg_answers_behind_a_port(example):
+    started = [sys.executable, str(HARDWARE / "simulated_leg.py")]
+    with subprocess.Popen(started, stdout=subprocess.PIPE, text=True) as process:
+        try:
+            port = example("port").Serial(process.stdout.readline().strip(), timeout=900.0)
+            leg = example("serial_leg").SerialLeg(port)
+            leg.write([1.0])
+            assert 0.0 < leg.read()["height_m"] < 1.3
+            assert leg.read().keys() == {"spring_force", "height_m"}
+            assert leg.packets.damaged == 0
+            port.close()
+        finally:
+            process.kill()
 
 
 def test_without_commands_the_firmware_gives_no_force(example):
