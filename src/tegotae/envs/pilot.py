@@ -105,7 +105,7 @@ class Pilot:
             sensed[signal] = self._of_limbs(felt.astype(np.float32))
         extra = np.zeros((wires.limbs, self._lanes), np.float32) if added is None else added
         given = self._weights, self._oscillator, sensed, self._of_limbs(extra), self._numbers
-        sampled = _sample(self._controller, *given)
+        sampled = sample(self._controller, *given)
         self._oscillator, command, feedback, phase = sampled
         shape = wires.limbs, self._lanes
         self.feedback = np.asarray(feedback).reshape(shape)
@@ -127,7 +127,7 @@ class Pilot:
 
 
 @partial(jax.jit, static_argnums=0)
-def _sample(
+def sample(
     controller: Controller,
     weights: jax.Array,
     oscillator: StateTree,
@@ -135,7 +135,20 @@ def _sample(
     added: PerLimb,
     numbers: Mapping[str, Any],
 ) -> tuple[StateTree, jax.Array, jax.Array, jax.Array]:
-    """Oscillators one step on, force share or places, feedback, phase; all held over the step."""
+    """One sample of limbs on an environment, held over its step.
+
+    Args:
+        controller: of all limbs.
+        weights: [n_weights, lanes].
+        oscillator: the oscillators' state.
+        sensed: what the limbs sense by signal, [(limbs,) lanes] each.
+        added: feedback from elsewhere [rad/s].
+        numbers: `omega`, `scales`, `max_force` and `step_s`.
+
+    Returns:
+        The oscillators a step on; the mean force over the step as a share of α, or places; the
+        feedback; the phase a step on.
+    """
     rows = controller.spread(tuple(weights[i] for i in range(weights.shape[0])))
     omega, max_force, step_s = (numbers[name] for name in ("omega", "max_force", "step_s"))
     signals = with_oscillator(controller, Signals(sensed, numbers["scales"]), oscillator)

@@ -9,8 +9,10 @@ from typing import Annotated
 
 import tyro
 
+from tegotae.cli.options import UNSET
 from tegotae.export.c import Export, write
 from tegotae.export.c.layouts import LAYOUTS, LayoutName
+from tegotae.export.c.plan import usual_tick_s
 from tegotae.systems.resolve import resolve
 from tegotae.training.collection import controller_of
 
@@ -23,8 +25,8 @@ class ExportC:
     """A controller file of `tegotae train`, or another name with weights, such as quadruped-c."""
     out: Path
     """The folder that is written."""
-    tick: float = 0.001
-    """Period of the robot's control loop [s]."""
+    tick: Annotated[float | None, UNSET] = None
+    """Period of the robot's control loop [s]; 0.001, or that of a training on an environment."""
     prefix: str = "tegotae"
     """Prefix of all names in C and of the files."""
     layout: LayoutName = "flat"
@@ -32,7 +34,9 @@ class ExportC:
 
     def run(self) -> None:
         """Export, and say how to check it."""
-        export = Export(controller_of(resolve(self.controller)), self.tick, self.prefix)
+        saved = controller_of(resolve(self.controller))
+        tick_s = usual_tick_s(saved) if self.tick is None else self.tick
+        export = Export(saved, tick_s, self.prefix)
         layout = LAYOUTS[self.layout]
         paths = write(export, self.out, layout)
         for warning in export.warnings():

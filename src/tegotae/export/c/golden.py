@@ -11,9 +11,10 @@ import numpy as np
 from jax.typing import DTypeLike
 
 from tegotae._support.errors import TegotaeError
+from tegotae.export.c.golden_limbs import driven
 from tegotae.export.c.plan import Export, member
 from tegotae.parts._shapes import Weights
-from tegotae.parts.bodies import Body
+from tegotae.parts.bodies import Body, Interface
 from tegotae.parts.controller import Controller
 from tegotae.simulation.integrators import Hold
 from tegotae.simulation.integrators.base import (
@@ -59,11 +60,14 @@ class Golden:
 def golden(export: Export) -> Golden:
     """The package's own run of a controller on its body, held over the tick of the export.
 
+    A controller that was trained on an environment has no body here, and drawn senses.
+
     Raises:
         TegotaeError: if no tick of it has finite numbers.
     """
     ticks = max(1, round(DURATION_S / export.tick_s))
-    rows = np.asarray(_run(export, ticks))
+    run = driven if isinstance(export.body, Interface) else _run
+    rows = np.asarray(run(export, ticks))
     numbers = np.arange(ticks)
     finite = np.isfinite(rows).all(axis=1)
     if not finite.any():

@@ -7,6 +7,7 @@ from typing import cast
 from tegotae.export.c.lower import comment_of, number
 from tegotae.export.c.names import WHAT, plain
 from tegotae.export.c.plan import Export, member, unit_of
+from tegotae.export.c.wired import action_prototype, has_action, limbs, phases, wired_comment
 from tegotae.parts._shapes import Number
 from tegotae.parts.bodies import Hopper
 from tegotae.parts.bodies.upright import Upright
@@ -26,6 +27,7 @@ def header(export: Export) -> str:
             )
         )
         + f"#ifndef {guard}\n#define {guard}\n\n#include <stdbool.h>\n#include <stdint.h>\n",
+        wired_comment(export),
         _constants(export),
         _state(export),
         _inputs(export),
@@ -35,7 +37,7 @@ def header(export: Export) -> str:
         _LINKAGE_ENDS,
         f"#endif /* {guard} */\n",
     ]
-    return "\n".join(blocks)
+    return "\n".join(block for block in blocks if block)
 
 
 _LINKAGE = """\
@@ -58,21 +60,21 @@ def index(export: Export) -> str:
 
 def has_spring(export: Export) -> bool:
     """Whether the spring's force can be had from leg length or contact force by the body's law."""
-    return "spring_force" in export.senses and isinstance(export.saved.body, Hopper | Upright)
+    return "spring_force" in export.senses and isinstance(export.body, Hopper | Upright)
 
 
 def constants(export: Export) -> dict[str, tuple[Number, str]]:
     """Numbers that the header names, and what they are."""
-    body = export.saved.body
     found: dict[str, tuple[Number, str]] = {
         "TICK_S": (export.tick_s, "period of the control loop [s]"),
     }
     if export.saved.omega is not None:
         found["OMEGA_RAD_PER_S"] = (export.saved.omega, "frequency omega at start [rad/s]")
     if export.commands == ("force",):
-        found["MAX_FORCE_N"] = (body.max_force_n, "largest force of an actuator alpha [N]")
+        most = cast(Number, export.max_force_n)  # an export without one is refused
+        found["MAX_FORCE_N"] = (most, "largest force of an actuator alpha [N]")
     if has_spring(export):
-        body = cast(Hopper | Upright, body)
+        body = cast(Hopper | Upright, export.body)
         found["STIFFNESS_N_PER_M"] = (body.stiffness_n_per_m, "stiffness of a leg k [N/m]")
         found["DAMPING_NS_PER_M"] = (body.damping_ns_per_m, "damping of a leg c [N s/m]")
         found["REST_LENGTH_M"] = (body.rest_length_m, "length of a leg at rest l0 [m]")
@@ -86,6 +88,10 @@ def _constants(export: Export) -> str:
         f"#define {upper}_{name} {number(value, 'float')[0]} /* {what} */"
         for name, (value, what) in constants(export).items()
     ]
+    if limbs(export):
+        lines.append(
+            f"#define {upper}_PHASE_RAD {phases(export)} /* phases at start in training [rad] */"
+        )
     return "\n".join(lines) + "\n"
 
 
@@ -128,9 +134,7 @@ def _outputs(export: Export) -> str:
     fields = ""
     for name in export.commands:
         what = (
-            "force of the actuator, in [0, alpha]; send 0 while the foot is in the air"
-            if name == "force"
-            else "where the foot shall be, from its place at rest"
+            _force(export) if name == "force" else "where the foot shall be, from its place at rest"
         )
         fields += f"    float {member(name)}{at}; /* {what} [{unit_of(name)[1]}] */\n"
     fields += f"    float feedback_rad_per_s{at}; /* Tegotae feedback f [rad/s] */\n"
@@ -141,6 +145,13 @@ def _outputs(export: Export) -> str:
         "/* What is to be done during the tick. */\n"
         f"typedef struct {{\n{fields}}} {export.prefix}_outputs;\n"
     )
+
+
+def _force(export: Export) -> str:
+    """What a force is, as a comment."""
+    if limbs(export):
+        return f"force in [0, alpha], which is an action: {export.prefix}_action"
+    return "force of the actuator, in [0, alpha]; send 0 while the foot is in the air"
 
 
 def prototypes(export: Export) -> dict[str, tuple[str, str]]:
@@ -165,6 +176,8 @@ def prototypes(export: Export) -> dict[str, tuple[str, str]]:
             "One tick: from what is measured at its start to what is done until its end.",
         ),
     }
+    if has_action(export):
+        found["action"] = action_prototype(export)
     if has_spring(export):
         found["spring_force"] = (
             f"float {prefix}_spring_force(float contact_n, float velocity_m_per_s, "

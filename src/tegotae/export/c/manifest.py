@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 
+import msgspec
 import numpy as np
 
 from tegotae import __version__
@@ -14,6 +15,7 @@ from tegotae.export.c.header import constants
 from tegotae.export.c.layouts import ExportLayout
 from tegotae.export.c.names import WHAT, plain
 from tegotae.export.c.plan import Export, member, unit_of
+from tegotae.export.c.wired import limbs
 from tegotae.parts.weight_names import nested
 from tegotae.systems.descriptions import describe
 
@@ -38,7 +40,8 @@ def manifest(export: Export, golden: Golden, layout: ExportLayout, files: list[s
         "files": files,
         "tick_s": export.tick_s,
         "trained_tick_s": export.trained_tick_s,
-        "held": "the controller is evaluated at the start of a tick, and holds for that tick",
+        "held": "the controller is evaluated at the start of a tick, and holds for that tick"
+        + ("; a force is its mean over the tick" if export.averages else ""),
         "limbs": export.limbs,
         "omega_rad_per_s": saved.omega,
         "inputs": [
@@ -51,7 +54,7 @@ def manifest(export: Export, golden: Golden, layout: ExportLayout, files: list[s
             for name in export.senses
         ],
         "outputs": [
-            {"name": name, "range": [0.0, float(np.asarray(saved.body.max_force_n))]}
+            {"name": name, "range": [0.0, float(np.asarray(export.max_force_n))]}
             if name == "force_n"
             else {"name": name}
             for name in outputs_of(export)
@@ -65,12 +68,7 @@ def manifest(export: Export, golden: Golden, layout: ExportLayout, files: list[s
             if force
             else "commands are not clipped; one that is no finite number becomes 0"
         ),
-        "flight": (
-            "in the simulator an actuator acts on nothing while its foot is in the air; force_n is "
-            "given all the same, and the robot should send 0 then"
-            if force
-            else "feet are commanded in swing and stance alike"
-        ),
+        "flight": _flight(export),
         "no_numbers": (
             "an input that is no finite number counts as 0; an oscillator whose next state would "
             "be none stays as it is; either sets out.fault and counts in state.faults"
@@ -81,8 +79,21 @@ def manifest(export: Export, golden: Golden, layout: ExportLayout, files: list[s
             "columns": ["t_s", *golden.columns],
             "tolerance": TOLERANCE,
         },
+        "wired": [msgspec.to_builtins(limb) for limb in limbs(export)],
         "controller": describe(saved.controller),
-        "body": describe(saved.body),
+        "body": describe(export.body),
         "weights": nested(saved.controller.weight_names, np.asarray(saved.weights, float).tolist()),
     }
     return json.dumps(document, indent=1) + "\n"
+
+
+def _flight(export: Export) -> str:
+    """What commands are worth while a foot is in the air."""
+    if limbs(export):
+        return "as on the environment of the training"
+    if export.commands == ("force",):
+        return (
+            "in the simulator an actuator acts on nothing while its foot is in the air; force_n is "
+            "given all the same, and the robot should send 0 then"
+        )
+    return "feet are commanded in swing and stance alike"

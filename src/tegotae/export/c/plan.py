@@ -13,10 +13,12 @@ from tegotae._support.errors import TegotaeError, require_finite
 from tegotae.export.c.names import UNITS, is_c_name
 from tegotae.export.c.trace import Piece, Tracer
 from tegotae.parts._shapes import Number
-from tegotae.parts.bodies import Hopper
+from tegotae.parts.bodies import Body, Hopper, Interface
+from tegotae.parts.commands import FORCE
 from tegotae.parts.terms import WholeBody
 from tegotae.simulation.integrators import Hold
 from tegotae.systems.controller_file import SavedController
+from tegotae.systems.env_task import EnvTask
 
 MOST_LIMBS = 32
 LEAST_TICK_S, MOST_TICK_S = 1e-5, 1.0
@@ -27,7 +29,9 @@ class Export:
     """A saved controller as a program for a robot whose loop has this period.
 
     The robot evaluates the controller at the start of each tick and holds what it says for that
-    tick: the package's `Hold` integrator at the same period.
+    tick: the package's `Hold` integrator at the same period. What was trained on an environment
+    does as it did there: a force that is switched on in a sector of the phase is its mean over the
+    tick.
 
     Args:
         saved: the controller, its weights, its frequency, and the body that it is for.
@@ -56,7 +60,13 @@ class Export:
                 f"prefix is {self.prefix!r}, which is no name in C; begin with a letter, and go on "
                 "with letters, digits and underscores, such as left_leg (31 at most)"
             )
-        self.saved.body.check_tick(self.tick_s)
+        if isinstance(self.body, Body):
+            self.body.check_tick(self.tick_s)
+        elif self.body.max_force_n is None and self.commands == FORCE:
+            raise TegotaeError(
+                "the controller's file does not say the largest force alpha; train it anew "
+                "(tegotae train --env), with max_force in its wiring"
+            )
         if not LEAST_TICK_S <= self.tick_s <= MOST_TICK_S:
             raise TegotaeError(
                 f"tick is {self.tick_s:g}; the period of a robot's control loop is from "
@@ -79,18 +89,39 @@ class Export:
         return self.saved.controller.limbs
 
     @property
+    def body(self) -> Body | Interface:
+        """The body that it is for; the interface of one that moves in another simulator."""
+        return self.saved.system.body
+
+    @property
+    def max_force_n(self) -> Number | None:
+        """The largest force α [N]; on an environment in the units of its wiring."""
+        return self.body.max_force_n
+
+    @property
+    def averages(self) -> bool:
+        """Whether the force is its mean over a tick, as limbs on an environment have it.
+
+        On a body of the package the force is that of the tick's start, as with `Hold`.
+        """
+        return isinstance(self.body, Interface) and self.saved.controller.actuation.needs_phase
+
+    @property
     def senses(self) -> tuple[str, ...]:
         """What the robot must measure: signals of the body that its terms read."""
-        controller, body = self.saved.controller, self.saved.body
+        controller, body = self.saved.controller, self.body
+        sensed = body.SENSES if isinstance(body, Body) else body.senses
         reads = [name for term in controller.terms.values() for name in term.reads]
         if controller.coupling is not None:
             reads += controller.coupling.READS
-        return tuple(name for name in body.SENSES if name in reads)
+        return tuple(name for name in sensed if name in reads)
 
     @functools.cached_property
     def scales(self) -> dict[str, float]:
         """What signals are divided by before a network sees them, in their own units."""
-        body = self.saved.body
+        body = self.body
+        if isinstance(body, Interface):
+            return body.known_scales
 
         @jax.jit  # of which only the scales are computed
         def scales(lane: jax.Array) -> dict[str, Number]:
@@ -125,6 +156,8 @@ class Export:
     @property
     def trained_tick_s(self) -> float | None:
         """The control period of the training [s], if the file has it."""
+        if self.saved.task is not None:
+            return control_period_s(self.saved.task)
         trained = self.saved.experiment
         return None if trained is None else trained.timing.tick_s
 
@@ -138,7 +171,7 @@ class Export:
         """What an author should know before the robot runs, a line each."""
         trained = self.trained_tick_s
         if trained is not None and abs(trained - self.tick_s) > 1e-9:
-            hops = isinstance(self.saved.body, Hopper)
+            hops = isinstance(self.body, Hopper)
             command = f"tegotae simulate FILE --hold --tick {self.tick_s:g}"
             return [
                 f"the controller was trained at a tick of {trained:g} s and is exported for "
@@ -173,10 +206,27 @@ class Export:
         for role, term in controller.terms.items():
             pieces[f"{role}_term"] = tracer.term(role, term, unit[role])
         pieces["feedback_law"] = tracer.feedback()
-        pieces["command_law"] = tracer.command()
+        if self.averages:
+            pieces["phase_after"] = tracer.phase_after(unit.get("oscillator", ()))
+        pieces["command_law"] = tracer.command(averaged=self.averages)
         if controller.oscillator is not None:
             pieces["advanced"] = tracer.advance(unit.get("oscillator", ()))
         return pieces
+
+
+def control_period_s(task: EnvTask) -> float | None:
+    """The control period of a training on an environment [s], if its file says it."""
+    own = task.settings.get("control_s", task.wiring.step_s)
+    return float(own) if isinstance(own, int | float) else None
+
+
+def usual_tick_s(saved: SavedController) -> float:
+    """The control period that an export has by default [s].
+
+    That of the training on an environment, where the file says it, and otherwise a millisecond.
+    """
+    own = None if saved.task is None else control_period_s(saved.task)
+    return 0.001 if own is None else own
 
 
 def unit_of(name: str) -> tuple[str, str]:

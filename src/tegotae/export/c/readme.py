@@ -6,6 +6,7 @@ from tegotae.export.c.header import has_spring
 from tegotae.export.c.layouts import ExportLayout
 from tegotae.export.c.names import WHAT, plain
 from tegotae.export.c.plan import Export, member, unit_of
+from tegotae.export.c.wired import has_action, limbs
 
 _CMAKE = "cmake -B build && cmake --build build && ctest --test-dir build   # or so\n"
 _EXAMPLE = "the loop in `examples/control_loop/` is where to begin.\n"
@@ -26,7 +27,7 @@ def readme(export: Export, layout: ExportLayout) -> str:
         f"| in | `{member(name)}` | {unit_of(name)[1]} | {WHAT.get(name, plain(name))} |"
         for name in export.senses
     ]
-    what = "force of the actuator, in [0, α]" if force else "place of the foot from that at rest"
+    what = "force, in [0, α]" if force else "place of the foot from that at rest"
     rows += [
         f"| out | `{member(name)}` | {unit_of(name)[1]} | {what} |" for name in export.commands
     ]
@@ -52,7 +53,9 @@ def readme(export: Export, layout: ExportLayout) -> str:
         "}\n```\n",
         "| | name | unit | what |\n|---|---|---|---|\n" + "\n".join(rows) + "\n",
     ]
-    if force:
+    if limbs(export):
+        sections.append(_wired(export))
+    elif force:
         sections.append(
             "**In the air** the simulated actuator acts on nothing, and the controller commands "
             f"on. Send 0 instead of `{command}` while the foot is off the ground.\n"
@@ -82,11 +85,38 @@ def readme(export: Export, layout: ExportLayout) -> str:
         + ("" if layout.library else _CMAKE)
         + "```\n",
         f"It runs the {'ticks' if one else 'ticks of all legs'} in "
-        f"`{layout.place('golden.csv')}`, which the simulator made in closed loop with the "
-        "controller held at this period. Compile without `-ffast-math`: it makes no check for what "
-        "is no number.\n",
+        f"`{layout.place('golden.csv')}`, which the simulator made {_made(export)}. Compile "
+        "without `-ffast-math`: it makes no check for what is no number.\n",
     ]
     return "\n".join(sections)
+
+
+def _made(export: Export) -> str:
+    """How the golden vectors came about."""
+    if limbs(export):
+        return "of drawn senses, as it drives the environment of the training"
+    return "in closed loop with the controller held at this period"
+
+
+def _wired(export: Export) -> str:
+    """What the limbs sense and drive in the environment of the training."""
+    prefix = export.prefix
+    rows = "".join(
+        f"| {k} | {', '.join(f'{name}: `{at}`' for name, at in limb.senses.items())} | "
+        f"`{limb.drives}` |\n"
+        for k, limb in enumerate(limbs(export))
+    )
+    limb = "" if export.limbs == 1 else "limb, "
+    action = (
+        f"`{prefix}_action({limb}force)` is the action of a limb at a force. "
+        if has_action(export)
+        else ""
+    )
+    return (
+        f"**Limbs** are wired as in training, and begin at `{prefix.upper()}_PHASE_RAD`. {action}A "
+        "sense with a minus has the other sign; a load below zero is to be given as zero.\n\n"
+        f"| limb | senses | drives |\n|---|---|---|\n{rows}"
+    )
 
 
 def cmake(export: Export) -> str:

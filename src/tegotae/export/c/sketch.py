@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from tegotae.export.c.plan import Export, member
+from tegotae.export.c.wired import limbs
 
 
 def sketch(export: Export) -> str:
@@ -22,7 +23,7 @@ def sketch(export: Export) -> str:
         if not one:
             phases = f"  static const float phases[{prefix.upper()}_LIMBS] = {{0.0f}};\n"
     air = ""
-    if export.commands == ("force",):
+    if export.commands == ("force",) and not limbs(export):
         air = " Send 0 while the foot is in the air."
     return f"""\
 // control_loop.ino: a step of {prefix}.h every {export.tick_s:g} s.

@@ -16,11 +16,12 @@ from tegotae.export.c.names import first_line, plain
 from tegotae.export.c.plan import Export, member, unit_of
 from tegotae.export.c.structs import initialiser, struct
 from tegotae.export.c.trace import Piece, scale_name
+from tegotae.export.c.wired import action_source
 
 _NAMES = """
 signals rhythm_result checked bounded WEIGHTS COUPLING_WEIGHTS SETS UNITS SET LIMB unit limb state
 in out heard sound said next felt smooth feedback phase omega pull pulls pulled action reaction
-gain most result oscillator unit_weights turned left over turns turn
+gain most result oscillator unit_weights turned left over turns turn reached REST PUSH
 """
 _OWN = _NAMES.split()
 """Names of the code around the traced functions."""
@@ -41,9 +42,11 @@ class Function:
         return ", ".join(texts.get(name, name) for name in self.arguments)
 
 
+_AHEAD = ("advanced", "phase_after")
+"""Pieces that have the oscillator's own weights."""
 _SCALARS = (
     "action", "reaction", "gain", "smooth", "smooth_foot_x", "smooth_foot_z", "phase", "omega",
-    "feedback", "pull", "nothing",
+    "feedback", "pull", "nothing", "reached",
 )  # fmt: skip
 
 
@@ -79,6 +82,7 @@ def source(export: Export) -> str:
         _init(export, functions),
         _step(export, functions),
         _springs(export),
+        action_source(export),
     ]
     return "\n".join(block for block in blocks if block)
 
@@ -215,7 +219,7 @@ def _function(export: Export, library: Library, piece: Piece) -> Function:
     roots = {text.split("->")[0].split("[")[0] for text in given}
     role = name.removesuffix("_term")
     kinds = {
-        "w": f"const {'oscillator' if name == 'advanced' else role}_weights *w",
+        "w": f"const {'oscillator' if name in _AHEAD else role}_weights *w",
         "s": "const signals *s",
         "o": f"const {export.prefix}_oscillator *o",
         "heard": "const signals *heard",
@@ -259,11 +263,12 @@ def _comment(export: Export, name: str) -> str:
         "phase_of": "The phase [rad].",
         "coupling": "What each oscillator gets from the others [rad/s]: "
         + first_line(controller.coupling),
+        "phase_after": "The phase at the end of the tick [rad], whole turns not taken off.",
         "feedback_law": "The Tegotae feedback f = G A' R [rad/s]."
         if controller.tegotae
         else "There is no Tegotae feedback.",
         "command_law": "The actuator's force [N]: the term's, clipped to [0, alpha]; full force in "
-        "the sector, if there is one."
+        "the sector, if there is one" + ("; its mean over the tick." if export.averages else ".")
         if force
         else "Where the foot shall be [m].",
         "advanced": "The oscillator a tick later, its rate held: "
@@ -364,7 +369,7 @@ def _acting(export: Export, functions: dict[str, Function], at: str, limb: str) 
     own = {"s": f"&heard{at}", "o": f"&state->oscillator{at}"}
 
     def call(name: str, **more: str) -> str:
-        role = "oscillator" if name == "advanced" else name.removesuffix("_term")
+        role = "oscillator" if name in _AHEAD else name.removesuffix("_term")
         return (
             f"{name}({functions[name].call(**own, w=f'{weights[0]}{weights[1:]}.{role}', **more)})"
         )
@@ -378,6 +383,9 @@ def _acting(export: Export, functions: dict[str, Function], at: str, limb: str) 
         if f"{role}_term" in functions:
             lines.append(f"const float {role} = {call(f'{role}_term')};")
     lines.append(f"const float feedback = {call('feedback_law')};")
+    pull = {"pull": f"pulled{at}"}
+    if "phase_after" in functions:
+        lines.append(f"const float reached = {call('phase_after', **pull)};")
     names = export.commands
     smooth = call("actuation_term")
     if len(names) == 1:
@@ -393,7 +401,6 @@ def _acting(export: Export, functions: dict[str, Function], at: str, limb: str) 
     if export.has_phase:
         lines.append(f"out->phase_rad{limb} = phase;")
     if export.tracer.state_names:
-        pull = {"pull": f"pulled{at}"}
         lines.append(f"const {export.prefix}_oscillator next = {call('advanced', **pull)};")
         finite = " && ".join(f"is_finite(next.{name})" for name in export.tracer.state_names)
         lines += [

@@ -163,21 +163,35 @@ class Tracer:
         values = {name: name for name in (names or ["nothing"])}
         return self._trace("feedback", evaluate, ("feedback",), values=values)
 
-    def command(self) -> Piece:
-        """The command over a tick, the phase held: `Controller.command` and the sector."""
+    def command(self, *, averaged: bool = False) -> Piece:
+        """The command over a tick: `Controller.command` and the sector.
+
+        Args:
+            averaged: whether the sector counts with its share of the tick, and not with the phase
+                at the tick's start.
+        """
         actuation = self._controller.actuation
         names = actuation.COMMANDS
         controller = Controller(_Commanded(actuation), self._controller.oscillator)
 
         def evaluate(
-            smooth: _Arrays, phase: jax.Array, omega: jax.Array, most: jax.Array
+            smooth: _Arrays,
+            phase: jax.Array,
+            reached: jax.Array,
+            omega: jax.Array,
+            most: jax.Array,
         ) -> jax.Array:
             whole = smooth[names[0]] if len(names) == 1 else jnp.stack([smooth[n] for n in names])
             command = controller.command((), Signals({"command": whole}), most)
-            return push(controller, most, command, phase, phase, omega).mean_n
+            return push(controller, most, command, phase, reached, omega).mean_n
 
         smooth = {name: f"smooth_{name}" if len(names) > 1 else "smooth" for name in names}
-        given_too = {"phase": "phase", "omega": "omega", "most": "MAX_FORCE_N"}
+        given_too = {
+            "phase": "phase",
+            "reached": "reached" if averaged else "phase",
+            "omega": "omega",
+            "most": "MAX_FORCE_N",
+        }
         return self._trace("command", evaluate, names, smooth=smooth, **given_too)
 
     def rhythm(self) -> Piece:
@@ -214,6 +228,24 @@ class Tracer:
 
     def advance(self, paths: Sequence[WeightName]) -> Piece:
         """The oscillator's state a tick later, its rate held."""
+        return self._ahead(
+            "advanced", lambda own, at: jax.tree.leaves(settled(own, at)), self.state_names, paths
+        )
+
+    def phase_after(self, paths: Sequence[WeightName]) -> Piece:
+        """The oscillator's phase a tick later, its rate held and whole turns not taken off."""
+        oscillator = self._controller.oscillator
+        assert oscillator is not None
+        return self._ahead("phase_after", lambda _, at: oscillator.phase(at), ("reached",), paths)
+
+    def _ahead(
+        self,
+        name: str,
+        read_off: Callable[[Controller, StateTree], ArrayTree],
+        results: Sequence[str],
+        paths: Sequence[WeightName],
+    ) -> Piece:
+        """What is read off the oscillator's state at the end of a tick."""
         own = self._controller
         coupling = None if own.coupling is None else _KnownCoupling()
         controller = Controller(
@@ -231,15 +263,15 @@ class Tracer:
             feedback: jax.Array,
             pull: _Arrays,
             tick: jax.Array,
-        ) -> list[jax.Array]:
+        ) -> ArrayTree:
             at = self._of_leaves(state)
             rate = controller.rate(weights, at, omega, feedback, Signals(pull))
-            return jax.tree.leaves(settled(controller, held(at, rate, tick)))
+            return read_off(controller, held(at, rate, tick))
 
         return self._trace(
-            "advanced",
+            name,
             evaluate,
-            self.state_names,
+            results,
             weights=_weights(paths),
             state=self._state,
             omega="omega",
