@@ -26,7 +26,7 @@ from tegotae.systems.tuned import FORCED, families
 
 TABLES = Path(__file__).parents[1] / "src" / "tegotae" / "measures" / "fronts"
 PAGES = Path(__file__).parents[1] / "docs" / "_static" / "gaits"
-SPEEDS = (0.1, 0.2, 0.25, 0.3, 0.35, 0.4, 0.5, 0.7, 1.0, 1.5)
+SLOW, FAST = (0.1, 0.2, 0.25, 0.3, 0.35), (0.4, 0.5, 0.7, 1.0, 1.5)
 SYSTEMS = ("quadruped-c", "quadruped-a", "hexapod")
 MAIN = "quadruped-c"
 FREE = Search(coarse=8192, rounds=8, varied=1024)
@@ -75,16 +75,23 @@ def show(name: str) -> None:
     table = front_table(name)
     with styled():
         save_figure(front_figure(table, name), PAGES / f"front-{name}.png")
+    families = list(dict.fromkeys(table["family"].tolist()))
+    text = "\n".join(markdown(name, families, speeds) for speeds in (SLOW, FAST))
+    write_text(PAGES / f"front-{name}.md", text)
+
+
+def markdown(name: str, families: list[str], speeds: tuple[float, ...]) -> str:
+    """The costs of families at some speeds, in Markdown."""
     lines = [
-        f"| speed | {' | '.join(f'{v:g}' for v in SPEEDS)} |",
-        "|---" * (len(SPEEDS) + 1) + "|",
+        f"| speed | {' | '.join(f'{v:g}' for v in speeds)} |",
+        "|---" * (len(speeds) + 1) + "|",
     ]
-    for family in dict.fromkeys(table["family"].tolist()):
+    for family in families:
         own = front(name, family)
-        at = [own.cost_at(v) if own.reaches(v) else np.nan for v in SPEEDS]
+        at = [own.cost_at(v) if own.reaches(v) else np.nan for v in speeds]
         cells = [f"{cost:.2f}" if np.isfinite(cost) else "–" for cost in at]
         lines.append(f"| {family} | {' | '.join(cells)} |")
-    write_text(PAGES / f"front-{name}.md", "\n".join(lines) + "\n")
+    return "\n".join(lines) + "\n"
 
 
 if __name__ == "__main__":

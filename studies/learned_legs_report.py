@@ -156,13 +156,12 @@ def by_command(found: Rows, cell: str) -> str:
             f"{own['cost_of_transport'][at]:.3f}",
             f"{own['share'][at]:.2f}",
             sure(everyone[:, at], 2, POSITIVE),
-            f"{own['locked'][at]:.2f}",
-            f"{own['lock_time_s'][at]:.0f}",
+            f"{own['locked'][at]:.2f}, in {own['lock_time_s'][at]:.0f}",
             str(own["gait"][at]),
         )
         for at in range(len(own["omega"]))
     ]
-    titles = ("ω", "wanted speed", "speed", "CoT", "of the front", "all runs", "locked", "in")
+    titles = ("ω", "wanted speed", "speed", "CoT", "of the front", "all runs", "locked")
     return markdown((*titles, "gait"), rows)
 
 
@@ -195,8 +194,7 @@ def summary(judged: Rows, curves: Rows, ending: str) -> str:
         mine = judged["cell"] == cell.name
         rows.append(
             (
-                f"`{cell.name.partition('@')[0]}`",
-                str(cell.experiment.controller.n_weights),
+                f"`{cell.name.partition('@')[0]}`, {cell.experiment.controller.n_weights}",
                 sure(final(curves, cell.name)),
                 sure(judged["upright"][mine], within=SHARE),
                 sure(judged["locked"][mine], within=SHARE),
@@ -213,7 +211,7 @@ def summary(judged: Rows, curves: Rows, ending: str) -> str:
             )
         )
     walk = () if "plate" in ending else ("speed", "CoT")
-    titles = ("family", "numbers", "fitness", "upright", "locked", "locks in", *walk, "gait")
+    titles = ("family, numbers", "fitness", "upright", "locked", "locks in", *walk, "gait")
     return markdown(titles, rows)
 
 

@@ -238,57 +238,47 @@ def of_stages(fine: dict[str, list[Gait]]) -> list[dict[str, Any]]:
 
 def markdown(rows: list[dict[str, Any]]) -> str:
     """The limits as a table."""
-    lines = [
-        "| speed | free feet: CoT | ω | gait | duty | flight | proved bound | on C's ellipse: CoT "
-        "| ω | gait | duty |",
-        "|---" * 11 + "|",
+    free = [
+        "| speed, free feet | CoT | ω | gait | duty | flight | proved bound |",
+        "|---" * 7 + "|",
     ]
-    tied = {round(r["speed"], 2): r for r in rows if r["feet"] == "ellipse" and r["omega"] > 0.0}
+    tied = ["| speed, C's ellipse | CoT | ω | gait | duty |", "|---" * 5 + "|"]
     for r in rows:
-        if r["feet"] != "free":
-            continue
-        other = tied.get(round(r["speed"], 2))
-        least = float(bound(Walker(), r["speed"], r["longest_stance"]))
         cells = [
             f"{r['speed']:.2f}",
             f"**{r['cost_of_transport']:.3f}**",
             f"{r['omega']:.2f}",
             r["gait"],
             f"{r['duty_factor']:.2f}",
-            f"{100.0 * r['flight']:.0f} %",
-            f"{least:.3f}",
         ]
-        cells += (
-            ["–"] * 4
-            if other is None
-            else [
-                f"**{other['cost_of_transport']:.3f}**",
-                f"{other['omega']:.2f}",
-                other["gait"],
-                f"{other['duty_factor']:.2f}",
-            ]
-        )
-        lines.append(f"| {' | '.join(cells)} |")
-    return "\n".join(lines) + "\n"
+        if r["feet"] == "free":
+            least = float(bound(Walker(), r["speed"], r["longest_stance"]))
+            cells += [f"{100.0 * r['flight']:.0f} %", f"{least:.3f}"]
+            free.append(f"| {' | '.join(cells)} |")
+        elif r["omega"] > 0.0:  # those of controllers are rows of their own
+            tied.append(f"| {' | '.join(cells)} |")
+    return "\n".join([*free, "", *tied]) + "\n"
 
 
 def stages_markdown() -> str:
-    """The least cost of every search at every speed, as a table."""
+    """The least cost of every search at every speed, as a table for each kind of feet."""
     table = read_csv(TABLES / "stages.csv")
     names = list(dict.fromkeys(table["stage"].tolist()))
     speeds = sorted({float(v) for v in table["speed"]})
-    lines = [
-        f"| search | {' | '.join(f'{v:g}' for v in speeds)} |",
-        "|---" * (len(speeds) + 1) + "|",
-    ]
     cells = {
         (s, float(v)): float(c)
         for s, v, c in zip(table["stage"], table["speed"], table["cost_of_transport"], strict=True)
     }
-    for name in names:
-        own = [f"{cells[name, v]:.3f}" if (name, v) in cells else "–" for v in speeds]
-        lines.append(f"| `{name}` | {' | '.join(own)} |")
-    return "\n".join(lines) + "\n"
+    tables = []
+    for feet in FEET:
+        own = [name for name in names if name.startswith(feet)]
+        lines = [f"| speed | {' | '.join(f'`{name}`' for name in own)} |"]
+        lines.append("|---" * (len(own) + 1) + "|")
+        for v in speeds:
+            costs = [f"{cells[name, v]:.3f}" if (name, v) in cells else "–" for name in own]
+            lines.append(f"| {v:g} | {' | '.join(costs)} |")
+        tables.append("\n".join(lines) + "\n")
+    return "\n".join(tables)
 
 
 def draw(rows: list[dict[str, Any]], looked_at: dict[str, list[Look]]) -> Figure:

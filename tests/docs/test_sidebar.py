@@ -1,4 +1,4 @@
-"""The sidebar is short, pages are arranged by need, and studies begin with their results."""
+"""The sidebar is short, pages are arranged by need, studies begin with results; no wide tables."""
 
 from __future__ import annotations
 
@@ -57,3 +57,12 @@ def test_a_study_begins_with_its_readers_and_its_result(page):
     opening = page.read_text(encoding="utf-8").partition("\n\n")[2].partition("\n\n")[0]
     assert opening.startswith("For readers")
     assert "**Result:**" in opening
+
+
+def test_tables_have_at_most_eight_columns():
+    wide = [
+        f"{page.relative_to(DOCS)}: {row}"
+        for page in DOCS.rglob("*.md")
+        for row in re.findall(r"^\|(?: ?:?-+:? ?\|){9,}$", page.read_text(encoding="utf-8"), re.M)
+    ]
+    assert wide == []
