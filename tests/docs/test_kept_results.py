@@ -66,6 +66,12 @@ def test_the_pages_tables_follow_from_the_kept_effects(effects):
     assert beside_text == beside_table(effects[""], beside, columns)
 
 
+def test_both_pages_count_the_same_episodes_of_the_records():
+    pages = [(ROOT / "docs" / page).read_text() for page in ("claims.md", "studies/optimum.md")]
+    counts = [re.findall(r"(\d+ \d{3}) (?:such )?episodes", page) for page in pages]
+    assert counts[0] == counts[1] != []
+
+
 @pytest.mark.thorough
 def test_the_table_of_readings_follows_from_the_kept_effects():
     readings, found = read_tables(KEPT / "multiverse")
