@@ -265,6 +265,21 @@ def test_a_study_refuses_workers_that_are_none(tmp_path, one_line_error):
 @pytest.mark.parametrize(
     ("words", "said"),
     [
+        ("gait map bar-light --x sigma 1 2 --y sigma 1 2 --out new/map", "a map is over two"),
+        ("gait stability bar-light --over nothing 0 1 --out new/map", "called 'nothing'"),
+        ("simulate V-sector-w4 --omega -1 --plot new/a.png --csv new/a.csv", "omega is -1"),
+        ("figure surface V-sector-w4 --omega -1 --out new/a.png", "omega is -1"),
+    ],
+)
+def test_a_refused_command_leaves_no_folder(tmp_path, monkeypatch, one_line_error, words, said):
+    monkeypatch.chdir(tmp_path)
+    assert said in one_line_error(*words.split())
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
         (["evaluate", "V-sector-w4", "--work", "kinetic"], "work is 'kinetic'"),
         (["evaluate", "V-sector-w4", "--undisturbed", "nan"], "undisturbed_s is nan"),
         (["evaluate", "runs/none"], "no controller file at runs/none"),

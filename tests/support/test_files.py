@@ -103,10 +103,13 @@ def test_a_folder_is_made_with_those_above_it_and_left_empty(tmp_path):
     assert output_folder(folder) == folder
 
 
-def test_of_an_output_file_only_the_folder_is_made(tmp_path):
-    path = output_file(tmp_path / "plots" / "hop.png")
-    assert path.parent.is_dir()
-    assert not path.exists()
+def test_a_file_is_checked_before_the_work_and_leaves_nothing_until_it_is_written(tmp_path):
+    path = output_file(tmp_path / "plots" / "late" / "hop.png")
+    assert os.listdir(tmp_path) == []
+    write_atomically(path, "drawn")
+    assert path.read_text() == "drawn"
+    assert output_file(path) == path
+    assert path.read_text() == "drawn"
 
 
 def test_a_folder_where_a_file_is_wanted_is_called_one(tmp_path):

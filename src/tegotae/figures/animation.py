@@ -50,7 +50,7 @@ def save_animation(moving: FuncAnimation, path: Path) -> Path:
 
 
 def animation_file(path: Path | str) -> Path:
-    """The path of an animation to be written, its ending known and its folder made.
+    """The path of an animation to be written, its ending known and its folder tried.
 
     Raises:
         TegotaeError: for another ending, a missing ffmpeg, or a folder that cannot be written to.

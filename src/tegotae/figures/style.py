@@ -71,7 +71,7 @@ def literal(name: str) -> str:
 
 
 def figure_file(path: Path | str) -> Path:
-    """The path of a figure to be written, its ending known and its folder made.
+    """The path of a figure to be written, its ending known and its folder tried.
 
     Raises:
         TegotaeError: if the format is unknown or needs a program that is not there, or the folder

@@ -12,7 +12,7 @@ import numpy as np
 
 from tegotae._support import documents
 from tegotae._support.errors import TegotaeError
-from tegotae._support.files import output_file, output_folder
+from tegotae._support.files import check_folder, output_file
 from tegotae._support.tables import write_csv
 from tegotae.cli.gait.options import LeggedSystemOptions
 from tegotae.cli.outputs import check_outputs
@@ -53,7 +53,7 @@ def simulate_legs(
         raise TegotaeError("--seed is of random phases, and --phases says what they are")
     legged = legs.legged()
     if out is not None:
-        output_folder(out)
+        check_folder(out)
     check_outputs(csv, plot, None)
     if animate is not None:
         if animate.suffix.lower() != ".gif":

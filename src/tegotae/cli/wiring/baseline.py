@@ -11,7 +11,7 @@ import numpy as np
 import tyro
 
 from tegotae._support.errors import TegotaeError
-from tegotae._support.files import output_folder
+from tegotae._support.files import check_folder
 from tegotae.cli.env_options import EnvOptions
 from tegotae.cli.tables import print_rows
 
@@ -59,7 +59,7 @@ class WiringBaseline(EnvOptions):
         )
         experiment.check()
         out = Path("runs") / f"{self.called}-vanilla" if self.out is None else self.out
-        output_folder(out)
+        check_folder(out)
         assert experiment.omega is not None
         omega = (
             self.frequencies

@@ -16,7 +16,7 @@ import msgspec
 from tegotae._support import documents
 from tegotae._support.documents import DamagedDocumentError, Json, JsonObject
 from tegotae._support.errors import TegotaeError
-from tegotae._support.files import output_file
+from tegotae._support.files import output_file, output_folder
 from tegotae._support.locks import hold
 from tegotae._support.optional_dependencies import require
 from tegotae._support.workplace import earlier, move
@@ -50,7 +50,7 @@ def opened(path: Path, configuration: Mapping[str, Json], *, anew: bool = False)
         MissingExtraError: without Optuna.
     """
     optuna = require("optuna", "tune")
-    path = output_file(path)
+    output_folder(output_file(path).parent)
     if anew and path.exists():
         _set_aside(path)
     try:
