@@ -6,7 +6,7 @@ from pathlib import Path
 import jax.numpy as jnp
 
 from tegotae import register
-from tegotae.figures.style import COLOURS, new_figure, save_figure, styled
+from tegotae.figures.style import new_figure, save_figure, styled
 from tegotae.measures.hopping import Episode, GaitMetric
 from tegotae.measures.hopping.check import check_metric
 from tegotae.studies.paper.folder import Folder
@@ -46,10 +46,11 @@ records, _ = Folder(Path("study")).all()
 table = tabulate(records)
 
 with styled():
-    figure = new_figure(4.0, 2.4)
+    figure = new_figure(4.0, 1.8)
     axes = figure.subplots()
-    axes.plot(table["best_fitness"], table["mean_force_n"], "o", color=COLOURS[0])
-    axes.set(xlabel="fitness, CoT⁻¹ [m/J]", ylabel="mean force [N]")
+    bars = axes.barh([f"run {run}" for run in table["run"]], table["mean_force_n"], 0.5)
+    axes.bar_label(bars, [f"fitness {x:.3f} m/J" for x in table["best_fitness"]], padding=4)
+    axes.set(xlabel="mean force [N]", title=table["model"][0], xlim=(0, 0.4))
 save_figure(figure, "own_metric.png")
 for row in range(len(table)):
     print(f"{table['model'][row]}, run {table['run'][row]}: {table['mean_force_n'][row]:.2f} N")

@@ -448,8 +448,8 @@ def drawn_figure() -> None:
         table = read_csv(FOLDER / "gallop-map.csv")
         for axes, way, title in zip(maps, ("omega", "inertia"), _TITLES, strict=True):
             seen += _map(axes, table, way)
-            axes.set(xlabel="com_x [l0]", title=title)
-        maps[0].set_ylabel("r")
+            axes.set(xlabel="centre of mass, forward [l0]", title=title)
+        maps[0].set_ylabel("ω over the rate of pitching, r")
         named_gaits = sorted(set(seen), key=lambda name: (name in NO_GAIT, name))
         keys = [
             Line2D([], [], marker="s", ls="", color=gait_colour(n), label=n) for n in named_gaits
@@ -458,7 +458,7 @@ def drawn_figure() -> None:
         save_figure(figure, FOLDER / "gallop.png")
 
 
-_TITLES = ("r varied by ω", "by the inertia of pitching, ω = 7.2")
+_TITLES = ("r varied by ω", "r varied by inertia, ω = 7.2")
 
 
 def _modes(axes: Axes) -> None:

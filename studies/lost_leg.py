@@ -261,8 +261,8 @@ class Report:
 
 def markdown(table: dict[str, np.ndarray]) -> str:
     """A row a leg."""
-    titles = ("walker", "leg lost", "margin of hips", "of feet", "stays up", "walks on",
-              "speed before", "speed after", "CoT after", "falls after")  # fmt: skip
+    titles = ("walker", "leg lost", "margin of hips", "of feet", "stay up, walk on",
+              "speed before, after", "CoT after", "falls after")  # fmt: skip
     lines = [f"| {' | '.join(titles)} |", "|---" * len(titles) + "|"]
     for cells in zip(*table.values(), strict=True):
         row = dict(zip(table, (str(c) for c in cells), strict=True))
@@ -273,8 +273,8 @@ def markdown(table: dict[str, np.ndarray]) -> str:
         name = row["body"] + (f", run {row['run']}" if row["run"] else "")
         stood = row["stood"]
         own = (name, row["leg"], number("margin"), number("margin_of_feet"),
-               f"{row['stays_up']} of {stood}", f"{row['walks_on']} of {stood}",
-               number("speed_before"), number("speed"),
+               f"{row['stays_up']}, {row['walks_on']} of {stood}",
+               f"{number('speed_before')}, {number('speed')}",
                number("cost_of_transport"), number("falls_after", 1))  # fmt: skip
         lines.append(f"| {' | '.join(own)} |")
     return "\n".join(lines) + "\n"
@@ -296,7 +296,7 @@ def draw(tables: list[dict[str, np.ndarray]]) -> Any:
             axes.plot(
                 margin + jitter, share, marks[number % len(marks)], ms=5, alpha=0.8,
                 mfc="none" if learned else None, color=COLOURS[number % 7],
-                label=f"learned, {name}" if learned else name,
+                label=f"learned, {name.replace('-', ' ')}" if learned else name,
             )  # fmt: skip
             number += 1
     axes.axvline(0.0, color="0.7", lw=0.6)

@@ -20,6 +20,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from matplotlib.lines import Line2D
 
 from kept import write_rows, write_text
 from tegotae import find
@@ -239,7 +240,7 @@ def picture() -> None:
     kept = read_csv(OUT / "walkers_curves.csv")
     names = [name for name in BODIES if name in set(kept["body"])]
     with styled():
-        figure = new_figure(7.0, 3.8)
+        figure = new_figure(7.0, 4.0)
         for k, name in enumerate(names):
             ax = figure.add_subplot(2, 3, k + 1)
             of_body = kept["body"] == name
@@ -253,6 +254,13 @@ def picture() -> None:
             ax.set_title(name)
             ax.set_xlabel("generation" if k >= len(names) - 3 else "")
             ax.set_ylabel("return" if k % 3 == 0 else "")
+        lines = [Line2D([], [], color=COLOURS[seed], label=f"seed {seed}") for seed in SEEDS]
+        lines += [
+            Line2D([], [], color="0.4", label="best sample so far"),
+            Line2D([], [], color="0.4", alpha=0.35, label="centre of the search"),
+            Line2D([], [], color="0.4", ls="--", lw=0.8, label="vanilla"),
+        ]
+        figure.legend(handles=lines, loc="outside lower center", ncols=len(lines))
         save_figure(figure, OUT / "walkers_curves.png")
 
 

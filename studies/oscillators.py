@@ -56,6 +56,12 @@ SHOWN = {
     "recovery_share": "recovered share",
 }
 """What is listed of a run, by column."""
+_TITLES = {
+    "hopf": "Hopf",
+    "adaptive-hopf": "adaptive Hopf",
+    "van-der-pol": "van der Pol",
+    "matsuoka": "Matsuoka",
+}
 
 
 @dataclass(frozen=True)
@@ -182,6 +188,13 @@ def _table(title: str, rows: dict[str, Any]) -> str:
     return "\n".join(lines) + "\n"
 
 
+def title(oscillator: str) -> str:
+    """An oscillator as it is written in the figure."""
+    name = oscillator.removeprefix("learned-")
+    written = _TITLES.get(name, name)
+    return written if name == oscillator else f"{written}, learned"
+
+
 def draw(rows: dict[str, Any]) -> Figure:
     """Fitness and share of settled gaits: a mark a run, a line at the mean of an architecture."""
     shown = ("best_fitness", "limit_cycle_share")
@@ -200,7 +213,7 @@ def draw(rows: dict[str, Any]) -> Figure:
                     inside = where["architecture"] == architecture
                     y = values[inside & (where["oscillator"] == oscillator)]
                     x = place - 0.4 + (at + 0.5) * width
-                    label = oscillator if place == 0 else None
+                    label = title(oscillator) if place == 0 else None
                     panel.plot(np.full(len(y), x), y, ".", color=colour, ms=3, alpha=0.6)
                     if np.isfinite(y).any():
                         ends = [x - 0.4 * width, x + 0.4 * width]

@@ -16,6 +16,7 @@ import numpy as np
 from matplotlib.lines import Line2D
 
 from kept import write_rows
+from learned_legs_figures import FAMILIES
 from tegotae._support.progress import reporting
 from tegotae._support.tables import numbers, read_csv
 from tegotae.figures.gaits.colours import gait_colour
@@ -85,6 +86,12 @@ def mean(x: np.ndarray) -> float:
     return float(np.mean(x[np.isfinite(x)])) if np.isfinite(x).any() else np.nan
 
 
+def shown(label: str) -> str:
+    """A controller file's name as it is written in the figure: family and run."""
+    name, at, _ = label.partition("+range@")
+    return f"{FAMILIES[name][0]}, run {label.rpartition('seed')[2]}" if at else label
+
+
 def figure() -> None:
     """Write `transitions.png`: the gaits of every run, on the way up and below it down."""
     table = read_csv(FOLDER / "transitions.csv")
@@ -103,10 +110,7 @@ def figure() -> None:
                     width = LEVELS[1] - LEVELS[0]
                     axes.bar(omega, 0.34, width, row + low, color=gait_colour(name), lw=0)
                     seen += [name] if name not in seen else []
-        short = [
-            label.split("@")[0] + " " + label[-1] if "@" in label else label for label in labels
-        ]
-        axes.set_yticks(0.4 + np.arange(len(labels)), short)
+        axes.set_yticks(0.4 + np.arange(len(labels)), [shown(label) for label in labels])
         axes.set(xlabel="frequency ω [√(g/l0)]", ylim=(0.0, len(labels)))
         keys = [Line2D([], [], marker="s", ls="", color=gait_colour(n), label=n) for n in seen]
         drawn.legend(handles=keys, loc="outside lower center", ncols=2)

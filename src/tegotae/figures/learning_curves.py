@@ -20,6 +20,14 @@ from tegotae.training.curves import COT, FITNESS, LearningCurve, groups, shared,
 
 LABELS = {COT: "CoT⁻¹ [m/J]", FITNESS: "fitness"}
 """What the vertical axis is called, by the measure of the curves."""
+_TITLES = {
+    "pgpe": "PGPE",
+    "cma-es": "CMA-ES",
+    "openai-es": "OpenAI-ES",
+    "ppo": "PPO",
+    "sac": "SAC",
+}
+"""Algorithms as they are written."""
 _OTHERS = "0.72"
 _BESIDE = 3  # panels side by side
 
@@ -54,8 +62,9 @@ def algorithms_figure(curves: Sequence[LearningCurve]) -> Figure:
             values = np.concatenate([c.value for c in curves if c.model == model])
             most, least = float(values.max()), min(0.0, float(values.min()))
             for i, (panel, algorithm) in enumerate(zip(own, algorithms, strict=False)):
-                title = f"{model}: {algorithm}"
-                title = title if len(title) < 36 else f"{model}:\n{algorithm}"
+                name = algorithm_title(algorithm)
+                title = f"{model}: {name}"
+                title = title if len(title) < 36 else f"{model}:\n{name}"
                 panel.set_title("\n".join(map(literal, title.split("\n"))), loc="left")
                 room = 0.1 * (most - least) or 1.0
                 panel.set_ylim(least - room if least < 0.0 else 0.0, most + room)
@@ -83,6 +92,17 @@ def algorithms_figure(curves: Sequence[LearningCurve]) -> Figure:
             handles=_handles(several, len(algorithms) > 1), loc="outside lower center", ncols=4
         )
     return figure
+
+
+def algorithm_title(name: str) -> str:
+    """An algorithm as it is written in a figure.
+
+    Example:
+        >>> algorithm_title("pgpe, usual settings"), algorithm_title("mine")
+        ('PGPE, usual settings', 'mine')
+    """
+    first, comma, rest = name.partition(",")
+    return _TITLES.get(first, first) + comma + rest
 
 
 def _handles(several_runs: bool, several_algorithms: bool) -> list[Artist]:

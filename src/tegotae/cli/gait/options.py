@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import tyro
 
 from tegotae._support.errors import TegotaeError, require_finite, unknown
-from tegotae._support.files import output_folder
+from tegotae._support.files import check_folder
 from tegotae.cli.figure.output import PictureFormat, file_stem
 from tegotae.cli.options import UNSET, AsItIs
 from tegotae.parts.fields import FieldNumber
@@ -100,11 +100,12 @@ class LeggedSystemOptions(LegsOptions):
 
     def title(self, legged: Legged, *, omega: bool = True) -> str:
         """The system in a few words, for a figure."""
+        from tegotae.figures.gaits.labels import setting
         from tegotae.figures.style import literal
 
         name = self.system.rpartition(":")[2] or self.system
         at = f", ω = {legged.omega:g}" if omega and legged.omega is not None else ""
-        words = [name, *self.set, " ".join(self.terrain)]
+        words = [name, *map(setting, self.set), " ".join(self.terrain)]
         words += [f"{what} {x:g}" for what in ("delay", "noise") if (x := getattr(self, what))]
         return literal(", ".join(filter(None, words))) + at
 
@@ -154,13 +155,13 @@ class GaitCommand(PictureFormat, LeggedSystemOptions):
         return Path(f"{kind}-{file_stem(self.system)}") if self.out is None else self.out
 
     def legged(self) -> Legged:
-        """The system with what was given; the folder is made.
+        """The system with what was given; the folder is tried for writing.
 
         Raises:
             TegotaeError: for what cannot be, before anything is computed.
         """
         found = super().legged()
-        output_folder(self.folder)
+        check_folder(self.folder)
         return found
 
     def draw(self, figure: Figure, name: str) -> Path:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from pathlib import Path
 
 import numpy as np
@@ -56,7 +57,7 @@ def simulate(
     if csv is not None:
         tables.write_csv(csv, columns(found), digits=7)
     if plot is not None:
-        _draw(found, plot, Path(name).stem)
+        _draw(found, plot, titled(Path(name).stem))
     if animate is not None:
         from tegotae.figures.film import write_film
 
@@ -81,6 +82,16 @@ def columns(found: Replay) -> dict[str, np.ndarray]:
 def shown(name: str, value: float) -> str:
     """A number of a replay with its unit."""
     return "–" if math.isnan(value) else f"{value:.4g} {LABELS[name][1]}".strip()
+
+
+def titled(stem: str) -> str:
+    """A controller file's name as a title.
+
+    Example:
+        >>> titled("AR-rF-reflex-w8-seed1")
+        'AR-rF-reflex-w8, seed 1'
+    """
+    return re.sub(r"-seed(\d+)$", r", seed \1", stem)
 
 
 def _draw(found: Replay, plot: Path, name: str) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import to_rgb
@@ -9,20 +11,27 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from tegotae.figures.gaits.colours import by_side, gait_colour
+from tegotae.figures.gaits.labels import label
 from tegotae.figures.maps import quantities
-from tegotae.figures.style import PAGE_IN, literal, new_figure, styled
+from tegotae.figures.style import PAGE_IN, new_figure, styled
 from tegotae.measures.gaits.names import (
     AS_RELEASED,
+    IN_BETWEEN,
     NO_GAIT,
     NOT_LOCKED,
     STANDING,
 )
 from tegotae.studies.gaits.map import NO_BODY, Cells, GaitMap
-from tegotae.studies.gaits.parameter_axes import OMEGA, SIGMA, Axis
-from tegotae.systems.legged import Legged
 
 _PALE = 0.55
 """How far towards white the colour of a cell is whose starts disagree."""
+_HATCHES = {
+    IN_BETWEEN: ".....",
+    "diagonal-sequence walk": "/////",
+    "lateral-sequence walk": "\\\\\\\\\\",
+}
+"""Of gaits whose colours are as light as that of a trot: printed in grey they differ by this."""
+_THIN: Any = {"hatch_linewidth": 0.4, "hatchcolor": "0.3"}
 _COMMON = 0.002
 """Share of the cells below which a gait is not in the legend."""
 
@@ -53,45 +62,26 @@ def map_figure(found: GaitMap, note: str = "") -> Figure:
     return figure
 
 
-_FIELDS = {
-    "com_x_m": ("centre of mass, forward", "m"),
-    "com_y_m": ("centre of mass, to the left", "m"),
-    "com_z_m": ("centre of mass, upward", "m"),
-    "inertia_ratio": ("inertia ratio", ""),
-    "mass_kg": ("mass", "kg"),
-    "stiffness_n_per_m": ("stiffness", "N/m"),
-    "damping_ns_per_m": ("damping", "N s/m"),
-    "rest_length_m": ("leg length", "m"),
-}
-"""Fields of bodies in words, and their units."""
-
-
-def label(axis: Axis, legged: Legged) -> str:
-    """A parameter as it is written at an axis."""
-    if axis.name == OMEGA:
-        return f"frequency ω [rad/{legged.units[1]}]"
-    if axis.name == SIGMA:
-        return "gain σ"
-    per_leg = isinstance(getattr(legged.body, axis.name), tuple)
-    words, unit = _FIELDS.get(axis.name, (axis.name, ""))
-    if unit == "m" and legged.dimensionless:
-        unit = "l0"
-    unit = "times usual" if per_leg else unit
-    return literal(f"{words} [{unit}]" if unit else words)
-
-
 def _gaits(figure: Figure, axes: Axes, found: GaitMap, cells: Cells) -> None:
     colours = np.array([_rgb(name) for name in cells.gait.ravel()]).reshape(*cells.gait.shape, 3)
     split = (cells.share < 1.0)[..., None]
     shown = np.where(split, colours + _PALE * (1.0 - colours), colours)
     axes.pcolormesh(*_grid(found), shown, rasterized=True)
+    for name, hatch in _HATCHES.items():
+        if (cells.gait == name).sum() > 1 and min(cells.gait.shape) > 1:
+            inside = (cells.gait == name).astype(float)
+            area = axes.contourf(*_grid(found), inside, (0.5, 1.5), hatches=[hatch], colors="none")
+            area.set(**_THIN)
     names, counts = np.unique(cells.gait, return_counts=True)
     listed = [
         str(names[i])
         for i in np.lexsort((-counts, np.isin(names, (*NO_GAIT, NO_BODY))))
         if counts[i] >= _COMMON * cells.gait.size
     ]
-    handles = [Patch(facecolor=_rgb(name), edgecolor="0.4", lw=0.4, label=name) for name in listed]
+    handles = [
+        Patch(facecolor=_rgb(n), edgecolor="0.4", lw=0.4, label=n, hatch=_HATCHES.get(n), **_THIN)
+        for n in listed
+    ]
     if split.any():
         handles.append(Patch(fill=False, lw=0, label="(pale where starts disagree)"))
     figure.legend(handles=handles, loc="outside lower center", ncols=4, handlelength=1.2)

@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from tegotae.figures.gaits.colours import gait_colour, gait_marker
-from tegotae.figures.gaits.map import label
+from tegotae.figures.gaits.labels import label
 from tegotae.figures.style import COLUMN_IN, new_figure, styled
 from tegotae.studies.gaits.stability import GaitStability, StabilityBranch
 
