@@ -5,6 +5,7 @@
     python studies/gallop.py search    # gallops of bodies like G, beside their trots; two minutes
     python studies/gallop.py best      # the best of these over all frequencies; seconds
     python studies/gallop.py figure    # the figure of modes and map
+    python studies/gallop.py film      # walk, trot and gallop of one rollout; half a minute
 
 Tables and the figure go to `docs/_static/gaits`. r is ω over the natural rate of pitching with all
 feet down, ω / √(Σ K_z x_i² / I_yy), with x_i the hips' distance from the centre of mass.
@@ -17,6 +18,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 from matplotlib.axes import Axes
@@ -27,6 +29,8 @@ from kept import write_rows
 from tegotae._support.errors import TegotaeError
 from tegotae._support.progress import reporting
 from tegotae._support.tables import numbers, read_csv
+from tegotae.figures.animation import FRAMES_PER_S, save_animation
+from tegotae.figures.gaits.animation import moving
 from tegotae.figures.gaits.colours import gait_colour
 from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, save_figure, styled
 from tegotae.measures.gaits.names import NO_GAIT, gait_of, named
@@ -34,7 +38,8 @@ from tegotae.parts.bodies import Walker
 from tegotae.parts.fields import with_fields
 from tegotae.simulation.recorder import needing
 from tegotae.simulation.rollout import Timing
-from tegotae.simulation.world import with_changes
+from tegotae.simulation.world import Staircase, with_changes
+from tegotae.studies.gaits.sweep import DETUNING, LevelsSummary, staircase_timing
 from tegotae.systems.legged import Legged, lanes_of, random_phases
 from tegotae.systems.legged_systems import system
 from tegotae.systems.tuned import family
@@ -458,6 +463,47 @@ def drawn_figure() -> None:
         save_figure(figure, FOLDER / "gallop.png")
 
 
+RISE = (3.4, 5.5, 7.6)
+"""Frequencies of the film, one after the other without a new release: walk, trot, gallop."""
+DWELL, SHOWN = 200.0, 3.0
+"""How long each lasts [√(l0 / g)], and how many strides of its end are shown, a stride a second."""
+
+
+def film() -> None:
+    """Write `transition.gif`: one rollout in which ω rises by steps."""
+    legged = system("quadruped-g")
+    timing = staircase_timing(legged.timing, len(RISE), DWELL)
+    phase = random_phases(4, 1)
+    off = DETUNING * np.random.default_rng(0).normal(size=phase.shape)
+    climb = Staircase(np.array([RISE[1] - RISE[0]]), timing.duration_s / len(RISE), len(RISE) + 0.0)
+    scenario = legged.scenario(phase, changes={"omega": climb})._replace(omega=RISE[0] * (1 + off))
+    levels = LevelsSummary(len(RISE), legged.summary())
+
+    def closely(trajectory: Any, scenario: Any, body: Any, timing: Timing) -> Any:
+        return trajectory, levels(trajectory, scenario, body, timing)
+
+    trajectory, found = legged.run(closely, scenario, timing)
+    trajectory = jax.tree.map(lambda x: np.asarray(x)[..., 0], trajectory)
+    found = lanes_of(found)
+    each = [type(found)(*(x[k] for x in found)) for k in range(len(RISE))]
+    gaits = [gait_of(level, legged.names)[0] for level in each]
+    length = timing.n_frames // len(RISE)
+    frames = []
+    for k, level in enumerate(each):
+        back_s = SHOWN / float(level.cycle_frequency_hz[0])
+        back = np.linspace(back_s / timing.frame_s, 0.0, round(SHOWN * FRAMES_PER_S))
+        frames.append((k + 1) * length - 1 - np.round(back).astype(int))
+    with styled():
+        shown = moving(
+            legged,
+            trajectory,
+            np.concatenate(frames),
+            lambda at: f"ω = {RISE[at // length]:g}   {gaits[at // length]}",
+        )
+        save_animation(shown, FOLDER / "transition.gif")
+    print(*(f"ω = {w:g}: {gait}" for w, gait in zip(RISE, gaits, strict=True)), sep="; ")
+
+
 _TITLES = ("r varied by ω", "r varied by inertia, ω = 7.2")
 
 
@@ -488,7 +534,14 @@ def _map(axes: Axes, table: dict[str, np.ndarray], way: str) -> list[str]:
 
 def main() -> None:
     """Do what is asked."""
-    steps = {"modes": modes, "map": mapped, "search": search, "best": best, "figure": drawn_figure}
+    steps = {
+        "modes": modes,
+        "map": mapped,
+        "search": search,
+        "best": best,
+        "figure": drawn_figure,
+        "film": film,
+    }
     for step in sys.argv[1:] or steps:
         if step not in steps:
             sys.exit(f"{step} is none of {', '.join(steps)}")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +13,9 @@ from matplotlib.axes import Axes
 from tegotae.figures.animation import FRAMES_PER_S, animation_file, save_animation
 from tegotae.figures.gaits.poses import LegPositions, pose
 from tegotae.figures.style import COLOURS, new_figure, styled
+from tegotae.simulation.recorder import Trajectory
 from tegotae.studies.gaits.simulate import GaitRun
+from tegotae.systems.legged import Legged
 
 STRIDES = 4.0
 """How many of the last strides are shown, a stride a second."""
@@ -38,27 +41,43 @@ def animation(run: GaitRun) -> FuncAnimation:
     Raises:
         TegotaeError: for a body that cannot be drawn.
     """
-    shape = pose(run.legged.body, run.trajectory).along_torso()
-    frames = _frames(run)
-    names, wide = run.legged.names, np.ptp(shape.hips_m[0, :, 1]) > 0.0
+    return moving(run.legged, run.trajectory, _frames(run), lambda _: run.gait)
+
+
+def moving(
+    legged: Legged, trajectory: Trajectory, frames: np.ndarray, note: Callable[[int], str]
+) -> FuncAnimation:
+    """The animation of some frames of a rollout of one lane.
+
+    Args:
+        legged: the system.
+        trajectory: all channels, [frames, limbs] of legs, else [frames].
+        frames: the recorded frames that are shown, in their order.
+        note: what the title says at a frame, such as the gait.
+
+    Raises:
+        TegotaeError: for a body that cannot be drawn.
+    """
+    shape = pose(legged.body, trajectory).along_torso()
+    names, wide = legged.names, np.ptp(shape.hips_m[0, :, 1]) > 0.0
     views = (_SIDE, _ABOVE) if wide else (_SIDE,)
-    long = np.ptp(shape.hips_m[0, :, 0]) + 2.0 * _MARGIN + 0.5 * run.legged.body.rest_length_m  # type: ignore[attr-defined]
+    long = np.ptp(shape.hips_m[0, :, 0]) + 2.0 * _MARGIN + 0.5 * legged.body.rest_length_m  # type: ignore[attr-defined]
     figure = new_figure(4.4, 4.2 if wide else 2.8)
     scenes = np.atleast_1d(figure.subplots(len(views), 1))  # type: ignore[call-overload]
     artists = [
-        _View(axes, shape, view, long, run, frames)
+        _View(axes, shape, view, long, legged, frames)
         for axes, view in zip(scenes, views, strict=True)
     ]
-    scenes[-1].set_xlabel(f"forward [{run.legged.units[0]}]")
+    scenes[-1].set_xlabel(f"forward [{legged.units[0]}]")
     label = scenes[0].set_title(" ")
 
     def draw(index: int) -> list[Artist]:
-        time = float(run.trajectory.time_s[index])
+        time = float(trajectory.time_s[index])
         standing = " ".join(
             name if on else "·" * len(name)
             for name, on in zip(names, shape.stands[index], strict=True)
         )
-        label.set_text(f"{time:6.2f} {run.legged.units[1]}   {run.gait}   {standing}")
+        label.set_text(f"{time:6.2f} {legged.units[1]}   {note(index)}   {standing}")
         return [label, *(each for artist in artists for each in artist.draw(index))]
 
     draw(int(frames[0]))
@@ -76,18 +95,18 @@ class _View:
         shape: LegPositions,
         view: tuple[int, int],
         long: float,
-        run: GaitRun,
+        legged: Legged,
         frames: np.ndarray,
     ) -> None:
         self.axes, self.shape, self.view, self.long = axes, shape, view, long
         axes.set_aspect("equal", adjustable="box")
-        axes.set_ylabel(f"{'up' if view is _SIDE else 'left'} [{run.legged.units[0]}]")
+        axes.set_ylabel(f"{'up' if view is _SIDE else 'left'} [{legged.units[0]}]")
         if view is _SIDE:
             top = max(shape.hips_m[frames][..., 2].max(), shape.feet_m[frames][..., 2].max())
             axes.axhspan(-1e3, 0.0, color="0.88", lw=0)
             axes.set_ylim(-0.15, float(top) + _MARGIN)
         (self.outline,) = axes.fill([0.0], [0.0], color="0.75", ec="k", lw=1.0, zorder=2)
-        limbs = run.legged.body.limbs
+        limbs = legged.body.limbs
         self.legs = [
             axes.plot([], [], "-", color=COLOURS[i % len(COLOURS)], lw=1.6, zorder=3)[0]
             for i in range(limbs)
