@@ -9,15 +9,23 @@ VENV ?= .venv
 SCALE ?= quick
 READING ?= study
 $(if $(filter $(READING),study calibrated),,$(error READING is $(READING); it must be study or calibrated))
-STUDY := results/$(SCALE)$(if $(filter calibrated,$(READING)),-calibrated)
-# Options of a study, by the reading: its own has none.
+# Of each reading: its folder of records, its options (the study's own has none), and its tables.
+STUDY_study := results/$(SCALE)
+STUDY_calibrated := results/$(SCALE)-calibrated
+STUDY := $(STUDY_$(READING))
 OPTIONS_study :=
 OPTIONS_calibrated := --mass 0.06861 --stiffness 4.38103 --damping 0.343426 \
   --flight-damping 0.343426 --max-force 1.23844 --rest-length 0.6331 --height 0.653992 \
   --drop 0.12662 --frequency-weight 0.08085
+TABLES_study := docs/_static/study/paper
+TABLES_calibrated := docs/_static/study-calibrated/calibrated
+TABLES := $(TABLES_$(READING))
 # Experiments on single claims, which take longer than the study: a small scale shows those kept.
 # To keep new ones: make experiments EXPERIMENTS=docs/_static/experiments
-EXPERIMENTS := $(if $(filter paper,$(SCALE)),results/experiments,docs/_static/experiments)
+# Those of the calibrated body are its gain map.
+EXPERIMENTS_study := $(if $(filter paper,$(SCALE)),results/experiments,docs/_static/experiments)
+EXPERIMENTS_calibrated := $(dir $(TABLES_calibrated))
+EXPERIMENTS := $(EXPERIMENTS_$(READING))
 BIN := $(VENV)/bin
 INSTALLED := $(VENV)/.installed
 
@@ -42,20 +50,23 @@ lint: $(INSTALLED)
 
 reproduce: $(INSTALLED)
 	$(BIN)/tegotae study run --dir $(STUDY) --scale $(SCALE) $(OPTIONS_$(READING))
-ifeq ($(SCALE),paper)
+ifeq ($(READING) $(SCALE),study paper)
 	$(MAKE) experiments EXPERIMENTS=$(EXPERIMENTS)
 endif
 	$(BIN)/tegotae study report --dir $(STUDY) --experiments $(EXPERIMENTS)
 
-# The tables and figures of the claims' page, from a study's folder.
-PAGE := docs/_static/study
+# The tables and figures of a reading's page, from its study's folder.
+PAGE := $(patsubst %/,%,$(dir $(TABLES)))
+BESIDE_study := docs/_static/study/paper-deviation-0.2.csv docs/_static/study/paper-80x16.csv \
+  $(TABLES_calibrated).csv
+BESIDE_calibrated := $(TABLES_study).csv
 study-tables: $(INSTALLED)
-	$(BIN)/tegotae study export --dir $(STUDY) --out $(PAGE)/paper.csv --budgets $(PAGE)/paper-budgets.csv \
-	  --sampled $(PAGE)/paper-sampled.csv
+	$(BIN)/tegotae study export --dir $(STUDY) --out $(TABLES).csv --budgets $(TABLES)-budgets.csv \
+	  --sampled $(TABLES)-sampled.csv
 	$(BIN)/tegotae study figures $(STUDY) --out $(PAGE)
-	$(BIN)/tegotae study claims $(PAGE)/paper.csv --out $(PAGE) --experiments docs/_static/experiments \
-	  --budgets $(PAGE)/paper-budgets.csv --sampled $(PAGE)/paper-sampled.csv \
-	  --beside $(PAGE)/paper-deviation-0.2.csv $(PAGE)/paper-80x16.csv \
+	$(BIN)/tegotae study claims $(TABLES).csv --out $(PAGE) --budgets $(TABLES)-budgets.csv \
+	  --sampled $(TABLES)-sampled.csv --beside $(BESIDE_$(READING)) \
+	  --experiments $(if $(filter study,$(READING)),docs/_static/experiments,$(PAGE)) \
 	  --readings docs/_static/multiverse
 
 experiments: EXPERIMENTS := results/experiments

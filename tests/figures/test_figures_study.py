@@ -84,6 +84,18 @@ def test_above_a_bar_stands_the_share_of_runs_that_do_not_define_it():
     assert not panel(figure, "t1_s", 0).texts
 
 
+def test_what_is_possible_is_drawn_for_the_body_whose_optimum_is_known_alone():
+    def said(of: Table) -> tuple[int, bool]:
+        figure = architectures_figure(of)
+        (legend,) = figure.legends
+        words = " ".join(text.get_text() for text in legend.get_texts())
+        dashed = [line for axes in figure.axes for line in axes.lines if line.get_ls() == "--"]
+        return len(dashed), "physically possible" in words
+
+    assert said(table()) == (4, True)
+    assert said(table(optimum_share=np.full(5, np.nan))) == (0, False)
+
+
 def test_what_never_hops_has_a_zero_and_what_is_never_defined_a_dash():
     figure = architectures_figure(table(t0_s=np.full(5, np.nan)))
     assert [text.get_text() for text in panel(figure, "cot_inverse", 0).texts] == ["0"]

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from places import ROOT
+from study_tables import table
 from tegotae import (
     Engine,
     Hopper,
@@ -44,6 +45,7 @@ from tegotae.measures.optimum import (
 from tegotae.measures.optimum.exact import PI_ABOVE, covers
 from tegotae.measures.optimum.grid import least_work
 from tegotae.measures.optimum.problem import flow, least_lift_off, most_lift_off
+from tegotae.studies.paper.export import write_csv
 from tegotae.systems import controller_file
 
 HOPPER = Hopper()
@@ -471,6 +473,13 @@ def test_the_figure_comes_with_its_numbers(tmp_path):
     header = out.with_suffix(".csv").read_text().splitlines()[0]
     assert header.startswith("omega,cot_inverse,upper_bound")
     assert out.with_suffix(".stances.csv").exists()
+
+
+def test_a_table_of_another_body_is_not_held_against_this_ones_optimum(tmp_path, one_line_error):
+    path = tmp_path / "calibrated.csv"
+    write_csv(table(optimum_share=np.full(5, np.nan)), path)
+    said = one_line_error("figure", "optimum", str(path), "--out", str(tmp_path / "a.png"))
+    assert f"{path} has no shares of the optimum" in said
 
 
 def test_a_controller_in_the_figure_is_called_by_its_model_not_by_its_file():

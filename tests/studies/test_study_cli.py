@@ -236,15 +236,18 @@ def test_status_tells_of_a_damaged_record(damaged, capsys):
 
 
 def test_a_report_leaves_a_damaged_record_out_and_says_so(damaged, monkeypatch, capsys):
-    def page(records, *_) -> str:
-        return " ".join(sorted(record.model for record in records))
+    def page(records, about, *_) -> str:
+        return f"{' '.join(sorted(record.model for record in records))}: {about}"
 
     monkeypatch.setattr("tegotae.figures.report.page.report", page)
     assert main(["study", "report", "--dir", str(damaged)]) == 0
     first, last = capsys.readouterr().out.splitlines()
     assert "is damaged" in first
     assert last == f"The report is {damaged.resolve() / 'report.html'}"
-    assert (damaged / "report.html").read_text() == "T-Fv V-sector-w8"
+    models, scale, body = (damaged / "report.html").read_text().split(": ", 2)
+    assert (models, scale) == ("T-Fv V-sector-w8", "Scale smoke")
+    assert body.startswith("2 models, ")
+    assert body.endswith("The hopper: 0.1 kg, a leg of 1 m, 5 N/m, 0.2 N s/m, at most 4 N.")
 
 
 def test_a_whole_record_replaces_a_damaged_one_in_a_merge(damaged, smoke_study, tmp_path, capsys):

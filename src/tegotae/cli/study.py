@@ -123,17 +123,16 @@ class StudyReport:
     def run(self) -> None:
         """Write it, and say where it is."""
         from tegotae.figures.report.page import report
+        from tegotae.studies.paper.about import about
         from tegotae.studies.paper.table import tabulate_budgets
 
         folder = Folder(self.dir)
         records, document = _records(folder), folder.document
         path = output_file(self.out or self.dir / "report.html")
-        about = (
-            f"Scale {document['scale']}: {len(records)} models, {document['seeds']} runs each, "
-            f"by {document['algorithm']['name']} with {document['algorithm']['population']} "
-            f"episodes a generation, at most {document['stopping']['generations']} generations."
+        described = about(document, len(records))
+        write_atomically(
+            path, report(records, described, self.experiments, tabulate_budgets(records))
         )
-        write_atomically(path, report(records, about, self.experiments, tabulate_budgets(records)))
         print(f"The report is {path.resolve()}")
 
 

@@ -99,10 +99,12 @@ def architecture_metrics(
 def architectures_figure(table: Table) -> Figure:
     """Fig. 2, II: every metric per architecture and ω_t, in its unit, with 95 % intervals.
 
-    The line in the panels of CoT⁻¹ is what is physically possible (`possible`).
+    The line in the panels of CoT⁻¹ is what is physically possible (`possible`); it is left out for
+    another body or another definition of work than those whose optimum is known.
     """
     found = architecture_metrics(table)
     shown = table.shown(FIGURE)
+    limited = "optimum_share" in table.metrics and np.isfinite(table["optimum_share"]).any()
     omegas, names = frequencies(table), architectures(table)
     own = set(table.beside_the_paper()["architecture"].tolist())
     colours = dict(zip(omegas, _colours(omegas), strict=True))
@@ -111,7 +113,7 @@ def architectures_figure(table: Table) -> Figure:
         panels = figure.subplots(len(shown), 2, sharex=True, sharey="row", squeeze=False)
         for row, metric in zip(panels, shown, strict=True):
             of = {key: value for key, value in found.items() if key[1] == metric.name}
-            limit = _LIMITS.get(metric.name, lambda: None)()
+            limit = _LIMITS[metric.name]() if metric.name in _LIMITS and limited else None
             bottom, top = _ends(of.values(), [] if limit is None else [limit])
             for panel, observation in zip(row, OBSERVATIONS, strict=True):
                 for place, architecture in enumerate(names):
@@ -139,9 +141,10 @@ def architectures_figure(table: Table) -> Figure:
             Patch(color=colours[omega], lw=0, label=_named(omega, own)) for omega in omegas
         ]
         named.append(Line2D([], [], color="black", lw=1.0, label="95 % interval over runs"))
-        of_whom = " for the paper's hopper" if own else ""
-        limit = f"what is physically possible{of_whom}"
-        named.append(Line2D([], [], color="0.3", lw=0.8, ls="--", label=limit))
+        if limited:
+            of_whom = " for the paper's hopper" if own else ""
+            limit = f"what is physically possible{of_whom}"
+            named.append(Line2D([], [], color="0.3", lw=0.8, ls="--", label=limit))
         figure.legend(
             handles=named,
             loc="outside lower center",

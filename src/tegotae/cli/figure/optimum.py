@@ -54,6 +54,11 @@ class Optimum(Output):
         longer: dict[str, Gaits] = {}
         for path in self.tables:
             table = read_csv(path)
+            if "optimum_share" in table.metrics and np.isnan(table["optimum_share"]).all():
+                raise TegotaeError(
+                    f"{path} has no shares of the optimum; it must be of the paper's hopper, with "
+                    "absolute work"
+                )
             for of, several in ((points, False), (longer, True)):
                 for name, gaits in _of_table(table, several=several).items():
                     before = of.get(name, (np.array([]), np.array([])))

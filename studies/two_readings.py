@@ -1,0 +1,152 @@
+"""The study in two bodies, side by side: that of the study's own reading, and the calibrated one.
+
+    python studies/two_readings.py
+
+reads the tables of both studies (`make study-tables`, `make study-tables READING=calibrated`), and
+writes `two_readings.md` and `two_readings.png` to `docs/_static/study-calibrated`.
+"""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import tyro
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from tegotae import Hopper
+from tegotae.cli.status import exit_status
+from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, save_figure, styled
+from tegotae.measures.hopping.statistics import Interval, interval
+from tegotae.studies.paper.export import read_csv
+from tegotae.studies.paper.table import ARCHITECTURES, Table
+
+DOCS = Path(__file__).resolve().parents[1] / "docs"
+CALIBRATED_WEIGHT_N = 0.06861 * 9.81
+READINGS = {
+    "the study": (DOCS / "_static" / "study" / "paper.csv", Hopper().weight_n),
+    "calibrated": (
+        DOCS / "_static" / "study-calibrated" / "calibrated.csv",
+        CALIBRATED_WEIGHT_N,
+    ),
+}
+"""The table of each reading, and the weight of its body [N]."""
+
+METRICS = {
+    "efficiency": "$m g$ CoT⁻¹",
+    "t0_s": "$T_0$ [s]",
+    "t1_s": "$T_1$ [s]",
+    "cpgu": "CPGu",
+    "limit_cycle_share": "settles (share)",
+}
+"""What is compared, with its label. Efficiency is weight times height climbed over work."""
+
+PLACES = tuple((name, "F") for name in ARCHITECTURES) + tuple(
+    (name, "Fv") for name in ("AR", "ART", "ARG", "ARGT", "T")
+)
+"""Architecture and input."""
+
+
+def summary(table: Table, weight_n: float) -> dict[tuple[str, str, str], Interval]:
+    """Mean and interval over runs, by metric, architecture and input; all designs count alike."""
+    found = {}
+    for architecture, observation in PLACES:
+        rows = table.where(architecture=architecture, observation=observation)
+        for metric in METRICS:
+            values = (
+                weight_n * rows["cot_inverse"] if metric == "efficiency" else rows[metric]
+            ).astype(float)
+            runs = rows["run"].astype(int)
+            # A run of each design at once: their mean is one value, so that runs alone vary.
+            with np.errstate(invalid="ignore"):
+                means = [_mean(values[runs == run]) for run in np.unique(runs)]
+            found[metric, architecture, observation] = interval(means)
+    return found
+
+
+def _mean(values: np.ndarray) -> float:
+    known = values[np.isfinite(values)]
+    return float(known.mean()) if len(known) else np.nan
+
+
+def draw(found: dict[str, dict[tuple[str, str, str], Interval]]) -> Figure:
+    """A panel a metric; a pair of marks an architecture, one of each reading."""
+    with styled():
+        figure = new_figure(PAGE_IN, 1.25 * len(METRICS) + 0.5)
+        panels = figure.subplots(len(METRICS), 1, sharex=True)
+        at = np.arange(len(PLACES))
+        for panel, (metric, label) in zip(panels, METRICS.items(), strict=True):
+            for shift, marker, colour, of in zip(
+                (-0.13, 0.13), "os", COLOURS, found.values(), strict=False
+            ):
+                own = [of[metric, *place] for place in PLACES]
+                mean, low, high = (
+                    np.array([getattr(each, name) for each in own])
+                    for name in ("mean", "low", "high")
+                )
+                panel.vlines(at + shift, low, high, color=colour, lw=1.0)
+                filled = {} if marker == "o" else {"mfc": "white"}
+                panel.plot(at + shift, mean, marker, color=colour, ms=4, **filled)
+            panel.set_ylabel(label)
+            panel.set_ylim(bottom=0.0)
+            panel.axvline(len(ARCHITECTURES) - 0.5, color="0.7", lw=0.6)
+        panels[-1].set_xticks(at, [name for name, _ in PLACES])
+        panels[0].set_title(
+            "input $F_k$" + 62 * " " + r"input $F_k, \dot y$", loc="left", fontsize=8
+        )
+        marks = [
+            Line2D([], [], color=COLOURS[0], marker="o", ls="", ms=4, label="the study's reading"),
+            Line2D(
+                *([], []), color=COLOURS[1], marker="s", mfc="white", ls="", ms=4,
+                label="the calibrated reading",
+            ),
+        ]  # fmt: skip
+        figure.legend(handles=marks, loc="outside lower center", ncols=2)
+        figure.align_ylabels(panels)
+    return figure
+
+
+def text(found: dict[str, dict[tuple[str, str, str], Interval]]) -> str:
+    """The table of the page: efficiency, settling and transients of both, by architecture."""
+    shown = ("efficiency", "t0_s", "t1_s")
+    lines = [
+        "| | " + " | ".join(f"{METRICS[m]}, {r}" for m in shown for r in found) + " |",
+        "|-" * (1 + 2 * len(shown)) + "|",
+    ]
+    for architecture, observation in PLACES:
+        name = architecture + (r" on $F_k, \dot y$" if observation == "Fv" else "")
+        cells = [
+            _cell(of[metric, architecture, observation], 2 if metric == "efficiency" else 1)
+            for metric in shown
+            for of in found.values()
+        ]
+        lines.append(f"| {name} | " + " | ".join(cells) + " |")
+    return "\n".join(lines) + "\n"
+
+
+def _cell(of: Interval, digits: int) -> str:
+    if np.isnan(of.mean):
+        return "–"
+    return f"{of.mean:.{digits}f} [{of.low:.{digits}f}, {of.high:.{digits}f}]"
+
+
+@dataclass(frozen=True)
+class TwoReadings:
+    """Write the table and the figure."""
+
+    out: Path = DOCS / "_static" / "study-calibrated"
+    """Their folder."""
+
+    def run(self) -> None:
+        """Write them."""
+        found = {name: summary(read_csv(path), weight) for name, (path, weight) in READINGS.items()}
+        (self.out / "two_readings.md").write_text(text(found), encoding="utf-8")
+        save_figure(draw(found), self.out / "two_readings.png")
+        print(text(found), end="")
+
+
+if __name__ == "__main__":
+    sys.exit(exit_status(tyro.cli(TwoReadings).run))
