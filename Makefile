@@ -60,11 +60,14 @@ PAGE := $(patsubst %/,%,$(dir $(TABLES)))
 BESIDE_study := docs/_static/study/paper-deviation-0.2.csv docs/_static/study/paper-80x16.csv \
   $(TABLES_calibrated).csv
 BESIDE_calibrated := $(TABLES_study).csv
+# After which training a verdict turns is asked of the study's own reading alone.
+BUDGETS_study := --budgets $(TABLES_study)-budgets.csv
+BUDGETS := $(BUDGETS_$(READING))
 study-tables: $(INSTALLED)
-	$(BIN)/tegotae study export --dir $(STUDY) --out $(TABLES).csv --budgets $(TABLES)-budgets.csv \
+	$(BIN)/tegotae study export --dir $(STUDY) --out $(TABLES).csv $(BUDGETS) \
 	  --sampled $(TABLES)-sampled.csv
 	$(BIN)/tegotae study figures $(STUDY) --out $(PAGE)
-	$(BIN)/tegotae study claims $(TABLES).csv --out $(PAGE) --budgets $(TABLES)-budgets.csv \
+	$(BIN)/tegotae study claims $(TABLES).csv --out $(PAGE) $(BUDGETS) \
 	  --sampled $(TABLES)-sampled.csv --beside $(BESIDE_$(READING)) \
 	  --experiments $(if $(filter study,$(READING)),docs/_static/experiments,$(PAGE)) \
 	  --readings docs/_static/multiverse

@@ -1,4 +1,4 @@
-"""How many parameters can PGPE train? 96 to 4096, with settings as they are and with scaled ones.
+"""How many parameters can PGPE train? 96 to 1024, with settings as they are and with scaled ones.
 
     python studies/parameter_limit.py
 
@@ -7,7 +7,7 @@ writes `parameter_limit.csv`, `parameter_limit_curves.csv` and `parameter_limit.
 `results/parameter_limit`: interrupted and called again, it goes on from there.
 
 One model is trained at every size, from random weights, with the fitness of all trainings
-(CoT⁻¹ + ΔΩ), and for the same simulated time. Compared are three ways to choose PGPE's settings:
+(CoT⁻¹ + ΔΩ), each run to its plateau. Compared are three ways to choose PGPE's settings:
 
 - `as for 96`: those tuned for 96 parameters, whatever the size;
 - `scaled`: the same, but a standard deviation per weight that shrinks with the square root of their
@@ -40,13 +40,13 @@ from tegotae.systems.models import find
 from tegotae.training.algorithms import PGPE
 from tegotae.training.evolution import Evolution
 from tegotae.training.run import Run, train
-from tegotae.training.settings import configuration
+from tegotae.training.settings import tuned
 from tegotae.training.stopping import Stopping
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"
-SIZES = (96, 128, 256, 1024, 4096)
-LARGEST = {"as for 96": 1024, "pgpelib": 1024}
-"""Where a way ends: 4096 parameters take as long as all the rest, and one way is enough."""
+SIZES = (96, 128, 256, 1024)
+LARGEST = {"as for 96": 256, "pgpelib": 256}
+"""Where a way ends: 1024 parameters take as long as all the rest, and one way is enough."""
 COLUMNS = (
     *("way", "parameters", "population", "std", "learning_rate", "seed"),
     *("untrained_fitness", "fitness", "cot_inverse_m_per_j"),
@@ -55,19 +55,19 @@ COLUMNS = (
 
 def as_for_96(size: int) -> PGPE:
     """The tuned settings."""
-    return configuration("pgpe-80x16").settings
+    return tuned("pgpe")
 
 
 def scaled(size: int) -> PGPE:
     """The tuned settings, with a deviation for this many weights."""
-    settings = configuration("pgpe-80x16").settings
+    settings = tuned("pgpe")
     return dataclasses.replace(settings, std=settings.std * math.sqrt(BUDGET / size))
 
 
 def pgpelib(size: int) -> PGPE:
     """Step sizes and deviation of pgpelib's examples, with the tuned population."""
     return PGPE(
-        population=configuration("pgpe-80x16").settings.population,
+        population=tuned("pgpe").population,
         std=0.08,
         std_lr=0.1,
         learning_rate=0.075,
@@ -124,8 +124,8 @@ class ParameterLimit:
     """How PGPE's settings are chosen."""
     seeds: int = 6
     """Trainings of each."""
-    simulated_s: float = 61_440.0
-    """Simulated time of a training [s]; 80 generations of 32 episodes of 24 s."""
+    generations: int = 480
+    """Generations of a training at most."""
     work: Path = Path("results/parameter_limit")
     """Folder of the trainings."""
     out: Path = DOCS / "_static" / "experiments"
@@ -148,19 +148,22 @@ class ParameterLimit:
         model, settings = find(self.model), WAYS[way](size)
         experiment = model.experiment(budget=size)
         episode_s = experiment.timing.duration_s
-        generations = max(1, int(self.simulated_s // (settings.population * episode_s)))
+        whole = Stopping(generations=self.generations)
         run = Run(
             experiment=experiment,
             seeds=tuple(range(self.seeds)),
-            learner=Evolution(algorithm=settings, stopping=Stopping.after(generations)),
+            learner=Evolution(algorithm=settings, stopping=whole),
         )
         folder = self.work / f"{model.name}-{size}-{way.replace(' ', '-')}"
         train(run, folder)
         with (folder / "curves.csv").open() as stream:
-            rows = [row for row in csv.DictReader(stream) if int(row["step"]) < generations]
+            rows = list(csv.DictReader(stream))
 
         def column(name: str) -> np.ndarray:
-            return np.array([float(row[name]) for row in rows]).reshape(self.seeds, -1).T
+            """[generations, seeds]; NaN after a run's end."""
+            own = [[float(r[name]) for r in rows if int(r["seed"]) == s] for s in run.seeds]
+            longest = max(map(len, own))
+            return np.array([each + [np.nan] * (longest - len(each)) for each in own]).T
 
         fitness = column("fitness")
         # A rollout that failed has a fitness of minus a million, which says nothing in a mean.

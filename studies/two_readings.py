@@ -37,12 +37,14 @@ READINGS = {
 
 METRICS = {
     "efficiency": "$m g$ CoT⁻¹",
+    "gain": "CoT⁻¹ over V's",
     "t0_s": "$T_0$ [s]",
     "t1_s": "$T_1$ [s]",
     "cpgu": "CPGu",
     "limit_cycle_share": "settles (share)",
 }
-"""What is compared, with its label. Efficiency is weight times height climbed over work."""
+"""What is compared, with its label. Efficiency is weight times height climbed over work; the gain,
+CoT⁻¹ over the mean of V, stands in its place in the figure."""
 
 PLACES = tuple((name, "F") for name in ARCHITECTURES) + tuple(
     (name, "Fv") for name in ("AR", "ART", "ARG", "ARGT", "T")
@@ -52,13 +54,16 @@ PLACES = tuple((name, "F") for name in ARCHITECTURES) + tuple(
 
 def summary(table: Table, weight_n: float) -> dict[tuple[str, str, str], Interval]:
     """Mean and interval over runs, by metric, architecture and input; all designs count alike."""
+    scales = {
+        "efficiency": weight_n,
+        "gain": 1.0 / _mean(table.where(architecture="V")["cot_inverse"].astype(float)),
+    }
     found = {}
     for architecture, observation in PLACES:
         rows = table.where(architecture=architecture, observation=observation)
         for metric in METRICS:
-            values = (
-                weight_n * rows["cot_inverse"] if metric == "efficiency" else rows[metric]
-            ).astype(float)
+            values = rows["cot_inverse" if metric in scales else metric].astype(float)
+            values = values * scales.get(metric, 1.0)
             runs = rows["run"].astype(int)
             # A run of each design at once: their mean is one value, so that runs alone vary.
             with np.errstate(invalid="ignore"):
@@ -75,10 +80,11 @@ def _mean(values: np.ndarray) -> float:
 def draw(found: dict[str, dict[tuple[str, str, str], Interval]]) -> Figure:
     """A panel a metric; a pair of marks an architecture, one of each reading."""
     with styled():
-        figure = new_figure(PAGE_IN, 1.25 * len(METRICS) + 0.5)
-        panels = figure.subplots(len(METRICS), 1, sharex=True)
+        shown = {name: label for name, label in METRICS.items() if name != "efficiency"}
+        figure = new_figure(PAGE_IN, 1.2 * len(shown) + 0.5)
+        panels = figure.subplots(len(shown), 1, sharex=True)
         at = np.arange(len(PLACES))
-        for panel, (metric, label) in zip(panels, METRICS.items(), strict=True):
+        for panel, (metric, label) in zip(panels, shown.items(), strict=True):
             for shift, marker, colour, of in zip(
                 (-0.13, 0.13), "os", COLOURS, found.values(), strict=False
             ):
@@ -89,14 +95,15 @@ def draw(found: dict[str, dict[tuple[str, str, str], Interval]]) -> Figure:
                 )
                 panel.vlines(at + shift, low, high, color=colour, lw=1.0)
                 filled = {} if marker == "o" else {"mfc": "white"}
-                panel.plot(at + shift, mean, marker, color=colour, ms=4, **filled)
+                panel.plot(at + shift, mean, marker, color=colour, ms=4, clip_on=False, **filled)
             panel.set_ylabel(label)
-            panel.set_ylim(bottom=0.0)
+            panel.set_ylim(0.0, 1.0 if metric in ("cpgu", "limit_cycle_share") else None)
             panel.axvline(len(ARCHITECTURES) - 0.5, color="0.7", lw=0.6)
         panels[-1].set_xticks(at, [name for name, _ in PLACES])
-        panels[0].set_title(
-            "input $F_k$" + 62 * " " + r"input $F_k, \dot y$", loc="left", fontsize=8
-        )
+        for place, said in ((0, "input $F_k$"), (len(ARCHITECTURES), r"input $F_k, \dot y$")):
+            panels[0].text(
+                place - 0.4, 1.04, said, transform=panels[0].get_xaxis_transform(), va="bottom"
+            )
         marks = [
             Line2D([], [], color=COLOURS[0], marker="o", ls="", ms=4, label="the study's reading"),
             Line2D(

@@ -37,13 +37,18 @@ def effects():
     return {name: read_effects(KEPT / "study" / f"effects{name}.csv") for name in ("", *BESIDE)}
 
 
-BESIDE = ("-paper-deviation-0.2", "-paper-80x16")
+BESIDE = ("-paper-deviation-0.2", "-paper-80x16", "-calibrated")
+
+
+def folder_of(name: str):
+    """Where a study's table is kept."""
+    return KEPT / ("study-calibrated" if name == "calibrated" else "study")
 
 
 def runs_of(name: str):
     """A study's runs, and the controllers drawn from their distributions where it has them."""
-    drawn = KEPT / "study" / f"{name}-sampled.csv"
-    runs = read_csv(KEPT / "study" / f"{name}.csv")
+    drawn = folder_of(name) / f"{name}-sampled.csv"
+    runs = read_csv(folder_of(name) / f"{name}.csv")
     return with_sampled(runs, read_csv(drawn) if drawn.exists() else None)
 
 
@@ -107,8 +112,9 @@ def test_kept_effects_are_those_of_the_kept_tables(effects):
 @pytest.mark.thorough
 @pytest.mark.parametrize("name", ["", *BESIDE])
 def test_all_kept_effects_are_those_of_the_kept_tables(effects, name):
-    runs = runs_of(name.removeprefix("-") or "paper")
-    assert effects_csv(findings(runs, KEPT / "experiments")) == effects_csv(effects[name])
+    own = name.removeprefix("-") or "paper"
+    experiments = folder_of(own) if name else KEPT / "experiments"
+    assert effects_csv(findings(runs_of(own), experiments)) == effects_csv(effects[name])
 
 
 def test_verdicts_after_each_budget_are_those_of_the_kept_tables(table):

@@ -218,6 +218,16 @@ def test_the_list_shows_best_runs_or_all(file, records, capsys):
     assert load(one["name"]).training["run"] == 1
 
 
+def test_the_list_names_a_model_of_two_studies_by_its_study(capsys):
+    assert main(["models", "AR-rF-sector-w8", "--zoo"]) == 0
+    shown = capsys.readouterr().out
+    listed = [word for word in shown.split() if word.startswith("zoo:")]
+    assert [name.rpartition("/")[0] for name in listed] == [
+        "zoo:AR-rF-sector-w8",
+        "zoo:calibrated:AR-rF-sector-w8",
+    ]
+
+
 def test_a_file_holds_controllers_of_legs_too(tmp_path, capsys):
     experiment = resolve("AR@quadruped-c").experiment()
     weights = np.random.default_rng(0).normal(size=(2, experiment.controller.n_weights))
@@ -269,8 +279,9 @@ def test_every_name_of_the_package_means_one_controller():
     assert len(known) == sum(len(zoo.models) for zoo in studies())
     for name in known[:: len(known) // 8]:
         saved = load(name)
-        assert saved.name == name.removeprefix("zoo:")
-        zoo = next(zoo for zoo in studies() if saved.name in zoo.models)
+        of, _, model = name.removeprefix("zoo:").rpartition(":")
+        assert saved.name == model
+        zoo = next(zoo for zoo in studies() if of in ("", zoo.study) and model in zoo.models)
         runs = zoo.runs(saved.name)
         best = np.argmax(runs.get("selection", runs["fitness"]))
         assert saved.training["best_fitness"] == runs["fitness"][best]

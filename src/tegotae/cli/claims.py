@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
 from tegotae._support.files import output_folder, write_atomically
 from tegotae.cli.options import UNSET
+
+if TYPE_CHECKING:
+    from tegotae.studies.paper.claims.findings import Finding
 
 
 @dataclass(frozen=True)
@@ -31,7 +34,8 @@ class StudyClaims:
     """Table of a controller drawn from each run's final distribution (.csv), as `export` writes it,
     which adds a way to count; a study's folder has its own."""
     beside: tuple[Path, ...] = ()
-    """Tables of other studies (.csv), whose outcomes are shown beside."""
+    """Tables of other studies (.csv), whose outcomes are shown beside. The drawn controllers of
+    RUNS.csv (RUNS-sampled.csv) and its experiments are those of its own folder."""
     readings: Annotated[Path | None, UNSET] = None
     """Folder of a multiverse's tables, as `tegotae study multiverse export` writes them: in how
     many of its readings each claim is reproduced, too small to tell, and opposite."""
@@ -47,12 +51,11 @@ class StudyClaims:
         from tegotae.studies.paper.claims.counting import Count, with_sampled
         from tegotae.studies.paper.claims.effect_table import effects_csv
         from tegotae.studies.paper.claims.findings import findings
-        from tegotae.studies.paper.export import read_csv
         from tegotae.studies.paper.multiverse.tables import read_tables
 
         tables = tables_of(self.source, self.budgets, self.sampled)
         found = findings(with_sampled(tables.runs, tables.sampled), self.experiments)
-        beside = {path.stem: findings(read_csv(path), self.experiments) for path in self.beside}
+        beside = {path.stem: _beside(path) for path in self.beside}
         for each in found:
             print(f"{each.claim.name:26} {each.outcome}")
         if self.out is None:
@@ -77,3 +80,14 @@ class StudyClaims:
         for name, figure in pictures.items():
             save_figure(figure, self.out / name)
         print(f"wrote {', '.join([*texts, *pictures])} to {self.out}")
+
+
+def _beside(path: Path) -> list[Finding]:
+    """What another study's table says; experiments of another body say nothing of its own."""
+    from tegotae.studies.paper.claims.counting import with_sampled
+    from tegotae.studies.paper.claims.findings import findings
+    from tegotae.studies.paper.export import read_csv
+
+    drawn = path.with_name(f"{path.stem}-sampled{path.suffix}")
+    runs = with_sampled(read_csv(path), read_csv(drawn) if drawn.exists() else None)
+    return findings(runs, path.parent)

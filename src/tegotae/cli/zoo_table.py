@@ -28,11 +28,17 @@ def show(pattern: str, *, as_json: bool) -> None:
     """
     wanted = ZooName.of(pattern)
     zoos = (study_of(wanted.study),) if wanted.study else studies()
+    first: dict[str, str] = {}
+    for zoo in zoos:
+        for model in zoo.models:
+            first.setdefault(model, zoo.study)
     found = [
         entry
         for zoo in zoos
         for model in _models(zoo, wanted.model)
-        for entry in _entries(zoo, ZooName(wanted.study, model, wanted.run))
+        # Without a study's name, a model is looked for in the first that has it.
+        for study in [wanted.study or ("" if first[model] == zoo.study else zoo.study)]
+        for entry in _entries(zoo, ZooName(study, model, wanted.run))
     ]
     if not found:
         known = [model for zoo in zoos for model in zoo.models]

@@ -79,11 +79,14 @@ def stem(name: str) -> str:
     Example:
         >>> stem("zoo:ART-rF-tphif-w8/3"), stem("runs/art/ART-seed0.json")
         ('ART-rF-tphif-w8-3', 'ART-seed0')
+        >>> stem("zoo:calibrated:ART-rF-tphif-w8")
+        'calibrated-ART-rF-tphif-w8'
     """
     if not is_zoo_name(name):
         return Path(name).stem
     parts = ZooName.of(name)
-    return f"{parts.model}-{parts.run}" if parts.run else parts.model
+    study = "" if parts.study.endswith(SUFFIX) else parts.study
+    return "-".join(filter(None, (study, parts.model, parts.run)))
 
 
 def studies() -> tuple[Zoo, ...]:
