@@ -77,7 +77,12 @@ def _mean(values: np.ndarray) -> float:
     return float(known.mean()) if len(known) else np.nan
 
 
-def draw(found: dict[str, dict[tuple[str, str, str], Interval]]) -> Figure:
+def found() -> dict[str, dict[tuple[str, str, str], Interval]]:
+    """The summary of each reading, by its name."""
+    return {name: summary(read_csv(path), weight) for name, (path, weight) in READINGS.items()}
+
+
+def draw(both: dict[str, dict[tuple[str, str, str], Interval]]) -> Figure:
     """A panel a metric; a pair of marks an architecture, one of each reading."""
     with styled():
         shown = {name: label for name, label in METRICS.items() if name != "efficiency"}
@@ -86,7 +91,7 @@ def draw(found: dict[str, dict[tuple[str, str, str], Interval]]) -> Figure:
         at = np.arange(len(PLACES))
         for panel, (metric, label) in zip(panels, shown.items(), strict=True):
             for shift, marker, colour, of in zip(
-                (-0.13, 0.13), "os", COLOURS, found.values(), strict=False
+                (-0.13, 0.13), "os", COLOURS, both.values(), strict=False
             ):
                 own = [of[metric, *place] for place in PLACES]
                 mean, low, high = (
@@ -116,11 +121,11 @@ def draw(found: dict[str, dict[tuple[str, str, str], Interval]]) -> Figure:
     return figure
 
 
-def text(found: dict[str, dict[tuple[str, str, str], Interval]]) -> str:
+def text(both: dict[str, dict[tuple[str, str, str], Interval]]) -> str:
     """The table of the page: efficiency, settling and transients of both, by architecture."""
     shown = ("efficiency", "t0_s", "t1_s")
     lines = [
-        "| | " + " | ".join(f"{METRICS[m]}, {r}" for m in shown for r in found) + " |",
+        "| | " + " | ".join(f"{METRICS[m]}, {r}" for m in shown for r in both) + " |",
         "|-" * (1 + 2 * len(shown)) + "|",
     ]
     for architecture, observation in PLACES:
@@ -128,7 +133,7 @@ def text(found: dict[str, dict[tuple[str, str, str], Interval]]) -> str:
         cells = [
             _cell(of[metric, architecture, observation], 2 if metric == "efficiency" else 1)
             for metric in shown
-            for of in found.values()
+            for of in both.values()
         ]
         lines.append(f"| {name} | " + " | ".join(cells) + " |")
     return "\n".join(lines) + "\n"
@@ -149,10 +154,10 @@ class TwoReadings:
 
     def run(self) -> None:
         """Write them."""
-        found = {name: summary(read_csv(path), weight) for name, (path, weight) in READINGS.items()}
-        (self.out / "two_readings.md").write_text(text(found), encoding="utf-8")
-        save_figure(draw(found), self.out / "two_readings.png")
-        print(text(found), end="")
+        both = found()
+        (self.out / "two_readings.md").write_text(text(both), encoding="utf-8")
+        save_figure(draw(both), self.out / "two_readings.png")
+        print(text(both), end="")
 
 
 if __name__ == "__main__":

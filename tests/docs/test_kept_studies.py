@@ -180,6 +180,23 @@ def test_the_page_says_by_how_much_a_finer_search_beats_the_kept_optimum(study):
     assert ratio.max() < 1.0015  # shares of up to 1.001, as the page says
 
 
+# The study in two bodies
+
+
+def test_the_table_of_both_readings_follows_from_the_tables_of_their_studies(study):
+    both = study("two_readings")
+    found = both.found()
+    assert (KEPT / "study-calibrated" / "two_readings.md").read_text() == both.text(found)
+    said = page("studies/two_readings.md")
+    settled = [of["limit_cycle_share", "V", "F"].mean for of in found.values()]
+    assert (
+        "| settles | {:.0f} % of the episodes | {:.0f} % |".format(
+            *(100.0 * share for share in settled)
+        )
+        in said
+    )
+
+
 # Engines and searches
 
 
