@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 
 import toy_tuning
+from inline import InlineWorkers
 from places import ROOT
 from tegotae import TegotaeError, Timing, find
 from tegotae.cli import main
@@ -33,6 +34,7 @@ from tegotae.training.tuning import (
     describe,
     evaluate_settings,
     tune,
+    tuner,
 )
 from tegotae.training.tuning.record import confirmation, ranking, tried_first
 from tegotae.training.tuning.spaces.population import evolved
@@ -54,10 +56,17 @@ TINY = Task(
 """A task that can be trained for in a test."""
 
 
+PROCESSES = tuner._pool
+
+
 @pytest.fixture
 def toy(monkeypatch):
-    """Makes the toy space known to `tune`, as a user's own space is made known."""
+    """Makes the toy space known to `tune`, as a user's own space is made known.
+
+    It is searched without processes, but for tests of these.
+    """
     monkeypatch.setitem(SPACES, "toy", toy_tuning.space())
+    monkeypatch.setattr(tuner, "_pool", InlineWorkers)
 
 
 def search(storage: Path, trials: int, **options):
@@ -197,29 +206,28 @@ def test_a_finished_search_trains_nothing(toy, tmp_path, monkeypatch):
 def test_a_killed_tuner_leaves_a_storage_that_the_next_one_goes_on_with(toy, tmp_path):
     storage, release = tmp_path / "storage", tmp_path / "release"
     os.mkfifo(release)
-    tuner = subprocess.Popen(
+    killed = subprocess.Popen(
         [sys.executable, toy_tuning.__file__, str(storage)],
         env={**os.environ, "TOY_RELEASE": str(release)},
         stdout=subprocess.PIPE,
         text=True,
     )
-    assert tuner.stdout.readline() == "waiting\n"
-    tuner.kill()
-    tuner.wait()
+    assert killed.stdout.readline() == "waiting\n"
+    killed.kill()
+    killed.wait()
     left = storage.read_bytes()
     release.write_bytes(b"")
     # The worker holds the other end: it has ended too, without having written any more.
-    assert tuner.stdout.read() == ""
+    assert killed.stdout.read() == ""
     assert storage.read_bytes() == left
 
     trials = search(storage, 5)
     assert storage.read_bytes().startswith(left)
-    killed = [trial for trial in trials if trial.state.name == "FAIL"]
-    assert len(killed) == 1
-    assert killed[0].intermediate_values
+    (lost,) = [trial for trial in trials if trial.state.name == "FAIL"]
+    assert lost.intermediate_values
     (again,) = [trial for trial in trials if "retry_of" in trial.user_attrs]
-    assert again.user_attrs["retry_of"] == killed[0].number
-    assert again.params == killed[0].params
+    assert again.user_attrs["retry_of"] == lost.number
+    assert again.params == lost.params
     assert len(trials) == 6
 
 
@@ -237,9 +245,11 @@ def test_a_worker_that_dies_ends_the_search_in_one_line_and_loses_nothing(
 ):
     search(tmp_path / "s", 1)
     monkeypatch.setitem(SPACES, "toy", toy_tuning.space(toy_tuning.dying))
+    monkeypatch.setattr(tuner, "_pool", PROCESSES)
     with pytest.raises(TegotaeError, match=r"a worker process has ended.*fewer workers"):
         search(tmp_path / "s", 3)
     monkeypatch.setitem(SPACES, "toy", toy_tuning.space())
+    monkeypatch.setattr(tuner, "_pool", InlineWorkers)
     trials = search(tmp_path / "s", 3)
     assert states(trials).count("FAIL") == 1
     assert len(trials) == 4
@@ -247,6 +257,7 @@ def test_a_worker_that_dies_ends_the_search_in_one_line_and_loses_nothing(
 
 def test_what_a_training_refuses_is_said_as_it_said_it(toy, tmp_path, monkeypatch):
     monkeypatch.setitem(SPACES, "toy", toy_tuning.space(toy_tuning.refusing))
+    monkeypatch.setattr(tuner, "_pool", PROCESSES)
     with pytest.raises(TegotaeError, match=r"^x is out of the question$"):
         search(tmp_path / "s", 1)
 
