@@ -30,7 +30,9 @@ EXPERIMENTS := $(EXPERIMENTS_$(READING))
 BIN := $(VENV)/bin
 INSTALLED := $(VENV)/.installed
 
-.PHONY: test test-thorough lint reproduce study-tables experiments docs bench clean
+PYTEST := $(BIN)/python -m pytest -n 2 --dist loadfile
+
+.PHONY: test test-thorough lint pytest reproduce study-tables experiments docs bench clean
 
 $(INSTALLED): pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)
@@ -38,11 +40,14 @@ $(INSTALLED): pyproject.toml constraints.txt
 	$(BIN)/python -m pip install --quiet --constraint constraints.txt --editable '.[all]'
 	touch $@
 
-test: lint
-	$(BIN)/python -m pytest -n 2 --dist loadfile
+test: $(INSTALLED)
+	$(MAKE) --jobs 2 lint pytest
+
+pytest: $(INSTALLED)
+	$(PYTEST)
 
 test-thorough: lint
-	$(BIN)/python -m pytest -n 2 --dist loadfile -m "thorough or not thorough"
+	$(PYTEST) -m "thorough or not thorough"
 
 lint: $(INSTALLED)
 	$(BIN)/ruff check .
