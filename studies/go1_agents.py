@@ -1,0 +1,211 @@
+"""PPO on Go1: a network of Stable-Baselines3 that commands the joints itself."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+from gymnasium.spaces import Box
+from stable_baselines3 import PPO
+from stable_baselines3.common.vec_env import VecEnv
+
+from go1_plan import (
+    CONTROL_S,
+    FEET,
+    LOAD_N,
+    MIDDLE,
+    OMEGAS,
+    SPEC,
+    TRAINED_S,
+    WIDEST,
+    Driver,
+    Trial,
+    tried,
+)
+from tegotae.envs.mujoco.sensing import Sensing
+from tegotae.training.environments.lanes import ModelLanes
+
+LANES = 24
+"""Episodes side by side, eight at each frequency."""
+SETTINGS: dict[str, Any] = {
+    "n_steps": 100,
+    "batch_size": 240,
+    "n_epochs": 10,
+    "policy_kwargs": {"log_std_init": -1.0},
+}
+"""Where they are not Stable-Baselines3's own."""
+JUDGEMENTS = 10
+
+
+class Body:
+    """What a network sees of Go1, and what its outputs are.
+
+    Args:
+        sensing: of the model.
+        senses: `loads`, which is what the limbs of a Tegotae law see: a clock, sin ω t and cos ω t,
+            with ω, and the loads of the feet; or `all`, which is besides every joint's angle and
+            velocity, and the torso's orientation and its rate.
+    """
+
+    def __init__(self, sensing: Sensing, senses: str) -> None:
+        names = sensing.names
+        own: list[tuple[str, float, float]] = [(f"{foot}_force", 0.0, LOAD_N) for foot in FEET]
+        if senses == "all":
+            for leg in ("FL", "FR", "RL", "RR"):
+                for joint, middle in {"hip": 0.0, **MIDDLE}.items():
+                    own.append((f"{leg}_{joint}_joint", middle, 0.3))
+                    own.append((f"{leg}_{joint}_joint_velocity", 0.0, 10.0))
+            own += [(f"imu_quat[{i}]", 0.0, 1.0) for i in range(4)]
+            own += [(f"imu_gyro[{i}]", 0.0, 3.0) for i in range(3)]
+        self._at = [names.index(name) for name, _, _ in own]
+        self._middle = np.array([middle for _, middle, _ in own])
+        self._scale = np.array([scale for _, _, scale in own])
+        self._driven = [k for k, name in enumerate(sensing.actuators) if "hip" not in name]
+        self._still = np.zeros(len(sensing.actuators))
+        for k, name in enumerate(sensing.actuators):
+            self._still[k] = MIDDLE.get(name.partition("_")[2], 0.0)
+        self.width = len(own) + 3
+
+    def shown(self, seen: np.ndarray, time_s: np.ndarray, omega: np.ndarray) -> np.ndarray:
+        """The network's inputs, [lanes, width]."""
+        clock = np.stack([np.sin(omega * time_s), np.cos(omega * time_s), omega / OMEGAS[1]], 1)
+        body = (seen[:, self._at] - self._middle) / self._scale
+        return np.clip(np.concatenate([clock, body], 1), -10.0, 10.0).astype(np.float32)
+
+    def commands(self, outputs: np.ndarray) -> np.ndarray:
+        """Places of all joints; the network's ±1 are the ends of the widest range."""
+        action = np.tile(self._still, (len(outputs), 1))
+        action[:, self._driven] += WIDEST * np.clip(outputs, -1.0, 1.0)
+        return action
+
+
+class Joints(VecEnv):
+    """Training's episodes of Go1 side by side, whose action is the places of thighs and calves."""
+
+    def __init__(self, senses: str) -> None:
+        settings = SPEC.model_settings
+        settings = type(settings)(**{**vars(settings), "duration_s": TRAINED_S})
+        self._lanes = ModelLanes(settings, LANES)
+        self.body = Body(self._lanes._sensing, senses)
+        self._episode = np.arange(LANES) % len(OMEGAS)
+        self._omega = np.array(OMEGAS)[self._episode]
+        bounds = Box(-np.inf, np.inf, (self.body.width,)), Box(-1.0, 1.0, (8,))
+        super().__init__(LANES, *bounds)
+
+    def _shown(self) -> np.ndarray:
+        return self.body.shown(self._seen, CONTROL_S * self._done, self._omega)
+
+    def reset(self) -> np.ndarray:
+        every = np.ones(LANES, bool)
+        for episode in range(len(OMEGAS)):
+            self._seen = self._lanes.reset(episode, every)
+        self._done = np.zeros(LANES)
+        self._begin(every)
+        return self._shown()
+
+    def _begin(self, where: np.ndarray) -> None:
+        """The lanes' own episodes again."""
+        for episode in range(len(OMEGAS)):
+            mine = where & (self._episode == episode)
+            if mine.any():
+                self._seen = self._lanes.restart(episode, mine)
+        self._done[where] = 0
+
+    def step_async(self, actions: np.ndarray) -> None:
+        self._actions = actions
+
+    def step_wait(self):
+        every = np.ones(LANES, bool)
+        seen, paid, over = self._lanes.step(self.body.commands(self._actions), every)
+        self._seen = np.nan_to_num(seen)
+        self._done += 1
+        cut = over & self._lanes.truncated
+        shown = self._shown()
+        infos: list[dict[str, Any]] = [{} for _ in range(LANES)]
+        if over.any():
+            for lane in map(int, np.flatnonzero(over)):
+                infos[lane] = {
+                    "terminal_observation": shown[lane],
+                    "TimeLimit.truncated": bool(cut[lane]),
+                }
+            self._begin(over)
+            shown = self._shown()
+        return shown, paid.astype(np.float32), over, infos
+
+    def close(self) -> None:
+        self._lanes.close()
+
+    def env_is_wrapped(self, wrapper_class, indices=None):
+        return [False] * self.num_envs
+
+    def env_method(self, name, *args, indices=None, **kwargs):
+        raise NotImplementedError
+
+    def get_attr(self, name, indices=None):
+        return [getattr(self, name, None)] * self.num_envs
+
+    def set_attr(self, name, value, indices=None):
+        raise NotImplementedError
+
+
+class Network:
+    """An agent's deterministic policy as a driver of trials."""
+
+    def __init__(self, agent: PPO, body: Body, omega: np.ndarray) -> None:
+        self._agent, self._body, self._omega = agent, body, omega
+        self.reset()
+
+    def reset(self) -> None:
+        self._step = 0
+
+    def act(self, observed: np.ndarray) -> np.ndarray:
+        time_s = np.full(len(observed), CONTROL_S * self._step)
+        self._step += 1
+        shown = self._body.shown(observed, time_s, self._omega)
+        return self._body.commands(self._agent.predict(shown, deterministic=True)[0])
+
+
+def by_agent(agent: PPO, body: Body) -> Callable[[Sequence[Trial]], Driver]:
+    """A trained agent as a driver of trials."""
+    return lambda trials: Network(agent, body, np.array([trial.omega for trial in trials]))
+
+
+def of_training(agent: PPO, body: Body) -> float:
+    """Mean return of training's episodes, as a population's candidates are judged by."""
+    trials = [Trial(0, omega, start) for start, omega in enumerate(OMEGAS)]
+    return float(TRAINED_S * tried(trials, by_agent(agent, body), TRAINED_S).paid.mean())
+
+
+def learn_ppo(senses: str, seed: int, seconds: float, file: Path) -> None:
+    """Train from so much simulated time; kept are the policy that training judged best, and curves.
+
+    The file is written at the end: an interrupted training begins anew.
+    """
+    torch.set_num_threads(1)
+    begun = time.process_time()
+    env = Joints(senses)
+    agent = PPO("MlpPolicy", env, seed=seed, device="cpu", **SETTINGS)
+    curve: list[tuple[float, float]] = []
+    per_update = LANES * SETTINGS["n_steps"]
+    updates = round(seconds / CONTROL_S / per_update)
+    best = -np.inf
+    partial = file.with_suffix(".part.zip")
+    for done in range(updates + 1):
+        if done:
+            agent.learn(per_update, reset_num_timesteps=False)
+        if done * JUDGEMENTS // updates > (done - 1) * JUDGEMENTS // updates:
+            value = of_training(agent, env.body)
+            curve.append((done * per_update * CONTROL_S, value))
+            if value > best:
+                best = value
+                agent.save(partial)
+    spent = time.process_time() - begun
+    times, values = zip(*curve, strict=True)
+    np.savez(file.with_suffix(".npz"), time_s=times, fitness=values, cpu_s=spent)
+    partial.rename(file)
+    env.close()
+    print(f"{file.stem}: {best:.3f}, {spent:.0f} s of CPU", flush=True)

@@ -1,0 +1,108 @@
+"""How vanilla feedback, learned laws and agents do on Go1 where no training was."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+from stable_baselines3 import PPO
+
+from go1_agents import Body, by_agent
+from go1_plan import (
+    AGENTS,
+    BEST,
+    CONDITIONS,
+    JUDGED_S,
+    LAWS,
+    OMEGAS,
+    OUT,
+    OWN_STRIDE,
+    RUNS,
+    SPEC,
+    STARTS,
+    UNSEEN,
+    Outcome,
+    Trial,
+    best_at,
+    best_stride,
+    by_law,
+    experiment,
+    learned,
+    sigma_of,
+    tried,
+    vanilla_law,
+)
+from kept import write_rows
+from tegotae.systems.controller_file import load
+
+
+def trials(law: int, *omegas: float) -> Iterator[tuple[str, Trial]]:
+    """All that a law is judged by, with the condition's name; at some frequencies alone."""
+    for name, (every, change) in CONDITIONS.items():
+        for omega in every:
+            if omegas and omega not in omegas:
+                continue
+            for k, start in enumerate(STARTS):
+                own = {n: x * (-1) ** k if n == "push" else x for n, x in change.items()}
+                yield name, Trial(law, omega, start, **own)
+
+
+def rows_of(
+    law: str, seed: int | str, named: list[tuple[str, Trial]], found: Outcome
+) -> Iterator[dict[str, Any]]:
+    """A row for each condition and frequency, means over the starts."""
+    cells = [(name, trial.omega) for name, trial in named]
+    for condition, omega in dict.fromkeys(cells):
+        own = np.array([cell == (condition, omega) for cell in cells])
+        yield {
+            "law": law,
+            "seed": seed,
+            "condition": condition,
+            "omega": omega,
+            "return_per_s": float(found.paid[own].mean()),
+            "speed_m_per_s": float(found.speed_m_per_s[own].mean()),
+            "cost_of_transport": found.cost_of_transport(own),
+            "fell": float(found.fell[own].mean()),
+        }
+
+
+def of_vanilla() -> Iterator[dict[str, Any]]:
+    """The best at each frequency, and with the stride that is best over all."""
+    one = best_stride()
+    for name in (BEST, OWN_STRIDE):
+        for omega in sorted(OMEGAS + UNSEEN):
+            stride, sigma = best_at(omega) if name == BEST else (one, sigma_of(one, omega))
+            own, named = experiment("vanilla", vanilla_law(), stride), list(trials(0, omega))
+            drives = by_law(own, np.array([[sigma]]))
+            yield from rows_of(name, "", named, tried([t for _, t in named], drives, JUDGED_S))
+
+
+def of_law(name: str) -> Iterator[dict[str, Any]]:
+    """A law that was learned by PGPE, every seed."""
+    for file in sorted((RUNS / name).glob("*-seed*.json")):
+        saved, named = load(file), list(trials(0))
+        drives = by_law(learned(name), np.asarray(saved.weights)[None])
+        found = tried([trial for _, trial in named], drives, JUDGED_S)
+        yield from rows_of(name, int(str(saved.training["seed"])), named, found)
+
+
+def of_agent(name: str) -> Iterator[dict[str, Any]]:
+    """An agent, every seed."""
+    body = Body(SPEC.model_settings.sensed, AGENTS[name])
+    for file in sorted((RUNS / name).glob("seed?.zip")):
+        named = list(trials(0))
+        drives = by_agent(PPO.load(file, device="cpu"), body)
+        found = tried([trial for _, trial in named], drives, JUDGED_S)
+        yield from rows_of(name, int(file.stem.removeprefix("seed")), named, found)
+
+
+def judge(*names: str) -> None:
+    """Of all, or of some; rows of others stay."""
+    ways = {"vanilla": of_vanilla}
+    ways |= {name: lambda name=name: of_law(name) for name in LAWS}
+    ways |= {name: lambda name=name: of_agent(name) for name in AGENTS}
+    for name in names or ways:
+        rows = list(ways[name]())
+        write_rows(OUT / "go1_judged.csv", rows, digits=5, by=("law",))
+        print(name, len(rows), "rows", flush=True)

@@ -1,0 +1,202 @@
+"""Tables and figure of Go1's study."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from go1_plan import (
+    AGENTS,
+    BEST,
+    CONDITIONS,
+    LAWS,
+    OMEGAS,
+    OUT,
+    OWN_STRIDE,
+    POPULATION,
+    RUNS,
+    SEEDS,
+    TRAINED_S,
+    again_of,
+)
+from kept import write_rows, write_text
+from tegotae._support.tables import read_csv
+from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, save_figure, styled
+from tegotae.measures.hopping.statistics import interval
+
+LEARNED = (*LAWS, *AGENTS)
+WALKS_M_PER_S = 0.05
+"""A slower law has no cost of transport."""
+ALL = (BEST, OWN_STRIDE, *LEARNED)
+
+
+def report() -> None:
+    """Write them, from what is kept; the curves from the runs, if they are here."""
+    rows = [row for name in LEARNED for row in curve(name)]
+    write_rows(OUT / "go1_curves.csv", rows, digits=4, by=("law",))
+    write_text(OUT / "go1_judged.md", judged_text())
+    write_text(OUT / "go1_conditions.md", conditions_text())
+    picture()
+
+
+def curve(name: str) -> list[dict[str, Any]]:
+    """Return per second over simulated time: of the search's centre, or of the agent's mean."""
+    found: list[dict[str, Any]] = []
+    if (file := RUNS / name / "curves.csv").exists():
+        kept = read_csv(file)
+        for seed in SEEDS:
+            own = kept["seed"].astype(int) == seed
+            for k, value in enumerate(kept["fitness"][own].astype(float)):
+                time_s = k * POPULATION * len(OMEGAS) * TRAINED_S
+                found.append(point(name, seed, time_s, value))
+    for seed in SEEDS:
+        if (file := RUNS / name / f"seed{seed}.npz").exists():
+            with np.load(file) as kept:
+                pairs = zip(kept["time_s"], kept["fitness"], strict=True)
+                found += [point(name, seed, *map(float, pair)) for pair in pairs]
+    return found
+
+
+def point(law: str, seed: int, time_s: float, fitness: float) -> dict[str, Any]:
+    """A point of a curve."""
+    return {"law": law, "seed": seed, "time_s": time_s, "return_per_s": fitness / TRAINED_S}
+
+
+def numbers(column: np.ndarray) -> np.ndarray:
+    """A column's numbers; NaN where there is none."""
+    return np.array([float(x) if x else np.nan for x in column])
+
+
+def of_seeds(law: str, condition: str, column: str) -> list[float]:
+    """A number of a law under a condition, mean over frequencies; one for each seed."""
+    kept = read_csv(OUT / "go1_judged.csv")
+    own = (kept["law"] == law) & (kept["condition"] == condition)
+    values = numbers(kept[column])[own]
+    seeds = kept["seed"][own]
+    return [float(np.mean(values[seeds == seed])) for seed in dict.fromkeys(seeds)]
+
+
+def cost_of_seeds(law: str, condition: str) -> list[float]:
+    """The cost of transport over all frequencies together; NaN for a seed that hardly moves."""
+    kept = read_csv(OUT / "go1_judged.csv")
+    own = (kept["law"] == law) & (kept["condition"] == condition)
+    found = []
+    for seed in dict.fromkeys(kept["seed"][own]):
+        rows = np.flatnonzero(own & (kept["seed"] == seed))
+        speed = kept["speed_m_per_s"][rows].astype(float)
+        if (speed < WALKS_M_PER_S).any():
+            found.append(float("nan"))
+            continue
+        cost = kept["cost_of_transport"][rows].astype(float)
+        found.append(float((cost * speed).sum() / speed.sum()))
+    return found
+
+
+def spelled(
+    values: Sequence[float], digits: int = 2, within: tuple[float, float] = (-np.inf, np.inf)
+) -> str:
+    """Mean and 95 % interval."""
+    values = np.asarray(values)
+    values = values[np.isfinite(values)]
+    if len(values) == 0:
+        return "–"
+    if len(values) == 1:
+        return f"{values[0]:.{digits}f}"
+    found = interval(values, within=within)
+    text = f"{found.mean:.{digits}f} [{found.low:.{digits}f}, {found.high:.{digits}f}]"
+    return text.replace("-", "−")
+
+
+def judged_laws() -> list[str]:
+    """Those that are judged."""
+    there = set(read_csv(OUT / "go1_judged.csv")["law"])
+    return [name for name in ALL if name in there]
+
+
+def judged_text() -> str:
+    """Unseen starts at the frequencies of training."""
+    lines = [
+        "| law | seeds | return per second | speed [m/s] | cost of transport | falls [%] |",
+        "|---" * 6 + "|",
+    ]
+    for law in judged_laws():
+        columns = {
+            name: of_seeds(law, "unseen starts", name)
+            for name in ("return_per_s", "speed_m_per_s", "fell")
+        }
+        columns["cost_of_transport"] = cost_of_seeds(law, "unseen starts")
+        seeds = len(columns["fell"]) if law in LEARNED else "–"
+        paid, speed = (spelled(columns[n]) for n in ("return_per_s", "speed_m_per_s"))
+        cost = spelled(columns["cost_of_transport"])
+        fell = spelled([100.0 * x for x in columns["fell"]], 0, (0.0, 100.0))
+        lines.append(f"| {law} | {seeds} | {paid} | {speed} | {cost} | {fell} |")
+    return "\n".join(lines) + "\n"
+
+
+def conditions_text() -> str:
+    """Return per second under all conditions."""
+    names = {"unseen omega": "ω 10 and 14"}
+    titles = [names.get(name, name.replace(" x ", " × ")) for name in CONDITIONS]
+    lines = ["| law | " + " | ".join(titles) + " |", "|---" * (1 + len(titles)) + "|"]
+    for law in judged_laws():
+        cells = [spelled(of_seeds(law, name, "return_per_s")) for name in CONDITIONS]
+        lines.append(f"| {law} | " + " | ".join(cells) + " |")
+    return "\n".join(lines) + "\n"
+
+
+def picture() -> None:
+    """Learning, speed over the frequency, and cost over the speed."""
+    colours = dict(zip(ALL, ("0.25", "0.6", *COLOURS[:2], *COLOURS[4:6]), strict=True))
+    with styled():
+        figure = new_figure(PAGE_IN, 2.5)
+        axes = figure.subplots(1, 3)
+        _learning(axes[0], colours)
+        _speeds(axes[1], colours)
+        _costs(axes[2], colours)
+        handles, labels = axes[1].get_legend_handles_labels()
+        figure.legend(handles, labels, loc="outside upper center", ncols=len(labels))
+        save_figure(figure, OUT / "go1.png")
+
+
+def _learning(ax, colours) -> None:
+    curves, sweep = read_csv(OUT / "go1_curves.csv"), read_csv(OUT / "go1_vanilla.csv")
+    for law in LEARNED:
+        for seed in SEEDS:
+            own = (curves["law"] == law) & (curves["seed"].astype(int) == seed)
+            time_s, value = (curves[n][own].astype(float) for n in ("time_s", "return_per_s"))
+            ax.plot(time_s, value, color=colours[law], linewidth=0.8)
+    omega, paid = sweep["omega"].astype(float), again_of(sweep)
+    level = np.mean([paid[omega == each].max() for each in OMEGAS])
+    ax.axhline(level, color=colours[BEST], linestyle="--")
+    ax.set_xlabel("simulated time [s]")
+    ax.set_ylabel("return per second")
+
+
+def _speeds(ax, colours) -> None:
+    kept = read_csv(OUT / "go1_judged.csv")
+    omega, speed = (kept[name].astype(float) for name in ("omega", "speed_m_per_s"))
+    undisturbed = np.isin(kept["condition"], ["unseen starts", "unseen omega"])
+    for law in judged_laws():
+        own = undisturbed & (kept["law"] == law)
+        every = np.unique(omega[own])
+        means = [speed[own & (omega == each)].mean() for each in every]
+        ax.plot(every, means, color=colours[law], label=law, marker="o", markersize=2.5)
+        ax.plot(omega[own], speed[own], ".", color=colours[law], markersize=1.5)
+    ax.set_xlabel("ω [rad/s]")
+    ax.set_ylabel("speed [m/s]")
+
+
+def _costs(ax, colours) -> None:
+    sweep, kept = read_csv(OUT / "go1_vanilla.csv"), read_csv(OUT / "go1_judged.csv")
+    pair = ("speed_m_per_s", "cost_of_transport")
+    ax.plot(*(numbers(sweep[name]) for name in pair), ".", color="0.8", markersize=2)
+    undisturbed = np.isin(kept["condition"], ["unseen starts", "unseen omega"])
+    for law in judged_laws():
+        own = undisturbed & (kept["law"] == law)
+        ax.plot(*(numbers(kept[n])[own] for n in pair), "o", color=colours[law], markersize=2)
+    ax.set_ylim(0.0, 6.0)
+    ax.set_xlim(left=0.0)
+    ax.set_xlabel("speed [m/s]")
+    ax.set_ylabel("cost of transport")
