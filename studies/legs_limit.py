@@ -1,13 +1,19 @@
 """The least cost of transport over speed of quadruped C, as far as a search finds it.
 
     python studies/legs_limit.py search     # what is missing, stage by stage; a few CPU-minutes
+    python studies/legs_limit.py further    # the same from the kept gaits on, in larger spaces
     python studies/legs_limit.py report     # tables and figures from the stages that are there
 
 Thousands of gaits without feedback are rolled out on the same body as controllers have, and
 evolution strategies make them cheaper. A stage is a file in `runs/legs_limit`; a search goes on
 with the next one that is missing. `report` keeps the best gait of every speed, simulated again with
 a shorter tick and for longer: the package's table (`tegotae.measures.gaits.limit`), and tables and
-figures of `docs/studies/legs_limit.md`.
+figures of `docs/studies/legs_limit.md`. A kept gait stays until a cheaper one is found.
+
+A small search of all stages, written elsewhere:
+
+    python studies/legs_limit.py search --speeds 0.4 1 --share 0.02 --dir runs/small
+    python studies/legs_limit.py report --dir runs/small --out runs/small/report
 """
 
 from __future__ import annotations
@@ -21,8 +27,11 @@ import numpy as np
 import tyro
 
 import legs_limit_report
+import strategies
 from legs_limit_gaits import Space
-from legs_limit_search import Found, losses, search
+from legs_limit_search import POPULATION, kept_gaits, losses
+from strategies import Found
+from tegotae._support.errors import TegotaeError
 from tegotae._support.files import output_folder
 from tegotae.cli.status import exit_status
 
@@ -37,8 +46,8 @@ class Stage:
 
     Args:
         space: what gaits there are.
-        after: stages whose best gaits it starts from, at the same speed and its neighbours; random
-            starts if there are none.
+        after: stages whose best gaits it starts from, at the same speed and its neighbours, or
+            `kept`; random starts if there are none.
         starts: how many at every speed.
         generations: how many.
         std: first deviation.
@@ -56,18 +65,28 @@ class Stage:
         """Of its file."""
         return self.space.name + self.note
 
-    def begin(self, folder: Path, seed: int) -> tuple[np.ndarray, np.ndarray]:
+    @property
+    def feet(self) -> str:
+        """What the feet may do."""
+        return self.space.feet
+
+    def begin(
+        self, folder: Path, seed: int, speeds: tuple[float, ...]
+    ) -> tuple[np.ndarray, np.ndarray]:
         """Speeds and vectors to start from, [starts] and [starts, size]."""
-        speeds = np.repeat(SPEEDS, self.starts)
+        wanted = np.repeat(speeds, self.starts)
         if not self.after:
             rng = np.random.default_rng(seed)
-            return speeds, np.array([self.space.random(rng) for _ in speeds])
+            return wanted, np.array([self.space.random(rng) for _ in wanted])
         known = []
         for name in self.after:
-            space, (of_speed, found) = STAGES[name].space, load(folder, name)
-            known.append((space, of_speed, found.x, losses(space, found.x, of_speed)[0]))
+            if name == KEPT:
+                known += [(*own, losses(own[0], *own[:0:-1])[0]) for own in kept_gaits(self.feet)]
+            else:
+                space, (of_speed, found) = STAGES[name].space, load(folder, name)
+                known.append((space, of_speed, found.x, losses(space, found.x, of_speed)[0]))
         vectors = []
-        for number, speed in enumerate(speeds):
+        for number, speed in enumerate(wanted):
             rank = number % self.starts
             each = [
                 (
@@ -78,8 +97,8 @@ class Stage:
                 for of, x, loss in zip(of_speed, vectors_known, loss_known, strict=True)
             ]
             best = sorted(range(len(each)), key=lambda k: each[k][0])
-            vectors.append(each[best[rank]][1])
-        return speeds, np.array(vectors)
+            vectors.append(each[best[rank % len(best)]][1])
+        return wanted, np.array(vectors)
 
 
 FREE, BOUND = Space("free", 1, 3), Space("ellipse", 1, 3)
@@ -105,52 +124,90 @@ _ALL = (
     Stage(Space("free", 1, 1), ("free-1-3-d",), std=0.1, generations=240),
     Stage(Space("free", 1, 5), ("free-1-5", "free-1-3-d"), **NEAR, note="-b"),
 )
-STAGES = {stage.name: stage for stage in _ALL}
+KEPT = "kept"
+"""In place of a stage's name: the gaits that are kept."""
+_FURTHER = tuple(
+    Stage(Space(feet, steps, harmonics), (KEPT,), std=0.03, generations=400, note="-f")
+    for feet in ("ellipse", "free")
+    for steps, harmonics in ((1, 3), (1, 5), (2, 3), (4, 3))
+)
+FURTHER_SPEEDS = (0.3, 0.8, 1.6)
+"""Speeds at which larger spaces are searched from the kept gaits on."""
+STAGES = {stage.name: stage for stage in (*_ALL, *_FURTHER)}
 
 
 def load(folder: Path, name: str) -> tuple[np.ndarray, Found]:
     """Speeds and the best of every start of a stage."""
-    with np.load(folder / f"{name}.npz") as kept:
-        return kept["speed_wanted"], Found(*(kept[field] for field in Found._fields))
+    with np.load(folder / f"{name}.speeds.npz") as kept:
+        return kept["speed"], strategies.load(folder / f"{name}.npz")
 
 
 @dataclass(frozen=True)
 class Search:
-    """Search what is missing."""
+    """Search what is missing, from random starts."""
 
     only: tuple[str, ...] = ()
     """Stages; all by default."""
     dir: Path = FOLDER
+    speeds: tuple[float, ...] = SPEEDS
+    """Speeds that are looked at."""
+    share: float = 1.0
+    """Share of the generations of each stage."""
     seed: int = 0
 
     def run(self) -> None:
         """Search, stage by stage."""
-        output_folder(self.dir)
-        for number, (name, stage) in enumerate(STAGES.items()):
-            file = self.dir / f"{name}.npz"
-            if self.only and name not in self.only:
-                continue
-            if file.exists() and len(load(self.dir, name)[1].history) >= stage.generations:
-                continue
-            speeds, start = stage.begin(self.dir, self.seed + number)
+        run_stages(tuple(stage.name for stage in _ALL), self)
 
-            def report(generation: int, loss: np.ndarray, name=name, stage=stage) -> None:
-                if generation % 20 == 0:
-                    least = np.exp(loss.reshape(-1, stage.starts).min(axis=1))
-                    print(
-                        f"{name} {generation}/{stage.generations}:", *np.round(least, 3), flush=True
-                    )
 
-            search(
-                stage.space,
-                speeds,
-                start,
-                std=stage.std,
-                generations=stage.generations,
-                seed=self.seed + number,
-                checkpoint=file,
-                progress=report,
-            )
+@dataclass(frozen=True)
+class Further(Search):
+    """Search from the kept gaits on: more harmonics and steps, and the same ones as a control."""
+
+    speeds: tuple[float, ...] = FURTHER_SPEEDS
+    """Speeds that are looked at."""
+
+    def run(self) -> None:
+        """Search, stage by stage."""
+        run_stages(tuple(stage.name for stage in _FURTHER), self)
+
+
+def run_stages(names: tuple[str, ...], search: Search) -> None:
+    """Search the stages of these names that are missing or not at their end."""
+    for name in search.only:
+        if name not in names:
+            raise TegotaeError(f"there is no stage {name}; there are {', '.join(names)}")
+    output_folder(search.dir)
+    for number, name in enumerate(names):
+        stage, file = STAGES[name], search.dir / f"{name}.npz"
+        generations = max(round(search.share * stage.generations), 1)
+        if search.only and name not in search.only:
+            continue
+        if file.exists() and len(strategies.load(file).history) >= generations:
+            continue
+        seed = search.seed + number
+        wanted, start = stage.begin(search.dir, seed, search.speeds)
+        np.savez(search.dir / f"{name}.speeds.npz", speed=wanted)
+        lanes = np.repeat(wanted, POPULATION)
+
+        def of(x: np.ndarray, _: int, space=stage.space, lanes=lanes) -> np.ndarray:
+            return losses(space, x, lanes)[0]
+
+        def report(generation: int, loss: np.ndarray, stage=stage, of=generations) -> None:
+            if generation % 20 == 0 or generation == of:
+                least = np.exp(loss.reshape(-1, stage.starts).min(axis=1))
+                print(f"{stage.name} {generation}/{of}:", *np.round(least, 3), flush=True)
+
+        strategies.search(
+            of,
+            start,
+            std=stage.std,
+            population=POPULATION,
+            generations=generations,
+            seed=seed,
+            checkpoint=file,
+            progress=report,
+        )
 
 
 @dataclass(frozen=True)
@@ -158,18 +215,21 @@ class Report:
     """Write the kept limit, tables and figures."""
 
     dir: Path = FOLDER
+    out: Path | None = None
+    """Folder for a report of these stages alone, without what is kept."""
 
     def run(self) -> None:
         """Of the stages that are there."""
         there = [name for name in STAGES if (self.dir / f"{name}.npz").exists()]
         legs_limit_report.report(
-            {name: (STAGES[name].space, *load(self.dir, name)) for name in there}
+            {name: (STAGES[name].space, *load(self.dir, name)) for name in there}, self.out
         )
 
 
 if __name__ == "__main__":
     command = tyro.cli(
         Annotated[Search, tyro.conf.subcommand("search")]
+        | Annotated[Further, tyro.conf.subcommand("further")]
         | Annotated[Report, tyro.conf.subcommand("report")]
     )
     sys.exit(exit_status(command.run))

@@ -13,7 +13,8 @@ from matplotlib.figure import Figure
 
 from kept import write_rows, write_text
 from legs_limit_gaits import Space
-from legs_limit_search import Found, losses
+from legs_limit_search import GAITS, kept_gaits, losses
+from strategies import Found
 from tegotae._support.tables import read_csv
 from tegotae.figures.gaits.colours import by_side, gait_colour, gait_marker
 from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, save_figure, styled
@@ -27,7 +28,7 @@ from tegotae.simulation.rollout import Timing
 from tegotae.systems.legged_systems import quadruped_c
 
 ROOT = Path(__file__).resolve().parents[1]
-TABLES = ROOT / "docs" / "_static" / "legs_limit"
+TABLES = GAITS.parent
 KEPT = ROOT / "src" / "tegotae" / "measures" / "gaits" / "limit_quadruped_c.csv"
 FINE = Timing(duration_s=108.0, tick_s=0.004, frame_s=0.04)
 """Of the rollouts that are kept: ticks of a third, three times as long."""
@@ -49,47 +50,71 @@ class Gait(NamedTuple):
     loss: float
 
 
-def report(stages: Stages) -> None:
+def report(stages: Stages, out: Path | None = None) -> None:
     """Write all that is kept.
 
     Args:
         stages: by name, the space, the speeds wanted and what was found.
+        out: folder for a report of these stages alone; else kept gaits stay until there is a
+            cheaper one, and so do learned walkers that are cheaper than the search.
     """
-    fine = {name: finely(name, *stage) for name, stage in stages.items()}
+    tables, table = (TABLES, KEPT) if out is None else (out, out / KEPT.name)
+    fine = {
+        name: finely(name, space, wanted, found.x, found.loss)
+        for name, (space, wanted, found) in stages.items()
+    }
+    every = [gait for gaits in fine.values() for gait in gaits]
+    if out is None:
+        for own in (own for feet in FEET for own in kept_gaits(feet)):
+            every += finely("kept", *own, np.zeros(len(own[1])))
     best = {
-        feet: [
-            min(own, key=lambda gait: gait.loss)
-            for own in by_speed([g for gaits in fine.values() for g in gaits], feet)
-        ]
+        feet: [min(own, key=lambda gait: gait.loss) for own in by_speed(every, feet)]
         for feet in FEET
     }
     looked_at = {feet: [look(gait) for gait in gaits] for feet, gaits in best.items()}
     rows = [
         row(feet, *both) for feet in FEET for both in zip(best[feet], looked_at[feet], strict=True)
     ]
-    rows = with_controllers(rows)
-    write_rows(KEPT, rows, digits=5)
-    write_text(TABLES / "gaits.json", json.dumps([document(g) for f in FEET for g in best[f]]))
-    write_rows(TABLES / "stages.csv", of_stages(fine), digits=4)
+    if out is None:
+        rows = with_controllers(rows)
+    write_rows(table, rows, digits=5)
+    write_text(tables / GAITS.name, json.dumps([document(g) for f in FEET for g in best[f]]))
+    write_rows(tables / "stages.csv", of_stages(fine), digits=4, by=("stage",))
     limit_table.cache_clear()
-    write_text(TABLES / "limit.md", markdown(rows))
-    write_text(TABLES / "stages.md", stages_markdown())
+    write_text(tables / "limit.md", markdown(rows))
+    write_text(tables / "stages.md", stages_markdown(tables))
     with styled():
-        save_figure(draw(rows, looked_at), TABLES / "limit.png")
-        save_figure(draw_convergence(stages), TABLES / "convergence.png")
+        save_figure(draw(rows, looked_at), tables / "limit.png")
+        if "free-1-3" in stages and "ellipse-1-3" in stages:
+            save_figure(draw_convergence(stages, tables), tables / "convergence.png")
+        further = {name: stage for name, stage in stages.items() if name.endswith("-f")}
+        if further:
+            save_figure(draw_further(further), tables / "further.png")
 
 
-def finely(name: str, space: Space, wanted: np.ndarray, found: Found) -> list[Gait]:
-    """The best of every speed of a stage, with short ticks and for longer."""
+def finely(
+    name: str, space: Space, wanted: np.ndarray, x: np.ndarray, coarse: np.ndarray
+) -> list[Gait]:
+    """The best of every speed, with short ticks and for longer.
+
+    Args:
+        name: of the stage.
+        space: of the vectors.
+        wanted: speeds [starts].
+        x: vectors [starts, size].
+        coarse: their losses in the search [starts].
+    """
     chosen = [
         k
         for speed in np.unique(wanted)
-        for k in np.flatnonzero(wanted == speed)[np.argsort(found.loss[wanted == speed])][:TOP]
-        if found.loss[k] < 50.0
+        for k in np.flatnonzero(wanted == speed)[np.argsort(coarse[wanted == speed])][:TOP]
+        if coarse[k] < 50.0
     ]
-    loss, speed, cost = losses(space, found.x[chosen], wanted[chosen], FINE)
+    if not chosen:
+        return []
+    loss, speed, cost = losses(space, x[chosen], wanted[chosen], FINE)
     return [
-        Gait(name, space, wanted[k], found.x[k], speed[at], cost[at], loss[at])
+        Gait(name, space, wanted[k], x[k], speed[at], cost[at], loss[at])
         for at, k in enumerate(chosen)
     ]
 
@@ -230,7 +255,7 @@ def of_stages(fine: dict[str, list[Gait]]) -> list[dict[str, Any]]:
     """The least cost of every stage at every speed."""
     rows = []
     for name, gaits in fine.items():
-        for own in by_speed(gaits, gaits[0].space.feet):
+        for own in by_speed(gaits, gaits[0].space.feet) if gaits else ():
             least = min(own, key=lambda g: g.loss)
             rows.append({"stage": name, "speed": least.wanted, "cost_of_transport": least.cost})
     return rows
@@ -260,25 +285,28 @@ def markdown(rows: list[dict[str, Any]]) -> str:
     return "\n".join([*free, "", *tied]) + "\n"
 
 
-def stages_markdown() -> str:
-    """The least cost of every search at every speed, as a table for each kind of feet."""
-    table = read_csv(TABLES / "stages.csv")
+def stages_markdown(tables: Path) -> str:
+    """The least cost of every search at every speed, a table a kind of feet; further ones apart."""
+    table = read_csv(tables / "stages.csv")
     names = list(dict.fromkeys(table["stage"].tolist()))
     speeds = sorted({float(v) for v in table["speed"]})
     cells = {
         (s, float(v)): float(c)
         for s, v, c in zip(table["stage"], table["speed"], table["cost_of_transport"], strict=True)
     }
-    tables = []
-    for feet in FEET:
-        own = [name for name in names if name.startswith(feet)]
+    found = []
+    for feet, further in ((feet, further) for further in (False, True) for feet in FEET):
+        own = [n for n in names if n.startswith(feet) and n.endswith("-f") == further]
+        if not own:
+            continue
         lines = [f"| speed | {' | '.join(f'`{name}`' for name in own)} |"]
         lines.append("|---" * (len(own) + 1) + "|")
         for v in speeds:
-            costs = [f"{cells[name, v]:.3f}" if (name, v) in cells else "–" for name in own]
-            lines.append(f"| {v:g} | {' | '.join(costs)} |")
-        tables.append("\n".join(lines) + "\n")
-    return "\n".join(tables)
+            if any((name, v) in cells for name in own):
+                costs = [f"{cells[name, v]:.3f}" if (name, v) in cells else "–" for name in own]
+                lines.append(f"| {v:g} | {' | '.join(costs)} |")
+        found.append("\n".join(lines) + "\n")
+    return "\n".join(found)
 
 
 def draw(rows: list[dict[str, Any]], looked_at: dict[str, list[Look]]) -> Figure:
@@ -363,7 +391,7 @@ def footfalls(axes: Axes, rows: list[dict[str, Any]], seen: list[Look]) -> None:
                     )
         ticks.append((at + 0.3, f"{r['speed']:.2f}"))
         at += 1.1
-    axes.set_yticks(*map(list, zip(*ticks, strict=True)))
+    axes.set_yticks([place for place, _ in ticks], [speed for _, speed in ticks])
     axes.set_ylim(at - 0.1, -0.3)
     axes.set_xlim(0.0, 2.0)
     axes.set_xlabel("strides")
@@ -371,7 +399,7 @@ def footfalls(axes: Axes, rows: list[dict[str, Any]], seen: list[Look]) -> None:
     axes.set_title("stances, free feet: LH, LF, RF, RH")
 
 
-def draw_convergence(stages: Stages) -> Figure:
+def draw_convergence(stages: Stages, tables: Path) -> Figure:
     """Cost over the generations, start by start; and over the number of harmonics."""
     figure = new_figure(PAGE_IN, 2.4)
     axes = figure.subplots(1, 3)
@@ -388,7 +416,7 @@ def draw_convergence(stages: Stages) -> Figure:
         panel.set_xlabel("generation")
     axes[0].set_ylabel("cost of transport")
     axes[0].legend()
-    table = read_csv(TABLES / "stages.csv")
+    table = read_csv(tables / "stages.csv")
     speeds, names = np.array(table["speed"], float), np.asarray(table["stage"], str)
     every = np.array(table["cost_of_transport"], float)
     for colour, feet in zip((COLOURS[0], COLOURS[4]), FEET, strict=True):
@@ -403,4 +431,29 @@ def draw_convergence(stages: Stages) -> Figure:
                 axes[2].plot(*zip(*points, strict=True), line, ms=3, color=colour, label=label)
     axes[2].set(yscale="log", ylim=(0.01, 5.0), xlabel="harmonics", title="after all searches")
     axes[2].legend()
+    return figure
+
+
+def draw_further(stages: Stages) -> Figure:
+    """Cost over that of the kept gait, generation by generation, of searches that began there."""
+    speeds = sorted({float(v) for _, wanted, _ in stages.values() for v in wanted})
+    feet_there = [feet for feet in FEET if any(s.feet == feet for s, *_ in stages.values())]
+    figure = new_figure(PAGE_IN, 0.6 + 1.5 * len(feet_there))
+    panels = figure.subplots(len(feet_there), len(speeds), sharex=True, sharey="row", squeeze=False)
+    colours = dict(zip(sorted({n.partition("-")[2] for n in stages}), COLOURS, strict=False))
+    for axes, feet in zip(panels, feet_there, strict=True):
+        for panel, speed in zip(axes, speeds, strict=True):
+            for name, (space, wanted, found) in stages.items():
+                if space.feet != feet:
+                    continue
+                least = found.history[:, wanted == speed].min(axis=1)
+                label = f"{space.steps} step{'s' * (space.steps > 1)}, {space.harmonics} harmonics"
+                panel.plot(
+                    np.exp(least - least[0]), color=colours[name.partition("-")[2]], label=label
+                )
+            panel.set_title(f"{feet}, speed {speed:g}")
+        axes[0].set_ylabel("cost over the kept one")
+    for panel in panels[-1]:
+        panel.set_xlabel("generation")
+    figure.legend(*panels[-1, 0].get_legend_handles_labels(), loc="outside lower center", ncols=4)
     return figure

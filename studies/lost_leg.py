@@ -5,7 +5,8 @@
     python studies/lost_leg.py report     # tables and the figure
 
 Controllers are kept in `runs/lost_leg`, tables and the figure in `docs/_static/lost_leg`. A
-training goes on where it was interrupted. About five CPU-minutes in all.
+training goes on where it was interrupted. About five CPU-minutes in all. Laws that react to the
+loss are in `lost_leg_react.py`.
 """
 
 from __future__ import annotations
@@ -154,8 +155,10 @@ def _around(path: Any, scenario: Any, body: Any, timing: Timing) -> dict[str, An
     fell = jnp.take_along_axis(path.time_s, jnp.argmax(path.failed, axis=0)[None], 0)[0]
     return {
         "feet": ahead(at[0], at[1]),
+        "feet_after": ahead(at[2], at[3]),
         "before": way(at[0], at[1]),
         "after": way(at[2], at[3]),
+        "work_before": work[at[1]] - work[at[0]],
         "work": work[at[3]] - work[at[2]],
         "time": path.time_s[at[3]] - path.time_s[at[2]],
         "stood": ~path.failed[at[1]],
@@ -194,19 +197,28 @@ def lost(name: str, legged: Legged, runs: dict[str, Any], **body: float) -> list
                 "run": run,
                 "leg": names[leg],
                 "margin": support_margin_m(whole, (leg,)),
-                "margin_of_feet": support_margin_m(
-                    dataclasses.replace(whole, com_x_m=-_median(own["feet"][stood])), (leg,)
-                ),
+                "margin_of_feet": _margin_of_feet(whole, leg, own["feet"][stood]),
+                "feet": _median(own["feet"][stood]),
+                "feet_after": _median(own["feet_after"][walks]),
+                "margin_after": _margin_of_feet(whole, leg, own["feet_after"][walks]),
                 "stood": int(stood.sum()),
                 "stays_up": int(stays.sum()),
                 "walks_on": int(walks.sum()),
                 "speed_before": _median(4.0 * own["before"][stood] / TIMING.duration_s),
+                "cost_before": _median(own["work_before"][stood] / own["before"][stood]),
                 "speed": _median((own["after"] / own["time"])[walks]),
                 "cost_of_transport": _median(own["work"][walks] / own["after"][walks]),
                 "falls_after": _median(own["fell"][stood & ~stays]),
             }
         )
     return rows
+
+
+def _margin_of_feet(body: Walker, leg: int, ahead_m: np.ndarray) -> float:
+    """The margin without a leg of feet that are so far before the mass; NaN if none stood."""
+    if not len(ahead_m):
+        return math.nan
+    return support_margin_m(dataclasses.replace(body, com_x_m=-_median(ahead_m)), (leg,))
 
 
 def _median(values: np.ndarray) -> float:

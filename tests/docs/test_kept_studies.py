@@ -13,6 +13,7 @@ import pytest
 
 from places import ROOT
 from tegotae._support.tables import read_csv
+from tegotae.parts.terms import EllipticFoot, Signals
 from tegotae.systems.legged import random_phases
 
 DOCS = ROOT / "docs"
@@ -242,4 +243,57 @@ def test_no_vanilla_walker_goes_on_with_a_margin_below_a_tenth():
     quick = np.asarray(table["body"], str) == "hexapod, quick"
     assert f"{walks[quick].min():.0f} to {walks[quick].max():.0f} of 64" in page(
         "studies/lost_leg.md"
+    )
+
+
+def test_laws_that_react_go_on_without_any_leg_and_the_page_says_in_how_many_starts():
+    table = read_csv(KEPT / "lost_leg" / "reacting.csv")
+    body, run = (np.asarray(table[name], str) for name in ("body", "run"))
+    walks = column(table, "walks_on")
+    assert (walks[body == "no reaction"] == 0).all()
+    said = page("studies/lost_leg.md")
+    learned = walks[body == "feels-tilt"]
+    assert f"in {learned.min():.0f} to {learned.max():.0f} of 64 starts" in said
+    assert walks[(body == "feels-tilt") & (run == "2")].tolist() == [64, 63, 64, 64]
+    by_hand = [walks[(body == "shift-by-hand") & (run == str(k))].min() for k in range(6)]
+    assert sum(least == 64 for least in by_hand) == 5
+
+
+def test_no_law_shifts_a_foot_further_than_is_allowed_and_sides_are_mirror_images(study):
+    laws = study("lost_leg_laws")
+    law = laws.Law("a", "a law", EllipticFoot(), ("pitch", "roll"), 3, "place")
+    x = np.random.default_rng(0).normal(size=(50, law.size)) * 5.0
+    legs = law.weights(x, 1.9).reshape(50, 4, law.unit)  # LF, RF, LH, RH
+    neurons = legs[..., 1:].reshape(50, 4, 2, 3, 4)
+    most = np.abs(neurons[..., -1]).sum(axis=-1)
+    assert most[..., 0].max() <= laws.SHIFT_M * (1.0 + 1e-9)
+    assert most[..., 1].max() <= laws.LIFT_M * (1.0 + 1e-9)
+    left, right = neurons[:, ::2], neurons[:, 1::2]
+    assert np.array_equal(right, left * [1.0, -1.0, 1.0, 1.0])
+
+
+# The limit for legs
+
+
+@pytest.mark.parametrize(("steps", "harmonics"), [(1, 5), (2, 3), (4, 3)])
+def test_a_gait_is_the_same_in_a_larger_space(study, steps, harmonics):
+    gaits = study("legs_limit_gaits")
+    small, large = gaits.Space("free", 1, 3), gaits.Space("free", steps, harmonics)
+    x = small.random(np.random.default_rng(1)) + 0.3
+    own = [feet_of(space, of) for space, of in ((small, x), (large, large.from_space(small, x)))]
+    assert np.ptp(own[0]) > 0.1
+    assert np.abs(own[0] - own[1]).max() < 1e-4
+
+
+def feet_of(space, x):
+    """Places of the feet of a gait in open loop over a while, [legs, 2, times]."""
+    weights, scenario = space.decoded(x[None], np.array([0.5]))
+    time, n = np.linspace(0.0, 8.0, 40), space.foot.n_weights
+    phase = scenario.phase_rad + scenario.omega * time
+    each = zip(weights[0].reshape(4, n), phase, strict=True)
+    return np.array(
+        [
+            space.foot(own, Signals({"cos_phase": np.cos(a), "sin_phase": np.sin(a)}))
+            for own, a in each
+        ]
     )

@@ -1,0 +1,141 @@
+"""Pictures of a quadruped around the loss of a leg: frames in a row, courses over time, a film."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import jax
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from tegotae.figures.animation import FRAMES_PER_S, save_animation
+from tegotae.figures.gaits.animation import moving
+from tegotae.figures.gaits.poses import LegPositions, pose
+from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, styled
+from tegotae.simulation.rollout import Timing
+from tegotae.simulation.world import Step, with_changes
+from tegotae.studies.gaits.simulate import GaitRun, simulate
+from tegotae.systems.legged import Legged, random_phases
+
+LOST_S = 20.0
+"""When the leg is lost."""
+TIMING = Timing(duration_s=45.0, tick_s=0.008, frame_s=0.04)
+"""Of the rollouts that are shown."""
+SEED = 7
+"""Of the phases at release; that of no training or evaluation."""
+SHOWN_S = (-0.5, 0.5, 1.0, 1.5, 2.5, 4.0)
+"""Times after the loss of the frames in a row."""
+FILM_S = (-1.0, 5.0)
+"""From when to when a film is."""
+SLOWER = 1.0
+"""Seconds of the film for a unit of time."""
+
+
+@dataclass(frozen=True)
+class _Whole:
+    """A summary that keeps the trajectory."""
+
+    def __call__(self, trajectory: Any, scenario: Any, body: Any, timing: Timing) -> Any:
+        return trajectory
+
+
+def loses(legged: Legged, leg: str) -> GaitRun:
+    """One release of a walker that loses a leg, recorded."""
+    there = [float(name != leg) for name in legged.names]
+    phase = random_phases(len(there), 1, SEED)
+    changes = {"present": Step(np.array(there)[:, None], from_s=LOST_S)}
+    scenario = with_changes(legged.scenario(phase), legged.body, changes)
+    trajectory = legged.run(_Whole(), scenario, TIMING)
+    run = simulate(legged, phase[:, 0], timing=dataclasses.replace(TIMING, duration_s=LOST_S))
+    return dataclasses.replace(
+        run, timing=TIMING, trajectory=jax.tree.map(lambda x: np.asarray(x)[..., 0], trajectory)
+    )
+
+
+def frame_at(run: GaitRun, after_s: float) -> int:
+    """The recorded frame at a time after the loss."""
+    return round((LOST_S + after_s) / run.timing.frame_s) - 1
+
+
+def write_film(run: GaitRun, leg: str, path: Path) -> None:
+    """A film from shortly before the loss on."""
+    times = np.arange(*FILM_S, 1.0 / (FRAMES_PER_S * SLOWER))
+    frames = np.array([frame_at(run, t) for t in times])
+
+    def note(index: int) -> str:
+        return f"{leg} lost" if run.trajectory.time_s[index] > LOST_S else ""
+
+    with styled():
+        save_animation(moving(run.legged, run.trajectory, frames, note), path)
+
+
+def draw_frames(runs: dict[str, dict[str, GaitRun]]) -> Figure:
+    """A row of frames for each walker and the leg that it loses, from the side."""
+    rows = [(name, leg, run) for name, own in runs.items() for leg, run in own.items()]
+    figure = new_figure(PAGE_IN, 1.1 * len(rows) + 0.3)
+    panels = figure.subplots(len(rows), len(SHOWN_S), squeeze=False)
+    for axes, (name, leg, run) in zip(panels, rows, strict=True):
+        shape = pose(run.legged.body, run.trajectory).along_torso()
+        fell = run.trajectory.failed
+        for panel, after in zip(axes, SHOWN_S, strict=True):
+            at, late = frame_at(run, after), f"{after:+.1f}"
+            if fell[at]:
+                at, late = int(np.argmax(fell)), "fallen"
+            draw_pose(panel, shape, at, run.legged.names.index(leg) if after > 0.0 else None)
+            panel.set_title(late, fontsize=7, pad=2)
+        axes[0].set_ylabel(f"{name},\n{leg} lost", fontsize=7)
+    return figure
+
+
+def draw_pose(axes: Axes, shape: LegPositions, at: int, lost: int | None) -> None:
+    """The body from its right side at a frame; a lost leg is dotted."""
+    hips, feet = shape.hips_m[at], shape.feet_m[at]
+    order = [0, 1, 3, 2]
+    axes.axhspan(-1.0, 0.0, color="0.88", lw=0)
+    axes.fill(hips[order, 0], hips[order, 2], color="0.75", ec="k", lw=0.8)
+    for leg in range(len(hips)):
+        line = ":" if leg == lost else "-"
+        axes.plot(
+            *zip(hips[leg, ::2], feet[leg, ::2], strict=True), line, color=COLOURS[leg], lw=1.2
+        )
+        full = "full" if shape.stands[at, leg] and leg != lost else "none"
+        axes.plot(*feet[leg, ::2], "o", color=COLOURS[leg], ms=3, fillstyle=full)
+    middle = hips[:, 0].mean()
+    axes.set(xlim=(middle - 1.6, middle + 1.6), ylim=(-0.2, 1.8), xticks=[], yticks=[])
+    axes.set_aspect("equal")
+
+
+def draw_courses(runs: dict[str, dict[str, GaitRun]]) -> Figure:
+    """Pitch, roll, and how far the feet are ahead of the mass around the loss, leg by leg."""
+    legs = list(next(iter(runs.values())))
+    figure = new_figure(PAGE_IN, 3.6)
+    rows = figure.subplots(2, len(legs), sharex=True, sharey="row", squeeze=False)
+    for colour, (name, own) in zip(
+        (COLOURS[0], COLOURS[1], COLOURS[2]), runs.items(), strict=False
+    ):
+        for (above, below), leg in zip(rows.T, legs, strict=True):
+            t = own[leg].trajectory
+            time = t.time_s - LOST_S
+            shown = (time > -3.0) & (time < 8.0) & ~t.failed
+            above.plot(time[shown], t.channels["pitch_rad"][shown], color=colour, label=name)
+            below.plot(time[shown], _feet_ahead(t)[shown], color=colour)
+            above.set_title(f"{leg} lost")
+            below.set_xlabel("time after the loss [√(l0/g)]")
+            for panel in (above, below):
+                panel.axvline(0.0, color="0.7", lw=0.6)
+    rows[0, 0].set_ylabel("pitch, nose down [rad]")
+    rows[1, 0].set_ylabel("feet before the mass [l0]")
+    figure.legend(*rows[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
+    return figure
+
+
+def _feet_ahead(t: Any) -> np.ndarray:
+    """Mean place of the feet before the mass, over about a stride, [frames]."""
+    x = (t.foot_x_m - t.x_m[:, None]).mean(axis=1)
+    y = (t.foot_y_m - t.y_m[:, None]).mean(axis=1)
+    ahead = x * np.cos(t.yaw_rad) + y * np.sin(t.yaw_rad)
+    return np.convolve(ahead, np.full(15, 1.0 / 15), mode="same")

@@ -1,0 +1,310 @@
+"""Feet that react to the loss of any leg: a law by hand, how far its gains reach, learned laws.
+
+    python studies/lost_leg_react.py search     # gains and networks; a few CPU-minutes
+    python studies/lost_leg_react.py zoo        # all of them, for names of the zoo
+    python studies/lost_leg_react.py report     # tables, pictures and a film
+
+Searches are kept in `runs/lost_leg` and go on where they were interrupted; tables and figures are
+in `docs/_static/lost_leg`.
+"""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import tyro
+
+import strategies
+from kept import write_rows, write_text
+from lost_leg import FOLDER, TABLES, lost
+from lost_leg_film import draw_courses, draw_frames, loses, write_film
+from lost_leg_laws import UNSEEN, Law, loss_of, scores
+from tegotae._support.engines import NATIVE
+from tegotae._support.files import output_folder
+from tegotae._support.tables import read_csv
+from tegotae.cli.status import exit_status
+from tegotae.figures.style import save_figure, styled
+from tegotae.parts.bodies import Walker
+from tegotae.parts.terms import EllipticFoot
+from tegotae.systems import controller_file
+from tegotae.systems.controller_file import SavedController, load
+from tegotae.systems.legged import Legged
+from tegotae.systems.legged_systems import settling, walking
+from tegotae.systems.zoo import ZooEntry, write
+from tegotae.training.folder import versions_of
+
+ZOO = Path(__file__).resolve().parents[1] / "src/tegotae/systems/zoo/data/lost-leg.npz"
+"""Where the learned laws are kept, for names such as `zoo:lost-leg:feels-tilt@quadruped-c`."""
+STEADY = EllipticFoot(stride_m=0.22, lift_m=0.04, press_m=0.0, shift_rad=0.26)
+"""Small quick steps that bear a reaction, and its ω and σ below: of a pilot that searched for gait
+and gains at once."""
+OMEGA, SIGMA = 10.2, 3.2
+PHASES = 4
+"""Random releases of each leg's loss in a generation; all candidates of it have the same ones."""
+ONE_SIDE = (0, 2)
+"""Legs that are lost in a search, LF and LH: the laws are alike or mirror images on both sides."""
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A law and how it is searched for.
+
+    Args:
+        law: its form.
+        gains: of a law by hand its gains and their sizes; none of a network.
+        generations: how many.
+        population: candidates of each.
+        std: first deviation.
+        starts: how many searches, from other random numbers.
+    """
+
+    law: Law
+    gains: tuple[tuple[str, float], ...] = ()
+    generations: int = 200
+    population: int = 32
+    std: float = 0.3
+    starts: int = 3
+
+    def gains_of(self, x: np.ndarray) -> dict[str, np.ndarray]:
+        """The gains of a law by hand, by name, [lanes] each."""
+        return {name: x[:, at] * size for at, (name, size) in enumerate(self.gains)}
+
+    def weights(self, x: np.ndarray) -> np.ndarray:
+        """Weights of the controller [lanes, n_weights] of vectors of the search [lanes, size]."""
+        return self.law.weights(self.law.by_hand(self.gains_of(x)) if self.gains else x, SIGMA)
+
+    def begin(self) -> np.ndarray:
+        """Vectors to start from, [starts, size]: no gains and any gains, or networks that hardly
+        react."""
+        rng = np.random.default_rng(0)
+        if self.gains:
+            x = rng.normal(size=(self.starts, len(self.gains)))
+            x[0] = 0.0
+            return x
+        return np.array([self.law.random(rng) for _ in range(self.starts)])
+
+    def search(self, folder: Path) -> None:
+        """Search, or go on."""
+        legged = self.law.legged(steady(), self.weights(self.begin()[:1])[0])
+
+        def losses(x: np.ndarray, generation: int) -> np.ndarray:
+            found, _ = scores(
+                legged, self.weights(x), lost=ONE_SIDE, starts=PHASES, seed=UNSEEN + generation
+            )
+            return loss_of(found)
+
+        def report(generation: int, loss: np.ndarray) -> None:
+            if generation % 20 == 0:
+                print(f"{self.law.name} {generation}/{self.generations}:", *np.round(loss, 2),
+                      flush=True)  # fmt: skip
+
+        strategies.search(
+            losses,
+            self.begin(),
+            std=self.std,
+            population=self.population,
+            generations=self.generations,
+            seed=0,
+            checkpoint=folder / f"{self.law.name}.npz",
+            progress=report,
+        )
+
+
+SHIFT = (("shift_pitch", 4.0), ("shift_pitch_rate", 1.0))
+LIFT = (("lift_roll", 1.0), ("lift_roll_rate", 0.3), ("lift_pitch", 0.5), ("lift_pitch_rate", 0.2))
+_PITCH, _TILT = ("pitch", "pitch_rate"), ("pitch", "pitch_rate", "roll", "roll_rate")
+_LOAD = "spring_force"
+_WIDE = {"std": 0.7, "generations": 80, "population": 20, "starts": 6}
+PLANS = (
+    Plan(Law("shift-by-hand", "feet shifted by the pitch", STEADY, _PITCH, 1), SHIFT, **_WIDE),
+    Plan(Law("lift-by-hand", "feet lifted by the tilt", STEADY, _TILT, 1, "place"), LIFT, **_WIDE),
+    Plan(
+        Law("tilt-by-hand", "feet shifted and lifted by the tilt", STEADY, _TILT, 1, "place"),
+        SHIFT + LIFT,
+        **_WIDE,
+    ),
+    Plan(
+        Law("feels-tilt", "feet that feel load and tilt", STEADY, (_LOAD, *_TILT), 3, "place"),
+        generations=300,
+    ),
+)
+"""Laws by hand, whose gains are searched for; and learned ones."""
+
+
+def steady() -> Legged:
+    """Quadruped C with these steps, and no reaction."""
+    return walking("quadruped C, steady", Walker(), STEADY, SIGMA, OMEGA)
+
+
+@dataclass(frozen=True)
+class Search:
+    """Search for gains and networks, and evaluate them on releases that no search has seen."""
+
+    only: tuple[str, ...] = ()
+    """Names of laws; all by default."""
+    dir: Path = FOLDER
+
+    def run(self) -> None:
+        """Search what is missing, and write the table."""
+        output_folder(self.dir)
+        if not self.only:
+            alone = lost("no reaction", steady(), {"0": steady().weights})
+            alone = [{**row, "selection": 0.0} for row in alone]
+            write_rows(TABLES / "reacting.csv", alone, digits=4, by=("body",))
+        for plan in PLANS:
+            name = plan.law.name
+            if self.only and name not in self.only:
+                continue
+            plan.search(self.dir)
+            found = strategies.load(self.dir / f"{name}.npz")
+            weights = plan.weights(found.centre)
+            legged = plan.law.legged(steady(), weights[0])
+            chosen, _ = scores(
+                legged, weights, lost=ONE_SIDE, starts=32, seed=UNSEEN - 1
+            )  # of the selection alone
+            rows = lost(name, legged, {str(k): own for k, own in enumerate(weights)})
+            for row in rows:
+                row["selection"] = -loss_of(chosen)[int(row["run"])]
+            write_rows(TABLES / "reacting.csv", rows, digits=4, by=("body",))
+            gains = plan.gains_of(found.centre)
+            write_rows(
+                TABLES / "gains.csv",
+                [
+                    {"law": name, "run": run, "gain": gain, "value": value}
+                    for gain, values in gains.items()
+                    for run, value in enumerate(values)
+                ],
+                digits=4,
+                by=("law",),
+            )
+            write_rows(TABLES / "search.csv", course(name, found), digits=4, by=("law",))
+
+
+def course(name: str, found: strategies.Found) -> list[dict[str, Any]]:
+    """The median score of every tenth generation, start by start."""
+    return [
+        {"law": name, "run": run, "generation": at + 1, "score": -found.typical[at, run]}
+        for run in range(found.typical.shape[1])
+        for at in range(9, len(found.typical), 10)
+    ]
+
+
+@dataclass(frozen=True)
+class Report:
+    """The tables in Markdown, pictures, and the film."""
+
+    law: str = "feels-tilt"
+    """The law that is shown."""
+
+    def run(self) -> None:
+        """Write them."""
+        table = read_csv(TABLES / "reacting.csv")
+        write_text(TABLES / "reacting.md", markdown(table))
+        saved = load(f"zoo:lost-leg:{self.law}@quadruped-c")
+        law = settling(saved.system, saved.weights)
+        legs, runs = ("LH", "LF"), {"no reaction": steady(), self.law: law}
+        found = {name: {leg: loses(own, leg) for leg in legs} for name, own in runs.items()}
+        with styled():
+            save_figure(draw_courses(found), TABLES / "courses.png")
+            save_figure(draw_frames(found), TABLES / "frames.png")
+        write_film(found[self.law]["LH"], "LH", TABLES / "lost_leg.gif")
+
+
+def markdown(table: dict[str, np.ndarray]) -> str:
+    """A row a law and leg, of the run that the selection prefers."""
+    titles = ("law", "leg lost", "feet ahead before, after", "margin of feet before, after",
+              "walks on", "other runs", "speed before, after", "CoT before, after")  # fmt: skip
+    lines = [f"| {' | '.join(titles)} |", "|---" * len(titles) + "|"]
+    rows = [
+        dict(zip(table, map(str, cells), strict=True))
+        for cells in zip(*table.values(), strict=True)
+    ]
+    pairs = (("feet", "feet_after"), ("margin_of_feet", "margin_after"),
+             ("speed_before", "speed"), ("cost_before", "cost_of_transport"))  # fmt: skip
+    for name in dict.fromkeys(row["body"] for row in rows):
+        own = [row for row in rows if row["body"] == name]
+        best = max(own, key=lambda row: float(row["selection"]))["run"]
+        for row in own:
+            if row["run"] != best:
+                continue
+            others = [r["walks_on"] for r in own if r["leg"] == row["leg"] and r["run"] != best]
+            feet, margin, speed, cost = (f"{_number(row[a])}, {_number(row[b])}" for a, b in pairs)
+            walks = f"{row['walks_on']} of {row['stood']}"
+            cells = (name, row["leg"], feet, margin, walks, ", ".join(others), speed, cost)
+            lines.append(f"| {' | '.join(cells)} |")
+    return "\n".join(lines) + "\n"
+
+
+def _number(value: str) -> str:
+    return f"{round(float(value), 2) + 0.0:.2f}" if value else "–"
+
+
+@dataclass(frozen=True)
+class Zoo:
+    """The package's file of the learned laws and those by hand."""
+
+    dir: Path = FOLDER
+
+    def run(self) -> None:
+        """Write it, of what has been searched for."""
+        output_folder(ZOO.parent)
+        there = [plan for plan in PLANS if (self.dir / f"{plan.law.name}.npz").exists()]
+        write(ZOO, "lost-leg", [entry(plan, self.dir) for plan in there])
+
+
+def entry(plan: Plan, folder: Path) -> ZooEntry:
+    """All runs of a law, and what the evaluation says of them."""
+    found = strategies.load(folder / f"{plan.law.name}.npz")
+    weights = plan.weights(found.centre)
+    system = plan.law.legged(steady(), weights[0]).system
+    training = {
+        "method": "studies/lost_leg_react.py",
+        "population": plan.population,
+        "std": plan.std,
+        "lost": "each leg by itself, in every episode",
+    }
+    name = f"{plan.law.name}@quadruped-c"
+    saved = SavedController(
+        system,
+        weights[0],
+        name,
+        training=training,
+        software={**versions_of("evosax"), "engine": NATIVE},
+    )
+    document = controller_file.described(saved, name)
+    table = read_csv(TABLES / "reacting.csv")
+    own = np.asarray(table["body"], str) == plan.law.name
+    runs = np.asarray(table["run"], str)
+
+    def of_run(name: str, run: int) -> np.ndarray:
+        return np.asarray(table[name], float)[own & (runs == str(run))]
+
+    count = range(len(weights))
+    names = np.asarray(table["leg"], str)[own & (runs == "0")]
+    metrics = {"selection": np.array([of_run("selection", run)[0] for run in count])}
+    for at, leg in enumerate(names):
+        metrics[f"walks_on_without_{leg}"] = np.array(
+            [of_run("walks_on", run)[at] / max(of_run("stood", run)[at], 1.0) for run in count]
+        )
+    return ZooEntry(
+        document={name: value for name, value in document.items() if name != "weights"},
+        weights=weights,
+        seed=np.arange(len(weights)),
+        fitness=-found.typical[-1],
+        generations=np.full(len(weights), len(found.typical)),
+        ended=np.full(len(weights), "cap"),
+        metrics=metrics,
+    )
+
+
+if __name__ == "__main__":
+    command = tyro.cli(
+        Annotated[Search, tyro.conf.subcommand("search")]
+        | Annotated[Zoo, tyro.conf.subcommand("zoo")]
+        | Annotated[Report, tyro.conf.subcommand("report")]
+    )
+    sys.exit(exit_status(command.run))

@@ -1,0 +1,113 @@
+"""Many evolution strategies at once: the candidates of all share a rollout a generation."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from tegotae.training.algorithms import CMAES
+
+KEPT_EVERY = 20
+"""Generations after which a search is written down."""
+
+
+class Found(NamedTuple):
+    """What the searches have come to, [starts] first."""
+
+    x: np.ndarray
+    """The vector of least loss, [starts, size]."""
+    loss: np.ndarray
+    """Its loss, [starts]."""
+    centre: np.ndarray
+    """The middle of the distribution after the last generation, [starts, size]."""
+    history: np.ndarray
+    """The least loss up to every generation, [generations, starts]."""
+    typical: np.ndarray
+    """The median loss of every generation, [generations, starts]."""
+
+
+def load(file: Path) -> Found:
+    """What a search has written down."""
+    with np.load(file) as kept:
+        return Found(*(kept[field] for field in Found._fields))
+
+
+def search(
+    losses: Callable[[np.ndarray, int], np.ndarray],
+    start: np.ndarray,
+    *,
+    std: float,
+    population: int,
+    generations: int,
+    seed: int,
+    checkpoint: Path,
+    progress: Callable[[int, np.ndarray], None] = lambda *_: None,
+) -> Found:
+    """One strategy (CMA-ES) a start, all in one rollout a generation.
+
+    Args:
+        losses: of vectors [starts * population, size] in a generation; the candidates of a start
+            are next to each other.
+        start: vectors [starts, size].
+        std: first deviation.
+        population: candidates of a generation of a start.
+        generations: how many.
+        seed: of the draws.
+        checkpoint: file from which it goes on, and where it is written every 20 generations.
+        progress: called with the generation and the least losses.
+    """
+    starts, size = start.shape
+    algorithm = CMAES(population=population, std=std)
+    strategy, settings = algorithm.strategy(size), algorithm.parameters(size)
+    keys = jax.random.split(jax.random.key(seed), starts)
+
+    @jax.jit
+    def begin(mean):
+        return jax.lax.map(lambda a: strategy.init(*a, settings), (keys, mean))
+
+    @jax.jit
+    def ask(number, state):
+        own = jax.vmap(lambda key: jax.random.fold_in(key, number))(keys)
+        return jax.lax.map(lambda a: strategy.ask(*a, settings), (own, state))
+
+    @jax.jit
+    def tell(x, loss, state):
+        return jax.lax.map(lambda a: strategy.tell(*a, settings)[0], (keys, x, loss, state))
+
+    state = begin(jnp.asarray(start, "float32"))
+    leaves, tree = jax.tree.flatten(state)
+    best, least = np.array(start, float), np.full(starts, np.inf)
+    history: list[np.ndarray] = []
+    typical: list[np.ndarray] = []
+    if checkpoint.exists():
+        with np.load(checkpoint) as kept:
+            state = jax.tree.unflatten(tree, [kept[f"state{k}"] for k in range(len(leaves))])
+            best, least = kept["x"].copy(), kept["loss"].copy()
+            history, typical = list(kept["history"]), list(kept["typical"])
+
+    def found() -> Found:
+        centre = np.asarray(state.mean, float)
+        return Found(best, least, centre, np.array(history), np.array(typical))
+
+    for number in range(len(history), generations):
+        x, state = ask(number, state)
+        own = np.array(x, float)
+        if number == 0:
+            own[:, 0] = start
+        loss = losses(own.reshape(-1, size), number).reshape(starts, population)
+        state = tell(jnp.asarray(own, "float32"), jnp.asarray(loss, "float32"), state)
+        k, each = loss.argmin(axis=1), np.arange(starts)
+        better = each[loss[each, k] < least]
+        best[better], least[better] = own[better, k[better]], loss[better, k[better]]
+        history.append(least.copy())
+        typical.append(np.median(loss, axis=1))
+        progress(number + 1, least)
+        if (number + 1) % KEPT_EVERY == 0 or number + 1 == generations:
+            states = {f"state{k}": leaf for k, leaf in enumerate(jax.tree.leaves(state))}
+            np.savez(checkpoint, **found()._asdict(), **states)
+    return found()
