@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import gc
 import importlib
 import os
 import signal
@@ -19,6 +20,16 @@ jax.config.update("jax_numpy_rank_promotion", "raise")
 # The same examples in every run, and no deadline: the first call of a function compiles it.
 settings.register_profile("tegotae", deadline=None, derandomize=True, max_examples=40)
 settings.load_profile("tegotae")
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_collection():
+    """Collecting imports everything, and leaves no garbage to look for."""
+    gc.disable()
+    try:
+        return (yield)
+    finally:
+        gc.enable()
 
 
 def _broadcasting(method):
@@ -45,6 +56,22 @@ def metrics_as_before():
     yield
     registry._registered.clear()
     registry._registered.update(before)
+
+
+@pytest.fixture(autouse=True, scope="session")
+def contracts_are_checked_quickly():
+    """Programs of the check of a part run once or twice: XLA compiles them without its best.
+
+    That takes a quarter of the time. Elsewhere tests compile as users do.
+    """
+    from tegotae.simulation.checks import body, probing
+
+    options = {"xla_backend_optimization_level": 0, "xla_cpu_use_fusion_emitters": False}
+    jit = functools.partial(jax.jit, compiler_options=options)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(body, "jit", jit)
+        patch.setattr(probing, "jit", jit)
+        yield
 
 
 @pytest.fixture(scope="session")
