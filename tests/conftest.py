@@ -58,22 +58,6 @@ def metrics_as_before():
     registry._registered.update(before)
 
 
-@pytest.fixture(autouse=True, scope="session")
-def contracts_are_checked_quickly():
-    """Programs of the check of a part run once or twice: XLA compiles them without its best.
-
-    That takes a quarter of the time. Elsewhere tests compile as users do.
-    """
-    from tegotae.simulation.checks import body, probing
-
-    options = {"xla_backend_optimization_level": 0, "xla_cpu_use_fusion_emitters": False}
-    jit = functools.partial(jax.jit, compiler_options=options)
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(body, "jit", jit)
-        patch.setattr(probing, "jit", jit)
-        yield
-
-
 @pytest.fixture(scope="session")
 def tiny_training(tmp_path_factory) -> Path:
     """The folder of a finished tiny training, to be read only."""
