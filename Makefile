@@ -44,10 +44,11 @@ test: $(INSTALLED)
 	$(MAKE) --jobs 2 lint pytest
 
 # Programs of tests run once or twice: XLA compiles them without its best, in a quarter of the time.
-# `make test-thorough` compiles as users do.
+# Tests that turn on rounding, and `make test-thorough`, compile as users do.
 QUICKLY := --xla_backend_optimization_level=0 --xla_cpu_use_fusion_emitters=false
 pytest: $(INSTALLED)
-	XLA_FLAGS="$(QUICKLY)" $(PYTEST)
+	XLA_FLAGS="$(QUICKLY)" $(PYTEST) -m "not thorough and not precise"
+	$(PYTEST) -m "precise and not thorough"
 
 test-thorough: lint
 	$(PYTEST) -m "thorough or not thorough"

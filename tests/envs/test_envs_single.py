@@ -146,6 +146,7 @@ class TestInterface:
         assert observation[1] == 1e3  # clipped
 
 
+@pytest.mark.precise
 class TestAgreesWithTheEngine:
     """Tick by tick, to the rounding of float32."""
 

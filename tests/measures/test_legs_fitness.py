@@ -133,6 +133,7 @@ def test_climbs_count_in_flight_alone():
     assert float(climb_in_flight(jnp.asarray(hips), 1.0)[0]) == pytest.approx(0.5)
 
 
+@pytest.mark.precise
 def test_where_legs_do_not_feel_each_other_the_fitness_is_the_hoppers():
     timing = Timing(duration_s=14.0, tick_s=0.004)
     hopper = build("V-sector-w8")

@@ -257,6 +257,7 @@ def test_the_time_of_the_first_sample_does_not_matter():
     assert later.cot_inverse == pytest.approx(now.cot_inverse, rel=1e-6)
 
 
+@pytest.mark.precise
 def test_many_recordings_at_once_give_what_each_gives_alone():
     time_s = seconds()
     random = np.random.default_rng(1)

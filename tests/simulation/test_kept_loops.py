@@ -31,6 +31,7 @@ def test_a_walker_walks_as_it_did_but_for_rounding():
     agree(kept_loops.walker(), to=1e-9)
 
 
+@pytest.mark.precise
 def test_a_training_on_mujoco_learns_what_it_did_but_for_rounding():
     # Three generations, which amplify rounding: other processors part in the fourth digit.
     agree(kept_loops.mujoco_training(), to=1e-2)

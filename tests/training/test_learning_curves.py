@@ -164,9 +164,9 @@ def test_a_panel_a_model_and_algorithm_over_simulated_time_with_episodes_above()
     assert list(panels) == [
         f"{model}: {algorithm}"
         for model in ("AR-rF-reflex-w8", MODEL)
-        for algorithm in ("pgpe", "ppo", "sac")
+        for algorithm in ("PGPE", "PPO", "SAC")
     ]
-    panel = panels[f"{MODEL}: ppo"]
+    panel = panels[f"{MODEL}: PPO"]
     ppo = next(line for line in panel.get_lines() if line.get_linewidth() == 1.2)
     # The point before training has no place on a logarithmic axis.
     assert panel.get_xscale() == "log"
@@ -177,7 +177,7 @@ def test_a_panel_a_model_and_algorithm_over_simulated_time_with_episodes_above()
     panel.set_xlim(12.0, 1200.0)
     figure.draw_without_rendering()
     np.testing.assert_allclose(above.get_xlim(), [1.0, 100.0])
-    assert "[m/J]" in panels[f"{MODEL}: pgpe"].get_ylabel()
+    assert "[m/J]" in panels[f"{MODEL}: PGPE"].get_ylabel()
     assert "[s]" in panel.get_xlabel()
 
 

@@ -129,6 +129,7 @@ def test_samples_spread_as_the_standard_deviation_says():
     np.testing.assert_allclose(np.std(samples, axis=0), 0.25, rtol=0.05)
 
 
+@pytest.mark.precise
 def test_equal_fitness_moves_nothing():
     for _, state, _ in generations(SETTINGS, lambda samples: np.full(len(samples), -3.0), 3):
         np.testing.assert_allclose(state.mean, first_mean(), atol=1e-6)

@@ -33,7 +33,7 @@ class StudyClaims:
     sampled: Annotated[Path | None, UNSET] = None
     """Table of a controller drawn from each run's final distribution (.csv), as `export` writes it,
     which adds a way to count; a study's folder has its own."""
-    beside: tuple[Path, ...] = ()
+    beside: Annotated[tuple[Path, ...], UNSET] = ()
     """Tables of other studies (.csv), whose outcomes are shown beside. The drawn controllers of
     RUNS.csv (RUNS-sampled.csv) and its experiments are those of its own folder."""
     readings: Annotated[Path | None, UNSET] = None

@@ -15,7 +15,7 @@ import tyro
 from tegotae._support.errors import TegotaeError
 from tegotae.cli.metrics import named
 from tegotae.cli.one_leg.evaluate import evaluate_all, print_table, show, shown
-from tegotae.cli.options import ProtocolOptions, refuse_on_environment
+from tegotae.cli.options import UNSET, ProtocolOptions, refuse_on_environment
 from tegotae.cli.tables import print_rows, print_text
 from tegotae.measures.evaluation import Evaluation
 from tegotae.measures.hopping.metric import Metric
@@ -36,7 +36,7 @@ class Compare(ProtocolOptions):
 
     places: Annotated[tuple[str, ...], tyro.conf.Positional]
     """Controller files, folders of them, or names of pure V models."""
-    metric: tuple[str, ...] = ()
+    metric: Annotated[tuple[str, ...], UNSET] = ()
     """Only these metrics: names, FILE.py:OBJECT for one of your own, or all."""
     json: bool = False
     """Print one JSON object."""

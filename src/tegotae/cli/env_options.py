@@ -13,6 +13,7 @@ import tyro
 from tegotae._support.documents import DamagedDocumentError, Json, parse
 from tegotae._support.errors import TegotaeError
 from tegotae._support.optional_dependencies import require
+from tegotae.cli.options import UNSET
 from tegotae.systems.models import find
 from tegotae.systems.user_objects import is_reference
 
@@ -41,12 +42,12 @@ class EnvOptions:
     omega: Annotated[tuple[float, ...], _WIRINGS_OMEGA] = ()
     """Frequency of the oscillators [rad/s]; of several, each has an episode per candidate, so that
     one law is learned for all."""
-    feet: tuple[str, ...] = ()
+    feet: Annotated[tuple[str, ...], UNSET] = ()
     """Of a MuJoCo model FILE.xml, the bodies or geoms whose contact forces are observed; the
     wiring's by default."""
     control: Annotated[float | None, _OWN] = None
     """Of a MuJoCo model, the time for which an action is held [s]."""
-    settings: tuple[str, ...] = ()
+    settings: Annotated[tuple[str, ...], UNSET] = ()
     """Further settings of the environment: NAME=VALUE, values as in JSON."""
     scales: bool = False
     """Take scales that the wiring lacks from the MuJoCo model's weight and length."""

@@ -55,11 +55,11 @@ class Evaluate(ProtocolOptions, BodyOptions):
     """Time from the release to the drop [s], of one leg; the protocol's by default."""
     disturbed: Annotated[float | None, UNSET] = None
     """Time after that [s]; the protocol's by default."""
-    metric: tuple[str, ...] = ()
+    metric: Annotated[tuple[str, ...], UNSET] = ()
     """Only these metrics, of one leg: names, FILE.py:OBJECT for one of your own, or all; without
     it, all are computed and the usual ones shown. Episodes that no metric needs are not
     simulated."""
-    settings: tuple[str, ...] = ()
+    settings: Annotated[tuple[str, ...], UNSET] = ()
     """Settings in which an environment is to differ from that of the training: NAME=VALUE, such as
     noise=0.02 or mass_factor=1.2."""
     starts: int = 32

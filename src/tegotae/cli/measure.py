@@ -60,7 +60,7 @@ class Measure(WorkOption):
     go before the samples: work_j (kJ, mJ, MJ) of the actuators' work, climb_flight_m of the heights
     climbed in flight, climb_m of all. Files of `tegotae simulate --csv` are measured as they
     are."""
-    columns: tuple[str, ...] = ()
+    columns: Annotated[tuple[str, ...], UNSET] = ()
     """Quantities of columns with other names: QUANTITY=COLUMN[UNIT], such as height=com_z[mm]; of
     time, height, ground, phase, force, work, climb_flight and climb."""
     rate: Given = None

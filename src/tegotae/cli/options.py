@@ -217,7 +217,7 @@ class ExperimentOptions(BodyOptions):
     oscillator: Annotated[str | None, OWN] = None
     """Another oscillator: hopf, adaptive-hopf, van-der-pol or matsuoka, with learned- before it to
     train its numbers, too; or FILE.py:OBJECT or MODULE:OBJECT."""
-    vary: tuple[str, ...] = ()
+    vary: Annotated[tuple[str, ...], UNSET] = ()
     """Conditions that vary between episodes of training, such as mass_kg=0.08:0.12 (any value
     between), omega=6/8/10 (one of these) or push_x_n=-5:5@8:8.2 (from 8 s to 8.2 s)."""
     episodes_per_candidate: Annotated[int | None, OWN] = None

@@ -12,6 +12,7 @@ import tyro
 
 from tegotae._support.errors import TegotaeError, require_finite
 from tegotae.cli.figure.output import Output
+from tegotae.cli.options import UNSET
 from tegotae.measures.hopping.gait import Gait, GaitSummary
 
 if TYPE_CHECKING:
@@ -28,9 +29,9 @@ Gaits = tuple[np.ndarray, np.ndarray]
 class Optimum(Output):
     """CoT⁻¹ over hop frequency: the optimum, its bound, and controllers."""
 
-    tables: Annotated[tuple[Path, ...], tyro.conf.Positional] = ()
+    tables: Annotated[tuple[Path, ...], tyro.conf.Positional, UNSET] = ()
     """Tables of `tegotae study export` (.csv); their best runs and V are drawn."""
-    controller: tuple[str, ...] = ()
+    controller: Annotated[tuple[str, ...], UNSET] = ()
     """Controller files of `tegotae train`, or other names with weights, such as V-sector-w4: each
     settles at its frequency, and is drawn too."""
     omega: float = 4.0

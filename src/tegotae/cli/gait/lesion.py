@@ -21,9 +21,9 @@ if TYPE_CHECKING:
 class Lesion(GaitCommand):
     """Remove a leg, change the body or drop the ground, and count the starts that stay up."""
 
-    lose: tuple[str, ...] = ()
+    lose: Annotated[tuple[str, ...], UNSET] = ()
     """Names of legs that are lost, such as LH."""
-    then: tuple[str, ...] = ()
+    then: Annotated[tuple[str, ...], UNSET] = ()
     """Parameters of the body that change at that time, such as mass_kg=1.3 com_x_m=0.1."""
     lasting: Annotated[float | None, UNSET] = None
     """Duration of this change [s], such as of push_y_n=0.3 for a push; permanent by default."""

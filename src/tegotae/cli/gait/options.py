@@ -33,9 +33,9 @@ _MOST_LATE = 1000
 class LegsOptions:
     """What of a system with several legs is to be otherwise."""
 
-    set: tuple[str, ...] = ()
+    set: Annotated[tuple[str, ...], UNSET] = ()
     """Change fields of the body, such as inertia_ratio=0.35."""
-    terrain: tuple[str, ...] = ()
+    terrain: Annotated[tuple[str, ...], UNSET] = ()
     """The ground of a walking torso: flat, slope, steps or rough, or FILE.py:OBJECT, and its
     numbers, such as rough rms_m=0.05."""
     delay: float = 0.0
@@ -236,7 +236,7 @@ def assignments(option: str, texts: Iterable[str]) -> dict[str, FieldNumber]:
 
 def assignment(option: str, text: str) -> tuple[str, FieldNumber]:
     name, equals, value = text.partition("=")
-    numbers: tuple[float, ...] = ()
+    numbers: Annotated[tuple[float, ...], UNSET] = ()
     with contextlib.suppress(ValueError):
         numbers = tuple(float(each) for each in value.split(","))
     if not equals or not numbers:

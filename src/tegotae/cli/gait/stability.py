@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 
 from tegotae._support.errors import TegotaeError
 from tegotae.cli.gait.options import GaitCommand
+from tegotae.cli.options import UNSET
 from tegotae.cli.tables import print_rows
 
 if TYPE_CHECKING:
@@ -24,7 +25,7 @@ class Stability(GaitCommand):
     """The parameter (omega, sigma, or a number of the body), its lowest and its highest value."""
     count: int = 14
     """Number of values."""
-    gaits: tuple[str, ...] = ()
+    gaits: Annotated[tuple[str, ...], UNSET] = ()
     """Names of gaits, such as trot; all of so many legs by default."""
     kick: float = 0.005
     """Size of the perturbation of the legs' phases, at half of the time [cycles]."""

@@ -13,6 +13,7 @@ from tegotae._support.errors import TegotaeError
 from tegotae._support.files import output_file
 from tegotae._support.optional_dependencies import require
 from tegotae.cli.env_options import made_with
+from tegotae.cli.options import UNSET
 from tegotae.cli.tables import print_rows
 
 if TYPE_CHECKING:
@@ -29,9 +30,9 @@ class WiringSuggest:
 
     model: Annotated[str, tyro.conf.Positional]
     """An MJCF file, FILE.xml, or PACKAGE:FILE.xml of an installed package."""
-    feet: tuple[str, ...] = ()
+    feet: Annotated[tuple[str, ...], UNSET] = ()
     """Bodies or geoms that touch the ground; the lowest ones that end a chain by default."""
-    settings: tuple[str, ...] = ()
+    settings: Annotated[tuple[str, ...], UNSET] = ()
     """Further settings of the model: NAME=VALUE, values as in JSON, such as ground=true."""
     out: Annotated[
         Path | None, tyro.conf.arg(help_behavior_hint="(default: as the model, .toml)")
