@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from tegotae._support.documents import JsonObject
-
 _OF_BODY = (
     ("mass_kg", "{:.3g} kg"),
     ("rest_length_m", "a leg of {:.3g} m"),
@@ -41,7 +39,7 @@ def about(document: Mapping[str, Any], models: int) -> str:
     return " ".join(filter(None, (scale, _body([*document["experiments"].values()]))))
 
 
-def _body(experiments: list[JsonObject]) -> str:
+def _body(experiments: list[Mapping[str, Any]]) -> str:
     bodies = [e.get("system", {}).get("body") for e in experiments]
     if not bodies or any(body != bodies[0] for body in bodies):
         return ""
