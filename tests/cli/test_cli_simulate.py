@@ -19,6 +19,7 @@ from tegotae import (
     Engine,
     Hopper,
     Scenario,
+    TegotaeError,
     Timing,
 )
 from tegotae.cli import main
@@ -276,6 +277,16 @@ def test_an_animation_moves(tmp_path):
         first = np.asarray(picture.convert("RGB"))
         picture.seek(5)
         assert (np.asarray(picture.convert("RGB")) != first).any()
+
+
+def test_a_picture_that_cannot_be_drawn_costs_no_numbers(tmp_path, monkeypatch, capsys):
+    def fails(*_):
+        raise TegotaeError("the disk is full")
+
+    monkeypatch.setattr("tegotae.figures.animation.write_animation", fails)
+    words = ["simulate", "--duration", "0.4", "--animate", str(tmp_path / "hop.gif")]
+    assert main(words) != 0
+    assert "apexes" in capsys.readouterr().out
 
 
 def test_a_controller_without_oscillator_has_pictures_too(simulate, tmp_path):

@@ -24,7 +24,7 @@ EXTRAS = {
     *("onnxruntime", "casadi", "pyarrow", "optuna", "distributed"),
 }
 """Modules of extras: a plain installation has none of them."""
-WITHOUT_EXTRAS = f"""
+MISSING = f"""
 import runpy, sys
 
 class Missing:
@@ -33,9 +33,28 @@ class Missing:
             raise ModuleNotFoundError(f"No module named {{name!r}}", name=name)
 
 sys.meta_path.insert(0, Missing)
+"""
+"""A program's beginning, after which no extra is there."""
+WITHOUT_EXTRAS = f"""{MISSING}
 sys.argv[0] = "tegotae"
 runpy.run_module("tegotae", run_name="__main__", alter_sys=True)
 """
+
+
+LOADED = f"""{MISSING}
+from tegotae.cli.commands import COMMANDS, CommandGroup
+
+def load(entries):
+    for entry in entries.values():
+        load(entry.commands) if isinstance(entry, CommandGroup) else entry.load()
+
+load(COMMANDS)
+import tegotae.export.c, tegotae.export.live, tegotae.figures.animation, tegotae.training.run
+"""
+
+
+def test_every_command_begins_without_extras():
+    subprocess.run([sys.executable, "-c", LOADED], check=True)
 
 
 def test_the_version_and_its_date_are_one_in_all_places():

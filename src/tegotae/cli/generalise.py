@@ -13,7 +13,7 @@ import tyro
 from tegotae._support.errors import TegotaeError, require_count
 from tegotae._support.optional_dependencies import require
 from tegotae.cli.figure.output import PictureFormat
-from tegotae.cli.tables import print_rows
+from tegotae.cli.tables import print_rows, print_text
 
 if TYPE_CHECKING:
     from tegotae.studies.generalisation import Disturbance
@@ -140,7 +140,7 @@ def _print_margins(done: list[Done], chosen: tuple[Disturbance, ...]) -> None:
     for tested, outcome in done:
         if outcome.left_out:
             print(f"{tested.name} was left out of {json.dumps(outcome.left_out)[1:-1]}")
-    print(
+    print_text(
         "The level at which half of the runs have lost their undisturbed gait, "
         "and its 95 % interval over runs; inf where they keep it at all levels."
     )

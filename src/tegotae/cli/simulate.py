@@ -152,11 +152,11 @@ class Simulate(LegsOptions, ControllerOptions):
         name = None if found is None else found.name
         used = one_leg.parameters(simulation, name, self.preset)
         summary = {**result.summary(), "parameters": used}
-        one_leg.write(result, *files)
         if self.json:
-            print(json.dumps(summary))
+            print(json.dumps(summary), flush=True)
         else:
             one_leg.print_summary(summary)
+        one_leg.write(result, *files)
 
     def _simulation(self, saved: SavedController) -> Simulation:
         from tegotae.cli.one_leg.simulate import frame_s

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from functools import partial
-from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -14,17 +12,9 @@ from numpy.typing import ArrayLike
 from tegotae._support.errors import TegotaeError
 from tegotae.envs.wires import Wires
 from tegotae.envs.wiring import Wiring
-from tegotae.parts._shapes import PerLimb, StateTree
-from tegotae.parts.controller import Controller
-from tegotae.parts.terms import Signals
-from tegotae.simulation.integrators.base import (
-    decide,
-    held,
-    phase_of,
-    push,
-    settled,
-    with_oscillator,
-)
+from tegotae.simulation.sampling import sample
+
+_sample = partial(jax.jit, static_argnums=0)(sample)
 
 
 class Pilot:
@@ -105,7 +95,7 @@ class Pilot:
             sensed[signal] = self._of_limbs(felt.astype(np.float32))
         extra = np.zeros((wires.limbs, self._lanes), np.float32) if added is None else added
         given = self._weights, self._oscillator, sensed, self._of_limbs(extra), self._numbers
-        sampled = sample(self._controller, *given)
+        sampled = _sample(self._controller, *given)
         self._oscillator, command, feedback, phase = sampled
         shape = wires.limbs, self._lanes
         self.feedback = np.asarray(feedback).reshape(shape)
@@ -124,41 +114,3 @@ class Pilot:
     def _of_limbs(self, x: np.ndarray) -> np.ndarray:
         """[limbs, lanes] as the controller has it: one limb has no axis."""
         return x[0] if self._wires.limbs == 1 else x
-
-
-@partial(jax.jit, static_argnums=0)
-def sample(
-    controller: Controller,
-    weights: jax.Array,
-    oscillator: StateTree,
-    sensed: dict[str, PerLimb],
-    added: PerLimb,
-    numbers: Mapping[str, Any],
-) -> tuple[StateTree, jax.Array, jax.Array, jax.Array]:
-    """One sample of limbs on an environment, held over its step.
-
-    Args:
-        controller: of all limbs.
-        weights: [n_weights, lanes].
-        oscillator: the oscillators' state.
-        sensed: what the limbs sense by signal, [(limbs,) lanes] each.
-        added: feedback from elsewhere [rad/s].
-        numbers: `omega`, `scales`, `max_force` and `step_s`.
-
-    Returns:
-        The oscillators a step on; the mean force over the step as a share of α, or places; the
-        feedback; the phase a step on.
-    """
-    rows = controller.spread(tuple(weights[i] for i in range(weights.shape[0])))
-    omega, max_force, step_s = (numbers[name] for name in ("omega", "max_force", "step_s"))
-    signals = with_oscillator(controller, Signals(sensed, numbers["scales"]), oscillator)
-    drive = decide(controller, rows, omega, signals, oscillator, max_force, added=added)
-    ahead = held(oscillator, drive.rate, step_s)
-    if controller.actuation.commands_force:
-        begins, ends = (phase_of(controller, each, drive.feedback) for each in (oscillator, ahead))
-        force = push(controller, max_force, drive.command, begins, ends, omega)
-        command = force.mean_n / max_force
-    else:
-        command = drive.command
-    ahead = settled(controller, ahead)
-    return ahead, command, drive.feedback, phase_of(controller, ahead, drive.feedback)

@@ -5,10 +5,13 @@ from __future__ import annotations
 import subprocess
 import tempfile
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from matplotlib.animation import FFMpegWriter, FuncAnimation, PillowWriter
+from matplotlib.backends.backend_agg import RendererAgg
 from matplotlib.patches import Circle, Rectangle
+from PIL import Image
 
 from tegotae._support.errors import TegotaeError
 from tegotae._support.files import output_file, write_atomically
@@ -17,6 +20,8 @@ from tegotae.systems.simulation import Result
 
 FRAMES_PER_S = 25
 """Pictures per simulated second, shown in real time."""
+_PICTURES_FOR_COLOURS = 8
+"""From so many pictures, evenly in time, an animation's colours are chosen."""
 
 
 def write_animation(result: Result, path: Path | str) -> Path:
@@ -36,7 +41,7 @@ def save_animation(moving: FuncAnimation, path: Path) -> Path:
     Raises:
         TegotaeError: if ffmpeg fails, or the file cannot be written.
     """
-    writer = (PillowWriter if path.suffix.lower() == ".gif" else FFMpegWriter)(fps=FRAMES_PER_S)
+    writer = (GifWriter if path.suffix.lower() == ".gif" else FFMpegWriter)(fps=FRAMES_PER_S)
     try:
         with styled(), tempfile.TemporaryDirectory() as folder:
             whole = Path(folder) / path.name
@@ -62,6 +67,44 @@ def animation_file(path: Path | str) -> Path:
     if suffix == ".mp4" and not FFMpegWriter.isAvailable():
         raise TegotaeError("writing .mp4 needs the program ffmpeg; use .gif")
     return output_file(path)
+
+
+class GifWriter(PillowWriter):
+    """Writes .gif: each picture is drawn once, and all have the same 256 colours.
+
+    Matplotlib's own writer draws each picture twice and looks for its colours anew.
+    """
+
+    def setup(self, fig: Any, outfile: Any, dpi: float | None = None) -> None:
+        """Begin a file."""
+        super().setup(fig, outfile, dpi)
+        self._pictures: list[Image.Image] = []
+
+    def grab_frame(self, **_: Any) -> None:
+        """Draw the figure as it is now."""
+        width, height = self.frame_size
+        renderer = RendererAgg(width, height, self.dpi)
+        before, self.fig.dpi = self.fig.dpi, self.dpi
+        self.fig.draw(renderer)
+        self.fig.dpi = before
+        drawn = np.asarray(renderer.buffer_rgba())[..., :3]
+        self._pictures.append(Image.fromarray(np.ascontiguousarray(drawn)))
+
+    def finish(self) -> None:
+        """Write the file."""
+        some = self._pictures[:: -(-len(self._pictures) // _PICTURES_FOR_COLOURS)]
+        strip = Image.fromarray(np.concatenate([np.asarray(each) for each in some]))
+        colours = strip.quantize(256, method=Image.Quantize.FASTOCTREE)
+        first, *others = (
+            each.quantize(palette=colours, dither=Image.Dither.NONE) for each in self._pictures
+        )
+        first.save(
+            self.outfile,
+            save_all=True,
+            append_images=others,
+            duration=int(1000 / self.fps),
+            loop=0,
+        )
 
 
 def animation(result: Result) -> FuncAnimation:

@@ -6,9 +6,9 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from tegotae.envs.pilot import sample
 from tegotae.export.c.plan import Export
 from tegotae.parts._shapes import StateTree
+from tegotae.simulation.sampling import sample
 
 _RATE_HZ = 1.7
 """How often a drawn sense comes back."""
@@ -32,7 +32,7 @@ def drawn(export: Export, ticks: int) -> dict[str, np.ndarray]:
 
 
 def driven(export: Export, ticks: int) -> jax.Array:
-    """Ticks of the limbs as a simulator's environment has them (`tegotae.envs.pilot.sample`).
+    """Ticks of the limbs as a simulator's environment has them (`tegotae.simulation.sampling`).
 
     Returns:
         [ticks, columns]: state, senses, commands, feedback, phase and next state.
