@@ -162,4 +162,24 @@ def test_a_lane_that_begins_again_begins_as_the_others_did(leg):
     again = lanes.restart(0, np.array([True, False]))
     assert again[0] == pytest.approx(first[0])
     assert again[1] == pytest.approx(seen[1])
+    apart = lanes.restart(np.array([4, 5]), np.ones(2, bool))
+    assert not np.allclose(apart[0], apart[1])
     lanes.close()
+
+
+def test_a_lane_whose_episode_is_over_stands_still_and_costs_no_work(leg):
+    lanes = ModelLanes(leg.spec.model_settings, 2, threads=1)
+    one = np.array([True, False])
+    before = after = lanes.reset(0, np.ones(2, bool))
+    push = np.full((2, 2), 5.0)
+    for _ in range(5):
+        after, *_ = lanes.step(push, one)
+    assert after[1] == pytest.approx(before[1])
+    assert after[0, -1] > 0.0
+    alone = ModelLanes(leg.spec.model_settings, 1, threads=1)
+    same = alone.reset(0, one[:1])
+    for _ in range(5):
+        same, *_ = alone.step(push[:1], one[:1])
+    assert (same[0] == after[0]).all()
+    lanes.close()
+    alone.close()

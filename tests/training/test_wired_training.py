@@ -16,17 +16,18 @@ pytest.importorskip("gymnasium")
 from tegotae import TegotaeError
 from tegotae.cli import main
 from tegotae.cli.train import advise
-from tegotae.envs import Limb, TegotaeWrapper, Wiring, save_wiring
+from tegotae.envs import Limb, TegotaeWrapper, Wiring, load_wiring, save_wiring
 from tegotae.envs.env_spec import EnvSpec
 from tegotae.measures.objectives.objective import FAILED_FITNESS
 from tegotae.systems import controller_file
 from tegotae.systems.controller_file import SavedController
+from tegotae.systems.models import build
 from tegotae.training.algorithms import PGPE, OpenES
 from tegotae.training.curves import read_curves
 from tegotae.training.environments.episode import EpisodeBatch
 from tegotae.training.environments.evaluator import SampleWarning
 from tegotae.training.environments.experiment import EnvExperiment
-from tegotae.training.environments.objectives import Hopping, UserObjective
+from tegotae.training.environments.objectives import Hopping, Return, UserObjective
 from tegotae.training.environments.rollouts import EnvRollouts
 from tegotae.training.environments.worker_pool import WorkerPool
 from tegotae.training.evaluator import Generation
@@ -259,6 +260,38 @@ def test_a_function_of_ones_own_judges_an_episode():
     assert busy > 0.05
 
 
+def test_generations_draw_starts_that_their_candidates_share_and_the_centre_has_its_own_set():
+    pytest.importorskip("mujoco")
+    spec = EnvSpec(env="leg", settings=(("noise", 0.02),))
+    wiring = dataclasses.replace(load_wiring("leg").reading(build("V")), omega=8.0, weights=None)
+    own = EnvExperiment(
+        name="varied", spec=spec, wiring=wiring, objective=Return(), duration_s=0.1, seed=3
+    )
+    varied = dataclasses.replace(own, evaluation_episodes=2)
+    alike = np.ones((2, 3, 1))  # two samples and the centre, of two seeds
+    both = np.array([True, True])
+    with varied.evaluator(0) as evaluator:
+        first, second, again = (
+            evaluator.evaluate(alike, Generation((5, 6), both, number)).fitness
+            for number in (0, 1, 0)
+        )
+        alone = evaluator.evaluate(alike[:1], Generation.alike()).fitness
+    assert (first[:, 0] == first[:, 1]).all()
+    assert len({first[0, 0], first[1, 0], second[0, 0], second[1, 0]}) == 4
+    assert (again == first).all()
+    assert set(np.concatenate([first[:, 2], second[:, 2], alone[0]])) == {first[0, 2]}
+    saved = SavedController(varied.system, np.ones(1), "varied", task=varied.task)
+    assert EnvExperiment.of(saved).evaluation_episodes == 2
+    with own.evaluator(0) as evaluator:  # all of one start
+        every = evaluator.evaluate(alike, Generation((5, 6), both, 1)).fitness
+    assert len(set(every.ravel())) == 1
+    with pytest.raises(TegotaeError, match="has 3 episodes and a candidate 2"):
+        dataclasses.replace(own, episodes=2, evaluation_episodes=3)
+    still = dataclasses.replace(varied, spec=EnvSpec(env="leg"))
+    with pytest.raises(TegotaeError, match="the 2 episodes on leg would be alike"):
+        still.check()
+
+
 def test_a_function_of_ones_own_is_asked_about_episodes_that_were_played_alone():
     own = dataclasses.replace(
         experiment("V-reflex-w8", budget=96),
@@ -457,6 +490,7 @@ def test_the_command_trains_and_the_same_command_goes_on(tmp_path, capsys):
             "control_s is given twice",
         ),
         (["hopper", "--episodes-per-candidate", "4"], "the 4 episodes on hopper would be alike"),
+        (["hopper", "--evaluation-episodes", "4"], "the 4 episodes on hopper would be alike"),
         (["hopper", "--settings", "duration_s=9"], "the experiment's duration_s is 24"),
         (["hopper", "--algorithm", "SAC"], "take a model without, such as AR"),
         (["hopper", "--episodes", "4"], "of a population has --episodes-per-candidate"),

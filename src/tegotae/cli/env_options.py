@@ -42,6 +42,9 @@ class EnvOptions:
     omega: Annotated[tuple[float, ...], _WIRINGS_OMEGA] = ()
     """Frequency of the oscillators [rad/s]; of several, each has an episode per candidate, so that
     one law is learned for all."""
+    evaluation_episodes: Annotated[int, tyro.conf.arg(help_behavior_hint="(default: none)")] = 0
+    """Episodes of an evaluation set by which the best is chosen; with it every generation draws
+    starts of its own."""
     feet: Annotated[tuple[str, ...], UNSET] = ()
     """Of a MuJoCo model FILE.xml, the bodies or geoms whose contact forces are observed; the
     wiring's by default."""
@@ -60,7 +63,8 @@ class EnvOptions:
         """Raise `TegotaeError` for an option of environments where none is named."""
         for field in dataclasses.fields(EnvOptions):
             if getattr(self, field.name) != field.default:
-                raise TegotaeError(f"--{field.name} belongs to environments; give --env, too")
+                option = field.name.replace("_", "-")
+                raise TegotaeError(f"--{option} belongs to environments; give --env, too")
 
     @property
     def called(self) -> str:
@@ -123,6 +127,8 @@ class EnvOptions:
             wiring = wiring.with_scales(env)
             env.close()
         given = {"duration_s": duration_s, **given}
+        if self.evaluation_episodes:
+            given["evaluation_episodes"] = self.evaluation_episodes
         if self.limit is not None:
             given["limit_s"] = self.limit
         experiment = EnvExperiment.of_model(own, spec, wiring, omega=self.omega, **given)

@@ -63,5 +63,7 @@ class EnvTask(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
     """Frequencies that they had in turn [rad/s], if not the wiring's alone."""
     seed: int = 0
     """Of the first episode's reset."""
+    evaluation_episodes: int = 0
+    """Episodes of the evaluation set, where generations draw their own starts."""
     sha256: dict[str, str] = {}
     """Of the files that it names, by what each is."""

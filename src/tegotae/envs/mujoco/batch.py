@@ -71,18 +71,25 @@ class ModelBatch:
         """
         return self._states[:, -1].copy()
 
-    def reset(self, height_m: ArrayLike = 0.0, noise: np.ndarray | None = None) -> np.ndarray:
-        """All lanes at the model's start; what is observed there, [lanes, entries].
+    def reset(
+        self,
+        height_m: ArrayLike = 0.0,
+        noise: np.ndarray | None = None,
+        where: np.ndarray | None = None,
+    ) -> np.ndarray:
+        """Lanes at the model's start; what all observe, [lanes, entries].
 
         Args:
             height_m: by how much the first body begins higher than in the model [m], [lanes].
             noise: what is added to the joints' positions, [lanes, nv]; nothing by default.
+            where: which lanes, [lanes]; all by default. The others stay as they are.
         """
         mujoco, model = self._mujoco, self.sensing.model
         rise = np.broadcast_to(height_m, (self.lanes,))
-        state = np.zeros((self.lanes, self._states.shape[-1]))
+        begun = np.ones(self.lanes, bool) if where is None else np.asarray(where, bool)
+        state = self.states
         data = self._data[0]
-        for lane in range(self.lanes):
+        for lane in map(int, np.flatnonzero(begun)):
             mujoco.mj_resetData(model, data)
             if model.nkey:
                 mujoco.mj_resetDataKeyframe(model, data, 0)
@@ -90,55 +97,60 @@ class ModelBatch:
                 mujoco.mj_integratePos(model, data.qpos, np.asarray(noise[lane], float), 1.0)
             data.qpos[_height_of(mujoco, model)] += rise[lane]
             mujoco.mj_getState(model, data, state[lane], self._kind)
-        self.work_j = np.zeros(self.lanes)
+        self.work_j = np.where(begun, 0.0, self.work_j)
         # The sensors of the start are those of a step that is not kept.
-        self._given[:] = 0.0
-        self._given[:, :, : model.nu] = self.sensing.held
-        self._advance(state)
-        self._states[:, -1] = state
-        return self.sensing.observed(self._sensed[:, 0])
+        self._given[begun] = 0.0
+        self._given[begun, :, : model.nu] = self.sensing.held
+        self._states[begun, -1] = state[begun]
+        self._advance(begun)
+        self._states[begun, -1] = state[begun]
+        self._sensed[begun, -1] = self._sensed[begun, 0]
+        return self.sensing.observed(self._sensed[:, -1])
 
-    def put_back(self, state: np.ndarray, where: np.ndarray) -> None:
-        """Some lanes at the start of an episode again, the others as they are.
-
-        Args:
-            state: of `states`, after a reset, [numbers].
-            where: which lanes, [lanes].
-        """
-        self._states[where, -1] = state
-        self.work_j = np.where(where, 0.0, self.work_j)
-
-    def step(self, action: np.ndarray, push_n: np.ndarray | None = None) -> np.ndarray:
-        """All lanes one control period on; what is observed then, [lanes, entries].
+    def step(
+        self,
+        action: np.ndarray,
+        push_n: np.ndarray | None = None,
+        where: np.ndarray | None = None,
+    ) -> np.ndarray:
+        """Lanes one control period on; what all observe then, [lanes, entries].
 
         Args:
             action: commands of the actuators, [lanes, actuators]; held.
             push_n: an external force on the first body [N], [lanes, 3]; none by default.
+            where: which lanes, [lanes]; all by default. The others stand still, at no cost.
         """
         n = self.sensing.model.nu
         self._given[:, :, self.sensing.driven] = action[:, None]
         if push_n is not None:
             self._given[:, :, n + 6 : n + 9] = push_n[:, None]  # after the world's six numbers
-        self._advance(self._states[:, -1].copy())
+        going = np.ones(self.lanes, bool) if where is None else np.asarray(where, bool)
+        self._advance(going)
         if push_n is not None:
             self._given[:, :, n + 6 : n + 9] = 0.0
         tick_s = float(self.sensing.model.opt.timestep)
         power = np.abs(self.sensing.power(self._sensed)).sum(axis=(1, 2))
-        self.work_j = self.work_j + tick_s * power
+        self.work_j = self.work_j + np.where(going, tick_s * power, 0.0)
         return self.sensing.observed(self._sensed[:, -1])
 
-    def _advance(self, state: np.ndarray) -> None:
+    def _advance(self, where: np.ndarray) -> None:
+        """Some lanes one control period on, from their last states."""
+        at = np.flatnonzero(where)
+        if len(at) == 0:
+            return
+        states, sensed = self._states[at], self._sensed[at]
         self._rollout.rollout(
-            self._models,
+            [self._models[lane] for lane in at],
             self._data,
-            state,
-            self._given,
+            states[:, -1].copy(),
+            self._given[at],
             control_spec=int(self._control),
             nstep=self.ticks,
             skip_checks=True,
-            state=self._states,
-            sensordata=self._sensed,
+            state=states,
+            sensordata=sensed,
         )
+        self._states[at], self._sensed[at] = states, sensed
 
     def close(self) -> None:
         """End the threads."""

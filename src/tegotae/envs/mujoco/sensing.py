@@ -226,6 +226,10 @@ def sensing(
         message = " ".join(str(error).split())
         raise TegotaeError(f"MuJoCo cannot compile the model: {message}") from None
     scale_model(model, mass_factor, friction_factor)
+    elliptic = model.opt.cone == int(mujoco.mjtCone.mjCONE_ELLIPTIC)
+    if elliptic and model.opt.jacobian == int(mujoco.mjtJacobian.mjJAC_AUTO):
+        # The same steps but for rounding; a walking robot's take a quarter less time.
+        model.opt.jacobian = int(mujoco.mjtJacobian.mjJAC_SPARSE)
     # A state that explodes stays so, and is seen: MuJoCo would put the model back to its start.
     model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)
     at = {model.sensor(i).name: int(model.sensor_adr[i]) for i in range(model.nsensor)}

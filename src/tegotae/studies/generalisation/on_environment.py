@@ -275,12 +275,7 @@ def _played(
     pilot = Pilot(wires, wiring, weights.T)
     start = np.arange(count) % tested.starts
     unseen = _UNSEEN if own.spec.model_settings.noise else 0
-    seeds = [own.seed + unseen + each for each in range(tested.starts)]
-    seen = np.zeros(0)
-    for seed in seeds:
-        seen = lanes.reset(seed, every)
-    for number, seed in enumerate(seeds):
-        seen = lanes.restart(seed, start == number)
+    seen = lanes.reset(own.seed + unseen + start, every)
     pilot.restart(every, of("omega", float(wiring.omega or 0.0)))
     senses = _Senses(tested, of("delay_s", 0.0), of("noise", 0.0), of("seed", 0.0))
     names, step_s = wires.observed, wires.step_s

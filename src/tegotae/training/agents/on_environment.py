@@ -97,21 +97,24 @@ class EnvAgentTraining:
     @cached_property
     def _rollouts(self) -> EnvRollouts:
         wiring = self.experiment.wiring.reading(self.controller)
-        return EnvRollouts(dataclasses.replace(self.experiment, wiring=wiring), 1)
+        own = dataclasses.replace(self.experiment, wiring=wiring)
+        return EnvRollouts(own, len(own.evaluation_starts))
 
     def judge(self, weights: np.ndarray) -> tuple[float, float]:
-        """CoT⁻¹ [m/J], NaN where it is not measured, and fitness, over the episodes."""
-        found = self._rollouts.try_out(np.asarray(weights)[None])
-        if found.troubles[0] is not None:
-            raise TegotaeError(f"{self.experiment.spec.env}: {found.troubles[0]}")
-        return float(found.cot_inverse[0]), float(found.fitness[0])
+        """CoT⁻¹ [m/J], NaN where it is not measured, and fitness, over the evaluation set."""
+        starts = self.experiment.evaluation_starts
+        found = self._rollouts.try_out(np.tile(weights, (len(starts), 1)), starts=starts)
+        if troubles := [each for each in found.troubles if each is not None]:
+            raise TegotaeError(f"{self.experiment.spec.env}: {troubles[0]}")
+        return float(found.cot_inverse.mean()), float(found.fitness.mean())
 
 
 class LimbVecEnv(VecEnv):
     """Episodes side by side whose action is the feedback of the limbs, in shares of its limit.
 
     Observed is of every limb in turn sin φ, cos φ and its senses over their scales; behind these is
-    what critics sense besides. Episodes begin in turn as those of a candidate in a population.
+    what critics sense besides. Episodes begin in turn as those of a candidate in a population; a
+    lane's rounds draw starts of their own where generations do.
 
     Args:
         training: the experiment, and how the agent is set.
@@ -155,9 +158,9 @@ class LimbVecEnv(VecEnv):
     def reset(self) -> np.ndarray:
         """An episode in every lane: the first in the first, the second in the second and so on."""
         every, own = np.ones(self.num_envs, bool), self._own
-        for episode in range(own.episodes):
-            self._seen = self._lanes.reset(own.seed + episode, every)
+        self._seen = self._lanes.reset(own.seed, every)
         self._episode = np.arange(self.num_envs) % own.episodes - 1
+        self._begun = np.zeros(self.num_envs, int)
         self._length, self._return = np.zeros(self.num_envs, int), np.zeros(self.num_envs)
         self._omega = np.zeros(self.num_envs)
         self._begin(every)
@@ -167,10 +170,13 @@ class LimbVecEnv(VecEnv):
         """The next episode of some lanes."""
         own = self._own
         self._episode = np.where(where, (self._episode + 1) % own.episodes, self._episode)
-        for episode in np.unique(self._episode[where]):
-            mine = where & (self._episode == episode)
-            self._seen = self._lanes.restart(own.seed + int(episode), mine)
-            self._omega[mine] = own.wiring_in(int(episode)).omega
+        seeds = np.zeros(self.num_envs, np.int64)
+        for lane in map(int, np.flatnonzero(where)):
+            episode, begun = int(self._episode[lane]), int(self._begun[lane])
+            seeds[lane] = own.starts(lane, begun // own.episodes)[0, episode]
+            self._omega[lane] = own.wiring_in(episode).omega
+        self._begun += where
+        self._seen = self._lanes.restart(seeds, where)
         self._check(where)
         self._pilot.restart(where, self._omega)
         self._reward.begin(self._seen, where)

@@ -64,8 +64,14 @@ def sweep_vanilla(
     with reporting(f"{experiment.name} on {experiment.spec.env}", len(omega)) as reporter:
         for i, each in enumerate(omega):
             wiring = dataclasses.replace(experiment.wiring, omega=float(each))
-            episodes = experiment.episodes // max(1, len(experiment.omegas))
-            own = dataclasses.replace(experiment, wiring=wiring, omegas=(), episodes=episodes)
+            among = max(1, len(experiment.omegas))
+            own = dataclasses.replace(
+                experiment,
+                wiring=wiring,
+                omegas=(),
+                episodes=experiment.episodes // among,
+                evaluation_episodes=experiment.evaluation_episodes // among,
+            )
             with own.evaluator(workers) as evaluator:
                 found.append(evaluator.evaluate(weights, Generation.alike()))
             reporter.update(i + 1, f"ω {each:g} rad/s  fitness {found[-1].fitness.max():+.3f}")

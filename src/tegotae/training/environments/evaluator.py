@@ -57,22 +57,40 @@ class EnvEvaluator(Evaluator):
     def evaluate(self, candidates: np.ndarray, who: Generation) -> Scores:
         """Scores of every candidate of the seeds that are going."""
         (seeds, per_seed, n_weights), going = candidates.shape, who.going
-        wanted = np.asarray(candidates[going], float).reshape(-1, n_weights)
-        trials = self._tried(wanted, seeds * per_seed)
+        starts = self._starts(per_seed, who)
+        # Whoever meets the evaluation set does so as several candidates.
+        times = np.array([len(each) for each in starts[0]])
+        wanted = np.repeat(np.asarray(candidates[going], float), times, axis=1)
+        met = np.concatenate([np.concatenate(of_seed) for of_seed in starts])
+        trials = self._tried(wanted.reshape(-1, n_weights), met, seeds * int(times.sum()))
         self._warn(trials)
+        begin = np.cumsum(times) - times
 
-        def spread(values: np.ndarray, empty: float) -> np.ndarray:
+        def spread(values: np.ndarray, empty: float, together: np.ufunc = np.add) -> np.ndarray:
             whole = np.full((seeds, per_seed), empty, values.dtype)
-            whole[going] = values.reshape(-1, per_seed)
+            found = together.reduceat(values.reshape(-1, times.sum()), begin, axis=1)
+            whole[going] = found / times if together is np.add else found
             return whole
 
         return Scores(
             spread(trials.fitness.astype(np.float32), 0.0),
             spread(trials.cot_inverse.astype(np.float32), np.nan),
-            spread(trials.failed, True),
+            spread(trials.failed, True, np.logical_or),
         )
 
-    def _tried(self, weights: np.ndarray, most: int) -> Trials:
+    def _starts(self, per_seed: int, who: Generation) -> list[list[np.ndarray]]:
+        """Seeds of the starts of each seed that goes and its candidates, [times, episodes] each."""
+        own = self._experiment
+        fixed = own.evaluation_starts
+        if who.generation is None:
+            return [[fixed] * per_seed] * int(who.going.sum())
+        return [
+            [own.starts(seed, who.generation)] * (per_seed - 1) + [fixed]
+            for seed, goes in zip(who.seeds, who.going, strict=True)
+            if goes
+        ]
+
+    def _tried(self, weights: np.ndarray, starts: np.ndarray, most: int) -> Trials:
         """All of them, some at a time; always as many lanes, so that arithmetic is the same."""
         if self._runner is None:
             lanes = min(_LANES, -(-most // max(1, self._workers)))
@@ -82,10 +100,11 @@ class EnvEvaluator(Evaluator):
                 else EnvRollouts(self._experiment, lanes)
             )
         if isinstance(self._runner, WorkerPool):
-            return self._runner.try_out(weights)
+            return self._runner.try_out(weights, starts)
         lanes = self._runner.lanes
         parts = [
-            self._runner.try_out(weights[i : i + lanes]) for i in range(0, len(weights), lanes)
+            self._runner.try_out(weights[i : i + lanes], starts=starts[i : i + lanes])
+            for i in range(0, len(weights), lanes)
         ]
         return Trials(
             np.concatenate([part.fitness for part in parts]),

@@ -52,7 +52,11 @@ class EnvExperiment:
             setting `noise`.
         omegas: frequencies that the episodes have in turn [rad/s], so that one law is learned for
             all of them; the wiring's alone if there are none.
-        seed: of the first episode's reset; the same for every candidate and generation.
+        seed: of the first episode's reset.
+        evaluation_episodes: how many episodes the evaluation set has, a multiple of `episodes`.
+            With some, every generation draws starts of its own, the same for all its candidates,
+            and the centre of its distribution, by which the best is chosen, meets the evaluation
+            set. Without, all episodes of all generations have the same starts.
         limit_s: longest time that one step of the environment may take in a worker [s].
 
     Raises:
@@ -79,6 +83,7 @@ class EnvExperiment:
     episodes: int = 1
     omegas: tuple[float, ...] = ()
     seed: int = 0
+    evaluation_episodes: int = 0
     limit_s: float = 60.0
 
     def __post_init__(self) -> None:
@@ -87,6 +92,12 @@ class EnvExperiment:
         require_finite("limit_s", self.limit_s, above=0.0)
         require_count("episodes", self.episodes)
         require_count("seed", self.seed, least=0)
+        require_count("evaluation_episodes", self.evaluation_episodes, least=0)
+        if self.evaluation_episodes % self.episodes:
+            raise TegotaeError(
+                f"the evaluation set has {self.evaluation_episodes} episodes and a candidate "
+                f"{self.episodes}; give as many, or a multiple of them"
+            )
         if self.wiring.controller.oscillator is None:
             raise TegotaeError(
                 f"{self.name} has no oscillator, which every limb of a wiring has; take a model "
@@ -199,6 +210,7 @@ class EnvExperiment:
             episodes=self.episodes,
             omegas=list(self.omegas),
             seed=self.seed,
+            evaluation_episodes=self.evaluation_episodes,
             sha256=self._sha256,
         )
 
@@ -230,6 +242,7 @@ class EnvExperiment:
             episodes=task.episodes,
             omegas=tuple(task.omegas),
             seed=task.seed,
+            evaluation_episodes=task.evaluation_episodes,
         )
 
     @cached_property
@@ -257,7 +270,7 @@ class EnvExperiment:
         if self.controller.n_weights == 0:
             raise TegotaeError(f"{self.name} has no weights to train")
         _ = self.wires
-        alike = self.episodes // max(1, len(self.omegas))
+        alike = max(self.episodes, self.evaluation_episodes) // max(1, len(self.omegas))
         if alike > 1 and self.spec.is_model and self.spec.model_settings.noise == 0.0:
             raise TegotaeError(
                 f"the {alike} episodes on {self.spec.env} would be alike; take one, or "
@@ -270,6 +283,24 @@ class EnvExperiment:
         if not self.omegas:
             return self.wiring
         return dataclasses.replace(self.wiring, omega=self.omegas[episode % len(self.omegas)])
+
+    @cached_property
+    def evaluation_starts(self) -> np.ndarray:
+        """Seeds of the resets of the evaluation set, [times, episodes]."""
+        count = max(self.episodes, self.evaluation_episodes)
+        return (self.seed + np.arange(count)).reshape(-1, self.episodes)
+
+    def starts(self, *key: int) -> np.ndarray:
+        """Seeds of the resets of a candidate's episodes, [1, episodes].
+
+        Args:
+            key: of the draw, such as the run's seed and the generation; of no effect where all
+                generations have the same starts.
+        """
+        if not self.evaluation_episodes:
+            return self.evaluation_starts
+        drawn = np.random.SeedSequence([self.seed, *key]).generate_state(self.episodes)
+        return drawn[None].astype(np.int64)
 
     def evaluator(self, workers: int | None = None) -> EnvEvaluator:
         """Who says in training how good weights are."""
@@ -311,6 +342,7 @@ class EnvExperiment:
             "seed": self.seed,
             "sha256": self._sha256,
             **({"omegas": list(self.omegas)} if self.omegas else {}),
+            **({"evaluation_episodes": of_set} if (of_set := self.evaluation_episodes) else {}),
         }
 
     @cached_property

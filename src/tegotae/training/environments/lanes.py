@@ -19,6 +19,8 @@ from tegotae.envs.naming import flat
 
 Beat = Callable[[int], None]
 """Called with the lane that takes a step before it, and with -1 after: this shows a hang."""
+Seeds = int | np.ndarray
+"""Of the starts of episodes: one for all lanes, or one a lane, [lanes]."""
 
 
 class Lanes(ABC):
@@ -36,11 +38,11 @@ class Lanes(ABC):
     """Whether the last step ended an episode by its time alone, [lanes]."""
 
     @abstractmethod
-    def reset(self, seed: int, alive: np.ndarray) -> np.ndarray:
+    def reset(self, seed: Seeds, alive: np.ndarray) -> np.ndarray:
         """Begin the episodes of the lanes that are alive; what is observed, [lanes, entries]."""
 
     @abstractmethod
-    def restart(self, seed: int, where: np.ndarray) -> np.ndarray:
+    def restart(self, seed: Seeds, where: np.ndarray) -> np.ndarray:
         """Begin a new episode of some lanes alone; what all observe, [lanes, entries]."""
 
     @abstractmethod
@@ -84,20 +86,24 @@ class GymLanes(Lanes):
         self._entries = require("gymnasium", "gym").spaces.flatdim(self._space)
         self._seen = np.zeros((lanes, self._entries))
 
-    def reset(self, seed: int, alive: np.ndarray) -> np.ndarray:
+    def reset(self, seed: Seeds, alive: np.ndarray) -> np.ndarray:
         """Begin the episodes of the lanes that are alive."""
         self.troubles = [None] * self.lanes
         self._seen = np.zeros((self.lanes, self._entries))
         self._done = np.zeros(self.lanes, int)
         return self.restart(seed, alive)
 
-    def restart(self, seed: int, where: np.ndarray) -> np.ndarray:
+    def restart(self, seed: Seeds, where: np.ndarray) -> np.ndarray:
         """Begin a new episode of some lanes alone."""
+        seeds = np.broadcast_to(seed, (self.lanes,))
         while len(self._envs) < self.lanes:
             self._envs.append(self._make())
         for lane in map(int, np.flatnonzero(where)):
             self.troubles[lane], self._done[lane] = None, 0
-            begun = self._guarded(lane, lambda lane=lane: self._envs[lane].reset(seed=seed)[0])
+            own = int(seeds[lane])
+            begun = self._guarded(
+                lane, lambda lane=lane, own=own: self._envs[lane].reset(seed=own)[0]
+            )
             self._seen[lane] = 0.0 if begun is None else begun
         return self._seen.copy()
 
@@ -187,26 +193,27 @@ class ModelLanes(Lanes):
         self.steps = self._fate.steps
         self.troubles = [None] * lanes
         self.truncated = np.zeros(lanes, bool)
-        self._starts: dict[int, tuple[np.ndarray, np.ndarray]] = {}
         self._seen = np.zeros((lanes, 0))
 
-    def reset(self, seed: int, alive: np.ndarray) -> np.ndarray:
-        """Begin the episodes; the same seed gives every lane the same start."""
-        self.troubles = [None] * self.lanes
-        own, noise = self._settings, None
-        if own.noise:
-            drawn = np.random.default_rng(seed).standard_normal((1, self._sensing.model.nv))
-            noise = np.repeat(own.noise * drawn, self.lanes, axis=0)
-        self._seen = self.batch.reset(own.release_m, noise)
+    def reset(self, seed: Seeds, alive: np.ndarray) -> np.ndarray:
+        """Begin all episodes; lanes of the same seed have the same start."""
+        self._seen = self.batch.reset(self._settings.release_m, self._noise(seed))
         self._fate.begin(self._seen)
-        self._starts[seed] = self.batch.states[0], self._seen[0]
+        self.troubles = [None] * self.lanes
         return self._whole(self._seen)
 
-    def restart(self, seed: int, where: np.ndarray) -> np.ndarray:
-        """Begin a new episode of some lanes alone, from a start that a reset had before."""
-        state, first = self._starts[seed]
-        self.batch.put_back(state, where)
-        self._seen = np.where(where[:, None], first, self._seen)
+    def _noise(self, seed: Seeds) -> np.ndarray | None:
+        """What is added to the positions of the start, [lanes, nv]."""
+        own, nv = self._settings.noise, self._sensing.model.nv
+        if not own:
+            return None
+        seeds, lane_of = np.unique(np.broadcast_to(seed, (self.lanes,)), return_inverse=True)
+        drawn = [np.random.default_rng(int(each)).standard_normal(nv) for each in seeds]
+        return own * np.stack(drawn)[lane_of]
+
+    def restart(self, seed: Seeds, where: np.ndarray) -> np.ndarray:
+        """Begin a new episode of some lanes alone."""
+        self._seen = self.batch.reset(self._settings.release_m, self._noise(seed), where)
         self._fate.begin(self._seen, where)
         self.troubles = [None if w else t for w, t in zip(where, self.troubles, strict=True)]
         return self._whole(self._seen)
@@ -214,14 +221,14 @@ class ModelLanes(Lanes):
     def step(
         self, actions: np.ndarray, alive: np.ndarray, push_n: np.ndarray | None = None
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Every lane one step on; those that are not alive are stepped and not looked at.
+        """Every lane that is alive one step on; the others stand still.
 
         Args:
             actions: commands, [lanes, actuators].
             alive: whose episode goes on, [lanes].
             push_n: an external force on the first body [N], [lanes, 3]; none by default.
         """
-        seen = self.batch.step(actions, push_n)
+        seen = self.batch.step(actions, push_n, alive)
         self._seen = seen
         reward, fallen, over = self._fate.after(seen, self.batch.work_j)
         self.truncated = over & ~fallen

@@ -12,7 +12,7 @@ from tegotae.envs.wires import Wires
 from tegotae.envs.wiring import Wiring
 from tegotae.measures.objectives.objective import FAILED_FITNESS
 from tegotae.training.environments.episode import EpisodeBatch
-from tegotae.training.environments.lanes import Beat, GymLanes, Lanes, ModelLanes
+from tegotae.training.environments.lanes import Beat, GymLanes, Lanes, ModelLanes, Seeds
 from tegotae.training.environments.objectives import EnvObjective, Scores
 
 if TYPE_CHECKING:
@@ -48,12 +48,18 @@ class EnvRollouts:
         self.lanes = lanes
         self._played = lanes_of(experiment, lanes, beat)
 
-    def try_out(self, weights: np.ndarray, alive: np.ndarray | None = None) -> Trials:
+    def try_out(
+        self,
+        weights: np.ndarray,
+        alive: np.ndarray | None = None,
+        starts: np.ndarray | None = None,
+    ) -> Trials:
         """Scores of candidates.
 
         Args:
             weights: [candidates, n_weights], at most `lanes` of them.
             alive: which of them to try; all by default. Others have no result.
+            starts: seeds of the resets, [candidates, episodes]; those of the first set by default.
         """
         wanted = len(weights)
         padded = np.repeat(weights[-1:], self.lanes, axis=0)
@@ -63,17 +69,19 @@ class EnvRollouts:
         found: list[Scores] = []
         troubles: list[str | None] = [None] * self.lanes
         experiment = self._experiment
+        if starts is None:
+            starts = np.tile(experiment.evaluation_starts[:1], (wanted, 1))
+        seeds = np.concatenate([starts, np.repeat(starts[-1:], self.lanes - wanted, axis=0)])
         for episode in range(experiment.episodes):
             wiring = experiment.wiring_in(episode)
             pilot = Pilot(self._wires, wiring, padded.T)
-            seed = experiment.seed + episode
             record = play(
                 self._played,
                 pilot,
                 self._wires,
                 experiment.objective,
                 wiring,
-                seed=seed,
+                seed=seeds[:, episode],
                 tried=tried,
             )
             found.append(experiment.objective.score(record, wiring))
@@ -115,7 +123,7 @@ def play(
     objective: EnvObjective,
     wiring: Wiring,
     *,
-    seed: int,
+    seed: Seeds,
     tried: np.ndarray,
 ) -> EpisodeBatch:
     """One episode of every lane that is tried.
@@ -126,7 +134,7 @@ def play(
         wires: names and step of the environment.
         objective: which says what is to be kept.
         wiring: the wiring.
-        seed: of the reset.
+        seed: of the reset: one for all lanes, or one a lane, [lanes].
         tried: which lanes, [lanes].
     """
     kept = objective.entries(wiring, wires.observed)

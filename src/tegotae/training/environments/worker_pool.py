@@ -33,6 +33,8 @@ class Job:
 
     weights: np.ndarray
     """[candidates, n_weights]."""
+    starts: np.ndarray
+    """Seeds of their resets, [candidates, episodes]."""
     places: np.ndarray
     """Their numbers among all."""
     alive: np.ndarray = field(init=False)
@@ -63,16 +65,22 @@ class WorkerPool:
         self._experiment, self.size, self.lanes, self._limit_s = experiment, size, lanes, limit_s
         self._workers = [_EnvWorker(experiment, lanes, limit_s) for _ in range(size)]
 
-    def try_out(self, weights: np.ndarray) -> Trials:
-        """Scores of candidates, [candidates, n_weights].
+    def try_out(self, weights: np.ndarray, starts: np.ndarray | None = None) -> Trials:
+        """Scores of candidates.
+
+        Args:
+            weights: [candidates, n_weights].
+            starts: seeds of the resets, [candidates, episodes]; those of the first set by default.
 
         Raises:
             TegotaeError: if the workers die with every sample.
         """
         n = len(weights)
+        if starts is None:
+            starts = np.tile(self._experiment.evaluation_starts[:1], (n, 1))
         found = Trials(np.zeros(n), np.full(n, np.nan), np.ones(n, bool), [None] * n)
         blocks = [np.arange(n)[i : i + self.lanes] for i in range(0, n, self.lanes)]
-        waiting = [Job(weights[block], block) for block in blocks]
+        waiting = [Job(weights[block], starts[block], block) for block in blocks]
         busy: dict[int, Job] = {}
         deaths = 0
         while waiting or busy:
@@ -146,7 +154,7 @@ class _EnvWorker:
         """Have it try out a job."""
         self._since, self._hung = time.monotonic(), False
         with contextlib.suppress(OSError):  # dead: noticed when its answer is read
-            self.link.send((job.weights, job.alive))
+            self.link.send((job.weights, job.alive, job.starts))
 
     def hangs(self) -> bool:
         """Whether its environment has been at one step for too long."""
@@ -186,12 +194,12 @@ def _work(
     rollouts: EnvRollouts | None = None
     while True:
         try:
-            weights, alive = link.recv()
+            weights, alive, starts = link.recv()
         except (EOFError, OSError):
             return
         try:
             rollouts = rollouts or EnvRollouts(experiment, lanes, at_work)
-            link.send(rollouts.try_out(weights, alive))
+            link.send(rollouts.try_out(weights, alive, starts))
         except TegotaeError as error:
             link.send(TegotaeError(str(error)))
 
