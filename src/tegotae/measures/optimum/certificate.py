@@ -29,7 +29,7 @@ from scipy import sparse
 from tegotae._support.errors import TegotaeError, require_count
 from tegotae._support.optional_dependencies import require
 from tegotae.measures.optimum.problem import (
-    check,
+    check_ballistic,
     least_lift_off,
     most_lift_off,
     most_speed,
@@ -92,8 +92,8 @@ def certify(
         cells: cells of V over the leg's length, and over the velocities of either sign.
 
     Raises:
-        TegotaeError: for what `problem.check` refuses, or if the linear program does not end at
-            a bound that its own conditions confirm.
+        TegotaeError: for what `problem.check_ballistic` refuses, or if the linear program does not
+            end at a bound that its own conditions confirm.
         MissingExtraError: if CasADi is not installed.
 
     Example:
@@ -101,7 +101,7 @@ def certify(
         >>> f"{certify(Hopper(), 4.0, cells=6).bound:.1f} m/J"
         '1.3 m/J'
     """
-    body = check(body, omega, work)
+    body = check_ballistic(body, omega, work)
     require_count("cells", cells, least=2)
     least, most = _lift_offs(body)
     low, high = lift_off or (least, most)
@@ -193,7 +193,7 @@ def upper_certificates(
         TegotaeError: for what `certify` refuses.
         MissingExtraError: if CasADi is not installed.
     """
-    body = check(body, omega, work)
+    body = check_ballistic(body, omega, work)
     require_count("programs", programs)
     low, high = _lift_offs(body)
     if omega is not None:  # the flight is at most the whole period

@@ -22,7 +22,7 @@ import numpy as np
 from tegotae._support.errors import TegotaeError
 from tegotae.measures.hopping.hopping import HOP_CLEARANCE
 from tegotae.measures.optimum.certificate import LONGEST_S, Certificate
-from tegotae.measures.optimum.problem import check
+from tegotae.measures.optimum.problem import check_ballistic
 from tegotae.parts.bodies import Body, Hopper
 
 PI_ABOVE = Fraction(314159265358979323846264338328, 10**29)
@@ -89,7 +89,8 @@ def verify(certificate: Certificate, body: Body) -> Fraction:
         body: the hopper that it speaks of.
 
     Raises:
-        TegotaeError: for what `problem.check` refuses, or the first condition that does not hold.
+        TegotaeError: for what `problem.check_ballistic` refuses, or the first condition that does
+            not hold.
 
     Example:
         >>> from tegotae import Hopper
@@ -98,7 +99,7 @@ def verify(certificate: Certificate, body: Body) -> Fraction:
         >>> float(verify(proof, Hopper())) == proof.bound
         True
     """
-    body = check(body, certificate.omega, certificate.work)
+    body = check_ballistic(body, certificate.omega, certificate.work)
     exact = ExactNumbers.of(body)
     heights, speeds = (
         [Fraction(float(x)) for x in _finite(knots)] for knots in _knots(certificate)
@@ -141,9 +142,9 @@ def covers(certificates: Iterable[Certificate], body: Body, omega: float | None)
         omega: hop frequency ω [rad/s]; None for any. A hop's flight is at most its period.
 
     Raises:
-        TegotaeError: for what `problem.check` refuses.
+        TegotaeError: for what `problem.check_ballistic` refuses.
     """
-    body = check(body, omega)
+    body = check_ballistic(body, omega)
     exact = ExactNumbers.of(body)
     fastest = None if omega is None else PI_ABOVE * exact.gravity / written(omega)
     reached: Fraction | None = None

@@ -5,13 +5,19 @@ Heights are `x = y - l0 <= 0` in stance, per unit of mass
     ẍ = F/m - g - (k/m) x - (c/m) ẋ,   0 <= F <= α.
 
 A stance starts at x = 0 with the touchdown's velocity and ends at x = 0 with the lift-off's. A
-flight that leaves at v lasts 2 v/g, climbs v²/2g, and lands at -v.
+flight that leaves at v lasts 2 v/g, climbs v²/2g, and lands at -v. With damping in flight,
+ẍ = -g - d ẋ, it lands at a lower speed u, lasts (u + v)/g, and climbs (v - g t)/d, where
+t = log(1 + d v/g)/d is the time to its apex (`climb`, `flight_mismatch`).
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import Any
+
+import numpy as np
+from scipy.optimize import brentq
 
 from tegotae._support.errors import TegotaeError, require_finite
 from tegotae.measures.hopping.efficiency import check_work
@@ -25,13 +31,13 @@ def check(body: Body, omega: float | None = None, work: str = "absolute") -> Hop
     """The body, if the problem is defined for it.
 
     Args:
-        body: a hopper, with a largest force above its weight and no damping in flight.
+        body: a hopper, with a largest force above its weight.
         omega: prescribed hop frequency ω [rad/s]; None for none.
         work: definition of work, one of "absolute", "positive", "net".
 
     Raises:
-        TegotaeError: for another body, a force limit that does not exceed the weight, damping in
-            flight, a frequency that is not positive, or an unknown definition of work.
+        TegotaeError: for another body, a force limit that does not exceed the weight, a frequency
+            that is not positive, or an unknown definition of work.
     """
     if not isinstance(body, Hopper):
         raise TegotaeError(f"the optimum is known for Hopper; the body is a {type(body).__name__}")
@@ -40,14 +46,29 @@ def check(body: Body, omega: float | None = None, work: str = "absolute") -> Hop
             f"max_force_n is {body.max_force_n:g}; the optimum needs a largest force above the "
             f"weight of {body.weight_n:g} N"
         )
-    if body.flight_damping_ns_per_m != 0.0:
-        raise TegotaeError(
-            f"flight_damping_ns_per_m is {body.flight_damping_ns_per_m:g}; the optimum is known "
-            "for ballistic flight, 0"
-        )
     if omega is not None:
         require_finite("omega", omega, above=0.0)
     check_work(work)
+    return body
+
+
+def check_ballistic(body: Body, omega: float | None = None, work: str = "absolute") -> Hopper:
+    """The body, if bounds can be proved for it: `check`, and no damping in flight.
+
+    Args:
+        body: a hopper, with a largest force above its weight and no damping in flight.
+        omega: prescribed hop frequency ω [rad/s]; None for none.
+        work: definition of work, one of "absolute", "positive", "net".
+
+    Raises:
+        TegotaeError: for what `check` refuses, or damping in flight.
+    """
+    body = check(body, omega, work)
+    if body.flight_damping_ns_per_m != 0.0:
+        raise TegotaeError(
+            f"flight_damping_ns_per_m is {body.flight_damping_ns_per_m:g}; bounds are known for "
+            "ballistic flight, 0"
+        )
     return body
 
 
@@ -78,9 +99,60 @@ def flow(body: Hopper, x: Any, v: Any, force_n: Any, time_s: Any) -> tuple[Any, 
     return x1, v1
 
 
+def climb(body: Hopper, lift_off: Any, log1p: Callable[[Any], Any] = np.log1p) -> Any:
+    """Height that a flight climbs [m]: v²/2g, or (v - g t)/d with damping.
+
+    Args:
+        body: the hopper.
+        lift_off: velocity of lift-off v [m/s]; a number, an array or a symbol.
+        log1p: log(1 + x), of symbols their own.
+    """
+    gravity, damping = body.gravity_m_per_s2, body.flight_damping_ns_per_m / body.mass_kg
+    if damping == 0.0:
+        return lift_off**2 / (2.0 * gravity)
+    rise_s = log1p(damping * lift_off / gravity) / damping
+    return (lift_off - gravity * rise_s) / damping
+
+
+def flight_mismatch(
+    body: Hopper, lift_off: Any, landing: Any, log1p: Callable[[Any], Any] = np.log1p
+) -> Any:
+    """Zero where a flight that leaves at v lands at the speed u.
+
+    u - v, or with damping the time of the flight by its two halves less (u + v)/g, which is the
+    time in which gravity turns v into -u over no distance.
+
+    Args:
+        body: the hopper.
+        lift_off: velocity of lift-off v [m/s]; a number, an array or a symbol.
+        landing: speed of landing u [m/s], below g/d.
+        log1p: log(1 + x), of symbols their own.
+    """
+    gravity, damping = body.gravity_m_per_s2, body.flight_damping_ns_per_m / body.mass_kg
+    if damping == 0.0:
+        return landing - lift_off
+    halves = log1p(damping * lift_off / gravity) - log1p(-damping * landing / gravity)
+    return halves / damping - (lift_off + landing) / gravity
+
+
+def most_landing(body: Hopper) -> float:
+    """No flight lands faster than this [m/s]: the terminal velocity g/d; infinite undamped."""
+    damping = body.flight_damping_ns_per_m / body.mass_kg
+    return body.gravity_m_per_s2 / damping if damping > 0.0 else math.inf
+
+
 def least_lift_off(body: Hopper) -> float:
-    """Lift-off velocity of the lowest flight that counts as a hop, √(2 g · 0.01 l0) [m/s]."""
-    return math.sqrt(2.0 * body.gravity_m_per_s2 * HOP_CLEARANCE * body.rest_length_m)
+    """Lift-off velocity of the lowest flight that counts as a hop [m/s].
+
+    √(2 g · 0.01 l0) in ballistic flight.
+    """
+    height = HOP_CLEARANCE * body.rest_length_m
+    ballistic = math.sqrt(2.0 * body.gravity_m_per_s2 * height)
+    if body.flight_damping_ns_per_m == 0.0:
+        return ballistic
+    # Seen from the apex the speed grows by dv/dh = g/v + d: at most d h more than undamped.
+    highest = ballistic + body.flight_damping_ns_per_m / body.mass_kg * height
+    return float(brentq(lambda v: climb(body, v) - height, ballistic, highest))
 
 
 def most_lift_off(body: Hopper) -> float:
@@ -119,14 +191,14 @@ def small_hop_limit(body: Body, work: str = "absolute") -> float:
     Source: this project. Absolute and positive work are bounded by it however fast the hops.
 
     Raises:
-        TegotaeError: for what `check` refuses.
+        TegotaeError: for what `check_ballistic` refuses.
 
     Example:
         >>> from tegotae import Hopper
         >>> f"{small_hop_limit(Hopper()):.4f} m/J"
         '0.3847 m/J'
     """
-    body = check(body, work=work)
+    body = check_ballistic(body, work=work)
     if work == "net":
         return math.inf
     both = (1.0 - body.weight_n / body.max_force_n) / (2.0 * body.weight_n)

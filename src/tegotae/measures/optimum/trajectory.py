@@ -13,8 +13,11 @@ from tegotae._support.errors import TegotaeError, require_count
 from tegotae._support.optional_dependencies import require
 from tegotae.measures.optimum.problem import (
     check,
+    climb,
+    flight_mismatch,
     flow,
     least_lift_off,
+    most_landing,
     most_lift_off,
 )
 from tegotae.parts.bodies import Body, Hopper
@@ -99,11 +102,12 @@ def optimise(
 ) -> OptimalGait:
     """The most efficient gait found for a hopper under any force 0 <= F_a(t) <= α.
 
-    Maximises `Σ v²/2g / ∫ |F_a ẏ| dt` over a cycle. Direct multiple shooting: every swing up or
-    down is a phase of its own with its duration free, so that |F_a ẏ| is ± F_a ẏ and smooth, and
-    the motion between nodes is the exact solution under a constant force. Local optima are
-    frequent; the best of many starts, and shapes, counts. At the top of an inner swing the mass can
-    be held for any time: a force that does not move does no work.
+    Maximises `Σ h / ∫ |F_a ẏ| dt` over a cycle, with h the climb of a flight: v²/2g, unless it is
+    damped. Direct multiple shooting: every swing up or down is a phase of its own with its duration
+    free, so that |F_a ẏ| is ± F_a ẏ and smooth, and the motion between nodes is the exact solution
+    under a constant force. Local optima are frequent; the best of many starts, and shapes, counts.
+    At the top of an inner swing the mass can be held for any time: a force that does not move does
+    no work.
 
     Args:
         body: the hopper.
@@ -197,13 +201,15 @@ class _OptimalControl:
         gravity = body.gravity_m_per_s2
         hops = sum(not stance.bounce for stance in shape)
         least, most = least_lift_off(body), most_lift_off(body)
-        lift_off = opti.variable(len(shape))
+        lift_off, landing = opti.variable(len(shape)), opti.variable(len(shape))
+        opti.subject_to(opti.bounded(0.0, landing, min(most, 0.999 * most_landing(body))))
+        opti.subject_to(flight_mismatch(body, lift_off, landing, casadi.log1p) == 0.0)
         self.phases: list[list[tuple[Any, ...]]] = []
         energy, stance_s = 0.0, 0.0
         for number, stance in enumerate(shape):
             ends = (0.0, least) if stance.bounce else (least, most)
             opti.subject_to(opti.bounded(ends[0], lift_off[number], ends[1]))
-            x_end, v_end = 0.0, -lift_off[number - 1]
+            x_end, v_end = 0.0, -landing[number - 1]
             phases = []
             for phase in range(2 * stance.swings):
                 sign = 1 if phase % 2 else -1
@@ -233,15 +239,16 @@ class _OptimalControl:
                 stance_s += duration + wait
                 phases.append((force, duration, wait, before_x, before_v, x, v, sign))
             self.phases.append(phases)
-        cycle_s = stance_s + 2.0 * casadi.sum1(lift_off) / gravity
+        cycle_s = stance_s + casadi.sum1(lift_off + landing) / gravity
         if omega is not None:
             self.cycle_s = hops * 2.0 * math.pi / omega
             opti.subject_to(cycle_s == self.cycle_s)
-        climb = casadi.sumsqr(lift_off) / (2.0 * gravity)
-        opti.minimize(cycle_s if fastest else energy / climb)
+        climbed = casadi.sum1(climb(body, lift_off, casadi.log1p))
+        opti.minimize(cycle_s if fastest else energy / climbed)
         quiet = {"print_time": False, "error_on_fail": True}
         opti.solver("ipopt", {**quiet, "ipopt.print_level": 0, "ipopt.sb": "yes", **_LIMITS})
-        self.opti, self.lift_off, self.energy, self.climb = opti, lift_off, energy, climb
+        self.opti, self.energy, self.climb = opti, energy, climbed
+        self.lift_off, self.landing = lift_off, landing
         self.total_s, self.hops, self.range = cycle_s, hops, (least, most)
 
     def __call__(self, random: np.random.Generator) -> OptimalGait | None:
@@ -277,6 +284,7 @@ class _OptimalControl:
         if len(lift_off) > 1 and random.uniform() < 0.5:  # one high hop among low ones
             lift_off[1:] = least
         self.opti.set_initial(self.lift_off, lift_off)
+        self.opti.set_initial(self.landing, np.minimum(lift_off, 0.9 * most_landing(self.body)))
         part = np.linspace(0.0, 1.0, n + 1)[1:]
         rate = self.body.natural_frequency_rad_per_s
         for phases in self.phases:
