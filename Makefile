@@ -46,9 +46,10 @@ test: $(INSTALLED)
 # Programs of tests run once or twice: XLA compiles them without its best, in a quarter of the time.
 # Tests that turn on rounding, and `make test-thorough`, compile as users do.
 QUICKLY := --xla_backend_optimization_level=0 --xla_cpu_use_fusion_emitters=false
+PRECISE = $(shell grep --recursive --files-with-matches --include='test_*.py' mark.precise tests)
 pytest: $(INSTALLED)
 	XLA_FLAGS="$(QUICKLY)" $(PYTEST) -m "not thorough and not precise"
-	$(PYTEST) -m "precise and not thorough"
+	$(PYTEST) -m "precise and not thorough" $(PRECISE)
 
 test-thorough: lint
 	$(PYTEST) -m "thorough or not thorough"

@@ -206,12 +206,12 @@ class Report:
         write_text(TABLES / "reacting.md", markdown(table))
         saved = load(f"zoo:lost-leg:{self.law}@quadruped-c")
         law = settling(saved.system, saved.weights)
-        legs, runs = ("LH", "LF"), {"no reaction": steady(), self.law: law}
+        legs, runs = ("LH", "LF"), {"no reaction": steady(), "feels tilt": law}
         found = {name: {leg: loses(own, leg) for leg in legs} for name, own in runs.items()}
         with styled():
             save_figure(draw_courses(found), TABLES / "courses.png")
             save_figure(draw_frames(found), TABLES / "frames.png")
-        write_film(found[self.law]["LH"], "LH", TABLES / "lost_leg.gif")
+        write_film(found["feels tilt"]["LH"], "LH", TABLES / "lost_leg.gif")
 
 
 def markdown(table: dict[str, np.ndarray]) -> str:

@@ -224,8 +224,8 @@ def draw(found: list[Trained]):
         shown = "scaled" if any(t.way == "scaled" for t in found) else found[0].way
         for t in found:
             if t.way == shown:
-                right.plot(t.simulated_s, np.nanmean(t.best, axis=1), label=f"{t.n_weights}")
-        right.set(xlabel="simulated time [s]", title=f"settings {shown}", yscale="symlog")
+                right.plot(t.simulated_s / 1e3, np.nanmean(t.best, axis=1), label=f"{t.n_weights}")
+        right.set(xlabel="simulated time [1000 s]", title=f"settings {shown}", yscale="symlog")
         right.legend(title="parameters")
     return figure
 

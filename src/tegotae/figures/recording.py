@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 
 from tegotae.figures.data import Table
 from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, styled
+from tegotae.figures.surface import phase_ticks
 from tegotae.measures.hopping.measured import Measured
 from tegotae.measures.hopping.smoothness import FORCE_PERIOD_S
 from tegotae.measures.hopping.spectrum import Spectrum, spectrum
@@ -138,6 +139,8 @@ def _draw_section(axes: Axes, measured: Measured, with_phase: bool) -> None:
     low, high = axes.get_ylim()
     if high - low < 0.01:
         axes.set_ylim(float(np.mean(up)) - 0.005, float(np.mean(up)) + 0.005)
+    if with_phase:
+        phase_ticks(axes.xaxis)
 
 
 def _draw_spectrum(axes: Axes, measured: Measured) -> None:

@@ -67,8 +67,8 @@ class WiringBaseline(EnvOptions):
             or tuple(float(f"{x:.3g}") for x in _SHARES * experiment.omega)
         )
         sweep = sweep_vanilla(experiment, omega, self.workers)
-        named = experiment.objective.document["kind"]
-        figure = vanilla_sweep_figure(sweep, fitness=literal(f"fitness ({named})"))
+        named = "fitness" if self.fitness is None else f"fitness: {self.fitness}"
+        figure = vanilla_sweep_figure(sweep, fitness=literal(named))
         written = [save_figure(figure, out / "map.png")]
         written += write_tables(written[0], {"": vanilla_sweep_table(sweep)})
         written.append(_save_best(experiment, sweep, out))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 from tegotae.figures.style import COLOURS
 from tegotae.measures.gaits.names import (
@@ -28,6 +29,14 @@ _ORDER |= {"rotary gallop": 2, "canter": 7, "tripod": 5, "tetrapod": 4, "metachr
 
 MARKERS = ("o", "s", "^", "D", "v", "P", "X", "<")
 """Of gaits or legs, for those who do not distinguish colours."""
+HATCHES = {
+    IN_BETWEEN: ".....",
+    "diagonal-sequence walk": "/////",
+    "lateral-sequence walk": "\\\\\\\\\\",
+}
+"""Of gaits whose colours are as light as that of a trot: printed in grey they differ by this."""
+THIN: Any = {"hatch_linewidth": 0.4, "hatchcolor": "0.3"}
+"""How hatches are drawn."""
 
 
 def gait_colour(name: str) -> str:

@@ -2,21 +2,18 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from tegotae.figures.gaits.colours import by_side, gait_colour
+from tegotae.figures.gaits.colours import HATCHES, THIN, by_side, gait_colour
 from tegotae.figures.gaits.labels import label
 from tegotae.figures.maps import quantities
 from tegotae.figures.style import PAGE_IN, new_figure, styled
 from tegotae.measures.gaits.names import (
     AS_RELEASED,
-    IN_BETWEEN,
     NO_GAIT,
     NOT_LOCKED,
     STANDING,
@@ -25,13 +22,6 @@ from tegotae.studies.gaits.map import NO_BODY, Cells, GaitMap
 
 _PALE = 0.55
 """How far towards white the colour of a cell is whose starts disagree."""
-_HATCHES = {
-    IN_BETWEEN: ".....",
-    "diagonal-sequence walk": "/////",
-    "lateral-sequence walk": "\\\\\\\\\\",
-}
-"""Of gaits whose colours are as light as that of a trot: printed in grey they differ by this."""
-_THIN: Any = {"hatch_linewidth": 0.4, "hatchcolor": "0.3"}
 _COMMON = 0.002
 """Share of the cells below which a gait is not in the legend."""
 
@@ -67,11 +57,11 @@ def _gaits(figure: Figure, axes: Axes, found: GaitMap, cells: Cells) -> None:
     split = (cells.share < 1.0)[..., None]
     shown = np.where(split, colours + _PALE * (1.0 - colours), colours)
     axes.pcolormesh(*_grid(found), shown, rasterized=True)
-    for name, hatch in _HATCHES.items():
+    for name, hatch in HATCHES.items():
         if (cells.gait == name).sum() > 1 and min(cells.gait.shape) > 1:
             inside = (cells.gait == name).astype(float)
             area = axes.contourf(*_grid(found), inside, (0.5, 1.5), hatches=[hatch], colors="none")
-            area.set(**_THIN)
+            area.set(**THIN)
     names, counts = np.unique(cells.gait, return_counts=True)
     listed = [
         str(names[i])
@@ -79,7 +69,7 @@ def _gaits(figure: Figure, axes: Axes, found: GaitMap, cells: Cells) -> None:
         if counts[i] >= _COMMON * cells.gait.size
     ]
     handles = [
-        Patch(facecolor=_rgb(n), edgecolor="0.4", lw=0.4, label=n, hatch=_HATCHES.get(n), **_THIN)
+        Patch(facecolor=_rgb(n), edgecolor="0.4", lw=0.4, label=n, hatch=HATCHES.get(n), **THIN)
         for n in listed
     ]
     if split.any():

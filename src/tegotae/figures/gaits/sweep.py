@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
 
-from tegotae.figures.gaits.colours import MARKERS, by_side, gait_colour
+from tegotae.figures.gaits.colours import HATCHES, MARKERS, THIN, by_side, gait_colour
 from tegotae.figures.style import COLOURS, COLUMN_IN, new_figure, styled
 from tegotae.measures.gaits.names import FALLEN
 from tegotae.studies.gaits.sweep import DOWN, UP, GaitSweep
@@ -57,13 +59,14 @@ def _names(axes: Axes, sweep: GaitSweep, note: str) -> None:
             bottom = float(row)
             for name in sorted(set(names.tolist())):
                 share = 0.86 * float(np.mean(names == name))
-                axes.bar(level, share, 2.0 * half, bottom, color=gait_colour(name), lw=0)
+                look: Any = {"color": gait_colour(name), "hatch": HATCHES.get(name), "lw": 0}
+                axes.bar(level, share, 2.0 * half, bottom, **look, **THIN)
                 bottom += share
                 seen += [name] if name not in seen else []
     axes.set_yticks([0.43, 1.43], ["up ●", "down ○"])
     axes.tick_params(axis="y", length=0)
     axes.set_ylim(0.0, 1.9)
-    keys = [Line2D([], [], color=gait_colour(name), lw=4, label=name) for name in seen]
+    keys = [Patch(color=gait_colour(n), hatch=HATCHES.get(n), lw=0, label=n, **THIN) for n in seen]
     axes.legend(
         handles=keys, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2, title=note or None
     )
