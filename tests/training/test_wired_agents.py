@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import warnings
 from typing import Any
 
 import numpy as np
@@ -77,7 +78,9 @@ def test_an_agent_learns_a_fitness_of_ones_own_at_several_frequencies(settings, 
     )
     (path,) = train(run_of(settings, own, episodes=8), tmp_path)
     assert EnvExperiment.of(load(path)).omegas == (6.0, 9.0)
-    env = EnvAgentTraining(own, settings).make_env()
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")  # of what Stable-Baselines3 misses
+        env = EnvAgentTraining(own, settings).make_env()
     env.reset()
     paid = np.zeros(env.num_envs)
     over = np.zeros(env.num_envs, bool)

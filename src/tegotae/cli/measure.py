@@ -16,7 +16,7 @@ from tegotae._support.errors import TegotaeError, require_finite
 from tegotae._support.quiet import note
 from tegotae.cli.console import one_line
 from tegotae.cli.options import UNSET, WorkOption
-from tegotae.cli.tables import print_rows
+from tegotae.cli.tables import print_rows, print_text
 from tegotae.measures.hopping import (
     REGIMES,
     Efficiency,
@@ -202,9 +202,9 @@ def _print(found: Measured, weight_n: float | None) -> None:
         rows.append((metric.label, shown, regime if reason == why else reason))
     print_rows(("metric", "value", "what it is, or why it is undefined"), rows)
     if found.efficiency is not None and math.isfinite(found.efficiency.cot_inverse):
-        print(_efficiency(found.efficiency, weight_n))
+        print_text(_efficiency(found.efficiency, weight_n))
     for each in found.notes:
-        print(each)
+        print_text(each)
 
 
 def _efficiency(of: Efficiency, weight_n: float | None) -> str:

@@ -10,7 +10,7 @@ import numpy as np
 import tyro
 
 from tegotae.cli.figure.output import Output
-from tegotae.cli.tables import print_rows
+from tegotae.cli.tables import print_rows, print_text
 
 if TYPE_CHECKING:
     from tegotae.measures.hopping.statistics import Interval
@@ -82,7 +82,7 @@ def print_comparison(curves: list[LearningCurve]) -> None:
         (row(*key) for key in sorted(found)),
         key=2,
     )
-    print(
+    print_text(
         "Mean over runs of the mean over the last tenth of training [95 % interval]; "
         "equal time: that of the shortest run of the model."
     )

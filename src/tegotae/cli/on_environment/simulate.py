@@ -54,6 +54,11 @@ def simulate(
     check_outputs(csv, plot, animate)
     experiment = lasting(EnvExperiment.of(saved), duration_s)
     (found,) = replay(experiment, [saved.weights])
+    numbers = found.numbers()
+    if as_json:
+        print(json.dumps({n: x if math.isfinite(x) else None for n, x in numbers.items()}))
+    else:
+        print_rows(("quantity", "value"), [(LABELS[n][0], shown(n, x)) for n, x in numbers.items()])
     if csv is not None:
         tables.write_csv(csv, columns(found), digits=7)
     if plot is not None:
@@ -62,11 +67,6 @@ def simulate(
         from tegotae.figures.film import write_film
 
         write_film(found, animate)
-    numbers = found.numbers()
-    if as_json:
-        print(json.dumps({n: x if math.isfinite(x) else None for n, x in numbers.items()}))
-        return
-    print_rows(("quantity", "value"), [(LABELS[n][0], shown(n, x)) for n, x in numbers.items()])
 
 
 def columns(found: Replay) -> dict[str, np.ndarray]:

@@ -152,6 +152,7 @@ class LimbVecEnv(VecEnv):
         self._besides = [wires.observed.index(name) for name in settings.critic_senses]
         self._actions = np.zeros((lanes, wires.limbs), np.float32)
         self._warned: set[str] = set()
+        self.render_mode = None  # Stable-Baselines3 warns of an environment that says nothing
         width = wires.limbs * len(training.observed.names) + len(self._besides)
         super().__init__(lanes, Box(-np.inf, np.inf, (width,)), Box(-1.0, 1.0, (wires.limbs,)))
 
