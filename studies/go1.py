@@ -15,7 +15,6 @@ and from where it begins, is in `go1_plan.py`.
 
 from __future__ import annotations
 
-import dataclasses
 import sys
 from itertools import product
 
@@ -31,12 +30,13 @@ from go1_plan import (
     MOST_AGAIN,
     OMEGAS,
     OUT,
-    POPULATION,
     RUNS,
+    SEARCH,
     SECONDS,
     SEEDS,
     SIGMAS,
     STARTS_AGAIN,
+    STARTS_FIRST,
     STRIDES,
     TRAINED_S,
     UNSEEN,
@@ -54,18 +54,17 @@ from kept import write_rows
 from tegotae._support.tables import read_csv
 from tegotae.training.evolution import Evolution
 from tegotae.training.run import Run, train
-from tegotae.training.settings import tuned
 from tegotae.training.stopping import Stopping
 
 
 def vanilla() -> None:
-    """The best σ of every stride and ω, from two starts of training's length."""
+    """The best σ of every stride and ω, from four starts of training's length."""
     rows = []
     for stride in STRIDES:
         own = experiment("vanilla", vanilla_law(), stride)
         pairs = list(product(sorted(OMEGAS + UNSEEN), SIGMAS))
         sigmas = np.array([[sigma * omega / LOAD_N] for omega, sigma in pairs])
-        trials = [Trial(k, pairs[k][0], start) for k in range(len(pairs)) for start in (0, 1)]
+        trials = [Trial(k, pairs[k][0], start) for k in range(len(pairs)) for start in STARTS_FIRST]
         found = tried(trials, by_law(own, sigmas), TRAINED_S)
         law = np.array([trial.law for trial in trials])
         paid = np.array([found.paid[law == k].mean() for k in range(len(pairs))])
@@ -91,7 +90,7 @@ def vanilla() -> None:
 
 
 def again() -> None:
-    """The best of every ω from more starts: what is best from two may be luck."""
+    """The best of every ω from more starts: what is best from four may be luck."""
     kept = read_csv(OUT / "go1_vanilla.csv")
     names = [name for name in kept if name != "again"]
     rows = [
@@ -118,7 +117,7 @@ def learn(*names: str) -> None:
         name, _, only = asked.partition("/")
         if name in LAWS:
             learner = Evolution(
-                algorithm=dataclasses.replace(tuned("pgpe"), population=POPULATION),
+                algorithm=SEARCH,
                 stopping=Stopping.after(GENERATIONS),
                 workers=0,
             )

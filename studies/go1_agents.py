@@ -19,6 +19,7 @@ from go1_plan import (
     LOAD_N,
     MIDDLE,
     OMEGAS,
+    SELECTION,
     SPEC,
     TRAINED_S,
     WIDEST,
@@ -38,7 +39,8 @@ SETTINGS: dict[str, Any] = {
     "policy_kwargs": {"log_std_init": -1.0},
 }
 """Where they are not Stable-Baselines3's own."""
-JUDGEMENTS = 10
+UPDATES = 8
+"""Between two judgements: twice a generation's simulated time."""
 
 
 class Body:
@@ -84,15 +86,20 @@ class Body:
 
 
 class Joints(VecEnv):
-    """Training's episodes of Go1 side by side, whose action is the places of thighs and calves."""
+    """Training's episodes of Go1 side by side, whose action is the places of thighs and calves.
 
-    def __init__(self, senses: str) -> None:
+    Args:
+        senses: what is seen (`Body`).
+        key: every episode has a start of its own, which this decides together with its number.
+    """
+
+    def __init__(self, senses: str, key: tuple[int, ...]) -> None:
         settings = SPEC.model_settings
         settings = type(settings)(**{**vars(settings), "duration_s": TRAINED_S})
         self._lanes = ModelLanes(settings, LANES)
         self.body = Body(self._lanes._sensing, senses)
-        self._episode = np.arange(LANES) % len(OMEGAS)
-        self._omega = np.array(OMEGAS)[self._episode]
+        self._omega = np.resize(OMEGAS, LANES)
+        self._drawn = np.random.default_rng(key)
         bounds = Box(-np.inf, np.inf, (self.body.width,)), Box(-1.0, 1.0, (8,))
         super().__init__(LANES, *bounds)
 
@@ -100,20 +107,13 @@ class Joints(VecEnv):
         return self.body.shown(self._seen, CONTROL_S * self._done, self._omega)
 
     def reset(self) -> np.ndarray:
-        every = np.ones(LANES, bool)
-        for episode in range(len(OMEGAS)):
-            self._seen = self._lanes.reset(episode, every)
+        self._seen = self._lanes.reset(self._starts(), np.ones(LANES, bool))
         self._done = np.zeros(LANES)
-        self._begin(every)
         return self._shown()
 
-    def _begin(self, where: np.ndarray) -> None:
-        """The lanes' own episodes again."""
-        for episode in range(len(OMEGAS)):
-            mine = where & (self._episode == episode)
-            if mine.any():
-                self._seen = self._lanes.restart(episode, mine)
-        self._done[where] = 0
+    def _starts(self) -> np.ndarray:
+        """Seeds of new starts, one a lane."""
+        return self._drawn.integers(2**32, size=LANES)
 
     def step_async(self, actions: np.ndarray) -> None:
         self._actions = actions
@@ -132,7 +132,8 @@ class Joints(VecEnv):
                     "terminal_observation": shown[lane],
                     "TimeLimit.truncated": bool(cut[lane]),
                 }
-            self._begin(over)
+            self._seen = self._lanes.restart(self._starts(), over)
+            self._done[over] = 0
             shown = self._shown()
         return shown, paid.astype(np.float32), over, infos
 
@@ -174,38 +175,43 @@ def by_agent(agent: PPO, body: Body) -> Callable[[Sequence[Trial]], Driver]:
     return lambda trials: Network(agent, body, np.array([trial.omega for trial in trials]))
 
 
-def of_training(agent: PPO, body: Body) -> float:
-    """Mean return of training's episodes, as a population's candidates are judged by."""
-    trials = [Trial(0, omega, start) for start, omega in enumerate(OMEGAS)]
+def of_selection(agent: PPO, body: Body) -> float:
+    """Mean return of the episodes by which the best law of a population, too, is chosen."""
+    count = SELECTION * len(OMEGAS)
+    trials = [Trial(0, OMEGAS[start % len(OMEGAS)], start) for start in range(count)]
     return float(TRAINED_S * tried(trials, by_agent(agent, body), TRAINED_S).paid.mean())
 
 
 def learn_ppo(senses: str, seed: int, seconds: float, file: Path) -> None:
-    """Train from so much simulated time; kept are the policy that training judged best, and curves.
+    """Train for so much simulated time; kept are the policy that is judged best, and the curve.
 
-    The file is written at the end: an interrupted training begins anew.
+    An interrupted training goes on from the last judgement, and one that has ended if more time is
+    asked for.
     """
     torch.set_num_threads(1)
+    last, table = file.with_name(f"{file.stem}-last.zip"), file.with_suffix(".npz")
+    times, values, spent = [], [], 0.0
+    if table.exists():
+        with np.load(table) as kept:
+            times, values, spent = [*kept["time_s"]], [*kept["fitness"]], float(kept["cpu_s"])
+    if times and times[-1] >= seconds:
+        return
     begun = time.process_time()
-    env = Joints(senses)
-    agent = PPO("MlpPolicy", env, seed=seed, device="cpu", **SETTINGS)
-    curve: list[tuple[float, float]] = []
-    per_update = LANES * SETTINGS["n_steps"]
-    updates = round(seconds / CONTROL_S / per_update)
-    best = -np.inf
-    partial = file.with_suffix(".part.zip")
-    for done in range(updates + 1):
-        if done:
-            agent.learn(per_update, reset_num_timesteps=False)
-        if done * JUDGEMENTS // updates > (done - 1) * JUDGEMENTS // updates:
-            value = of_training(agent, env.body)
-            curve.append((done * per_update * CONTROL_S, value))
-            if value > best:
-                best = value
-                agent.save(partial)
-    spent = time.process_time() - begun
-    times, values = zip(*curve, strict=True)
-    np.savez(file.with_suffix(".npz"), time_s=times, fitness=values, cpu_s=spent)
-    partial.rename(file)
+    env = Joints(senses, (seed, len(times)))
+    if times:
+        agent = PPO.load(last, env=env, device="cpu")
+    else:
+        agent = PPO("MlpPolicy", env, seed=seed, device="cpu", **SETTINGS)
+    per_update_s = LANES * SETTINGS["n_steps"] * CONTROL_S
+    while not times or times[-1] < seconds:
+        if times:
+            agent.learn(UPDATES * LANES * SETTINGS["n_steps"], reset_num_timesteps=False)
+        times.append(times[-1] + UPDATES * per_update_s if times else 0.0)
+        values.append(of_selection(agent, env.body))
+        agent.save(last)
+        if values[-1] == max(values):
+            agent.save(file)
+        used = spent + time.process_time() - begun
+        np.savez(table, time_s=times, fitness=values, cpu_s=used)
+        print(f"{senses} {file.stem}: {times[-1]:.0f} s, {values[-1] / TRAINED_S:.2f}", flush=True)
     env.close()
-    print(f"{file.stem}: {best:.3f}, {spent:.0f} s of CPU", flush=True)
