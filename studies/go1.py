@@ -111,21 +111,18 @@ def again() -> None:
 def learn(*names: str) -> None:
     """What is not learned yet, of all or of some: the laws by PGPE, then the agents.
 
-    Of an agent one seed alone is `PPO/1`.
+    One seed alone is `PPO/1`: each is a process of its own then.
     """
     for asked in names or (*LAWS, *AGENTS):
         name, _, only = asked.partition("/")
-        if name in LAWS:
-            learner = Evolution(
-                algorithm=SEARCH,
-                stopping=Stopping.after(GENERATIONS),
-                workers=0,
-            )
-            train(Run(experiment=learned(name), seeds=SEEDS, learner=learner), RUNS / name)
-            continue
         for seed in (int(only),) if only else SEEDS:
-            file = RUNS / name / f"seed{seed}.zip"
-            if not file.exists():
+            if name in LAWS:
+                stopping = Stopping.after(GENERATIONS)
+                learner = Evolution(algorithm=SEARCH, stopping=stopping, workers=0)
+                run = Run(experiment=learned(name), seeds=(seed,), learner=learner)
+                train(run, RUNS / name / f"seed{seed}")
+            else:
+                file = RUNS / name / f"seed{seed}.zip"
                 file.parent.mkdir(parents=True, exist_ok=True)
                 learn_ppo(AGENTS[name], seed, SECONDS, file)
 

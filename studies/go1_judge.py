@@ -80,7 +80,7 @@ def of_vanilla() -> Iterator[dict[str, Any]]:
 
 def of_law(name: str) -> Iterator[dict[str, Any]]:
     """A law that was learned by PGPE, every seed."""
-    for file in sorted((RUNS / name).glob("*-seed*.json")):
+    for file in sorted((RUNS / name).glob("*/*-seed*.json")):
         saved, named = load(file), list(trials(0))
         drives = by_law(learned(name), np.asarray(saved.weights)[None])
         found = tried([trial for _, trial in named], drives, JUDGED_S)

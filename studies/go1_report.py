@@ -44,14 +44,11 @@ def report() -> None:
 def curve(name: str) -> list[dict[str, Any]]:
     """Return per second over simulated time: of the search's centre, or of the agent's mean."""
     found: list[dict[str, Any]] = []
-    if (file := RUNS / name / "curves.csv").exists():
-        kept = read_csv(file)
-        for seed in SEEDS:
-            own = kept["seed"].astype(int) == seed
-            for k, value in enumerate(kept["fitness"][own].astype(float)):
+    for seed in SEEDS:
+        if (file := RUNS / name / f"seed{seed}" / "curves.csv").exists():
+            for k, value in enumerate(read_csv(file)["fitness"].astype(float)):
                 time_s = k * POPULATION * len(OMEGAS) * TRAINED_S
                 found.append(point(name, seed, time_s, value))
-    for seed in SEEDS:
         if (file := RUNS / name / f"seed{seed}.npz").exists():
             with np.load(file) as kept:
                 pairs = zip(kept["time_s"], kept["fitness"], strict=True)
@@ -178,12 +175,14 @@ def _speeds(ax, colours) -> None:
     kept = read_csv(OUT / "go1_judged.csv")
     omega, speed = (kept[name].astype(float) for name in ("omega", "speed_m_per_s"))
     undisturbed = np.isin(kept["condition"], ["unseen starts", "unseen omega"])
-    for law in judged_laws():
+    for k, law in enumerate(judged_laws()):
         own = undisturbed & (kept["law"] == law)
         every = np.unique(omega[own])
-        means = [speed[own & (omega == each)].mean() for each in every]
-        ax.plot(every, means, color=colours[law], label=law, marker="o", markersize=2.5)
-        ax.plot(omega[own], speed[own], ".", color=colours[law], markersize=1.5)
+        found = [interval(speed[own & (omega == each)]) for each in every]
+        means = np.array([each.mean for each in found])
+        ends = np.nan_to_num([(x.mean - x.low, x.high - x.mean) for x in found]).T
+        style = {"marker": "o", "markersize": 2.5, "elinewidth": 0.8}
+        ax.errorbar(every + 0.12 * (k - 2.5), means, ends, color=colours[law], label=law, **style)
     ax.set_xlabel("ω [rad/s]")
     ax.set_ylabel("speed [m/s]")
 

@@ -33,7 +33,7 @@ PLACE = ("root_forward", "root_height")
 
 def runs(name: str) -> list[SavedController]:
     """The runs of a law, in the order of their seeds."""
-    found = [load(file) for file in (RUNS / name).glob("*-seed*.json")]
+    found = [load(file) for file in (RUNS / name).glob("*/*-seed*.json")]
     return sorted(found, key=lambda saved: int(str(saved.training["seed"])))
 
 
