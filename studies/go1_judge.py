@@ -64,6 +64,7 @@ def rows_of(
             "speed_m_per_s": float(found.speed_m_per_s[own].mean()),
             "cost_of_transport": found.cost_of_transport(own),
             "fell": float(found.fell[own].mean()),
+            "fell_early": float(found.fell_early[own].mean()),
         }
 
 

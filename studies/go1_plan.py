@@ -266,6 +266,8 @@ class Outcome:
     work_j: np.ndarray
     distance_m: np.ndarray
     fell: np.ndarray
+    fell_early: np.ndarray
+    """Whether within the length of an episode of training."""
     weight_n: float
 
     def cost_of_transport(self, where: np.ndarray) -> float:
@@ -301,12 +303,15 @@ def _played(
     drives.reset()
     at = field._sensing.names.index("root_forward")
     began = seen[:, at].copy()
-    for _ in range(field.steps):
+    fell_early = ~alive
+    for step in range(field.steps):
         now, paid, over = field.step(drives.act(seen), alive)
         seen = np.where(alive[:, None], np.nan_to_num(now), seen)
         total += np.where(alive, paid, 0.0)
         fell_now = over & ~field.truncated
         alive = alive & ~fell_now
+        if (step + 1) * CONTROL_S <= TRAINED_S:
+            fell_early = ~alive
     field.close()
     distance = seen[:, at] - began
     return Outcome(
@@ -315,6 +320,7 @@ def _played(
         work_j=seen[:, -1],
         distance_m=distance,
         fell=~alive,
+        fell_early=fell_early,
         weight_n=field.weight_n,
     )
 

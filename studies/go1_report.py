@@ -115,20 +115,22 @@ def judged_laws() -> list[str]:
 def judged_text() -> str:
     """Unseen starts at the frequencies of training."""
     lines = [
-        "| law | seeds | return per second | speed [m/s] | cost of transport | falls [%] |",
-        "|---" * 6 + "|",
+        "| law | seeds | return per second | speed [m/s] | cost of transport | falls [%] "
+        "| in the first 4 s [%] |",
+        "|---" * 7 + "|",
     ]
     for law in judged_laws():
         columns = {
             name: of_seeds(law, "unseen starts", name)
-            for name in ("return_per_s", "speed_m_per_s", "fell")
+            for name in ("return_per_s", "speed_m_per_s", "fell", "fell_early")
         }
         columns["cost_of_transport"] = cost_of_seeds(law, "unseen starts")
         seeds = len(columns["fell"]) if law in LEARNED else "–"
         paid, speed = (spelled(columns[n]) for n in ("return_per_s", "speed_m_per_s"))
         cost = spelled(columns["cost_of_transport"])
-        fell = spelled([100.0 * x for x in columns["fell"]], 0, (0.0, 100.0))
-        lines.append(f"| {law} | {seeds} | {paid} | {speed} | {cost} | {fell} |")
+        shares = (np.multiply(100.0, columns[name]) for name in ("fell", "fell_early"))
+        fell, early = (spelled(share, 0, (0.0, 100.0)) for share in shares)
+        lines.append(f"| {law} | {seeds} | {paid} | {speed} | {cost} | {fell} | {early} |")
     return "\n".join(lines) + "\n"
 
 
