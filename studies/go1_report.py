@@ -128,7 +128,7 @@ def judged_text() -> str:
         seeds = len(columns["fell"]) if law in LEARNED else "–"
         paid, speed = (spelled(columns[n]) for n in ("return_per_s", "speed_m_per_s"))
         cost = spelled(columns["cost_of_transport"])
-        shares = (np.multiply(100.0, columns[name]) for name in ("fell", "fell_early"))
+        shares = ([100.0 * x for x in columns[name]] for name in ("fell", "fell_early"))
         fell, early = (spelled(share, 0, (0.0, 100.0)) for share in shares)
         lines.append(f"| {law} | {seeds} | {paid} | {speed} | {cost} | {fell} | {early} |")
     return "\n".join(lines) + "\n"
