@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from scipy.optimize import brentq
@@ -152,7 +152,7 @@ def least_lift_off(body: Hopper) -> float:
         return ballistic
     # Seen from the apex the speed grows by dv/dh = g/v + d: at most d h more than undamped.
     highest = ballistic + body.flight_damping_ns_per_m / body.mass_kg * height
-    return float(brentq(lambda v: climb(body, v) - height, ballistic, highest))
+    return cast(float, brentq(lambda v: climb(body, v) - height, ballistic, highest))
 
 
 def most_lift_off(body: Hopper) -> float:
