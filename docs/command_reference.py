@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from typing import Any
 
 from tegotae.cli.commands import COMMANDS, Command, CommandGroup
-from tegotae.cli.parsing import parser
+from tegotae.cli.parsing import description_of, options_of
 
 
 def command_reference() -> str:
@@ -22,28 +21,17 @@ def _command(name: str, command: Command | CommandGroup, level: int = 2) -> Iter
         for sub, its in command.commands.items():
             yield from _command(f"{name} {sub}", its, level + 1)
         return
-    own = parser(command.load())
-    yield f"{_text(own.description or '')}\n"
-    # The class is the kind of an action, in tyro's own copy of argparse.
-    rows = [_row(each) for each in own._actions if type(each).__name__ != "_HelpAction"]
+    own = command.load()
+    yield f"{_text(description_of(own))}\n"
+    rows = [f"| `{each.shown}` | {_text(each.meaning)} |" for each in options_of(own)]
     if rows:
         yield "| option | meaning |\n|---|---|"
         yield "\n".join(rows) + "\n"
     yield "```console\n" + "\n".join(command.examples) + "\n```\n"
 
 
-def _row(action: Any) -> str:
-    names = [option for option in action.option_strings if option.startswith("--")]
-    value = action.metavar if isinstance(action.metavar, str) else ""
-    # Of names that mean the same, the last is the one of today.
-    shown = f"{names[-1]} {value}".strip() if names else value
-    return f"| `{shown}` | {_text(action.help or '')} |"
-
-
 def _text(text: str) -> str:
     """A help text in one line of a Markdown table."""
-    for unsaid in ("(default: )", "(default: False)"):
-        text = text.replace(unsaid, "")
     plain = " ".join(text.split())
     code = re.split(r"(`[^`]*`)", plain.replace("|", "\\|"))
     return "".join(

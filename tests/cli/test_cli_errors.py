@@ -115,6 +115,21 @@ def test_the_help_of_a_command_ends_with_its_examples(capsys, words):
     assert second.startswith(f"  tegotae {words}")
 
 
+@pytest.mark.parametrize("words", ["train", "generalise", "gait map", "figure learning-curves"])
+def test_the_help_of_a_command_fits_80_columns_and_shows_no_empty_default(capsys, words):
+    out = explanation(capsys, *words.split())
+    assert max(map(len, out.partition("Examples:")[0].splitlines())) <= 80
+    assert "(default: )" not in out
+    assert "False" not in out
+
+
+def test_help_shows_shared_options_under_their_own_headings(capsys):
+    out = explanation(capsys, "train")
+    places = [out.index(f"\n{each}") for each in ("Options\n  --out", "Body\n", "Environment")]
+    assert places == sorted(places)
+    assert places[1] < out.index("  --mass FLOAT") < places[2] < out.index("  --env STR")
+
+
 LISTING = """
 import sys
 from tegotae.cli import main, parsed, split_parts

@@ -118,7 +118,7 @@ def test_every_option_reaches_the_rollout(simulate):
         "--rest-length": "0.9",
         "--gravity": "9.8",
         "--max-force": "3.5",
-        "--energy": "positive",
+        "--work": "positive",
         "--measure-from": "1",
         "--tick": "0.002",
     }
@@ -176,7 +176,7 @@ def test_the_time_series_has_units_in_its_names_and_a_row_a_frame(simulate, tmp_
 
 
 def test_the_time_series_tells_work_and_climbs_as_the_summary_does(simulate, tmp_path):
-    found = simulate("--csv", str(tmp_path / "hops.csv"), "--energy", "positive")
+    found = simulate("--csv", str(tmp_path / "hops.csv"), "--work", "positive")
     with (tmp_path / "hops.csv").open() as stream:
         rows = list(csv.DictReader(stream))
     begin, end = (rows[math.ceil(at / 0.01) - 1] for at in found["window_s"])
@@ -214,7 +214,7 @@ def test_a_controller_file_is_simulated_as_it_was_trained(simulate, tiny_trainin
     for path in tiny.controllers(tiny_training):
         saved = controller_file.load(path)
         assert isinstance(saved.body, Hopper)
-        found = simulate("--controller", str(path))
+        found = simulate(str(path))
         expected = Simulation(
             saved.controller,
             saved.weights,
@@ -233,9 +233,9 @@ def test_a_trained_controller_can_be_driven_at_another_frequency_on_another_hopp
     simulate, tiny_training
 ):
     path = str(tiny.controllers(tiny_training)[0])
-    found = simulate("--controller", path, "--omega", "6", "--mass", "0.12")
+    found = simulate(path, "--omega", "6", "--mass", "0.12")
     assert (found["parameters"]["omega"], found["parameters"]["mass_kg"]) == (6.0, 0.12)
-    assert found["apex_height_m"] != simulate("--controller", path)["apex_height_m"]
+    assert found["apex_height_m"] != simulate(path)["apex_height_m"]
 
 
 @pytest.mark.parametrize("option", [("--sigma", "2"), ("--actuation", "reflex")])
@@ -244,7 +244,7 @@ def test_options_of_vanilla_controllers_are_refused_beside_a_file(
 ):
     path = str(tiny.controllers(tiny_training)[0])
     assert f"{option[0]} belongs to vanilla controllers" in one_line_error(
-        "simulate", "--controller", path, *option
+        "simulate", path, *option
     )
 
 
@@ -296,7 +296,7 @@ def test_a_controller_without_oscillator_has_pictures_too(simulate, tmp_path):
     single = build("T-Fv", 8)
     save(SavedController.of(single, np.full(single.n_weights, 0.5), None), tmp_path / "t.json")
     picture = tmp_path / "t.png"
-    simulate("--controller", str(tmp_path / "t.json"), "--plot", str(picture))
+    simulate(str(tmp_path / "t.json"), "--plot", str(picture))
     assert is_readable(picture)
 
 
@@ -344,7 +344,7 @@ def test_a_film_without_ffmpeg_is_refused(tmp_path, monkeypatch, one_line_error)
 REFUSED = {
     "--preset papre": "no preset is called 'papre'; did you mean paper?",
     "--actuation refelx": "no actuation is called 'refelx'; did you mean reflex?",
-    "--energy kinetic": "work is 'kinetic'; it must be one of absolute, positive, net",
+    "--work kinetic": "work is 'kinetic'; it must be one of absolute, positive, net",
     **{
         f"--{option} {value}": f"is {float(value):g}"
         for option in ("mass", "stiffness", "rest-length", "gravity", "max-force", "tick")
@@ -377,7 +377,6 @@ REFUSED = {
     "--measure-from 20": "begins at 20 s, but the rollout ends at 20 s",
     "--drop 0.2 --drop-time 20": "to drop at 20 s, but the rollout ends at 20 s",
     "--drop 0.2 --duration 5": "to drop at 10 s, but the rollout ends at 5 s",
-    "--controller no/such/file.json": "no controller file at no/such/file.json",
 }
 
 

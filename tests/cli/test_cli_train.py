@@ -103,7 +103,7 @@ def test_that_no_candidate_came_through_its_episode_is_said(capsys, tiny_trainin
 @pytest.mark.parametrize("seed", tiny.SEEDS)
 def test_simulate_reads_a_trained_controller(capsys, tiny_training, seed):
     path = tiny.controllers(tiny_training)[seed]
-    assert main(["simulate", "--controller", str(path), "--duration", "2", "--json"]) == 0
+    assert main(["simulate", str(path), "--duration", "2", "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["parameters"]["controller"] == str(path)
 
 
@@ -281,7 +281,7 @@ REFUSED = {
     "ART --episodes 10": "--episodes belongs to ppo, sac; pgpe has no such option",
     "AR --algorithm sac --population 8": "--population belongs to cma-es, openai-es, pgpe;",
     "AR --algorithm sac --episodes 0": "episodes is 0",
-    "ART --energy kinetic": "work is 'kinetic'; it must be one of absolute, positive, net",
+    "ART --work kinetic": "work is 'kinetic'; it must be one of absolute, positive, net",
     "ART --budget 5": "budget is 5, too small",
     "ART --budget 0": "budget is 0",
     "V --budget 0": "budget is 0",

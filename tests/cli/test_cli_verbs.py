@@ -38,9 +38,9 @@ def test_a_command_that_went_names_the_one_that_answers_now(old, new, one_line_e
         ("simulate bar-light --tick 0.01", "--tick is for bodies with one leg; bar-light has"),
         ("simulate paper --out walk", "--out is for bodies with several legs; paper has one leg"),
         ("simulate --phases 0 0.5", "--phases is for bodies with several legs; a vanilla"),
-        ("simulate paper --controller paper", "are two names; give one"),
         ("simulate paper --preset pyTegotaeCPG", "--preset belongs to vanilla controllers"),
         ("simulate extra", "no model or system is called 'extra'"),
+        ("simulate no/such/file.json", "no controller file at no/such/file.json"),
         ("simulate ART", "ART-rF-tphif-w8 has weights to train and no file was given"),
         ("simulate bar-light --animate walk.mp4", "cannot write legs as 'walk.mp4'"),
         ("evaluate bar-light --drop 0.1", "--drop is for bodies with one leg"),
@@ -102,7 +102,7 @@ def test_a_simulation_takes_release_hold_and_period_from_the_file(held, capsys):
     assert (used["height_m"], used["velocity_m_per_s"], used["phase_rad"]) == (1.1, 0.1, 0.5)
     assert (used["tick_s"], used["held"]) == (0.004, True)
     options = ["--height", "1.2", "--phase", "0", "--tick", "0.002", "--duration", "2", "--json"]
-    assert main(["simulate", "--controller", str(held), *options]) == 0
+    assert main(["simulate", str(held), *options]) == 0
     used = json.loads(capsys.readouterr().out)["parameters"]
     assert (used["height_m"], used["phase_rad"], used["tick_s"]) == (1.2, 0.0, 0.002)
 

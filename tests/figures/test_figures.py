@@ -443,7 +443,7 @@ def test_a_controller_file_is_drawn_like_options(tmp_path, capsys):
     [
         (["gain-map", "--omega", "5", "4"], "omega goes from 5 to 4"),
         (["gain-map", "--resolution", "1"], "points along sigma is 1"),
-        (["gain-map", "--energy", "heat"], "work is 'heat'; it must be one of"),
+        (["gain-map", "--work", "heat"], "work is 'heat'; it must be one of"),
         (["gain-map", "--mass", "-1"], "mass_kg is -1; it must be greater than 0"),
         (["phase-locking", "--actuation", "refex"], "did you mean reflex"),
         (["phase-locking", "--cut", "nan"], "cut is nan"),

@@ -232,7 +232,7 @@ def test_a_controller_whose_name_would_harm_is_refused_in_one_line(tmp_path, nam
     path.write_text(json.dumps({**json.loads(text()), "model": name}))
     with pytest.raises(TegotaeError, match="which no text of such a file has"):
         controller_file.load(path)
-    assert f"{path} is damaged: its text " in one_line_error("simulate", "--controller", str(path))
+    assert f"{path} is damaged: its text " in one_line_error("simulate", str(path))
 
 
 # Records.

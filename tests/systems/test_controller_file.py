@@ -381,7 +381,7 @@ def test_a_file_with_a_wrong_entry_is_refused_with_what_is_wrong(tmp_path, chang
     path.write_text(json.dumps(document))
     with pytest.raises(TegotaeError, match=said):
         load(path)
-    assert refusal(path) in one_line_error("simulate", "--controller", str(path))
+    assert refusal(path) in one_line_error("simulate", str(path))
 
 
 BYTES = {
@@ -405,22 +405,22 @@ def test_what_is_no_controller_file_is_called_none(tmp_path, name, one_line_erro
     path = tmp_path / "controller.json"
     path.write_bytes(BYTES[name])
     assert refusal(path) == f"{path} is not a controller file of tegotae"
-    assert refusal(path) in one_line_error("simulate", "--controller", str(path))
+    assert refusal(path) in one_line_error("simulate", str(path))
 
 
 def test_a_missing_file_is_called_missing(tmp_path, one_line_error):
     path = tmp_path / "controller.json"
     assert refusal(path) == f"no controller file at {path}"
-    assert refusal(path) in one_line_error("simulate", "--controller", str(path))
+    assert refusal(path) in one_line_error("simulate", str(path))
 
 
 def test_what_cannot_be_read_is_refused(tmp_path, one_line_error):
     (tmp_path / "file").touch()
     for path in (tmp_path, tmp_path / "file" / "controller.json"):
         assert refusal(path).startswith(f"cannot read {path}: ")
-    assert refusal(path) in one_line_error("simulate", "--controller", str(path))
+    assert refusal(path) in one_line_error("simulate", str(path))
     said = f"{tmp_path} holds no controller files"
-    assert said in one_line_error("simulate", "--controller", str(tmp_path))
+    assert said in one_line_error("simulate", str(tmp_path))
 
 
 def places(value: Any, path: tuple = ()) -> Iterator[tuple]:

@@ -128,7 +128,7 @@ def test_a_killed_training_goes_on_and_ends_in_the_same_numbers(parts, trained, 
 
 def test_options_change_what_they_name_and_nothing_else(parts, tmp_path):
     words = ["--algorithm", ALGORITHM, "--seeds", "1", "--generations", "1", "--to-cap"]
-    more = ["--body", f"{FILE}:LoadedHopper", "--mass", "0.12", "--release", "1.3"]
+    more = ["--body", f"{FILE}:LoadedHopper", "--mass", "0.12", "--height", "1.3"]
     assert main(["train", EXPERIMENT, *words, *more, "--out", str(tmp_path)]) == 0
     (path,) = tmp_path.glob("mine-seed0.json")
     assert controller_file.load(path).body == parts.LoadedHopper(mass_kg=0.12)
@@ -163,7 +163,7 @@ def test_a_controller_is_evaluated_on_another_body_than_it_was_trained_on(
     monkeypatch.setattr("tegotae.cli.one_leg.evaluate.evaluate_all", evaluate_all)
     words = ["evaluate", str(trained), "--mass", "0.12"]
     assert main([*words, "--work", "positive"]) == 0
-    assert main([*words, "--body", f"{FILE}:Hopper", "--energy", "net"]) == 0
+    assert main([*words, "--body", f"{FILE}:Hopper", "--work", "net"]) == 0
     heavier = parts.LoadedHopper(mass_kg=0.12), parts.Hopper(mass_kg=0.12)
     assert asked == [(heavier[0], "positive"), (heavier[1], "net")]
 
@@ -335,7 +335,7 @@ sys.exit(main(sys.argv[1:]))
 def test_a_file_that_names_a_part_nobody_registered_is_refused_and_nothing_is_imported(trained):
     """A process of its own: this one knows the parts."""
     path = trained / "mine-seed0.json"
-    words = ["simulate", "--controller", str(path), "--duration", "2", "--json"]
+    words = ["simulate", str(path), "--duration", "2", "--json"]
 
     def call(*more: str) -> subprocess.CompletedProcess:
         command = [sys.executable, "-c", STRANGER, *words, *more]

@@ -284,7 +284,7 @@ class TestFolder:
 
     def test_its_controllers_are_read_by_what_reads_controllers(self, folder):
         path = folder / "AR-rF-sector-w8-seed0.json"
-        assert main(["simulate", "--controller", str(path), "--duration", "2"]) == 0
+        assert main(["simulate", str(path), "--duration", "2"]) == 0
 
     def test_its_curves_are_read_beside_pgpes(self, folder):
         curves = read_curves([folder])

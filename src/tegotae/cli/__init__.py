@@ -12,7 +12,7 @@ from tegotae._support.errors import TegotaeError
 from tegotae._support.quiet import QUIET
 from tegotae.cli.commands import COMMANDS, MOVED, Command, CommandGroup
 from tegotae.cli.console import make_safe
-from tegotae.cli.help import examples_of, overview, overview_of
+from tegotae.cli.help import help_of, overview, overview_of
 from tegotae.cli.status import DEBUG, exit_status, leave, warn_in_one_line
 
 _HELP = (["-h"], ["--help"])
@@ -88,14 +88,12 @@ def parsed(
             print(overview_of(f"{prog} {name}", chosen))
             raise SystemExit(0)
         return parsed(words[1:], chosen.commands, f"{prog} {name}")
+    if chosen is not None and any(each in words[1:] for each in ("-h", "--help")):
+        print(help_of(f"{prog} {name}", chosen))
+        raise SystemExit(0)
     from tegotae.cli.parsing import parse
 
-    try:
-        return parse(words, commands, prog)
-    except SystemExit as end:
-        if chosen is not None and end.code == 0:  # after its help
-            print("\n".join(examples_of(chosen)))
-        raise
+    return parse(words, commands, prog)
 
 
 def _check_environment() -> None:

@@ -26,9 +26,9 @@ class Bench:
     comparison."""
 
     lanes: int = 1024
-    """Rollouts at a time."""
+    """Number of parallel rollouts."""
     most_lanes: int = 100_000
-    """Show cost and memory of up to this many lanes of 1 s; 1000000 takes half a minute."""
+    """Measure time and memory of up to this many rollouts of 1 s; 1000000 take half a minute."""
     legs: bool = False
     """Time all bodies with several legs, and MuJoCo with a twin of the walker."""
     mujoco: bool = False

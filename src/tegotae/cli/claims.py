@@ -17,28 +17,28 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class StudyClaims:
-    """Evaluate the paper's claims one by one, in every way of counting the same results."""
+    """Evaluate the paper's claims one by one, in every way of counting the results."""
 
     source: Annotated[Path, tyro.conf.Positional]
-    """A table that `tegotae study export` wrote (.csv), or a study's folder."""
+    """A table of `tegotae study export` (.csv), or a study's folder."""
     out: Annotated[Path | None, UNSET] = None
-    """Folder for the tables: claims.md and claims.png for eyes, and effects.csv with the effect of
-    every claim in every way to count."""
+    """Folder for claims.md, claims.png, and effects.csv with the effect of every claim in every way
+    of counting."""
     experiments: Annotated[Path | None, UNSET] = None
     """Folder of the experiments beside the study: figure3.csv, parameter_limit.csv and
     gain_map.ridge.csv."""
     budgets: Annotated[Path | None, UNSET] = None
-    """Table of the same runs after several budgets of training (.csv), as `export` writes it; a
-    study's folder has its own."""
+    """Table of the same runs by training budget (.csv), from `tegotae study export`; a study's
+    folder contains it."""
     sampled: Annotated[Path | None, UNSET] = None
-    """Table of a controller drawn from each run's final distribution (.csv), as `export` writes it,
-    which adds a way to count; a study's folder has its own."""
+    """Table of controllers drawn from the final distribution of each run (.csv), from `tegotae
+    study export`; it adds a way of counting. A study's folder contains it."""
     beside: Annotated[tuple[Path, ...], UNSET] = ()
-    """Tables of other studies (.csv), whose outcomes are shown beside. The drawn controllers of
-    RUNS.csv (RUNS-sampled.csv) and its experiments are those of its own folder."""
+    """Tables of other studies (.csv), with outcomes to show beside. Drawn controllers
+    (RUNS-sampled.csv for RUNS.csv) and experiments are read from the folder of each table."""
     readings: Annotated[Path | None, UNSET] = None
-    """Folder of a multiverse's tables, as `tegotae study multiverse export` writes them: in how
-    many of its readings each claim is reproduced, too small to tell, and opposite."""
+    """Folder of a multiverse's tables, from `tegotae study multiverse export`. It adds the number
+    of readings in which each claim is reproduced, too small to tell, and opposite."""
 
     def run(self) -> None:
         """Judge, print, and write if asked to."""

@@ -142,7 +142,7 @@ COMMANDS: Mapping[str, Command | CommandGroup] = {
         ),
     ),
     "figure": CommandGroup(
-        "Draw a picture that explains a controller, and write its numbers.",
+        "Draw a figure that explains a controller, and write its numbers.",
         {
             "gain-map": Command(
                 "figure.gain_map",

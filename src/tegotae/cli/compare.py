@@ -29,15 +29,15 @@ from tegotae.training.collection import read
 class Compare(ProtocolOptions):
     """Compare controllers: files, folders or pure V models. Differences are relative to the first.
 
-    Each is released and integrated as its own system is, and all are evaluated by the protocol that
-    their experiments have in common; where they differ in it, options say which it is. What was
-    trained on one environment is played there: fitness, return, distance, work, hops.
+    Every controller has the release and the integrator of its own system. All have the same
+    protocol: the one that their experiments share, or that of the options. Controllers that were
+    trained on the same environment run there again.
     """
 
     places: Annotated[tuple[str, ...], tyro.conf.Positional]
-    """Controller files, folders of them, or names of pure V models."""
+    """At least two controller files, folders of them, or names of pure V models."""
     metric: Annotated[tuple[str, ...], UNSET] = ()
-    """Only these metrics: names, FILE.py:OBJECT for one of your own, or all."""
+    """Compute only these metrics: names, your own as FILE.py:OBJECT, or all."""
     json: bool = False
     """Print one JSON object."""
 

@@ -10,7 +10,7 @@ import tyro
 
 from tegotae.cli.commands import COMMANDS, Command, CommandGroup
 from tegotae.cli.help import SWITCHES
-from tegotae.cli.parsing import parser
+from tegotae.cli.parsing import options_of
 from tegotae.systems.zoo import PREFIX, names
 
 _BASH = """\
@@ -60,7 +60,7 @@ class Completion:
     """Print a script that completes commands, options and trained controllers with the TAB key."""
 
     shell: Annotated[Literal["bash", "zsh"], tyro.conf.Positional]
-    """Which shell the script is for."""
+    """Shell of the script."""
 
     def run(self) -> None:
         """Print the script."""
@@ -96,5 +96,5 @@ def completions(
 
 def options(command: type) -> Iterator[str]:
     """The options of a command, such as `--out`."""
-    for action in parser(command)._actions:
-        yield from (each for each in action.option_strings if each.startswith("--"))
+    for option in options_of(command):
+        yield from option.names

@@ -20,11 +20,10 @@ from tegotae.systems.user_objects import is_reference
 if TYPE_CHECKING:
     from tegotae.training.environments.experiment import EnvExperiment
 
-_ENGINE = tyro.conf.arg(help_behavior_hint="(default: this package's engine)")
 _MODELS = tyro.conf.arg(help_behavior_hint="(default: the environment's, if it comes with one)")
 _OWN = tyro.conf.arg(help_behavior_hint="(default: the environment's)")
 _WIRINGS_OMEGA = tyro.conf.arg(help_behavior_hint="(default: the wiring's, or else the model's)")
-_CORES = tyro.conf.arg(help_behavior_hint="(default: one a core)")
+_CORES = tyro.conf.arg(help_behavior_hint="(default: one per core)")
 _LIMIT = tyro.conf.arg(help_behavior_hint="(default: 60)")
 
 
@@ -32,32 +31,33 @@ _LIMIT = tyro.conf.arg(help_behavior_hint="(default: 60)")
 class EnvOptions:
     """Where limbs are trained, if not on the engine; all but `--env` belong to it."""
 
-    env: Annotated[str | None, _ENGINE] = None
-    """Train limbs on an environment: a Gymnasium id such as Hopper-v5; FILE.py:FUNCTION or
-    MODULE:FUNCTION that makes an environment; a MuJoCo model FILE.xml, or PACKAGE:FILE.xml of an
-    installed package; or one of this package: hopper, leg, quadruped. The options below are for
-    environments."""
+    HEADING = "Environment (instead of this package's engine)"
+
+    env: Annotated[str | None, UNSET] = None
+    """The environment: a Gymnasium id such as Hopper-v5; FILE.py:FUNCTION or MODULE:FUNCTION that
+    makes one; a MuJoCo model, FILE.xml or, in an installed package, PACKAGE:FILE.xml; or hopper,
+    leg or quadruped, which come with tegotae."""
     wiring: Annotated[str | None, _MODELS] = None
     """Senses and commands of the limbs: a .toml or .json file."""
     omega: Annotated[tuple[float, ...], _WIRINGS_OMEGA] = ()
-    """Frequency of the oscillators [rad/s]; of several, each has an episode per candidate, so that
-    one law is learned for all."""
+    """Frequency of the oscillators [rad/s]. With several, every candidate has an episode at each,
+    and one controller is learned for all."""
     evaluation_episodes: Annotated[int, tyro.conf.arg(help_behavior_hint="(default: none)")] = 0
-    """Episodes of an evaluation set by which the best is chosen; with it every generation draws
-    starts of its own."""
+    """Number of episodes of a fixed evaluation set, which selects the best controller. With it,
+    every generation draws new starts."""
     feet: Annotated[tuple[str, ...], UNSET] = ()
-    """Of a MuJoCo model FILE.xml, the bodies or geoms whose contact forces are observed; the
-    wiring's by default."""
+    """Bodies or geoms of a MuJoCo model whose contact forces are observed; the wiring's by
+    default."""
     control: Annotated[float | None, _OWN] = None
-    """Of a MuJoCo model, the time for which an action is held [s]."""
+    """Control period of a MuJoCo model [s]: an action is held for that time."""
     settings: Annotated[tuple[str, ...], UNSET] = ()
     """Further settings of the environment: NAME=VALUE, values as in JSON."""
     scales: bool = False
-    """Take scales that the wiring lacks from the MuJoCo model's weight and length."""
+    """Take scales that the wiring lacks from weight and length of the MuJoCo model."""
     workers: Annotated[int | None, _CORES] = None
-    """Worker processes that step environments; 0 for none. MuJoCo models need none."""
+    """Worker processes that step environments; 0 for none. MuJoCo models do not need them."""
     limit: Annotated[float | None, _LIMIT] = None
-    """Longest duration of one step of an environment [s]; after that it counts as hung."""
+    """Longest time for one step of an environment [s]; then the environment counts as hung."""
 
     def require_engine(self) -> None:
         """Raise `TegotaeError` for an option of environments where none is named."""

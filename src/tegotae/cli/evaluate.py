@@ -35,41 +35,40 @@ ON_ENVIRONMENTS = ("place", "omega", "settings", "starts", "json", "csv")
 class Evaluate(ProtocolOptions, BodyOptions):
     """Evaluate controllers: the hopping of one leg, or how several legs walk.
 
-    One leg is evaluated as in the paper, at five frequencies and over a drop of the ground. Its
-    release, its integrator and, of a held controller, its control period are those of the file's
-    system; times, drop, work and frequencies those of its experiment's protocol. Several legs are
-    released from random phases, the same ones for all, and evaluations by falls, speed, cost of
-    transport, time to lock and gait; release, control period and integrator are the file's, the
-    duration is one in which legs settle. Options change what they name, and nothing else. Numbers
-    are means over the runs of a set with their 95 % intervals; a single run has none. What was
-    trained on an environment is played there again: fitness, return, distance, work, hops.
+    One leg: as in the paper, at five frequencies and with a drop of the ground. Several legs: from
+    the same random phases for all, with falls, speed, cost of transport, time to lock and gait. A
+    controller that was trained on an environment runs there again, with fitness, return, distance,
+    work and hops.
+
+    Settings are those of the controller's system and of its experiment's protocol; options replace
+    single ones. Numbers are means over the runs of a set with their 95 % intervals; a single run
+    has none.
     """
 
     place: Annotated[str, tyro.conf.Positional]
     """A controller file, a folder, or another name with weights, such as V-sector-w4, quadruped-c
     or FILE.py:OBJECT."""
     omega: Annotated[tuple[float, ...], UNSET] = ()
-    """The frequency [rad/s] around which one leg is evaluated, or those at which several are; the
-    one trained at by default."""
+    """Frequency [rad/s] around which one leg is evaluated, or frequencies for several legs; by
+    default the frequency of the training."""
     undisturbed: Annotated[float | None, UNSET] = None
-    """Time from the release to the drop [s], of one leg; the protocol's by default."""
+    """Time from the release to the drop [s], for one leg; by default the protocol's."""
     disturbed: Annotated[float | None, UNSET] = None
-    """Time after that [s]; the protocol's by default."""
+    """Time from the drop to the end [s]; by default the protocol's."""
     metric: Annotated[tuple[str, ...], UNSET] = ()
-    """Only these metrics, of one leg: names, FILE.py:OBJECT for one of your own, or all; without
-    it, all are computed and the usual ones shown. Episodes that no metric needs are not
-    simulated."""
+    """Compute only these metrics of one leg: names, your own as FILE.py:OBJECT, or all. Without the
+    option, all are computed and the usual ones shown."""
     settings: Annotated[tuple[str, ...], UNSET] = ()
-    """Settings in which an environment is to differ from that of the training: NAME=VALUE, such as
-    noise=0.02 or mass_factor=1.2."""
+    """Settings of the environment that differ from the training: NAME=VALUE, such as noise=0.02 or
+    mass_factor=1.2."""
     starts: int = 32
-    """Number of releases of each controller, for several legs, or on an environment with noise."""
+    """Number of releases per controller, for several legs or an environment with noise."""
     seed: int = 1
     """Seed of the random phases at release, for several legs."""
     json: bool = False
     """Print one JSON object."""
     csv: Annotated[Path | None, UNSET] = None
-    """Also write a row per run to this file; of several legs per run and frequency."""
+    """Write a row per run to this file; for several legs, a row per run and frequency."""
 
     def run(self) -> None:
         """Evaluate, and print."""

@@ -24,26 +24,29 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class Generalise(PictureFormat):
-    """Test trained controllers, unchanged, in conditions outside of their training; run it again on
-    the same folder to continue. Those of a MuJoCo model meet other masses, gravity, friction and
-    frequencies, pushes, blows, and late or noisy senses."""
+    """Test trained controllers in conditions outside of their training; run it again on the same
+    folder to continue.
+
+    The controllers stay unchanged. MuJoCo models have conditions of their own: mass, gravity,
+    friction, frequency, pushes, blows, and delay and noise of the senses.
+    """
 
     places: Annotated[tuple[str, ...], tyro.conf.Positional]
     """Controller files, folders of them, names of pure V models such as V-sector-w4, or a study's
-    folder, of which all records are tested."""
+    folder, for all of its records."""
     out: Path = field(default=Path("generalisation"))
     """Folder for records, tables and the picture."""
     conditions: Annotated[tuple[str, ...], tyro.conf.arg(help_behavior_hint="(default: all)")] = ()
-    """Names, such as delay noise, or delay,noise; with levels of your own delay=0.01/0.02. See
+    """Conditions by name, such as delay noise, or with your own levels, delay=0.01/0.02; see
     --list."""
     only: str = "*"
-    """Those whose names match, with * and ? as in a shell."""
+    """Test only controllers whose names match this pattern, with * and ? as in a shell."""
     starts: int = 4
-    """Number of releases of controllers of several legs, or on a MuJoCo model with noise."""
+    """Number of releases, for several legs or a MuJoCo model with noise."""
     anew: bool = False
-    """Start again: existing records are moved to a folder beside this one."""
+    """Start again, and move existing records to a folder beside this one."""
     list: bool = False
-    """Print the conditions and their levels, and end."""
+    """Print the conditions and their levels, and exit."""
 
     def run(self) -> None:
         """Try, write, and print."""

@@ -54,43 +54,42 @@ class Measure(WorkOption):
     """Measure a recorded gait of a robot or simulator: every metric, or why it is undefined."""
 
     file: Annotated[Path, tyro.conf.Positional]
-    """The recording, .csv, .npz or .parquet; its first sample is the release. The name of a column
-    includes its unit: time_s (or ms, us), height_m (cm, mm), and, where they were recorded,
-    ground_m, phase_rad (deg), actuator_force_n or force_n (kN, mN, MN), and running totals, which
-    go before the samples: work_j (kJ, mJ, MJ) of the actuators' work, climb_flight_m of the heights
-    climbed in flight, climb_m of all. Files of `tegotae simulate --csv` are measured as they
-    are."""
+    """The recording: .csv, .npz or .parquet. Its first sample is the release. Column names end in
+    their units: time_s (or ms, us) and height_m (cm, mm) are required; ground_m, phase_rad (deg)
+    and actuator_force_n or force_n (kN, mN, MN) are optional. So are running totals, with values
+    before each sample: work_j (kJ, mJ, MJ) of the actuators, climb_flight_m of heights climbed in
+    flight, climb_m of all heights climbed. Files of `tegotae simulate --csv` fit."""
     columns: Annotated[tuple[str, ...], UNSET] = ()
-    """Quantities of columns with other names: QUANTITY=COLUMN[UNIT], such as height=com_z[mm]; of
+    """Columns with other names: QUANTITY=COLUMN[UNIT], such as height=com_z[mm]. The quantities are
     time, height, ground, phase, force, work, climb_flight and climb."""
     rate: Given = None
     """Sampling rate [Hz], if there is no column of times."""
     resample: Given = None
-    """Resample to this rate by linear interpolation first [Hz], if times are not uniform."""
+    """Rate for resampling by linear interpolation [Hz], if times are not uniform."""
     lowpass: Given = None
-    """Cutoff of the zero-phase low-pass of the height [Hz]; inf to filter nothing. By default a
-    height with noise is filtered at the cutoff of least expected error, and a line reports it."""
+    """Cutoff of the zero-phase low-pass filter of the height [Hz]; inf for no filter. By default a
+    noisy height is filtered at the cutoff with the least expected error, which is printed."""
     rest_length: Given = None
-    """Height over ground at which the foot leaves it, l0 [m]."""
+    """Rest length l0 [m]: the height over ground at liftoff."""
     omega: Given = None
-    """Prescribed frequency ω [rad/s], which ΔΩ and Δw need."""
+    """Prescribed frequency ω [rad/s], for ΔΩ and Δw."""
     max_force: Given = None
-    """Largest actuator force α [N], which the smoothness needs."""
+    """Largest actuator force α [N], for the smoothness."""
     mass: Given = None
-    """Mass [kg], with which the efficiency is also given without a unit, m g CoT⁻¹."""
+    """Mass [kg], for the efficiency without a unit, m g CoT⁻¹."""
     gravity: Annotated[float | None, tyro.conf.arg(help_behavior_hint=_EARTH)] = None
-    """Gravity [m/s²], which belongs to the mass."""
+    """Gravity [m/s²], for the same."""
     disturbed_at: Given = None
     """Time of a disturbance in the recording [s]; T1 is measured from there."""
     preset: Annotated[str | None, UNSET] = None
-    """The recorded hopper, if the package has it, such as paper: supplies rest length, largest
-    force and mass, and the share of its optimum."""
+    """Preset of the recorded hopper, such as paper: gives rest length, largest force and mass, and
+    adds the share of the optimum."""
     body: Annotated[str | None, UNSET] = None
-    """The recorded body, FILE.py:OBJECT or MODULE:OBJECT, in the same way."""
+    """The recorded body in place of a preset, FILE.py:OBJECT or MODULE:OBJECT."""
     height_tolerance: float = LimitCycle().height_tolerance_m
-    """Tolerance of the apex heights of a limit cycle [m]."""
+    """Tolerance for the apex heights of a limit cycle [m]."""
     phase_tolerance: float = LimitCycle().phase_tolerance_rad
-    """Tolerance of the phases at the apexes of a limit cycle [rad]."""
+    """Tolerance for the phases at the apexes of a limit cycle [rad]."""
     json: bool = False
     """Print one JSON object."""
     plot: Annotated[Path | None, UNSET] = None

@@ -22,15 +22,15 @@ class Models:
     """List the models of the study, designs for bodies with legs, or trained controllers."""
 
     pattern: Annotated[str, tyro.conf.Positional] = "*"
-    """Which models: a name with * and ? as in a shell, or an architecture such as ART. With an @ in
-    it, which designs: such as '*@quadruped-c', or 'ART*@*'."""
+    """A name with * and ? as in a shell, or an architecture such as ART. A pattern with @ selects
+    designs, such as '*@quadruped-c' or 'ART*@*'."""
     zoo: bool = False
-    """List the trained controllers that come with the package, the best run of each model, with
-    metrics of their evaluation. MODEL/all lists every run, STUDY:MODEL those of one study."""
+    """List the trained controllers that come with the package, with their metrics: the best run of
+    each model. MODEL/all lists every run, STUDY:MODEL those of one study."""
     json: bool = False
     """Print one JSON list instead of a table."""
     budget: int = BUDGET
-    """Largest number of trained parameters of a controller."""
+    """Maximum number of trained parameters of a controller."""
 
     def run(self) -> None:
         """Print the list."""

@@ -26,17 +26,17 @@ class MultiverseRun:
     dir: Path
     """The multiverse's folder."""
     scale: str = "calibrated"
-    """calibrated (24 readings under which V agrees with the paper, 24 models, 8 runs each), full
-    (32 of all that the paper leaves open, 4 runs each) or smoke (seconds)."""
+    """Extent of the multiverse: calibrated (24 readings under which V agrees with the paper, 24
+    models, 8 runs each), full (32 of all possible readings, 4 runs each) or smoke (seconds)."""
     readings: Annotated[int | None, UNSET] = None
-    """Number of readings; a larger number includes those of a smaller one. The scale's by
-    default."""
+    """Number of readings; a larger number includes those of a smaller one. By default the
+    scale's."""
     workers: Annotated[int | None, UNSET] = None
-    """Worker processes of one core each; one per core by default."""
+    """Number of worker processes with one core each; by default one per core."""
     cluster: Annotated[str | None, UNSET] = None
-    """Address of a Dask scheduler to work on, or local."""
+    """Address of a Dask scheduler, or local."""
     anew: bool = False
-    """Start again: an existing multiverse is moved to a folder beside this one."""
+    """Start again, and move an existing multiverse to a folder beside this one."""
 
     def run(self) -> None:
         """Do what is missing."""
@@ -69,7 +69,7 @@ class MultiverseStatus:
     dir: Path
     """The multiverse's folder."""
     readings: Annotated[int | None, UNSET] = None
-    """Number of readings; the scale's by default."""
+    """Number of readings; by default the scale's."""
 
     def run(self) -> None:
         """Print it."""
@@ -92,14 +92,14 @@ class MultiverseStatus:
 
 @dataclass(frozen=True)
 class MultiverseExport:
-    """Write the readings, and every claim's effects under each, as two tables."""
+    """Write two tables: the readings, and the effects of every claim under each reading."""
 
     dir: Path
     """The multiverse's folder."""
     out: Path
     """Folder for readings.csv and effects.csv."""
     readings: Annotated[int | None, UNSET] = None
-    """Number of readings; the scale's by default."""
+    """Number of readings; by default the scale's."""
 
     def run(self) -> None:
         """Write them."""
@@ -115,11 +115,11 @@ class MultiverseFigures(PictureFormat):
     """Draw the share of readings that reproduce each claim, and the decisive choices."""
 
     source: Annotated[Path, tyro.conf.Positional]
-    """A multiverse's folder, or one with the tables that `export` wrote."""
+    """A multiverse's folder, or a folder of `tegotae study multiverse export`."""
     out: Path
-    """Folder for the pictures and for multiverse.md."""
+    """Folder for pictures and for multiverse.md."""
     omega: str = "both"
-    """At which ω_t: both, 4 or 8."""
+    """Frequency ω_t of the verdicts: both, 4 or 8 rad/s."""
 
     def run(self) -> None:
         """Draw."""

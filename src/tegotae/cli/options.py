@@ -36,22 +36,18 @@ from tegotae.training.settings import tuned
 
 FromPreset = Annotated[float | None, tyro.conf.arg(help_behavior_hint="(default: the preset's)")]
 """A number that a preset, or a controller file, has too."""
-AsItIs = Annotated[float | None, tyro.conf.arg(help_behavior_hint="(default: as it is)")]
-"""A number of something that has one already: a preset, a file, an experiment."""
+BodysOwn = Annotated[float | None, tyro.conf.arg(help_behavior_hint="(default: the body's)")]
+"""A parameter of a body."""
+SystemsOwn = Annotated[float | None, tyro.conf.arg(help_behavior_hint="(default: the system's)")]
+"""A number that a system has, too."""
 Vanilla = Annotated[str | None, tyro.conf.arg(help_behavior_hint="(default: the preset's)")]
 """The name of a vanilla actuation."""
 OWN = tyro.conf.arg(help_behavior_hint="(default: the experiment's)")
 """For an option without which an experiment stays as it is."""
-EARLIER_NAME = tyro.conf.arg(aliases=["--energy"])
-"""For the definition of work, which earlier versions called energy."""
-EARLIER_HEIGHT = tyro.conf.arg(aliases=["--release"])
-"""For the height of the release, which trainings of earlier versions called release."""
-OF_PROTOCOL = tyro.conf.arg(help_behavior_hint="(default: its protocol's)")
-"""The same of the protocol by which something is evaluated."""
-OWN_BODY = tyro.conf.arg(help_behavior_hint="(default: its own)")
-"""The same of a body."""
+OF_PROTOCOL = tyro.conf.arg(help_behavior_hint="(default: the protocol's)")
+"""The same for the protocol of an evaluation."""
 OWN_OSCILLATOR = tyro.conf.arg(help_behavior_hint="(default: phase)")
-"""The same of an oscillator."""
+"""The same for an oscillator."""
 UNSET = tyro.conf.arg(help_behavior_hint="")
 """For an option whose help says what leaving it out means."""
 
@@ -65,19 +61,21 @@ class HopperParameters:
     """The hopper's parameters, which other bodies may have, too; those not given are left as
     they are."""
 
-    mass: AsItIs = None
+    HEADING = "Body"
+
+    mass: BodysOwn = None
     """Mass [kg]."""
-    stiffness: AsItIs = None
+    stiffness: BodysOwn = None
     """Spring stiffness [N/m]."""
-    damping: AsItIs = None
+    damping: BodysOwn = None
     """Damping in stance [N s/m]."""
-    flight_damping: AsItIs = None
+    flight_damping: BodysOwn = None
     """Damping in flight [N s/m]."""
-    rest_length: AsItIs = None
+    rest_length: BodysOwn = None
     """Rest length of the leg [m]."""
-    gravity: AsItIs = None
+    gravity: BodysOwn = None
     """Gravity [m/s²]."""
-    max_force: AsItIs = None
+    max_force: BodysOwn = None
     """Largest actuator force [N]."""
 
     @property
@@ -115,8 +113,10 @@ class HopperParameters:
 class BodyOptions(HopperParameters):
     """What of something that has a body, an experiment or a controller, that body is to be."""
 
-    body: Annotated[str | None, OWN_BODY] = None
-    """Another body: FILE.py:OBJECT or MODULE:OBJECT."""
+    HEADING = "Body"
+
+    body: Annotated[str | None, UNSET] = None
+    """Replace the body by your own, FILE.py:OBJECT or MODULE:OBJECT."""
 
     def in_place_of(self, own: Body) -> Body:
         """The body that was named, or else its own, with the parameters that were given.
@@ -129,9 +129,9 @@ class BodyOptions(HopperParameters):
 
 @dataclass(frozen=True, kw_only=True)
 class WorkOption:
-    """By which definition the actuator's work is counted."""
+    """The definition of the actuator's work."""
 
-    work: Annotated[str, EARLIER_NAME] = "absolute"
+    work: str = "absolute"
     """Definition of the actuator's work: absolute, positive or net."""
 
 
@@ -140,10 +140,10 @@ class ProtocolOptions:
     """What of an evaluation of hopping is to be other than a file's experiment says."""
 
     drop: Annotated[float | None, OF_PROTOCOL] = None
-    """Height by which the ground drops [m]; 0.2 if the experiment has none."""
-    work: Annotated[str | None, OF_PROTOCOL, EARLIER_NAME] = None
-    """Definition of the actuator's work: absolute, positive or net; absolute where no experiment
-    says it."""
+    """Height by which the ground drops [m]; 0.2 without an experiment."""
+    work: Annotated[str | None, OF_PROTOCOL] = None
+    """Definition of the actuator's work: absolute, positive or net; absolute without an
+    experiment."""
 
     def changed(self, more: Mapping[str, Any] | None = None) -> dict[str, Any]:
         """The fields of the protocol that were given, checked."""
@@ -156,8 +156,10 @@ class ProtocolOptions:
 class HopperOptions(HopperParameters):
     """The hopper's parameters; those not given come from a preset or a controller file."""
 
+    HEADING = "Body"
+
     preset: str = "paper"
-    """Source of the other parameters: paper, or pyTegotaeCPG."""
+    """Preset of all other parameters: paper or pyTegotaeCPG."""
 
     def hopper(self, base: Hopper | None = None) -> Hopper:
         """`base`, the preset's hopper by default, with the parameters that were given."""
@@ -169,9 +171,11 @@ class HopperOptions(HopperParameters):
 class OscillatorOption:
     """Which oscillator a vanilla controller has."""
 
+    HEADING = "Controller"
+
     oscillator: Annotated[str | None, OWN_OSCILLATOR] = None
-    """Oscillator of a vanilla controller: hopf, adaptive-hopf, van-der-pol or matsuoka; or
-    FILE.py:OBJECT or MODULE:OBJECT."""
+    """Oscillator of a vanilla controller: phase, hopf, adaptive-hopf, van-der-pol, matsuoka, or
+    your own, FILE.py:OBJECT or MODULE:OBJECT."""
 
     @property
     def rhythm(self) -> Oscillator:
@@ -183,17 +187,19 @@ class OscillatorOption:
 class ExperimentOptions(BodyOptions):
     """What of an experiment is to be other than it is by itself."""
 
-    height: Annotated[float | None, OWN, EARLIER_HEIGHT] = None
+    HEADING = "Experiment"
+
+    height: Annotated[float | None, OWN] = None
     """Height of the release [m], in training and evaluation."""
     drop: Annotated[float | None, OWN] = None
     """Height by which the ground drops in the evaluation [m]."""
     duration: Annotated[float | None, OWN] = None
-    """Length of an episode of training [s]."""
+    """Duration of a training episode [s]."""
     tick: Annotated[float | None, OWN] = None
     """Control period in training [s]."""
     settle: Annotated[float | None, OWN] = None
-    """Time in an episode before it is evaluated [s]."""
-    work: Annotated[str | None, OWN, EARLIER_NAME] = None
+    """Time at the start of an episode that the fitness leaves out [s]."""
+    work: Annotated[str | None, OWN] = None
     """Definition of the actuator's work: absolute, positive or net."""
     hold: bool = False
     """Hold the controller over each tick of the training, as a robot does."""
@@ -201,22 +207,24 @@ class ExperimentOptions(BodyOptions):
     """Use CoT⁻¹ alone as the fitness, without ΔΩ, as in the paper's comparison of algorithms.
     Agents always do."""
     frequency_weight: Annotated[float | None, OWN] = None
-    """Weight of ΔΩ in the fitness [m/J per rad²/s²]: 1 for rad²/s², 0.0253 for Hz²."""
+    """Weight of ΔΩ in the fitness [m/J per rad²/s²]: 1 with ΔΩ in rad²/s², 0.0253
+    with ΔΩ in Hz²."""
     sector_start: Annotated[float | None, OWN] = None
     """Phase at which a vanilla sector starts [rad]."""
     sector_duration: Annotated[float | None, OWN] = None
-    """Duration of a vanilla sector at ω [s], in place of its width in phase."""
+    """Duration of a vanilla sector at ω [s]; replaces its width in phase."""
     newtons_per_feedback: Annotated[float | None, OWN] = None
-    """Force of a vanilla reflex per feedback [N s/rad]."""
+    """Force of a vanilla reflex per unit of feedback [N s/rad]."""
     tuned_over: Annotated[tuple[float, ...], OWN] = ()
-    """Frequencies relative to ω_t at which the gain of a pure V is searched for [rad/s], such as
-    -2 -1 0 1 2 for all that are evaluated."""
+    """Offsets from ω_t at which the gain of a pure V is searched for [rad/s], such as -2 -1 0 1 2
+    for all frequencies of the evaluation."""
     fitness: Annotated[str | None, OWN] = None
-    """Another measure of an episode: FILE.py:OBJECT or MODULE:OBJECT. On an environment hopping
-    (CoT⁻¹ + ΔΩ), return (its rewards), or FILE.py:FUNCTION or MODULE:FUNCTION, of an episode."""
+    """Another fitness, FILE.py:OBJECT or MODULE:OBJECT. On an environment: hopping (CoT⁻¹ + ΔΩ),
+    return (the sum of its rewards), or a function of an episode, FILE.py:FUNCTION or
+    MODULE:FUNCTION."""
     oscillator: Annotated[str | None, OWN] = None
-    """Another oscillator: hopf, adaptive-hopf, van-der-pol or matsuoka, with learned- before it to
-    train its numbers, too; or FILE.py:OBJECT or MODULE:OBJECT."""
+    """Another oscillator: hopf, adaptive-hopf, van-der-pol, matsuoka, or your own, FILE.py:OBJECT
+    or MODULE:OBJECT. With the prefix learned- its parameters are trained, too."""
     vary: Annotated[tuple[str, ...], UNSET] = ()
     """Conditions that vary between episodes of training, such as mass_kg=0.08:0.12 (any value
     between), omega=6/8/10 (one of these) or push_x_n=-5:5@8:8.2 (from 8 s to 8.2 s)."""
@@ -360,6 +368,8 @@ def _given(values: dict[str, Any]) -> dict[str, Any]:
 @dataclass(frozen=True, kw_only=True)
 class ControllerOptions(OscillatorOption, HopperOptions):
     """A controller file, or else a vanilla controller made of options, and its hopper."""
+
+    HEADING = "Controller"
 
     actuation: Vanilla = None
     """Vanilla actuation: sector, reflex or both."""

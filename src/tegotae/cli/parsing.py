@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import re
 import warnings
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import tyro
@@ -39,7 +41,68 @@ def parse(words: Sequence[str], commands: Mapping[str, Command | CommandGroup], 
     )
 
 
-def parser(command: type) -> Any:
+@dataclass(frozen=True)
+class Option:
+    """An option of a command, or an argument without a name."""
+
+    names: tuple[str, ...]
+    """Such as `--out`; none for an argument."""
+    value: str
+    """Its value in capitals, such as PATH; of an argument its name; none of a switch."""
+    meaning: str
+    """In one paragraph, with the default."""
+    required: bool
+    """Whether the command refuses to run without it."""
+    group: str
+    """Heading in the help."""
+
+    @property
+    def shown(self) -> str:
+        """Its name and value."""
+        return " ".join(filter(None, [", ".join(self.names), self.value]))
+
+
+def options_of(command: type) -> tuple[Option, ...]:
+    """The arguments and options of a command, as its help shows them.
+
+    A class of shared options may name their heading, `HEADING`.
+    """
+    # The class is the kind of an action, in tyro's own copy of argparse.
+    actions = (a for a in _parser(command)._actions if type(a).__name__ != "_HelpAction")
+    return tuple(_option(command, action) for action in actions)
+
+
+def description_of(command: type) -> str:
+    """The docstring of a command."""
+    return _parser(command).description or ""
+
+
+def _option(command: type, action: Any) -> Option:
+    value = action.metavar or ""
+    if value.startswith("{"):
+        value = value.strip("{}").replace(",", "|")
+    if not action.option_strings and action.nargs == "*":
+        value = f"[{value.strip('[]')} ...]"
+    more = re.fullmatch(r"\[(\w+) \[\1 \.\.\.\]\]", value)
+    meaning = " ".join((action.help or "").replace("%%", "%").split())
+    unsaid = r" ?\(default: (False)?\)" + ("" if action.option_strings else r"| \(required\)")
+    field = action.dest.replace("-", "_")
+    return Option(
+        names=tuple(each for each in action.option_strings if each.startswith("--")),
+        value=f"{more[1]} ..." if more else value,
+        meaning=re.sub(unsaid, "", meaning),
+        required="(required)" in meaning,
+        group=_group(command, field) if action.option_strings else "",
+    )
+
+
+def _group(command: type, field: str) -> str:
+    """The heading of the class that has a field first."""
+    owners = (each for each in command.__mro__ if field in vars(each).get("__annotations__", {}))
+    return vars(next(owners)).get("HEADING", "Options")
+
+
+def _parser(command: type) -> Any:
     """The parser of a command's options, in the form of argparse."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", DeprecationWarning)

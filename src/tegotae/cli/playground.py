@@ -21,14 +21,14 @@ from tegotae.training.collection import controller_of
 class Playground:
     """Write the playground: one HTML file that needs no server and no network.
 
-    People can disturb controllers on it, change their bodies, compare them, and let one learn.
+    On it one can disturb controllers, change their bodies, compare them, and watch one learn.
     """
 
     controllers: Annotated[list[str], tyro.conf.Positional] = field(default_factory=list)
-    """Controller files of `tegotae train`, or other names with weights, such as V-sector-w4; the
-    vanilla one and three learned ones without."""
+    """Controller files, or other names with weights, such as V-sector-w4; by default a vanilla and
+    three learned controllers."""
     out: Path = Path("playground.html")
-    """The file that is written."""
+    """File of the page."""
 
     def run(self) -> None:
         """Write the page, and say where it is."""

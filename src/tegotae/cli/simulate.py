@@ -13,7 +13,6 @@ import tyro
 from tegotae._support.errors import TegotaeError, require_finite
 from tegotae.cli.gait.options import OF_LEGS, LegsOptions, legs_of
 from tegotae.cli.options import (
-    EARLIER_NAME,
     UNSET,
     ControllerOptions,
     FromPreset,
@@ -35,7 +34,7 @@ OF_ONE_LEG = (
     *("drop", "drop_time", "height", "velocity", "phase", "tick", "hold", "float64"),
     *("measure_from", "work", "actuation", "oscillator", "preset"),
 )
-ON_ENVIRONMENTS = ("place", "controller", "duration", "json", "csv", "plot", "animate")
+ON_ENVIRONMENTS = ("place", "duration", "json", "csv", "plot", "animate")
 OF_SEVERAL = (*OF_LEGS, "phases", "out")
 
 
@@ -44,63 +43,55 @@ class Simulate(LegsOptions, ControllerOptions):
     """Simulate a controller. One leg: apexes and efficiency; several legs: footfalls, lags and the
     name of the gait.
 
-    It is named by a file or otherwise, or is a vanilla controller made of options. Release and
-    integrator are those of the file's system, and so is the control period of a held controller and
-    of legs; the definition of work is its experiment's. Options replace these settings.
+    Without PLACE, the options define a vanilla controller. With PLACE, settings such as release,
+    integrator and definition of work are those of its system and experiment; options replace them.
     """
 
     place: Annotated[str | None, tyro.conf.Positional, UNSET] = None
     """A controller file, or another name with weights, such as V-sector-w4, quadruped-c or
-    FILE.py:OBJECT; without it, a vanilla controller made of options."""
-    controller: Annotated[str | None, UNSET] = None
-    """The same, as an option."""
+    FILE.py:OBJECT."""
     duration: Annotated[float | None, UNSET] = None
-    """Simulated time [s]; 20 s of one leg, and the system's of several."""
+    """Simulated time [s]; by default 20 s for one leg, and the system's for several."""
     drop: float = 0.0
-    """Height by which the ground drops [m]; negative raises it. For one leg."""
+    """Height by which the ground drops [m], for one leg; a negative one raises it."""
     drop_time: float = 10.0
     """Time of the drop [s]."""
     height: FromPreset = None
     """Release height [m]."""
     velocity: Annotated[float | None, UNSET] = None
-    """Release velocity [m/s]; the file's, or at rest."""
+    """Release velocity [m/s]; by default the system's, or 0."""
     phase: Annotated[float | None, UNSET] = None
-    """Phase at release [rad]; the file's, or 0."""
+    """Phase at release [rad]; by default the system's, or 0."""
     phases: Annotated[tuple[float, ...], UNSET] = ()
     """Phases of several legs at release [cycles], in the body's order; random ones by default."""
     tick: Annotated[float | None, UNSET] = None
-    """Control period of one leg [s]; 1 ms by default, and its own of a held controller."""
+    """Control period of one leg [s]; by default 1 ms, or the system's for a held controller."""
     hold: bool = False
     """Hold the controller over each tick, as a robot does."""
     float64: bool = False
     """Compute in double precision."""
-    work: Annotated[str | None, UNSET, EARLIER_NAME] = None
-    """Definition of the actuator's work: absolute, positive or net; that of the file's experiment,
-    or absolute."""
+    work: Annotated[str | None, UNSET] = None
+    """Definition of the actuator's work: absolute, positive or net; by default the experiment's, or
+    absolute."""
     measure_from: Annotated[float | None, UNSET] = None
-    """Measure CoT⁻¹ over whole hops from this time on [s]; half of the duration by default."""
+    """Measure CoT⁻¹ over whole hops from this time on [s]; by default half of the duration."""
     json: bool = False
     """Print one JSON object."""
     csv: Annotated[Path | None, UNSET] = None
-    """Write the time series (.csv): height, velocity, phase, forces and feedback, and the running
-    totals of work and climbs; of several legs their lags, phases and loads."""
+    """Write the time series (.csv). One leg: height, velocity, phase, forces, feedback, running
+    totals of work and climbs; several legs: lags, phases and loads."""
     plot: Annotated[Path | None, UNSET] = None
-    """Write a plot over time (.png, .pdf, .svg); of several legs their footfalls."""
+    """Write a plot over time (.png, .pdf, .svg); for several legs a footfall diagram."""
     animate: Annotated[Path | None, UNSET] = None
-    """Write an animation (.gif, or of one leg .mp4 where ffmpeg is installed); on a MuJoCo model a
-    film by its own renderer."""
+    """Write an animation (.gif; for one leg also .mp4, which needs ffmpeg). MuJoCo renders its own
+    models."""
     out: Annotated[Path | None, UNSET] = None
-    """Of several legs: a folder for all pictures (.png), the table (.csv) and the document
-    (.json)."""
+    """Folder for all pictures (.png), the table (.csv) and the document (.json), for several
+    legs."""
 
     def run(self) -> None:
         """Simulate and show."""
-        if self.place is not None and self.controller is not None:
-            raise TegotaeError(
-                f"{self.place} and --controller {self.controller} are two names; give one"
-            )
-        name = self.controller if self.place is None else self.place
-        found = None if name is None else resolve(name)
+        found = None if self.place is None else resolve(self.place)
         if found is not None and found.is_on_environment:
             self._on_environment(found)
             return

@@ -32,23 +32,24 @@ class StudyRun(ExperimentOptions):
     dir: Path
     """The study's folder."""
     scale: str = "quick"
-    """smoke (seconds), quick (all architectures, few runs), paper (218 models, 15 runs, to the
-    plateau) or paper-80x16 (the same with the paper's budget)."""
+    """Extent of the study: smoke (seconds), quick (all architectures, few runs), paper (218 models,
+    15 runs, to the plateau) or paper-80x16 (the same with the paper's budget)."""
     models: Annotated[Several, UNSET] = ()
-    """Only these models, names with * and ? as in a shell; an empty text for none."""
+    """Only models with these names, with * and ? as in a shell; an empty text for none."""
     experiments: Annotated[Several, UNSET] = ()
-    """Experiments of your own beside the models: FILE.py:OBJECT or MODULE:OBJECT, an experiment or
-    a list of them, or a file of their documents (.json). Other options apply to models only."""
+    """Experiments of your own beside the models: FILE.py:OBJECT or MODULE:OBJECT, for an experiment
+    or a list, or a file of documents (.json). Other options apply to models only."""
     algorithm: Annotated[str | None, UNSET] = None
-    """Learning algorithm in place of the scale's: a name such as cma-es, or FILE.py:OBJECT."""
+    """Learning algorithm: a name such as cma-es, or your own, FILE.py:OBJECT; by default the
+    scale's."""
     seeds: Annotated[int | None, UNSET] = None
-    """Runs per experiment in place of the scale's number."""
+    """Number of runs per experiment; by default the scale's."""
     workers: Annotated[int | None, UNSET] = None
-    """Worker processes of one core each; one per core by default."""
+    """Number of worker processes with one core each; by default one per core."""
     cluster: Annotated[str | None, UNSET] = None
-    """Address of a Dask scheduler to work on, or local."""
+    """Address of a Dask scheduler, or local."""
     anew: bool = False
-    """Start again: an existing study is moved to a folder beside this one."""
+    """Start again, and move an existing study to a folder beside this one."""
 
     def run(self) -> None:
         """Do what is missing."""
@@ -110,15 +111,15 @@ class StudyStatus:
 
 @dataclass(frozen=True)
 class StudyReport:
-    """Write the study's report: one HTML page that needs nothing else."""
+    """Write the study's report: one self-contained HTML page."""
 
     dir: Path
     """The study's folder."""
     out: Annotated[Path | None, UNSET] = None
-    """Where to write it; report.html in the study's folder by default."""
+    """File of the report; by default report.html in the study's folder."""
     experiments: Annotated[Path | None, UNSET] = None
     """Folder of the experiments beside the study: figure3, parameter_limit and gain_map, as .csv
-    and .png; without it the report says how to measure them."""
+    and .png. Without it the report names the commands that run them."""
 
     def run(self) -> None:
         """Write it, and say where it is."""
@@ -138,16 +139,16 @@ class StudyReport:
 
 @dataclass(frozen=True)
 class StudyExport:
-    """Write the study's results as a table, a row per model and run."""
+    """Write the study's results as a table with a row per model and run."""
 
     dir: Path
     """The study's folder."""
     out: Path
-    """The table: .csv or .parquet."""
+    """File of the table: .csv or .parquet."""
     budgets: Annotated[Path | None, UNSET] = None
-    """Also write a table with a row per model, run and training budget."""
+    """File of a second table, with a row per model, run and training budget."""
     sampled: Annotated[Path | None, UNSET] = None
-    """Also write the same of a controller drawn from each run's final distribution."""
+    """File of the same table for controllers drawn from the final distribution of each run."""
 
     def run(self) -> None:
         """Write it."""
@@ -180,7 +181,7 @@ class StudyZoo:
     name: str
     """Name of the study, as in zoo:NAME:ART."""
     out: Path
-    """The file (.npz). Its controllers are zoo:FILE:MODEL/RUN."""
+    """File of the controllers (.npz); their names are then zoo:FILE:MODEL/RUN."""
 
     def run(self) -> None:
         """Write it, and say how to use it."""
@@ -205,13 +206,13 @@ class StudyFigures(PictureFormat):
     """Draw Figs. 2 and 5 and learning curves from an exported table or a study's folder."""
 
     source: Annotated[Path, tyro.conf.Positional]
-    """A table that `tegotae study export` wrote (.csv), or a study's folder, which also has the
-    controllers (Fig. 5) and the curves of their trainings."""
+    """A table of `tegotae study export` (.csv), or a study's folder, which also has the controllers
+    (Fig. 5) and the learning curves."""
     out: Path
-    """Folder for the pictures and tables."""
+    """Folder for pictures and tables."""
     budgets: Annotated[Path | None, UNSET] = None
-    """Table of the same runs after several budgets of training (.csv), as `export` writes it; a
-    study's folder has its own."""
+    """Table of the same runs by training budget (.csv), from `tegotae study export`; a study's
+    folder contains it."""
 
     def run(self) -> None:
         """Draw."""
@@ -267,12 +268,12 @@ class StudyFigures(PictureFormat):
 
 @dataclass(frozen=True)
 class StudyMerge:
-    """Copy the records that another folder of the same study has."""
+    """Copy records of the same study from another folder."""
 
     source: Annotated[Path, tyro.conf.Positional]
-    """The folder to copy from."""
+    """Folder to copy from."""
     dir: Path
-    """The folder to copy to."""
+    """Folder to copy to."""
 
     def run(self) -> None:
         """Copy, and say how many."""

@@ -59,24 +59,25 @@ class EvolutionOptions:
     seeds: int = 3
     """Number of runs from random weights."""
     first_seed: int = 0
-    """The first of the seeds."""
+    """First seed; the others follow it."""
     population: Annotated[int | None, tyro.conf.arg(help_behavior_hint="(as tuned)")] = None
-    """Episodes per generation and seed of a population."""
+    """Candidates per generation and seed, of a population."""
     generations: Annotated[int | None, tyro.conf.arg(help_behavior_hint=_CAP_HINT)] = None
-    """Largest number of generations of a population."""
+    """Maximum number of generations, of a population."""
     to_cap: bool = False
-    """Train for all generations, without a stop at the plateau."""
+    """Train for all generations; do not stop at the plateau."""
     plateau_share: Annotated[float | None, tyro.conf.arg(help_behavior_hint=_SHARE_HINT)] = None
-    """A run ends when the last part of its training, this share of it, improved the fitness ..."""
+    """Share of a run, at its end, in which the fitness must improve; otherwise the run has reached
+    its plateau and ends."""
     plateau_tolerance: Annotated[float | None, tyro.conf.arg(help_behavior_hint=_GAIN_HINT)] = None
-    """... by no more than this [m/J]."""
+    """Smallest improvement that counts there [m/J]."""
     algorithm: str = "pgpe"
-    """How to learn: a population by pgpe, cma-es or openai-es; an agent by sac or ppo; or an
-    algorithm of your own, FILE.py:OBJECT or MODULE:OBJECT."""
+    """Learning algorithm: pgpe, cma-es or openai-es (populations), sac or ppo (agents), or your
+    own, FILE.py:OBJECT or MODULE:OBJECT."""
     budget: Annotated[int | None, tyro.conf.arg(help_behavior_hint=_BUDGET_HINT)] = None
-    """Largest number of trained parameters of a model."""
+    """Maximum number of trained parameters of a model."""
     anew: bool = False
-    """Start again: an existing training is moved to a folder beside this one."""
+    """Start again, and move an existing training to a folder beside this one."""
     tensorboard: bool = False
     """Write TensorBoard logs beside the controllers (extra "tensorboard")."""
 
@@ -106,15 +107,14 @@ class Train(EnvOptions, EvolutionOptions, ExperimentOptions):
     """Train controllers of a model, one per seed; run it again on the same folder to continue."""
 
     model: Annotated[str, tyro.conf.Positional]
-    """The model's name (see `tegotae models`), an architecture such as ART, a design for a body
-    with legs such as ART@quadruped-c, or an experiment of your own, FILE.py:OBJECT or
-    MODULE:OBJECT."""
+    """A model (see `tegotae models`), an architecture such as ART, a design for a body with legs
+    such as ART@quadruped-c, or an experiment of your own, FILE.py:OBJECT or MODULE:OBJECT."""
     episodes: Annotated[int | None, tyro.conf.arg(help_behavior_hint="(default: 1000)")] = None
-    """Episodes per seed of an agent (sac, ppo)."""
+    """Episodes per seed, of an agent (sac, ppo)."""
     as_long_as: Annotated[
-        Path | None, tyro.conf.arg(help_behavior_hint="(default: --episodes of them)")
+        Path | None, tyro.conf.arg(help_behavior_hint="(default: --episodes)")
     ] = None
-    """A training's folder: an agent learns from as much simulated time as its longest run."""
+    """Folder of another training: an agent gets the simulated time of its longest run."""
 
     def run(self) -> None:
         """Train, and print the outcome."""

@@ -38,28 +38,29 @@ class Tune(ExperimentOptions):
     """Search for an algorithm's settings (extra "tune"); run it again to continue after a stop."""
 
     models: Annotated[tuple[str, ...], tyro.conf.Positional]
-    """Models to tune for (see `tegotae models`), or experiments of your own, FILE.py:OBJECT:
-    settings are compared by their mean fitness."""
+    """Models (see `tegotae models`), or experiments of your own, FILE.py:OBJECT. Settings are
+    compared by their mean fitness over all of them."""
     storage: Path
-    """File that keeps every trial: an Optuna journal."""
+    """File that keeps every trial, an Optuna journal."""
     algorithm: str = "pgpe"
-    """The algorithm: a name such as pgpe, or FILE.py:OBJECT."""
+    """Learning algorithm: a name such as pgpe, or your own, FILE.py:OBJECT."""
     trials: int = 50
-    """Settings to evaluate, those of earlier calls included."""
+    """Number of settings to evaluate, including those of earlier calls."""
     seeds: int = 4
-    """Trainings of each model per setting."""
+    """Number of trainings per model and setting."""
     workers: int = 1
-    """Processes that train at the same time, each with its share of the cores."""
+    """Number of processes that train at the same time; each has its share of the cores."""
     budget_s: float = BUDGET_S
-    """Simulated time that one training may spend [s], the same for every algorithm."""
+    """Simulated time of one training [s], the same for every algorithm."""
     confirm: int = 4
-    """Fresh seeds on which the best settings are compared with those tried first; 0 for none."""
+    """Number of fresh seeds for a comparison of the best settings with the first ones; 0 for
+    none."""
     anew: bool = False
-    """Start again: an existing tuning is moved to a file beside this one."""
+    """Start again, and move an existing tuning to a file beside this one."""
     keep: Annotated[Path | None, UNSET] = None
-    """Write the best settings and their origin to this file (.json)."""
+    """Write the best settings, with their origin, to this file (.json)."""
     budget: Annotated[int | None, tyro.conf.arg(help_behavior_hint=f"(default: {BUDGET})")] = None
-    """Largest number of trained parameters of a model."""
+    """Maximum number of trained parameters of a model."""
 
     def run(self) -> None:
         """Search, and print what was found."""

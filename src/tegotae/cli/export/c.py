@@ -22,15 +22,16 @@ class ExportC:
     """Write a controller as C99: a header, a source, golden vectors and their test."""
 
     controller: Annotated[str, tyro.conf.Positional]
-    """A controller file of `tegotae train`, or another name with weights, such as quadruped-c."""
+    """A controller file, or another name with weights, such as quadruped-c."""
     out: Path
-    """The folder that is written."""
+    """Folder for the files."""
     tick: Annotated[float | None, UNSET] = None
-    """Period of the robot's control loop [s]; 0.001, or that of a training on an environment."""
+    """Control period of the robot [s]; by default 0.001, or that of the training on an
+    environment."""
     prefix: str = "tegotae"
     """Prefix of all names in C and of the files."""
     layout: LayoutName = "flat"
-    """All files in one folder, or a library of PlatformIO or Arduino, with a sketch."""
+    """All files in one folder (flat), or a library with a sketch (platformio, arduino)."""
 
     def run(self) -> None:
         """Export, and say how to check it."""

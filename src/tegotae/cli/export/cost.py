@@ -24,18 +24,18 @@ from tegotae.export.c.cost import (
 
 @dataclass(frozen=True, kw_only=True)
 class ExportCost:
-    """Size and instructions per tick of exported controllers on Cortex-M cores, by emulation.
+    """Measure size and instructions per tick of exported controllers on emulated Cortex-M cores.
 
-    Needs the Arm compiler and QEMU: apt-get install gcc-arm-none-eabi libnewlib-arm-none-eabi
+    This needs the Arm compiler and QEMU: apt-get install gcc-arm-none-eabi libnewlib-arm-none-eabi
     qemu-system-arm.
     """
 
     model: tuple[str, ...] = ("V-sector-w8", "AR", "ART", "ARGT", "T")
-    """Models, with random weights: the cost does not depend on them much."""
+    """Models, with random weights; the weights hardly affect the cost."""
     json: bool = False
     """Print one JSON object."""
     csv: Annotated[Path | None, UNSET] = None
-    """Also write one row per model and core to this file."""
+    """Write a row per model and core to this file."""
 
     def run(self) -> None:
         """Compile, run, and print."""

@@ -18,12 +18,12 @@ from tegotae.training.collection import controller_of
 
 @dataclass(frozen=True, kw_only=True)
 class ExportNative:
-    """Write a controller as native code for this kind of processor, to step without JAX."""
+    """Write a controller as native code for this kind of processor; it runs without JAX."""
 
     controller: Annotated[str, tyro.conf.Positional]
-    """A controller file of `tegotae train`, or another name with weights, such as quadruped-c."""
+    """A controller file, or another name with weights, such as quadruped-c."""
     out: Path
-    """The file that is written, such as leg.native."""
+    """File of the code, such as leg.native."""
     max_force: Annotated[float | None, UNSET] = None
     """The largest force [N], if the controller's file does not contain it."""
 

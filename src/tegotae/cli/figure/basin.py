@@ -15,24 +15,20 @@ OF_ONE_LEG = ("height", "velocity", "resolution", "actuation", "oscillator", "pr
 
 @dataclass(frozen=True, kw_only=True)
 class Basin(LegsOptions, ControllerFigure):
-    """Basins of attraction: of one leg, which release height and phase end in which limit cycle;
-    of several, which gaits emerge from random phases, how often, and how soon.
-
-    The integrator and a held controller's control period are those of the file's system; of several
-    legs the release and the control period, too.
+    """Basins of attraction. One leg: the limit cycle for each release height and phase; several
+    legs: the gaits that emerge from random phases, how often, and how soon.
     """
 
     height: tuple[float, float] = (0.4, 2.5)
-    """Range of the release height [m], of one leg."""
+    """Range of the release height [m], for one leg."""
     velocity: tuple[float, float] = (-4.0, 4.0)
-    """Range of the release velocity, which takes the phase's place without oscillator [m/s]."""
+    """Range of the release velocity [m/s]; replaces the phase without an oscillator."""
     resolution: int = 60
-    """Points along either axis, of one leg."""
+    """Points along either axis, for one leg."""
     starts: int = 256
     """Number of releases, for several legs."""
     duration: Annotated[float | None, UNSET] = None
-    """Simulated time [s]; 40 s of one leg, where what has not settled by then has no limit cycle,
-    and the system's of several."""
+    """Simulated time [s]; by default 40 s for one leg, and the system's for several."""
 
     def run(self) -> None:
         """Compute, write, and print."""

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import tyro
 
 from tegotae.cli.figure.output import Output
-from tegotae.cli.options import UNSET, AsItIs, ControllerOptions
+from tegotae.cli.options import UNSET, ControllerOptions, SystemsOwn
 from tegotae.parts.terms import Reflex, Sector, SectorAndReflex
 from tegotae.systems.presets import preset
 
@@ -25,8 +25,8 @@ class ControllerFigure(Output, ControllerOptions):
     """A figure of one controller: of a file, or a vanilla controller made of options."""
 
     path: Annotated[str | None, tyro.conf.Positional, UNSET] = None
-    """A controller file of `tegotae train`, or another name with weights, such as V-sector-w4;
-    without it, a vanilla controller made of options."""
+    """A controller file, or another name with weights, such as V-sector-w4. Without it, the options
+    define a vanilla controller."""
 
     def called(self) -> str:
         """The controller's name, or the actuation of a vanilla one."""
@@ -53,12 +53,12 @@ class ControllerFigure(Output, ControllerOptions):
 class SettledSubject(ControllerFigure):
     """A figure of the limit cycle that one controller settles on."""
 
-    height: AsItIs = None
+    height: SystemsOwn = None
     """Release height [m]."""
-    phase: AsItIs = None
+    phase: SystemsOwn = None
     """Phase at release [rad]."""
     settle: float = 60.0
-    """Simulated time in which to settle [s]."""
+    """Simulated time before the limit cycle is measured [s]."""
 
     def saved(self) -> SavedController:
         """The system with its weights, released as the options say, and else as it is by itself."""

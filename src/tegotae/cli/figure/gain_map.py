@@ -28,7 +28,7 @@ class GainMap(Output, WorkOption, OscillatorOption, HopperOptions):
     resolution: int = 100
     """Points along either axis."""
     duration: float = 40.0
-    """Simulated time [s]; a gait that has not settled by its end has no limit cycle."""
+    """Simulated time [s]; an unsettled gait counts as one without limit cycle."""
 
     def run(self) -> None:
         """Compute, write, and print the fits."""

@@ -22,12 +22,12 @@ _OF = tyro.conf.arg(help_behavior_hint="(default: CoT⁻¹ if all measured it, e
 
 @dataclass(frozen=True, kw_only=True)
 class LearningCurves(Output):
-    """CoT⁻¹ during training, over episodes and over simulated time (Fig. 3); or the fitness."""
+    """CoT⁻¹ or fitness during training, over episodes and over simulated time (Fig. 3)."""
 
     runs: Annotated[tuple[Path, ...], tyro.conf.Positional]
     """Folders of trainings, searched with their subfolders, or tables that this command wrote."""
     of: Annotated[Literal["cot_inverse", "fitness"] | None, _OF] = None
-    """What the curves are of."""
+    """Quantity of the curves."""
 
     def run(self) -> None:
         """Read, write, and print how the algorithms compare."""

@@ -30,12 +30,12 @@ class Optimum(Output):
     """CoT⁻¹ over hop frequency: the optimum, its bound, and controllers."""
 
     tables: Annotated[tuple[Path, ...], tyro.conf.Positional, UNSET] = ()
-    """Tables of `tegotae study export` (.csv); their best runs and V are drawn."""
+    """Tables of `tegotae study export` (.csv): their best runs and V are drawn."""
     controller: Annotated[tuple[str, ...], UNSET] = ()
-    """Controller files of `tegotae train`, or other names with weights, such as V-sector-w4: each
-    settles at its frequency, and is drawn too."""
+    """Further controllers to draw, each on its limit cycle: files, or other names with weights such
+    as V-sector-w4."""
     omega: float = 4.0
-    """Hop frequency of the best force in the second panel [rad/s]."""
+    """Hop frequency of the optimal force in the second panel [rad/s]."""
 
     def run(self) -> None:
         """Read, simulate, write, and say how near the controllers come."""

@@ -30,8 +30,8 @@ class Output:
     """Where a figure goes."""
 
     out: Annotated[Path | None, UNSET] = None
-    """The figure's file (.png, .pdf or .svg). By default it is written into this folder and named
-    after the figure and the controller. Its numbers are written as .csv beside it."""
+    """File of the figure (.png, .pdf or .svg); its numbers go beside it as .csv. By default the
+    name is made of figure and controller, in the current folder."""
 
     def called(self) -> str:
         """What the figure is of, for the name of its file; nothing by default."""

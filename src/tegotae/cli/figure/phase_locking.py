@@ -26,7 +26,7 @@ class PhaseLocking(Output, OscillatorOption, HopperOptions):
     resolution: int = 100
     """Points along either axis."""
     duration: float = 40.0
-    """Simulated time [s]; a gait that has not settled by its end has no limit cycle."""
+    """Simulated time [s]; an unsettled gait counts as one without limit cycle."""
 
     def run(self) -> None:
         """Compute and write."""

@@ -11,10 +11,10 @@ from tegotae.cli.figure.controller import SettledSubject
 
 @dataclass(frozen=True, kw_only=True)
 class PhaseResponseFigure(SettledSubject):
-    """Shift of the rhythm by a short push, over its time in the limit cycle."""
+    """Shift of the rhythm by a short push, over the phase of the push in the limit cycle."""
 
     push: tuple[float, ...] = (0.005, -0.005)
-    """Impulses, upward if positive [N s]."""
+    """Impulses [N s]; positive ones act upward."""
     points: int = 60
     """Number of points of the limit cycle."""
     cycles: int = 40

@@ -23,19 +23,23 @@ _ENVIRONMENTS = "(default: as in the package's environments)"
 class PolicySubject(SettledSubject):
     """A figure of a controller, or of a policy."""
 
+    HEADING = "Policy, in place of a controller"
+
     policy: Annotated[str | None, UNSET] = None
-    """In place of a controller a policy: a .zip of Stable-Baselines3, an .onnx file, or a function
-    FILE.py:FUNCTION of some of phase_rad, spring_force_n, velocity_m_per_s and height_m."""
+    """The policy: a .zip of Stable-Baselines3, an .onnx file, or FILE.py:FUNCTION, a function of
+    some of phase_rad, spring_force_n, velocity_m_per_s and height_m."""
     acts: str = "force"
-    """Meaning of the policy's output: force of the actuator, or feedback of the oscillator."""
+    """Meaning of its output: force of the actuator, or feedback of the oscillator."""
     observes: Annotated[tuple[str, ...], tyro.conf.arg(help_behavior_hint=_ENVIRONMENTS)] = ()
-    """Observations of a .zip or .onnx, in order: phase, spring_force, velocity, height."""
+    """Observations of a .zip or .onnx, in its order: phase, spring_force, velocity, height."""
     si: bool = False
-    """Observations are in N, m/s and m, not over m g, √(g l0) and l0; always so for a function."""
+    """Observations are in N, m/s and m, and not relative to m g, √(g l0) and l0. A function always
+    has these units."""
     answer_scale: Annotated[float | None, UNSET] = None
-    """Value of an output of 1, in N or rad/s; by default α or 40 rad/s, and 1 for a function."""
+    """Force [N] or feedback [rad/s] for an output of 1; by default α or 40 rad/s, and 1 for a
+    function."""
     step: float = 0.01
-    """Time for which an output is held [s], in whole ticks of 1 ms."""
+    """Time for which an output is held [s], a multiple of 1 ms."""
 
     def called(self) -> str:
         """The policy's name, or the controller's."""

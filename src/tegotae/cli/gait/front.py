@@ -15,13 +15,14 @@ from tegotae.cli.tables import print_rows
 
 @dataclass(frozen=True, kw_only=True)
 class Front(GaitCommand):
-    """Search the least cost of transport at every speed, over frequency, gain, stride and lift."""
+    """Search for the least cost of transport at every speed, over frequency, gain, stride and
+    lift."""
 
     family: tuple[str, ...] = ("vanilla",)
-    """What drives the legs: vanilla, cosine, "vanilla ellipse", or a gait that they are forced into
-    without feedback, such as "forced trot"."""
+    """Controllers of the legs: vanilla, cosine, "vanilla ellipse", or a gait prescribed without
+    feedback, such as "forced trot"."""
     walkers: int = 8192
-    """Number of random walkers at the begin."""
+    """Number of random walkers at the start."""
     rounds: int = 8
     """Number of rounds in which the cheapest walkers of every speed are varied."""
     varied: int = 1024
@@ -29,7 +30,7 @@ class Front(GaitCommand):
     starts: int = 4
     """Number of releases per walker. All must stay up and settle."""
     unseen: int = 32
-    """Number of further releases of the cheapest walkers, from phases of their own."""
+    """Number of further releases, from other phases, to check the cheapest walkers."""
 
     def run(self) -> None:
         """Search, write, and print."""

@@ -19,18 +19,18 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class Lesion(GaitCommand):
-    """Remove a leg, change the body or drop the ground, and count the starts that stay up."""
+    """Remove a leg, change the body or drop the ground, and count the releases that stay up."""
 
     lose: Annotated[tuple[str, ...], UNSET] = ()
     """Names of legs that are lost, such as LH."""
     then: Annotated[tuple[str, ...], UNSET] = ()
     """Parameters of the body that change at that time, such as mass_kg=1.3 com_x_m=0.1."""
     lasting: Annotated[float | None, UNSET] = None
-    """Duration of this change [s], such as of push_y_n=0.3 for a push; permanent by default."""
+    """Duration of this change [s], such as for a push, push_y_n=0.3; by default permanent."""
     drop: float = 0.0
     """Height by which the ground drops [m]."""
     at: Annotated[float | None, UNSET] = None
-    """Time of the event [s]; half of the duration by default."""
+    """Time of the event [s]; by default half of the duration."""
     starts: int = 64
     """Number of releases."""
 

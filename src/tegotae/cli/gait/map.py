@@ -21,13 +21,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class Map(GaitCommand):
-    """Map the gaits over two parameters: omega, sigma, or any two numbers of the body."""
+    """Map the gaits over two parameters: omega, sigma, or parameters of the body."""
 
     x: tuple[str, float, float]
-    """The columns: a parameter, its lowest and its highest value, such as com_x_m -0.3 0.3. Of a
-    field with a number a leg, such as hips_x_m, the values are factors on all of them."""
+    """Columns: a parameter, its lowest and its highest value, such as com_x_m -0.3 0.3. For a
+    parameter with one value per leg, such as hips_x_m, they are factors on all values."""
     y: tuple[str, float, float]
-    """The rows: another parameter, its lowest and its highest value."""
+    """Rows: another parameter, its lowest and its highest value."""
     cells: tuple[int, int] = (60, 60)
     """Numbers of columns and rows."""
     starts: int = 4

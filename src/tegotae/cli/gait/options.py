@@ -15,7 +15,7 @@ import tyro
 from tegotae._support.errors import TegotaeError, require_finite, unknown
 from tegotae._support.files import check_folder
 from tegotae.cli.figure.output import PictureFormat, file_stem
-from tegotae.cli.options import UNSET, AsItIs
+from tegotae.cli.options import UNSET, SystemsOwn
 from tegotae.parts.fields import FieldNumber
 
 if TYPE_CHECKING:
@@ -33,19 +33,21 @@ _MOST_LATE = 1000
 class LegsOptions:
     """What of a system with several legs is to be otherwise."""
 
+    HEADING = "Several legs"
+
     set: Annotated[tuple[str, ...], UNSET] = ()
     """Change fields of the body, such as inertia_ratio=0.35."""
     terrain: Annotated[tuple[str, ...], UNSET] = ()
-    """The ground of a walking torso: flat, slope, steps or rough, or FILE.py:OBJECT, and its
-    numbers, such as rough rms_m=0.05."""
+    """Ground of a walking torso: flat, slope, steps, rough or FILE.py:OBJECT, followed by its
+    parameters, such as rough rms_m=0.05."""
     delay: float = 0.0
     """Delay of the senses of the legs [s]."""
     noise: float = 0.0
-    """Noise of the senses of the legs, as a share of their scale."""
+    """Noise of the senses of the legs, relative to their scales."""
     seed: int = 0
     """Seed of the random phases of the legs at release."""
     tolerance: float = 0.1
-    """Tolerance of lags around those of a named gait [cycles]."""
+    """Tolerance around the lags of a named gait [cycles]."""
 
 
 OF_LEGS = tuple(field.name for field in dataclasses.fields(LegsOptions))
@@ -57,15 +59,14 @@ class LeggedSystemOptions(LegsOptions):
     """A legged system by name, and what of it is to be otherwise."""
 
     system: Annotated[str, tyro.conf.Positional]
-    """A system's name, such as bar-light or quadruped-c; a controller file of `tegotae train`; or
-    FILE.py:OBJECT, a Legged or SavedController of your own. Release, control period and integrator
-    are the system's; a file's duration is one in which legs settle."""
-    omega: AsItIs = None
+    """The name of a system, such as bar-light or quadruped-c; a controller file; or FILE.py:OBJECT,
+    a Legged or SavedController of your own. It sets release, control period and integrator."""
+    omega: SystemsOwn = None
     """Frequency ω [rad/s]."""
-    sigma: AsItIs = None
+    sigma: SystemsOwn = None
     """Gain σ of a vanilla controller."""
     duration: Annotated[float | None, UNSET] = None
-    """Simulated time [s]; the system's by default."""
+    """Simulated time [s]; by default the system's, or one in which legs settle."""
 
     def legged(self) -> Legged:
         """The system with what was given.
@@ -145,8 +146,8 @@ class GaitCommand(PictureFormat, LeggedSystemOptions):
     """A legged system, and a folder."""
 
     out: Annotated[Path | None, UNSET] = None
-    """The folder for pictures, tables (.csv) and documents (.json), called after the command
-    and the system by default."""
+    """Folder for pictures, tables (.csv) and documents (.json); by default named after the command
+    and the system."""
 
     @property
     def folder(self) -> Path:

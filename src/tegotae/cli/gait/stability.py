@@ -22,11 +22,11 @@ class Stability(GaitCommand):
     """Measure how small deviations of the lags grow or decay, cycle by cycle, over a parameter."""
 
     over: tuple[str, float, float]
-    """The parameter (omega, sigma, or a number of the body), its lowest and its highest value."""
+    """Parameter (omega, sigma, or one of the body), its lowest and its highest value."""
     count: int = 14
     """Number of values."""
     gaits: Annotated[tuple[str, ...], UNSET] = ()
-    """Names of gaits, such as trot; all of so many legs by default."""
+    """Names of gaits, such as trot; by default all for this number of legs."""
     kick: float = 0.005
     """Size of the perturbation of the legs' phases, at half of the time [cycles]."""
     pairs: int = 8

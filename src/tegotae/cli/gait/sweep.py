@@ -19,14 +19,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class Sweep(GaitCommand):
-    """Raise the frequency step by step and lower it again: where gaits change, and hysteresis."""
+    """Raise the frequency step by step and lower it again, to find gait changes and hysteresis."""
 
     levels: tuple[float, float]
-    """The lowest and the highest frequency ω [rad/s]."""
+    """Lowest and highest frequency ω [rad/s]."""
     count: int = 16
     """Number of levels."""
     dwell: Annotated[float | None, UNSET] = None
-    """Duration of each level [s]; half of the system's duration by default."""
+    """Duration of each level [s]; by default half of the system's duration."""
     starts: int = 16
     """Number of releases in each direction."""
 

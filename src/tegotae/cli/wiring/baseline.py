@@ -28,20 +28,20 @@ _FOLDER = tyro.conf.arg(help_behavior_hint="(default: runs/ENV-vanilla)")
 
 @dataclass(frozen=True, kw_only=True)
 class WiringBaseline(EnvOptions):
-    """Sweep gain and frequency of the vanilla controller on an environment: the baseline that
-    learned controllers are compared with.
+    """Sweep gain and frequency of the vanilla controller on an environment: the baseline for
+    learned controllers.
 
-    Written are the map of the fitness, as a picture and as a table, and the best controller.
+    The command writes a map of the fitness, as a picture and a table, and the best controller.
     """
 
     model: str = "V-sector-w8"
     """A pure V model, whose only weight is σ."""
     frequencies: Annotated[tuple[float, ...], _AUTO] = ()
-    """Frequencies ω [rad/s]; those after --omega, if these are several."""
+    """Frequencies ω [rad/s]; those of --omega if it names several."""
     duration: float = 12.0
-    """Length of an episode [s]."""
+    """Duration of an episode [s]."""
     fitness: Annotated[str | None, _MEASURE] = None
-    """As of tegotae train: hopping, return, or FILE.py:FUNCTION."""
+    """Fitness: hopping, return, or FILE.py:FUNCTION."""
     out: Annotated[Path | None, _FOLDER] = None
     """Folder for the map and the best controller."""
 

@@ -24,18 +24,18 @@ if TYPE_CHECKING:
 class WiringSuggest:
     """Suggest a wiring for a MuJoCo model of your own: feet, limbs, pushes, scales, rest length.
 
-    Every entry has its reason beside it, here and as a comment in the file. It is a start for
-    training: change what you know better.
+    Every entry has its reason beside it, in the terminal and as a comment in the file. The wiring
+    is a first guess: correct every entry that you know better.
     """
 
     model: Annotated[str, tyro.conf.Positional]
-    """An MJCF file, FILE.xml, or PACKAGE:FILE.xml of an installed package."""
+    """An MJCF file: FILE.xml or, in an installed package, PACKAGE:FILE.xml."""
     feet: Annotated[tuple[str, ...], UNSET] = ()
-    """Bodies or geoms that touch the ground; the lowest ones that end a chain by default."""
+    """Bodies or geoms that touch the ground; by default the lowest ones at the end of a chain."""
     settings: Annotated[tuple[str, ...], UNSET] = ()
     """Further settings of the model: NAME=VALUE, values as in JSON, such as ground=true."""
     out: Annotated[
-        Path | None, tyro.conf.arg(help_behavior_hint="(default: as the model, .toml)")
+        Path | None, tyro.conf.arg(help_behavior_hint="(default: named as the model)")
     ] = None
     """The wiring's file (.toml or .json)."""
 
