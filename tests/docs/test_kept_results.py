@@ -96,7 +96,7 @@ def test_the_page_counts_the_outcomes_of_the_kept_effects(effects):
 def test_the_figure_has_a_row_for_every_claim_with_a_sign_and_an_effect(effects):
     rows = claims_figure(effects[""]).axes[0].get_yticklabels()
     left_out = ("shown", "not measured")
-    drawn = {each.claim.name for each in effects[""] if each.outcome not in left_out}
+    drawn = {each.claim.title for each in effects[""] if each.outcome not in left_out}
     assert {row.get_text() for row in rows} == drawn
 
 

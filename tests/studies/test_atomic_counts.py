@@ -229,7 +229,7 @@ def test_what_the_table_does_not_have_is_not_measured():
     assert effect(table, of=OfGaits("feedback_share", V)).effect == 0.25
 
 
-CLAIM = AtomicClaim(name="x", words="", section="", effect=VG_OVER_V, sign=MORE)
+CLAIM = AtomicClaim(name="x", title="x", words="", section="", effect=VG_OVER_V, sign=MORE)
 
 
 @pytest.mark.parametrize(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Mapping, Sequence
 
 import numpy as np
@@ -17,6 +18,8 @@ from tegotae.studies.paper.claims.estimates import EffectEstimate
 from tegotae.studies.paper.claims.findings import OPPOSITE, REPRODUCED, TOO_SMALL, Finding, verdict
 
 _ACROSS = 5
+_COLUMNS = 25
+"""Of a line of a title."""
 LOOK = {REPRODUCED: (COLOURS[5], "o"), OPPOSITE: (COLOURS[4], "X"), TOO_SMALL: ("0.5", "s")}
 """Colour and mark of a verdict."""
 
@@ -38,16 +41,17 @@ def budgets_figure(by_budget: Mapping[str, Sequence[Finding]]) -> Figure:
     claims = drawn_claims(by_budget)
     if not claims:
         raise TegotaeError("no claim has an effect to draw; give at least one that is measured")
+    titles = {each.claim.name: each.claim.title for each in next(iter(by_budget.values()))}
     across = min(_ACROSS, len(claims))
     rows = -(-len(claims) // across)
     with styled():
-        figure = new_figure(PAGE_IN, 1.1 + 0.95 * rows)
+        figure = new_figure(PAGE_IN, 1.1 + 1.0 * rows)
         panels = figure.subplots(rows, across, sharex=True, squeeze=False)
         for panel in panels.flat[len(claims) :]:
             panel.set_visible(False)
         for i, (panel, claim) in enumerate(zip(panels.flat, claims, strict=False)):
             _draw(panel, [found[claim] for found in map(_by_claim, by_budget.values())])
-            panel.set_title(claim, loc="left", fontsize=6.5)
+            panel.set_title(textwrap.fill(titles[claim], _COLUMNS), loc="left", fontsize=6)
             panel.tick_params(axis="both", labelsize=6)
             if i + across >= len(claims):
                 shown = [heading.removesuffix(" episodes") for heading in by_budget]

@@ -51,7 +51,7 @@ def claims_figure(findings: Sequence[Finding]) -> Figure:
             else:
                 _draw_effect(effects, y, row)
                 _draw_ways(ways, y, row)
-        drawn = [(y, row.claim.name) for y, row in enumerate(rows) if not isinstance(row, str)]
+        drawn = [(y, row.claim.title) for y, row in enumerate(rows) if not isinstance(row, str)]
         effects.set_yticks(*map(list, zip(*drawn, strict=True)), size=6)
         effects.set(
             xlim=(-1.05, 1.75),

@@ -51,7 +51,8 @@ def overview_figure(
         bars, matrix = figure.subplots(1, 2, width_ratios=(1.0, 1.7), sharey=True)
         for row, each in enumerate(found.values()):
             _bar(bars, row, list(each.values()))
-        bars.set_yticks(range(len(found)), list(found))
+        titles = [claim.title for claim in CLAIMS if claim.name in found]
+        bars.set_yticks(range(len(found)), titles, size=6)
         bars.set(xlim=(0.0, 1.0), ylim=(len(found) - 0.45, -0.55), xlabel="share of readings")
         bars.tick_params(axis="y", length=0)
         bars.legend(
@@ -105,7 +106,7 @@ def _cell(panel, x: float, y: float, influence: Influence) -> None:
     if influence.p < SIGNIFICANT:
         text = f"{rho:+.2f}".replace("-", "−").replace("0.", ".")
         ink = "white" if abs(rho) > 0.65 else "black"
-        panel.text(x, y, text, ha="center", va="center", size=6, weight="bold", color=ink)
+        panel.text(x, y, text, ha="center", va="center", size=5, weight="bold", color=ink)
 
 
 def curve_figure(readings: Sequence[Reading], found: Mapping[int, Finding]) -> Figure:
@@ -123,7 +124,7 @@ def curve_figure(readings: Sequence[Reading], found: Mapping[int, Finding]) -> F
     order = sorted(found, key=lambda n: _key(_first(found[n])))
     with styled():
         figure = new_figure(PAGE_IN, 3.1)
-        figure.suptitle(claim.name, x=0.01, ha="left", fontsize=8, weight="bold")
+        figure.suptitle(claim.title, x=0.01, ha="left", fontsize=8, weight="bold")
         effects, choices = figure.subplots(2, 1, height_ratios=(1.0, 1.5), sharex=True)
         _effects(effects, [found[n] for n in order])
         effects.set_title(described(claim.effect), loc="left", fontsize=7, pad=2)

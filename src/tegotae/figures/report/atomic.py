@@ -1,4 +1,4 @@
-"""What came of each of the paper's claims, as tables of Markdown."""
+"""The outcome of each of the paper's claims, as tables of Markdown."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ from tegotae.studies.paper.claims.findings import (
 )
 
 GROUPS: Mapping[str, Callable[[Finding], bool]] = {
-    "What the paper says of itself": lambda f: f.claim.headline,
+    "The paper's main claims": lambda f: f.claim.headline,
     "Opposite in every way to count": lambda f: f.is_robust and f.outcome == OPPOSITE,
-    "What depends on how is counted": lambda f: f.outcome.startswith("depends on"),
+    "Depends on the way to count": lambda f: f.outcome.startswith("depends on"),
     "Opposite in some ways, and reproduced in none": lambda f: f.outcome.startswith(OPPOSITE),
     "Reproduced in every way to count": lambda f: f.is_robust,
     "Reproduced in some ways, and opposite in none": lambda f: f.outcome.startswith(REPRODUCED),
@@ -52,6 +52,9 @@ _MEASURES = {
     "nearer_resonance": "how much nearer to the resonance than to ω the hop rate is [rad/s]",
     "fitness": "fitness [m/J]",
 }
+
+
+_ALGORITHMS = {"pgpe": "PGPE", "sac": "SAC", "ppo": "PPO"}
 
 
 def outcomes_table(findings: Sequence[Finding]) -> str:
@@ -79,7 +82,7 @@ def beside_table(
     for own in (each for group in grouped(findings).values() for each in group):
         outcomes = [own.outcome, *(found.get(own.claim.name, "") for found in others)]
         if set(outcomes) - {NOT_MEASURED, SHOWN}:
-            rows.append([own.claim.name, *outcomes])
+            rows.append([named(own.claim), *outcomes])
     return table(rows)
 
 
@@ -95,12 +98,13 @@ def grouped(findings: Sequence[Finding]) -> dict[str, list[Finding]]:
 
 
 def _group(findings: Sequence[Finding]) -> str:
-    rows = [["The paper's words", "Measured", "Effect", "Outcome", "Ways: + / 0 / −"]]
+    rows = [["Claim, and the paper's words", "Measured", "Effect", "Outcome", "Ways: + / 0 / −"]]
     for finding in findings:
         claim = finding.claim
         rows.append(
             [
-                f"“{quoted(claim).replace('|', '&#124;')}” ({claim.section}), `{claim.name}`",
+                f"**{claim.title}**, `{claim.name}`: "
+                f"“{quoted(claim).replace('|', '&#124;')}” ({claim.section})",
                 "; ".join(filter(None, (described(claim.effect), claim.note))),
                 _effect(finding),
                 f"**{finding.outcome}**",
@@ -108,6 +112,11 @@ def _group(findings: Sequence[Finding]) -> str:
             ]
         )
     return table(rows)
+
+
+def named(claim: AtomicClaim) -> str:
+    """A claim's title and name, for a cell of a table."""
+    return f"{claim.title}, `{claim.name}`"
 
 
 def quoted(claim: AtomicClaim) -> str:
@@ -156,7 +165,8 @@ def described(effect: Effect) -> str:
         (a, b), (c, d) = effect.ours, effect.theirs
         return f"{_heading(effect.metric)}, ({a.label} − {b.label}) − ({c.label} − {d.label})"
     if isinstance(effect, OfTrainings):
-        return f"{_heading(effect.metric)}, {effect.ours} − {effect.theirs}"
+        ours, theirs = (_ALGORITHMS.get(each, each) for each in (effect.ours, effect.theirs))
+        return f"{_heading(effect.metric)}, {ours} − {theirs}"
     if isinstance(effect, OfGainMap):
         theirs = f" − {effect.theirs}" if effect.theirs else ""
         return f"{_heading(effect.measure)}, {effect.ours}{theirs}"
@@ -178,7 +188,7 @@ def by_budget_table(by: Mapping[str, Iterable[Finding]]) -> str:
         by: findings, of which the first way to count is taken, by the heading of their column.
     """
     verdicts = {
-        heading: {each.claim.name: next(iter(each.verdicts.values())) for each in found}
+        heading: {named(each.claim): next(iter(each.verdicts.values())) for each in found}
         for heading, found in by.items()
     }
     rows = [["", *verdicts]]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from tegotae.figures.report.atomic import described, quoted
+from tegotae.figures.report.atomic import described, named, quoted
 from tegotae.figures.report.markdown import table
 from tegotae.studies.paper.claims.counting import ALL
 from tegotae.studies.paper.claims.findings import OPPOSITE, REPRODUCED, TOO_SMALL
@@ -44,7 +44,7 @@ def shares_table(
         own = [found[0].outcome if 0 in found else "–"] if has_own else []
         rows.append(
             [
-                claim.name,
+                named(claim),
                 f"“{quoted(claim)}”<br>{described(claim.effect)}",
                 *(_share(each[word]) for word in (REPRODUCED, TOO_SMALL, OPPOSITE)),
                 *own,

@@ -181,6 +181,7 @@ def _claim(finding: Finding, experiments: Path | None) -> JsonObject:
         note = f"not measured here; to measure: {command}"
     return {
         "name": claim.name,
+        "title": claim.title,
         "words": quoted(claim),
         "section": claim.section,
         "what": described(claim.effect),

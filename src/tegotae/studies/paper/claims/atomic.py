@@ -41,6 +41,7 @@ class AtomicClaim:
 
     Args:
         name: short and unique, such as `vg-cot`.
+        title: the claim in a few words, for figures and tables.
         words: the paper's, verbatim but for `OMISSION`.
         section: where they stand.
         effect: the number.
@@ -51,6 +52,7 @@ class AtomicClaim:
     """
 
     name: str
+    title: str
     words: str
     section: str
     effect: Effect
@@ -77,6 +79,7 @@ ATOMIC_CLAIMS: tuple[AtomicClaim, ...] = (
     # What the paper says of itself.
     AtomicClaim(
         name="learned-beats-v",
+        title="learned feedback is more efficient than V",
         words="our end-to-end learnable Tegotae policy demonstrated major efficiency gains, "
         "compared to previous, manually designed Tegotae-based methods",
         section="VI",
@@ -87,6 +90,7 @@ ATOMIC_CLAIMS: tuple[AtomicClaim, ...] = (
     ),
     AtomicClaim(
         name="learned-beats-t",
+        title="learned feedback is more efficient than T",
         words="our approach can learn efficient and adaptive locomotion on minimal feedback "
         "information, while outperforming unstructured, classic reinforcement learning policies of "
         "equal complexity",
@@ -98,6 +102,7 @@ ATOMIC_CLAIMS: tuple[AtomicClaim, ...] = (
     ),
     AtomicClaim(
         name="sparse-input",
+        title="ART loses less than T without ẏ",
         words="The distributed policy architecture proved to be especially robust to reduced "
         "information environments",
         section="VI",
@@ -108,6 +113,7 @@ ATOMIC_CLAIMS: tuple[AtomicClaim, ...] = (
     ),
     AtomicClaim(
         name="pgpe-over-sac",
+        title="PGPE ends above SAC",
         words="their actions are based on too short time horizons, which do not lead to fruitful "
         "entrainment",
         section="V",
@@ -117,6 +123,7 @@ ATOMIC_CLAIMS: tuple[AtomicClaim, ...] = (
     ),
     AtomicClaim(
         name="pgpe-over-ppo",
+        title="PGPE ends above PPO",
         words="the entrainment mechanisms fundamental to Tegotae control have been shown to be "
         "disrupted by modern algorithms like SAC and PPO",
         section="V",
@@ -127,6 +134,7 @@ ATOMIC_CLAIMS: tuple[AtomicClaim, ...] = (
     # V, the baseline.
     AtomicClaim(
         name="v-cpgu",
+        title="V depends on its oscillator",
         words="The resulting control strategies are strongly connected to the state of the "
         "oscillators",
         section="V",
@@ -136,6 +144,7 @@ ATOMIC_CLAIMS: tuple[AtomicClaim, ...] = (
     ),
     AtomicClaim(
         name="v-medium-cot",
+        title="V is of medium efficiency",
         words="and achieved medium CoT^{-1} performance",
         section="V",
         effect=Difference("cot_inverse", _f(*V), _OTHERS, lowest=True),
@@ -145,6 +154,7 @@ ATOMIC_CLAIMS: tuple[AtomicClaim, ...] = (
     ),
     AtomicClaim(
         name="v-t0",
+        title="V settles quickly",
         words="their stability to unforeseen environmental disturbances are among the best (small "
         "T0 and T1) of all tested architectures",
         section="V",
@@ -154,6 +164,7 @@ ATOMIC_CLAIMS: tuple[AtomicClaim, ...] = (
     ),
     AtomicClaim(
         name="v-t1",
+        title="V recovers quickly",
         words="their stability to unforeseen environmental disturbances are among the best (small "
         "T0 and T1) of all tested architectures",
         section="V",
@@ -163,6 +174,7 @@ ATOMIC_CLAIMS: tuple[AtomicClaim, ...] = (
     ),
     AtomicClaim(
         name="v-slows-while-pushing",
+        title="V slows its oscillator while it pushes",
         words="the oscillator is slowed down during actuation in both instances, to synchronize "
         "power injection with the stance phase",
         section="V",
@@ -172,6 +184,7 @@ ATOMIC_CLAIMS: tuple[AtomicClaim, ...] = (
     # The gain map.
     AtomicClaim(
         name="map-sector-line",
+        title="sector: the best σ is linear in ω",
         words="For the latter a near linear relationship between σ and ω can be found",
         section="V",
         effect=OfGainMap("slope", "sector"),
@@ -181,6 +194,7 @@ ATOMIC_CLAIMS: tuple[AtomicClaim, ...] = (
     ),
     AtomicClaim(
         name="map-reflex-complex",
+        title="reflex: the best σ is less linear in ω",
         words="The dynamics of the reflex actuation are noticeably more complex",
         section="V",
         effect=OfGainMap("r_squared", "reflex", "sector"),
@@ -189,6 +203,7 @@ ATOMIC_CLAIMS: tuple[AtomicClaim, ...] = (
     ),
     AtomicClaim(
         name="map-reflex-resonance",
+        title="reflex: σ does not move the resonance",
         words="the closed-loop resonance cannot be influenced by fixed Tegotae gains",
         section="V",
         effect=OfGainMap("resonance_shift", "reflex", "sector"),
@@ -197,6 +212,7 @@ ATOMIC_CLAIMS: tuple[AtomicClaim, ...] = (
     ),
     AtomicClaim(
         name="map-quick-loss",
+        title="efficiency falls quickly beside the best ω",
         words="leads to quick performance degradation when the oscillator frequency is varied",
         section="V",
         effect=OfGainMap("loss", "both"),
@@ -206,6 +222,7 @@ ATOMIC_CLAIMS: tuple[AtomicClaim, ...] = (
     # An active gain on vanilla terms.
     AtomicClaim(
         name="vg-cot",
+        title="VG is more efficient than V",
         words="Adding active gain modulation to the otherwise unchanged model (VG) vastly improves "
         "the CoT^{-1}",
         section="V",
@@ -215,6 +232,7 @@ ATOMIC_CLAIMS: tuple[AtomicClaim, ...] = (
     ),
     AtomicClaim(
         name="vg-t0",
+        title="VG settles later than V",
         words="initial and perturbation recovery transients are substantially prolonged",
         section="V",
         effect=Difference("t0_s", _f("VG"), _f(*V)),
@@ -223,6 +241,7 @@ ATOMIC_CLAIMS: tuple[AtomicClaim, ...] = (
     ),
     AtomicClaim(
         name="vg-t1",
+        title="VG recovers later than V",
         words="initial and perturbation recovery transients are substantially prolonged",
         section="V",
         effect=Difference("t1_s", _f("VG"), _f(*V)),
@@ -231,6 +250,7 @@ ATOMIC_CLAIMS: tuple[AtomicClaim, ...] = (
     ),
     AtomicClaim(
         name="vg-feedback-off",
+        title="VG switches the feedback off",
         words="gain modulation effectively switches off the oscillator feedback mechanism",
         section="V",
         effect=OfGaits("feedback_share", _f("VG"), _f(*V)),
@@ -239,6 +259,7 @@ ATOMIC_CLAIMS: tuple[AtomicClaim, ...] = (
     ),
     AtomicClaim(
         name="vg-independent-of-phase",
+        title="VG's force depends less on the phase",
         words="the independence of the actuation instant from the oscillator state, while the "
         "actuation force is solely modulated by F_k",
         section="V",
@@ -249,6 +270,7 @@ ATOMIC_CLAIMS: tuple[AtomicClaim, ...] = (
     # A learned actuation on vanilla terms.
     AtomicClaim(
         name="vt-cot",
+        title="VT is as efficient as V",
         words="does on average not lead to large deviations from the baseline performance",
         section="V",
         effect=Difference("cot_inverse", _f("VT"), _f(*V)),
@@ -257,6 +279,7 @@ ATOMIC_CLAIMS: tuple[AtomicClaim, ...] = (
     ),
     AtomicClaim(
         name="vt-smooth",
+        title="VT is smoother than V",
         words="but produces smoother actuation signals (compare Fig. 5 (V) and (VT))",
         section="V",
         effect=Difference("smoothness", _f("VT"), _f(*V)),
@@ -266,6 +289,7 @@ ATOMIC_CLAIMS: tuple[AtomicClaim, ...] = (
     # Learned action and reaction.
     AtomicClaim(
         name="ar-cot",
+        title="AR is more efficient than V",
         words="Learning the Tegotae feedback mechanism (AR), has the potential to improve the "
         "efficiency of the system",
         section="V",
@@ -274,6 +298,7 @@ ATOMIC_CLAIMS: tuple[AtomicClaim, ...] = (
     ),
     AtomicClaim(
         name="ar-t0",
+        title="AR settles sooner than VG",
         words="while significantly lowering the transient spikes encountered for mere gain "
         "modulation",
         section="V",
@@ -283,6 +308,7 @@ ATOMIC_CLAIMS: tuple[AtomicClaim, ...] = (
     ),
     AtomicClaim(
         name="ar-t1",
+        title="AR recovers sooner than VG",
         words="while significantly lowering the transient spikes encountered for mere gain "
         "modulation",
         section="V",
@@ -292,6 +318,7 @@ ATOMIC_CLAIMS: tuple[AtomicClaim, ...] = (
     ),
     AtomicClaim(
         name="ar-frequency",
+        title="AR's hop rate follows ω",
         words="easily controlled through its tight coupling to the oscillator frequency",
         section="V",
         effect=OfGaits("rate_slope", _f("AR")),
@@ -301,6 +328,7 @@ ATOMIC_CLAIMS: tuple[AtomicClaim, ...] = (
     ),
     AtomicClaim(
         name="art-cot",
+        title="ART is more efficient than AR",
         words="Paring an AR controller with a learnable actuation function (ART) leads to further "
         "gains in locomotion efficiency",
         section="V",
@@ -309,6 +337,7 @@ ATOMIC_CLAIMS: tuple[AtomicClaim, ...] = (
     ),
     AtomicClaim(
         name="art-smooth",
+        title="ART is smoother than AR",
         words="The resulting smoother actuator signal has the potential to reduce actuator tears",
         section="V",
         effect=Difference("smoothness", _f("ART"), _f("AR")),
@@ -318,6 +347,7 @@ ATOMIC_CLAIMS: tuple[AtomicClaim, ...] = (
     # An active gain on learned terms.
     AtomicClaim(
         name="arg-cot",
+        title="ARG is less efficient than AR",
         words="added gain modulation to the generalized Tegotae feedback structure (ARG and ARGT), "
         "reduces the efficiency",
         section="V",
@@ -326,6 +356,7 @@ ATOMIC_CLAIMS: tuple[AtomicClaim, ...] = (
     ),
     AtomicClaim(
         name="argt-cot",
+        title="ARGT is less efficient than ART",
         words="added gain modulation to the generalized Tegotae feedback structure (ARG and ARGT), "
         "reduces the efficiency",
         section="V",
@@ -334,6 +365,7 @@ ATOMIC_CLAIMS: tuple[AtomicClaim, ...] = (
     ),
     AtomicClaim(
         name="arg-t0",
+        title="ARG, ARGT settle sooner than AR, ART",
         words="reduces the efficiency, which is inherently correlated with lower transient periods",
         section="V",
         effect=Difference("t0_s", _f(*_GAIN_ON_LEARNED), _f("AR", "ART")),
@@ -341,6 +373,7 @@ ATOMIC_CLAIMS: tuple[AtomicClaim, ...] = (
     ),
     AtomicClaim(
         name="arg-t1",
+        title="ARG, ARGT recover sooner than AR, ART",
         words="reduces the efficiency, which is inherently correlated with lower transient periods",
         section="V",
         effect=Difference("t1_s", _f(*_GAIN_ON_LEARNED), _f("AR", "ART")),
@@ -348,6 +381,7 @@ ATOMIC_CLAIMS: tuple[AtomicClaim, ...] = (
     ),
     AtomicClaim(
         name="arg-below-v",
+        title="ARG is less efficient than V",
         words="For ARG this results in below-baseline performance",
         section="V",
         effect=Difference("cot_inverse", _f("ARG"), _f(*V)),
@@ -355,6 +389,7 @@ ATOMIC_CLAIMS: tuple[AtomicClaim, ...] = (
     ),
     AtomicClaim(
         name="arg-feedback-off",
+        title="ARG, ARGT switch the feedback off",
         words="gain modulation switches off the Tegotae feedback mechanism",
         section="V",
         effect=OfGaits("feedback_share", _f(*_GAIN_ON_LEARNED), _f("AR", "ART")),
@@ -364,6 +399,7 @@ ATOMIC_CLAIMS: tuple[AtomicClaim, ...] = (
     # The single network.
     AtomicClaim(
         name="t-below-v",
+        title="T is less efficient than V",
         words="it is not capable of beating or even approaching the baseline",
         section="V",
         effect=Difference("cot_inverse", _f("T"), _f(*V)),
@@ -373,6 +409,7 @@ ATOMIC_CLAIMS: tuple[AtomicClaim, ...] = (
     ),
     AtomicClaim(
         name="t-viable",
+        title="ẏ makes T viable",
         words="Increasing the information content in the sensory feedback also makes the standard "
         "MLP policy viable",
         section="V",
@@ -381,6 +418,7 @@ ATOMIC_CLAIMS: tuple[AtomicClaim, ...] = (
     ),
     AtomicClaim(
         name="t-par",
+        title="with ẏ T is as efficient as ART",
         words="raises its efficiency on par with that of Tegotae control",
         section="V",
         effect=Difference("cot_inverse", _fv("T"), _fv("ART")),
@@ -390,6 +428,7 @@ ATOMIC_CLAIMS: tuple[AtomicClaim, ...] = (
     ),
     AtomicClaim(
         name="t-t0",
+        title="with ẏ T settles later than ART",
         words="but requires very long transient periods to achieve a stable limit cycle",
         section="V",
         effect=Difference("t0_s", _fv("T"), _fv("ART")),
@@ -398,6 +437,7 @@ ATOMIC_CLAIMS: tuple[AtomicClaim, ...] = (
     ),
     AtomicClaim(
         name="t-t1",
+        title="with ẏ T recovers later than ART",
         words="but requires very long transient periods to achieve a stable limit cycle",
         section="V",
         effect=Difference("t1_s", _fv("T"), _fv("ART")),
@@ -407,6 +447,7 @@ ATOMIC_CLAIMS: tuple[AtomicClaim, ...] = (
     # The body's velocity as an input.
     AtomicClaim(
         name="v-input-cpgu",
+        title="ẏ lowers dependence on the oscillator",
         words=r"providing \dot{y} to the Tegotae feedback structure, makes the controller less "
         "dependent on the oscillator activity (low CPGu metric)",
         section="V",
@@ -416,6 +457,7 @@ ATOMIC_CLAIMS: tuple[AtomicClaim, ...] = (
     ),
     AtomicClaim(
         name="v-input-cot",
+        title="ẏ raises efficiency",
         words="and enables large gains in efficiency",
         section="V",
         effect=Difference(
@@ -428,6 +470,7 @@ ATOMIC_CLAIMS: tuple[AtomicClaim, ...] = (
     ),
     AtomicClaim(
         name="v-input-t1",
+        title="ẏ slows recovery",
         words="but entails an equally large degradation of stability to disturbances",
         section="V",
         effect=Difference("t1_s", _fv(*LEARNED_FEEDBACK), _f(*LEARNED_FEEDBACK)),
@@ -437,6 +480,7 @@ ATOMIC_CLAIMS: tuple[AtomicClaim, ...] = (
     # Over all models.
     AtomicClaim(
         name="efficient-is-slow",
+        title="efficient models settle later",
         words="high efficiency leads to a trade-off with slow convergence to a limit cycle",
         section="V",
         effect=Correlation("cot_inverse", "t0_s"),
@@ -444,6 +488,7 @@ ATOMIC_CLAIMS: tuple[AtomicClaim, ...] = (
     ),
     AtomicClaim(
         name="efficient-is-unstable",
+        title="efficient models recover later",
         words="high efficiency leads to a trade-off with slow convergence to a limit cycle and "
         "reduced stability to disturbances",
         section="V",
@@ -452,6 +497,7 @@ ATOMIC_CLAIMS: tuple[AtomicClaim, ...] = (
     ),
     AtomicClaim(
         name="dependent-is-quick",
+        title="dependent models recover sooner",
         words="the high dependency of the actuation dynamics on the CPG activity greatly improves "
         "the convergence behavior for unexpected perturbations",
         section="V",
@@ -461,6 +507,7 @@ ATOMIC_CLAIMS: tuple[AtomicClaim, ...] = (
     ),
     AtomicClaim(
         name="dependent-is-inefficient",
+        title="dependent models are less efficient",
         words="While this entails lowered efficiency, the tight coupling between oscillators and "
         "actuation offers elegant means of velocity modulation",
         section="V",
@@ -470,6 +517,7 @@ ATOMIC_CLAIMS: tuple[AtomicClaim, ...] = (
     # What PGPE can do.
     AtomicClaim(
         name="pgpe-resonance",
+        title="AR hops near the body's resonance",
         words="PGPE was able to converge to solutions, that operate at the resonance of the "
         "controlled system",
         section="V",
@@ -478,6 +526,7 @@ ATOMIC_CLAIMS: tuple[AtomicClaim, ...] = (
     ),
     AtomicClaim(
         name="more-than-128",
+        title="more than 128 parameters train worse",
         words="We found that policies exceeding 128 parameters, were untrainable",
         section="V",
         effect=OfTrainings("parameter_limit.csv", "fitness", "more than 128", "at most 128"),
