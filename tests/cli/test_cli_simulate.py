@@ -269,9 +269,10 @@ def test_a_plot_is_written_in_the_format_of_its_ending(simulate, tmp_path, endin
     assert is_readable(path)
 
 
-def test_an_animation_moves(tmp_path):
+def test_an_animation_moves_and_reports_its_progress(tmp_path, capsys):
     path = tmp_path / "hop.gif"
     assert main(["simulate", "--duration", "0.4", "--animate", str(path)]) == 0
+    assert "animation  10/10" in capsys.readouterr().err
     with Image.open(path) as picture:
         assert picture.n_frames == 10
         first = np.asarray(picture.convert("RGB"))

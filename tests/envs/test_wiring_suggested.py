@@ -130,7 +130,7 @@ def test_a_leg_that_gives_way_is_pointed_at_springs_and_servos():
 def test_the_command_writes_a_file_with_reasons_that_reads_back(model_file, leg, capsys):
     assert main(["wiring", "suggest", str(model_file)]) == 0
     printed = capsys.readouterr().out
-    assert "tegotae train ART --env my_leg.xml --wiring my_leg.toml" in printed
+    assert "train ART --env my_leg.xml --wiring my_leg.toml --fitness return\n" in printed
     assert "# height at touchdown in a drop test" in Path("my_leg.toml").read_text()
     read = load_wiring("my_leg.toml")
     assert dataclasses.replace(read, controller=leg.wiring.controller).limbs == leg.wiring.limbs

@@ -15,6 +15,7 @@ from PIL import Image
 
 from tegotae._support.errors import TegotaeError
 from tegotae._support.files import output_file, write_atomically
+from tegotae._support.progress import reporting
 from tegotae.figures.style import COLOURS, new_figure, styled
 from tegotae.systems.simulation import Result
 
@@ -45,7 +46,13 @@ def save_animation(moving: FuncAnimation, path: Path) -> Path:
     try:
         with styled(), tempfile.TemporaryDirectory() as folder:
             whole = Path(folder) / path.name
-            moving.save(whole, writer=writer, dpi=90)
+            with reporting("animation", sum(1 for _ in moving.new_saved_frame_seq())) as reporter:
+                moving.save(
+                    whole,
+                    writer=writer,
+                    dpi=90,
+                    progress_callback=lambda frame, _: reporter.update(frame + 1),
+                )
             write_atomically(path, whole.read_bytes())
     except subprocess.CalledProcessError:
         raise TegotaeError(f"ffmpeg failed to write {path}; use .gif") from None

@@ -110,7 +110,8 @@ def optimum_figure(
         right.set_xlabel("time since touchdown [s]")
         right.set_ylabel("actuator force $F_a$ [N]")
         right.set_title(note)
-        right.legend(loc="upper left")
+        if stances:
+            right.legend(loc="upper left")
         figure.legend(
             handles=left.get_legend_handles_labels()[0], loc="outside lower left", ncols=3
         )
