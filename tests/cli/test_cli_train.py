@@ -97,7 +97,7 @@ def test_that_no_candidate_came_through_its_episode_is_said(capsys, tiny_trainin
     summarise([good], "generation")
     assert "learned nothing" not in capsys.readouterr().out
     summarise([good, path], "generation")
-    assert "1 of 2 learned nothing: no candidate came through" in capsys.readouterr().out
+    assert "1 of 2 learned nothing: no candidate survived" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize("seed", tiny.SEEDS)

@@ -77,7 +77,7 @@ def test_what_moves_in_a_foreign_simulator_is_said_not_to_be_here(foreign, words
     first, *more = words.split(" --")
     options = [word for each in more for word in f"--{each}".split()]
     said = one_line_error(*first.split(), foreign, *options)
-    assert "drives the limbs of a foreign simulator, whose mechanics are not here" in said
+    assert "drives the limbs of another simulator, whose mechanics are not here" in said
 
 
 @pytest.fixture

@@ -441,11 +441,11 @@ def test_a_killed_multiverse_goes_on_and_loses_nothing(tmp_path, capsys):
     assert set(now) == {f"{u.key}.record.npz" for u in multiverse("smoke", 2).units}
     assert main(words) == 0
     said = capsys.readouterr().out
-    assert said == "scale smoke: 4 of 4 models done, 2 of 2 readings whole\n"
+    assert said == "scale smoke: 4 of 4 models done, 2 of 2 readings complete\n"
     # That readings are not whole is said.
     out = tmp_path / "out"
     assert main(["study", "multiverse", "export", "--dir", str(folder), "--out", str(out)]) == 0
-    assert "2 of 3 readings are whole" in capsys.readouterr().out
+    assert "2 of 3 readings are complete" in capsys.readouterr().out
     assert main(["study", "multiverse", "figures", str(out), "--out", str(out)]) == 0
     assert {"multiverse.png", "multiverse.md"} <= set(os.listdir(out))
 

@@ -81,7 +81,7 @@ class Evaluate(ProtocolOptions, BodyOptions):
         require_ours(found)
         several = found.body.limbs > 1
         if self.settings:
-            raise TegotaeError("--settings belongs to what was trained on an environment")
+            raise TegotaeError("--settings is for controllers that were trained on an environment")
         refuse_given(self, OF_ONE_LEG if several else OF_SEVERAL, self.place, several)
         if self.csv is not None:
             output_file(self.csv)

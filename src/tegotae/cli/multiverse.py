@@ -84,7 +84,7 @@ class MultiverseStatus:
         done = sum(key_of(record.configuration) in keys for record in records)
         print(
             f"scale {plan.scale}: {done} of {len(keys)} models done, "
-            f"{whole} of {plan.readings} readings whole"
+            f"{whole} of {plan.readings} readings complete"
         )
         for message in damaged:
             print(message)
@@ -163,8 +163,8 @@ def _findings(path: Path, count: int | None = None) -> tuple[list[Reading], Find
     whole = sum(is_whole(plan, table) for table in found.values())
     if whole < plan.readings:
         print(
-            f"{whole} of {plan.readings} readings are whole; of the others, claims are judged that "
-            "have all of their models"
+            f"{whole} of {plan.readings} readings are complete; of the others, only claims "
+            "count that have all of their models"
         )
     by_reading = findings_by_reading(found, models=plan.models)
     return [reading for reading, _ in plan.by_reading], by_reading

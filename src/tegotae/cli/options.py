@@ -357,7 +357,9 @@ def settings_named(name: str, algorithms: tuple[type, ...]) -> Any:
     if is_reference(name):
         return named(name, algorithms, "algorithm")
     if not isinstance(settings := tuned(name), algorithms):
-        raise TegotaeError(f"{name} cannot be used here; it needs an evolution strategy, as pgpe")
+        raise TegotaeError(
+            f"{name} cannot be used here; it needs an evolution strategy, such as pgpe"
+        )
     return settings
 
 
@@ -449,8 +451,8 @@ def require_ours(found: Resolved) -> None:
     """Raise `TegotaeError` for a controller of limbs that a foreign simulator moves."""
     if isinstance(found.body, Interface):
         raise TegotaeError(
-            f"{found.name} drives the limbs of a foreign simulator, whose mechanics are not here; "
-            "what was trained with --env is played there by tegotae simulate and tegotae evaluate"
+            f"{found.name} drives the limbs of another simulator, whose mechanics are not here; "
+            "tegotae simulate and tegotae evaluate run it there"
         )
 
 
@@ -484,5 +486,5 @@ def refuse_on_environment(command: Any, understood: Iterable[str], place: str) -
         if field.name not in kept and getattr(command, field.name) != field.default:
             raise TegotaeError(
                 f"--{field.name.replace('_', '-')} is for bodies of this package; {place} was "
-                "trained on an environment, where it is played as its file says"
+                "trained on an environment, and runs there with the settings of its file"
             )

@@ -299,8 +299,8 @@ def summarise(paths: list[Path], unit: str) -> None:
     )
     if lost:
         print(
-            f"{lost} of {len(found)} learned nothing: no candidate came through its episode, "
-            "and the fitness says no more than that."
+            f"{lost} of {len(found)} learned nothing: no candidate survived its episode, "
+            "so the fitness has no other meaning."
         )
 
 

@@ -88,7 +88,7 @@ def read_curves(places: Sequence[Path], measure: str | None = COT) -> list[Learn
         measure = COT if known and all(each.measure == COT for each in tables) else FITNESS
     for each in tables:
         if each.measure != measure:
-            raise TegotaeError(f"a table is of the {each.measure}, and the {measure} is asked for")
+            raise TegotaeError(f"a table contains the {each.measure}, not the {measure}")
     curves = [*tables, *_labelled(trainings, measure)]
     curves.sort(key=lambda curve: (curve.model, curve.algorithm, curve.seed))
     for first, second in pairwise(curves):

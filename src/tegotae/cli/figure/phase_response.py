@@ -42,7 +42,7 @@ class PhaseResponseFigure(SettledSubject):
         for push, shift in zip(found.push_ns, found.shift_rad, strict=True):
             back = np.isfinite(shift)
             if not back.any():
-                print(f"push of {push:g} N s: never back on the limit cycle")
+                print(f"push of {push:g} N s: no return to the limit cycle")
                 continue
             most = np.nanargmax(np.abs(shift))
             where = found.cycle_phase_rad[most] / (2.0 * np.pi)
@@ -50,7 +50,7 @@ class PhaseResponseFigure(SettledSubject):
             print(
                 f"push of {push:g} N s: largest shift {shift[most]:+.3g} rad at t/T = {where:.2f}"
                 + (", which is negligible" if negligible else "")
-                + ("" if back.all() else f"; not back from {np.mean(~back):.0%} of the points")
+                + ("" if back.all() else f"; no return from {np.mean(~back):.0%} of the points")
             )
         self.write(
             phase_response_figure(found, self.title(saved)), {"": phase_response_table(found)}

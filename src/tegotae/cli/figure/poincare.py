@@ -35,9 +35,7 @@ class PoincareFigure(SettledSubject):
         hops = "1 hop" if found.hops == 1 else f"{found.hops} hops"
         print(f"limit cycle of {hops}, {found.period_s:.4f} s")
         if not found.refined:
-            print(
-                "the fixed point was not refined: the apex at which the gait settled stands for it"
-            )
+            print("the fixed point was not refined; the apex at which the gait settled replaces it")
         for value in found.multipliers:
             shown = f"{value.real:.4f}" if value.imag == 0.0 else f"{value:.4f}"
             print(f"Floquet multiplier {shown}, |λ| = {abs(value):.4f}")

@@ -86,8 +86,8 @@ class LeggedSystemOptions(LegsOptions):
             fields = assignments("--set", self.set)
             if "present" in fields:
                 raise TegotaeError(
-                    "--set present would take legs away that are then measured; tegotae gait "
-                    "lesion --lose takes legs away"
+                    "--set present would remove legs that are then measured; tegotae gait lesion "
+                    "--lose removes legs"
                 )
             found = found.with_body(with_fields(found.body, fields))
         if self.terrain:

@@ -87,7 +87,7 @@ def print_summary(summary: dict) -> None:
     if summary["failed"]:
         console.print(
             f"failed at {summary['failed_time_s']:.2f} s: the leg has no length left, or the "
-            "numbers have left their range"
+            "numbers exceed their range"
         )
     heights = summary["apex_height_m"]
     last = ", ".join(f"{height:.4f}" for height in heights[-4:])

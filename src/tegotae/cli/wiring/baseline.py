@@ -117,12 +117,12 @@ def _print(sweep: VanillaSweep) -> None:
     if np.isfinite(sweep.cot_inverse).any() and not np.nanmax(sweep.cot_inverse) > 0.0:
         print(
             "Nothing hops: CoT⁻¹ is 0 everywhere. Enlarge the pushes, release it higher "
-            "(--settings release_m=0.1), or judge by --fitness return."
+            "(--settings release_m=0.1), or use --fitness return."
         )
     if row == 0:
         print(
-            "No gain is better than none: the bare rhythm does as well without feedback. Look at "
-            "rests and pushes of the wiring first."
+            "No gain is better than zero: feedback does not help the bare rhythm. Check rests and "
+            "pushes of the wiring first."
         )
     elif column in (0, len(sweep.omega) - 1) and len(sweep.omega) > 1:
         print("The best ω is the last one tried: --frequencies beyond it may do better.")

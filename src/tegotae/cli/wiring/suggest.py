@@ -75,7 +75,7 @@ class WiringSuggest:
             return output_file(self.out)
         file = Path(Path(self.model.rpartition(":")[2]).stem + ".toml")
         if file.exists():
-            raise TegotaeError(f"{file} is there already; name another file with --out")
+            raise TegotaeError(f"{file} exists already; name another file with --out")
         return output_file(file)
 
 

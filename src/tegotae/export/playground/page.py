@@ -79,7 +79,7 @@ class Page:
 
     def __post_init__(self) -> None:
         if not self.choices:
-            raise TegotaeError("no controllers were given; a playground needs one at least")
+            raise TegotaeError("no controllers were given; a playground needs at least one")
         self._engines: dict[str, engine_cache.CompiledEngine] = {}
         self._bodies: dict[str, Body] = dict(STANDARD)
         for choice in self.choices:

@@ -197,7 +197,7 @@ def _check_spikes(height: np.ndarray, rest_length_m: float) -> None:
         raise TegotaeError(
             f"height_m is {height[where + 1]:g} at sample {where + 1} and {height[where]:g} before "
             f"it, and goes back: further than the rest length of {rest_length_m:g} m in one "
-            "sample; mend the sample, or check units and rest length"
+            "sample; correct the sample, or check units and rest length"
         )
 
 

@@ -185,7 +185,7 @@ def chosen(asked: Iterable[str | Metric] | None = None) -> tuple[Metric, ...]:
             raise TegotaeError(f"{each.name} is not registered; tegotae.register it first")
         wanted.add(found.name)
     if not wanted:
-        raise TegotaeError(f"no metric is asked for; name at least one, or {ALL}")
+        raise TegotaeError(f"no metric is named; name at least one, or {ALL}")
     return tuple(metric for metric in metrics() if metric.name in wanted)
 
 

@@ -42,7 +42,7 @@ def agent_controller(experiment: Trainable, settings: AgentSettings) -> Controll
         )
     if controller.actuation.n_weights:
         raise TegotaeError(
-            f"{without} the weights of its actuation lie behind the agent's action, the feedback, "
+            f"{without} the weights of its actuation come after the agent's action, the feedback, "
             "where no gradient reaches them; take a model without, such as AR, or use pgpe"
         )
     if controller.sets > 1 or controller.coupling is not None:

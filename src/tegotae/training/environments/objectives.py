@@ -115,7 +115,7 @@ class Hopping(EnvObjective):
             if getattr(wiring, name) is None:
                 raise TegotaeError(
                     f"CoT⁻¹ cannot be measured: the wiring does not say {name}, {what}; "
-                    "say it, or judge by the environment's return"
+                    "name it, or use --fitness return"
                 )
 
     def entries(self, wiring: Wiring, names: tuple[str, ...]) -> tuple[str, ...]:
