@@ -146,7 +146,7 @@ def by_budget() -> dict[str, list[Finding]]:
 def test_effects_stand_over_their_budgets_coloured_by_outcome_with_the_plateau_last(tmp_path):
     figure = budgets_figure(by_budget())
     (panel,) = [each for each in figure.axes if each.get_visible()]
-    assert panel.get_title(loc="left") == "vg-cot"
+    assert panel.get_title(loc="left").split() == CLAIMS["vg-cot"].title.split()
     points = [line for line in panel.lines if line.get_marker() in ("o", "X", "s")]
     assert [float(line.get_ydata()[0]) for line in points] == [-0.5, 0.05, 0.5]
     assert [float(line.get_xdata()[0]) for line in points] == [0.0, 1.0, 2.0]

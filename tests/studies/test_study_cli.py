@@ -185,7 +185,7 @@ def test_outcomes_of_another_study_and_of_each_budget_stand_beside(smoke_study, 
     assert all(row.endswith("| Ways: + / 0 / − |") for row in heads)
     beside = (out / "claims-beside.md").read_text()
     assert beside.startswith("| | the study | old |\n")
-    assert "| map-sector-line | reproduced | not measured |\n" in beside, "of its own folder only"
+    assert ", `map-sector-line` | reproduced | not measured |\n" in beside, "of its own folder only"
     first = (out / "claims-by-budget.md").read_text().splitlines()[0]
     assert first == "| | 1280 episodes | 5120 episodes | plateau |"
     old, own = ((out / name).read_text() for name in ("effects-old.csv", "effects.csv"))
