@@ -120,9 +120,6 @@ class LimbVecEnv(VecEnv):
         training: the experiment, and how the agent is set.
     """
 
-    render_mode: str | None = None
-    """Nothing is drawn while an agent learns."""
-
     def __init__(self, training: EnvAgentTraining) -> None:
         own, settings = training.experiment, training.settings
         wires, controller = own.wires, training.controller
