@@ -162,7 +162,7 @@ def test_a_heavier_leg_presses_harder():
         ("simulate --height 2", "--height is for bodies of this package"),
         ("simulate --animate leg.avi", "use .gif or .mp4"),
         ("evaluate --drop 0.1", "--drop is for bodies of this package"),
-        ("figure portrait", "is played there by tegotae simulate"),
+        ("figure portrait", "tegotae simulate and tegotae evaluate run it there"),
     ],
 )
 def test_what_has_no_meaning_on_an_environment_is_refused(words, said, file, one_line_error):

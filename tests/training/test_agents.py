@@ -376,7 +376,7 @@ class TestBadInput:
         [
             ("V-reflex-w8", "no network to learn"),
             ("T-Fv", "the Tegotae feedback, and it has none"),
-            ("ART-rF-tphif-w8", "behind the agent's action"),
+            ("ART-rF-tphif-w8", "come after the agent's action"),
         ],
     )
     def test_models_without_a_meaning_are_refused(self, algorithm, model, why):
