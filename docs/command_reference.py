@@ -5,8 +5,9 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
-from tegotae.cli.commands import COMMANDS, Command, CommandGroup
+from tegotae.cli.commands import COMMANDS
 from tegotae.cli.parsing import description_of, options_of
+from tegotae.cli.program import Command, CommandGroup
 
 
 def command_reference() -> str:

@@ -15,7 +15,8 @@ from jax.errors import JaxRuntimeError
 
 from tegotae import Engine, TegotaeError
 from tegotae.cli import main, parsed, split_parts
-from tegotae.cli.commands import COMMANDS, SECTIONS, Command, CommandGroup
+from tegotae.cli.commands import COMMANDS, SECTIONS
+from tegotae.cli.program import Command, CommandGroup
 from tegotae.cli.status import exit_status
 
 

@@ -14,7 +14,8 @@ import pytest
 
 from pages import DOCS, blocks
 from tegotae.cli import main, parsed
-from tegotae.cli.commands import COMMANDS, Command
+from tegotae.cli.commands import COMMANDS
+from tegotae.cli.program import Command
 
 SOURCE = DOCS.parent / "src" / "tegotae"
 

@@ -9,8 +9,9 @@ import pytest
 
 from pages import DOCS
 from places import ROOT
-from tegotae.cli.commands import COMMANDS, CommandGroup
+from tegotae.cli.commands import COMMANDS, TEGOTAE
 from tegotae.cli.help import help_of, overview, overview_of
+from tegotae.cli.program import CommandGroup
 from vocabulary import PROSE
 
 PAGES = sorted(
@@ -91,7 +92,7 @@ def helps(commands=COMMANDS, before: str = "tegotae") -> Iterator[str]:
 
 
 def test_help_is_in_plain_english():
-    assert [unplain(each) for each in (overview(), *helps()) if unplain(each)] == []
+    assert [unplain(each) for each in (overview(TEGOTAE), *helps()) if unplain(each)] == []
 
 
 @pytest.mark.parametrize("term", TERMS)

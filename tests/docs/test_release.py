@@ -42,7 +42,8 @@ runpy.run_module("tegotae", run_name="__main__", alter_sys=True)
 
 
 LOADED = f"""{MISSING}
-from tegotae.cli.commands import COMMANDS, CommandGroup
+from tegotae.cli.commands import COMMANDS
+from tegotae.cli.program import CommandGroup
 
 def load(entries):
     for entry in entries.values():

@@ -504,11 +504,6 @@ def test_what_the_command_cannot_do_it_says_in_one_line(one_line_error, words, s
     assert said in one_line_error("train", "ART", "--env", *words, "--out", str(tmp_path))
 
 
-def test_the_command_of_old_names_the_one_of_today(one_line_error):
-    said = one_line_error("train-env", "hopper", "--duration", "8")
-    assert "tegotae train-env is tegotae train MODEL --env ENV now" in said
-
-
 @pytest.mark.parametrize(
     "words", [("--wiring", "leg.toml"), ("--omega", "8"), ("--feet", "foot"), ("--workers", "0")]
 )

@@ -4,22 +4,23 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 from tegotae._start import end_on_ctrl_c, open_streams, ready
 from tegotae._support.errors import TegotaeError
 from tegotae._support.quiet import QUIET
-from tegotae.cli.commands import COMMANDS, MOVED, Command, CommandGroup
+from tegotae.cli.commands import TEGOTAE
 from tegotae.cli.console import make_safe
 from tegotae.cli.help import help_of, overview, overview_of
+from tegotae.cli.program import CommandGroup, Program
 from tegotae.cli.status import DEBUG, exit_status, leave, warn_in_one_line
 
 _HELP = (["-h"], ["--help"])
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
-    """Run a subcommand; the exit status is 0, or another one (`exit_status`).
+def main(arguments: Sequence[str] | None = None, program: Program = TEGOTAE) -> int:
+    """Run a subcommand of a program; the exit status is 0, or another one (`exit_status`).
 
     Raises:
         SystemExit: of status 2 for arguments that do not make a command; of 0 after `--help`.
@@ -29,10 +30,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if switch in words:
             os.environ[variable] = "1"  # which worker processes inherit
             words = [word for word in words if word != switch]
-    return exit_status(lambda: _run(words))
+    return exit_status(lambda: _run(words, program))
 
 
-def _run(words: list[str]) -> None:
+def _run(words: list[str], program: Program) -> None:
     if words == ["--version"]:
         from tegotae import __version__
 
@@ -45,7 +46,7 @@ def _run(words: list[str]) -> None:
 
         for place in places:
             imported(place)
-    command = parsed(words)
+    command = parsed(words, program)
     _check_environment()
     ready()
     try:
@@ -56,16 +57,12 @@ def _run(words: list[str]) -> None:
         ) from None
 
 
-def parsed(
-    words: Sequence[str],
-    commands: Mapping[str, Command | CommandGroup] = COMMANDS,
-    prog: str = "tegotae",
-) -> Any:
+def parsed(words: Sequence[str], group: CommandGroup = TEGOTAE, prog: str = TEGOTAE.name) -> Any:
     """The command that words make, with its options; of all commands this one alone is imported.
 
     Args:
         words: such as `["figure", "surface", "--out", "surface.png"]`.
-        commands: those to choose from.
+        group: the commands to choose from.
         prog: the words before.
 
     Raises:
@@ -76,24 +73,18 @@ def parsed(
         True
     """
     name = words[0] if words else ""
-    before = f"{prog} {name}".removeprefix("tegotae ")
-    if before in MOVED:
-        raise TegotaeError(f"tegotae {before} is tegotae {MOVED[before]} now")
-    if prog == "tegotae" and list(words) in _HELP:
-        print(overview())
+    if list(words) in _HELP:
+        print(overview(group) if isinstance(group, Program) else overview_of(prog, group))
         raise SystemExit(0)
-    chosen = commands.get(name)
+    chosen = group.commands.get(name)
     if isinstance(chosen, CommandGroup):
-        if list(words[1:]) in _HELP:
-            print(overview_of(f"{prog} {name}", chosen))
-            raise SystemExit(0)
-        return parsed(words[1:], chosen.commands, f"{prog} {name}")
+        return parsed(words[1:], chosen, f"{prog} {name}")
     if chosen is not None and any(each in words[1:] for each in ("-h", "--help")):
         print(help_of(f"{prog} {name}", chosen))
         raise SystemExit(0)
     from tegotae.cli.parsing import parse
 
-    return parse(words, commands, prog)
+    return parse(words, group, prog)
 
 
 def _check_environment() -> None:
@@ -130,10 +121,10 @@ def _after_parts(word: str) -> list[str]:
     return [option, value] if option == "--parts" and equals else [word]
 
 
-def entry() -> None:
-    """The console script."""
+def entry(program: Program = TEGOTAE) -> None:
+    """Run a program as the shell's command."""
     open_streams()
     end_on_ctrl_c()
     make_safe()
     warn_in_one_line()
-    leave(main())
+    leave(main(program=program))

@@ -1,82 +1,19 @@
-"""All commands by name: where each is, and in a line what it does.
-
-No command is imported before it is named, so that help is there at once: what a command does is
-read from its source.
-"""
+"""The commands of `tegotae`."""
 
 from __future__ import annotations
 
-import ast
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
-from importlib import import_module
-from importlib.util import find_spec
-from typing import Any, cast
+from collections.abc import Mapping
 
-
-@dataclass(frozen=True)
-class Command:
-    """A command: a dataclass of its options, with a method `run`."""
-
-    module: str
-    """Its module in `tegotae.cli`."""
-    name: str
-    """Its class."""
-    examples: tuple[str, ...]
-    """Lines that a user can type, for the end of its help."""
-
-    @property
-    def summary(self) -> str:
-        """The first paragraph of the class's docstring, read without importing it."""
-        spec = find_spec(self._path)
-        source = cast(Any, spec).loader.get_source(self._path)
-        (own,) = (
-            node
-            for node in ast.parse(source).body
-            if isinstance(node, ast.ClassDef) and node.name == self.name
-        )
-        return " ".join((ast.get_docstring(own) or "").split("\n\n")[0].split())
-
-    def load(self) -> type:
-        """The class."""
-        return getattr(import_module(self._path), self.name)
-
-    @property
-    def _path(self) -> str:
-        return f"tegotae.cli.{self.module}"
-
-
-@dataclass(frozen=True)
-class CommandGroup:
-    """Commands under a common name."""
-
-    summary: str
-    """What they are for."""
-    commands: Mapping[str, Command | CommandGroup]
-    """Each by its name."""
-
-    @property
-    def examples(self) -> tuple[str, ...]:
-        """The first example of its first two commands."""
-        return tuple(each.examples[0] for each in list(self.commands.values())[:2])
-
-
-def in_name_only(entry: Command | CommandGroup) -> Callable[[], None]:
-    """A stand-in with an entry's summary and without options, for a list of commands."""
-
-    def stand_in() -> None:
-        raise AssertionError(f"a stand-in was run: {entry.summary}")
-
-    stand_in.__doc__ = entry.summary
-    return stand_in
-
+from tegotae.cli.program import Command, CommandGroup, Program
 
 COMMANDS: Mapping[str, Command | CommandGroup] = {
     "models": Command(
-        "models", "Models", ("tegotae models '*@quadruped-c'", "tegotae models 'ART*' --zoo")
+        "tegotae.cli.models",
+        "Models",
+        ("tegotae models '*@quadruped-c'", "tegotae models 'ART*' --zoo"),
     ),
     "train": Command(
-        "train",
+        "tegotae.cli.train",
         "Train",
         (
             "tegotae train ART --seeds 4 --out runs/art",
@@ -84,7 +21,7 @@ COMMANDS: Mapping[str, Command | CommandGroup] = {
         ),
     ),
     "tune": Command(
-        "tune",
+        "tegotae.cli.tune",
         "Tune",
         (
             "tegotae tune ART --storage tuning.log --trials 20",
@@ -95,7 +32,7 @@ COMMANDS: Mapping[str, Command | CommandGroup] = {
         "Put controllers on a leg of your own: a MuJoCo model, or any environment.",
         {
             "suggest": Command(
-                "wiring.suggest",
+                "tegotae.cli.wiring.suggest",
                 "WiringSuggest",
                 (
                     "tegotae wiring suggest my_leg.xml",
@@ -103,7 +40,7 @@ COMMANDS: Mapping[str, Command | CommandGroup] = {
                 ),
             ),
             "baseline": Command(
-                "wiring.baseline",
+                "tegotae.cli.wiring.baseline",
                 "WiringBaseline",
                 (
                     "tegotae wiring baseline --env my_leg.xml --wiring my_leg.toml",
@@ -113,7 +50,7 @@ COMMANDS: Mapping[str, Command | CommandGroup] = {
         },
     ),
     "simulate": Command(
-        "simulate",
+        "tegotae.cli.simulate",
         "Simulate",
         (
             "tegotae simulate V-sector-w4 --plot hop.png --animate hop.gif",
@@ -121,12 +58,12 @@ COMMANDS: Mapping[str, Command | CommandGroup] = {
         ),
     ),
     "evaluate": Command(
-        "evaluate",
+        "tegotae.cli.evaluate",
         "Evaluate",
         ("tegotae evaluate V-sector-w4", "tegotae evaluate runs/art --csv runs.csv"),
     ),
     "compare": Command(
-        "compare",
+        "tegotae.cli.compare",
         "Compare",
         (
             "tegotae compare V-sector-w4 V-reflex-w4",
@@ -134,7 +71,7 @@ COMMANDS: Mapping[str, Command | CommandGroup] = {
         ),
     ),
     "measure": Command(
-        "measure",
+        "tegotae.cli.measure",
         "Measure",
         (
             "tegotae measure walk.csv --rest-length 1 --omega 5 --plot walk.png",
@@ -145,7 +82,7 @@ COMMANDS: Mapping[str, Command | CommandGroup] = {
         "Draw a figure that explains a controller, and write its numbers.",
         {
             "gain-map": Command(
-                "figure.gain_map",
+                "tegotae.cli.figure.gain_map",
                 "GainMap",
                 (
                     "tegotae figure gain-map --resolution 40",
@@ -153,7 +90,7 @@ COMMANDS: Mapping[str, Command | CommandGroup] = {
                 ),
             ),
             "surface": Command(
-                "figure.surface",
+                "tegotae.cli.figure.surface",
                 "SurfaceFigure",
                 (
                     "tegotae figure surface V-sector-w4",
@@ -161,7 +98,7 @@ COMMANDS: Mapping[str, Command | CommandGroup] = {
                 ),
             ),
             "portrait": Command(
-                "figure.portrait",
+                "tegotae.cli.figure.portrait",
                 "Portrait",
                 (
                     "tegotae figure portrait V-sector-w4",
@@ -169,7 +106,7 @@ COMMANDS: Mapping[str, Command | CommandGroup] = {
                 ),
             ),
             "phase-locking": Command(
-                "figure.phase_locking",
+                "tegotae.cli.figure.phase_locking",
                 "PhaseLocking",
                 (
                     "tegotae figure phase-locking --resolution 40",
@@ -177,7 +114,7 @@ COMMANDS: Mapping[str, Command | CommandGroup] = {
                 ),
             ),
             "phase-response": Command(
-                "figure.phase_response",
+                "tegotae.cli.figure.phase_response",
                 "PhaseResponseFigure",
                 (
                     "tegotae figure phase-response V-sector-w4",
@@ -185,7 +122,7 @@ COMMANDS: Mapping[str, Command | CommandGroup] = {
                 ),
             ),
             "basin": Command(
-                "figure.basin",
+                "tegotae.cli.figure.basin",
                 "Basin",
                 (
                     "tegotae figure basin V-sector-w4",
@@ -193,7 +130,7 @@ COMMANDS: Mapping[str, Command | CommandGroup] = {
                 ),
             ),
             "poincare": Command(
-                "figure.poincare",
+                "tegotae.cli.figure.poincare",
                 "PoincareFigure",
                 (
                     "tegotae figure poincare V-sector-w4",
@@ -201,7 +138,7 @@ COMMANDS: Mapping[str, Command | CommandGroup] = {
                 ),
             ),
             "learning-curves": Command(
-                "figure.learning_curves",
+                "tegotae.cli.figure.learning_curves",
                 "LearningCurves",
                 (
                     "tegotae figure learning-curves runs/art",
@@ -209,7 +146,7 @@ COMMANDS: Mapping[str, Command | CommandGroup] = {
                 ),
             ),
             "optimum": Command(
-                "figure.optimum",
+                "tegotae.cli.figure.optimum",
                 "Optimum",
                 (
                     "tegotae figure optimum",
@@ -222,7 +159,7 @@ COMMANDS: Mapping[str, Command | CommandGroup] = {
         "Study the gaits of a body with several legs.",
         {
             "sweep": Command(
-                "gait.sweep",
+                "tegotae.cli.gait.sweep",
                 "Sweep",
                 (
                     "tegotae gait sweep quadruped-c --levels 0.7 3.5",
@@ -230,7 +167,7 @@ COMMANDS: Mapping[str, Command | CommandGroup] = {
                 ),
             ),
             "map": Command(
-                "gait.map",
+                "tegotae.cli.gait.map",
                 "Map",
                 (
                     "tegotae gait map bar-light --x inertia_ratio 0.4 1.6 --y omega 2 6",
@@ -238,7 +175,7 @@ COMMANDS: Mapping[str, Command | CommandGroup] = {
                 ),
             ),
             "front": Command(
-                "gait.front",
+                "tegotae.cli.gait.front",
                 "Front",
                 (
                     "tegotae gait front quadruped-c",
@@ -246,7 +183,7 @@ COMMANDS: Mapping[str, Command | CommandGroup] = {
                 ),
             ),
             "stability": Command(
-                "gait.stability",
+                "tegotae.cli.gait.stability",
                 "Stability",
                 (
                     "tegotae gait stability bar-light --over inertia_ratio 0.4 1.6",
@@ -254,7 +191,7 @@ COMMANDS: Mapping[str, Command | CommandGroup] = {
                 ),
             ),
             "lesion": Command(
-                "gait.lesion",
+                "tegotae.cli.gait.lesion",
                 "Lesion",
                 (
                     "tegotae gait lesion hexapod --lose L2 R2",
@@ -264,7 +201,7 @@ COMMANDS: Mapping[str, Command | CommandGroup] = {
         },
     ),
     "generalise": Command(
-        "generalise",
+        "tegotae.cli.generalise",
         "Generalise",
         ("tegotae generalise --list", "tegotae generalise runs/art --conditions delay noise"),
     ),
@@ -272,7 +209,7 @@ COMMANDS: Mapping[str, Command | CommandGroup] = {
         "Run the whole study of the paper, and report on it.",
         {
             "run": Command(
-                "study",
+                "tegotae.cli.study",
                 "StudyRun",
                 (
                     "tegotae study run --dir study --scale smoke",
@@ -280,12 +217,12 @@ COMMANDS: Mapping[str, Command | CommandGroup] = {
                 ),
             ),
             "status": Command(
-                "study",
+                "tegotae.cli.study",
                 "StudyStatus",
                 ("tegotae study status --dir study", "tegotae study status --dir results/quick"),
             ),
             "report": Command(
-                "study",
+                "tegotae.cli.study",
                 "StudyReport",
                 (
                     "tegotae study report --dir study",
@@ -293,7 +230,7 @@ COMMANDS: Mapping[str, Command | CommandGroup] = {
                 ),
             ),
             "export": Command(
-                "study",
+                "tegotae.cli.study",
                 "StudyExport",
                 (
                     "tegotae study export --dir study --out runs.csv",
@@ -301,7 +238,7 @@ COMMANDS: Mapping[str, Command | CommandGroup] = {
                 ),
             ),
             "zoo": Command(
-                "study",
+                "tegotae.cli.study",
                 "StudyZoo",
                 (
                     "tegotae study zoo --dir study --name mine --out mine.npz",
@@ -309,7 +246,7 @@ COMMANDS: Mapping[str, Command | CommandGroup] = {
                 ),
             ),
             "claims": Command(
-                "claims",
+                "tegotae.cli.claims",
                 "StudyClaims",
                 (
                     "tegotae study claims runs.csv",
@@ -317,7 +254,7 @@ COMMANDS: Mapping[str, Command | CommandGroup] = {
                 ),
             ),
             "figures": Command(
-                "study",
+                "tegotae.cli.study",
                 "StudyFigures",
                 (
                     "tegotae study figures runs.csv --out figures",
@@ -325,7 +262,7 @@ COMMANDS: Mapping[str, Command | CommandGroup] = {
                 ),
             ),
             "merge": Command(
-                "study",
+                "tegotae.cli.study",
                 "StudyMerge",
                 (
                     "tegotae study merge other-study --dir study",
@@ -336,7 +273,7 @@ COMMANDS: Mapping[str, Command | CommandGroup] = {
                 "Evaluate the claims under other choices of body, work, release and budget.",
                 {
                     "run": Command(
-                        "multiverse",
+                        "tegotae.cli.multiverse",
                         "MultiverseRun",
                         (
                             "tegotae study multiverse run --dir readings --scale smoke",
@@ -344,7 +281,7 @@ COMMANDS: Mapping[str, Command | CommandGroup] = {
                         ),
                     ),
                     "status": Command(
-                        "multiverse",
+                        "tegotae.cli.multiverse",
                         "MultiverseStatus",
                         (
                             "tegotae study multiverse status --dir readings",
@@ -352,7 +289,7 @@ COMMANDS: Mapping[str, Command | CommandGroup] = {
                         ),
                     ),
                     "export": Command(
-                        "multiverse",
+                        "tegotae.cli.multiverse",
                         "MultiverseExport",
                         (
                             "tegotae study multiverse export --dir readings --out tables",
@@ -360,7 +297,7 @@ COMMANDS: Mapping[str, Command | CommandGroup] = {
                         ),
                     ),
                     "figures": Command(
-                        "multiverse",
+                        "tegotae.cli.multiverse",
                         "MultiverseFigures",
                         (
                             "tegotae study multiverse figures tables --out figures",
@@ -375,7 +312,7 @@ COMMANDS: Mapping[str, Command | CommandGroup] = {
         "Export a controller to a robot.",
         {
             "c": Command(
-                "export.c",
+                "tegotae.cli.export.c",
                 "ExportC",
                 (
                     "tegotae export c V-sector-w4 --out robot",
@@ -383,7 +320,7 @@ COMMANDS: Mapping[str, Command | CommandGroup] = {
                 ),
             ),
             "native": Command(
-                "export.native",
+                "tegotae.cli.export.native",
                 "ExportNative",
                 (
                     "tegotae export native V-sector-w4 --out leg.native",
@@ -391,7 +328,7 @@ COMMANDS: Mapping[str, Command | CommandGroup] = {
                 ),
             ),
             "cost": Command(
-                "export.cost",
+                "tegotae.cli.export.cost",
                 "ExportCost",
                 (
                     "tegotae export cost --model V-sector-w4 ART-rF-tphif-w8",
@@ -401,20 +338,20 @@ COMMANDS: Mapping[str, Command | CommandGroup] = {
         },
     ),
     "playground": Command(
-        "playground",
+        "tegotae.cli.playground",
         "Playground",
         ("tegotae playground", "tegotae playground V-sector-w4 V-reflex-w8 --out page.html"),
     ),
     "bench": Command(
-        "bench", "Bench", ("tegotae bench --legs", "tegotae bench --lanes 256 --json")
+        "tegotae.cli.bench", "Bench", ("tegotae bench --legs", "tegotae bench --lanes 256 --json")
     ),
-    "doctor": Command("doctor", "Doctor", ("tegotae doctor", "tegotae doctor --json")),
+    "doctor": Command("tegotae.cli.doctor", "Doctor", ("tegotae doctor", "tegotae doctor --json")),
     "completion": Command(
-        "completion",
+        "tegotae.cli.completion",
         "Completion",
         ("tegotae completion bash > tegotae-completion.bash", "tegotae completion zsh > _tegotae"),
     ),
-    "cite": Command("cite", "Cite", ("tegotae cite", "tegotae cite --bibtex")),
+    "cite": Command("tegotae.cli.cite", "Cite", ("tegotae cite", "tegotae cite --bibtex")),
 }
 
 SECTIONS: Mapping[str, tuple[str, ...]] = {
@@ -428,10 +365,10 @@ SECTIONS: Mapping[str, tuple[str, ...]] = {
 }
 """The commands by what one wants to do, for the list of them."""
 
-MOVED: Mapping[str, str] = {
-    "train-env": "train MODEL --env ENV",
-    "gait simulate": "simulate",
-    "gait basin": "figure basin",
-    "gait judge": "evaluate",
-}
-"""Removed commands, and their replacements."""
+TEGOTAE = Program(
+    summary="Train, simulate and compare learned Tegotae feedback in central pattern generators.",
+    commands=COMMANDS,
+    name="tegotae",
+    sections=SECTIONS,
+)
+"""The program of this package."""

@@ -8,7 +8,7 @@ from __future__ import annotations
 import textwrap
 from collections.abc import Iterator, Mapping
 
-from tegotae.cli.commands import COMMANDS, SECTIONS, Command, CommandGroup
+from tegotae.cli.program import Command, CommandGroup, Program
 
 WIDTH = 80
 """Of all help [columns]."""
@@ -24,21 +24,20 @@ SWITCHES: Mapping[str, str] = {
 }
 """Options of every command, which may stand anywhere."""
 
-ABOUT = "Train, simulate and compare learned Tegotae feedback in central pattern generators."
 
-
-def overview() -> str:
+def overview(program: Program) -> str:
     """All commands in groups by purpose, the options of every command, and two examples."""
-    parts = ["usage: tegotae COMMAND [OPTIONS]\n", *textwrap.wrap(ABOUT, WIDTH), ""]
-    for title, names in SECTIONS.items():
+    usage = f"usage: {program.name} COMMAND [OPTIONS]\n"
+    parts = [usage, *textwrap.wrap(program.summary, WIDTH), ""]
+    for title, names in program.sections.items():
         parts.append(title)
-        parts += [_entry(name, COMMANDS[name].summary) for name in names]
+        parts += [_entry(name, program.commands[name].summary) for name in names]
         parts.append("")
     parts.append("With every command")
     parts += [_entry(switch, about) for switch, about in SWITCHES.items()]
     parts.append("")
-    parts.append("tegotae COMMAND --help explains a command and its options.\n")
-    parts += examples_of(COMMANDS["simulate"])
+    parts.append(f"{program.name} COMMAND --help explains a command and its options.\n")
+    parts += examples_of(program.commands[next(iter(program.sections.values()))[0]])
     return "\n".join(parts)
 
 

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import re
 import warnings
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import tyro
 
-from tegotae.cli.commands import Command, CommandGroup, in_name_only
-from tegotae.cli.help import ABOUT
+from tegotae.cli.program import Command, CommandGroup, in_name_only
 
 _CONFIG = (
     tyro.conf.FlagCreatePairsOff,
@@ -20,24 +19,24 @@ _CONFIG = (
 )
 
 
-def parse(words: Sequence[str], commands: Mapping[str, Command | CommandGroup], prog: str) -> Any:
+def parse(words: Sequence[str], group: CommandGroup, prog: str) -> Any:
     """The command that words make, with its options; of all commands this one alone is imported.
 
     Args:
         words: the command's name and its options.
-        commands: those to choose from.
+        group: the commands to choose from.
         prog: the words before.
 
     Raises:
         SystemExit: of status 2 for words that do not make a command; of 0 after `--help`.
     """
     known: dict[str, Callable[..., object]] = {
-        each: in_name_only(entry) for each, entry in commands.items()
+        each: in_name_only(entry) for each, entry in group.commands.items()
     }
-    if words and isinstance(chosen := commands.get(words[0]), Command):
+    if words and isinstance(chosen := group.commands.get(words[0]), Command):
         known[words[0]] = chosen.load()
     return tyro.extras.subcommand_cli_from_dict(
-        known, prog=prog, description=ABOUT, args=list(words), config=_CONFIG
+        known, prog=prog, description=group.summary, args=list(words), config=_CONFIG
     )
 
 

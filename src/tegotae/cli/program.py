@@ -1,0 +1,77 @@
+"""A program: its commands by name, where each is, and in a line what it does.
+
+No command is imported before it is named, so that help is there at once: what a command does is
+read from its source.
+"""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from importlib import import_module
+from importlib.util import find_spec
+from typing import Any, cast
+
+
+@dataclass(frozen=True)
+class Command:
+    """A command: a dataclass of its options, with a method `run`."""
+
+    module: str
+    """Its module, such as `tegotae.cli.models`."""
+    name: str
+    """Its class."""
+    examples: tuple[str, ...]
+    """Lines that a user can type, for the end of its help."""
+
+    @property
+    def summary(self) -> str:
+        """The first paragraph of the class's docstring, read without importing it."""
+        spec = find_spec(self.module)
+        source = cast(Any, spec).loader.get_source(self.module)
+        (definition,) = (
+            node
+            for node in ast.parse(source).body
+            if isinstance(node, ast.ClassDef) and node.name == self.name
+        )
+        return " ".join((ast.get_docstring(definition) or "").split("\n\n")[0].split())
+
+    def load(self) -> type:
+        """The class."""
+        return getattr(import_module(self.module), self.name)
+
+
+@dataclass(frozen=True)
+class CommandGroup:
+    """Commands under a common name."""
+
+    summary: str
+    """What they are for."""
+    commands: Mapping[str, Command | CommandGroup]
+    """Each by its name."""
+
+    @property
+    def examples(self) -> tuple[str, ...]:
+        """The first example of its first two commands."""
+        return tuple(entry.examples[0] for entry in list(self.commands.values())[:2])
+
+
+@dataclass(frozen=True)
+class Program(CommandGroup):
+    """All commands of a program, such as `tegotae`."""
+
+    name: str
+    """The words that start it."""
+    sections: Mapping[str, tuple[str, ...]]
+    """Names of the commands by purpose, for the list of them."""
+
+
+def in_name_only(entry: Command | CommandGroup) -> Callable[[], None]:
+    """A stand-in with an entry's summary and without options, for a list of commands."""
+
+    def stand_in() -> None:
+        raise AssertionError(f"a stand-in was run: {entry.summary}")
+
+    stand_in.__doc__ = entry.summary
+    return stand_in
