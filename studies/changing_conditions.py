@@ -23,7 +23,7 @@ from tegotae.measures.hopping.statistics import interval
 from tegotae.simulation.world import Uniform
 from tegotae.studies.generalisation import CATALOGUE, ControllersUnderTest, Retention
 from tegotae.studies.generalisation.run import Done, generalise
-from tegotae.studies.generalisation.table import MEASURES, median_interval, run_margins
+from tegotae.studies.generalisation.table import MEASURES, levels_survived, margin
 from tegotae.systems.experiment import Experiment
 from tegotae.systems.models import find
 from tegotae.training.collection import read
@@ -170,8 +170,7 @@ def _margins(model: str, how: str, one: Done):
         for below in (True, False):
             if not each.side(below):
                 continue
-            values = run_margins(outcome, each, below)
-            median, low, high = median_interval(values)
+            found = margin(each, below, levels_survived(outcome, each, below))
             at = (columns["condition"] == each.name) & ((columns["level"] < each.neutral) == below)
             share = {}
             for measure, before in MEASURES.items():
@@ -180,15 +179,10 @@ def _margins(model: str, how: str, one: Done):
             yield {
                 "model": model,
                 "trained": how,
-                "condition": each.name,
                 "seen": each.name in SEEN,
-                "side": "below" if below else "above",
-                "runs": int((~np.isnan(values)).sum()),
-                "margin": median,
-                "low": low,
-                "high": high,
+                **found._asdict(),
                 **share,
-            }  # fmt: skip
+            }
 
 
 def undisturbed_text(rows: Sequence[dict]) -> str:

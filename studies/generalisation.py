@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -39,8 +39,8 @@ from tegotae.studies.generalisation.run import Done, generalise
 from tegotae.studies.generalisation.table import (
     MEASURES,
     curve,
-    median_interval,
-    run_margins,
+    levels_survived,
+    margin,
 )
 from tegotae.studies.paper.plan import plan
 from tegotae.systems.models import all_models
@@ -104,8 +104,7 @@ def tables(done: Sequence[Done]) -> None:
     """Write margins of models, margins of architectures, and the curves."""
     chosen = tuple(CATALOGUE.values())
     rows = [
-        {"model": tested.name, "condition": m.condition, "side": m.side, "runs": m.runs}
-        | {"margin": m.median, "low": m.low, "high": m.high}
+        {"model": tested.name, **m._asdict()}
         for tested, outcome in done
         for m in margins(outcome, chosen)
         if m.runs
@@ -135,9 +134,9 @@ def tables(done: Sequence[Done]) -> None:
 def show() -> None:
     """Write the tables of the page, and the figure of the margins, from the kept tables."""
     keeps, moves = rows_of(KEPT / "architectures.csv"), rows_of(KEPT / "moving.csv")
-    write_text(KEPT / "margins.md", pivoted(keeps, "margin"))
-    write_text(KEPT / "moving.md", pivoted(moves, "margin"))
-    write_text(KEPT / "kept.md", pivoted(keeps, "efficiency"))
+    write_text(KEPT / "margins.md", pivoted(keeps, _bracket))
+    write_text(KEPT / "moving.md", pivoted(moves, _bracket))
+    write_text(KEPT / "kept.md", pivoted(keeps, _efficiency))
     save_figure(margins_figure(moves, keeps), KEPT / "margins.png")
 
 
@@ -154,22 +153,23 @@ def rows_of(file: Path) -> list[dict]:
 
 
 def margins_figure(moves: Sequence[dict], keeps: Sequence[dict]) -> Figure:
-    """A panel a condition: between which levels half of the runs still hop, and keep their gait.
+    """A panel a condition: up to which levels more than half of the runs hop, and keep their gait.
 
-    Thin lines at the ends are 95 % intervals over runs.
+    The open end of a bar leads to the next level, where half have failed; thin lines are 95 %
+    intervals over runs.
     """
     shown = [
         each for each in CATALOGUE.values() if each.name in {row["condition"] for row in moves}
     ]
-    columns = 4
+    columns = 3
     with styled():
-        figure = new_figure(PAGE_IN, 1.25 * -(-len(shown) // columns) + 0.4)
+        figure = new_figure(PAGE_IN, 1.6 * -(-len(shown) // columns) + 0.4)
         axes = figure.subplots(-(-len(shown) // columns), columns, squeeze=False).ravel()
         for ax, each in zip(axes, shown, strict=False):
-            _margins(ax, each, moves, height=0.72, colour="0.78", label="half of the runs hop")
-            _margins(ax, each, keeps, height=0.3, colour=COLOURS[0], label="half keep their gait")
+            _margins(ax, each, moves, at=-0.2, colour="0.75", label="hop")
+            _margins(ax, each, keeps, at=0.2, colour=COLOURS[0], label="keep their gait")
             ax.axvline(each.neutral, color="black", lw=0.8, ls=":", zorder=3)
-            ax.set_yticks(range(len(GROUPS)), GROUPS, size=6)
+            ax.set_yticks(range(len(GROUPS)), GROUPS, size=7)
             ax.set_ylim(len(GROUPS) - 0.4, -0.6)
             ax.tick_params(axis="y", length=0)
             ax.set_xlabel(each.label + (f" [{each.unit}]" if each.unit else ""))
@@ -177,39 +177,34 @@ def margins_figure(moves: Sequence[dict], keeps: Sequence[dict]) -> Figure:
             ax.set_axis_off()
         handles, labels = axes[0].get_legend_handles_labels()
         named = dict(zip(labels, handles, strict=True))
-        figure.legend(named.values(), named.keys(), loc="outside lower center", ncols=3)
+        handles, labels = named.values(), named.keys()
+        figure.legend(handles, labels, title="more than half", loc="outside lower center", ncols=2)
     return figure
 
 
 def _margins(
-    ax: Axes, each: Disturbance, rows: Sequence[dict], *, height: float, colour: str, label: str
+    ax: Axes, each: Disturbance, rows: Sequence[dict], *, at: float, colour: str, label: str
 ) -> None:
     """The bars of one measure, an architecture each, and the intervals of their ends."""
     levels = [each.neutral, *each.levels]
     edges = min(levels), max(levels)
-    ink = "0.45" if colour.startswith("0") else "black"
-    for y, name in enumerate(GROUPS):
-        mine = {
-            row["side"]: row
-            for row in rows
-            if (row["condition"], row["architecture"]) == (each.name, name)
-            and not np.isnan(row["margin"])
-        }
-        ends = {
-            side: np.clip([row["low"], row["margin"], row["high"]], *edges)
-            for side, row in mine.items()
-        }
-        low, high = (ends[side][1] if side in ends else each.neutral for side in ("below", "above"))
-        if ends:
-            ax.barh(y, high - low, left=low, height=height, color=colour, lw=0, label=label)
-        for interval in ends.values():
-            ax.plot(interval[[0, 2]], [y, y], color=ink, lw=0.8, zorder=4)
+    for row in rows:
+        if row["condition"] != each.name or row["architecture"] not in GROUPS:
+            continue
+        y = GROUPS.index(row["architecture"]) + at
+        kept, lost, low, high = np.clip(
+            [row[name] for name in ("survived", "failed", "low", "high")], *edges
+        )
+        size = {"height": 0.34, "edgecolor": colour, "lw": 0.6}
+        ax.barh(y, kept - each.neutral, left=each.neutral, color=colour, label=label, **size)
+        ax.barh(y, lost - kept, left=kept, color="white", **size)
+        ax.plot([low, high], [y, y], color="black", lw=0.7, zorder=4)
     room = 0.02 * (edges[1] - edges[0])
     ax.set_xlim(edges[0] - room, edges[1] + room)
 
 
 def of_group(name: str, members: Sequence[Done], chosen: Sequence[Disturbance]):
-    """Of one architecture, side by side: the median margin over its runs, and what they keep."""
+    """Of one architecture, side by side: the margin over its runs, and what they keep."""
     for each in chosen:
         for below in (True, False):
             if not (levels := each.side(below)):
@@ -217,15 +212,9 @@ def of_group(name: str, members: Sequence[Done], chosen: Sequence[Disturbance]):
             mine = [(s, o) for s, o in members if each.name not in o.left_out]
             if not mine:
                 continue
-            all_margins = np.concatenate([run_margins(o, each, below) for _, o in mine])
-            median, low, high = median_interval(all_margins)
-            row = {
-                "architecture": name,
-                "condition": each.name,
-                "side": "below" if below else "above",
-            }
-            row |= {"models": len(mine), "runs": int((~np.isnan(all_margins)).sum())}
-            row |= {"margin": median, "low": low, "high": high}
+            survived = np.concatenate([levels_survived(o, each, below) for _, o in mine])
+            found = margin(each, below, survived)._asdict()
+            row = {"architecture": name, "models": len(mine), **found}
             yield row | _kept(mine, each.name, levels[0])
 
 
@@ -283,7 +272,7 @@ def deploy_text(outcome: Retention) -> str:
     return "\n".join(lines) + "\n"
 
 
-def pivoted(rows: Sequence[dict], value: str) -> str:
+def pivoted(rows: Sequence[dict], said: Callable[[dict], str]) -> str:
     """A table in Markdown: a row a condition and side, a column an architecture."""
     names = [name for name in GROUPS if any(row["architecture"] == name for row in rows)]
     cells = {(row["condition"], row["side"], row["architecture"]): row for row in rows}
@@ -295,15 +284,20 @@ def pivoted(rows: Sequence[dict], value: str) -> str:
                 continue
             levels = each.side(below)
             arrow = f"{each.neutral:g} → {levels[-1]:g}"
-            said = (_cell(row, value) for row in mine)
-            lines.append(f"| {each.name} {arrow} | {' | '.join(said)} |")
+            texts = ("–" if row is None else said(row) for row in mine)
+            lines.append(f"| {each.name} {arrow} | {' | '.join(texts)} |")
     return "\n".join(lines) + "\n"
 
 
-def _cell(row: dict | None, value: str) -> str:
-    if row is None or np.isnan(row[value]):
+def _bracket(row: dict) -> str:
+    if np.isnan(row["survived"]):
         return "–"
-    return f"{row[value]:.3g}" if np.isfinite(row[value]) else "all"
+    ends = f"{row['survived']:g} … {row['failed']:g}"
+    return ends if np.isfinite(row["failed"]) else "all"
+
+
+def _efficiency(row: dict) -> str:
+    return "–" if np.isnan(row["efficiency"]) else f"{row['efficiency']:.3g}"
 
 
 if __name__ == "__main__":

@@ -35,8 +35,6 @@ FIELDS = {
     "strength": "max_force_n",
 }
 """Conditions that make another hopper, and the number that they scale."""
-MORE = {"mass": (1.35, 1.75)}
-"""Levels at which controllers stop, beside those that are tried."""
 OMEGAS = (4.0, 8.0)
 """Frequencies of the models [rad/s]."""
 STARTS = 3
@@ -48,7 +46,7 @@ def cases() -> Iterator[tuple[str, float, float]]:
     """Condition, level and frequency as it is trained [rad/s]."""
     for name in ("omega", *FIELDS):
         each = CATALOGUE[name]
-        for level in sorted({each.neutral, *each.levels, *MORE.get(name, ())}):
+        for level in sorted({each.neutral, *each.levels}):
             yield from ((name, level, omega) for omega in OMEGAS)
 
 

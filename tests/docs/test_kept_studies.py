@@ -162,7 +162,7 @@ def test_the_table_of_what_is_possible_is_the_kept_one(study):
 def test_the_page_says_of_a_heavier_body_what_the_table_says():
     table = read_csv(KEPT / "generalisation" / "possible.csv")
     level, found = column(table, "level"), column(table, "cot_inverse")
-    heavier = (np.array(table["condition"]) == "mass") & np.isin(level, (1.35, 1.75))
+    heavier = (np.array(table["condition"]) == "mass") & np.isin(level, (1.5, 2.0))
     four, eight = (found[heavier & (column(table, "omega") == omega)] for omega in (4.0, 8.0))
     said = (
         f"gaits of {four[0]:.2f} and {four[1]:.2f} m/J exist at 4 rad/s, of {eight[0]:.2f} and "

@@ -33,7 +33,7 @@ from tegotae.studies.generalisation import (
 )
 from tegotae.studies.generalisation.retention import GaitRetention, Walked
 from tegotae.studies.generalisation.run import generalise
-from tegotae.studies.generalisation.table import curve, median_interval, write_tables
+from tegotae.studies.generalisation.table import curve, margin, write_tables
 from tegotae.studies.generalisation.trial import check_levels
 from tegotae.systems import controller_file
 from tegotae.systems.controller_file import SavedController
@@ -225,26 +225,41 @@ def outcome_of(keeps: list[list[bool]], had=True) -> Retention:
     return Retention(columns, {})
 
 
-def test_a_margin_lies_between_the_last_level_that_is_borne_and_the_next():
+def test_a_margin_is_the_last_tested_level_that_is_survived_and_the_next():
     keeps = [[True, False, True], [True, True, False], [False, False, False]]
     (found,) = margins(outcome_of(keeps), (LAG,))
-    # 0.0075, 0.015 and 0.0025: what comes back after a failure does not count.
+    # One, two and no level: what comes back after a failure does not count.
     assert (found.side, found.runs) == ("above", 3)
-    assert found.median == pytest.approx(0.0075)
-    assert found.low <= found.median <= found.high
+    assert (found.survived, found.failed) == (0.005, 0.01)
+    assert (found.low, found.high) == (0.0, 0.02)
+
+
+def test_the_margin_of_a_single_run_has_no_interval():
+    (found,) = margins(outcome_of([[True, False, False]]), (LAG,))
+    assert (found.survived, found.failed) == (0.005, 0.01)
+    assert np.isnan([found.low, found.high]).all()
+
+
+def test_a_margin_below_the_usual_level_goes_downwards():
+    mass = dataclasses.replace(CATALOGUE["mass"], levels=(0.5, 0.85, 1.2, 1.5))
+    below = margin(mass, True, np.array([0.0, 1.0, 1.0]))
+    assert below[:5] == ("mass", "below", 3, 0.85, 0.5)
+    assert (below.low, below.high) == (0.5, 1.0)
+    assert margin(mass, True, np.array([2.0]))[3:5] == (0.5, -np.inf)
 
 
 def test_a_margin_beyond_the_last_level_is_infinite_and_of_no_gait_undefined():
     (beyond,) = margins(outcome_of([[True] * 3] * 3), (LAG,))
-    assert (beyond.median, beyond.low, beyond.high) == (np.inf, np.inf, np.inf)
+    assert (beyond.survived, beyond.failed) == (0.02, np.inf)
+    assert (beyond.low, beyond.high) == (0.02, np.inf)
     (none,) = margins(outcome_of([[False] * 3] * 2, had=False), (LAG,))
     assert none.runs == 0
-    assert np.isnan(none.median)
+    assert np.isnan(none.survived)
 
 
-def test_the_median_of_margins_of_which_some_are_infinite():
-    assert median_interval(np.array([1.0, np.inf]))[0] == 1.0
-    assert median_interval(np.array([-np.inf, -np.inf, -1.0]))[0] == -np.inf
+def test_where_half_of_the_runs_fail_is_no_level_that_half_survive():
+    (found,) = margins(outcome_of([[True, False, False], [True] * 3]), (LAG,))
+    assert (found.survived, found.failed) == (0.005, 0.01)
 
 
 def test_a_curve_has_the_share_of_those_that_had_a_gait():
@@ -290,7 +305,7 @@ def test_the_command_writes_margins_curves_and_a_picture(tmp_path, monkeypatch, 
     words = ["generalise", str(file), "--conditions", names, "--out", str(tmp_path / "out")]
     assert main(words) == 0
     said = capsys.readouterr().out
-    assert "half fail at" in said
+    assert "survived" in said
     assert "a Hopper cannot lose a leg" in said
     with (tmp_path / "out" / "margins.csv").open() as stream:
         rows = [row for row in csv.DictReader(stream) if row["measure"] == "keeps"]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import fnmatch
 import json
+import math
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -123,31 +124,21 @@ def _print_conditions(chosen: tuple[Disturbance, ...]) -> None:
 def _print_margins(done: list[Done], chosen: tuple[Disturbance, ...]) -> None:
     from tegotae.studies.generalisation import margins
 
-    rows = []
-    for tested, outcome in done:
-        for found in margins(outcome, chosen):
-            if found.runs:
-                numbers = (found.median, found.low, found.high)
-                rows.append(
-                    (
-                        tested.name,
-                        found.condition,
-                        found.side,
-                        str(found.runs),
-                        *map(_cell, numbers),
-                    )
-                )
-            else:
-                rows.append((tested.name, found.condition, found.side, "0", "–", "–", "–"))
-    print_rows(("controller", "condition", "side", "runs", "half fail at", "from", "to"), rows)
+    rows = [
+        (tested.name, found.condition, found.side, *map(_cell, found[2:]))
+        for tested, outcome in done
+        for found in margins(outcome, chosen)
+    ]
+    titles = ("controller", "condition", "side", "runs", "survived", "failed", "from", "to")
+    print_rows(titles, rows)
     for tested, outcome in done:
         if outcome.left_out:
             print(f"{tested.name} was left out of {json.dumps(outcome.left_out)[1:-1]}")
     print_text(
-        "The level at which half of the runs have lost their undisturbed gait, "
-        "and its 95 % interval over runs; inf where they keep it at all levels."
+        "Survived: the last level up to which more than half of the runs keep their undisturbed "
+        "gait; failed: the next one tested, inf beyond the last. From, to: 95 % interval over runs."
     )
 
 
 def _cell(value: float) -> str:
-    return f"{value:.3g}"
+    return "–" if math.isnan(value) else f"{value:.3g}"

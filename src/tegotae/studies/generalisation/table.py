@@ -1,4 +1,4 @@
-"""Tables of what generalises: shares kept at each level, and margins at which half fail."""
+"""Tables of what generalises: shares kept at each level, and between which levels half fail."""
 
 from __future__ import annotations
 
@@ -22,29 +22,30 @@ MEASURES = {"keeps": "had", "moves": "moved"}
 
 
 class Margin(NamedTuple):
-    """Up to which level a disturbance is borne, on one side of none of it."""
+    """The tested levels between which half of the runs fail, on one side of none of it."""
 
     condition: str
     side: str
     """"below" or "above" the neutral level."""
     runs: int
     """How many runs there are that had what can be lost."""
-    median: float
-    """The level at which half of the runs have failed; infinite beyond the last that was tried."""
+    survived: float
+    """The last level, from none on, that more than half of the runs survive."""
+    failed: float
+    """The next level, which half of them or fewer survive; infinite beyond the last one tested."""
     low: float
-    """Lower end of its 95 % interval over runs: nearer to the neutral level, or farther."""
+    """Lower end of the 95 % interval of both over runs; NaN for a single run."""
     high: float
     """Upper end."""
 
 
-def run_margins(
+def levels_survived(
     outcome: Retention, disturbance: Disturbance, below: bool, measure: str = ""
 ) -> np.ndarray:
-    """The level up to which each run keeps what it had, [runs].
+    """How many levels in a row, from none on, each run keeps what it had, [runs].
 
-    Half-way between the last level, from none on, at which it keeps it and the next; plus or minus
-    infinity if it keeps it at all of them, NaN if it had nothing to keep. Of a run that is released
-    several times it is kept where most of them keep it.
+    NaN of a run that had nothing to keep. Of a run that is released several times it is kept where
+    most of them keep it.
 
     Args:
         outcome: of one set of controllers.
@@ -53,21 +54,30 @@ def run_margins(
         measure: "keeps" or "moves"; the disturbance's own if empty.
     """
     measure = measure or disturbance.measure
-    before = MEASURES[measure]
     columns = outcome.columns
     levels = disturbance.side(below)
     mine = columns["condition"] == disturbance.name
     runs = int(columns["run"].max()) + 1 if len(columns["run"]) else 0
-    alive = np.full(runs, True)
-    margin = np.full(runs, -np.inf if below else np.inf)
-    had = _per_run(outcome, mine & (columns["level"] == (levels or [np.nan])[0]), before, runs)
-    last = disturbance.neutral
+    alive, count = np.full(runs, True), np.zeros(runs)
+    first = mine & (columns["level"] == (levels or [np.nan])[0])
+    had = _per_run(outcome, first, MEASURES[measure], runs)
     for level in levels:
-        keeps = _per_run(outcome, mine & (columns["level"] == level), measure, runs) > 0.5
-        margin[alive & ~keeps] = 0.5 * (last + level)
-        alive &= keeps
-        last = level
-    return np.where(had > 0.5, margin, np.nan)
+        alive &= _per_run(outcome, mine & (columns["level"] == level), measure, runs) > 0.5
+        count += alive
+    return np.where(had > 0.5, count, np.nan)
+
+
+def margin(disturbance: Disturbance, below: bool, survived: np.ndarray) -> Margin:
+    """The margin of runs that survive so many levels (`levels_survived`)."""
+    beyond = -np.inf if below else np.inf
+    levels = [disturbance.neutral, *disturbance.side(below), beyond]
+    survived = survived[~np.isnan(survived)]
+    side, runs = "below" if below else "above", len(survived)
+    if not runs:
+        return Margin(disturbance.name, side, 0, *[np.nan] * 4)
+    half, nearest, farthest = median_interval(survived)
+    ends = sorted((levels[nearest], levels[farthest + 1])) if runs > 1 else [np.nan] * 2
+    return Margin(disturbance.name, side, runs, levels[half], levels[half + 1], *ends)
 
 
 def _per_run(outcome: Retention, rows: np.ndarray, name: str, runs: int) -> np.ndarray:
@@ -77,32 +87,20 @@ def _per_run(outcome: Retention, rows: np.ndarray, name: str, runs: int) -> np.n
     return np.bincount(run, weights=holds, minlength=runs) / np.maximum(count, 1)
 
 
-def median_interval(values: np.ndarray, seed: int = 0) -> tuple[float, float, float]:
-    """Median of numbers that may be infinite, and its 95 % interval by the bootstrap.
+def median_interval(counts: np.ndarray, seed: int = 0) -> tuple[int, int, int]:
+    """Median of counts, of two middle ones the lower, and its 95 % interval by the bootstrap.
 
     Example:
-        >>> median_interval(np.array([1.0, 2.0, np.inf]))[0]
-        2.0
+        >>> median_interval(np.array([1, 2, 2, 4]))[0]
+        2
     """
-    values = np.sort(values[~np.isnan(values)])
-    if not len(values):
-        return np.nan, np.nan, np.nan
+    counts = np.sort(counts).astype(int)
     random = np.random.default_rng(seed)
-    drawn = np.sort(random.integers(len(values), size=(RESAMPLES, len(values))), axis=1)
-    medians = np.sort(_middle(values[drawn]))
-    low, high = (medians[round(share * (RESAMPLES - 1))] for share in (0.025, 0.975))
-    return float(_middle(values[None])[0]), float(low), float(high)
-
-
-def _middle(rows: np.ndarray) -> np.ndarray:
-    """Medians of sorted rows; of two middle values of which one is infinite the finite one."""
-    n = rows.shape[1]
-    low, high = rows[:, (n - 1) // 2], rows[:, n // 2]
-    with np.errstate(invalid="ignore"):
-        mean = 0.5 * (low + high)
-    return np.where(
-        np.isfinite(low) & np.isfinite(high), mean, np.where(np.isfinite(low), low, high)
-    )
+    drawn = np.sort(random.integers(len(counts), size=(RESAMPLES, len(counts))), axis=1)
+    middle = (len(counts) - 1) // 2
+    medians = np.sort(counts[drawn[:, middle]])
+    low, high = (int(medians[round(share * (RESAMPLES - 1))]) for share in (0.025, 0.975))
+    return int(counts[middle]), low, high
 
 
 def margins(
@@ -114,10 +112,7 @@ def margins(
             continue
         for below in (True, False):
             if each.side(below):
-                values = run_margins(outcome, each, below, measure)
-                found = median_interval(values)
-                side = "below" if below else "above"
-                yield Margin(each.name, side, int((~np.isnan(values)).sum()), *found)
+                yield margin(each, below, levels_survived(outcome, each, below, measure))
 
 
 def write_tables(
