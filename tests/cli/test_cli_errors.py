@@ -40,11 +40,12 @@ def test_without_a_subcommand_they_are_listed(capsys):
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["simulte"], "simulate"),
         (["simulate", "--sgima", "2"], "--sigma"),
         (["simulate", "--duration", "long"], "could not convert string to float"),
         (["simulate", "--duration"], "--duration"),
         (["simulate", "paper", "extra"], "Unrecognized options: extra"),
+        (["simulate", "--omega", "1_0"], "'1_0' is no number"),
+        (["train", "ART", "--seeds", "1_0"], "'1_0' is no number"),
         (["train"], "MODEL"),
         (["train", "ART", "--seeds", "1.5"], "--seeds"),
         (["train", "ART", "--seeds", "many"], "--seeds"),
@@ -54,6 +55,21 @@ def test_without_a_subcommand_they_are_listed(capsys):
 )
 def test_words_that_make_no_command_are_refused_with_what_was_meant(capsys, words, said):
     assert said in refused(capsys, *words)
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["simulat"], "no command of tegotae is called 'simulat'; did you mean simulate"),
+        (["figure", "surfac"], "no command of tegotae figure is called 'surfac'; did you mean"),
+        (["simulate", "a" * 5000], "an argument has 5000 characters; it must have at most 1000"),
+        (["train", "ART", "--vary", "mass_kg=0.0_8:0.1"], "is no condition"),
+        (["generalise", "V", "--conditions", "delay=0.0_1/0.02"], "has no levels"),
+        (["simulate", "front:quadruped-c/0.4_0"], "is no speed"),
+    ],
+)
+def test_words_that_nothing_is_called_by_are_refused_in_one_line(one_line_error, words, said):
+    assert said in one_line_error(*words)
 
 
 def explanation(capsys, *words: str) -> str:

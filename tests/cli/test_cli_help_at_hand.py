@@ -57,6 +57,7 @@ def completed(tmp_path_factory):
     from tegotae.cli.completion import script
 
     file = tmp_path_factory.mktemp("completion") / "tegotae.bash"
+    (file.parent / "my leg.json").touch()
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("tegotae.cli.completion.names", lambda: ("zoo:ART-w8", "zoo:AR-w8", "zoo:V"))
         file.write_text(script(), encoding="utf-8")
@@ -71,7 +72,7 @@ def completed(tmp_path_factory):
             ["bash", "--norc", "-c", program], capture_output=True, text=True, cwd=file.parent
         )
         assert (done.returncode, done.stderr) == (0, "")
-        return done.stdout.split()
+        return list(filter(None, done.stdout.splitlines()))
 
     return offers
 
@@ -86,6 +87,9 @@ def completed(tmp_path_factory):
         ("tegotae train ART --see", ["--seeds"]),
         ("tegotae figure surface --resol", ["--resolution"]),
         ("tegotae simulate tegotae.b", ["tegotae.bash"]),
+        ("tegotae simulate my", ["my leg.json"]),
+        ("tegotae simulate 'my", ["my leg.json"]),
+        ("tegotae simulate my\\", ["my leg.json"]),  # before its blank
         ("tegotae simulate zo", ["zoo:"]),
         ("tegotae simulate zoo:ART", ["zoo:ART-w8"]),
         ("tegotae simulate zoo :", ["ART-w8", "AR-w8", "V"]),  # as bash splits words

@@ -70,6 +70,13 @@ def test_a_file_of_any_format_holds_the_same_recording(tmp_path, ending):
     assert read.phase_rad is None
 
 
+def test_a_number_with_an_underscore_is_no_number(tmp_path, one_line_error):
+    columns = {**COLUMNS, "height_m": ["0.99_5", *map(str, HEIGHT[1:])]}
+    path = written(tmp_path, columns, ".csv")
+    said = one_line_error("measure", str(path), "--rest-length", "1")
+    assert "height_m is '0.99_5' in row 0, which is no number" in said
+
+
 @pytest.mark.parametrize(
     ("time", "height"),
     [("t_ms", "height_mm"), ("Time (ms)", "Height [mm]"), ("T [ms]", "y_mm")],

@@ -88,6 +88,15 @@ def test_output_that_nobody_reads_ends_in_silence(capsys, monkeypatch):
     assert capsys.readouterr().err == ""
 
 
+def test_a_table_that_nobody_reads_ends_in_silence(capsys, monkeypatch):
+    reader, writer = os.pipe()
+    os.close(reader)
+    with open(writer, "w") as out:
+        monkeypatch.setattr(sys, "stdout", out)
+        assert main(["models", "T-*"]) == 141
+    assert capsys.readouterr().err == ""
+
+
 def test_help_that_nobody_reads_ends_in_silence(capsys, monkeypatch):
     reader, writer = os.pipe()
     os.close(reader)

@@ -25,6 +25,7 @@ from tegotae._support.documents import (
     checked,
     fitted,
     parse,
+    parse_toml,
 )
 from tegotae._support.pages import as_script
 from tegotae.studies.paper.folder import Folder
@@ -120,6 +121,26 @@ def test_a_json_value_is_itself_or_refused(value):
         lines = ["taken"]
     assert found is value
     assert len(lines) == 1
+
+
+@pytest.mark.parametrize(
+    ("read", "text"),
+    [
+        (parse, '{"weights": [1], "name": "a", "weights": [2]}'),
+        (parse, '{"system": {"omega": 8, "omega": 4}}'),
+        (parse_toml, "omega = 8\nomega = 4"),
+    ],
+)
+def test_of_two_entries_of_one_name_none_wins(read, text):
+    with pytest.raises(DamagedDocumentError, match=r"its entry '\w+' is there 2 times|no TOML"):
+        read(text)
+
+
+def test_a_message_about_a_very_long_value_leaves_its_middle_out():
+    message = str(TegotaeError(f"no leg is called {'a' * 5000!r}; did you mean knee?"))
+    assert len(message) == 600
+    assert message.startswith("no leg is called 'aaa")
+    assert message.endswith("aaa'; did you mean knee?")
 
 
 def test_a_file_that_is_too_large_is_not_read(tmp_path, monkeypatch):

@@ -8,6 +8,7 @@ import math
 import re
 import reprlib
 import tomllib
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from importlib.resources.abc import Traversable
 from pathlib import Path
@@ -80,7 +81,10 @@ def parse(content: bytes | str) -> Any:
         tegotae.DamagedDocumentError: it is cut short, or no JSON
     """
     try:
-        value = json.loads(content.decode("utf-8") if isinstance(content, bytes) else content)
+        text = content.decode("utf-8") if isinstance(content, bytes) else content
+        value = json.loads(text, object_pairs_hook=_entries)
+    except DamagedDocumentError:
+        raise
     except RecursionError:
         raise DamagedDocumentError(_TOO_DEEP) from None
     except ValueError:  # that of the encoding, too
@@ -105,6 +109,15 @@ def parse_toml(text: str) -> JsonObject:
     except tomllib.TOMLDecodeError as error:
         raise DamagedDocumentError(f"it is no TOML: {error}") from None
     return checked(value)
+
+
+def _entries(pairs: list[tuple[str, Json]]) -> JsonObject:
+    """The entries of a JSON object: of two with one name none is preferred."""
+    entries = dict(pairs)
+    if len(entries) < len(pairs):
+        (name, times), *_ = Counter(name for name, _ in pairs).most_common(1)
+        raise DamagedDocumentError(f"its entry {reprlib.repr(name)} is there {times} times")
+    return entries
 
 
 _TOO_DEEP = f"it is nested deeper than {DEEPEST} levels"

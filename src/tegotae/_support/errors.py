@@ -8,11 +8,31 @@ import operator
 import reprlib
 from collections.abc import Iterable
 
+_LONGEST = 600
+"""Of a message [characters]."""
+
 
 class TegotaeError(ValueError):
-    """Input that cannot be used: what is wrong, which value, what would be right, in one line."""
+    """Input that cannot be used: what is wrong, which value, what would be right, in one line.
+
+    Of a message that quotes a very long value the middle is left out.
+    """
 
     __module__ = "tegotae"  # where users find it
+
+    def __init__(self, message: str) -> None:
+        super().__init__(shortened(message))
+
+
+def shortened(text: str) -> str:
+    """A text without its middle, if it is longer than a message may be.
+
+    Example:
+        >>> len(shortened("a" * 5000))
+        600
+    """
+    half = (_LONGEST - 3) // 2
+    return text if len(text) <= _LONGEST else f"{text[: half + 1]}...{text[-half:]}"
 
 
 def require_finite(

@@ -7,7 +7,7 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from rich.console import Console
+import rich.console
 from rich.progress import (
     BarColumn,
     MofNCompleteColumn,
@@ -22,6 +22,14 @@ from rich.text import Text
 from tegotae._support.quiet import is_quiet
 
 _SECONDS_BETWEEN_LINES = 10.0
+
+
+class Console(rich.console.Console):
+    """A console whose reader may go, as `head` does: that is a `BrokenPipeError`, and no exit."""
+
+    def on_broken_pipe(self) -> None:
+        """Leave the end to the command."""
+        raise
 
 
 class Reporter:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import csv
 import io
+import reprlib
 import warnings
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
@@ -131,6 +132,30 @@ def parse_csv(text: str) -> dict[str, np.ndarray]:
     return {str(name): np.array(frame[name].tolist()) for name in frame.columns}
 
 
+def number(text: str) -> float:
+    """A number as tables, options and names write it; Python would read 0.99_5 as 0.995.
+
+    Raises:
+        ValueError: for a text that is no number.
+
+    Example:
+        >>> number("0.995")
+        0.995
+    """
+    return float(_plain_digits(text))
+
+
+def whole_number(text: str) -> int:
+    """The same of a whole number."""
+    return int(_plain_digits(text))
+
+
+def _plain_digits(text: str) -> str:
+    if "_" in text:
+        raise ValueError(f"{reprlib.repr(text)} is no number: it has an underscore")
+    return text
+
+
 def numbers(cells: Iterable[str]) -> np.ndarray:
     """Cells as float64, to the last bit that was written; NaN where empty.
 
@@ -141,7 +166,7 @@ def numbers(cells: Iterable[str]) -> np.ndarray:
         >>> numbers(["0.1", ""]).tolist()
         [0.1, nan]
     """
-    return np.array([float(cell) if cell else np.nan for cell in cells], float)
+    return np.array([number(cell) if cell else np.nan for cell in cells], float)
 
 
 def _plain(columns: Mapping[str, Column]) -> dict[str, np.ndarray]:

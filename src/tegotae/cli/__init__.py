@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from tegotae._start import end_on_ctrl_c, open_streams, ready
-from tegotae._support.errors import TegotaeError
+from tegotae._support.errors import TegotaeError, unknown
 from tegotae._support.quiet import QUIET
 from tegotae.cli.commands import TEGOTAE
 from tegotae.cli.console import make_safe
@@ -17,6 +17,7 @@ from tegotae.cli.program import CommandGroup, Program
 from tegotae.cli.status import DEBUG, exit_status, leave, warn_in_one_line
 
 _HELP = (["-h"], ["--help"])
+_LONGEST_WORD = 1000
 
 
 def main(arguments: Sequence[str] | None = None, program: Program = TEGOTAE) -> int:
@@ -66,6 +67,7 @@ def parsed(words: Sequence[str], group: CommandGroup = TEGOTAE, prog: str = TEGO
         prog: the words before.
 
     Raises:
+        TegotaeError: for a command that is not there, with the nearest ones.
         SystemExit: of status 2 for words that do not make a command; of 0 after `--help`.
 
     Example:
@@ -73,6 +75,11 @@ def parsed(words: Sequence[str], group: CommandGroup = TEGOTAE, prog: str = TEGO
         True
     """
     name = words[0] if words else ""
+    if max(map(len, words), default=0) > _LONGEST_WORD:
+        raise TegotaeError(
+            f"an argument has {max(map(len, words))} characters; it must have at most "
+            f"{_LONGEST_WORD}"
+        )
     if list(words) in _HELP:
         print(overview(group) if isinstance(group, Program) else overview_of(prog, group))
         raise SystemExit(0)
@@ -82,6 +89,8 @@ def parsed(words: Sequence[str], group: CommandGroup = TEGOTAE, prog: str = TEGO
     if chosen is not None and any(each in words[1:] for each in ("-h", "--help")):
         print(help_of(f"{prog} {name}", chosen))
         raise SystemExit(0)
+    if name and chosen is None and not name.startswith("-"):
+        raise unknown(f"command of {prog}", name, group.commands)
     from tegotae.cli.parsing import parse
 
     return parse(words, group, prog)

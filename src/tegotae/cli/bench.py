@@ -9,13 +9,13 @@ import sys
 from dataclasses import dataclass
 from typing import Any
 
-from rich.console import Console
 from rich.table import Table
 
 from tegotae._support.devices import available_cores
 from tegotae._support.engines import NATIVE, VARIABLE, XLA, why_not_native
 from tegotae._support.errors import TegotaeError, require_count
 from tegotae._support.limits import require_memory
+from tegotae._support.progress import Console
 from tegotae.simulation.rollout import Timing
 from tegotae.systems.grammar import BUDGET
 

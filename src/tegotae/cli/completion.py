@@ -44,7 +44,8 @@ _tegotae() {{
         compopt -o nospace 2> /dev/null
     fi
     if [[ "$path" && "$typed" != -* ]]; then
-        COMPREPLY+=($(compgen -f -- "$typed"))
+        local IFS=$'\\n' marks=$'["\\'\\\\\\\\]'  # a name with blanks is typed with these
+        COMPREPLY+=($(compgen -f -- "${{typed//$marks/}}"))
     fi
 }}
 complete -o filenames -F _tegotae tegotae

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from tegotae._support.errors import TegotaeError
+from tegotae._support.tables import number
 from tegotae.simulation.world import Condition, OneOf, Uniform
 
 _TIMES = ("from_s", "until_s")
@@ -33,7 +34,7 @@ def _condition(text: str) -> Condition:
     name, _, rest = text.partition("=")
     values, at, times = rest.partition("@")
     try:
-        numbers = [float(each) for each in times.split(":")] if at else []
+        numbers = [number(each) for each in times.split(":")] if at else []
         if len(numbers) > len(_TIMES):
             raise ValueError
         window: dict[str, float] = dict(zip(_TIMES, numbers, strict=False))
@@ -46,9 +47,9 @@ def _condition(text: str) -> Condition:
 
 def _drawn(name: str, values: str, window: dict[str, float]) -> Condition:
     if ":" in values:
-        low, high = map(float, values.split(":"))
+        low, high = map(number, values.split(":"))
         return Uniform(name, low=low, high=high, **window)
-    rows = [tuple(map(float, each.split(","))) for each in values.split("/")]
+    rows = [tuple(map(number, each.split(","))) for each in values.split("/")]
     if all(len(row) == 1 for row in rows):
         return OneOf(name, values=tuple(number for (number,) in rows), **window)
     return OneOf(name, values=tuple(rows), **window)

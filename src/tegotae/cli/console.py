@@ -6,6 +6,8 @@ import codecs
 import io
 import sys
 
+from tegotae._support.errors import shortened
+
 PLAIN = "tegotae.plain"
 """Name of the error handler (`codecs.register_error`) that spells plainly."""
 
@@ -58,7 +60,7 @@ def one_line(text: str) -> str:
         >>> print(one_line("no file\ncalled \x1b[31mred"))
         no file called \x1b[31mred
     """
-    joined = " ".join(text.split())
+    joined = " ".join(shortened(text).split())
     return "".join(c if c.isprintable() or c == " " else _escaped(c) for c in joined)
 
 

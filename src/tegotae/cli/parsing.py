@@ -10,6 +10,7 @@ from typing import Any
 
 import tyro
 
+from tegotae._support.tables import number, whole_number
 from tegotae.cli.program import Command, CommandGroup, in_name_only
 
 _CONFIG = (
@@ -36,7 +37,32 @@ def parse(words: Sequence[str], group: CommandGroup, prog: str) -> Any:
     if words and isinstance(chosen := group.commands.get(words[0]), Command):
         known[words[0]] = chosen.load()
     return tyro.extras.subcommand_cli_from_dict(
-        known, prog=prog, description=group.summary, args=list(words), config=_CONFIG
+        known,
+        prog=prog,
+        description=group.summary,
+        args=list(words),
+        config=_CONFIG,
+        registry=_NUMBERS,
+    )
+
+
+_NUMBERS = tyro.constructors.ConstructorRegistry()
+
+
+@_NUMBERS.primitive_rule
+def _number(
+    info: tyro.constructors.PrimitiveTypeInfo,
+) -> tyro.constructors.PrimitiveConstructorSpec | None:
+    """Read numbers as tables do (`tegotae._support.tables.number`)."""
+    readers = {float: number, int: whole_number}
+    if info.type not in readers:
+        return None
+    return tyro.constructors.PrimitiveConstructorSpec(
+        nargs=1,
+        metavar=info.type.__name__.upper(),
+        instance_from_str=lambda words: readers[info.type](words[0]),
+        is_instance=lambda value: isinstance(value, (int, info.type)),
+        str_from_instance=lambda value: [str(value)],
     )
 
 

@@ -8,9 +8,9 @@ from functools import partial
 
 from rich import box
 from rich.cells import cell_len
-from rich.console import Console
 from rich.table import Table
 
+from tegotae._support.progress import Console
 from tegotae.cli.console import shown
 
 WIDTH = 80

@@ -7,6 +7,7 @@ vanilla feedback; `front:quadruped-c/0.4` is the same.
 from __future__ import annotations
 
 from tegotae._support.errors import TegotaeError, require_finite
+from tegotae._support.tables import number
 from tegotae.measures.fronts import front
 from tegotae.measures.fronts.table import NEAR
 from tegotae.systems.legged import Legged
@@ -44,7 +45,7 @@ def front_walker(name: str) -> Legged:
         raise TegotaeError(f"{name} names no walker; write front:SYSTEM/FAMILY/SPEED")
     body, kind = parts[0], parts[1] if len(parts) == 3 else USUAL
     try:
-        speed = float(parts[-1])
+        speed = number(parts[-1])
     except ValueError:
         raise TegotaeError(f"{name}: {parts[-1]!r} is no speed; write such as 0.4") from None
     require_finite("the speed of a front", speed, above=0.0)

@@ -6,9 +6,8 @@ import dataclasses
 import math
 from pathlib import Path
 
-from rich.console import Console
-
 from tegotae._support import tables
+from tegotae._support.progress import Console
 from tegotae.measures.hopping.efficiency import work_total
 from tegotae.simulation.integrators import Hold
 from tegotae.simulation.timing import MOST_TICKS

@@ -10,7 +10,7 @@ import numpy as np
 from tegotae._support.arrays import read_arrays
 from tegotae._support.errors import TegotaeError
 from tegotae._support.optional_dependencies import require
-from tegotae._support.tables import read_csv
+from tegotae._support.tables import number, read_csv
 from tegotae.measures.recordings.quantities import QUANTITIES, split
 
 MOST_BYTES = 2**30
@@ -59,7 +59,7 @@ def numbers_of(name: str, column: Iterable) -> np.ndarray:
     for row, cell in enumerate(cells.tolist()):
         text = str(cell).strip()
         try:
-            found[row] = float(text) if text and cell is not None else np.nan
+            found[row] = number(text) if text and cell is not None else np.nan
         except ValueError:
             raise TegotaeError(f"{name} is {text!r} in row {row}, which is no number") from None
     return found

@@ -6,6 +6,7 @@ import dataclasses
 from collections.abc import Iterable
 
 from tegotae._support.errors import TegotaeError, unknown
+from tegotae._support.tables import number
 from tegotae.studies.generalisation.disturbance import Disturbance
 from tegotae.studies.generalisation.kinds import (
     Blow,
@@ -156,7 +157,7 @@ def disturbances_named(texts: Iterable[str]) -> tuple[Disturbance, ...]:
         found[name] = CATALOGUE[name]
         if equals:
             try:
-                numbers = tuple(float(each) for each in levels.split("/"))
+                numbers = tuple(number(each) for each in levels.split("/"))
             except ValueError:
                 raise TegotaeError(
                     f"{text} has no levels; write {name}=LEVEL/LEVEL, such as {name}="

@@ -69,7 +69,11 @@ def _column(path: Path, name: str, cells: np.ndarray) -> np.ndarray:
     if name in _WORDS:
         return cells
     try:
-        return cells.astype(int) if name in ("run", "parameters") else tables.numbers(cells)
+        return (
+            np.array([*map(tables.whole_number, cells)])
+            if name in ("run", "parameters")
+            else tables.numbers(cells)
+        )
     except ValueError:
         raise TegotaeError(
             f"{path} is no {_KIND}: its column {name} holds what is no number"

@@ -70,7 +70,7 @@ def read_scores(path: Path) -> dict[int, list[float]]:
     """
     cells = tables.read_csv(path, _HEAD, kind=_KIND)
     try:
-        bodies = [int(cell) for cell in cells["body"]]
+        bodies = [tables.whole_number(cell) for cell in cells["body"]]
         rows = np.stack([tables.numbers(cells[name]) for name in SCORES], axis=1)
     except ValueError:
         raise TegotaeError(f"{path} is no {_KIND}: a score or a body is no number") from None

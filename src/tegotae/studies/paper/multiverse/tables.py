@@ -65,9 +65,9 @@ def read_tables(folder: Path) -> tuple[list[Reading], FindingsByReading]:
     found: dict[int, dict[str, list[Finding]]] = {}
     for row in _rows(folder / EFFECTS):
         try:
-            effect = EffectEstimate(*(float(row[name]) for name in _NUMBERS))
+            effect = EffectEstimate(*(tables.number(row[name]) for name in _NUMBERS))
             finding = Finding(claims[row["claim"]], {Count(omega_t=row["omega_t"]): effect})
-            by_omega = found.setdefault(int(row["reading"]), {})
+            by_omega = found.setdefault(tables.whole_number(row["reading"]), {})
             by_omega.setdefault(row["omega_t"], []).append(finding)
         except (KeyError, ValueError, TypeError):
             raise _no_table(folder / EFFECTS) from None
