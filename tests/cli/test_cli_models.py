@@ -121,6 +121,7 @@ def test_the_budget_is_an_option(listed):
             "budget is 5, too small: ART-rF-tphi-w4 has at least 12 weights",
         ),
         (["--budget", "0"], "budget is 0; it must be a whole number of at least 1"),
+        (["ART", "--zoo", "--budget", "20"], "--budget sizes controllers that are not trained"),
         (["--budget", "-3"], "budget is -3; it must be a whole number of at least 1"),
     ],
 )

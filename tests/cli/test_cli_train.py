@@ -6,6 +6,7 @@ import csv
 import importlib.metadata
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -141,6 +142,27 @@ def test_training_in_two_parts_equals_training_in_one_bit_for_bit(tiny_training,
     assert tiny.learned(tmp_path)["curves"] == [header, *(row for row in rows if int(row[1]) < 2)]
     assert tiny.train(tmp_path) == 0
     assert tiny.learned(tmp_path) == tiny.learned(tiny_training)
+
+
+def test_fewer_generations_than_there_are_is_refused(tiny_training, one_line_error):
+    before = tiny.contents(tiny_training)
+    words = [*tiny.OPTIONS, "--out", str(tiny_training), "--generations", "3"]
+    assert "generations is 3, and 4 have been trained already" in one_line_error("train", *words)
+    assert tiny.contents(tiny_training) == before
+
+
+def test_a_training_does_not_go_on_under_other_versions(tiny_training, tmp_path, one_line_error):
+    folder = tmp_path / "earlier"
+    shutil.copytree(tiny_training, folder)
+    document = json.loads((folder / "run.json").read_text())
+    document["software"] |= {"jax": "0.4.30", "evosax": "0.1.6"}
+    (folder / "run.json").write_text(json.dumps(document))
+    before = tiny.contents(folder)
+    words = [*tiny.OPTIONS, "--out", str(folder), "--generations", "5"]
+    said = one_line_error("train", *words)
+    assert "made with jax 0.4.30, evosax 0.1.6, and here is jax" in said
+    assert "install those versions, choose another folder with --out, or start again" in said
+    assert tiny.contents(folder) == before
 
 
 def test_a_folder_without_a_training_says_nothing_of_how_long_to_learn(tmp_path):
@@ -293,6 +315,8 @@ REFUSED = {
     "ART --settle -1": "settle_s is -1",
     "ART --tick 0": "tick_s is 0",
     "ART --tick nan": "tick_s is nan",
+    "ART@quadruped-c --drop 0.1": "--drop is for bodies with one leg; ART-rF-tphif@quadruped-c has",
+    "ART@quadruped-c --work net": "--work belongs to the paper's fitness; this one is a Walking",
     "ART --tick 0.003": "frame_s is 0.02; it must be a whole multiple of tick_s (0.003)",
 }
 

@@ -9,7 +9,7 @@ from typing import Annotated
 
 import tyro
 
-from tegotae._support.errors import unknown
+from tegotae._support.errors import TegotaeError, unknown
 from tegotae.cli import zoo_table
 from tegotae.cli.tables import print_rows
 from tegotae.systems.designs import Design, all_designs
@@ -35,6 +35,10 @@ class Models:
     def run(self) -> None:
         """Print the list."""
         if self.zoo:
+            if self.budget != BUDGET:
+                raise TegotaeError(
+                    "--budget sizes controllers that are not trained; those of --zoo are"
+                )
             zoo_table.show(self.pattern, as_json=self.json)
             return
         if "@" in self.pattern:

@@ -242,6 +242,8 @@ class ExperimentOptions(BodyOptions):
             TegotaeError: for what does not fit together, or an option that the experiment's own
                 body or fitness does not have.
         """
+        if experiment.body.limbs > 1:
+            refuse_given(self, ("drop",), experiment.name, several=True)
         times = {"duration_s": self.duration, "tick_s": self.tick}
         heights = {"release_m": self.height, "drop_m": self.drop, "work": self.work}
         if self.oscillator is not None:
@@ -281,13 +283,12 @@ class ExperimentOptions(BodyOptions):
         if self.cot_only:
             values["follow_omega"] = False
         if values and not isinstance(own, Fitness):
-            if values.keys() == {"work"}:  # which the evaluation has, too
-                return own
             option = {"settle_s": "settle", "follow_omega": "cot-only"}
             option |= {"frequency_weight": "frequency-weight"}
-            name = next(option[name] for name in values if name in option)
+            name = next(iter(values))
             raise TegotaeError(
-                f"--{name} belongs to the paper's fitness; this one is a {type(own).__name__}"
+                f"--{option.get(name, name)} belongs to the paper's fitness; this one is a "
+                f"{type(own).__name__}"
             )
         return dataclasses.replace(own, **values) if isinstance(own, Fitness) else own
 

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from tegotae._support.documents import JsonObject
+from tegotae._support.errors import TegotaeError
 from tegotae._support.limits import require_memory
 from tegotae.measures.hopping.statistics import mean_defined
 from tegotae.systems.descriptions import check_kept
@@ -223,6 +224,11 @@ class EvolutionSession(Session):
         reached = jax.tree.unflatten(structure, [jax.numpy.asarray(x) for x in restored])
         if np.max(reached.generation) != len(curves):
             raise ValueError("curves and progress differ in length")
+        if len(curves) > self.length:
+            raise TegotaeError(
+                f"generations is {self.length}, and {len(curves)} have been trained already; ask "
+                "for as many or more, or choose another folder with --out"
+            )
         self._reached = reached, curves
 
 

@@ -40,7 +40,8 @@ def claim(out: Path, configuration: Mapping[str, Json], versions: Mapping[str, s
     """Write into `run.json` what the folder is for, or see that what is in it is of this training.
 
     Raises:
-        TegotaeError: if the folder holds another training, or cannot be written.
+        TegotaeError: if the folder holds another training, one that another engine or other
+            versions of the programs have begun, or cannot be written.
     """
     path = out / "run.json"
     wanted = json.loads(json.dumps(configuration))
@@ -63,8 +64,23 @@ def claim(out: Path, configuration: Mapping[str, Json], versions: Mapping[str, s
             remedy = "choose another folder with --out, or start again with --anew"
             ours = dict(versions).get("engine", "")
             require_engine(engine, f"{out} holds a training", remedy, ours)
+            _require_versions(out, document.software, versions, remedy)
     document = {"configuration": wanted, "software": dict(versions)}
     write_atomically(path, json.dumps(document, indent=1) + "\n")
+
+
+def _require_versions(
+    out: Path, found: Mapping[str, str], ours: Mapping[str, str], remedy: str
+) -> None:
+    """Raise `TegotaeError` if other versions made what is there: the rest would have other bits."""
+    others = [name for name in ours if found.get(name, ours[name]) != ours[name]]
+    if others:
+        theirs = ", ".join(f"{name} {found[name]}" for name in others)
+        here = ", ".join(f"{name} {ours[name]}" for name in others)
+        raise TegotaeError(
+            f"{out} holds a training made with {theirs}, and here is {here}, whose numbers may "
+            f"differ; install those versions, {remedy}"
+        )
 
 
 def _document(path: Path) -> RunDocument:

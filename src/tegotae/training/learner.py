@@ -70,6 +70,7 @@ class Session(ABC):
         """Take up the state of an earlier session.
 
         Raises:
+            TegotaeError: for a state that is further than the session is to go.
             ValueError, KeyError or TypeError: for arrays that are no such state.
         """
 

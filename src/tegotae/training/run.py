@@ -19,7 +19,7 @@ from typing import Generic, TypeVar
 import numpy as np
 
 from tegotae._support.arrays import read_arrays
-from tegotae._support.documents import JsonObject, fitted, parse
+from tegotae._support.documents import DamagedDocumentError, JsonObject, fitted, parse
 from tegotae._support.errors import TegotaeError, require_count
 from tegotae._support.files import write_atomically
 from tegotae._support.progress import reporting
@@ -191,7 +191,9 @@ def _useless(path: Path) -> Iterator[None]:
         yield
     except OSError as error:
         raise TegotaeError(f"cannot read {path}: {error.strerror}") from None
-    except (TypeError, ValueError, KeyError):
+    except (TypeError, ValueError, KeyError) as error:
+        if isinstance(error, TegotaeError) and not isinstance(error, DamagedDocumentError):
+            raise
         raise TegotaeError(f"{path} is damaged; {_REMEDY}") from None
 
 
