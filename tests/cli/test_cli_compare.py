@@ -9,7 +9,15 @@ import pytest
 
 from tegotae import build
 from tegotae.cli import main
-from tegotae.cli.compare import methods, paired, with_distinct_names
+from tegotae.cli.compare import (
+    EXACT,
+    INDEPENDENT,
+    PAIRED,
+    compare,
+    methods,
+    paired,
+    with_distinct_names,
+)
 from tegotae.measures.evaluation import Evaluation, Protocol
 from tegotae.measures.hopping import interval
 from tegotae.measures.hopping import names as metric_names
@@ -52,19 +60,20 @@ def test_sets_called_alike_are_distinguished_by_their_place(sets, expected):
 
 def test_the_interval_of_a_difference_is_called_what_it_is():
     few, many = interval([1.0, 2.0]), interval(np.arange(9.0))
-    assert methods(True, {"a": few, "b": few}) == "paired runs, Student's t"
-    assert methods(True, {"a": many, "b": few}) == "paired runs, bootstrap and Student's t"
-    assert methods(False, {"a": interval([1.0])}) == "independent runs, no interval"
+    assert methods(PAIRED, {"a": few, "b": few}) == "paired runs, Student's t"
+    assert methods(PAIRED, {"a": many, "b": few}) == "paired runs, bootstrap and Student's t"
+    assert methods(INDEPENDENT, {"a": interval([1.0])}) == "independent runs, no interval"
 
 
 @pytest.fixture
 def two_folders(tmp_path, monkeypatch):
     """Two trainings of one model, and an evaluation of made-up numbers in place of rollouts."""
-    for folder, seeds in (("first", 3), ("second", 4)):
+    for folder, gain, seeds in (("first", 2.0, 3), ("second", 3.0, 4)):
         (tmp_path / folder).mkdir()
         for seed in range(seeds):
+            weights = np.array([gain + 0.1 * seed])
             saved = SavedController.of(
-                REFLEX, np.array([2.0]), 8.0, name="V-reflex-w8", training={"seed": seed}
+                REFLEX, weights, 8.0, name="V-reflex-w8", training={"seed": seed}
             )
             controller_file.save(saved, tmp_path / folder / f"{seed}.json")
 
@@ -109,6 +118,29 @@ def test_the_document_tells_them_apart_too_and_stays_in_range(two_folders, capsy
         assert found[name]["method"] == "Welch's t"
     share = found["limit_cycle_share"]
     assert -1.0 <= share["low"] < share["mean"] < share["high"] <= 1.0
+
+
+def evaluated(*shares: float) -> Evaluation:
+    values = np.array(shares)[:, None]
+    return Evaluation(Protocol(), np.array([8.0]), {"limit_cycle_share": values})
+
+
+def test_against_a_gain_that_a_search_found_the_interval_is_that_of_the_others():
+    learned = trained(build("ART"), labels=("0", "1", "2"))
+    (found,) = compare(learned, evaluated(0.7, 0.8, 0.9), runs("V", 1), evaluated(0.5)).values()
+    alone = interval(np.array([0.7, 0.8, 0.9]) - 0.5)
+    assert (found.mean, found.low, found.high) == pytest.approx((0.3, alone.low, alone.high))
+    (found,) = compare(runs("V", 1), evaluated(0.5), runs("U", 1), evaluated(0.7)).values()
+    assert methods(EXACT, {"a": found}) == "one run is exact, no interval"
+    single = trained(build("ART"), labels=("0",))
+    (found,) = compare(learned, evaluated(0.7, 0.8, 0.9), single, evaluated(0.5)).values()
+    assert np.isnan(found.low), "a single learned run is a sample of many"
+
+
+def test_runs_that_two_names_hold_are_refused(two_folders, one_line_error):
+    said = one_line_error("compare", "first", "second", "first/0.json")
+    assert "first and first/0.json hold the same runs of V-reflex-w8" in said
+    assert "name them once" in one_line_error("generalise", "first", "first")
 
 
 # Which runs are paired.

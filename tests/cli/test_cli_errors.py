@@ -247,7 +247,7 @@ def test_ctrl_c_anywhere_ends_in_one_line(capsys, monkeypatch, command):
         raise KeyboardInterrupt
 
     monkeypatch.setattr(Engine, "run", interrupt)
-    monkeypatch.setattr("tegotae.cli.compare.read", interrupt)
+    monkeypatch.setattr("tegotae.cli.compare.gathered", interrupt)
     monkeypatch.setattr("tegotae.studies.benchmarks.engine.speed", interrupt)
     assert main(command.split()) == 130
     assert capsys.readouterr() == ("", "tegotae: interrupted\n")

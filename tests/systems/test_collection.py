@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -40,6 +41,14 @@ def gains(folder: Path) -> list[float]:
 
 def test_all_controllers_of_a_folder_are_read(folder):
     assert gains(folder) == [1.0, 2.0, 3.0]
+
+
+def test_a_copy_of_a_controller_file_counts_once_and_a_line_says_so(folder, capsys):
+    shutil.copy(folder / "a.json", folder / "copy.json")
+    assert gains(folder) == [1.0, 2.0, 3.0]
+    said = capsys.readouterr().err
+    assert said.startswith("tegotae: 1 of 4 runs have the weights of another, such as ")
+    assert said.endswith("copy.json; equal ones count once\n")
 
 
 @pytest.mark.parametrize(

@@ -8,6 +8,7 @@ import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Annotated, Any
 
 import tyro
@@ -22,7 +23,7 @@ from tegotae.measures.hopping.metric import Metric
 from tegotae.measures.hopping.registry import range_of
 from tegotae.measures.hopping.statistics import Interval, difference, paired_difference
 from tegotae.systems.controller_set import ControllerSet
-from tegotae.training.collection import read
+from tegotae.training.collection import gathered
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,7 +46,7 @@ class Compare(ProtocolOptions):
         """Evaluate, compare, and print."""
         protocol = self.changed()
         asked = named(self.metric)
-        sets = with_distinct_names([(place, runs) for place in self.places for runs in read(place)])
+        sets = with_distinct_names(gathered(self.places))
         if len(sets) < 2:
             raise TegotaeError(
                 f"a comparison needs at least two sets of controllers; {len(sets)} found"
@@ -57,7 +58,7 @@ class Compare(ProtocolOptions):
         found = evaluate_all(sets, protocol, asked=asked)
         (base, base_evaluation), others = found[0], found[1:]
         differences = [
-            (runs, paired(runs, base), compare(runs, evaluation, base, base_evaluation))
+            (runs, compared_as(runs, base), compare(runs, evaluation, base, base_evaluation))
             for runs, evaluation in others
         ]
         if self.json:
@@ -128,19 +129,39 @@ def _random(runs: ControllerSet) -> tuple[object, ...] | None:
     return runs.labels, runs.controller, algorithm, drawn
 
 
+def is_exact(runs: ControllerSet) -> bool:
+    """Whether a run is no sample of many: all there is is a gain, which a search finds.
+
+    Between two trainings of such a controller nothing differs.
+    """
+    return len(runs.labels) == 1 and runs.controller.has_a_gain_alone
+
+
 def compare(
     runs: ControllerSet, evaluation: Evaluation, base: ControllerSet, base_evaluation: Evaluation
 ) -> dict[str, Interval]:
     """Difference of each metric to the base's, of paired runs where they are (`paired`)."""
-    take = paired_difference if paired(runs, base) else difference
+    how = compared_as(runs, base)
+    unpaired = partial(difference, single_is_exact=how == EXACT)
+    take = paired_difference if how == PAIRED else unpaired
     values, baseline = evaluation.runs(), base_evaluation.runs()
     return {name: take(row, baseline[name], within=range_of(name)) for name, row in values.items()}
 
 
-def methods(is_paired: bool, by_metric: Mapping[str, Interval]) -> str:
+PAIRED, INDEPENDENT, EXACT = "paired runs", "independent runs", "one run is exact"
+"""How two sets of runs are compared."""
+
+
+def compared_as(runs: ControllerSet, base: ControllerSet) -> str:
+    """How two sets of runs are compared."""
+    if paired(runs, base):
+        return PAIRED
+    return EXACT if is_exact(runs) or is_exact(base) else INDEPENDENT
+
+
+def methods(runs: str, by_metric: Mapping[str, Interval]) -> str:
     """How the runs were compared, and how the intervals of the metrics were found, in words."""
     used = dict.fromkeys(value.method for value in by_metric.values() if value.method)
-    runs = "paired runs" if is_paired else "independent runs"
     return ", ".join([runs, " and ".join(used)] if used else [runs, "no interval"])
 
 
@@ -148,10 +169,10 @@ def _print_differences(base: ControllerSet, differences: list, shown: tuple[Metr
     rows = (
         (
             runs.name,
-            methods(is_paired, {metric.name: by_metric[metric.name] for metric in shown}),
+            methods(how, {metric.name: by_metric[metric.name] for metric in shown}),
             *(_evaluated(metric, by_metric[metric.name]) for metric in shown),
         )
-        for runs, is_paired, by_metric in differences
+        for runs, how, by_metric in differences
     )
     headings = (metric.heading for metric in shown)
     print_rows((f"minus {base.name}", "interval", *headings), rows, turned=True)
@@ -160,6 +181,11 @@ def _print_differences(base: ControllerSet, differences: list, shown: tuple[Metr
         "Runs are paired, seed by seed, where they share what is random: controller, algorithm and "
         "conditions."
     )
+    if any(how == EXACT for _, how, _ in differences):
+        print_text(
+            "A gain that a search found is exact: no other run would differ. Against it the "
+            "interval is that of the other runs alone; between two exact ones there is none."
+        )
 
 
 def _evaluated(metric: Metric, value: Interval) -> str:
@@ -181,9 +207,10 @@ def _document(found: list, differences: list) -> dict:
             {
                 "name": runs.name,
                 "minus": found[0][0].name,
-                "paired": is_paired,
+                "paired": how == PAIRED,
+                "exact": how == EXACT,
                 **{name: plain(value) for name, value in by_metric.items()},
             }
-            for runs, is_paired, by_metric in differences
+            for runs, how, by_metric in differences
         ],
     }

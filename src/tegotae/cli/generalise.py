@@ -80,11 +80,11 @@ class Generalise(PictureFormat):
         return any(fnmatch.fnmatchcase(each, self.only) for each in (name, model))
 
     def _subjects(self) -> list[Tested]:
-        from tegotae.training.collection import read
+        from tegotae.training.collection import gathered
 
-        found = []
+        sets, found = gathered(self.places), []
         for place in self.places:
-            runs = read(place)
+            runs = [each for of, each in sets if of == place]
             chosen = [each for each in runs if self._is_chosen(each.name)]
             if not chosen:
                 names = ", ".join(sorted({each.name for each in runs})[:3])

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import json
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from itertools import combinations
 from pathlib import Path
 
 import msgspec
 import numpy as np
 
 from tegotae._support.documents import Json, JsonObject
+from tegotae._support.errors import TegotaeError
+from tegotae._support.quiet import note
 from tegotae.systems.controller_file import SavedController
 from tegotae.systems.controller_set import ControllerSet
 from tegotae.systems.descriptions import describe
@@ -45,6 +48,22 @@ def read(place: str | Path) -> list[ControllerSet]:
     return sets_of(resolve(place))
 
 
+def gathered(places: Iterable[str | Path]) -> list[tuple[str, ControllerSet]]:
+    """The sets of several names, each with the name that it is of (`read`).
+
+    Raises:
+        TegotaeError: also for runs that two names hold.
+    """
+    found = [(str(place), runs) for place in places for runs in read(place)]
+    for (place, runs), (other, later) in combinations(found, 2):
+        if _is_within(runs, later) or _is_within(later, runs):
+            raise TegotaeError(
+                f"{place} and {other} hold the same runs of {runs.name}, with equal weights; name "
+                "them once"
+            )
+    return found
+
+
 def sets_of(found: Resolved) -> list[ControllerSet]:
     """The controllers of what a name was resolved to, a set a training.
 
@@ -71,13 +90,14 @@ def controller_of(found: Resolved) -> SavedController:
 def group(files: Sequence[tuple[Path, SavedController]]) -> list[ControllerSet]:
     """Sets of runs of one training each, in the order in which their first members come.
 
-    Sets of one model are named by what differs in how they were trained.
+    Sets of one model are named by what differs in how they were trained. Runs of equal weights,
+    such as a file and its copy, count once, which a line says.
     """
     trainings: dict[tuple, list[tuple[Path, SavedController]]] = {}
     for path, saved in files:
         what = json.dumps(_document(saved), sort_keys=True)
         trainings.setdefault((saved.name, what), []).append((path, saved))
-    sets = [each for members in trainings.values() for each in _without_doubles(members)]
+    sets = [_once(each) for members in trainings.values() for each in _apart(members)]
     names = [members[0][1].name or members[0][0].stem for members in sets]
     labels = [""] * len(sets)
     for name, count in Counter(names).items():
@@ -105,7 +125,38 @@ def _labels(members: list[tuple[Path, SavedController]]) -> tuple[str, ...]:
     return seeds if len(set(seeds)) == len(seeds) else tuple(path.stem for path, _ in members)
 
 
-def _without_doubles(
+def _once(members: list[tuple[Path, SavedController]]) -> list[tuple[Path, SavedController]]:
+    """The runs of a set without those whose weights another has already."""
+    first: dict[bytes, tuple[Path, SavedController]] = {}
+    copies: list[Path] = []
+    for path, saved in members:
+        weights = np.asarray(saved.weights, float).tobytes()
+        if weights in first:
+            copies.append(path)
+        else:
+            first[weights] = (path, saved)
+    if copies:
+        note(
+            f"tegotae: {len(copies)} of {len(members)} runs have the weights of another, such as "
+            f"{copies[0]}; equal ones count once"
+        )
+    return list(first.values())
+
+
+def _is_within(runs: ControllerSet, other: ControllerSet) -> bool:
+    """Whether all runs of a set are another's, too: of equal weights, and trained alike."""
+    ours, theirs = (
+        {np.asarray(row, float).tobytes() for row in each.weights} for each in (runs, other)
+    )
+    return ours <= theirs and _provenance(runs) == _provenance(other)
+
+
+def _provenance(runs: ControllerSet) -> str:
+    own = None if runs.experiment is None else describe(runs.experiment)
+    return json.dumps([describe(runs.system), runs.training, own], sort_keys=True)
+
+
+def _apart(
     members: list[tuple[Path, SavedController]],
 ) -> list[list[tuple[Path, SavedController]]]:
     """The same apart by folder if a seed is there twice, as after other lengths of training."""

@@ -132,15 +132,23 @@ def paired_difference(
     return interval(values - baseline, within=_of_difference(within, 1.0), seed=seed)
 
 
-def difference(values: ArrayLike, baseline: ArrayLike, *, within: Range = UNBOUNDED) -> Interval:
+def difference(
+    values: ArrayLike,
+    baseline: ArrayLike,
+    *,
+    single_is_exact: bool = False,
+    within: Range = UNBOUNDED,
+) -> Interval:
     """Difference of the means of two independent rows, and its interval (Welch's t).
 
     `std` is its standard error; `count` and `undefined` are over both rows. A row with a single
-    defined value leaves the interval undefined, and one with none the difference, too.
+    defined value leaves the interval undefined, unless it is exact, and one with none the
+    difference, too.
 
     Args:
         values: one row, NaN where undefined, [count].
         baseline: the other, [count] of its own.
+        single_is_exact: as for `stratified_difference`.
         within: least and largest possible value of either.
 
     Example:
@@ -149,7 +157,7 @@ def difference(values: ArrayLike, baseline: ArrayLike, *, within: Range = UNBOUN
         ('1.00', True)
     """
     rows = [_row("values", values, within), _row("baseline", baseline, within)]
-    found = balanced_difference(rows[:1], rows[1:], within=within)
+    found = balanced_difference(rows[:1], rows[1:], single_is_exact=single_is_exact, within=within)
     if found.count + found.undefined == sum(map(len, rows)):
         return found
     defined = [row[~np.isnan(row)] for row in rows]
