@@ -60,11 +60,11 @@ lint: $(INSTALLED)
 	$(BIN)/pyright --pythonpath $(BIN)/python
 
 reproduce: $(INSTALLED)
-	$(BIN)/tegotae study run --dir $(STUDY) --scale $(SCALE) $(OPTIONS_$(READING))
+	$(BIN)/python -m reproduction run --dir $(STUDY) --scale $(SCALE) $(OPTIONS_$(READING))
 ifeq ($(READING) $(SCALE),study paper)
 	$(MAKE) experiments EXPERIMENTS=$(EXPERIMENTS)
 endif
-	$(BIN)/tegotae study report --dir $(STUDY) --experiments $(EXPERIMENTS)
+	$(BIN)/python -m reproduction report --dir $(STUDY) --experiments $(EXPERIMENTS)
 
 # The tables and figures of a reading's page, from its study's folder.
 PAGE := $(patsubst %/,%,$(dir $(TABLES)))
@@ -75,10 +75,10 @@ BESIDE_calibrated := $(TABLES_study).csv
 BUDGETS_study := --budgets $(TABLES_study)-budgets.csv
 BUDGETS := $(BUDGETS_$(READING))
 study-tables: $(INSTALLED)
-	$(BIN)/tegotae study export --dir $(STUDY) --out $(TABLES).csv $(BUDGETS) \
+	$(BIN)/python -m reproduction export --dir $(STUDY) --out $(TABLES).csv $(BUDGETS) \
 	  --sampled $(TABLES)-sampled.csv
-	$(BIN)/tegotae study figures $(STUDY) --out $(PAGE)
-	$(BIN)/tegotae study claims $(TABLES).csv --out $(PAGE) $(BUDGETS) \
+	$(BIN)/python -m reproduction figures $(STUDY) --out $(PAGE)
+	$(BIN)/python -m reproduction claims $(TABLES).csv --out $(PAGE) $(BUDGETS) \
 	  --sampled $(TABLES)-sampled.csv --beside $(BESIDE_$(READING)) \
 	  --experiments $(if $(filter study,$(READING)),docs/_static/experiments,$(PAGE)) \
 	  --readings docs/_static/multiverse
@@ -91,13 +91,13 @@ experiments: $(INSTALLED)
 	$(BIN)/python studies/second_look.py --first $(EXPERIMENTS)/figure3.csv \
 	  --figure $(EXPERIMENTS)/second_look.png
 	$(BIN)/python studies/parameter_limit.py --out $(EXPERIMENTS)
-	$(BIN)/tegotae figure gain-map --out $(EXPERIMENTS)/gain_map.png
+	$(BIN)/python -m reproduction gain-map --out $(EXPERIMENTS)/gain_map.png
 
 docs: $(INSTALLED)
 	$(BIN)/sphinx-build -W --keep-going -b html docs docs/_build/html
 
 bench: $(INSTALLED)
-	$(BIN)/tegotae bench
+	$(BIN)/python -m benchmarks
 
 clean:
 	rm -rf $(VENV) docs/_build

@@ -5,6 +5,10 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
+from benchmarks.__main__ import BENCH
+from playground.__main__ import PLAYGROUND
+from reproduction.__main__ import PROG, REPRODUCTION
+from studies.tuning.__main__ import TUNE
 from tegotae.cli.commands import COMMANDS
 from tegotae.cli.parsing import description_of, options_of
 from tegotae.cli.program import Command, CommandGroup
@@ -12,11 +16,16 @@ from tegotae.cli.program import Command, CommandGroup
 
 def command_reference() -> str:
     """All commands with their arguments and options, as Markdown."""
-    return "\n".join(part for name, command in COMMANDS.items() for part in _command(name, command))
+    programs = {f"tegotae {name}": command for name, command in COMMANDS.items()}
+    programs[PROG] = REPRODUCTION
+    programs["python -m studies.tuning"] = TUNE
+    programs["python -m playground"] = PLAYGROUND
+    programs["python -m benchmarks"] = BENCH
+    return "\n".join(part for name, entry in programs.items() for part in _command(name, entry))
 
 
 def _command(name: str, command: Command | CommandGroup, level: int = 2) -> Iterator[str]:
-    yield f"{'#' * level} `tegotae {name}`\n"
+    yield f"{'#' * level} `{name}`\n"
     if isinstance(command, CommandGroup):
         yield f"{_text(command.summary)}\n"
         for sub, its in command.commands.items():

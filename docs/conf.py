@@ -7,10 +7,12 @@ from pathlib import Path
 from sphinx.ext import napoleon
 
 import tegotae
-from tegotae.export import playground
 
 sys.path.insert(0, str(Path(__file__).parent))
+sys.path.insert(0, str(Path(__file__).parents[1]))
 from command_reference import command_reference
+
+import playground
 
 project = "tegotae"
 author = "The tegotae developers"
@@ -43,7 +45,7 @@ autodoc_typehints_format = "short"
 # they name other packages, and this one's classes by the private modules that define them.
 nitpicky = True
 nitpick_ignore_regex = [
-    (r"py:.*", r"(?!tegotae\.).*"),
+    (r"py:.*", r"(?!tegotae\.|reproduction\.).*"),
     (r"py:class", r"tegotae(\.\w+){3,}"),
     (r"py:class", r"tegotae\.(parameters|documents|registry)\.[PT]"),
 ]

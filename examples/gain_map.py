@@ -2,10 +2,10 @@
 
 import numpy as np
 
+from reproduction.figures.gain_map import gain_map_figure
 from tegotae import Timing, build
-from tegotae.figures.gain_map import gain_map_figure
+from tegotae.analysis import one_to_one_ridge, sweep_gain
 from tegotae.figures.style import save_figure
-from tegotae.studies.analysis import one_to_one_ridge, sweep_gain
 
 sigma = np.linspace(0.0, 12.0, 20)  # [rad/(s N)]
 omega = np.linspace(2.0, 10.0, 20)  # [rad/s]

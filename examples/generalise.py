@@ -8,9 +8,9 @@ import dataclasses
 import numpy as np
 
 from tegotae import ControllerSet, System, Timing, build
+from tegotae.analysis.generalisation import ControllersUnderTest, disturbances_named, tried
 from tegotae.figures.generalisation import curves_figure
 from tegotae.figures.style import save_figure
-from tegotae.studies.generalisation import ControllersUnderTest, disturbances_named, tried
 
 GAINS = np.linspace(1.0, 6.0, 8)[:, None]
 disturbances = disturbances_named(["mass=0.5/0.8/1.25/2", "strength=0.9/0.7/0.5/0.3"])

@@ -5,14 +5,14 @@ from pathlib import Path
 
 import jax.numpy as jnp
 
+from reproduction.folder import Folder
+from reproduction.plan import plan
+from reproduction.runner import run, work_all
+from reproduction.table import tabulate
 from tegotae import register
 from tegotae.figures.style import new_figure, save_figure, styled
 from tegotae.measures.hopping import Episode, GaitMetric
 from tegotae.measures.hopping.check import check_metric
-from tegotae.studies.paper.folder import Folder
-from tegotae.studies.paper.plan import plan
-from tegotae.studies.paper.runner import run, work_all
-from tegotae.studies.paper.table import tabulate
 
 
 def compute(episode: Episode) -> jnp.ndarray:

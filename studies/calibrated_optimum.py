@@ -19,13 +19,13 @@ import tyro
 from matplotlib.figure import Figure
 
 from kept import write_rows
+from reproduction.export import read_csv as read_study
+from reproduction.optimum import optimise
+from reproduction.table import Table
 from tegotae import Hopper
 from tegotae._support.tables import numbers, read_csv
 from tegotae.cli.status import exit_status
 from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, save_figure, styled
-from tegotae.measures.optimum import optimise
-from tegotae.studies.paper.export import read_csv as read_study
-from tegotae.studies.paper.table import Table
 
 FOLDER = Path(__file__).resolve().parents[1] / "docs" / "_static" / "study-calibrated"
 BODY = Hopper(

@@ -21,14 +21,8 @@ from pathlib import Path
 
 import numpy as np
 
-from tegotae._support import tables
-from tegotae._support.files import output_folder, write_atomically
-from tegotae.figures.calibration import posterior_figure, scores_figure, statements_figure
-from tegotae.figures.report.markdown import table
-from tegotae.figures.style import save_figure
-from tegotae.measures.evaluation import evaluate
-from tegotae.studies.paper.calibration.measure import COARSE, CalibrationGrid, measure
-from tegotae.studies.paper.calibration.posterior import (
+from reproduction.calibration.measure import COARSE, CalibrationGrid, measure
+from reproduction.calibration.posterior import (
     STRICTNESS,
     CalibrationPosterior,
     met,
@@ -38,7 +32,7 @@ from tegotae.studies.paper.calibration.posterior import (
     shortfalls,
     together,
 )
-from tegotae.studies.paper.calibration.prior import (
+from reproduction.calibration.prior import (
     EVALUATED,
     PRIOR,
     SECTOR_S,
@@ -46,11 +40,17 @@ from tegotae.studies.paper.calibration.prior import (
     coordinates,
     value_at,
 )
-from tegotae.studies.paper.calibration.run import calibrate, read_scores
-from tegotae.studies.paper.calibration.scores import SCORES, short
-from tegotae.studies.paper.multiverse.designs import cells_of
-from tegotae.studies.paper.multiverse.experiment import experiment_under
-from tegotae.studies.paper.multiverse.readings import AnalysisChoice, Reading
+from reproduction.calibration.run import calibrate, read_scores
+from reproduction.calibration.scores import SCORES, short
+from reproduction.figures.calibration import posterior_figure, scores_figure, statements_figure
+from reproduction.readings.designs import cells_of
+from reproduction.readings.experiment import experiment_under
+from reproduction.readings.readings import AnalysisChoice, Reading
+from reproduction.report.markdown import table
+from tegotae._support import tables
+from tegotae._support.files import output_folder, write_atomically
+from tegotae.figures.style import save_figure
+from tegotae.measures.evaluation import evaluate
 from tegotae.systems.models import find
 from tegotae.training.search import best_gain
 

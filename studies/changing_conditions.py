@@ -16,14 +16,18 @@ from pathlib import Path
 import numpy as np
 
 from kept import write_rows, write_text
+from tegotae.analysis.generalisation import CATALOGUE, ControllersUnderTest, Retention
+from tegotae.analysis.generalisation.run import Done, generalise
+from tegotae.analysis.generalisation.table import (
+    MEASURES,
+    levels_survived,
+    margin,
+)
 from tegotae.figures.generalisation import groups_figure
 from tegotae.figures.style import save_figure
 from tegotae.measures.evaluation import Protocol, evaluate
 from tegotae.measures.hopping.statistics import interval
 from tegotae.simulation.world import Uniform
-from tegotae.studies.generalisation import CATALOGUE, ControllersUnderTest, Retention
-from tegotae.studies.generalisation.run import Done, generalise
-from tegotae.studies.generalisation.table import MEASURES, levels_survived, margin
 from tegotae.systems.experiment import Experiment
 from tegotae.systems.models import find
 from tegotae.training.collection import read

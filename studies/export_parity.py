@@ -24,6 +24,7 @@ DOCS = Path(__file__).parents[1] / "docs"
 sys.path.insert(0, str(DOCS.parent / "tests" / "helpers"))
 
 from compiled import Compiled  # noqa: E402
+from reproduction.folder import Folder  # noqa: E402
 from robots import (  # noqa: E402
     HELD,
     apexes_of_the_package,
@@ -33,12 +34,11 @@ from robots import (  # noqa: E402
     own_run,
 )
 from tegotae._support.progress import reporting  # noqa: E402
+from tegotae.analysis.gaits import system  # noqa: E402
 from tegotae.cli.status import exit_status  # noqa: E402
 from tegotae.export.c import Export  # noqa: E402
 from tegotae.parts.bodies import Hopper  # noqa: E402
 from tegotae.simulation.rollout import Timing  # noqa: E402
-from tegotae.studies.gaits import system  # noqa: E402
-from tegotae.studies.paper.folder import Folder  # noqa: E402
 from tegotae.systems.controller_file import SavedController  # noqa: E402
 
 _SETTLED_S = 12.0

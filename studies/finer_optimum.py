@@ -14,8 +14,9 @@ from pathlib import Path
 import numpy as np
 
 from kept import write_rows, write_text
+from reproduction.optimum import optimise
 from tegotae._support.tables import read_csv
-from tegotae.measures.optimum import curve, optimise
+from tegotae.measures.optimum import curve
 from tegotae.parts.bodies import Hopper
 
 KEPT = Path(__file__).parents[1] / "docs" / "_static" / "figures"

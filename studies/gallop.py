@@ -29,6 +29,7 @@ from kept import write_rows
 from tegotae._support.errors import TegotaeError
 from tegotae._support.progress import reporting
 from tegotae._support.tables import numbers, read_csv
+from tegotae.analysis.gaits.sweep import DETUNING, LevelsSummary, staircase_timing
 from tegotae.figures.animation import FRAMES_PER_S, save_animation
 from tegotae.figures.gaits.animation import moving
 from tegotae.figures.gaits.colours import gait_colour
@@ -39,7 +40,6 @@ from tegotae.parts.fields import with_fields
 from tegotae.simulation.recorder import needing
 from tegotae.simulation.rollout import Timing
 from tegotae.simulation.world import Staircase, with_changes
-from tegotae.studies.gaits.sweep import DETUNING, LevelsSummary, staircase_timing
 from tegotae.systems.legged import Legged, lanes_of, random_phases
 from tegotae.systems.legged_systems import system
 from tegotae.systems.tuned import family

@@ -19,7 +19,22 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from kept import write_rows, write_text
+from reproduction.plan import plan
 from tegotae._support.tables import read_csv
+from tegotae.analysis.generalisation import (
+    CATALOGUE,
+    ControllersUnderTest,
+    Disturbance,
+    Retention,
+    margins,
+)
+from tegotae.analysis.generalisation.run import Done, generalise
+from tegotae.analysis.generalisation.table import (
+    MEASURES,
+    curve,
+    levels_survived,
+    margin,
+)
 from tegotae.figures.generalisation import groups_figure
 from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, save_figure, styled
 from tegotae.parts.bodies import Body
@@ -28,21 +43,6 @@ from tegotae.simulation.rollout import (
     Timing,
     Trajectory,
 )
-from tegotae.studies.generalisation import (
-    CATALOGUE,
-    ControllersUnderTest,
-    Disturbance,
-    Retention,
-    margins,
-)
-from tegotae.studies.generalisation.run import Done, generalise
-from tegotae.studies.generalisation.table import (
-    MEASURES,
-    curve,
-    levels_survived,
-    margin,
-)
-from tegotae.studies.paper.plan import plan
 from tegotae.systems.models import all_models
 from tegotae.training.collection import read
 

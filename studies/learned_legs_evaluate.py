@@ -12,9 +12,9 @@ from kept import write_rows
 from learned_legs_plan import TABLES, Cell, advance_m_per_rad, baseline_cost
 from tegotae._support.progress import reporting
 from tegotae._support.tables import read_csv
+from tegotae.analysis.gaits.evaluation import GaitEvaluation, evaluate_gaits
 from tegotae.measures.objectives.commanded_walking import TRACKING, log_gain
 from tegotae.parts._shapes import LaneNumbers
-from tegotae.studies.gaits.evaluation import GaitEvaluation, evaluate_gaits
 from tegotae.systems.controller_file import load
 from tegotae.systems.controller_set import ControllerSet
 from tegotae.systems.legged import Legged

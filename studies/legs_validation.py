@@ -18,11 +18,11 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks import mujoco_walker
 from tegotae import Timing
 from tegotae.figures.style import PAGE_IN, new_figure, save_figure, styled
 from tegotae.parts.bodies import Walker
 from tegotae.parts.parameters import traceable
-from tegotae.studies.benchmarks import mujoco_walker
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"
 sys.path.insert(0, str(DOCS.parent / "tests" / "helpers"))

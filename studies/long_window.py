@@ -17,10 +17,10 @@ from typing import Annotated
 import numpy as np
 import tyro
 
+from reproduction.folder import Folder
+from reproduction.record import Record
 from tegotae._support.errors import TegotaeError
 from tegotae.cli.status import exit_status
-from tegotae.studies.paper.folder import Folder
-from tegotae.studies.paper.record import Record
 
 _LEAST = 0.05
 """CoT⁻¹ below which a relative difference says nothing [m/J]."""

@@ -12,13 +12,13 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from tegotae.analysis.gaits.simulate import GaitRun, simulate
 from tegotae.figures.animation import FRAMES_PER_S, save_animation
 from tegotae.figures.gaits.animation import moving
 from tegotae.figures.gaits.poses import LegPositions, pose
 from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, styled
 from tegotae.simulation.rollout import Timing
 from tegotae.simulation.world import Step, with_changes
-from tegotae.studies.gaits.simulate import GaitRun, simulate
 from tegotae.systems.legged import Legged, random_phases
 
 LOST_S = 20.0

@@ -3,7 +3,7 @@
     python studies/native_code.py
 
 Each row is a program of lanes: core-seconds to trace it, to write it and to compile it, and control
-ticks per core-second in blocks of one, two and three vectors. `tegotae bench` has XLA beside it.
+ticks per core-second in blocks of one, two and three vectors. `python -m benchmarks` times XLA.
 The best of several runs that alternate; a machine in use by others varies by some percent.
 """
 
@@ -18,6 +18,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from benchmarks.legs import FOOT, OMEGA, WALKER_TICK_S
 from tegotae import Scenario, Timing, build
 from tegotae.lowering.episode import Kernel, TracedEpisode, compile_episode
 from tegotae.parts.bodies import Bar, Body, Hopper, Plate, Walker
@@ -25,7 +26,6 @@ from tegotae.parts.controller import Controller
 from tegotae.simulation.integrators import PredictorCorrector
 from tegotae.simulation.loop import ClosedLoop
 from tegotae.simulation.recorder import Recorder
-from tegotae.studies.benchmarks.legs import FOOT, OMEGA, WALKER_TICK_S
 
 LANES = 1056
 REPEATS = 5

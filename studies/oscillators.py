@@ -28,6 +28,10 @@ import tyro
 from matplotlib.figure import Figure
 
 from kept import write_rows, write_text
+from reproduction import runner
+from reproduction.folder import Folder
+from reproduction.plan import Plan
+from reproduction.table import tabulate
 from tegotae._support.errors import TegotaeError
 from tegotae._support.files import output_folder
 from tegotae._support.tables import read_csv
@@ -36,10 +40,6 @@ from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, save_figure, sty
 from tegotae.measures.hopping.registry import metrics
 from tegotae.measures.hopping.statistics import interval, stratified_difference
 from tegotae.parts.oscillators.named import OSCILLATORS, PHASE
-from tegotae.studies.paper import runner
-from tegotae.studies.paper.folder import Folder
-from tegotae.studies.paper.plan import Plan
-from tegotae.studies.paper.table import tabulate
 from tegotae.systems.models import find
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"

@@ -11,8 +11,8 @@ import argparse
 from collections.abc import Sequence
 from pathlib import Path
 
+from reproduction.claims.quotations import hashes_of
 from tegotae._support.files import write_atomically
-from tegotae.studies.paper.claims.quotations import hashes_of
 
 
 def main(words: Sequence[str] | None = None) -> None:

@@ -18,12 +18,12 @@ from typing import Any
 import numpy as np
 
 from kept import write_rows, write_text
+from reproduction.optimum import optimise, upper_bound
+from reproduction.optimum.problem import most_lift_off
 from tegotae._support.errors import TegotaeError
 from tegotae._support.tables import read_csv
-from tegotae.measures.optimum import optimise, upper_bound
-from tegotae.measures.optimum.problem import most_lift_off
+from tegotae.analysis.generalisation import CATALOGUE
 from tegotae.parts.bodies import Hopper
-from tegotae.studies.generalisation import CATALOGUE
 
 KEPT = Path(__file__).parents[1] / "docs" / "_static" / "generalisation"
 FIELDS = {

@@ -13,7 +13,7 @@ import tempfile
 from importlib import resources
 from pathlib import Path
 
-from tegotae.export.playground import Page, standard
+from playground import Page, standard
 from tegotae.measures import optimum
 from tegotae.parts.bodies import Hopper
 
@@ -69,7 +69,7 @@ def main() -> None:
 
 def learned(task: dict) -> list:
     """Whether, when, how well and how soon."""
-    worker = Path(str(resources.files("tegotae.export.playground"))) / "web" / "learn" / "worker.js"
+    worker = Path(str(resources.files("playground"))) / "web" / "learn" / "worker.js"
     with tempfile.TemporaryDirectory() as folder:
         script = Path(folder) / "learn.mjs"
         script.write_text(SCRIPT)

@@ -17,12 +17,12 @@ import tyro
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from reproduction.export import read_csv
+from reproduction.table import ARCHITECTURES, Table
 from tegotae import Hopper
 from tegotae.cli.status import exit_status
 from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, save_figure, styled
 from tegotae.measures.hopping.statistics import Interval, interval
-from tegotae.studies.paper.export import read_csv
-from tegotae.studies.paper.table import ARCHITECTURES, Table
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"
 CALIBRATED_WEIGHT_N = 0.06861 * 9.81

@@ -73,13 +73,13 @@ def tiny_training(tmp_path_factory) -> Path:
 @pytest.fixture(scope="session")
 def smoke_study(tmp_path_factory) -> Path:
     """The folder of an undisturbed smoke study, to be read only."""
-    import studies
+    import study_runs
 
     # One for all processes of pytest-xdist.
     place = tmp_path_factory.getbasetemp()
     if "PYTEST_XDIST_WORKER" in os.environ:
         place = place.parent
-    return studies.undisturbed(place)
+    return study_runs.undisturbed(place)
 
 
 @pytest.fixture
@@ -96,7 +96,7 @@ def clock(monkeypatch):
 @pytest.fixture
 def one_line_error(capsys):
     """A function that runs `tegotae` on unusable input, and returns what it says of it."""
-    from tegotae.cli import main
+    from programs import main
 
     def run(*arguments: str) -> str:
         assert main(arguments) == 2

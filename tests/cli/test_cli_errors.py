@@ -6,15 +6,16 @@ import errno
 import inspect
 import os
 import re
-import shlex
 import subprocess
 import sys
+from collections.abc import Iterator
 
 import pytest
 from jax.errors import JaxRuntimeError
 
+from programs import PROGRAMS, main, parsed, words_of
 from tegotae import Engine, TegotaeError
-from tegotae.cli import main, parsed, split_parts
+from tegotae.cli import split_parts
 from tegotae.cli.commands import COMMANDS, SECTIONS
 from tegotae.cli.program import Command, CommandGroup
 from tegotae.cli.status import exit_status
@@ -50,7 +51,7 @@ def test_without_a_subcommand_they_are_listed(capsys):
         (["train", "ART", "--seeds", "1.5"], "--seeds"),
         (["train", "ART", "--seeds", "many"], "--seeds"),
         (["models", "--json", "true", "false"], "false"),
-        (["bench", "--lanes", "1e3"], "--lanes"),
+        (["benchmarks", "--lanes", "1e3"], "--lanes"),
     ],
 )
 def test_words_that_make_no_command_are_refused_with_what_was_meant(capsys, words, said):
@@ -101,30 +102,34 @@ def test_every_command_has_one_place_in_the_list():
     assert sorted(name for names in SECTIONS.values() for name in names) == sorted(COMMANDS)
 
 
-def every_command(commands=COMMANDS) -> list[Command]:
-    found = []
-    for entry in commands.values():
-        found += every_command(entry.commands) if isinstance(entry, CommandGroup) else [entry]
-    return found
+def commands_of(entry: Command | CommandGroup) -> Iterator[Command]:
+    if isinstance(entry, Command):
+        yield entry
+    else:
+        for below in entry.commands.values():
+            yield from commands_of(below)
 
 
-@pytest.mark.parametrize("command", every_command(), ids=lambda each: each.name)
+EVERY_COMMAND = [command for program, _ in PROGRAMS.values() for command in commands_of(program)]
+
+
+@pytest.mark.parametrize("command", EVERY_COMMAND, ids=lambda each: each.name)
 def test_the_line_about_a_command_is_the_first_of_its_docstring(command):
     whole = inspect.cleandoc(command.load().__doc__)
     assert command.summary == " ".join(whole.split("\n\n")[0].split())
     assert command.summary.endswith(".")
 
 
-@pytest.mark.parametrize("command", every_command(), ids=lambda each: each.name)
+@pytest.mark.parametrize("command", EVERY_COMMAND, ids=lambda each: each.name)
 def test_every_command_has_two_examples_that_are_understood(command):
     assert len(command.examples) == 2
     for example in command.examples:
-        program, *words = shlex.split(example.partition(" > ")[0])
-        assert program == "tegotae"
+        words = words_of(example)
+        assert words
         assert isinstance(parsed(split_parts(words)[0]), command.load())
 
 
-@pytest.mark.parametrize("words", ["cite", "figure surface", "study", "study multiverse run"])
+@pytest.mark.parametrize("words", ["cite", "figure surface", "export"])
 def test_the_help_of_a_command_ends_with_its_examples(capsys, words):
     *_, title, first, second = explanation(capsys, *words.split()).splitlines()
     assert title == "Examples:"
@@ -240,7 +245,7 @@ def test_a_bug_is_one_line_and_its_traceback_for_those_who_ask(capsys, monkeypat
 
 
 @pytest.mark.parametrize(
-    "command", ["simulate", "evaluate V-reflex-w8", "compare V-a V-b", "bench"]
+    "command", ["simulate", "evaluate V-reflex-w8", "compare V-a V-b", "benchmarks"]
 )
 def test_ctrl_c_anywhere_ends_in_one_line(capsys, monkeypatch, command):
     def interrupt(*_, **__):
@@ -248,7 +253,7 @@ def test_ctrl_c_anywhere_ends_in_one_line(capsys, monkeypatch, command):
 
     monkeypatch.setattr(Engine, "run", interrupt)
     monkeypatch.setattr("tegotae.cli.compare.gathered", interrupt)
-    monkeypatch.setattr("tegotae.studies.benchmarks.engine.speed", interrupt)
+    monkeypatch.setattr("benchmarks.engine.speed", interrupt)
     assert main(command.split()) == 130
     assert capsys.readouterr() == ("", "tegotae: interrupted\n")
 
@@ -284,13 +289,15 @@ def test_a_full_disk_behind_stdout_is_said_in_one_line():
 
 def test_bench_refuses_lanes_that_are_none(one_line_error):
     assert "lanes is 0; it must be a whole number of at least 1" in one_line_error(
-        "bench", "--lanes", "0"
+        "benchmarks", "--lanes", "0"
     )
 
 
 def test_a_study_refuses_workers_that_are_none(tmp_path, one_line_error):
     words = ["--dir", str(tmp_path / "study"), "--workers", "0"]
-    assert "workers is 0; it must be a whole number" in one_line_error("study", "run", *words)
+    assert "workers is 0; it must be a whole number" in one_line_error(
+        "reproduction", "run", *words
+    )
     assert not (tmp_path / "study").exists()
 
 

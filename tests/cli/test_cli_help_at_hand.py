@@ -82,7 +82,7 @@ def completed(tmp_path_factory):
     [
         ("tegotae sim", ["simulate"]),
         ("tegotae figure po", ["portrait", "poincare"]),
-        ("tegotae study multiverse st", ["status"]),
+        ("tegotae gait sta", ["stability"]),
         ("tegotae train ART --sto", []),
         ("tegotae train ART --see", ["--seeds"]),
         ("tegotae figure surface --resol", ["--resolution"]),
@@ -131,8 +131,7 @@ def test_a_quiet_command_prints_its_results_but_no_progress(capsys, monkeypatch,
         ("surface zoo:ART/3", "surface-ART-3.png"),
         ("surface --policy walker.zip", "surface-walker.png"),
         ("basin mine.py:hopper", "basin-hopper.png"),
-        ("gain-map", "gain-map.png"),
-        ("gain-map --out gain.pdf", "gain.pdf"),
+        ("portrait V-sector-w4 --out portrait.pdf", "portrait.pdf"),
     ],
 )
 def test_a_figure_without_a_name_is_called_after_what_it_shows(words, file):

@@ -10,11 +10,11 @@ import pytest
 
 from pages import DOCS
 from places import ROOT
+from reproduction.calibration.posterior import STRICTNESS, met, shortfalls, together
+from reproduction.calibration.prior import candidates
+from reproduction.calibration.scores import SCORES
+from reproduction.readings.designs import CALIBRATED_TABLE
 from tegotae._support.tables import read_csv
-from tegotae.studies.paper.calibration.posterior import STRICTNESS, met, shortfalls, together
-from tegotae.studies.paper.calibration.prior import candidates
-from tegotae.studies.paper.calibration.scores import SCORES
-from tegotae.studies.paper.multiverse.designs import CALIBRATED_TABLE
 
 KEPT = DOCS / "_static" / "calibration"
 

@@ -1,7 +1,6 @@
 """The documentation keeps its word: examples run, commands exist, pages build without a warning."""
 
 import importlib.util
-import shlex
 import subprocess
 import sys
 from pathlib import Path
@@ -9,7 +8,8 @@ from pathlib import Path
 import pytest
 
 from pages import DOCS, blocks
-from tegotae.cli import parsed, split_parts
+from programs import parsed, words_of
+from tegotae.cli import split_parts
 
 FOLDERS = (".", "extending", "gaits", "deploy", "guides")
 PAGES = sorted(page for folder in FOLDERS for page in (DOCS / folder).glob("*.md"))
@@ -21,11 +21,11 @@ EXAMPLES = [
 EXAMPLES += [*DOCS.glob("extending/*.md"), DOCS / "deploy" / "controller-file.md"]
 
 
-def commands(page: Path) -> list[str]:
-    """The `tegotae ...` lines of a page's console blocks."""
+def commands(page: Path) -> list[list[str]]:
+    """The words of the lines of a page's console blocks that start a program of the project."""
     whole = (block.replace("\\\n", "") for _, block in blocks(page, "console"))
-    lines = [line for block in whole for line in block.splitlines()]
-    return [line for line in lines if line.startswith("tegotae ")]
+    lines = (line for block in whole for line in block.splitlines())
+    return [words for line in lines if (words := words_of(line))]
 
 
 SLOW = ("legs", "oscillator")
@@ -66,8 +66,8 @@ def test_the_constant_push_does_what_the_fidelity_page_says(capsys):
 
 @pytest.mark.parametrize("page", [p for p in PAGES if commands(p)], ids=lambda p: p.stem)
 def test_the_commands_of_a_page_are_understood(page):
-    for line in commands(page):
-        arguments, _ = split_parts(shlex.split(line, comments=True)[1:])
+    for words in commands(page):
+        arguments, _ = split_parts(words)
         parsed(arguments)
 
 

@@ -11,6 +11,8 @@ from inspect import isabstract, isclass, isfunction, isroutine, signature
 
 import pytest
 
+import playground
+import reproduction
 import tegotae
 from api import public
 from tegotae.measures.hopping import catalogue
@@ -20,32 +22,35 @@ from tegotae.parts.terms import Term
 from tegotae.simulation.integrators import Integrator
 from tegotae.training.algorithms import Algorithm
 
-_OPTIONAL = {"tegotae.__main__", "tegotae.cli.optimum_table"}
-"""Modules that are programs."""
+
+def _modules() -> Iterator[str]:
+    """The modules of the package, and of the programs beside it."""
+    for package in (tegotae, reproduction, playground):
+        for info in pkgutil.walk_packages(package.__path__, f"{package.__name__}."):
+            if not info.name.endswith("__main__"):
+                yield info.name
 
 
 def examples() -> dict[str, list[doctest.DocTest]]:
     """The docstrings with examples of every module that can be imported here, by its name."""
     found = {}
-    for info in pkgutil.walk_packages(tegotae.__path__, "tegotae."):
-        if info.name in _OPTIONAL:
-            continue
+    for name in _modules():
         try:
-            module = importlib.import_module(info.name)
+            module = importlib.import_module(name)
         except (ImportError, tegotae.TegotaeError):  # an extra that is not installed
             continue
         tests = doctest.DocTestFinder(exclude_empty=True).find(module)
         if tests := [test for test in tests if test.examples]:
-            found[info.name] = tests
+            found[name] = tests
     return found
 
 
 FOUND = examples()
 SLOW = (
-    "tegotae.studies.analysis.",
+    "tegotae.analysis.",
     "tegotae.simulation.checks.",
     "tegotae.systems.designs.",
-    "tegotae.studies.gaits.",
+    "reproduction.",
 )
 """Where examples roll out and so compile much; other tests do the same."""
 
@@ -69,7 +74,15 @@ def test_the_examples_of_a_module_do_what_they_say(name, monkeypatch, tmp_path):
 
 def test_there_are_examples_in_most_packages():
     packages = {name.split(".")[1] for name in FOUND}
-    assert {"parts", "simulation", "measures", "systems", "envs", "training", "studies"} <= packages
+    assert {
+        "parts",
+        "simulation",
+        "measures",
+        "systems",
+        "envs",
+        "training",
+        "analysis",
+    } <= packages
     assert len(FOUND) > 40
 
 

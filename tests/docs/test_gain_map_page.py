@@ -7,7 +7,7 @@ import re
 import pytest
 
 from pages import DOCS
-from tegotae.cli import main
+from programs import main
 
 PAGE = DOCS / "figures" / "gain-map.md"
 ROW = re.compile(
@@ -23,7 +23,7 @@ LINE = re.compile(
 
 @pytest.mark.thorough
 def test_the_table_of_the_page_is_what_the_command_prints(tmp_path, capsys):
-    assert main(["figure", "gain-map", "--out", str(tmp_path / "map.png")]) == 0
+    assert main(["reproduction", "gain-map", "--out", str(tmp_path / "map.png")]) == 0
     rows = ROW.findall(PAGE.read_text(encoding="utf-8").replace("−", "-"))
     printed = LINE.findall(capsys.readouterr().out)
     assert [row[:2] for row in rows] == [line[:2] for line in printed]

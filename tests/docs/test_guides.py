@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from pages import DOCS, blocks
-from tegotae.cli import main, parsed
+from programs import main, parsed, words_of
 from tegotae.cli.commands import COMMANDS
 from tegotae.cli.program import Command
 
@@ -111,7 +111,7 @@ def test_every_command_and_option_is_in_the_reference(reference, name):
 
 
 def test_commands_below_commands_are_in_the_reference_too(reference):
-    for name in ("figure surface", "gait map", "study run", "export c"):
+    for name in ("figure surface", "gait map", "export c"):
         (own,) = re.findall(rf"^### `tegotae {name}`\n(.*?)(?=^##|\Z)", reference, re.M | re.S)
         assert "| `--" in own
 
@@ -151,10 +151,12 @@ def test_the_messages_that_are_explained_are_those_of_the_source():
 
 def test_the_commands_of_the_gallery_are_understood():
     page = (DOCS / "gallery.md").read_text(encoding="utf-8")
-    commands = re.findall(r"\| `tegotae (.*?)` \|$", page, re.M)
+    commands = re.findall(r"\| `((?:tegotae|python -m) .*?)` \|$", page, re.M)
     assert len(commands) > 10
     for command in commands:
-        parsed(shlex.split(command))
+        words = words_of(command)
+        assert words
+        parsed(words)
 
 
 def test_readers_of_every_kind_are_shown_where_to_begin():

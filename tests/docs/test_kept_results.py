@@ -8,19 +8,19 @@ import numpy as np
 import pytest
 
 from places import ROOT
-from tegotae.figures.claims import claims_figure
-from tegotae.figures.report.atomic import beside_table, by_budget_table, outcomes_table
-from tegotae.figures.report.markdown import endings_table
-from tegotae.figures.report.multiverse import READINGS_COLUMN, counts_by_claim, shares_table
-from tegotae.figures.study import ARCHITECTURES, architectures
-from tegotae.studies.paper.claims.atomic import ATOMIC_CLAIMS
-from tegotae.studies.paper.claims.budgets import by_budget
-from tegotae.studies.paper.claims.counting import Count, with_sampled
-from tegotae.studies.paper.claims.effect_table import effects_csv, read_effects
-from tegotae.studies.paper.claims.findings import OPPOSITE, REPRODUCED, findings
-from tegotae.studies.paper.endings import endings_by_architecture
-from tegotae.studies.paper.export import read_csv
-from tegotae.studies.paper.multiverse.tables import read_tables
+from reproduction.claims.atomic import ATOMIC_CLAIMS
+from reproduction.claims.budgets import by_budget
+from reproduction.claims.counting import Count, with_sampled
+from reproduction.claims.effect_table import effects_csv, read_effects
+from reproduction.claims.findings import OPPOSITE, REPRODUCED, findings
+from reproduction.endings import endings_by_architecture
+from reproduction.export import read_csv
+from reproduction.figures.claims import claims_figure
+from reproduction.figures.study import ARCHITECTURES, architectures
+from reproduction.readings.tables import read_tables
+from reproduction.report.atomic import beside_table, by_budget_table, outcomes_table
+from reproduction.report.markdown import endings_table
+from reproduction.report.multiverse import READINGS_COLUMN, counts_by_claim, shares_table
 from tegotae.systems.models import all_models
 
 KEPT = ROOT / "docs" / "_static"

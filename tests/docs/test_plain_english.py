@@ -9,9 +9,9 @@ import pytest
 
 from pages import DOCS
 from places import ROOT
-from tegotae.cli.commands import COMMANDS, TEGOTAE
+from programs import PROGRAMS
 from tegotae.cli.help import help_of, overview, overview_of
-from tegotae.cli.program import CommandGroup
+from tegotae.cli.program import Command, CommandGroup
 from vocabulary import PROSE
 
 PAGES = sorted(
@@ -82,17 +82,18 @@ def test_questions_and_code_are_left_alone(text):
     assert unplain(text) == []
 
 
-def helps(commands=COMMANDS, before: str = "tegotae") -> Iterator[str]:
-    for name, entry in commands.items():
-        if isinstance(entry, CommandGroup):
-            yield overview_of(f"{before} {name}", entry)
-            yield from helps(entry.commands, f"{before} {name}")
-        else:
-            yield help_of(f"{before} {name}", entry)
+def helps(entry: Command | CommandGroup, prog: str) -> Iterator[str]:
+    if isinstance(entry, Command):
+        yield help_of(prog, entry)
+        return
+    yield overview(entry, prog) if entry.sections else overview_of(prog, entry)
+    for name, below in entry.commands.items():
+        yield from helps(below, f"{prog} {name}")
 
 
 def test_help_is_in_plain_english():
-    assert [unplain(each) for each in (overview(TEGOTAE), *helps()) if unplain(each)] == []
+    texts = [text for program in PROGRAMS.values() for text in helps(*program)]
+    assert [unplain(text) for text in texts if unplain(text)] == []
 
 
 @pytest.mark.parametrize("term", TERMS)

@@ -8,7 +8,7 @@ import shlex
 import pytest
 
 from places import ROOT
-from tegotae.cli import main, parsed
+from programs import main, parsed
 
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 MOST_WORDS = 700

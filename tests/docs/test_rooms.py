@@ -23,7 +23,7 @@ ROOMS = (
     "systems",
     "envs",
     "training",
-    "studies",
+    "analysis",
     "export",
     "figures",
     "cli",

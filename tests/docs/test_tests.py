@@ -11,6 +11,8 @@ ROOMS = {
     for folder in (ROOT / "src" / "tegotae").iterdir()
     if any(folder.glob("*/*.py")) or any(folder.glob("*.py"))
 }
+BESIDE = {"reproduction", "studies", "playground", "benchmarks"}
+"""Folders of programs beside the package."""
 OTHERS = {"docs", "helpers", "kept", "users"}
 """Pages, what tests share, what must not change, and parts of a user."""
 FILES = sorted(TESTS.rglob("test_*.py"))
@@ -18,7 +20,7 @@ FILES = sorted(TESTS.rglob("test_*.py"))
 
 def test_every_folder_of_tests_is_that_of_a_room():
     folders = {file.relative_to(TESTS).parts[0] for file in FILES}
-    assert folders <= ROOMS | OTHERS
+    assert folders <= ROOMS | BESIDE | OTHERS
 
 
 def test_every_file_of_tests_is_in_a_room():

@@ -246,7 +246,7 @@ def test_without_mujoco_the_extra_is_named(monkeypatch):
 
 def test_training_is_timed_beside_a_plain_loop(monkeypatch):
     pytest.importorskip("stable_baselines3")
-    from tegotae.studies.benchmarks import mujoco_training
+    from benchmarks import mujoco_training
 
     monkeypatch.setattr(mujoco_training, "LANES", (2,))
     rows = mujoco_training.measured(steps=2)

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 import walkers
+from benchmarks import mujoco_walker
 from tegotae import Timing
 from tegotae.measures.gaits.lags import apart, circular_mean
-from tegotae.studies.benchmarks import mujoco_walker
 from walker_oracle import SET_A, SET_C
 
 pytest.importorskip("mujoco")

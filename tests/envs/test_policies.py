@@ -11,6 +11,13 @@ import pytest
 pytest.importorskip("gymnasium")
 
 from tegotae import TegotaeError, build
+from tegotae.analysis import NoLimitCycleError, actuation_surface, paths_of
+from tegotae.analysis.policy import (
+    measured_policy,
+    policy_orbit,
+    policy_paths,
+    policy_surface,
+)
 from tegotae.envs.policies import (
     ClippedFeedbackWarning,
     Meaning,
@@ -19,13 +26,6 @@ from tegotae.envs.policies import (
     load_policy,
 )
 from tegotae.figures.portrait import portrait_figure, portrait_table
-from tegotae.studies.analysis import NoLimitCycleError, actuation_surface, paths_of
-from tegotae.studies.analysis.policy import (
-    measured_policy,
-    policy_orbit,
-    policy_paths,
-    policy_surface,
-)
 from tegotae.systems.controller_file import SavedController
 
 FORCES = np.array([0.0, 0.5, 1.0])

@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 import dataclasses
 import re
-import shlex
 from pathlib import Path
 
 import numpy as np
@@ -14,23 +13,10 @@ from matplotlib.collections import QuadMesh
 from matplotlib.figure import Figure
 
 from places import ROOT
+from programs import main, parsed, words_of
+from reproduction.figures.gain_map import gain_map_figure, gain_map_tables
 from tegotae import TegotaeError, build
-from tegotae.cli import main, parsed
-from tegotae.figures.basin import basin_figure, basin_tables
-from tegotae.figures.data import joined, long_table, write_tables
-from tegotae.figures.gain_map import gain_map_figure, gain_map_tables
-from tegotae.figures.phase_locking import phase_locking_figure, phase_locking_table
-from tegotae.figures.phase_response import phase_response_figure, phase_response_table
-from tegotae.figures.poincare import poincare_figure, poincare_tables, predicted
-from tegotae.figures.style import COLUMN_IN, PAGE_IN, figure_file, save_figure
-from tegotae.figures.surface import surface_figure, surface_tables
-from tegotae.measures.hopping.gait import (
-    AT_REST,
-    FAILED,
-    LIMIT_CYCLE,
-    UNSETTLED,
-)
-from tegotae.studies.analysis import (
+from tegotae.analysis import (
     Attractor,
     GainSweep,
     HopperBasin,
@@ -41,6 +27,19 @@ from tegotae.studies.analysis import (
     Surface,
     find_ridge,
     one_to_one_ridge,
+)
+from tegotae.figures.basin import basin_figure, basin_tables
+from tegotae.figures.data import joined, long_table, write_tables
+from tegotae.figures.phase_locking import phase_locking_figure, phase_locking_table
+from tegotae.figures.phase_response import phase_response_figure, phase_response_table
+from tegotae.figures.poincare import poincare_figure, poincare_tables, predicted
+from tegotae.figures.style import COLUMN_IN, PAGE_IN, figure_file, save_figure
+from tegotae.figures.surface import surface_figure, surface_tables
+from tegotae.measures.hopping.gait import (
+    AT_REST,
+    FAILED,
+    LIMIT_CYCLE,
+    UNSETTLED,
 )
 from tegotae.systems import controller_file
 from tegotae.systems.controller_file import SavedController
@@ -397,27 +396,45 @@ def test_a_figure_of_no_known_format_is_refused_before_any_work(name, tmp_path):
 # Commands.
 
 QUICK = {
-    "gain-map": ("--resolution", "3", "--duration", "8"),
-    "phase-locking": ("--resolution", "3", "--duration", "8"),
-    "surface": ("--actuation", "reflex", "--omega", "8", "--sigma", "2", "--resolution", "5"),
-    "phase-response": ("--actuation", "reflex", "--omega", "8", "--sigma", "2", "--points", "4"),
-    "poincare": ("--actuation", "reflex", "--omega", "8", "--sigma", "2", "--turns", "5"),
-    "basin": ("--actuation", "reflex", "--omega", "8", "--sigma", "2", "--resolution", "2"),
+    "reproduction gain-map": ("--resolution", "3", "--duration", "8"),
+    "figure phase-locking": ("--resolution", "3", "--duration", "8"),
+    "figure surface": (
+        "--actuation",
+        "reflex",
+        "--omega",
+        "8",
+        "--sigma",
+        "2",
+        "--resolution",
+        "5",
+    ),
+    "figure phase-response": (
+        "--actuation",
+        "reflex",
+        "--omega",
+        "8",
+        "--sigma",
+        "2",
+        "--points",
+        "4",
+    ),
+    "figure poincare": ("--actuation", "reflex", "--omega", "8", "--sigma", "2", "--turns", "5"),
+    "figure basin": ("--actuation", "reflex", "--omega", "8", "--sigma", "2", "--resolution", "2"),
 }
 FILES = {
-    "gain-map": {"f.csv", "f.ridge.csv", "f.resonance.csv", "f.loss.csv"},
-    "phase-locking": {"f.csv"},
-    "surface": {"f.csv", "f.cycle.csv"},
-    "phase-response": {"f.csv"},
-    "poincare": {"f.csv", "f.transient.csv", "f.multipliers.csv"},
-    "basin": {"f.csv", "f.cycles.csv"},
+    "reproduction gain-map": {"f.csv", "f.ridge.csv", "f.resonance.csv", "f.loss.csv"},
+    "figure phase-locking": {"f.csv"},
+    "figure surface": {"f.csv", "f.cycle.csv"},
+    "figure phase-response": {"f.csv"},
+    "figure poincare": {"f.csv", "f.transient.csv", "f.multipliers.csv"},
+    "figure basin": {"f.csv", "f.cycles.csv"},
 }
 
 
 @pytest.mark.parametrize("name", QUICK)
 def test_every_figure_command_writes_its_figure_and_its_data(name, tmp_path, capsys):
     out = tmp_path / "f.svg"
-    assert main(["figure", name, *QUICK[name], "--out", str(out)]) == 0
+    assert main([*name.split(), *QUICK[name], "--out", str(out)]) == 0
     assert {path.name for path in tmp_path.iterdir()} == {"f.svg", *FILES[name]}
     said, wrong = capsys.readouterr()
     assert wrong == ""
@@ -431,7 +448,10 @@ def test_every_figure_command_writes_its_figure_and_its_data(name, tmp_path, cap
 def test_a_controller_file_is_drawn_like_options(tmp_path, capsys):
     saved = SavedController.of(build("V-reflex-w8"), np.array([2.0]), 8.0)
     controller_file.save(saved, tmp_path / "c.json")
-    for out, what in (("a.svg", [str(tmp_path / "c.json")]), ("b.svg", list(QUICK["surface"][:6]))):
+    for out, what in (
+        ("a.svg", [str(tmp_path / "c.json")]),
+        ("b.svg", list(QUICK["figure surface"][:6])),
+    ):
         arguments = ["figure", "surface", *what, "--resolution", "5", "--out", str(tmp_path / out)]
         assert main(arguments) == 0
     assert (tmp_path / "a.csv").read_text() == (tmp_path / "b.csv").read_text()
@@ -441,22 +461,25 @@ def test_a_controller_file_is_drawn_like_options(tmp_path, capsys):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["gain-map", "--omega", "5", "4"], "omega goes from 5 to 4"),
-        (["gain-map", "--resolution", "1"], "points along sigma is 1"),
-        (["gain-map", "--work", "heat"], "work is 'heat'; it must be one of"),
-        (["gain-map", "--mass", "-1"], "mass_kg is -1; it must be greater than 0"),
-        (["phase-locking", "--actuation", "refex"], "did you mean reflex"),
-        (["phase-locking", "--cut", "nan"], "cut is nan"),
-        (["surface", "nowhere.json"], "no controller file at nowhere.json"),
-        (["surface", "--resolution", "0"], "resolution is 0"),
-        (["poincare", "--sigma", "0", "--actuation", "reflex"], "has no limit cycle after 60 s"),
-        (["phase-response", "--sigma", "inf"], "sigma is inf"),
-        (["basin", "--height", "2", "1"], "height goes from 2 to 1"),
+        (["reproduction", "gain-map", "--omega", "5", "4"], "omega goes from 5 to 4"),
+        (["reproduction", "gain-map", "--resolution", "1"], "points along sigma is 1"),
+        (["reproduction", "gain-map", "--work", "heat"], "work is 'heat'; it must be one of"),
+        (["reproduction", "gain-map", "--mass", "-1"], "mass_kg is -1; it must be greater than 0"),
+        (["figure", "phase-locking", "--actuation", "refex"], "did you mean reflex"),
+        (["figure", "phase-locking", "--cut", "nan"], "cut is nan"),
+        (["figure", "surface", "nowhere.json"], "no controller file at nowhere.json"),
+        (["figure", "surface", "--resolution", "0"], "resolution is 0"),
+        (
+            ["figure", "poincare", "--sigma", "0", "--actuation", "reflex"],
+            "has no limit cycle after 60 s",
+        ),
+        (["figure", "phase-response", "--sigma", "inf"], "sigma is inf"),
+        (["figure", "basin", "--height", "2", "1"], "height goes from 2 to 1"),
     ],
-    ids=lambda x: x[0] + "".join(x[1:2]) if isinstance(x, list) else "",
+    ids=lambda x: x[0] + " ".join(x[1:3]) if isinstance(x, list) else "",
 )
 def test_bad_input_is_one_line(arguments, message, tmp_path, capsys):
-    assert main(["figure", *arguments, "--out", str(tmp_path / "f.png")]) == 2
+    assert main([*arguments, "--out", str(tmp_path / "f.png")]) == 2
     said = capsys.readouterr().err
     assert message in said
     assert len(said.splitlines()) == 1
@@ -468,7 +491,7 @@ def test_a_file_that_cannot_be_written_is_known_before_the_work(tmp_path, capsys
         "tegotae.simulation.rollout.Engine.run", lambda *_, **__: pytest.fail("worked first")
     )
     for name in QUICK:
-        assert main(["figure", name, "--out", str(tmp_path / "f.xyz")]) == 2
+        assert main([*name.split(), "--out", str(tmp_path / "f.xyz")]) == 2
         assert "use an ending such as .png" in capsys.readouterr().err
 
 
@@ -480,7 +503,7 @@ def test_the_commands_and_pictures_of_a_page_exist(page):
     text = page.read_text(encoding="utf-8")
     for block in re.findall(r"^```console\n(.*?)^```$", text, re.MULTILINE | re.DOTALL):
         for line in block.replace("\\\n", " ").splitlines():
-            if line.startswith("tegotae "):
-                parsed(shlex.split(line, comments=True)[1:])
+            if words := words_of(line):
+                parsed(words)
     for picture in re.findall(r"\.\./_static/figures/[\w.-]+", text):
         assert (page.parent / picture).exists(), picture

@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from reproduction.claims.atomic import ATOMIC_CLAIMS
+from reproduction.claims.counting import Count
+from reproduction.claims.estimates import NOT_KNOWN, EffectEstimate
+from reproduction.claims.findings import OPPOSITE, REPRODUCED, TOO_SMALL, Finding
+from reproduction.figures.budgets import budgets_figure
+from reproduction.figures.convergence import Trainings, convergence_figure, convergence_table
 from tegotae import TegotaeError
-from tegotae.figures.budgets import budgets_figure
-from tegotae.figures.convergence import Trainings, convergence_figure, convergence_table
 from tegotae.figures.style import PAGE_IN, save_figure
-from tegotae.studies.paper.claims.atomic import ATOMIC_CLAIMS
-from tegotae.studies.paper.claims.counting import Count
-from tegotae.studies.paper.claims.estimates import NOT_KNOWN, EffectEstimate
-from tegotae.studies.paper.claims.findings import OPPOSITE, REPRODUCED, TOO_SMALL, Finding
 
 EPISODES = np.array([64.0, 128.0, 256.0, 512.0])
 

@@ -17,10 +17,10 @@ from places import TESTS
 # isort: split
 import numpy as np
 
+from reproduction.plan import plan
+from reproduction.unit import work
 from tegotae import Engine, Scenario, Timing
 from tegotae.measures.evaluation import Protocol, evaluate
-from tegotae.studies.paper.plan import plan
-from tegotae.studies.paper.unit import work
 from tegotae.systems.models import build, find
 
 KEPT = TESTS / "kept" / "hopper.npz"

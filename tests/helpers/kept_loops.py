@@ -22,11 +22,11 @@ import numpy as np
 
 from kept_hopper import difference
 from tegotae import Timing, find
+from tegotae.analysis.gaits import system
 from tegotae.envs import load_wiring
 from tegotae.envs.env_spec import EnvSpec
 from tegotae.simulation.rollout import whole_trajectory
 from tegotae.simulation.world import Step
-from tegotae.studies.gaits import system
 from tegotae.systems import controller_file
 from tegotae.training.algorithms import PGPE
 from tegotae.training.environments.experiment import EnvExperiment

@@ -15,16 +15,16 @@ from typing import Any
 import numpy as np
 import pytest
 
-import tegotae.export.playground
+import playground
+from playground import engine_cache, standard
+from playground.program import Program
 from tegotae import Engine, Scenario, Timing
-from tegotae.export.playground import engine_cache, standard
-from tegotae.export.playground.program import Program
 from tegotae.parts.bodies import Body, Hopper
 from tegotae.parts.controller import Controller
 from tegotae.simulation.recorder import needing
 from tegotae.simulation.world import Step
 
-WEB = Path(str(resources.files(tegotae.export.playground) / "web"))
+WEB = Path(str(resources.files(playground) / "web"))
 NODE = shutil.which("node")
 needs_node = pytest.mark.skipif(NODE is None, reason="needs Node: apt-get install nodejs")
 

@@ -6,10 +6,10 @@ from collections.abc import Iterable, Iterator
 
 import numpy as np
 
+from reproduction.record import Record
+from reproduction.unit import Unit
 from tegotae._support.engines import selected
 from tegotae.measures.hopping.registry import names, range_of
-from tegotae.studies.paper.record import Record
-from tegotae.studies.paper.unit import Unit
 
 
 def made_up(unit: Unit, runs: int = 2) -> Record:

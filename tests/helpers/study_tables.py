@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from reproduction.table import Table, design, of_runs
 from tegotae.measures.hopping.registry import names
-from tegotae.studies.paper.table import Table, design, of_runs
 from tegotae.systems.models import all_models
 
 MODELS = {

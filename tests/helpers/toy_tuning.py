@@ -7,15 +7,15 @@ import sys
 from dataclasses import dataclass
 from pathlib import Path
 
-from tegotae._support.errors import TegotaeError
-from tegotae.systems.experiment import Experiment
-from tegotae.systems.models import find
-from tegotae.training.tuning import (
+from studies.tuning import (
     SPACES,
     Space,
     Task,
     tune,
 )
+from tegotae._support.errors import TegotaeError
+from tegotae.systems.experiment import Experiment
+from tegotae.systems.models import find
 
 TASK = Task(experiments=(find("ART").experiment(), find("AR").experiment()), seeds=4)
 """Eight trainings a trial."""

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from tegotae import TegotaeError
+from tegotae.analysis.gaits import gait_of, leg_names, named
 from tegotae.measures.gaits.footfall import stances
 from tegotae.measures.gaits.lags import (
     OfPhases,
@@ -30,7 +31,6 @@ from tegotae.measures.gaits.places import names_of
 from tegotae.measures.gaits.summary import Coordination
 from tegotae.parts.bodies import Bar, Hopper
 from tegotae.simulation.recorder import Trajectory
-from tegotae.studies.gaits import gait_of, leg_names, named
 
 FOUR = ("LH", "LF", "RH", "RF")
 SIX = ("LH", "LM", "LF", "RH", "RM", "RF")

@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 
 import peak_force
+from reproduction.export import csv_of, read_csv
+from reproduction.figures.study import architectures_figure
 from study_tables import table
 from tegotae import TegotaeError, build, find
 from tegotae.cli import main
-from tegotae.figures.study import architectures_figure
 from tegotae.measures import evaluation
 from tegotae.measures.evaluation import Protocol, evaluate
 from tegotae.measures.hopping import (
@@ -26,7 +27,6 @@ from tegotae.measures.hopping import (
 from tegotae.measures.hopping import registry as there
 from tegotae.measures.hopping.check import check_metric
 from tegotae.parts.bodies import Hopper
-from tegotae.studies.paper.export import csv_of, read_csv
 
 SHORT = Protocol(undisturbed_s=15.0, disturbed_s=10.0, offsets=(0.0,))
 PEAK, IN_WEIGHTS = peak_force.peak_force, peak_force.peak_force_in_weights

@@ -19,11 +19,11 @@ from tegotae import (
     build,
     check_oscillator,
 )
+from tegotae.analysis import find_orbit, measure_phase_response, poincare_section
 from tegotae.parts.oscillators import Clamped, PhaseOscillator
 from tegotae.parts.terms import LearnedActuation, Sector
 from tegotae.simulation.loop import check_senses
 from tegotae.simulation.recorder import Trajectory, needing
-from tegotae.studies.analysis import find_orbit, measure_phase_response, poincare_section
 from tegotae.systems.controller_file import SavedController
 
 TIMING = Timing(duration_s=4.0)

@@ -17,6 +17,11 @@ from hypothesis import strategies as st
 
 from controller_files import text
 from records import made_up
+from reproduction.folder import Folder
+from reproduction.plan import plan
+from reproduction.readings.folder import MultiverseFolder
+from reproduction.readings.plan import multiverse
+from reproduction.record import DamagedRecordError, read, write
 from tegotae import TegotaeError
 from tegotae._support import documents
 from tegotae._support.arrays import read_arrays
@@ -28,11 +33,6 @@ from tegotae._support.documents import (
     parse_toml,
 )
 from tegotae._support.pages import as_script
-from tegotae.studies.paper.folder import Folder
-from tegotae.studies.paper.multiverse.folder import MultiverseFolder
-from tegotae.studies.paper.multiverse.plan import multiverse
-from tegotae.studies.paper.plan import plan
-from tegotae.studies.paper.record import DamagedRecordError, read, write
 from tegotae.systems import controller_file
 from tegotae.training.curves import read_curves
 from tegotae.training.folder import claim

@@ -12,11 +12,11 @@ import pytest
 
 from tegotae import Engine, TegotaeError
 from tegotae._support.arrays import read_arrays
+from tegotae.analysis.gaits.checkpoint import in_parts
 from tegotae.cli.options import experiments_at
 from tegotae.cli.status import warn_in_one_line
 from tegotae.measures.recordings import files
 from tegotae.measures.recordings.files import read_columns
-from tegotae.studies.gaits.checkpoint import in_parts
 from tegotae.systems import controller_file
 
 

@@ -21,11 +21,11 @@ from tegotae._support import limits
 from tegotae._support.errors import require_count, require_finite, unknown
 from tegotae._support.files import write_atomically
 from tegotae._support.limits import available_memory, require_memory
+from tegotae.analysis import axis
+from tegotae.analysis.sweep import lanes
 from tegotae.figures.animation import animation_file, write_animation
 from tegotae.figures.style import figure_file, literal, new_figure, save_figure, styled
 from tegotae.simulation.rollout import whole_trajectory
-from tegotae.studies.analysis import axis
-from tegotae.studies.analysis.sweep import lanes
 from tegotae.training.run import Run
 from tegotae.training.run import train as train_run
 
@@ -60,16 +60,19 @@ def no_rollout(monkeypatch):
         ("train ART --budget 1000000000", "budget is 1000000000; it must be at most 1000000"),
         ("train ART --population 1000000000000", "seeds and 96 weights, would need about"),
         ("train art", "no model or system is called 'art'; did you mean ART"),
-        ("bench --lanes 1000000000000", "1000000000000 lanes would need about 2.86e+06 GiB"),
-        ("tune ART --storage s --workers 99999", "workers is 99999; on this machine of"),
-        ("tune ART --storage s --budget-s 1e300", "budget_s is 1e+300; it must be at most 1e+09"),
-        ("study run --dir s --workers 99999", "workers is 99999; on this machine of"),
-        ("study multiverse run --dir s --readings 999999999", "readings is 999999999"),
+        ("benchmarks --lanes 1000000000000", "1000000000000 lanes would need about 2.86e+06 GiB"),
+        ("tuning ART --storage s --workers 99999", "workers is 99999; on this machine of"),
+        ("tuning ART --storage s --budget-s 1e300", "budget_s is 1e+300; it must be at most 1e+09"),
+        ("reproduction run --dir s --workers 99999", "workers is 99999; on this machine of"),
+        ("reproduction readings run --dir s --readings 999999999", "readings is 999999999"),
         ("figure basin --height -1 2 --out b.png", "height (low end) is -1; it must be greater"),
         ("figure basin --resolution 1000000000 --out b.png", "it must be at most 2000"),
-        ("figure gain-map --omega 0 1e308 --out g.png", "omega (high end) is 1e+308"),
-        ("figure gain-map --sigma 0 1e30 --out g.png", "sigma (high end) is 1e+30"),
-        ("figure gain-map --resolution 99999999999999 --out g.png", "it must be at most 2000"),
+        ("reproduction gain-map --omega 0 1e308 --out g.png", "omega (high end) is 1e+308"),
+        ("reproduction gain-map --sigma 0 1e30 --out g.png", "sigma (high end) is 1e+30"),
+        (
+            "reproduction gain-map --resolution 99999999999999 --out g.png",
+            "it must be at most 2000",
+        ),
         ("figure phase-locking --actuation= --out p.png", "no actuation is called ''"),
         ("figure phase-locking --cut 1e300 --out p.png", "cut is 1e+300"),
         ("figure poincare --nudge 1e300 --out p.png", "nudge is 1e+300; it must be at most 1"),
@@ -84,7 +87,7 @@ def no_rollout(monkeypatch):
 def test_what_is_beyond_sense_is_refused_before_any_work(
     words, said, one_line_error, monkeypatch, tmp_path, no_rollout
 ):
-    if words.startswith("tune"):
+    if words.startswith("tuning"):
         pytest.importorskip("optuna")
     monkeypatch.chdir(tmp_path)
     assert said in one_line_error(*words.split())
@@ -245,7 +248,7 @@ def test_half_an_animation_is_not_kept(tmp_path, monkeypatch, error):
 
 def test_a_tuning_that_fails_leaves_its_storage_free_for_another(tmp_path):
     pytest.importorskip("optuna")
-    from tegotae.training.tuning.storage import opened
+    from studies.tuning.storage import opened
 
     path = tmp_path / "s"
     with pytest.raises(TegotaeError, match="a failure"), opened(path, {"algorithm": "pgpe"}):
@@ -282,7 +285,7 @@ def test_a_tuning_that_fails_leaves_its_storage_free_for_another(tmp_path):
 )
 def test_a_journal_with_entries_of_a_wrong_type_is_refused_in_one_line(tmp_path, line):
     pytest.importorskip("optuna")
-    from tegotae.training.tuning.storage import opened
+    from studies.tuning.storage import opened
 
     path = tmp_path / "s"
     path.write_text(line + "\n")

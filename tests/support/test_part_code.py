@@ -10,13 +10,15 @@ from types import SimpleNamespace
 
 import pytest
 
+from reproduction import runner
+from reproduction.folder import Folder
+from reproduction.plan import plan
+from studies.tuning import Task
+from studies.tuning.storage import opened
 from tegotae import TegotaeError, find
 from tegotae._support.part_code import code_of_file
+from tegotae.analysis.generalisation import ControllersUnderTest, record
 from tegotae.cli import main
-from tegotae.studies.generalisation import ControllersUnderTest, record
-from tegotae.studies.paper import runner
-from tegotae.studies.paper.folder import Folder
-from tegotae.studies.paper.plan import plan
 from tegotae.systems import controller_file, registry
 from tegotae.systems.controller_set import ControllerSet
 from tegotae.systems.experiment import Experiment, differing
@@ -24,8 +26,6 @@ from tegotae.systems.user_objects import imported
 from tegotae.training.agents import AgentLearner
 from tegotae.training.folder import claim
 from tegotae.training.run import Run
-from tegotae.training.tuning import Task
-from tegotae.training.tuning.storage import opened
 
 PART = '''"""A hopper and how to learn, by a user."""
 

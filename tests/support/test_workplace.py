@@ -7,6 +7,11 @@ import json
 import pytest
 
 import tiny
+from programs import main
+from reproduction.folder import Folder
+from reproduction.plan import plan
+from studies.tuning import Task
+from studies.tuning.storage import opened
 from tegotae import TegotaeError, find
 from tegotae._support.workplace import (
     GENERALISATION,
@@ -15,15 +20,10 @@ from tegotae._support.workplace import (
     alone,
     earlier,
 )
-from tegotae.cli import main
-from tegotae.studies.generalisation.run import generalise
-from tegotae.studies.paper.folder import Folder
-from tegotae.studies.paper.plan import plan
+from tegotae.analysis.generalisation.run import generalise
 from tegotae.training.agents import AgentLearner
 from tegotae.training.collection import read
 from tegotae.training.run import Run, train
-from tegotae.training.tuning import Task
-from tegotae.training.tuning.storage import opened
 
 HELD = {
     "a training": "run.json",
@@ -33,7 +33,7 @@ HELD = {
 }
 WORDS = {
     "a training": ["train", "AR", "--out"],
-    "a study": ["study", "run", "--scale", "smoke", "--dir"],
+    "a study": ["reproduction", "run", "--scale", "smoke", "--dir"],
     "what controllers generalise to": ["generalise", "V-sector-w8", "--out"],
     "a map of gaits": [
         *("gait", "map", "bar-light", "--x", "sigma", "1", "2", "--y", "omega", "6", "8", "--out")
@@ -65,7 +65,7 @@ def test_neither_do_a_multiverse_agents_or_training_on_an_environment(tmp_path, 
     study = held(tmp_path / "study", "a study")
     said = "and is not for a study"
     assert said in one_line_error(
-        "study", "multiverse", "run", "--scale", "smoke", "--dir", training
+        "reproduction", "readings", "run", "--scale", "smoke", "--dir", training
     )
     pytest.importorskip("stable_baselines3")
     with pytest.raises(TegotaeError, match="holds a study, and is not for a training"):
@@ -80,7 +80,7 @@ def test_a_file_of_a_tuning_and_a_folder_of_work_are_no_place_for_each_other(
 ):
     pytest.importorskip("optuna")
     folder = held(tmp_path / "out", "a training")
-    assert "no tuning" in one_line_error("tune", "AR", "--storage", str(folder / "run.json"))
+    assert "no tuning" in one_line_error("tuning", "AR", "--storage", str(folder / "run.json"))
     (tmp_path / "journal").write_text("")
     assert "it is a file" in one_line_error("train", "AR", "--out", str(tmp_path / "journal"))
 

@@ -10,6 +10,8 @@ import pytest
 
 from tegotae import Experiment, TegotaeError, Timing
 from tegotae._support.tables import read_csv
+from tegotae.analysis.gaits import system
+from tegotae.analysis.gaits.evaluation import MEASURES, evaluate_gaits
 from tegotae.cli import main
 from tegotae.measures.objectives.hopping_legs import HoppingLegs
 from tegotae.parts.terms import (
@@ -19,8 +21,6 @@ from tegotae.parts.terms import (
     VanillaAction,
     WholeBodyFoot,
 )
-from tegotae.studies.gaits import system
-from tegotae.studies.gaits.evaluation import MEASURES, evaluate_gaits
 from tegotae.systems import controller_file
 from tegotae.systems.designs import all_designs, design, is_design
 from tegotae.systems.grammar import BUDGET
@@ -49,7 +49,7 @@ def test_a_bare_architecture_is_its_plainest_member():
 
 def test_a_users_own_system_has_designs_too(tmp_path):
     (tmp_path / "mine.py").write_text(
-        "from tegotae.studies.gaits import system\nrobot = system('bar-light')\n"
+        "from tegotae.analysis.gaits import system\nrobot = system('bar-light')\n"
     )
     found = design(f"AR@{tmp_path / 'mine.py'}:robot")
     assert found.name == "AR-rF@robot"

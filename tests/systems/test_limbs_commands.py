@@ -14,6 +14,8 @@ import numpy as np
 import pytest
 
 from places import TESTS
+from programs import main
+from reproduction.optimum import best
 from tegotae import (
     Engine,
     Experiment,
@@ -22,13 +24,11 @@ from tegotae import (
     Timing,
     build,
 )
-from tegotae.cli import main
+from tegotae.analysis import find_orbit, map_basin
 from tegotae.envs import Limb, Wiring, check_wiring
 from tegotae.envs.settings import HopperSettings
 from tegotae.measures.hopping.gait import GaitSummary
-from tegotae.measures.optimum import best
 from tegotae.parts.bodies import Bar
-from tegotae.studies.analysis import find_orbit, map_basin
 from tegotae.systems import controller_file
 from tegotae.systems.controller_file import SavedController
 from tegotae.systems.simulation import Simulation
@@ -124,7 +124,7 @@ def test_a_training_that_goes_on_ends_in_the_numbers_of_one_that_was_not_stopped
     "words",
     [
         ["compare", "V-reflex-w8", "legs.json"],
-        ["study", "run", "--dir", "new", "--models", "", "--experiments", EXPERIMENT],
+        ["reproduction", "run", "--dir", "new", "--models", "", "--experiments", EXPERIMENT],
         ["train", EXPERIMENT, "--algorithm", "sac", "--out", "new"],
     ],
     ids=lambda words: words[0],
@@ -141,7 +141,7 @@ def test_figures_of_a_hopper_say_for_what_they_are(kept, figure, one_line_error)
 
 
 def test_the_optimum_says_it_too(kept, one_line_error):
-    words = ["figure", "optimum", "--controller", kept, "--out", "x.png"]
+    words = ["reproduction", "optimum", "--controller", kept, "--out", "x.png"]
     assert "another body than the paper's hopper" in one_line_error(*words)
 
 

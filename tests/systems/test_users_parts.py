@@ -16,14 +16,14 @@ import numpy as np
 import pytest
 
 from places import ROOT, TESTS
+from programs import main
+from reproduction.folder import Folder
+from reproduction.table import tabulate
 from tegotae import TegotaeError, find, register
-from tegotae.cli import main
 from tegotae.measures.evaluation import evaluate
 from tegotae.measures.hopping import registry as metrics
 from tegotae.measures.objectives.fitness import Fitness
 from tegotae.parts.terms import Network, Term
-from tegotae.studies.paper.folder import Folder
-from tegotae.studies.paper.table import tabulate
 from tegotae.systems import controller_file, registry
 from tegotae.systems.experiment import Experiment
 from tegotae.systems.registry import kinds
@@ -177,7 +177,7 @@ def test_its_algorithm_is_tuned(parts, tmp_path, capsys):
     words = ["--algorithm", ALGORITHM, "--trials", "1", "--seeds", "1", "--confirm", "0"]
     storage, keep = tmp_path / "journal", tmp_path / "kept.json"
     words += ["--budget-s", "16", "--storage", str(storage), "--keep", str(keep)]
-    assert main(["tune", EXPERIMENT, *words]) == 0
+    assert main(["tuning", EXPERIMENT, *words]) == 0
     kept = json.loads(keep.read_text())
     assert (kept["algorithm"], kept["settings"]) == ("climb", {"population": 4, "step": 0.2})
 
@@ -186,7 +186,7 @@ def test_its_algorithm_is_tuned(parts, tmp_path, capsys):
 def test_it_stands_beside_the_papers_models_in_a_study(parts, tmp_path, monkeypatch):
     """Done in worker processes, which know nothing of the file but what they are sent."""
     words = ["--dir", str(tmp_path), "--scale", "smoke", "--models", "V-*", "--workers", "1"]
-    assert main(["study", "run", *words, "--experiments", EXPERIMENT]) == 0
+    assert main(["reproduction", "run", *words, "--experiments", EXPERIMENT]) == 0
     records, wrong = Folder(tmp_path).all()
     assert (wrong, [record.model for record in records]) == ([], ["V-sector-w8", "mine"])
     assert records[1].experiment == parts.experiment
@@ -195,11 +195,11 @@ def test_it_stands_beside_the_papers_models_in_a_study(parts, tmp_path, monkeypa
     assert table["observation"].tolist() == ["F", "F"]
     assert table["omega_t"].tolist() == [8.0, 8.0]
     out = tmp_path / "table.csv"
-    assert main(["study", "export", "--dir", str(tmp_path), "--out", str(out)]) == 0
+    assert main(["reproduction", "export", "--dir", str(tmp_path), "--out", str(out)]) == 0
     assert "\nmine,mine," in out.read_text()
-    monkeypatch.setattr("tegotae.figures.report.models._surface", lambda *_: {})  # which take long
-    monkeypatch.setattr("tegotae.figures.report.models._hop", lambda *_: {})
-    assert main(["study", "report", "--dir", str(tmp_path)]) == 0
+    monkeypatch.setattr("reproduction.report.models._surface", lambda *_: {})  # which take long
+    monkeypatch.setattr("reproduction.report.models._hop", lambda *_: {})
+    assert main(["reproduction", "report", "--dir", str(tmp_path)]) == 0
     page = (tmp_path / "report.html").read_text(encoding="utf-8")
     assert '["mine", "mine", "F_k", "its own", 8.0,' in page
     assert '"mine":{"run":' in page
@@ -327,7 +327,7 @@ def test_a_loop_of_ones_own_is_warned_that_it_could_not_save_what_it_learns():
 
 STRANGER = """
 import sys
-from tegotae.cli import main
+from programs import main
 sys.exit(main(sys.argv[1:]))
 """
 
@@ -430,7 +430,7 @@ def test_code_of_a_part_does_not_end_a_command_as_if_it_had_done_its_work(tmp_pa
         (["train", EXPERIMENT, "--cot-only"], "--cot-only belongs to the paper's fitness"),
         (["train", EXPERIMENT, "--body", f"{FILE}:Height"], "is no body: "),
         (["train", "ART", "--algorithm", f"{FILE}:Height"], "is no algorithm: "),
-        (["tune", "ART", "--algorithm", f"{FILE}:Height", "--storage", "s"], "is no algorithm: "),
+        (["tuning", "ART", "--algorithm", f"{FILE}:Height", "--storage", "s"], "is no algorithm: "),
         (["train", "--parts"], "--parts names no file"),
     ],
 )

@@ -11,12 +11,12 @@ import pytest
 
 from pages import blocks
 from places import ROOT
+from programs import main
+from reproduction.folder import Folder
 from tegotae import TegotaeError, load
 from tegotae._support.arrays import read_arrays
-from tegotae.cli import main
 from tegotae.measures.evaluation import evaluate
 from tegotae.measures.hopping.statistics import mean_defined
-from tegotae.studies.paper.folder import Folder
 from tegotae.systems import controller_file
 from tegotae.systems.controller_file import SavedController
 from tegotae.systems.models import all_models
@@ -38,7 +38,7 @@ def file(smoke_study, tmp_path_factory):
     """The same study as a file of trained controllers, made by the command."""
     out = tmp_path_factory.mktemp("zoo") / "smoke.npz"
     words = ["--dir", str(smoke_study), "--name", "smoke", "--out", str(out)]
-    assert main(["study", "zoo", *words]) == 0
+    assert main(["reproduction", "zoo", *words]) == 0
     return out
 
 

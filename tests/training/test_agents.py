@@ -17,6 +17,7 @@ import pytest
 torch = pytest.importorskip("torch")
 pytest.importorskip("stable_baselines3")
 
+from studies.tuning import SPACES, Task  # noqa: E402
 from tegotae import (  # noqa: E402
     Engine,
     Hopper,
@@ -45,7 +46,6 @@ from tegotae.training.curves import read_curves  # noqa: E402
 from tegotae.training.evolve import start  # noqa: E402
 from tegotae.training.registry import learner  # noqa: E402
 from tegotae.training.run import Run, train  # noqa: E402
-from tegotae.training.tuning import SPACES, Task  # noqa: E402
 
 TIMING = Timing(duration_s=6.0, tick_s=0.002)
 SETTLE_S = 2.0

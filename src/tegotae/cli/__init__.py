@@ -13,15 +13,24 @@ from tegotae._support.quiet import QUIET
 from tegotae.cli.commands import TEGOTAE
 from tegotae.cli.console import make_safe
 from tegotae.cli.help import help_of, overview, overview_of
-from tegotae.cli.program import CommandGroup, Program
+from tegotae.cli.program import Command, CommandGroup
 from tegotae.cli.status import DEBUG, exit_status, leave, warn_in_one_line
 
 _HELP = (["-h"], ["--help"])
 _LONGEST_WORD = 1000
 
 
-def main(arguments: Sequence[str] | None = None, program: Program = TEGOTAE) -> int:
-    """Run a subcommand of a program; the exit status is 0, or another one (`exit_status`).
+def main(
+    arguments: Sequence[str] | None = None,
+    program: Command | CommandGroup = TEGOTAE,
+    prog: str = "tegotae",
+) -> int:
+    """Run a command of a program; the exit status is 0, or another one (`exit_status`).
+
+    Args:
+        arguments: the words after the program's name; by default those of the shell.
+        program: the commands to choose from, or the only one.
+        prog: the words that start the program.
 
     Raises:
         SystemExit: of status 2 for arguments that do not make a command; of 0 after `--help`.
@@ -31,10 +40,10 @@ def main(arguments: Sequence[str] | None = None, program: Program = TEGOTAE) -> 
         if switch in words:
             os.environ[variable] = "1"  # which worker processes inherit
             words = [word for word in words if word != switch]
-    return exit_status(lambda: _run(words, program))
+    return exit_status(lambda: _run(words, program, prog))
 
 
-def _run(words: list[str], program: Program) -> None:
+def _run(words: list[str], program: Command | CommandGroup, prog: str) -> None:
     if words == ["--version"]:
         from tegotae import __version__
 
@@ -47,7 +56,7 @@ def _run(words: list[str], program: Program) -> None:
 
         for place in places:
             imported(place)
-    command = parsed(words, program)
+    command = parsed(words, program, prog)
     _check_environment()
     ready()
     try:
@@ -58,12 +67,14 @@ def _run(words: list[str], program: Program) -> None:
         ) from None
 
 
-def parsed(words: Sequence[str], group: CommandGroup = TEGOTAE, prog: str = TEGOTAE.name) -> Any:
+def parsed(
+    words: Sequence[str], entry: Command | CommandGroup = TEGOTAE, prog: str = "tegotae"
+) -> Any:
     """The command that words make, with its options; of all commands this one alone is imported.
 
     Args:
         words: such as `["figure", "surface", "--out", "surface.png"]`.
-        group: the commands to choose from.
+        entry: the commands to choose from, or the only one.
         prog: the words before.
 
     Raises:
@@ -74,26 +85,25 @@ def parsed(words: Sequence[str], group: CommandGroup = TEGOTAE, prog: str = TEGO
         >>> parsed(["models", "ART", "--json"]).json
         True
     """
-    name = words[0] if words else ""
     if max(map(len, words), default=0) > _LONGEST_WORD:
         raise TegotaeError(
             f"an argument has {max(map(len, words))} characters; it must have at most "
             f"{_LONGEST_WORD}"
         )
-    if list(words) in _HELP:
-        print(overview(group) if isinstance(group, Program) else overview_of(prog, group))
+    if isinstance(entry, CommandGroup):
+        if list(words) in _HELP:
+            print(overview(entry, prog) if entry.sections else overview_of(prog, entry))
+            raise SystemExit(0)
+        if words and (chosen := entry.commands.get(words[0])):
+            return parsed(words[1:], chosen, f"{prog} {words[0]}")
+        if words and words[0] and not words[0].startswith("-"):
+            raise unknown(f"command of {prog}", words[0], entry.commands)
+    elif any(word in words for word in ("-h", "--help")):
+        print(help_of(prog, entry))
         raise SystemExit(0)
-    chosen = group.commands.get(name)
-    if isinstance(chosen, CommandGroup):
-        return parsed(words[1:], chosen, f"{prog} {name}")
-    if chosen is not None and any(each in words[1:] for each in ("-h", "--help")):
-        print(help_of(f"{prog} {name}", chosen))
-        raise SystemExit(0)
-    if name and chosen is None and not name.startswith("-"):
-        raise unknown(f"command of {prog}", name, group.commands)
     from tegotae.cli.parsing import parse
 
-    return parse(words, group, prog)
+    return parse(words, entry, prog)
 
 
 def _check_environment() -> None:
@@ -130,10 +140,10 @@ def _after_parts(word: str) -> list[str]:
     return [option, value] if option == "--parts" and equals else [word]
 
 
-def entry(program: Program = TEGOTAE) -> None:
-    """Run a program as the shell's command."""
+def entry(program: Command | CommandGroup = TEGOTAE, prog: str = "tegotae") -> None:
+    """Run a program as a command of the shell."""
     open_streams()
     end_on_ctrl_c()
     make_safe()
     warn_in_one_line()
-    leave(main(program=program))
+    leave(main(program=program, prog=prog))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from tegotae.cli.program import Command, CommandGroup, Program
+from tegotae.cli.program import Command, CommandGroup
 
 COMMANDS: Mapping[str, Command | CommandGroup] = {
     "models": Command(
@@ -18,14 +18,6 @@ COMMANDS: Mapping[str, Command | CommandGroup] = {
         (
             "tegotae train ART --seeds 4 --out runs/art",
             "tegotae train AR@quadruped-c --generations 40",
-        ),
-    ),
-    "tune": Command(
-        "tegotae.cli.tune",
-        "Tune",
-        (
-            "tegotae tune ART --storage tuning.log --trials 20",
-            "tegotae tune ART --storage tuning.log --confirm 8 --keep best.json",
         ),
     ),
     "wiring": CommandGroup(
@@ -81,14 +73,6 @@ COMMANDS: Mapping[str, Command | CommandGroup] = {
     "figure": CommandGroup(
         "Draw a figure that explains a controller, and write its numbers.",
         {
-            "gain-map": Command(
-                "tegotae.cli.figure.gain_map",
-                "GainMap",
-                (
-                    "tegotae figure gain-map --resolution 40",
-                    "tegotae figure gain-map --omega 3 9 --out gain.pdf",
-                ),
-            ),
             "surface": Command(
                 "tegotae.cli.figure.surface",
                 "SurfaceFigure",
@@ -145,14 +129,6 @@ COMMANDS: Mapping[str, Command | CommandGroup] = {
                     "tegotae figure learning-curves runs/art runs/ar --out curves.pdf",
                 ),
             ),
-            "optimum": Command(
-                "tegotae.cli.figure.optimum",
-                "Optimum",
-                (
-                    "tegotae figure optimum",
-                    "tegotae figure optimum --controller V-sector-w4 --omega 4",
-                ),
-            ),
         },
     ),
     "gait": CommandGroup(
@@ -205,109 +181,6 @@ COMMANDS: Mapping[str, Command | CommandGroup] = {
         "Generalise",
         ("tegotae generalise --list", "tegotae generalise runs/art --conditions delay noise"),
     ),
-    "study": CommandGroup(
-        "Run the whole study of the paper, and report on it.",
-        {
-            "run": Command(
-                "tegotae.cli.study",
-                "StudyRun",
-                (
-                    "tegotae study run --dir study --scale smoke",
-                    "tegotae study run --dir study --scale quick --models 'ART*'",
-                ),
-            ),
-            "status": Command(
-                "tegotae.cli.study",
-                "StudyStatus",
-                ("tegotae study status --dir study", "tegotae study status --dir results/quick"),
-            ),
-            "report": Command(
-                "tegotae.cli.study",
-                "StudyReport",
-                (
-                    "tegotae study report --dir study",
-                    "tegotae study report --dir study --out report.html",
-                ),
-            ),
-            "export": Command(
-                "tegotae.cli.study",
-                "StudyExport",
-                (
-                    "tegotae study export --dir study --out runs.csv",
-                    "tegotae study export --dir study --out runs.parquet",
-                ),
-            ),
-            "zoo": Command(
-                "tegotae.cli.study",
-                "StudyZoo",
-                (
-                    "tegotae study zoo --dir study --name mine --out mine.npz",
-                    "tegotae study zoo --dir results/paper --name paper --out paper.npz",
-                ),
-            ),
-            "claims": Command(
-                "tegotae.cli.claims",
-                "StudyClaims",
-                (
-                    "tegotae study claims runs.csv",
-                    "tegotae study claims runs.csv --out claims --beside other-study.csv",
-                ),
-            ),
-            "figures": Command(
-                "tegotae.cli.study",
-                "StudyFigures",
-                (
-                    "tegotae study figures runs.csv --out figures",
-                    "tegotae study figures study --out figures",
-                ),
-            ),
-            "merge": Command(
-                "tegotae.cli.study",
-                "StudyMerge",
-                (
-                    "tegotae study merge other-study --dir study",
-                    "tegotae study merge /mnt/cluster/study --dir study",
-                ),
-            ),
-            "multiverse": CommandGroup(
-                "Evaluate the claims under other choices of body, work, release and budget.",
-                {
-                    "run": Command(
-                        "tegotae.cli.multiverse",
-                        "MultiverseRun",
-                        (
-                            "tegotae study multiverse run --dir readings --scale smoke",
-                            "tegotae study multiverse run --dir readings --readings 8",
-                        ),
-                    ),
-                    "status": Command(
-                        "tegotae.cli.multiverse",
-                        "MultiverseStatus",
-                        (
-                            "tegotae study multiverse status --dir readings",
-                            "tegotae study multiverse status --dir readings --readings 8",
-                        ),
-                    ),
-                    "export": Command(
-                        "tegotae.cli.multiverse",
-                        "MultiverseExport",
-                        (
-                            "tegotae study multiverse export --dir readings --out tables",
-                            "tegotae study multiverse export --dir readings --out t --readings 8",
-                        ),
-                    ),
-                    "figures": Command(
-                        "tegotae.cli.multiverse",
-                        "MultiverseFigures",
-                        (
-                            "tegotae study multiverse figures tables --out figures",
-                            "tegotae study multiverse figures readings --out figures --omega 8",
-                        ),
-                    ),
-                },
-            ),
-        },
-    ),
     "export": CommandGroup(
         "Export a controller to a robot.",
         {
@@ -337,14 +210,6 @@ COMMANDS: Mapping[str, Command | CommandGroup] = {
             ),
         },
     ),
-    "playground": Command(
-        "tegotae.cli.playground",
-        "Playground",
-        ("tegotae playground", "tegotae playground V-sector-w4 V-reflex-w8 --out page.html"),
-    ),
-    "bench": Command(
-        "tegotae.cli.bench", "Bench", ("tegotae bench --legs", "tegotae bench --lanes 256 --json")
-    ),
     "doctor": Command("tegotae.cli.doctor", "Doctor", ("tegotae doctor", "tegotae doctor --json")),
     "completion": Command(
         "tegotae.cli.completion",
@@ -355,20 +220,18 @@ COMMANDS: Mapping[str, Command | CommandGroup] = {
 }
 
 SECTIONS: Mapping[str, tuple[str, ...]] = {
-    "See a controller move": ("simulate", "playground", "models"),
-    "Learn one": ("train", "tune", "wiring"),
+    "See a controller move": ("simulate", "models"),
+    "Learn one": ("train", "wiring"),
     "Measure and compare": ("evaluate", "compare", "measure", "generalise"),
     "Understand one": ("figure", "gait"),
-    "Repeat the study of the paper": ("study",),
     "Use one on a robot": ("export",),
-    "Get help, cite": ("doctor", "bench", "completion", "cite"),
+    "Get help, cite": ("doctor", "completion", "cite"),
 }
 """The commands by what one wants to do, for the list of them."""
 
-TEGOTAE = Program(
-    summary="Train, simulate and compare learned Tegotae feedback in central pattern generators.",
-    commands=COMMANDS,
-    name="tegotae",
-    sections=SECTIONS,
+TEGOTAE = CommandGroup(
+    "Train, simulate and compare learned Tegotae feedback in central pattern generators.",
+    COMMANDS,
+    SECTIONS,
 )
-"""The program of this package."""
+"""The program."""

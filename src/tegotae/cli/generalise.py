@@ -17,9 +17,9 @@ from tegotae.cli.figure.output import PictureFormat
 from tegotae.cli.tables import print_rows, print_text
 
 if TYPE_CHECKING:
-    from tegotae.studies.generalisation import Disturbance
-    from tegotae.studies.generalisation.run import Done
-    from tegotae.studies.generalisation.trial import Tested
+    from tegotae.analysis.generalisation import Disturbance
+    from tegotae.analysis.generalisation.run import Done
+    from tegotae.analysis.generalisation.trial import Tested
     from tegotae.systems.controller_set import ControllerSet
 
 
@@ -51,7 +51,7 @@ class Generalise(PictureFormat):
 
     def run(self) -> None:
         """Try, write, and print."""
-        from tegotae.studies.generalisation import disturbances_named
+        from tegotae.analysis.generalisation import disturbances_named
 
         names = [name for words in self.conditions for name in words.split(",")]
         chosen = disturbances_named(filter(None, names))
@@ -62,10 +62,10 @@ class Generalise(PictureFormat):
         if not self.places:
             raise TegotaeError("name a controller file, a folder, or a study's folder")
         from tegotae._support.workplace import GENERALISATION, require_free_for
+        from tegotae.analysis.generalisation.run import generalise
+        from tegotae.analysis.generalisation.table import write_tables
         from tegotae.figures.generalisation import curves_figure
         from tegotae.figures.style import save_figure
-        from tegotae.studies.generalisation.run import generalise
-        from tegotae.studies.generalisation.table import write_tables
 
         require_free_for(self.out, GENERALISATION)
         done = generalise(self._subjects(), chosen, self.out, anew=self.anew)
@@ -96,11 +96,11 @@ class Generalise(PictureFormat):
 def _under_test(runs: ControllerSet, starts: int) -> Tested:
     """The runs on the body of their training."""
     if runs.task is None:
-        from tegotae.studies.generalisation import ControllersUnderTest
+        from tegotae.analysis.generalisation import ControllersUnderTest
 
         return ControllersUnderTest.of(runs, starts)
     require("gymnasium", "gym")
-    from tegotae.studies.generalisation.on_environment import ModelUnderTest
+    from tegotae.analysis.generalisation.on_environment import ModelUnderTest
 
     return ModelUnderTest.of(runs, starts)
 
@@ -122,7 +122,7 @@ def _print_conditions(chosen: tuple[Disturbance, ...]) -> None:
 
 
 def _print_margins(done: list[Done], chosen: tuple[Disturbance, ...]) -> None:
-    from tegotae.studies.generalisation import margins
+    from tegotae.analysis.generalisation import margins
 
     rows = [
         (tested.name, found.condition, found.side, *map(_cell, found[2:]))

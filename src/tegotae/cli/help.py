@@ -8,7 +8,7 @@ from __future__ import annotations
 import textwrap
 from collections.abc import Iterator, Mapping
 
-from tegotae.cli.program import Command, CommandGroup, Program
+from tegotae.cli.program import Command, CommandGroup
 
 WIDTH = 80
 """Of all help [columns]."""
@@ -25,9 +25,9 @@ SWITCHES: Mapping[str, str] = {
 """Options of every command, which may stand anywhere."""
 
 
-def overview(program: Program) -> str:
+def overview(program: CommandGroup, prog: str) -> str:
     """All commands in groups by purpose, the options of every command, and two examples."""
-    usage = f"usage: {program.name} COMMAND [OPTIONS]\n"
+    usage = f"usage: {prog} COMMAND [OPTIONS]\n"
     parts = [usage, *textwrap.wrap(program.summary, WIDTH), ""]
     for title, names in program.sections.items():
         parts.append(title)
@@ -36,7 +36,7 @@ def overview(program: Program) -> str:
     parts.append("With every command")
     parts += [_entry(switch, about) for switch, about in SWITCHES.items()]
     parts.append("")
-    parts.append(f"{program.name} COMMAND --help explains a command and its options.\n")
+    parts.append(f"{prog} COMMAND --help explains a command and its options.\n")
     parts += examples_of(program.commands[next(iter(program.sections.values()))[0]])
     return "\n".join(parts)
 

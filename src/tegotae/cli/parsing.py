@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -20,26 +20,26 @@ _CONFIG = (
 )
 
 
-def parse(words: Sequence[str], group: CommandGroup, prog: str) -> Any:
-    """The command that words make, with its options; of all commands this one alone is imported.
+def parse(words: Sequence[str], entry: Command | CommandGroup, prog: str) -> Any:
+    """The command that words make, with its options.
 
     Args:
-        words: the command's name and its options.
-        group: the commands to choose from.
+        words: the options of a command; of a group, words that begin with none of its commands.
+        entry: the command or the group.
         prog: the words before.
 
     Raises:
-        SystemExit: of status 2 for words that do not make a command; of 0 after `--help`.
+        SystemExit: of status 2 for words that do not make a command.
     """
-    known: dict[str, Callable[..., object]] = {
-        each: in_name_only(entry) for each, entry in group.commands.items()
-    }
-    if words and isinstance(chosen := group.commands.get(words[0]), Command):
-        known[words[0]] = chosen.load()
+    if isinstance(entry, Command):
+        return tyro.cli(
+            entry.load(), prog=prog, args=list(words), config=_CONFIG, registry=_NUMBERS
+        )
+    known = {name: in_name_only(command) for name, command in entry.commands.items()}
     return tyro.extras.subcommand_cli_from_dict(
         known,
         prog=prog,
-        description=group.summary,
+        description=entry.summary,
         args=list(words),
         config=_CONFIG,
         registry=_NUMBERS,

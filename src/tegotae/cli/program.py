@@ -1,4 +1,4 @@
-"""A program: its commands by name, where each is, and in a line what it does.
+"""The commands of a program by name: where each is, and in a line what it does.
 
 No command is imported before it is named, so that help is there at once: what a command does is
 read from its source.
@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from importlib import import_module
 from importlib.util import find_spec
 from typing import Any, cast
@@ -50,21 +50,13 @@ class CommandGroup:
     """What they are for."""
     commands: Mapping[str, Command | CommandGroup]
     """Each by its name."""
+    sections: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    """Of a whole program: the names of its commands by purpose."""
 
     @property
     def examples(self) -> tuple[str, ...]:
         """The first example of its first two commands."""
         return tuple(entry.examples[0] for entry in list(self.commands.values())[:2])
-
-
-@dataclass(frozen=True)
-class Program(CommandGroup):
-    """All commands of a program, such as `tegotae`."""
-
-    name: str
-    """The words that start it."""
-    sections: Mapping[str, tuple[str, ...]]
-    """Names of the commands by purpose, for the list of them."""
 
 
 def in_name_only(entry: Command | CommandGroup) -> Callable[[], None]:

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.figure import Figure
 
+from tegotae.analysis.basin import Attractor, HopperBasin
 from tegotae.figures.data import long_table
 from tegotae.figures.maps import category_patch, draw_categories, draw_regimes, regime_legend
 from tegotae.figures.style import COLUMN_IN, new_figure, styled
 from tegotae.figures.surface import phase_axis
 from tegotae.measures.hopping.gait import REGIMES
-from tegotae.studies.analysis.basin import Attractor, HopperBasin
 
 _MOST = 5  # limit cycles with a colour of their own
 

@@ -10,10 +10,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
+from tegotae.analysis.generalisation.disturbance import Disturbance
+from tegotae.analysis.generalisation.run import Done
+from tegotae.analysis.generalisation.table import MEASURES, share_interval
 from tegotae.figures.style import COLOURS, PAGE_IN, literal, new_figure, styled
-from tegotae.studies.generalisation.disturbance import Disturbance
-from tegotae.studies.generalisation.run import Done
-from tegotae.studies.generalisation.table import MEASURES, share_interval
 
 MOST_LINES = len(COLOURS)
 """Lines that a panel can distinguish."""

@@ -7,12 +7,12 @@ from fractions import Fraction
 import numpy as np
 from matplotlib.figure import Figure
 
+from tegotae.analysis.gain_sweep import GainSweep
+from tegotae.analysis.locking import locking_ratios
 from tegotae.figures.data import long_table
 from tegotae.figures.maps import category_patch, draw_categories, draw_regimes, regime_legend
 from tegotae.figures.style import COLOURS, COLUMN_IN, new_figure, styled
 from tegotae.measures.hopping.gait import LIMIT_CYCLE, REGIMES
-from tegotae.studies.analysis.gain_sweep import GainSweep
-from tegotae.studies.analysis.locking import locking_ratios
 
 _NAMED = tuple(Fraction(*ratio) for ratio in ((1, 1), (2, 1), (1, 2), (3, 2), (0, 1)))
 _OTHER = len(_NAMED)

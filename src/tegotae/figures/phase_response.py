@@ -6,8 +6,8 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
+from tegotae.analysis.phase_response import PhaseResponse
 from tegotae.figures.style import COLOURS, COLUMN_IN, new_figure, styled
-from tegotae.studies.analysis.phase_response import PhaseResponse
 
 NEGLIGIBLE_RAD = 0.01
 """A shift below this, 1/600 of a period, is negligible, and drawn as the flat line that it is."""

@@ -8,10 +8,10 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 from matplotlib.ticker import MaxNLocator
 
+from tegotae.analysis.poincare import NUMERICAL, Poincare
 from tegotae.figures.data import Table
 from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, styled
 from tegotae.figures.surface import phase_ticks
-from tegotae.studies.analysis.poincare import NUMERICAL, Poincare
 
 _SEEN = ("apex_height_m", "apex_phase_rad")
 """The shown part of a point of the section; an oscillator may have more state than its phase."""

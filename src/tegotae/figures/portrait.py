@@ -6,9 +6,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from tegotae.analysis.portrait import Paths
 from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, styled
 from tegotae.figures.surface import phase_axis
-from tegotae.studies.analysis.portrait import Paths
 
 _LATE = 0.75
 """From this share of the time on a path is drawn as where the gait has come to."""

@@ -11,10 +11,10 @@ from matplotlib.figure import Figure
 from matplotlib.patheffects import Normal, Stroke
 from matplotlib.ticker import MultipleLocator
 
+from tegotae.analysis.orbit import Orbit
+from tegotae.analysis.surface import Surface
 from tegotae.figures.data import Table, long_table
 from tegotae.figures.style import COLOURS, COLUMN_IN, SEQUENTIAL, new_figure, styled
-from tegotae.studies.analysis.orbit import Orbit
-from tegotae.studies.analysis.surface import Surface
 
 _NEGLIGIBLE = 0.01
 """Share of α below which a force is next to none, and drawn so."""

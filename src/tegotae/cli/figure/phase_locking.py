@@ -30,8 +30,8 @@ class PhaseLocking(Output, OscillatorOption, HopperOptions):
 
     def run(self) -> None:
         """Compute and write."""
+        from tegotae.analysis import axis, sweep_gain
         from tegotae.figures.phase_locking import phase_locking_figure, phase_locking_table
-        from tegotae.studies.analysis import axis, sweep_gain
 
         self.check_out()
         require_within("cut", self.cut, MOST_GAIN)

@@ -22,14 +22,14 @@ class PhaseResponseFigure(SettledSubject):
 
     def run(self) -> None:
         """Compute, write, and say where the rhythm is most sensitive."""
+        from tegotae.analysis import measure_phase_response
+        from tegotae.analysis.phase_response import check_pushes
         from tegotae.figures.phase_response import (
             NEGLIGIBLE_RAD,
             phase_response_figure,
             phase_response_table,
         )
         from tegotae.parts.bodies import Hopper
-        from tegotae.studies.analysis import measure_phase_response
-        from tegotae.studies.analysis.phase_response import check_pushes
 
         self.check_out()
         saved = self.saved()

@@ -22,9 +22,9 @@ class PoincareFigure(SettledSubject):
 
     def run(self) -> None:
         """Compute, write, and print the multipliers."""
+        from tegotae.analysis import poincare_section, transient
+        from tegotae.analysis.poincare import check_disturbances
         from tegotae.figures.poincare import poincare_figure, poincare_tables
-        from tegotae.studies.analysis import poincare_section, transient
-        from tegotae.studies.analysis.poincare import check_disturbances
 
         self.check_out()
         check_disturbances(self.step, self.nudge, self.turns)

@@ -20,8 +20,8 @@ class Portrait(PolicySubject):
 
     def run(self) -> None:
         """Simulate and draw."""
+        from tegotae.analysis.portrait import paths_of
         from tegotae.figures.portrait import portrait_figure, portrait_table
-        from tegotae.studies.analysis.portrait import paths_of
 
         self.check_out()
         heights = np.array(self.heights if self.height is None else (self.height,))
@@ -31,7 +31,7 @@ class Portrait(PolicySubject):
             paths = paths_of(saved, heights, duration_s=self.duration)
             title, rest_length = self.title(saved), saved.body.rest_length_m
         else:
-            from tegotae.studies.analysis.policy import policy_paths
+            from tegotae.analysis.policy import policy_paths
 
             phase_rad = self.released[1]
             paths = policy_paths(policy, heights, phase_rad=phase_rad, duration_s=self.duration)

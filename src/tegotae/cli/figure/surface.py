@@ -16,9 +16,9 @@ from tegotae.cli.options import UNSET
 from tegotae.parts.bodies import Hopper
 
 if TYPE_CHECKING:
+    from tegotae.analysis import Orbit
+    from tegotae.analysis.surface import Surface
     from tegotae.envs.policies import Policy
-    from tegotae.studies.analysis import Orbit
-    from tegotae.studies.analysis.surface import Surface
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,8 +45,8 @@ class SurfaceFigure(PolicySubject):
 
     def run(self) -> None:
         """Compute and write; what has no limit cycle has its surface alone."""
+        from tegotae.analysis import NoLimitCycleError
         from tegotae.figures.surface import surface_figure, surface_tables
-        from tegotae.studies.analysis import NoLimitCycleError
 
         self.check_out()
         require_count("resolution", self.resolution, least=2, most=MOST_POINTS)
@@ -77,7 +77,7 @@ class SurfaceFigure(PolicySubject):
         self.write(figure, surface_tables(found, orbit))
 
     def _of_controller(self) -> _Drawn:
-        from tegotae.studies.analysis import actuation_surface, sees_velocity
+        from tegotae.analysis import actuation_surface, sees_velocity
 
         saved = self.saved()
         assert isinstance(saved.body, Hopper)  # `chosen` refuses others
@@ -90,7 +90,7 @@ class SurfaceFigure(PolicySubject):
         )
 
     def _of_policy(self, policy: Policy) -> _Drawn:
-        from tegotae.studies.analysis.policy import (
+        from tegotae.analysis.policy import (
             measured_policy,
             policy_orbit,
             policy_paths,

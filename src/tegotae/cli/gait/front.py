@@ -34,9 +34,9 @@ class Front(GaitCommand):
 
     def run(self) -> None:
         """Search, write, and print."""
+        from tegotae.analysis.gaits.document import write
+        from tegotae.analysis.gaits.front import Search, search_front
         from tegotae.figures.gaits.front import front_figure
-        from tegotae.studies.gaits.document import write
-        from tegotae.studies.gaits.front import Search, search_front
         from tegotae.systems.tuned import family
 
         require_free_for(self.folder, GAIT_FRONT)

@@ -14,7 +14,7 @@ from tegotae.cli.options import UNSET
 from tegotae.cli.tables import print_rows
 
 if TYPE_CHECKING:
-    from tegotae.studies.gaits.lesion import Aftermath
+    from tegotae.analysis.gaits.lesion import Aftermath
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -36,10 +36,10 @@ class Lesion(GaitCommand):
 
     def run(self) -> None:
         """Compute, write, and print."""
+        from tegotae.analysis.gaits.document import coordination_columns, write
+        from tegotae.analysis.gaits.lesion import GaitLesion as What
+        from tegotae.analysis.gaits.lesion import aftermath
         from tegotae.figures.gaits.lesion import lesion_figure
-        from tegotae.studies.gaits.document import coordination_columns, write
-        from tegotae.studies.gaits.lesion import GaitLesion as What
-        from tegotae.studies.gaits.lesion import aftermath
 
         fields = tuple(_number(*each) for each in assignments("--then", self.then).items())
         legged = self.legged()

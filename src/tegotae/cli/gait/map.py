@@ -14,9 +14,9 @@ from tegotae.cli.gait.options import GaitCommand
 from tegotae.cli.tables import print_rows
 
 if TYPE_CHECKING:
-    from tegotae.studies.gaits import Legged
-    from tegotae.studies.gaits.map import GaitMap
-    from tegotae.studies.gaits.parameter_axes import Axis
+    from tegotae.analysis.gaits import Legged
+    from tegotae.analysis.gaits.map import GaitMap
+    from tegotae.analysis.gaits.parameter_axes import Axis
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -35,10 +35,10 @@ class Map(GaitCommand):
 
     def run(self) -> None:
         """Compute, write, and print."""
+        from tegotae.analysis.gaits.document import write
+        from tegotae.analysis.gaits.map import gait_map
+        from tegotae.analysis.gaits.parameter_axes import Axis
         from tegotae.figures.gaits.map import map_figure
-        from tegotae.studies.gaits.document import write
-        from tegotae.studies.gaits.map import gait_map
-        from tegotae.studies.gaits.parameter_axes import Axis
 
         require_free_for(self.folder, GAIT_MAP)
         x = Axis.between(*self.x, self.cells[0])

@@ -21,9 +21,9 @@ from tegotae.parts.fields import FieldNumber
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from tegotae.analysis.gaits import Legged
     from tegotae.parts.bodies import Body
     from tegotae.parts.terrains import Terrain
-    from tegotae.studies.gaits import Legged
 
 _MOST_LATE = 1000
 """The longest delay of the senses [control ticks]: all of it is kept."""
@@ -113,7 +113,7 @@ class LeggedSystemOptions(LegsOptions):
     def document(self, legged: Legged, command: str, **more: object) -> dict[str, object]:
         """What stands in a document before what was found."""
         from tegotae import __version__
-        from tegotae.studies.gaits.document import system_document
+        from tegotae.analysis.gaits.document import system_document
 
         settings = {
             field.name: getattr(self, field.name)

@@ -13,8 +13,8 @@ from tegotae.cli.options import UNSET
 from tegotae.cli.tables import print_rows
 
 if TYPE_CHECKING:
-    from tegotae.studies.gaits.stability import GaitStability as Found
-    from tegotae.studies.gaits.stability import StabilityBranch
+    from tegotae.analysis.gaits.stability import GaitStability as Found
+    from tegotae.analysis.gaits.stability import StabilityBranch
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,10 +38,10 @@ class Stability(GaitCommand):
 
     def run(self) -> None:
         """Compute, write, and print."""
+        from tegotae.analysis.gaits.document import write
+        from tegotae.analysis.gaits.parameter_axes import Axis
+        from tegotae.analysis.gaits.stability import stability
         from tegotae.figures.gaits.stability import stability_figure
-        from tegotae.studies.gaits.document import write
-        from tegotae.studies.gaits.parameter_axes import Axis
-        from tegotae.studies.gaits.stability import stability
 
         over = Axis.between(*self.over, self.count)
         for name, value in (("omega", self.omega), ("sigma", self.sigma)):

@@ -14,7 +14,7 @@ from tegotae.cli.options import UNSET
 from tegotae.cli.tables import print_rows
 
 if TYPE_CHECKING:
-    from tegotae.studies.gaits.sweep import Hysteresis
+    from tegotae.analysis.gaits.sweep import Hysteresis
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -32,9 +32,9 @@ class Sweep(GaitCommand):
 
     def run(self) -> None:
         """Compute, write, and print."""
+        from tegotae.analysis.gaits.document import coordination_columns, write
+        from tegotae.analysis.gaits.sweep import sweep
         from tegotae.figures.gaits.sweep import sweep_figure
-        from tegotae.studies.gaits.document import coordination_columns, write
-        from tegotae.studies.gaits.sweep import sweep
 
         omega = self._omega()
         legged = self.legged()

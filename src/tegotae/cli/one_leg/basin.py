@@ -9,7 +9,7 @@ from tegotae._support.limits import MOST_M
 from tegotae.systems.controller_file import SavedController
 
 if TYPE_CHECKING:
-    from tegotae.studies.analysis.basin import HopperBasin
+    from tegotae.analysis.basin import HopperBasin
 
 DURATION_S = 40.0
 """Simulated time by default [s]."""
@@ -28,8 +28,8 @@ def find_basin(
     Raises:
         TegotaeError: for a range or a resolution that is none.
     """
+    from tegotae.analysis import axis, map_basin
     from tegotae.figures.basin import describe
-    from tegotae.studies.analysis import axis, map_basin
 
     heights = axis("height", *height, resolution, above=0.0, most=MOST_M)
     across = (

@@ -19,10 +19,10 @@ def draw_basin(legs: LeggedSystemOptions, starts: int, out: Path) -> None:
         starts: how many releases.
         out: the figure's file.
     """
+    from tegotae.analysis.gaits.basin import find_basin
+    from tegotae.analysis.gaits.document import coordination_columns, write
     from tegotae.figures.gaits.basin import basin_figure
     from tegotae.figures.style import figure_file, save_figure
-    from tegotae.studies.gaits.basin import find_basin
-    from tegotae.studies.gaits.document import coordination_columns, write
 
     legged = legs.legged()
     figure_file(out)

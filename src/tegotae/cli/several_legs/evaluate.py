@@ -11,7 +11,7 @@ from tegotae._support.documents import JsonObject, as_json
 from tegotae.cli.tables import print_rows
 
 if TYPE_CHECKING:
-    from tegotae.studies.gaits.evaluation import GaitEvaluation
+    from tegotae.analysis.gaits.evaluation import GaitEvaluation
     from tegotae.systems.legged import Legged
     from tegotae.systems.resolve import Resolved
 
@@ -47,7 +47,7 @@ def evaluate_all(
     seed: int,
 ) -> list[tuple[str, tuple[str, ...], GaitEvaluation]]:
     """Release all from the same random phases."""
-    from tegotae.studies.gaits.evaluation import evaluate_gaits
+    from tegotae.analysis.gaits.evaluation import evaluate_gaits
 
     return [
         (name, labels, evaluate_gaits(legged, weights, omega, starts, seed=seed))

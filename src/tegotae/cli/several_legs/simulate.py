@@ -19,7 +19,7 @@ from tegotae.cli.outputs import check_outputs
 from tegotae.cli.tables import print_rows
 
 if TYPE_CHECKING:
-    from tegotae.studies.gaits.simulate import GaitRun
+    from tegotae.analysis.gaits.simulate import GaitRun
 
 
 def simulate_legs(
@@ -43,11 +43,11 @@ def simulate_legs(
         animate: file of an animation of the last strides (.gif).
         as_json: print the document in place of the table.
     """
+    from tegotae.analysis.gaits.document import DIGITS, coordination_columns, write
+    from tegotae.analysis.gaits.simulate import columns, simulate
     from tegotae.figures.gaits.footfall import footfall_figure
     from tegotae.figures.gaits.lags import lags_figure
     from tegotae.figures.style import save_figure
-    from tegotae.studies.gaits.document import DIGITS, coordination_columns, write
-    from tegotae.studies.gaits.simulate import columns, simulate
 
     if phases and legs.seed:
         raise TegotaeError("--seed is of random phases, and --phases says what they are")

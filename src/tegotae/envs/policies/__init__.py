@@ -1,7 +1,7 @@
 """Anyone's policy on the hopper: a function, a Stable-Baselines3 model, an ONNX file.
 
 What a policy sees and does is a `Meaning`; how it is asked is a file of its own for each kind.
-With both it is a `Policy`, of which `tegotae.studies.analysis` makes surfaces and portraits.
+With both it is a `Policy`, of which `tegotae.analysis` makes surfaces and portraits.
 """
 
 from tegotae._support.optional_dependencies import require

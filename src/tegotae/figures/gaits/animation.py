@@ -10,11 +10,11 @@ from matplotlib.animation import FuncAnimation
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 
+from tegotae.analysis.gaits.simulate import GaitRun
 from tegotae.figures.animation import FRAMES_PER_S, animation_file, save_animation
 from tegotae.figures.gaits.poses import LegPositions, pose
 from tegotae.figures.style import COLOURS, new_figure, styled
 from tegotae.simulation.recorder import Trajectory
-from tegotae.studies.gaits.simulate import GaitRun
 from tegotae.systems.legged import Legged
 
 STRIDES = 4.0

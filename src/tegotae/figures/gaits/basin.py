@@ -6,10 +6,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from tegotae.analysis.gaits.basin import GaitBasin, GaitShare
 from tegotae.figures.gaits.colours import by_side, gait_colour, gait_marker
 from tegotae.figures.style import PAGE_IN, new_figure, styled
 from tegotae.parts._shapes import AnyArray
-from tegotae.studies.gaits.basin import GaitBasin, GaitShare
 
 
 def basin_figure(basin: GaitBasin, note: str = "") -> Figure:

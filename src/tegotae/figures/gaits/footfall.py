@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.figure import Figure
 
+from tegotae.analysis.gaits.simulate import GaitRun
 from tegotae.figures.gaits.colours import by_side
 from tegotae.figures.style import COLUMN_IN, new_figure, styled
-from tegotae.studies.gaits.simulate import GaitRun
 
 STRIDES = 6.0
 """How many of the last strides are drawn."""

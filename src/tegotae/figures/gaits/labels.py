@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from tegotae.analysis.gaits.parameter_axes import OMEGA, SIGMA, Axis
 from tegotae.figures.style import literal
-from tegotae.studies.gaits.parameter_axes import OMEGA, SIGMA, Axis
 from tegotae.systems.legged import Legged
 
 _FIELDS = {

@@ -6,9 +6,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from tegotae.analysis.gaits.lesion import Aftermath
 from tegotae.figures.gaits.colours import MARKERS, by_side
 from tegotae.figures.style import COLOURS, PAGE_IN, literal, new_figure, styled
-from tegotae.studies.gaits.lesion import Aftermath
 
 
 def lesion_figure(found: Aftermath, note: str = "") -> Figure:

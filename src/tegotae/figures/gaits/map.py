@@ -8,6 +8,7 @@ from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
+from tegotae.analysis.gaits.map import NO_BODY, Cells, GaitMap
 from tegotae.figures.gaits.colours import HATCHES, THIN, by_side, gait_colour
 from tegotae.figures.gaits.labels import label
 from tegotae.figures.maps import quantities
@@ -18,7 +19,6 @@ from tegotae.measures.gaits.names import (
     NOT_LOCKED,
     STANDING,
 )
-from tegotae.studies.gaits.map import NO_BODY, Cells, GaitMap
 
 _PALE = 0.55
 """How far towards white the colour of a cell is whose starts disagree."""

@@ -6,10 +6,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from tegotae.analysis.gaits.stability import GaitStability, StabilityBranch
 from tegotae.figures.gaits.colours import gait_colour, gait_marker
 from tegotae.figures.gaits.labels import label
 from tegotae.figures.style import COLUMN_IN, new_figure, styled
-from tegotae.studies.gaits.stability import GaitStability, StabilityBranch
 
 
 def stability_figure(found: GaitStability, note: str = "") -> Figure:

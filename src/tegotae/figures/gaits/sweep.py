@@ -9,10 +9,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
+from tegotae.analysis.gaits.sweep import DOWN, UP, GaitSweep
 from tegotae.figures.gaits.colours import HATCHES, MARKERS, THIN, by_side, gait_colour
 from tegotae.figures.style import COLOURS, COLUMN_IN, new_figure, styled
 from tegotae.measures.gaits.names import FALLEN
-from tegotae.studies.gaits.sweep import DOWN, UP, GaitSweep
 
 _WAYS = ((UP, "full"), (DOWN, "none"))
 

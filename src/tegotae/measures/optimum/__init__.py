@@ -1,39 +1,107 @@
-"""The physical optimum: the largest CoT⁻¹ that any force can have on the hopper."""
+"""The physical optimum of the default hopper, as a table: largest CoT⁻¹ over the hop frequency."""
 
-from tegotae.measures.optimum.certificate import Certificate, certify, upper_bound
-from tegotae.measures.optimum.exact import verify
-from tegotae.measures.optimum.problem import small_hop_limit
-from tegotae.measures.optimum.table import (
-    COLUMNS,
-    Curve,
-    best,
-    curve,
-    has_table,
-    share,
-    stances,
-)
-from tegotae.measures.optimum.trajectory import (
-    OptimalGait,
-    Stance,
-    highest_frequency,
-    optimise,
-)
+from __future__ import annotations
 
-__all__ = [
-    "COLUMNS",
-    "Certificate",
-    "Curve",
-    "OptimalGait",
-    "Stance",
-    "best",
-    "certify",
-    "curve",
-    "has_table",
-    "highest_frequency",
-    "optimise",
-    "share",
-    "small_hop_limit",
-    "stances",
-    "upper_bound",
-    "verify",
-]
+from dataclasses import dataclass
+from functools import cache
+from importlib.resources import files
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from tegotae._support.tables import numbers, parse_csv
+from tegotae.parts.bodies import Hopper
+
+COLUMNS = {
+    "omega": "hop frequency ω [rad/s]",
+    "cot_inverse": "largest CoT⁻¹ found, period 1 [m/J]",
+    "upper_bound": "no gait of period 1 has more [m/J]",
+    "lift_off": "lift-off velocity of the best gait found [m/s]",
+    "stance_s": "time of the best gait that is not its hop's flight [s]",
+    "swings": "swings down and up in that time",
+    "bounces": "flights in that time, too low to count as hops",
+    "converged": "starts that ended at a gait",
+    "cot_inverse_two": "largest CoT⁻¹ found, period 2, ω its mean [m/J]",
+    "lift_off_low": "the lower of its lift-off velocities [m/s]",
+    "lift_off_high": "the higher [m/s]",
+    "upper_bound_any": "no gait of any period has more, ω its mean [m/J]",
+}
+"""Columns of the table."""
+
+
+@dataclass(frozen=True)
+class Curve:
+    """The optimum over hop frequency, one array [frequencies] per column.
+
+    Args:
+        columns: those of `COLUMNS`; NaN where no gait was found.
+    """
+
+    columns: dict[str, np.ndarray]
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        return self.columns[name]
+
+    def at(self, name: str, omega: ArrayLike) -> np.ndarray:
+        """A column at hop frequencies ω [rad/s], linear between rows; NaN outside of the table."""
+        row, values = self.columns["omega"], self.columns[name]
+        return np.interp(np.asarray(omega, float), row, values, left=np.nan, right=np.nan)
+
+    def bound(self, name: str, omega: ArrayLike) -> np.ndarray:
+        """An upper bound at hop frequencies ω [rad/s]: that of the next row below.
+
+        It holds for faster hops too (`certify`). NaN for slower hops than the table's.
+        """
+        row = np.searchsorted(self.columns["omega"], omega, side="right") - 1
+        return np.where(row >= 0, self.columns[name][np.maximum(row, 0)], np.nan)
+
+
+@cache
+def curve() -> Curve:
+    """The kept table of the default hopper, for the default definition of work.
+
+    Made and proved in a clone by `python -m reproduction optimum-table`.
+
+    Example:
+        >>> found = curve()
+        >>> found["omega"].shape == found["cot_inverse"].shape
+        True
+    """
+    text = files(__name__).joinpath("curve.csv").read_text(encoding="utf-8")
+    return Curve({column: numbers(cells) for column, cells in parse_csv(text).items()})
+
+
+def has_table(body: object, work: str = "absolute") -> bool:
+    """Whether the kept table holds for this body and definition of work.
+
+    Args:
+        body: any body; the table is that of `Hopper()`.
+        work: definition of work; the table is that of "absolute".
+    """
+    return work == "absolute" and isinstance(body, Hopper) and body == Hopper()
+
+
+def share(cot_inverse: ArrayLike, hop_rate: ArrayLike, period: ArrayLike = 1) -> np.ndarray:
+    """CoT⁻¹ over the largest possible at the gait's own hop frequency, for the default hopper.
+
+    A gait of period 1 is held against the best of period 1. One of a longer period is held against
+    the upper bound over all periods at its mean hop frequency: its share is at least this. What was
+    found is a near-optimum, so that shares of up to 1.001 are possible.
+
+    Args:
+        cot_inverse: CoT⁻¹ by absolute work and heights climbed in flight [m/J], any shape.
+        hop_rate: hop frequency, 2π times hops over time [rad/s], same shape.
+        period: hops in the cycle, same shape.
+
+    Returns:
+        The share; NaN where something is NaN, or outside of the table's frequencies.
+
+    Example:
+        >>> f"{share(0.5 * curve().at('cot_inverse', 4.0), 4.0):.1f}"
+        '0.5'
+    """
+    kept = curve()
+    one = kept.at("cot_inverse", hop_rate)
+    largest = np.where(np.asarray(period) == 1, one, kept.bound("upper_bound_any", hop_rate))
+    largest = np.where(np.isnan(one), np.nan, largest)
+    return np.where(np.isnan(period), np.nan, cot_inverse / largest)

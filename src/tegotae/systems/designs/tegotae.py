@@ -131,7 +131,7 @@ def nominal_speed_m_per_s(legged: Legged, omega: float) -> float | None:
         omega: ω [rad/s].
 
     Example:
-        >>> from tegotae.studies.gaits import system
+        >>> from tegotae.analysis.gaits import system
         >>> round(nominal_speed_m_per_s(system("quadruped-c"), 2.0), 3)
         0.255
     """

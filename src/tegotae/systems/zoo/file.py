@@ -256,7 +256,7 @@ class Zoo:
         return TegotaeError(f"{self.path} is damaged, or {NOT_OURS}: {why}")
 
 
-NOT_OURS = "no file of tegotae study zoo"
+NOT_OURS = "no file of python -m reproduction zoo"
 
 
 @lru_cache(maxsize=8)

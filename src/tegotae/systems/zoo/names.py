@@ -5,8 +5,9 @@
 - `zoo:ART-rF-tphif-w8/all` stands for all runs;
 - `zoo:ART` is its plainest member, as everywhere.
 
-STUDY is the name of a study that comes with the package, or the path of a file that `tegotae study
-zoo` wrote. Without it the first study that has the model is meant, `paper` before the others.
+STUDY is the name of a study that comes with the package, or the path of a file that
+`python -m reproduction zoo` wrote. Without it the first study that has the model is meant, `paper`
+before the others.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Named configurations: settings of the algorithms that were found by tuning, and how.
 
-Each is a file of this folder, as `tegotae tune --keep` writes it.
+Each is a file of this folder, as `python -m studies.tuning --keep` writes it.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ class Configuration:
     settings: Algorithm | AgentSettings
     """Its settings."""
     found: Mapping[str, object]
-    """On what, by how many trials, how good; see `tegotae.training.tuning.describe`."""
+    """On what, by how many trials, how good; see `studies.tuning.describe`."""
 
 
 def names() -> list[str]:
@@ -60,7 +60,7 @@ def configuration(name: str) -> Configuration:
 
 
 def load(path: Path | str) -> Configuration:
-    """A configuration that `tegotae tune --keep` wrote.
+    """A configuration that `python -m studies.tuning --keep` wrote.
 
     Raises:
         TegotaeError: if the file cannot be read, or holds no settings of a known algorithm.
@@ -90,7 +90,7 @@ def _read(file: Path | Traversable) -> Configuration:
         raise TegotaeError(f"cannot read {file}: {error.strerror}") from None
     except DamagedDocumentError as error:
         raise TegotaeError(
-            f"{file} is no configuration that tegotae tune --keep wrote: {error}"
+            f"{file} is no configuration that python -m studies.tuning --keep wrote: {error}"
         ) from None
     except TegotaeError as error:
         raise TegotaeError(f"{file} is no configuration known here: {error}") from None

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from tegotae.measures.hopping.metric import Conditions, Derivation, DerivedMetric
-from tegotae.measures.optimum.table import has_table, share
+from tegotae.measures.optimum import has_table, share
 
 
 def _compute(values: Mapping[str, np.ndarray], conditions: Conditions) -> np.ndarray:

@@ -1,0 +1,180 @@
+"""`python -m benchmarks`: how fast rollouts are, beside what people would write themselves."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from dataclasses import dataclass
+from typing import Any
+
+from rich.table import Table
+
+from tegotae._support.devices import available_cores
+from tegotae._support.engines import NATIVE, VARIABLE, XLA, why_not_native
+from tegotae._support.errors import TegotaeError, require_count
+from tegotae._support.limits import require_memory
+from tegotae._support.progress import Console
+from tegotae.simulation.rollout import Timing
+from tegotae.systems.grammar import BUDGET
+
+
+@dataclass(frozen=True)
+class Bench:
+    """Time both engines on a 96-parameter ART model and a walker, and two simple programs for
+    comparison."""
+
+    lanes: int = 1024
+    """Number of parallel rollouts."""
+    most_lanes: int = 100_000
+    """Measure time and memory of up to this many rollouts of 1 s; 1000000 take half a minute."""
+    legs: bool = False
+    """Time all bodies with several legs, and MuJoCo with a twin of the walker."""
+    mujoco: bool = False
+    """Time training on a MuJoCo model beside a plain loop of Stable-Baselines3 on it."""
+    json: bool = False
+    """Print one JSON object."""
+
+    def run(self) -> None:
+        """Measure, and print."""
+        from benchmarks import engine, legs, loop
+        from tegotae._support.engines import selected
+
+        for name in ("lanes", "most_lanes"):
+            lanes = getattr(self, name)
+            require_count(name, lanes)
+            require_memory(4.0 * 8 * lanes * BUDGET, f"{lanes} lanes")
+        own, names = selected(), tuple(legs.BODIES) if self.legs else ("walker",)
+        speeds = {own: engine.speed(self.lanes)}
+        bodies = {own: legs.measured(self.lanes, names)}
+        for other in _others(own):
+            run = f"{_BENCHMARKS}.engine", "speed", str(self.lanes)
+            speeds[other] = engine.Speed(*json.loads(_program(*run, engine=other)))
+            run = f"{_BENCHMARKS}.legs", str(self.lanes), *names
+            rows = json.loads(_program(*run, engine=other))
+            bodies[other] = [legs.BodySpeed(*row) for row in rows]
+        textbook = float(_program(f"{_BENCHMARKS}.textbook", str(self.lanes)))
+        sizes = [10**n for n in range(3, 10) if 10**n <= self.most_lanes]
+        costs = [
+            engine.LaneCost(*json.loads(_program(f"{_BENCHMARKS}.engine", "cost", str(size))))
+            for size in sizes
+        ]
+        figures: dict[str, Any] = {
+            "lanes": self.lanes,
+            "cores": available_cores(),
+            "parameters": engine.controller().n_weights,
+            "tick_s": Timing().tick_s,
+            "engine": own,
+            "engines": {name: each._asdict() for name, each in speeds.items()},
+            "textbook_ticks_per_s": textbook,
+            "loop_ticks_per_s": loop.ticks_per_second(),
+            "bodies": {name: [row._asdict() for row in rows] for name, rows in bodies.items()},
+            "costs": [each._asdict() for each in costs],
+        }
+        if self.legs:
+            figures["mujoco_walker"] = [row._asdict() for row in legs.mujoco()]
+        if self.mujoco:
+            from benchmarks import mujoco_training
+
+            figures["mujoco"] = [row._asdict() for row in mujoco_training.measured()]
+        if self.json:
+            print(json.dumps(figures))
+            return
+        console = Console()
+        console.print(_table_of_ways(figures))
+        console.print(
+            f"{figures['parameters']} parameters, {self.lanes} lanes, control period "
+            f"{figures['tick_s'] * 1e3:g} ms, {figures['cores']} cores; this is {own}"
+        )
+        console.print(_table_of_bodies(figures))
+        console.print(_table_of_costs(figures["costs"]))
+        if self.mujoco:
+            console.print(_table_of_mujoco(figures["mujoco"]))
+
+
+_BENCHMARKS = "benchmarks"
+
+
+def _others(own: str) -> tuple[str, ...]:
+    """The other engine, if it can be had here."""
+    if own == NATIVE:
+        return (XLA,)
+    return () if why_not_native() else (NATIVE,)
+
+
+def _table_of_ways(figures: dict[str, Any]) -> Table:
+    """Both engines, and what people would write themselves."""
+    table = Table("way", "ticks/s", "ticks/core-s", "compiled in core-s", "this engine / that")
+    own = figures["engines"][figures["engine"]]["ticks_per_s"]
+    for name, each in figures["engines"].items():
+        table.add_row(
+            f"tegotae, {name}",
+            f"{each['ticks_per_s']:.3g}",
+            f"{each['ticks_per_core_s']:.3g}",
+            f"{each['compile_core_s']:.2g}",
+            f"{own / each['ticks_per_s']:.3g}",
+        )
+    plain = {"textbook vmap(scan)": "textbook", "Python loop": "loop"}
+    for name, key in plain.items():
+        ticks = figures[f"{key}_ticks_per_s"]
+        table.add_row(name, f"{ticks:.3g}", "", "", f"{own / ticks:.3g}")
+    return table
+
+
+def _table_of_bodies(figures: dict[str, Any]) -> Table:
+    """What a leg costs, body by body; rates of the walkers are in units of √(l0/g)."""
+    table = Table(
+        "body", "legs", "engine", "ticks/core-s", "legs x ticks/core-s", "time/core-s", "compiled"
+    )
+    bodies = {**figures["bodies"], "": figures.get("mujoco_walker", [])}
+    for name, rows in bodies.items():
+        for row in rows:
+            per_core, compiled = row["ticks_per_core_s"], row["compile_core_s"]
+            table.add_row(
+                row["name"],
+                str(row["legs"]),
+                name,
+                f"{per_core:.3g}",
+                f"{per_core * row['legs']:.3g}",
+                f"{per_core * row['tick_s']:.3g}",
+                f"{compiled:.2g}" if compiled else "",
+            )
+    return table
+
+
+def _table_of_costs(rows: list[dict[str, Any]]) -> Table:
+    """What many lanes of a second cost, each row a process of its own."""
+    table = Table("lanes", "ticks/core-s, with compiling", "peak memory [GiB]")
+    for row in rows:
+        numbers = f"{row['ticks_per_core_s']:.3g}", f"{row['peak_gib']:.2f}"
+        table.add_row(str(row["lanes"]), *numbers)
+    return table
+
+
+def _table_of_mujoco(rows: list[dict[str, Any]]) -> Table:
+    """How fast trainings on a MuJoCo model go; the last one is the plain loop."""
+    table = Table("on the MuJoCo hopper", "lanes", "steps/s", "steps/core-s", "this / plain loop")
+    for row in rows:
+        per_core = row["steps_per_core_s"]
+        table.add_row(
+            row["name"],
+            str(row["lanes"]),
+            f"{row['steps_per_s']:.3g}",
+            f"{per_core:.3g}",
+            f"{per_core / rows[-1]['steps_per_core_s']:.3g}",
+        )
+    return table
+
+
+def _program(module: str, *arguments: str, engine: str | None = None) -> str:
+    """What a module of this package prints when run as a program of its own."""
+    done = subprocess.run(
+        [sys.executable, "-m", module, *arguments],
+        env=os.environ | ({VARIABLE: engine} if engine else {}),
+        capture_output=True,
+        text=True,
+    )
+    if done.returncode:
+        raise TegotaeError(f"{module} failed: {(done.stderr.strip().splitlines() or ['?'])[-1]}")
+    return done.stdout.strip().splitlines()[-1]

@@ -1,0 +1,46 @@
+"""`python -m playground`: a page to play with, in one file."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Annotated
+
+import tyro
+
+from playground import ControllerChoice, Page, standard
+from tegotae._support.errors import TegotaeError
+from tegotae._support.files import output_file, write_atomically
+from tegotae._support.quiet import note
+from tegotae.systems.resolve import resolve
+from tegotae.systems.zoo import stem
+from tegotae.training.collection import controller_of
+
+
+@dataclass(frozen=True, kw_only=True)
+class Playground:
+    """Write the playground: one HTML file that needs no server and no network.
+
+    On it one can disturb controllers, change their bodies, compare them, and watch one learn.
+    """
+
+    controllers: Annotated[list[str], tyro.conf.Positional] = field(default_factory=list)
+    """Controller files, or other names with weights, such as V-sector-w4; by default a vanilla and
+    three learned controllers."""
+    out: Path = Path("playground.html")
+    """File of the page."""
+
+    def run(self) -> None:
+        """Write the page, and say where it is."""
+        if self.out.suffix.lower() not in (".html", ".htm"):
+            raise TegotaeError(f"cannot write a page as {str(self.out)!r}; its name ends in .html")
+        path = output_file(self.out)
+        stems = [stem(each) for each in self.controllers]
+        own = [
+            ControllerChoice(name if stems.count(name) == 1 else each, controller_of(resolve(each)))
+            for name, each in zip(stems, self.controllers, strict=True)
+        ]
+        page = Page([*own, *standard()[:1]] if own else standard(), note)
+        html = page.html()
+        write_atomically(path, html)
+        print(f"{path}: {len(html.encode()) / 1024:.0f} KB; open it in a browser")

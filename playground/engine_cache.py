@@ -1,0 +1,103 @@
+"""Engines that come with the package, and those that are compiled when they are wanted."""
+
+from __future__ import annotations
+
+import gzip
+import hashlib
+import json
+from dataclasses import dataclass
+from importlib import resources
+from importlib.metadata import version
+from importlib.resources.abc import Traversable
+
+import jax
+
+from playground.bodies import form
+from playground.compiler import compiled, has_compiler
+from playground.program import Program
+from playground.source import source
+from tegotae._support.documents import JsonObject
+from tegotae.parts.bodies import Body
+from tegotae.parts.controller import Controller
+from tegotae.systems.descriptions import describe
+
+
+@dataclass(frozen=True)
+class CompiledEngine:
+    """A compiled closed loop.
+
+    Args:
+        wasm: the WebAssembly, gzipped.
+        layout: by name, where in a lane a number begins and how many there are.
+        made_by: versions of what traced and compiled it; others may write the same otherwise.
+    """
+
+    wasm: bytes
+    layout: dict[str, list[int]]
+    made_by: dict[str, str]
+
+
+def name_of(controller: Controller, body: Body) -> str:
+    """What the engine of a structure is called: the same for all weights and numbers.
+
+    Example:
+        >>> from tegotae import build
+        >>> from tegotae.parts.bodies import Hopper
+        >>> heavy = name_of(build("V-sector-w8"), Hopper(mass_kg=0.2))
+        >>> heavy == name_of(build("V-sector-w4"), Hopper())
+        True
+    """
+    about = {"controller": describe(controller), "body": form(body)}
+    text = json.dumps(about, sort_keys=True)
+    return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+
+def engine(controller: Controller, body: Body) -> CompiledEngine:
+    """The engine of a controller on a body: read from the package, or compiled.
+
+    Raises:
+        MissingExtraError: if it must be compiled and there is no compiler.
+        TegotaeError: for an operation that has no C, by its name.
+    """
+    if not has(controller, body):
+        return made(controller, body)
+    about = json.loads(_kept(controller, body).read_text(encoding="utf-8"))
+    wasm = (_engines() / about["wasm"]).read_bytes()
+    return CompiledEngine(wasm, about["layout"], about["made_by"])
+
+
+def has(controller: Controller, body: Body) -> bool:
+    """Whether the engine comes with the package.
+
+    Example:
+        >>> from tegotae import build
+        >>> from tegotae.parts.bodies import Hopper
+        >>> has(build("ART-rF-tphif-w4"), Hopper(mass_kg=0.2)), has(build("T-F"), Hopper())
+        (True, False)
+    """
+    return _kept(controller, body).is_file()
+
+
+def _engines() -> Traversable:
+    return resources.files("playground") / "engines"
+
+
+def _kept(controller: Controller, body: Body) -> Traversable:
+    return _engines() / f"{name_of(controller, body)}.json"
+
+
+def made(controller: Controller, body: Body) -> CompiledEngine:
+    """The same, compiled anew."""
+    program = Program(controller, body)
+    wasm = gzip.compress(compiled(source(program)), mtime=0)
+    return CompiledEngine(wasm, program.layout.document(), makers())
+
+
+def makers() -> dict[str, str]:
+    """Versions of what would trace and compile an engine here."""
+    return {"jax": jax.__version__, "ziglang": version("ziglang") if has_compiler() else "none"}
+
+
+def document(engine: CompiledEngine, about: str, wasm: str) -> JsonObject:
+    """The document beside an engine's WebAssembly."""
+    return {"about": about, "wasm": wasm, "made_by": engine.made_by, "layout": engine.layout}

@@ -1,0 +1,140 @@
+"""The program of a lane as C: what a page runs, before it is WebAssembly."""
+
+from __future__ import annotations
+
+from playground.functions import EngineFunction, functions
+from playground.layout import LayoutEntry
+from playground.program import Program
+from tegotae.export.c.lower import (
+    Library,
+    Statements,
+    comment_of,
+    wrapped,
+)
+from tegotae.export.c.names import plain
+
+_OWN = (
+    "l",
+    "lane",
+    "count",
+    "i",
+    "lane_block",
+    "ticked",
+    "recorded",
+    "quiet",
+    "released",
+    "answer",
+)
+
+MATHS = (
+    *("expf", "exp2f", "expm1f", "logf", "log1pf", "sinf", "cosf", "tanf", "asinf", "acosf"),
+    *("atanf", "sinhf", "coshf", "tanhf", "asinhf", "acoshf", "atanhf", "erff", "cbrtf"),
+)
+"""Functions of one number that no instruction computes; a page lends them to the program."""
+MATHS_OF_TWO = ("atan2f", "fmodf", "powf")
+"""And those of two."""
+
+_HEAD = """\
+#include <stdbool.h>
+#include <stdint.h>
+#include <float.h>
+
+#define INFINITY (__builtin_inff())
+#define NAN (__builtin_nanf(""))
+#define sqrtf __builtin_sqrtf
+#define fabsf __builtin_fabsf
+#define floorf __builtin_floorf
+#define ceilf __builtin_ceilf
+#define rintf __builtin_rintf
+"""
+
+_EXPORTS = """\
+/* A release: what the page says is put in place, and recorded. */
+__attribute__((export_name("release"))) void release(lane_block *lane)
+{
+    lane->ticks[0] = 0;
+    released(lane);
+    recorded(lane);
+}
+
+/* A frame: as many control ticks, and then what is recorded of it. */
+__attribute__((export_name("advance"))) void advance(lane_block *lane, int32_t count)
+{
+    quiet(lane);
+    for (int32_t i = 0; i < count; ++i) {
+        ticked(lane);
+        lane->ticks[0] += 1;
+    }
+    recorded(lane);
+}
+
+/* The force of the first leg at a point of the actuation surface [N]. */
+__attribute__((export_name("surface"))) float surface(lane_block *lane, float phase, float spring,
+    float velocity)
+{
+    return answer(lane, phase, spring, velocity);
+}
+"""
+
+
+def source(program: Program) -> str:
+    """The text of the program.
+
+    Raises:
+        TegotaeError: for an operation that has no C, by its name.
+
+    Example:
+        >>> from tegotae import build
+        >>> from tegotae.parts.bodies import Hopper
+        >>> "static void ticked(lane_block *l)" in source(Program(build("V-reflex-w8"), Hopper()))
+        True
+    """
+    library = Library()
+    library.taken |= {*_OWN, *MATHS, *MATHS_OF_TWO}
+    written = [_function(library, each) for each in functions(program)]
+    whole = [*library.helper_texts(), *library.procedures, *written, _EXPORTS]
+    called = [_lent(name, "float") for name in MATHS if _calls(whole, name)]
+    called += [_lent(name, "float, float") for name in MATHS_OF_TWO if _calls(whole, name)]
+    head = comment_of(
+        plain(
+            f"{type(program.controller.actuation).__name__} on a {type(program.body).__name__}, "
+            f"{program.limbs} legs. Written by tegotae from the code that its simulator runs."
+        )
+    )
+    blocks = [head + _HEAD, *called, program.layout.struct(), *whole]
+    return "\n".join(blocks)
+
+
+def _lent(name: str, takes: str) -> str:
+    where = f'import_module("maths"), import_name("{name}")'
+    return f"__attribute__(({where})) extern float {name}({takes});"
+
+
+def _calls(texts: list[str], name: str) -> bool:
+    return any(f"{name}(" in text for text in texts)
+
+
+def _function(library: Library, of: EngineFunction) -> str:
+    statements = Statements(library, (*_OWN, *of.takes))
+    back = [] if of.returns is None else [of.returns]
+    wanted = [node for _, nodes in of.writes for node in nodes]
+    results = statements.all([*wanted, *back])
+    lines = [wrapped(line) for line in statements.lines]
+    # All is computed before anything is put in place: it may be read until then.
+    for number, (node, text) in enumerate(zip(wanted, results, strict=False)):
+        lines.append(wrapped(f"const {node.kind} to_{number} = {text};"))
+    words = [(entry, i) for entry, nodes in of.writes for i in range(len(nodes))]
+    lines += [f"    {_place(entry, i)} = {_kept(entry, n)};" for n, (entry, i) in enumerate(words)]
+    lines += [wrapped(f"return {text};") for text in results[len(wanted) :]]
+    parameters = ", ".join(["lane_block *l", *(f"float {name}" for name in of.takes)])
+    kind = "void" if of.returns is None else "float"
+    body = "\n".join(lines)
+    return f"{comment_of(of.about)}static {kind} {of.name}({parameters})\n{{\n{body}\n}}\n"
+
+
+def _place(entry: LayoutEntry, word: int) -> str:
+    return f"l->{entry.member}[{word}]"
+
+
+def _kept(entry: LayoutEntry, number: int) -> str:
+    return f"to_{number} ? 1.0f : 0.0f" if entry.kind == "bool" else f"to_{number}"

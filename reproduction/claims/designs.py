@@ -1,0 +1,51 @@
+"""The places of a study's models in its design, and correlations over the models."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from reproduction.table import Table
+from tegotae.measures.hopping.statistics import Interval
+
+MODELS = 10
+"""A correlation needs so many models: among fewer one of 0.6 and more is often mere chance, and of
+three models nearly any two metrics go together."""
+
+DRIVES = {"sector": "φ", "tphi": "φ", "reflex": "f", "tf": "f", "both": "φf", "tphif": "φf"}
+"""What an actuation follows, vanilla or learned."""
+
+
+def designs(table: Table) -> dict[tuple, Table]:
+    """A table's rows by ω_t and by what the actuation follows.
+
+    A single network has neither; all of its rows are one design.
+    """
+    omegas = np.nan_to_num(table["omega_t"])
+    drives = np.array([DRIVES.get(name, "") for name in table["actuation"]])
+    columns = [column.tolist() for column in (omegas, drives)]
+    keys = list(zip(*columns, strict=True))
+    rows = {key: [other == key for other in keys] for key in sorted(set(keys))}
+    return {
+        key: Table({name: column[at] for name, column in table.columns.items()})
+        for key, at in rows.items()
+    }
+
+
+def correlation(table: Table, a: str, b: str, *, seed: int = 0, resamples: int = 4000) -> Interval:
+    """Pearson correlation of two columns over the rows that define both, with its interval.
+
+    The interval is a percentile bootstrap over rows. All is NaN for fewer than `MODELS` of them.
+    """
+    x, y = table[a], table[b]
+    both = np.isfinite(x) & np.isfinite(y)
+    x, y, undefined = x[both], y[both], int((~both).sum())
+    if len(x) < MODELS or x.std() == 0.0 or y.std() == 0.0:
+        return Interval(np.nan, np.nan, np.nan, np.nan, len(x), undefined)
+    drawn = np.random.default_rng(seed).integers(0, len(x), (resamples, len(x)))
+    xs, ys = x[drawn], y[drawn]
+    xs, ys = xs - xs.mean(axis=1, keepdims=True), ys - ys.mean(axis=1, keepdims=True)
+    scale = np.sqrt((xs**2).sum(axis=1) * (ys**2).sum(axis=1))
+    values = (xs * ys).sum(axis=1)[scale > 0.0] / scale[scale > 0.0]
+    low, high = np.quantile(values, [0.025, 0.975])
+    r = float(np.corrcoef(x, y)[0, 1])
+    return Interval(r, float(values.std(ddof=1)), float(low), float(high), len(x), undefined)

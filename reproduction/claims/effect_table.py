@@ -1,0 +1,62 @@
+"""The claims' effects in every way to count, as a table in a file."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import fields
+from pathlib import Path
+from typing import Any
+
+from reproduction.claims.atomic import ATOMIC_CLAIMS
+from reproduction.claims.counting import Count
+from reproduction.claims.estimates import EffectEstimate
+from reproduction.claims.findings import Finding
+from tegotae._support import tables
+from tegotae._support.errors import TegotaeError
+
+DIGITS = 6
+"""Significant digits of the effects in the file."""
+
+_COUNT = tuple(each.name for each in fields(Count))
+_EFFECT = ("effect", "low", "high", "size")
+_KIND = "table that python -m reproduction claims wrote"
+
+
+def effect_columns(findings: Iterable[Finding]) -> dict[str, list[Any]]:
+    """A row per claim and way to count: the effect, its 95 % interval, its size, the verdict."""
+    columns: dict[str, list[Any]] = {name: [] for name in ("claim", *_COUNT, *_EFFECT, "verdict")}
+    for finding in findings:
+        verdicts = finding.verdicts
+        for count, found in finding.by_count.items():
+            columns["claim"].append(finding.claim.name)
+            for name in _COUNT:
+                columns[name].append(getattr(count, name))
+            for name in _EFFECT:
+                columns[name].append(getattr(found, name))
+            columns["verdict"].append(verdicts[count])
+    return columns
+
+
+def effects_csv(findings: Iterable[Finding]) -> str:
+    """The table as the text of a CSV file."""
+    return tables.csv_text(effect_columns(findings), digits=DIGITS)
+
+
+def read_effects(path: Path) -> list[Finding]:
+    """What was found of each claim, from a table that `effects_csv` made.
+
+    Raises:
+        TegotaeError: if it cannot be read, is no such table, or names a claim that is not there.
+    """
+    cells = tables.read_csv(path, ("claim", *_COUNT, *_EFFECT), kind=_KIND)
+    claims = {claim.name: claim for claim in ATOMIC_CLAIMS}
+    found: dict[str, dict[Count, EffectEstimate]] = {}
+    try:
+        numbers = [tables.numbers(cells[name]).tolist() for name in _EFFECT]
+        counts = zip(*(cells[name].tolist() for name in _COUNT), strict=True)
+        rows = zip(cells["claim"].tolist(), counts, *numbers, strict=True)
+        for name, count, *values in rows:
+            found.setdefault(name, {})[Count(*count)] = EffectEstimate(*values)
+        return [Finding(claims[name], by_count) for name, by_count in found.items()]
+    except (KeyError, ValueError):
+        raise TegotaeError(f"{path} is no {_KIND}") from None

@@ -1,0 +1,229 @@
+"""The effect of a claim, computed from a study's table in one way to count."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from reproduction.claims.counting import ALL, FIGURE_2, Count
+from reproduction.claims.designs import DRIVES, MODELS
+from reproduction.claims.effects import (
+    ArchitectureGroup,
+    Correlation,
+    Difference,
+    DoubleDifference,
+    Effect,
+    OfGaits,
+)
+from reproduction.claims.resampling import Resampled
+from tegotae.measures.hopping.statistics import mean_defined
+
+LEVEL = (2.5, 97.5)
+"""The percentiles of an interval's ends."""
+
+
+@dataclass(frozen=True)
+class EffectEstimate:
+    """An effect with its 95 % interval over runs, drawn anew.
+
+    Args:
+        effect: the effect; NaN if it is not measured.
+        low: lower end of its interval; NaN without one.
+        high: upper end.
+        size: what the effect is to be compared with: the level of what it is a difference to. NaN
+            if there is none.
+    """
+
+    effect: float
+    low: float
+    high: float
+    size: float = np.nan
+
+    @property
+    def known(self) -> bool:
+        """Whether there is an effect with an interval."""
+        return bool(np.isfinite([self.effect, self.low, self.high]).all())
+
+
+NOT_KNOWN = EffectEstimate(np.nan, np.nan, np.nan)
+
+
+def measure(effect: Effect, runs: Resampled, count: Count) -> EffectEstimate:
+    """An effect of a study's table; `NOT_KNOWN` if the table does not have what it is about.
+
+    Args:
+        effect: the claim's effect.
+        runs: the table, resampled.
+        count: the way to count.
+    """
+    if isinstance(effect, Correlation):
+        return _correlation(effect, runs, count)
+    metric = effect.measure if isinstance(effect, OfGaits) else getattr(effect, "metric", "")
+    if metric not in runs.table.columns:
+        return NOT_KNOWN
+    cells = _DesignCells(runs, metric, count)
+    if isinstance(effect, Difference):
+        return cells.difference(effect.ours, effect.theirs, lowest=effect.lowest)
+    if isinstance(effect, OfGaits):
+        return cells.difference(effect.ours, effect.theirs)
+    if isinstance(effect, DoubleDifference):
+        return cells.gain(effect)
+    return NOT_KNOWN
+
+
+class _DesignCells:
+    """A metric by architecture, what it senses, and place in the design, [1 + resamples] each."""
+
+    def __init__(self, runs: Resampled, metric: str, count: Count) -> None:
+        self._count = count
+        models, values = runs.models, runs.values(metric, count)
+        self._range = np.nan
+        if np.isfinite(values[0]).any():
+            self._range = float(np.nanmax(values[0]) - np.nanmin(values[0]))
+        self._places: dict[tuple[str, str], dict[tuple, np.ndarray]] = {}
+        columns: dict[tuple, list[int]] = {}
+        for i, (architecture, senses, actuation, omega) in enumerate(
+            zip(
+                models.architecture.tolist(),
+                models.observation.tolist(),
+                models.actuation.tolist(),
+                models.omega_t.tolist(),
+                strict=True,
+            )
+        ):
+            if count.omega_t != ALL and np.isfinite(omega) and f"{omega:g}" != count.omega_t:
+                continue
+            place = (omega, DRIVES.get(actuation, "")) if np.isfinite(omega) else ANYWHERE
+            columns.setdefault((architecture, senses, place), []).append(i)
+        for (architecture, senses, place), at in columns.items():
+            found = mean_defined(values[:, at])
+            self._places.setdefault((architecture, senses), {})[place] = found
+        self._all = {
+            cell: mean_defined(
+                values[:, [i for key, at in columns.items() if key[:2] == cell for i in at]]
+            )
+            for cell in self._places
+        }
+
+    def _of(self, group: ArchitectureGroup) -> list[tuple[str, str]]:
+        return [
+            cell
+            for cell in self._places
+            if cell[0] in group.architectures and group.observation in ("", cell[1])
+        ]
+
+    def difference(
+        self, ours: ArchitectureGroup, theirs: ArchitectureGroup | None, *, lowest: bool = False
+    ) -> EffectEstimate:
+        """One group minus another."""
+        return _interval(*self._difference(ours, theirs, lowest=lowest))
+
+    def gain(self, effect: DoubleDifference) -> EffectEstimate:
+        """One difference minus another; its size is the second."""
+        (ours, _), (theirs, _) = (self._difference(*pair) for pair in (effect.ours, effect.theirs))
+        return _interval(ours - theirs, theirs)
+
+    def _difference(
+        self, ours: ArchitectureGroup, theirs: ArchitectureGroup | None, *, lowest: bool = False
+    ) -> tuple[np.ndarray, np.ndarray]:
+        mine, other = self._of(ours), [] if theirs is None else self._of(theirs)
+        if not mine or (theirs is not None and not other):
+            return np.full(1, np.nan), np.full(1, np.nan)
+        if self._count.average == FIGURE_2:
+            return self._normalised(mine, other, lowest)
+        places = [{p for cell in cells for p in self._places[cell]} for cells in (mine, other)]
+        shared = self._shared(*places) if other else sorted(places[0])
+        level = [self._at(mine, place) for place in shared]
+        base = (
+            [
+                self._least(other, place, shared) if lowest else self._at(other, place)
+                for place in shared
+            ]
+            if other
+            else [np.zeros(1)] * len(shared)
+        )
+        gaps = [a - b for a, b in zip(level, base, strict=True)]
+        # The designs that count are those that the runs as they are define.
+        used = [i for i, gap in enumerate(gaps) if np.isfinite(gap[0])]
+        if not used:
+            return np.full(1, np.nan), np.full(1, np.nan)
+        return _over([gaps[i] for i in used]), _over([base[i] for i in used])
+
+    def _shared(self, a: set[tuple], b: set[tuple]) -> list[tuple]:
+        """The places at which both are; what has none is at each of the other's."""
+        if a == {ANYWHERE} or b == {ANYWHERE}:
+            return sorted((a | b) - {ANYWHERE}) or [ANYWHERE]
+        return sorted((a & b) - {ANYWHERE})
+
+    def _at(self, cells: list[tuple[str, str]], place: tuple) -> np.ndarray:
+        there = [self._places[cell].get(place, self._places[cell].get(ANYWHERE)) for cell in cells]
+        # A small study may have a design of one architecture and not of another.
+        return _over([each for each in there if each is not None] or [np.full(1, np.nan)])
+
+    def _least(self, cells: list[tuple[str, str]], place: tuple, shared: list[tuple]) -> np.ndarray:
+        """At a place, the architecture that is lowest over all of them."""
+        means = _stacked([_over([self._at([cell], p) for p in shared]) for cell in cells])
+        known = np.where(np.isnan(means), np.inf, means)
+        here = _stacked([self._at([cell], place) for cell in cells])
+        return np.take_along_axis(here, known.argmin(axis=0)[None], axis=0)[0]
+
+    def _normalised(
+        self, mine: list[tuple[str, str]], other: list[tuple[str, str]], lowest: bool
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Differences of means over all models, over the metric's range."""
+        level = _over([self._all[cell] for cell in mine])
+        rows = [self._all[cell] for cell in other]
+        if not rows:
+            base = np.zeros_like(level)
+        elif lowest:
+            stacked = np.stack(rows)
+            base = np.where(np.isnan(stacked), np.inf, stacked).min(axis=0)
+        else:
+            base = _over(rows)
+        if not self._range > 0.0:
+            return np.full(1, np.nan), np.full(1, np.nan)
+        return (level - base) / self._range, base / self._range
+
+
+ANYWHERE = ()
+"""The place of what has neither ω_t nor an input of the actuation."""
+
+
+def _correlation(effect: Correlation, runs: Resampled, count: Count) -> EffectEstimate:
+    models = runs.models
+    if not {effect.a, effect.b} <= set(runs.table.columns):
+        return NOT_KNOWN
+    a, b = runs.values(effect.a, count), runs.values(effect.b, count)
+    if count.omega_t != ALL:
+        keep = np.array([f"{x:g}" == count.omega_t for x in models.omega_t])
+        a, b = a[:, keep], b[:, keep]
+    both = np.isfinite(a) & np.isfinite(b)
+    n = both.sum(axis=1)
+    if n[0] < MODELS:
+        return NOT_KNOWN
+    x, y = (np.where(both, each, 0.0) for each in (a, b))
+    x, y = (
+        np.where(both, each - each.sum(axis=1, keepdims=True) / n[:, None], 0.0) for each in (x, y)
+    )
+    scale = np.sqrt((x**2).sum(axis=1) * (y**2).sum(axis=1))
+    found = np.where(scale > 0.0, (x * y).sum(axis=1) / np.where(scale > 0.0, scale, 1.0), np.nan)
+    return _interval(found, np.full(1, 1.0))
+
+
+def _stacked(rows: list[np.ndarray], axis: int = 0) -> np.ndarray:
+    """Several [1 + resamples], or [1], as one array."""
+    return np.stack(np.broadcast_arrays(*rows), axis=axis)
+
+
+def _over(rows: list[np.ndarray]) -> np.ndarray:
+    """Mean of what is defined, of several [1 + resamples]."""
+    return mean_defined(_stacked(rows, axis=-1))
+
+
+def _interval(found: np.ndarray, base: np.ndarray) -> EffectEstimate:
+    drawn = found[1:][np.isfinite(found[1:])]
+    if not np.isfinite(found[0]) or len(drawn) < 0.5 * (len(found) - 1) or len(drawn) == 0:
+        return NOT_KNOWN
+    low, high = np.percentile(drawn, LEVEL)
+    return EffectEstimate(float(found[0]), float(low), float(high), float(base[0]))

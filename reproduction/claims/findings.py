@@ -1,0 +1,130 @@
+"""What comes of each claim under every way to count, and on which choices that depends."""
+
+from __future__ import annotations
+
+import itertools
+from collections import Counter
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from reproduction.claims.atomic import ALIKE, ATOMIC_CLAIMS, AtomicClaim
+from reproduction.claims.counting import CHOICES, Count, counts, differ_in
+from reproduction.claims.effects import OfGainMap, OfTrainings
+from reproduction.claims.estimates import EffectEstimate, measure
+from reproduction.claims.experiments import require_folder
+from reproduction.claims.kept import measure_kept
+from reproduction.claims.resampling import RESAMPLES, Resampled
+from reproduction.table import Table
+
+REPRODUCED, OPPOSITE = "reproduced", "opposite"
+TOO_SMALL, NOT_MEASURED, SHOWN = "too small to tell", "not measured", "shown"
+
+EVERYWHERE = Count()
+"""The count of an effect that is not of the study's table: there is one way."""
+
+
+def verdict(claim: AtomicClaim, found: EffectEstimate) -> str:
+    """What an effect says of a claim: `REPRODUCED` if its interval has the claimed sign, `OPPOSITE`
+    if it has the other, `TOO_SMALL` if it has both. That things are alike has none: `SHOWN`.
+
+    Example:
+        >>> verdict(ATOMIC_CLAIMS[0], EffectEstimate(0.2, 0.1, 0.3))
+        'reproduced'
+    """
+    if not found.known:
+        return NOT_MEASURED
+    if claim.sign == ALIKE:
+        return SHOWN
+    low, high = sorted((claim.sign * found.low, claim.sign * found.high))
+    if low > 0.0:
+        return REPRODUCED
+    return OPPOSITE if high < 0.0 else TOO_SMALL
+
+
+@dataclass(frozen=True)
+class Finding:
+    """A claim's effect in every way to count.
+
+    Args:
+        claim: the claim.
+        by_count: the effect by the way to count, the study's own way first.
+    """
+
+    claim: AtomicClaim
+    by_count: Mapping[Count, EffectEstimate]
+
+    @property
+    def verdicts(self) -> dict[Count, str]:
+        """The verdict by the way to count."""
+        return {count: verdict(self.claim, found) for count, found in self.by_count.items()}
+
+    @property
+    def tally(self) -> Counter[str]:
+        """How many ways to count have which verdict."""
+        return Counter(self.verdicts.values())
+
+    @property
+    def is_robust(self) -> bool:
+        """Whether several ways to count all decide it, and alike."""
+        return len(self.by_count) > 1 and set(self.tally) in ({REPRODUCED}, {OPPOSITE})
+
+    @property
+    def outcome(self) -> str:
+        """One verdict for all ways to count.
+
+        The verdict itself if all that measure it have it; "reproduced, or too small to tell" if
+        some have that and none the opposite, and the other way round; "depends on" and the choices
+        if both signs are found.
+        """
+        found = self.tally
+        if found[REPRODUCED] and found[OPPOSITE]:
+            words = [CHOICES[name] for name in self.depends_on] or ["several choices together"]
+            return f"depends on {', '.join(words)}"
+        for word in (REPRODUCED, OPPOSITE):
+            if found[word]:
+                return f"{word}, or {TOO_SMALL}" if found[TOO_SMALL] else word
+        return next((word for word in (TOO_SMALL, SHOWN) if found[word]), NOT_MEASURED)
+
+    @property
+    def depends_on(self) -> tuple[str, ...]:
+        """The choices that turn it: two ways that differ in this alone find opposite signs."""
+        found = set()
+        for (a, one), (b, other) in itertools.combinations(self.verdicts.items(), 2):
+            apart = differ_in(a, b)
+            if len(apart) == 1 and {one, other} == {REPRODUCED, OPPOSITE}:
+                found.add(apart[0])
+        return tuple(name for name in CHOICES if name in found)
+
+
+def findings(
+    table: Table,
+    experiments: Path | None = None,
+    claims: Iterable[AtomicClaim] = ATOMIC_CLAIMS,
+    resamples: int = RESAMPLES,
+    ways: Iterable[Count] | None = None,
+) -> list[Finding]:
+    """Every claim's effect in every way to count.
+
+    Args:
+        table: the study's runs, or their episodes. Experiments beside the paper's models decide
+            nothing.
+        experiments: folder of the experiments' tables (Figs. 3 and 4, number of parameters).
+        claims: which claims.
+        resamples: how often the runs are drawn anew.
+        ways: the ways to count; all that the table allows by default.
+
+    Raises:
+        TegotaeError: if there is no such folder, or a table in it cannot be read.
+    """
+    require_folder(experiments)
+    runs = Resampled(table.of_the_paper(), resamples)
+    ways = list(counts(runs.table) if ways is None else ways)
+    found = []
+    for claim in claims:
+        if isinstance(claim.effect, OfTrainings | OfGainMap):
+            by_count = {EVERYWHERE: measure_kept(claim.effect, experiments)}
+        else:
+            by_count = {count: measure(claim.effect, runs, count) for count in ways}
+        found.append(Finding(claim, by_count))
+    return found

@@ -1,0 +1,152 @@
+"""Effects of the experiments beside the study, from their tables."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from reproduction.claims.effects import OfGainMap, OfTrainings
+from reproduction.claims.estimates import LEVEL, NOT_KNOWN, EffectEstimate
+from reproduction.claims.experiments import (
+    LOSSES,
+    PARAMETERS,
+    RESONANCES,
+    RIDGES,
+    read_losses,
+    read_resonances,
+    read_ridges,
+    read_trainings,
+)
+from tegotae.analysis.ridge import line
+from tegotae.measures.hopping.statistics import Interval, stratified_difference
+from tegotae.measures.objectives.objective import FAILED_FITNESS
+from tegotae.training.curves import groups, read_curves
+
+_MAPS = {"resonance_shift": RESONANCES, "loss": LOSSES}
+_RESAMPLES = 4000
+
+
+def measure_kept(effect: OfTrainings | OfGainMap, folder: Path | None) -> EffectEstimate:
+    """An effect of the experiments' tables in a folder; `NOT_KNOWN` of a table that is not there.
+
+    Args:
+        effect: the claim's effect.
+        folder: where the tables are.
+
+    Raises:
+        TegotaeError: if a table cannot be read.
+    """
+    if folder is None:
+        return NOT_KNOWN
+    if isinstance(effect, OfGainMap):
+        path = folder / _MAPS.get(effect.measure, RIDGES)
+    else:
+        path = folder / effect.table
+    if not path.exists():
+        return NOT_KNOWN
+    if isinstance(effect, OfGainMap):
+        of = {"resonance_shift": _of_resonances, "loss": _of_losses}.get(effect.measure, _of_ridges)
+        return of(effect, folder)
+    return _of_curves(effect, path) if effect.metric == "cot_inverse" else _of_sizes(path)
+
+
+def _of_curves(effect: OfTrainings, path: Path) -> EffectEstimate:
+    """CoT⁻¹ late in training, one algorithm minus another, averaged over the policies."""
+    found = groups(read_curves([path]))
+    both = (effect.ours, effect.theirs)
+    models = dict.fromkeys(model for model, _ in found)
+    pairs = [
+        (
+            [run.late_mean() for run in found[model, effect.ours]],
+            [run.late_mean() for run in found[model, effect.theirs]],
+        )
+        for model in models
+        if all((model, algorithm) in found for algorithm in both)
+    ]
+    size = float(np.mean([np.mean(theirs) for _, theirs in pairs])) if pairs else np.nan
+    return _of_interval(stratified_difference(pairs), size)
+
+
+def _of_sizes(path: Path) -> EffectEstimate:
+    """Best fitness of more parameters than the paper could train, minus that of fewer.
+
+    At equal settings, averaged over these. A rollout that failed counts as an untrained one.
+    """
+    trainings = read_trainings(path)
+    pairs = []
+    for way in dict.fromkeys(each.way for each in trainings):
+        own = [each for each in trainings if each.way == way]
+        start = [t.untrained_fitness for t in own if t.untrained_fitness > 0.5 * FAILED_FITNESS]
+        if not start:
+            continue
+        least = float(np.median(start))
+        more, fewer = (
+            [max(t.fitness, least) for t in own if (t.parameters > PARAMETERS) == large]
+            for large in (True, False)
+        )
+        pairs.append((more, fewer))
+    pairs = [pair for pair in pairs if all(pair)]
+    size = float(np.mean([np.mean(fewer) for _, fewer in pairs])) if pairs else np.nan
+    return _of_interval(stratified_difference(pairs), size)
+
+
+def _of_interval(found: Interval, size: float) -> EffectEstimate:
+    return EffectEstimate(found.mean, found.low, found.high, size)
+
+
+def _of_ridges(effect: OfGainMap, folder: Path) -> EffectEstimate:
+    """Slope of the ridge's line, or the share of its variance that the line explains."""
+    ridges = read_ridges(folder)
+    lines = {name: _line(*ridges[name]) for name in (effect.ours, effect.theirs) if name}
+    if effect.measure == "slope":
+        found, size = lines[effect.ours]["slope"], lines[effect.ours]["r_squared"][0]
+    else:
+        base = lines[effect.theirs]["r_squared"] if effect.theirs else np.zeros(1)
+        found, size = lines[effect.ours]["r_squared"] - base, base[0]
+    return _of_draws(found, size)
+
+
+def _of_resonances(effect: OfGainMap, folder: Path) -> EffectEstimate:
+    """Spread of the best frequency over the gains (standard deviation), less another's."""
+    found = read_resonances(folder)
+    ours, theirs = (_drawn(found[name]).std(axis=1) for name in (effect.ours, effect.theirs))
+    return _of_draws(ours - theirs, theirs[0])
+
+
+def _of_losses(effect: OfGainMap, folder: Path) -> EffectEstimate:
+    """Mean loss over the frequencies, of both actuations alike."""
+    found = read_losses(folder)
+    each = [_drawn(lost).mean(axis=1) for lost in found.values()]
+    return _of_draws(np.mean(each, axis=0), np.nan)
+
+
+def _drawn(values: np.ndarray) -> np.ndarray:
+    """Values as they are, and drawn anew, [1 + resamples, values]; NaN of fewer than three."""
+    n = len(values)
+    if n < 3:
+        return np.full((1 + _RESAMPLES, 1), np.nan)
+    drawn = np.random.default_rng(0).integers(0, n, (_RESAMPLES, n))
+    return values[np.concatenate([np.arange(n)[None], drawn])]
+
+
+def _of_draws(found: np.ndarray, size: float) -> EffectEstimate:
+    drawn = found[1:][np.isfinite(found[1:])]
+    if not np.isfinite(found[0]) or len(drawn) == 0:
+        return NOT_KNOWN
+    low, high = np.percentile(drawn, LEVEL)
+    return EffectEstimate(float(found[0]), float(low), float(high), float(size))
+
+
+def _line(omega: np.ndarray, sigma: np.ndarray) -> dict[str, np.ndarray]:
+    """The line through a ridge, and through its frequencies drawn anew, [1 + resamples] each."""
+    defined = np.isfinite(sigma)
+    omega, sigma = omega[defined], sigma[defined]
+    n = len(omega)
+    if n < 3:
+        nothing = np.full(1 + _RESAMPLES, np.nan)
+        return {"slope": nothing, "r_squared": nothing}
+    drawn = np.random.default_rng(0).integers(0, n, (_RESAMPLES, n))
+    drawn = np.concatenate([np.arange(n)[None], drawn])
+    slope, _, r_squared = line(omega[drawn], sigma[drawn])
+    return {"slope": slope, "r_squared": r_squared}

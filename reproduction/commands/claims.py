@@ -1,0 +1,93 @@
+"""`python -m reproduction claims`: what results say of each of the paper's claims."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import tyro
+
+from tegotae._support.files import output_folder, write_atomically
+from tegotae.cli.options import UNSET
+
+if TYPE_CHECKING:
+    from reproduction.claims.findings import Finding
+
+
+@dataclass(frozen=True)
+class StudyClaims:
+    """Evaluate the paper's claims one by one, in every way of counting the results."""
+
+    source: Annotated[Path, tyro.conf.Positional]
+    """A table of `python -m reproduction export` (.csv), or a study's folder."""
+    out: Annotated[Path | None, UNSET] = None
+    """Folder for claims.md, claims.png, and effects.csv with the effect of every claim in every way
+    of counting."""
+    experiments: Annotated[Path | None, UNSET] = None
+    """Folder of the experiments beside the study: figure3.csv, parameter_limit.csv and
+    gain_map.ridge.csv."""
+    budgets: Annotated[Path | None, UNSET] = None
+    """Table of the same runs by training budget (.csv), from `python -m reproduction export`; a
+    study's folder contains it."""
+    sampled: Annotated[Path | None, UNSET] = None
+    """Table of controllers drawn from the final distribution of each run (.csv), from `tegotae
+    study export`; it adds a way of counting. A study's folder contains it."""
+    beside: Annotated[tuple[Path, ...], UNSET] = ()
+    """Tables of other studies (.csv), with outcomes to show beside. Drawn controllers
+    (RUNS-sampled.csv for RUNS.csv) and experiments are read from the folder of each table."""
+    readings: Annotated[Path | None, UNSET] = None
+    """Folder of a multiverse's tables, from `python -m reproduction readings export`. It adds the
+    number of readings with each verdict."""
+
+    def run(self) -> None:
+        """Judge, print, and write if asked to."""
+        from reproduction.claims.budgets import by_budget
+        from reproduction.claims.counting import Count, with_sampled
+        from reproduction.claims.effect_table import effects_csv
+        from reproduction.claims.findings import findings
+        from reproduction.commands.study import tables_of
+        from reproduction.figures.claims import claims_figure, has_effects
+        from reproduction.readings.tables import read_tables
+        from reproduction.report.atomic import beside_table, by_budget_table, outcomes_table
+        from reproduction.report.multiverse import READINGS_COLUMN, counts_by_claim
+        from tegotae.figures.style import save_figure
+
+        tables = tables_of(self.source, self.budgets, self.sampled)
+        found = findings(with_sampled(tables.runs, tables.sampled), self.experiments)
+        beside = {path.stem: _beside(path) for path in self.beside}
+        for each in found:
+            print(f"{each.claim.name:26} {each.outcome}")
+        if self.out is None:
+            return
+        texts = {"claims.md": outcomes_table(found), "effects.csv": effects_csv(found)}
+        texts |= {f"effects-{name}.csv": effects_csv(each) for name, each in beside.items()}
+        columns = {}
+        if self.readings is not None:
+            columns[READINGS_COLUMN] = counts_by_claim(read_tables(self.readings)[1])
+        if beside or columns:
+            texts["claims-beside.md"] = beside_table(found, beside, columns)
+        if tables.budgets is not None:
+            after = {
+                name: findings(runs, ways=[Count()])
+                for name, runs in by_budget(tables.budgets, tables.runs).items()
+            }
+            texts["claims-by-budget.md"] = by_budget_table(after)
+        output_folder(self.out)
+        for name, text in texts.items():
+            write_atomically(self.out / name, text)
+        pictures = {"claims.png": claims_figure(found)} if has_effects(found) else {}
+        for name, figure in pictures.items():
+            save_figure(figure, self.out / name)
+        print(f"wrote {', '.join([*texts, *pictures])} to {self.out}")
+
+
+def _beside(path: Path) -> list[Finding]:
+    """What another study's table says; experiments of another body say nothing of its own."""
+    from reproduction.claims.counting import with_sampled
+    from reproduction.claims.findings import findings
+    from reproduction.export import read_csv
+
+    drawn = path.with_name(f"{path.stem}-sampled{path.suffix}")
+    runs = with_sampled(read_csv(path), read_csv(drawn) if drawn.exists() else None)
+    return findings(runs, path.parent)

@@ -1,0 +1,78 @@
+"""`python -m reproduction gain-map`: CoT⁻¹ over gain and frequency (Fig. 4)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from tegotae._support.limits import MOST_RAD_PER_S
+from tegotae.cli.figure.output import Output
+from tegotae.cli.options import HopperOptions, OscillatorOption, WorkOption
+from tegotae.simulation.rollout import Timing
+from tegotae.systems.presets import preset
+
+if TYPE_CHECKING:
+    from tegotae.analysis import Ridge
+
+
+@dataclass(frozen=True, kw_only=True)
+class GainMap(Output, WorkOption, OscillatorOption, HopperOptions):
+    """CoT⁻¹ A and B over gain σ and frequency ω, for sector and reflex actuation (Fig. 4)."""
+
+    sigma: tuple[float, float] = (0.0, 12.0)
+    """Range of the gain σ [rad/(s N)]."""
+    omega: tuple[float, float] = (2.0, 10.0)
+    """Range of the frequency ω [rad/s]."""
+    resolution: int = 100
+    """Points along either axis."""
+    duration: float = 40.0
+    """Simulated time [s]; an unsettled gait counts as one without limit cycle."""
+
+    def run(self) -> None:
+        """Compute, write, and print the fits."""
+        from reproduction.figures.gain_map import gain_map_figure, gain_map_tables
+        from tegotae.analysis import (
+            axis,
+            find_ridge,
+            one_to_one_ridge,
+            sweep_gain,
+        )
+        from tegotae.measures.optimum import has_table
+
+        self.check_out()
+        sigma = axis("sigma", *self.sigma, self.resolution)
+        omega = axis("omega", *self.omega, self.resolution, most=MOST_RAD_PER_S)
+        timing, body = Timing(duration_s=self.duration), self.hopper()
+        sweeps = {
+            name: sweep_gain(
+                preset(self.preset).controller(name, self.rhythm),
+                sigma,
+                omega,
+                body,
+                timing=timing,
+                work=self.work,
+            )
+            for name in ("sector", "reflex")
+        }
+        ridges = {name: one_to_one_ridge(sweep) for name, sweep in sweeps.items()}
+        for name, sweep in sweeps.items():
+            print(f"{name}, one turn a hop: {_fit(ridges[name])}")
+            overall = find_ridge(sigma, omega, sweep.outcome.cot_inverse)
+            print(f"{name}, all limit cycles: {_fit(overall)}")
+        figure = gain_map_figure(sweeps, ridges, optimum=has_table(body, self.work))
+        self.write(figure, gain_map_tables(sweeps, ridges))
+
+
+def _fit(ridge: Ridge) -> str:
+    """A ridge's line in words: slope ± standard error, R² and its 95 % interval, its points."""
+    fitted, censored = int((~ridge.censored).sum()), int(ridge.censored.sum())
+    left_out = f"; {censored} more have their best gain at the map's edge" if censored else ""
+    if not np.isfinite(ridge.slope):
+        return f"too few frequencies with a best gain for a line: {fitted}{left_out}"
+    low, high = ridge.r_squared_interval
+    return (
+        f"best σ = {ridge.intercept:.3g} + ({ridge.slope:.3g} ± {ridge.slope_error:.2g}) ω, "
+        f"R² = {ridge.r_squared:.3f} [{low:.3f}, {high:.3f}], {fitted} frequencies{left_out}"
+    )

@@ -1,0 +1,172 @@
+"""`python -m reproduction readings`: the claims under many readings of the paper."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import tyro
+
+from tegotae._support.devices import require_workers
+from tegotae._support.errors import TegotaeError
+from tegotae._support.files import output_folder, write_atomically
+from tegotae.cli.figure.output import PictureFormat
+from tegotae.cli.options import UNSET
+
+if TYPE_CHECKING:
+    from reproduction.readings.readings import Reading
+    from reproduction.readings.verdicts import FindingsByReading
+
+
+@dataclass(frozen=True)
+class MultiverseRun:
+    """Train and evaluate the missing models of a multiverse; run it again to continue."""
+
+    dir: Path
+    """The multiverse's folder."""
+    scale: str = "calibrated"
+    """Extent of the multiverse: calibrated (24 readings under which V agrees with the paper, 24
+    models, 8 runs each), full (32 of all possible readings, 4 runs each) or smoke (seconds)."""
+    readings: Annotated[int | None, UNSET] = None
+    """Number of readings; a larger number includes those of a smaller one. By default the
+    scale's."""
+    workers: Annotated[int | None, UNSET] = None
+    """Number of worker processes with one core each; by default one per core."""
+    cluster: Annotated[str | None, UNSET] = None
+    """Address of a Dask scheduler, or local."""
+    anew: bool = False
+    """Start again, and move an existing multiverse to a folder beside this one."""
+
+    def run(self) -> None:
+        """Do what is missing."""
+        from functools import partial
+
+        from reproduction import runner
+        from reproduction.readings.folder import MultiverseFolder
+        from reproduction.readings.plan import UNITS_PER_BUNDLE, multiverse
+
+        plan = multiverse(self.scale, self.readings)
+        if self.workers is not None:
+            require_workers(self.workers)
+        results = partial(runner.on_cores, workers=self.workers)
+        if self.cluster is not None:
+            from reproduction.cluster import on_cluster
+
+            results = on_cluster(self.cluster)
+        folder = MultiverseFolder(self.dir)
+        total = runner.run(plan, folder, results, UNITS_PER_BUNDLE, anew=self.anew)
+        print(
+            f"{total} records in {self.dir}; next: "
+            f"python -m reproduction readings figures {self.dir} --out FOLDER"
+        )
+
+
+@dataclass(frozen=True)
+class MultiverseStatus:
+    """Show the state of a multiverse's folder."""
+
+    dir: Path
+    """The multiverse's folder."""
+    readings: Annotated[int | None, UNSET] = None
+    """Number of readings; by default the scale's."""
+
+    def run(self) -> None:
+        """Print it."""
+        from reproduction.readings.folder import MultiverseFolder, is_whole, tables
+        from reproduction.unit import key_of
+
+        folder = MultiverseFolder(self.dir)
+        plan = folder.plan(self.readings)
+        records, damaged = folder.all()
+        whole = sum(is_whole(plan, table) for table in tables(plan, records).values())
+        keys = {unit.key for unit in plan.units}
+        done = sum(key_of(record.configuration) in keys for record in records)
+        print(
+            f"scale {plan.scale}: {done} of {len(keys)} models done, "
+            f"{whole} of {plan.readings} readings complete"
+        )
+        for message in damaged:
+            print(message)
+
+
+@dataclass(frozen=True)
+class MultiverseExport:
+    """Write two tables: the readings, and the effects of every claim under each reading."""
+
+    dir: Path
+    """The multiverse's folder."""
+    out: Path
+    """Folder for readings.csv and effects.csv."""
+    readings: Annotated[int | None, UNSET] = None
+    """Number of readings; by default the scale's."""
+
+    def run(self) -> None:
+        """Write them."""
+        from reproduction.readings.tables import EFFECTS, READINGS, write_tables
+
+        readings, found = _findings(self.dir, self.readings)
+        write_tables(readings, found, self.out)
+        print(f"wrote {READINGS}, {EFFECTS} to {self.out}")
+
+
+@dataclass(frozen=True)
+class MultiverseFigures(PictureFormat):
+    """Draw the share of readings that reproduce each claim, and the decisive choices."""
+
+    source: Annotated[Path, tyro.conf.Positional]
+    """A multiverse's folder, or a folder of `python -m reproduction readings export`."""
+    out: Path
+    """Folder for pictures and for multiverse.md."""
+    omega: str = "both"
+    """Frequency ω_t of the verdicts: both, 4 or 8 rad/s."""
+
+    def run(self) -> None:
+        """Draw."""
+        from reproduction.figures.multiverse import curve_figure, overview_figure
+        from reproduction.readings.influence import decisive, influences
+        from reproduction.readings.tables import READINGS, read_tables
+        from reproduction.readings.verdicts import CLAIMS, of_claim
+        from reproduction.report.multiverse import shares_table
+        from tegotae.figures.style import save_figure
+
+        exported = (self.source / READINGS).exists()
+        readings, found = read_tables(self.source) if exported else _findings(self.source)
+        known = sorted({omega for by_omega in found.values() for omega in by_omega})
+        if self.omega not in known:
+            raise TegotaeError(f"omega is {self.omega!r}; it must be one of {', '.join(known)}")
+        figures = {f"multiverse.{self.format}": overview_figure(readings, found, self.omega)}
+        for claim in CLAIMS:
+            each = of_claim(found, claim.name, self.omega)
+            if each and (claim.headline or decisive(influences(readings, each))):
+                figures[f"{claim.name}.{self.format}"] = curve_figure(readings, each)
+        output_folder(self.out)
+        for name, figure in figures.items():
+            save_figure(figure, self.out / name)
+        text = shares_table(readings, found, self.omega)
+        write_atomically(self.out / "multiverse.md", text)
+        print(f"wrote {', '.join(figures)}, multiverse.md to {self.out}")
+
+
+def _findings(path: Path, count: int | None = None) -> tuple[list[Reading], FindingsByReading]:
+    from reproduction.readings.folder import MultiverseFolder, is_whole, tables
+    from reproduction.readings.verdicts import findings_by_reading
+
+    folder = MultiverseFolder(path)
+    plan = folder.plan(count)
+    records, damaged = folder.all()
+    for message in damaged:
+        print(message)
+    found = tables(plan, records)
+    if not found:
+        raise TegotaeError(
+            f"{path} holds no result yet; first: python -m reproduction readings run"
+        )
+    whole = sum(is_whole(plan, table) for table in found.values())
+    if whole < plan.readings:
+        print(
+            f"{whole} of {plan.readings} readings are complete; of the others, only claims "
+            "count that have all of their models"
+        )
+    by_reading = findings_by_reading(found, models=plan.models)
+    return [reading for reading, _ in plan.by_reading], by_reading

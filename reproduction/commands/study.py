@@ -1,0 +1,344 @@
+"""`python -m reproduction`: the whole study, from one command that survives anything."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from itertools import chain
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import tyro
+
+from reproduction.folder import Folder
+from reproduction.plan import Plan, plan
+from reproduction.record import Record
+from tegotae._support.devices import require_workers
+from tegotae._support.errors import TegotaeError
+from tegotae._support.files import output_file, output_folder, write_atomically
+from tegotae.cli.figure.output import PictureFormat
+from tegotae.cli.options import UNSET, ExperimentOptions, Several, experiments_at, settings_named
+from tegotae.measures.hopping.check import check_metric
+from tegotae.measures.hopping.registry import names
+from tegotae.training.algorithms import Algorithm
+
+if TYPE_CHECKING:
+    from reproduction.table import Table
+
+
+@dataclass(frozen=True, kw_only=True)
+class StudyRun(ExperimentOptions):
+    """Train and evaluate the missing models of a study; run it again to continue."""
+
+    dir: Path
+    """The study's folder."""
+    scale: str = "quick"
+    """Extent of the study: smoke (seconds), quick (all architectures, few runs), paper (218 models,
+    15 runs, to the plateau) or paper-80x16 (the same with the paper's budget)."""
+    models: Annotated[Several, UNSET] = ()
+    """Only models with these names, with * and ? as in a shell; an empty text for none."""
+    experiments: Annotated[Several, UNSET] = ()
+    """Experiments of your own beside the models: FILE.py:OBJECT or MODULE:OBJECT, for an experiment
+    or a list, or a file of documents (.json). Other options apply to models only."""
+    algorithm: Annotated[str | None, UNSET] = None
+    """Learning algorithm: a name such as cma-es, or your own, FILE.py:OBJECT; by default the
+    scale's."""
+    seeds: Annotated[int | None, UNSET] = None
+    """Number of runs per experiment; by default the scale's."""
+    workers: Annotated[int | None, UNSET] = None
+    """Number of worker processes with one core each; by default one per core."""
+    cluster: Annotated[str | None, UNSET] = None
+    """Address of a Dask scheduler, or local."""
+    anew: bool = False
+    """Start again, and move an existing study to a folder beside this one."""
+
+    def run(self) -> None:
+        """Do what is missing."""
+        from functools import partial
+
+        from reproduction import runner
+
+        chosen = self.plan
+        if self.workers is not None:
+            require_workers(self.workers)
+        results = partial(runner.on_cores, workers=self.workers)
+        if self.cluster is not None:
+            from reproduction.cluster import on_cluster
+
+            results = on_cluster(self.cluster)
+        total = runner.run(chosen, self.dir, results, anew=self.anew)
+        print(
+            f"{total} records in {self.dir}; next: python -m reproduction report --dir {self.dir}"
+        )
+
+    @property
+    def plan(self) -> Plan:
+        """The plan of the run."""
+        others = [each for name in chain(*self.experiments) for each in experiments_at(name)]
+        own = {each.name for each in others}
+        whole = plan(self.scale, [*chain(*self.models)] if self.models else "*", others)
+        experiments = [e if e.name in own else self.applied(e) for e in whole.experiments]
+        for experiment in experiments:
+            experiment.check()
+        for metric in whole.metrics:
+            check_metric(metric)
+        settings: dict[str, Any] = {} if self.seeds is None else {"seeds": self.seeds}
+        if self.algorithm is not None:
+            settings["algorithm"] = settings_named(self.algorithm, (Algorithm,))
+        return replace(whole, experiments=tuple(experiments), **settings)
+
+
+@dataclass(frozen=True)
+class StudyStatus:
+    """Show the state of a study's folder."""
+
+    dir: Path
+    """The study's folder."""
+
+    def run(self) -> None:
+        """Print it."""
+        folder = Folder(self.dir)
+        document = folder.document
+        whole = [unit.run.experiment.name for unit in plan(document["scale"]).units]
+        models = list(dict.fromkeys([*whole, *document["experiments"]]))
+        records, damaged = folder.all()
+        found = {record.model for record in records}
+        missing = [name for name in models if name not in found]
+        done = len(models) - len(missing)
+        print(f"scale {document['scale']}: {done} of {len(models)} models done")
+        if missing:
+            print(f"missing: {', '.join(missing[:8])}{' ...' if len(missing) > 8 else ''}")
+        for message in damaged:
+            print(message)
+
+
+@dataclass(frozen=True)
+class StudyReport:
+    """Write the study's report: one self-contained HTML page."""
+
+    dir: Path
+    """The study's folder."""
+    out: Annotated[Path | None, UNSET] = None
+    """File of the report; by default report.html in the study's folder."""
+    experiments: Annotated[Path | None, UNSET] = None
+    """Folder of the experiments beside the study: figure3, parameter_limit and gain_map, as .csv
+    and .png. Without it the report names the commands that run them."""
+
+    def run(self) -> None:
+        """Write it, and say where it is."""
+        from reproduction.about import about
+        from reproduction.report.page import report
+        from reproduction.table import tabulate_budgets
+
+        folder = Folder(self.dir)
+        records, document = _records(folder), folder.document
+        path = output_file(self.out or self.dir / "report.html")
+        described = about(document, len(records))
+        write_atomically(
+            path, report(records, described, self.experiments, tabulate_budgets(records))
+        )
+        print(f"The report is {path.resolve()}")
+
+
+@dataclass(frozen=True)
+class StudyExport:
+    """Write the study's results as a table with a row per model and run."""
+
+    dir: Path
+    """The study's folder."""
+    out: Path
+    """File of the table: .csv or .parquet."""
+    budgets: Annotated[Path | None, UNSET] = None
+    """File of a second table, with a row per model, run and training budget."""
+    sampled: Annotated[Path | None, UNSET] = None
+    """File of the same table for controllers drawn from the final distribution of each run."""
+
+    def run(self) -> None:
+        """Write it."""
+        from reproduction.export import write_csv, write_parquet
+        from reproduction.table import tabulate, tabulate_budgets, tabulate_sampled
+
+        writers = {".csv": write_csv, ".parquet": write_parquet}
+        for path in filter(None, (self.out, self.budgets, self.sampled)):
+            if path.suffix not in writers:
+                raise TegotaeError(f"cannot write a table as {path.name!r}; use .csv or .parquet")
+        records = _records(Folder(self.dir))
+        writers[self.out.suffix](tabulate(records), self.out)
+        if self.sampled is not None:
+            writers[self.sampled.suffix](tabulate_sampled(records), self.sampled)
+        if self.budgets is not None:
+            table = tabulate_budgets(records)
+            if table is None:
+                raise TegotaeError(
+                    f"{self.dir} was evaluated at the end of training alone; no {self.budgets}"
+                )
+            writers[self.budgets.suffix](table, self.budgets)
+
+
+@dataclass(frozen=True)
+class StudyZoo:
+    """Write the trained controllers of a study to one small file, for names such as zoo:ART."""
+
+    dir: Path
+    """The study's folder."""
+    name: str
+    """Name of the study, as in zoo:NAME:ART."""
+    out: Path
+    """File of the controllers (.npz); their names are then zoo:FILE:MODEL/RUN."""
+
+    def run(self) -> None:
+        """Write it, and say how to use it."""
+        from reproduction.zoo import entries
+        from tegotae.systems.zoo import SUFFIX, ZooName, open_zoo, write
+
+        if self.out.suffix != SUFFIX:
+            raise TegotaeError(f"cannot write controllers as {self.out.name!r}; use {SUFFIX}")
+        if not self.name.replace("-", "").isalnum():
+            raise TegotaeError(f"the name is {self.name!r}; it must be letters, digits and hyphens")
+        write(output_file(self.out), self.name, entries(_records(Folder(self.dir))))
+        zoo = open_zoo(self.out)
+        first = ZooName(str(self.out), next(iter(zoo.models)), "")
+        print(
+            f"{self.out}: {sum(zoo.models.values())} controllers of {len(zoo.models)} models, "
+            f"{self.out.stat().st_size / 1e6:.2g} MB; try: tegotae simulate {first}"
+        )
+
+
+@dataclass(frozen=True)
+class StudyFigures(PictureFormat):
+    """Draw Figs. 2 and 5 and learning curves from an exported table or a study's folder."""
+
+    source: Annotated[Path, tyro.conf.Positional]
+    """A table of `python -m reproduction export` (.csv), or a study's folder, which also has the
+    controllers (Fig. 5) and the learning curves."""
+    out: Path
+    """Folder for pictures and tables."""
+    budgets: Annotated[Path | None, UNSET] = None
+    """Table of the same runs by training budget (.csv), from `python -m reproduction export`; a
+    study's folder contains it."""
+
+    def run(self) -> None:
+        """Draw."""
+        from reproduction.claims.budgets import by_budget
+        from reproduction.claims.counting import Count
+        from reproduction.claims.findings import findings
+        from reproduction.endings import endings_by_architecture
+        from reproduction.export import csv_of
+        from reproduction.figures.budgets import budgets_figure, drawn_claims
+        from reproduction.figures.figure5 import policies_figure, policies_table, policy_panels
+        from reproduction.figures.study import (
+            architectures_figure,
+            correlation_figure,
+            pictograms_figure,
+        )
+        from reproduction.report import convergence
+        from reproduction.report.markdown import endings_table
+        from reproduction.table import Table
+        from tegotae.figures.style import save_figure
+
+        tables = tables_of(self.source, self.budgets)
+        table, budgets = tables.runs, tables.budgets
+        records = _records(Folder(self.source)) if self.source.is_dir() else []
+        texts = {"endings.md": endings_table(endings_by_architecture(table))}
+        figures = {
+            "architectures": pictograms_figure(table),
+            "metrics": architectures_figure(table),
+            "correlations": correlation_figure(table),
+        }
+        if budgets is not None:
+            after = {
+                name: findings(runs, ways=[Count()])
+                for name, runs in by_budget(budgets, table).items()
+            }
+            if drawn_claims(after):
+                figures["budgets"] = budgets_figure(after)
+        for omega, figure in convergence.figures(records).items():
+            figures[f"convergence-w{omega}"] = figure
+        panels = policy_panels(records, table)
+        if panels:
+            figures["figure5"] = policies_figure(panels)
+            texts["figure5.md"] = policies_table(panels)
+        if records:
+            texts["convergence.csv"] = csv_of(Table(convergence.table(records)))
+        output_folder(self.out)
+        figures = {f"{name}.{self.format}": figure for name, figure in figures.items()}
+        for name, figure in figures.items():
+            save_figure(figure, self.out / name)
+        for name, text in texts.items():
+            write_atomically(self.out / name, text)
+        print(f"wrote {', '.join([*figures, *texts])} to {self.out}")
+
+
+@dataclass(frozen=True)
+class StudyMerge:
+    """Copy records of the same study from another folder."""
+
+    source: Annotated[Path, tyro.conf.Positional]
+    """Folder to copy from."""
+    dir: Path
+    """Folder to copy to."""
+
+    def run(self) -> None:
+        """Copy, and say how many."""
+        from reproduction.export import merge
+
+        copied = merge(Folder(self.source), Folder(self.dir))
+        print(f"{copied} records copied to {self.dir}")
+
+
+@dataclass(frozen=True)
+class StudyTables:
+    """A study's tables, from its folder or from files.
+
+    Args:
+        runs: a row a run, at the end of training.
+        budgets: the same after each budget of training, if there is one.
+        sampled: the same of the controllers drawn from the final distributions, if there is one.
+    """
+
+    runs: Table
+    budgets: Table | None = None
+    sampled: Table | None = None
+
+
+def tables_of(
+    source: Path, budgets: Path | None = None, sampled: Path | None = None
+) -> StudyTables:
+    """The tables of a study.
+
+    Args:
+        source: an exported table, or a study's folder.
+        budgets: the exported table of budgets; a folder has its own.
+        sampled: the exported table of drawn controllers; a folder has its own.
+
+    Raises:
+        TegotaeError: if one cannot be read.
+    """
+    from reproduction.export import read_csv
+    from reproduction.table import tabulate, tabulate_budgets, tabulate_sampled
+
+    if source.is_dir():
+        records = _records(Folder(source))
+        own = StudyTables(tabulate(records), tabulate_budgets(records), tabulate_sampled(records))
+    else:
+        own = StudyTables(read_csv(source))
+    return StudyTables(
+        own.runs,
+        own.budgets if budgets is None else read_csv(budgets),
+        own.sampled if sampled is None else read_csv(sampled),
+    )
+
+
+def _records(folder: Folder) -> list[Record]:
+    records, damaged = folder.all()
+    for message in damaged:
+        print(message)
+    if not records:
+        raise TegotaeError(f"{folder.path} holds no records yet; first: python -m reproduction run")
+    if unknown := sorted(set(folder.document.get("metrics", [])).difference(names())):
+        print(f"{', '.join(unknown)}: no metric known here; to draw it, give --parts FILE.py")
+    for name in {name: None for record in records for name in record.software}:
+        versions = sorted({record.software.get(name, "none") for record in records})
+        if len(versions) > 1:
+            what = f"with different versions of {name}"
+            print(f"the records were made {what}: {', '.join(versions)}")
+    return records

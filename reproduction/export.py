@@ -1,0 +1,132 @@
+"""The study's table as files, and two folders made one."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import jax
+import numpy as np
+
+from reproduction.folder import Folder
+from reproduction.plan import united
+from reproduction.record import Record, write
+from reproduction.table import Table
+from reproduction.unit import key_of
+from tegotae._support import tables
+from tegotae._support.errors import TegotaeError
+from tegotae._support.files import output_file, output_folder
+from tegotae.systems.study_records import SUFFIX
+
+_WORDS = (
+    "model",
+    "architecture",
+    "learned",
+    "reaction",
+    "gain",
+    "actuation",
+    "observation",
+    "ended",
+)
+"""Columns of the table that are no numbers."""
+
+
+_NEEDED = (*(name for name in _WORDS if name != "ended"), "run", "omega_t", "best_fitness")
+"""Columns that every table has, older ones too. Which metrics it holds is the table's affair."""
+
+_KIND = "table that python -m reproduction export wrote"
+
+
+def write_csv(table: Table, path: Path) -> None:
+    """Write the table as CSV; undefined numbers are empty."""
+    tables.write_csv(output_file(path), table.columns)
+
+
+def csv_of(table: Table) -> str:
+    """The table as the text of a CSV file; undefined numbers are empty."""
+    return tables.csv_text(table.columns)
+
+
+def write_parquet(table: Table, path: Path) -> None:
+    """Write the table as Parquet (extra "study").
+
+    Raises:
+        TegotaeError: if pyarrow is not installed or the file cannot be written.
+    """
+    tables.write_parquet(path, table.columns)
+
+
+def read_csv(path: Path) -> Table:
+    """The table that `write_csv` wrote, with the metrics that it holds.
+
+    Raises:
+        TegotaeError: if the file cannot be read or is no such table.
+    """
+    cells = tables.read_csv(path, _NEEDED, kind=_KIND)
+    return Table({name: _column(path, name, column) for name, column in cells.items()})
+
+
+def _column(path: Path, name: str, cells: np.ndarray) -> np.ndarray:
+    if name in _WORDS:
+        return cells
+    try:
+        return (
+            np.array([*map(tables.whole_number, cells)])
+            if name in ("run", "parameters")
+            else tables.numbers(cells)
+        )
+    except ValueError:
+        raise TegotaeError(
+            f"{path} is no {_KIND}: its column {name} holds what is no number"
+        ) from None
+
+
+def merge(source: Folder, target: Folder) -> int:
+    """Copy the records of one folder that another lacks; return how many.
+
+    Of records that both have and that differ, though their settings are equal, it says so.
+
+    Raises:
+        TegotaeError: if the folders hold different studies, or the target is in use or cannot be
+            written.
+    """
+    try:
+        united(target.document, source.document)
+    except TegotaeError as error:
+        raise TegotaeError(
+            f"{source.path} and {target.path} hold different studies, with {error}; they cannot "
+            "be merged"
+        ) from None
+    output_folder(target.records)
+    with target.locked():
+        target.describe(source.document)
+        whole, others = source.all()
+        for message in others:
+            print(f"{source.path}: {message}")
+        there = {key_of(record.configuration): record for record in target.all()[0]}
+        engines = {record.engine.partition(",")[0] for record in (*whole, *there.values())}
+        if len(engines) > 1:
+            raise TegotaeError(
+                f"the records of {source.path} and {target.path} are of different engines, "
+                f"{' and '.join(sorted(engines))}; they cannot be merged"
+            )
+        for record in whole:
+            other = there.get(key_of(record.configuration), record)
+            if _content(other) != _content(record):
+                print(
+                    f"{record.model} differs in {source.path} and {target.path}, at equal "
+                    f"settings: made with {_made_with(record)}, and with {_made_with(other)}"
+                )
+        lacking = [r for r in whole if key_of(r.configuration) not in there]
+        for record in lacking:
+            write(record, target.records / f"{key_of(record.configuration)}{SUFFIX}")
+    return len(lacking)
+
+
+def _content(record: Record) -> list[bytes]:
+    """All that was found, to be compared bit for bit."""
+    found = {name: value for name, value in vars(record).items() if name != "software"}
+    return [np.asarray(leaf).tobytes() for leaf in jax.tree.leaves(found)]
+
+
+def _made_with(record: Record) -> str:
+    return ", ".join(f"{name} {version}" for name, version in record.software.items())

@@ -1,0 +1,114 @@
+"""When does a verdict turn? The effects behind the claims, by how long was trained."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+
+from reproduction.claims.atomic import ALIKE
+from reproduction.claims.estimates import EffectEstimate
+from reproduction.claims.findings import OPPOSITE, REPRODUCED, TOO_SMALL, Finding, verdict
+from tegotae._support.errors import TegotaeError
+from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, styled
+
+_ACROSS = 5
+_COLUMNS = 25
+"""Of a line of a title."""
+LOOK = {REPRODUCED: (COLOURS[5], "o"), OPPOSITE: (COLOURS[4], "X"), TOO_SMALL: ("0.5", "s")}
+"""Colour and mark of a verdict."""
+
+
+def budgets_figure(by_budget: Mapping[str, Sequence[Finding]]) -> Figure:
+    """Each effect with its 95 % interval over the training budget, a panel a claim.
+
+    Colour and mark say whether the claim is reproduced, opposite, or too small to tell; the shaded
+    side of zero is what is claimed. Claims without a sign, or without an effect at any budget, are
+    left out.
+
+    Args:
+        by_budget: findings, of which the first way to count is drawn, by the budget's heading, such
+            as "5120 episodes", ascending.
+
+    Raises:
+        TegotaeError: if no claim has an effect.
+    """
+    claims = drawn_claims(by_budget)
+    if not claims:
+        raise TegotaeError("no claim has an effect to draw; give at least one that is measured")
+    titles = {each.claim.name: each.claim.title for each in next(iter(by_budget.values()))}
+    across = min(_ACROSS, len(claims))
+    rows = -(-len(claims) // across)
+    with styled():
+        figure = new_figure(PAGE_IN, 1.1 + 1.0 * rows)
+        panels = figure.subplots(rows, across, sharex=True, squeeze=False)
+        for panel in panels.flat[len(claims) :]:
+            panel.set_visible(False)
+        for i, (panel, claim) in enumerate(zip(panels.flat, claims, strict=False)):
+            _draw(panel, [found[claim] for found in map(_by_claim, by_budget.values())])
+            panel.set_title(textwrap.fill(titles[claim], _COLUMNS), loc="left", fontsize=6)
+            panel.tick_params(axis="both", labelsize=6)
+            if i + across >= len(claims):
+                shown = [heading.removesuffix(" episodes") for heading in by_budget]
+                panel.set_xticks(range(len(by_budget)), shown)
+                panel.tick_params(axis="x", labelbottom=True, labelrotation=90)
+                panel.set_xlabel("episodes per run", fontsize=6)
+        figure.legend(
+            handles=[
+                *(
+                    Line2D([], [], color=colour, marker=mark, ms=3.5, lw=1.0, label=word)
+                    for word, (colour, mark) in LOOK.items()
+                ),
+                Patch(color="0.92", lw=0, label="claimed side of zero"),
+            ],
+            loc="outside lower center",
+            ncols=4,
+        )
+    return figure
+
+
+def drawn_claims(by_budget: Mapping[str, Sequence[Finding]]) -> list[str]:
+    """The names of the claims that the figure has a panel for: with a sign, and an effect."""
+    return [
+        claim
+        for claim, effects in _effects(by_budget).items()
+        if any(found.known for found in effects)
+    ]
+
+
+def _first(finding: Finding) -> EffectEstimate:
+    return next(iter(finding.by_count.values()))
+
+
+def _by_claim(findings: Sequence[Finding]) -> dict[str, Finding]:
+    return {each.claim.name: each for each in findings if each.claim.sign != ALIKE}
+
+
+def _effects(by_budget: Mapping[str, Sequence[Finding]]) -> dict[str, list[EffectEstimate]]:
+    """The effects of every claim with a sign, budget by budget."""
+    found: dict[str, list[EffectEstimate]] = {}
+    for findings in by_budget.values():
+        for name, finding in _by_claim(findings).items():
+            found.setdefault(name, []).append(_first(finding))
+    return found
+
+
+def _draw(panel: Axes, findings: Sequence[Finding]) -> None:
+    effects = [_first(finding) for finding in findings]
+    known = [x for x, found in enumerate(effects) if found.known]
+    panel.plot(known, [effects[x].effect for x in known], color="0.6", lw=0.5, zorder=1)
+    for x in known:
+        found = effects[x]
+        colour, mark = LOOK[verdict(findings[x].claim, found)]
+        panel.plot([x, x], [found.low, found.high], color=colour, lw=1.2)
+        panel.plot(x, found.effect, mark, color=colour, ms=4, mew=0)
+    panel.axhline(0.0, color="black", lw=0.5)
+    bottom, top = panel.get_ylim()
+    claimed = (0.0, top) if findings[0].claim.sign > 0 else (bottom, 0.0)
+    panel.axhspan(*np.clip(claimed, bottom, top), color="0.92", lw=0, zorder=0)
+    panel.set(xlim=(-0.5, len(effects) - 0.5), ylim=(bottom, top))

@@ -1,0 +1,246 @@
+"""The study's folder: what it is for, its records, and who is writing to it."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated, Protocol
+
+import msgspec
+
+from reproduction.plan import is_of, united
+from reproduction.record import Record, read, write
+from reproduction.unit import FORMAT, Unit, key_of
+from tegotae._support import documents
+from tegotae._support.documents import DamagedDocumentError, Document
+from tegotae._support.engines import require_engine
+from tegotae._support.errors import TegotaeError
+from tegotae._support.files import output_folder, write_atomically
+from tegotae._support.locks import locked
+from tegotae._support.workplace import STUDY, alone
+from tegotae.systems.study_records import SUFFIX, DamagedRecordError
+
+
+class Work(Protocol):
+    """What a folder is for."""
+
+    @property
+    def units(self) -> list[Unit]:
+        """All that is to be done."""
+        ...
+
+    @property
+    def document(self) -> Document:
+        """What makes it this study, as JSON values."""
+        ...
+
+
+_OF_ANY_VERSION = frozenset({"scale", "seeds", "algorithm"})
+"""What the description of a study, or of a multiverse, has had from the first version on."""
+
+
+class StudyDocument(msgspec.Struct):
+    """What is read of a study's description; all of it has to equal that of a plan."""
+
+    scale: str
+    seeds: Annotated[int, msgspec.Meta(ge=1, le=10**6)]
+    algorithm: AlgorithmDocument
+    stopping: StoppingDocument
+    experiments: dict[str, Document]
+    metrics: dict[str, Document] = {}
+
+
+class AlgorithmDocument(msgspec.Struct):
+    """Who trains."""
+
+    name: str
+    population: Annotated[int, msgspec.Meta(ge=1)]
+
+
+class StoppingDocument(msgspec.Struct):
+    """When training ends."""
+
+    generations: int
+
+
+class Folder:
+    """A folder that holds one study.
+
+    Args:
+        path: where it is.
+    """
+
+    SCHEMA: type = StudyDocument
+    """What the description of a study has at least."""
+    COMMAND = "study"
+    """The command that such a folder is for."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+
+    @property
+    def records(self) -> Path:
+        """Where the records are."""
+        return self.path / "records"
+
+    @contextmanager
+    def claimed(self, plan: Work, *, anew: bool = False) -> Iterator[None]:
+        """Keep others out, and make the folder this plan's or see that it is.
+
+        Args:
+            plan: what the folder is for.
+            anew: whether a study that is there before is set aside, in a folder beside it.
+
+        Raises:
+            TegotaeError: if it cannot be written, is in use, or holds another study.
+        """
+        with alone(self.path, STUDY, anew=anew):
+            self._clear()
+            self._claim(plan)
+            yield
+
+    def _claim(self, plan: Work) -> None:
+        if (self.path / "study.json").exists():
+            try:
+                united(self.document, plan.document)
+            except TegotaeError as error:
+                raise TegotaeError(
+                    f"{self.path} holds a study with {error}; choose another folder, or start "
+                    "again with --anew"
+                ) from None
+        output_folder(self.records)
+        self.describe(plan.document)
+
+    def describe(self, document: Document) -> None:
+        """Write into the folder what it is for, beside the experiments that it has already.
+
+        Raises:
+            TegotaeError: if the folder has records of no known plan, holds another study, or
+                cannot be written.
+        """
+        place = self.path / "study.json"
+        if place.exists():
+            found = self.document
+            document = united(found, document)
+            if document == found:
+                return
+        elif any(self.records.iterdir()):
+            raise TegotaeError(
+                f"{self.path} holds records but no study.json; choose another folder"
+            )
+        write_atomically(place, json.dumps(document, indent=1) + "\n")
+
+    @property
+    def document(self) -> Document:
+        """What the folder's study is.
+
+        Raises:
+            TegotaeError: if there is no study, or its description is damaged.
+        """
+        place = self.path / "study.json"
+        try:
+            found = documents.fitted(documents.read(place), dict)
+            kind = "study multiverse" if "choices" in found else "study"
+            if "scale" in found and kind != self.COMMAND:
+                raise TegotaeError(
+                    f"{self.path} is a folder of tegotae {kind}; look at it with that"
+                )
+            if found.keys() >= _OF_ANY_VERSION and found.get("format") != FORMAT:
+                raise TegotaeError(
+                    f"{place} is of another version of tegotae, whose studies have other numbers; "
+                    "choose another folder"
+                )
+            documents.fitted(found, self.SCHEMA)
+        except FileNotFoundError:
+            raise TegotaeError(
+                f"{self.path} holds no study; start one with tegotae {self.COMMAND} run"
+            ) from None
+        except DamagedDocumentError as error:
+            raise TegotaeError(f"{place} is damaged: {error}; choose another folder") from None
+        return found
+
+    def place(self, unit: Unit) -> Path:
+        """Where a unit's record is or will be."""
+        return self.records / f"{unit.key}{SUFFIX}"
+
+    def has(self, unit: Unit) -> bool:
+        """Whether a unit's record is there and whole; a damaged one is set aside.
+
+        Raises:
+            TegotaeError: for a record that another engine made.
+        """
+        path = self.place(unit)
+        if not path.exists():
+            return False
+        try:
+            record = _named(path)
+        except DamagedRecordError as error:
+            aside = output_folder(self.path / "damaged")
+            os.replace(path, aside / path.name)
+            print(f"{error}; it is set aside in {aside} and done again")
+            return False
+        require_engine(
+            record.engine,
+            f"{self.path} holds a study",
+            "choose another folder, or start again with --anew",
+        )
+        return True
+
+    def add(self, unit: Unit, record: Record) -> None:
+        """Write a unit's record."""
+        write(record, self.place(unit))
+
+    def all(self) -> tuple[list[Record], list[str]]:
+        """The study's whole records, in the order of their names, and what is wrong with others.
+
+        Raises:
+            TegotaeError: if there is no study.
+        """
+        document = self.document
+        found, others = [], []
+        for path in sorted(self.records.glob(f"*{SUFFIX}")):
+            try:
+                record = _named(path)
+            except DamagedRecordError as error:
+                others.append(f"{error}; run the study again to replace it")
+                continue
+            if self.is_of(document, record.configuration):
+                found.append(record)
+            else:
+                others.append(f"{path.name} is of another study; it is left out")
+        return found, others
+
+    def is_of(self, document: Document, configuration: Document) -> bool:
+        """Whether a record of this configuration belongs to the study of this document."""
+        return is_of(document, configuration)
+
+    @contextmanager
+    def locked(self) -> Iterator[None]:
+        """Keep other runs out; the lock goes with the process, however that ends.
+
+        Raises:
+            TegotaeError: if another run is at work in this folder.
+        """
+        with locked(self.path):
+            self._clear()
+            yield
+
+    def _clear(self) -> None:
+        # Nobody else is here: half-written files are what a killed run left.
+        for leftover in self.records.glob(f".*{SUFFIX}.*"):
+            leftover.unlink(missing_ok=True)
+
+
+def _named(path: Path) -> Record:
+    """The record at a place, if it is the one that its name promises."""
+    record = read(path)
+    try:
+        key = key_of(record.configuration)
+    except (KeyError, TypeError):
+        key = ""
+    if path.name != f"{key}{SUFFIX}":
+        raise DamagedRecordError(f"{path.name} is damaged: it holds another configuration")
+    return record

@@ -1,0 +1,65 @@
+"""How a run's hop rate follows the prescribed frequency, over the episodes of its evaluation."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tegotae.measures.hopping.statistics import mean_defined
+from tegotae.measures.optimum import curve
+
+_FEWEST = 3
+"""A slope needs so many settled episodes."""
+
+
+def rate_slope(omega: np.ndarray, hop_rate: np.ndarray) -> np.ndarray:
+    """Slope of the line of hop rate over ω, [runs]: 1 for gaits that follow the oscillator.
+
+    Args:
+        omega: prescribed frequencies [rad/s], [episodes]; NaN without an oscillator.
+        hop_rate: the hop rates [rad/s], [runs, episodes]; NaN where undefined.
+
+    Returns:
+        NaN for runs in which fewer than three episodes define it.
+
+    Example:
+        >>> rate_slope(np.array([3.0, 4.0, 5.0]), np.array([[3.5, 4.0, 4.5]]))
+        array([0.5])
+    """
+    known = np.isfinite(hop_rate) & np.isfinite(omega)
+    number = known.sum(axis=1)
+    rows = np.maximum(number, 1)[:, None]
+
+    def centred(values: np.ndarray) -> np.ndarray:
+        values = np.where(known, values, 0.0)
+        return np.where(known, values - values.sum(axis=1, keepdims=True) / rows, 0.0)
+
+    x, y = centred(np.broadcast_to(omega, hop_rate.shape)), centred(hop_rate)
+    enough = number >= _FEWEST
+    return np.where(
+        enough, (x * y).sum(axis=1) / np.where(enough, (x * x).sum(axis=1), 1.0), np.nan
+    )
+
+
+def nearer_resonance(omega: np.ndarray, hop_rate: np.ndarray) -> np.ndarray:
+    """By how much the hop rate is nearer to the best one of the body than to ω [rad/s], [runs].
+
+    The body's best hop rate is that of the largest CoT⁻¹ which any force can have; the mean is over
+    the episodes that settle.
+
+    Args:
+        omega: prescribed frequencies [rad/s], [episodes]; NaN without an oscillator.
+        hop_rate: the hop rates [rad/s], [runs, episodes]; NaN where undefined.
+
+    Example:
+        >>> best = best_hop_rate()
+        >>> nearer_resonance(np.array([best + 2.0]), np.array([[best]])).round(3)
+        array([2.])
+    """
+    gap = np.abs(hop_rate - omega) - np.abs(hop_rate - best_hop_rate())
+    return np.asarray(mean_defined(gap))
+
+
+def best_hop_rate() -> float:
+    """The hop rate of the most efficient gait that the default hopper can have [rad/s]."""
+    found = curve()
+    return float(found["omega"][np.nanargmax(found["cot_inverse"])])

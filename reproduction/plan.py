@@ -1,0 +1,237 @@
+"""What a study consists of: experiments, runs, settings, at three scales."""
+
+from __future__ import annotations
+
+import dataclasses
+import fnmatch
+import json
+import pickle
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import partial
+
+from reproduction.unit import FORMAT, Unit, metrics_document
+from tegotae._support.documents import Document
+from tegotae._support.errors import TegotaeError, require_count, unknown
+from tegotae.measures.evaluation import Protocol, require_evaluable
+from tegotae.measures.hopping.metric import Metric
+from tegotae.measures.hopping.registry import measured_own
+from tegotae.measures.objectives.fitness import Fitness
+from tegotae.simulation.rollout import Timing
+from tegotae.systems.descriptions import describe
+from tegotae.systems.experiment import Experiment, differing
+from tegotae.systems.models import Model, all_models, find
+from tegotae.training.algorithms import PGPE, Algorithm
+from tegotae.training.algorithms.document import algorithm_document
+from tegotae.training.evolution import Evolution
+from tegotae.training.run import Run
+from tegotae.training.settings import configuration, tuned
+from tegotae.training.stopping import Stopping
+
+BUDGETS = (1280, 2560, 5120)
+"""Training budgets [episodes] on the way to the plateau at which runs are evaluated, too. The first
+is 80 generations of 16 episodes."""
+
+_PLAIN = ("reflex", "sector", "tphif")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Plan:
+    """A study: experiments that are trained and evaluated in the same way.
+
+    Raises:
+        TegotaeError: for a count below one, no experiment, two of the same name, or one that
+            could be trained but not evaluated.
+    """
+
+    scale: str
+    """The name of the scale that it was made from."""
+    experiments: tuple[Experiment, ...]
+    """What is trained and evaluated: the paper's models, and any others beside them."""
+    seeds: int
+    """Runs per experiment."""
+    stopping: Stopping = field(default_factory=Stopping)
+    """When a run ends."""
+    budgets: tuple[int, ...] = BUDGETS
+    """After how many episodes of training runs are evaluated, too."""
+    algorithm: Algorithm = field(default_factory=partial(tuned, "pgpe"))
+    """How is learned."""
+    metrics: tuple[Metric, ...] = field(default_factory=measured_own)
+    """A user's metrics, measured beside the package's; all that are registered by default."""
+
+    def __post_init__(self) -> None:
+        require_count("seeds", self.seeds)
+        for experiment in self.experiments:
+            require_evaluable(experiment.controller, experiment.body, experiment.protocol)
+        for metric in self.metrics:
+            _require_sendable(metric)
+        names = Counter(experiment.name for experiment in self.experiments)
+        if not names:
+            raise TegotaeError("a study of no experiments; name at least one")
+        for name, count in names.items():
+            if count > 1:
+                raise TegotaeError(f"{count} experiments are called {name}; call each its own name")
+
+    @property
+    def units(self) -> list[Unit]:
+        """The study's work, one unit an experiment; what shares a compiled program in a row."""
+        units = [self._unit(experiment) for experiment in self.experiments]
+        first: dict[str, int] = {}
+        for i, unit in enumerate(units):
+            first.setdefault(repr(unit.run.experiment.controller), i)
+        return sorted(units, key=lambda unit: first[repr(unit.run.experiment.controller)])
+
+    def _unit(self, experiment: Experiment) -> Unit:
+        run = Run(
+            experiment=experiment,
+            seeds=tuple(range(self.seeds)),
+            learner=Evolution(algorithm=self.algorithm, stopping=self.stopping),
+        )
+        return Unit(run, self.budgets, self.metrics)
+
+    @property
+    def document(self) -> Document:
+        """The study as JSON values, its experiments by name."""
+        document = {
+            "format": FORMAT,
+            "scale": self.scale,
+            "seeds": self.seeds,
+            "stopping": describe(self.stopping),
+            "budgets": self.budgets,
+            "algorithm": algorithm_document(self.algorithm),
+            **metrics_document(self.metrics),
+            "experiments": {each.name: each.document for each in self.experiments},
+        }
+        return json.loads(json.dumps(document))
+
+
+def _require_sendable(metric: Metric) -> None:
+    """Raise `TegotaeError` for a metric that worker processes could not be given."""
+    try:
+        pickle.dumps(metric)
+    except (pickle.PicklingError, AttributeError, TypeError):
+        raise TegotaeError(
+            f"the metric {metric.name} cannot be given to worker processes; let a module have it "
+            f"under a name, such as {metric.name} = GaitMetric(...) in a file of its own"
+        ) from None
+
+
+def united(found: Document, wanted: Document) -> Document:
+    """The document of a study that has the experiments of both of two documents (`Plan.document`).
+
+    Raises:
+        TegotaeError: if they are no parts of one study: anything but the experiments differs, or
+            two of the same name do; says what.
+    """
+    names = differing(_without_experiments(found), _without_experiments(wanted))
+    if of_metrics := [name for name in names if name.partition(".")[0] == "metrics"]:
+        own = ", ".join(sorted(found.get("metrics", {}))) or "none"
+        names = [name for name in names if name not in of_metrics]
+        names.append(f"set of your own metrics ({own}; see --parts)")
+    theirs, ours = found.get("experiments", {}), wanted.get("experiments", {})
+    for name in theirs.keys() & ours.keys():
+        names += [each for each in differing(theirs[name], ours[name]) if each not in names]
+    if names:
+        raise TegotaeError(f"another {', '.join(sorted(names))}")
+    return {**wanted, "experiments": {**theirs, **ours}} if theirs or ours else wanted
+
+
+def _without_experiments(document: Document) -> Document:
+    return {name: value for name, value in document.items() if name != "experiments"}
+
+
+def is_of(document: Document, configuration: Document) -> bool:
+    """Whether a unit of this configuration is one of the study of this `Plan.document`."""
+    experiment = configuration.get("experiment")
+    name = experiment.get("name") if isinstance(experiment, dict) else None
+    return name in document["experiments"] and configuration == {
+        "format": document["format"],
+        "experiment": document["experiments"][name],
+        "seeds": list(range(document["seeds"])),
+        "algorithm": document["algorithm"],
+        "stopping": document["stopping"],
+        "budgets": document["budgets"],
+        **{name: document[name] for name in ("metrics",) if name in document},
+    }
+
+
+def plan(scale: str, models: str | Sequence[str] = "*", others: Sequence[Experiment] = ()) -> Plan:
+    """The plan of a scale, restricted to the models that match patterns, with others beside them.
+
+    - `smoke`: three small models for seconds, to see that everything works;
+    - `quick`: every architecture, on [F_k] and [F_k, ẏ], with its plain actuation, 5 runs each;
+    - `paper`: all 218 models, 15 runs each, trained to the plateau;
+    - `paper-80x16`: the same with the budget that the paper names, 80 generations of 16 episodes.
+
+    Args:
+        scale: its name.
+        models: a pattern of their names, with * and ? as in a shell, or several; empty for none.
+        others: experiments that are trained and evaluated beside the models.
+
+    Raises:
+        TegotaeError: for an unknown scale, a pattern that matches none of the scale's models, or
+            two experiments of the same name.
+    """
+    if scale not in _SCALES:
+        raise unknown("scale", scale, _SCALES)
+    whole = _SCALES[scale]()
+    names = [experiment.name for experiment in whole.experiments]
+    wanted: set[str] = set()
+    for pattern in [models] if isinstance(models, str) else models:
+        matching = {name for name in names if fnmatch.fnmatchcase(name, pattern)}
+        if not matching and (pattern or not others):
+            raise unknown("model of this scale", pattern, names)
+        wanted |= matching
+    chosen = tuple(each for each in whole.experiments if each.name in wanted)
+    return dataclasses.replace(whole, experiments=(*chosen, *others))
+
+
+def _smoke() -> Plan:
+    return Plan(
+        scale="smoke",
+        experiments=tuple(
+            find(name).experiment(
+                timing=Timing(duration_s=4.0, tick_s=0.002),
+                objective=Fitness(settle_s=2.0),
+                protocol=Protocol(undisturbed_s=8.0, disturbed_s=8.0, offsets=(-1.0, 1.0)),
+            )
+            for name in ("V-sector-w8", "ART-rF-tphif-w8", "T-Fv")
+        ),
+        seeds=2,
+        stopping=Stopping.after(3),
+        budgets=(16,),
+        algorithm=PGPE(population=8),
+    )
+
+
+def _quick() -> Plan:
+    def plain(model: Model) -> bool:
+        if model.is_single_network:
+            return True
+        sensed = {x for x in (model.reaction, model.gain) if x}
+        half_learned = model.learned_action != (model.reaction is not None)
+        return model.actuation_name in _PLAIN and len(sensed) < 2 and not half_learned
+
+    models = filter(plain, all_models().values())
+    return Plan(scale="quick", experiments=tuple(each.experiment() for each in models), seeds=5)
+
+
+def _paper() -> Plan:
+    experiments = tuple(model.experiment() for model in all_models().values())
+    return Plan(scale="paper", experiments=experiments, seeds=15)
+
+
+def _paper_80x16() -> Plan:
+    return dataclasses.replace(
+        _paper(),
+        scale="paper-80x16",
+        algorithm=configuration("pgpe-80x16").settings,
+        stopping=Stopping.after(80),
+        budgets=(),
+    )
+
+
+_SCALES = {"smoke": _smoke, "quick": _quick, "paper": _paper, "paper-80x16": _paper_80x16}
+SCALES = tuple(_SCALES)
+"""The names of the scales."""

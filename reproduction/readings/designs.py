@@ -1,0 +1,119 @@
+"""Which readings a multiverse is over: all that the paper leaves open, or the calibrated ones."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from reproduction.calibration.prior import PRIOR
+from reproduction.readings.readings import CHOICES, AnalysisChoice, Reading, sample
+from tegotae._support import tables
+from tegotae._support.errors import TegotaeError, require_count, unknown
+
+CALIBRATED_TABLE = Path(__file__).with_name("calibrated.csv")
+"""Readings that stand for those under which V does what the paper says of it."""
+
+_KIND = "table of readings"
+
+
+@dataclass(frozen=True)
+class ReadingDesign:
+    """A way to choose readings.
+
+    Args:
+        name: what it is called.
+        choices: what its readings differ in.
+        readings: the first so many of them.
+    """
+
+    name: str
+    choices: tuple[AnalysisChoice, ...]
+    readings: Callable[[int], list[Reading]]
+
+
+def calibrated(count: int) -> list[Reading]:
+    """The first readings of the calibrated sample.
+
+    Raises:
+        TegotaeError: for more than it has.
+
+    Example:
+        >>> len(calibrated(24))
+        24
+    """
+    require_count("readings", count)
+    found = _calibrated()
+    if count > len(found):
+        raise TegotaeError(f"readings is {count}; the calibrated sample has {len(found)}")
+    return list(found[:count])
+
+
+@cache
+def _calibrated() -> tuple[Reading, ...]:
+    cells = tables.read_csv(CALIBRATED_TABLE, [choice.name for choice in PRIOR], kind=_KIND)
+    return tuple(
+        reading_of(dict(zip(cells, row, strict=True)), PRIOR)
+        for row in zip(*cells.values(), strict=True)
+    )
+
+
+DESIGNS = {
+    each.name: each
+    for each in (
+        ReadingDesign("open", CHOICES, sample),
+        ReadingDesign("calibrated", PRIOR, calibrated),
+    )
+}
+"""The designs by name."""
+
+
+def design_named(name: str) -> ReadingDesign:
+    """The design of a name.
+
+    Raises:
+        TegotaeError: for an unknown one.
+    """
+    if name not in DESIGNS:
+        raise unknown("design of readings", name, DESIGNS)
+    return DESIGNS[name]
+
+
+def design_of(names: Iterable[str]) -> ReadingDesign | None:
+    """The design whose choices are among the columns of a table; None if there is none."""
+    known = set(names)
+    for design in DESIGNS.values():
+        if {choice.name for choice in design.choices} <= known:
+            return design
+    return None
+
+
+def choices_of(readings: Sequence[Reading]) -> tuple[AnalysisChoice, ...]:
+    """What some readings of one design differ in."""
+    return PRIOR if set(readings) <= set(_calibrated()) else CHOICES
+
+
+def cells_of(reading: Reading, choices: Iterable[AnalysisChoice]) -> list[str]:
+    """A reading as the cells of a table, to the last bit."""
+    return [str(getattr(reading, choice.name)) for choice in choices]
+
+
+def reading_of(row: Mapping[str, str], choices: Iterable[AnalysisChoice]) -> Reading:
+    """The reading of a table's row.
+
+    Raises:
+        ValueError: for a cell that no value of the choice is written as.
+        TegotaeError: for what no reading is.
+    """
+    return Reading(**{choice.name: _value(choice, row[choice.name]) for choice in choices})
+
+
+def _value(choice: AnalysisChoice, cell: str) -> Any:
+    if not choice.levels:
+        return tables.number(cell)
+    for value in choice.values:
+        if str(value) == cell:
+            return value
+    raise ValueError(f"{choice.name} is never {cell!r}")

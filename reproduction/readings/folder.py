@@ -1,0 +1,73 @@
+"""The multiverse's folder, and what its records say under each reading."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Annotated
+
+import msgspec
+
+from reproduction.folder import Folder
+from reproduction.readings.plan import Multiverse, multiverse
+from reproduction.record import Record
+from reproduction.table import Table, tabulate
+from reproduction.unit import FORMAT, key_of
+from tegotae._support.documents import Document
+from tegotae._support.errors import TegotaeError
+
+
+class MultiverseDocument(msgspec.Struct):
+    """What is read of a multiverse's description; all of it has to equal that of a plan."""
+
+    scale: str
+    seeds: Annotated[int, msgspec.Meta(ge=1, le=10**6)]
+    models: list[str]
+    choices: dict[str, list[str]]
+
+
+class MultiverseFolder(Folder):
+    """A folder that holds a multiverse.
+
+    Args:
+        path: where it is.
+    """
+
+    SCHEMA = MultiverseDocument
+    COMMAND = "study multiverse"
+
+    def is_of(self, document: Document, configuration: Document) -> bool:
+        """Whether a record of this configuration belongs to the multiverse of this document."""
+        shared = {"format": FORMAT, "seeds": list(range(document["seeds"]))}
+        same = all(configuration.get(name) == value for name, value in shared.items())
+        experiment = configuration.get("experiment")
+        name = experiment.get("name") if isinstance(experiment, dict) else None
+        return same and name in document["models"]
+
+    def plan(self, readings: int | None = None) -> Multiverse:
+        """What the folder is for, of as many readings as the scale has by default.
+
+        Raises:
+            TegotaeError: if the folder holds no multiverse, or one of other settings.
+        """
+        plan = multiverse(self.document["scale"], readings)
+        if plan.document != self.document:
+            raise TegotaeError(
+                f"{self.path} holds a multiverse of another version; choose another folder"
+            )
+        return plan
+
+
+def tables(plan: Multiverse, records: Iterable[Record]) -> dict[int, Table]:
+    """What was found under each reading: the table of its models that are done, by its number."""
+    known = {key_of(record.configuration): record for record in records}
+    found = {}
+    for number, (_, units) in enumerate(plan.by_reading):
+        own = [known[unit.key] for unit in units.values() if unit.key in known]
+        if own:
+            found[number] = tabulate(own)
+    return found
+
+
+def is_whole(plan: Multiverse, table: Table) -> bool:
+    """Whether a reading's table has all models."""
+    return set(plan.models) <= set(table["model"].tolist())

@@ -1,0 +1,98 @@
+"""The multiverse as two small tables: the readings, and every claim's effect under each."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from reproduction.claims.counting import Count
+from reproduction.claims.estimates import EffectEstimate
+from reproduction.claims.findings import Finding
+from reproduction.readings.designs import (
+    cells_of,
+    choices_of,
+    design_of,
+    reading_of,
+)
+from reproduction.readings.readings import Reading
+from reproduction.readings.verdicts import CLAIMS, FindingsByReading
+from tegotae._support import tables
+from tegotae._support.errors import TegotaeError
+from tegotae._support.files import output_folder
+
+READINGS, EFFECTS = "readings.csv", "effects.csv"
+"""Names of the tables."""
+
+_NUMBERS = ("effect", "low", "high", "size")
+_HEAD = ("reading", "omega_t", "claim", *_NUMBERS, "verdict")
+_DIGITS = 6
+_KIND = "table that python -m reproduction readings export wrote"
+
+
+def write_tables(readings: Sequence[Reading], found: FindingsByReading, folder: Path) -> None:
+    """Write both tables to a folder.
+
+    Raises:
+        TegotaeError: if they cannot be written.
+    """
+    choices = choices_of(readings)
+    names = [choice.name for choice in choices]
+    rows = [[i, *cells_of(reading, choices)] for i, reading in enumerate(readings)]
+    effects = [
+        [
+            *(reading, omega, finding.claim.name),
+            *(f"{getattr(effect, name):.{_DIGITS}g}" for name in _NUMBERS),
+            finding.outcome,
+        ]
+        for reading, by_omega in found.items()
+        for omega, each in by_omega.items()
+        for finding in each
+        for effect in finding.by_count.values()
+    ]
+    output_folder(folder)
+    tables.write_csv(folder / READINGS, _columns(["reading", *names], rows))
+    tables.write_csv(folder / EFFECTS, _columns(_HEAD, effects))
+
+
+def read_tables(folder: Path) -> tuple[list[Reading], FindingsByReading]:
+    """What `write_tables` wrote: the readings, and what comes of every claim under each.
+
+    Raises:
+        TegotaeError: if a table cannot be read or is none.
+    """
+    readings = [_reading(row, folder) for row in _rows(folder / READINGS)]
+    claims = {claim.name: claim for claim in CLAIMS}
+    found: dict[int, dict[str, list[Finding]]] = {}
+    for row in _rows(folder / EFFECTS):
+        try:
+            effect = EffectEstimate(*(tables.number(row[name]) for name in _NUMBERS))
+            finding = Finding(claims[row["claim"]], {Count(omega_t=row["omega_t"]): effect})
+            by_omega = found.setdefault(tables.whole_number(row["reading"]), {})
+            by_omega.setdefault(row["omega_t"], []).append(finding)
+        except (KeyError, ValueError, TypeError):
+            raise _no_table(folder / EFFECTS) from None
+    if not found or max(found) >= len(readings):
+        raise _no_table(folder / EFFECTS)
+    return readings, found
+
+
+def _reading(row: dict[str, str], folder: Path) -> Reading:
+    if (design := design_of(row)) is None:
+        raise _no_table(folder / READINGS)
+    try:
+        return reading_of(row, design.choices)
+    except ValueError:
+        raise _no_table(folder / READINGS) from None
+
+
+def _rows(path: Path) -> list[dict[str, str]]:
+    cells = tables.read_csv(path, kind=_KIND)
+    return [dict(zip(cells, row, strict=True)) for row in zip(*cells.values(), strict=True)]
+
+
+def _no_table(path: Path) -> TegotaeError:
+    return TegotaeError(f"{path} is no {_KIND}")
+
+
+def _columns(head: Sequence[str], rows: Sequence[Sequence[object]]) -> dict[str, list[str]]:
+    return {name: [str(row[i]) for row in rows] for i, name in enumerate(head)}

@@ -1,0 +1,157 @@
+"""How often a claim is reproduced over the readings, and how clearly."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from reproduction.claims.atomic import ALIKE, ATOMIC_CLAIMS, AtomicClaim
+from reproduction.claims.counting import ALL, Count
+from reproduction.claims.effects import OfGainMap, OfTrainings, groups
+from reproduction.claims.findings import (
+    OPPOSITE,
+    REPRODUCED,
+    TOO_SMALL,
+    Finding,
+    findings,
+)
+from reproduction.table import Table, design
+from tegotae.systems.models import find
+
+CLAIMS: tuple[AtomicClaim, ...] = tuple(
+    claim
+    for claim in ATOMIC_CLAIMS
+    if claim.sign != ALIKE and not isinstance(claim.effect, OfTrainings | OfGainMap)
+)
+"""The claims that a reading's runs can decide: those with a sign, on the models themselves."""
+
+DRAWS = 1000
+"""How often the runs of every model are drawn anew."""
+
+_Z = 1.959964
+"""Half the width of a 95 % interval, in standard errors of a normal variable."""
+
+FindingsByReading = Mapping[int, Mapping[str, list[Finding]]]
+"""Findings, each of one way to count, by the number of the reading, and then by ω_t: "both", "4",
+"8"."""
+
+
+def findings_by_reading(
+    tables: Mapping[int, Table], draws: int = DRAWS, models: Iterable[str] | None = None
+) -> FindingsByReading:
+    """What comes of every claim under each reading, with both ω_t and at each alone.
+
+    Counted is in the study's own way: unsettled episodes left out, mean of runs, by design. Under a
+    reading that is not done yet, claims are judged that have all of their models.
+
+    Args:
+        tables: the runs by the number of the reading.
+        draws: how often runs are drawn anew.
+        models: names of those that a reading has when it is done; those of all tables by default.
+    """
+    done = {number: set(table["model"].tolist()) for number, table in tables.items()}
+    planned = set().union(*done.values()) if models is None else set(models)
+    needed = {claim.name: _models_of(claim, planned) for claim in CLAIMS}
+    found = {}
+    for number, table in tables.items():
+        ready = [claim for claim in CLAIMS if needed[claim.name] <= done[number]]
+        omegas = np.unique(table["omega_t"][np.isfinite(table["omega_t"])])
+        found[number] = {
+            omega: findings(table, claims=ready, resamples=draws, ways=[Count(omega_t=omega)])
+            for omega in (ALL, *(f"{omega:g}" for omega in omegas))
+        }
+    return found
+
+
+def _models_of(claim: AtomicClaim, models: Iterable[str]) -> set[str]:
+    """Which of some models a claim is about."""
+    about = groups(claim.effect)
+    places = {name: design(find(name)) for name in models}
+    return {
+        name
+        for name, place in places.items()
+        if any(
+            place["architecture"] in group.architectures
+            and group.observation in ("", place["observation"])
+            for group in about
+        )
+    }
+
+
+def of_claim(by_reading: FindingsByReading, name: str, omega: str) -> dict[int, Finding]:
+    """What comes of one claim under every reading, by the number of the reading.
+
+    Nothing if no reading measures it.
+    """
+    found = {
+        reading: finding
+        for reading, by_omega in by_reading.items()
+        for finding in by_omega.get(omega, ())
+        if finding.claim.name == name
+    }
+    return found if any(finding.tally.keys() & _WORDS for finding in found.values()) else {}
+
+
+_WORDS = {REPRODUCED, OPPOSITE, TOO_SMALL}
+
+
+@dataclass(frozen=True)
+class Share:
+    """A share of readings, with Wilson's 95 % interval, as if they were drawn at random."""
+
+    count: int
+    of: int
+    low: float
+    high: float
+
+    @property
+    def mean(self) -> float:
+        """The share; NaN of none."""
+        return self.count / self.of if self.of else math.nan
+
+
+def share(count: int, of: int) -> Share:
+    """The share of `count` in `of`, and its interval, which never leaves [0, 1].
+
+    Example:
+        >>> found = share(0, 32)
+        >>> f"{found.mean:.2f} [{found.low:.2f}, {found.high:.2f}]"
+        '0.00 [0.00, 0.11]'
+    """
+    if of == 0:
+        return Share(0, 0, math.nan, math.nan)
+    p, shrink = count / of, 1.0 + _Z**2 / of
+    centre = (p + _Z**2 / (2 * of)) / shrink
+    half = _Z / shrink * math.sqrt(p * (1.0 - p) / of + (_Z / (2 * of)) ** 2)
+    return Share(count, of, max(0.0, centre - half), min(1.0, centre + half))
+
+
+def shares(found: Iterable[Finding]) -> dict[str, Share]:
+    """The share of readings in which a claim is reproduced, too small to tell, and opposite."""
+    counts = Counter(finding.outcome for finding in found)
+    words = (REPRODUCED, TOO_SMALL, OPPOSITE)
+    total = sum(counts[word] for word in words)
+    return {word: share(counts[word], total) for word in words}
+
+
+def margin(finding: Finding) -> float:
+    """How clearly a claim is reproduced, or opposite, in the first way to count.
+
+    The effect, positive on the claimed side, over the half of its interval that looks towards zero:
+    a claim is reproduced where it is above 1, and opposite where it is below -1. NaN if it is not
+    measured.
+    """
+    found = next(iter(finding.by_count.values()))
+    if not found.known:
+        return math.nan
+    half = found.effect - found.low if found.effect > 0.0 else found.high - found.effect
+    signed = finding.claim.sign * found.effect
+    # Without spread, such as of a share of zero in all runs, it is as clear as can be.
+    return signed / half if half > 0.0 else math.copysign(_CLEAR, signed)
+
+
+_CLEAR = 1e3

@@ -1,0 +1,199 @@
+"""The outcome of each of the paper's claims, as tables of Markdown."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+
+import numpy as np
+
+from reproduction.claims.atomic import LESS, MORE, AtomicClaim
+from reproduction.claims.effects import (
+    Correlation,
+    Difference,
+    DoubleDifference,
+    Effect,
+    OfGainMap,
+    OfTrainings,
+)
+from reproduction.claims.estimates import EffectEstimate
+from reproduction.claims.findings import (
+    NOT_MEASURED,
+    OPPOSITE,
+    REPRODUCED,
+    SHOWN,
+    TOO_SMALL,
+    Finding,
+)
+from reproduction.report.markdown import table
+from tegotae.measures.hopping.registry import find
+
+GROUPS: Mapping[str, Callable[[Finding], bool]] = {
+    "The paper's main claims": lambda f: f.claim.headline,
+    "Opposite in every way to count": lambda f: f.is_robust and f.outcome == OPPOSITE,
+    "Depends on the way to count": lambda f: f.outcome.startswith("depends on"),
+    "Opposite in some ways, and reproduced in none": lambda f: f.outcome.startswith(OPPOSITE),
+    "Reproduced in every way to count": lambda f: f.is_robust,
+    "Reproduced in some ways, and opposite in none": lambda f: f.outcome.startswith(REPRODUCED),
+    "Too small to tell in every way": lambda f: f.outcome == TOO_SMALL,
+    "Alike: shown without a verdict": lambda f: f.outcome == SHOWN,
+    "Not measured": lambda f: f.outcome == NOT_MEASURED,
+}
+"""The groups of the page, in its order; a claim is in the first that it belongs to."""
+
+_MEASURES = {
+    "slope": "slope of best σ over ω [1/N]",
+    "r_squared": "R² of the line of best σ over ω",
+    "resonance_shift": "shift of the best ω over the range of σ [rad/s]",
+    "loss": "share of CoT⁻¹ lost 1 rad/s away at the same σ",
+    "feedback_while_pushing": "feedback while the actuator pushes [rad/s]",
+    "feedback_share": "mean abs(f) / (ω + mean abs(f))",
+    "phase_share": "share of the force's variance left beside a line in each of 12 bins of F_k",
+    "rate_slope": "slope of the hop rate over ω",
+    "nearer_resonance": "how much nearer to the resonance than to ω the hop rate is [rad/s]",
+    "fitness": "fitness [m/J]",
+}
+
+
+_ALGORITHMS = {"pgpe": "PGPE", "sac": "SAC", "ppo": "PPO"}
+
+
+def outcomes_table(findings: Sequence[Finding]) -> str:
+    """A table per group of `GROUPS`: words, effect, outcome, and how many ways say what."""
+    return "\n".join(
+        f"**{heading}**\n\n{_group(own)}" for heading, own in grouped(findings).items()
+    )
+
+
+def beside_table(
+    findings: Sequence[Finding],
+    beside: Mapping[str, Sequence[Finding]],
+    columns: Mapping[str, Mapping[str, str]] | None = None,
+) -> str:
+    """A row per claim that several studies measure: its outcome in each.
+
+    Args:
+        findings: of the study.
+        beside: of other studies, by the heading of their column.
+        columns: further columns by their heading: words by the name of the claim.
+    """
+    others = [{each.claim.name: each.outcome for each in found} for found in beside.values()]
+    others += [dict(words) for words in (columns or {}).values()]
+    rows = [["", "the study", *beside, *(columns or {})]]
+    for own in (each for group in grouped(findings).values() for each in group):
+        outcomes = [own.outcome, *(found.get(own.claim.name, "") for found in others)]
+        if set(outcomes) - {NOT_MEASURED, SHOWN}:
+            rows.append([named(own.claim), *outcomes])
+    return table(rows)
+
+
+def grouped(findings: Sequence[Finding]) -> dict[str, list[Finding]]:
+    """Findings by the headings of `GROUPS`, without those of which there is none."""
+    left, found = list(findings), {}
+    for heading, belongs in GROUPS.items():
+        own = [finding for finding in left if belongs(finding)]
+        left = [finding for finding in left if finding not in own]
+        if own:
+            found[heading] = own
+    return found
+
+
+def _group(findings: Sequence[Finding]) -> str:
+    rows = [["Claim, and the paper's words", "Measured", "Effect", "Outcome", "Ways: + / 0 / −"]]
+    for finding in findings:
+        claim = finding.claim
+        rows.append(
+            [
+                f"**{claim.title}**, `{claim.name}`: "
+                f"“{quoted(claim).replace('|', '&#124;')}” ({claim.section})",
+                "; ".join(filter(None, (described(claim.effect), claim.note))),
+                _effect(finding),
+                f"**{finding.outcome}**",
+                tally(finding),
+            ]
+        )
+    return table(rows)
+
+
+def named(claim: AtomicClaim) -> str:
+    """A claim's title and name, for a cell of a table."""
+    return f"{claim.title}, `{claim.name}`"
+
+
+def quoted(claim: AtomicClaim) -> str:
+    """The paper's words, without the marks of mathematics."""
+    return claim.words.replace("CoT^{-1}", "CoT⁻¹").replace(r"\dot{y}", "ẏ")
+
+
+def shown_effect(finding: Finding) -> EffectEstimate | None:
+    """The effect as the study counts; in the first way that measures it if that does not."""
+    return next((found for found in finding.by_count.values() if found.known), None)
+
+
+def _effect(finding: Finding) -> str:
+    """The mean, the level that it is compared with, and the claimed sign."""
+    found = shown_effect(finding)
+    claimed = {MORE: "claimed > 0", LESS: "claimed < 0"}.get(finding.claim.sign, "")
+    if found is None:
+        return claimed
+    size = "" if np.isnan(found.size) or _is_plain(finding) else f" of {found.size:.2f}"
+    return ", ".join(filter(None, (f"{found.effect:+.2f}{size}", claimed)))
+
+
+def _is_plain(finding: Finding) -> bool:
+    """Whether an effect is a difference to nothing, which is no size."""
+    return isinstance(finding.claim.effect, Correlation)
+
+
+def tally(finding: Finding) -> str:
+    """How many ways to count find it reproduced, too small to tell, and opposite."""
+    found = finding.tally
+    counts = [found[word] for word in (REPRODUCED, TOO_SMALL, OPPOSITE)]
+    return " / ".join(map(str, counts)) if any(counts) else "–"
+
+
+def described(effect: Effect) -> str:
+    """An effect in words, with its unit.
+
+    Example:
+        >>> from reproduction.claims.atomic import ATOMIC_CLAIMS
+        >>> described(ATOMIC_CLAIMS[0].effect)
+        'CoT⁻¹ [m/J], AR, ART, ARG, ARGT − V'
+    """
+    if isinstance(effect, Correlation):
+        return f"correlation of {find(effect.a).label} and {find(effect.b).label}"
+    if isinstance(effect, DoubleDifference):
+        (a, b), (c, d) = effect.ours, effect.theirs
+        return f"{_heading(effect.metric)}, ({a.label} − {b.label}) − ({c.label} − {d.label})"
+    if isinstance(effect, OfTrainings):
+        ours, theirs = (_ALGORITHMS.get(each, each) for each in (effect.ours, effect.theirs))
+        return f"{_heading(effect.metric)}, {ours} − {theirs}"
+    if isinstance(effect, OfGainMap):
+        theirs = f" − {effect.theirs}" if effect.theirs else ""
+        return f"{_heading(effect.measure)}, {effect.ours}{theirs}"
+    metric = effect.metric if isinstance(effect, Difference) else effect.measure
+    theirs = "" if effect.theirs is None else f" − {effect.theirs.label}"
+    if isinstance(effect, Difference) and effect.lowest:
+        theirs = " − the lowest other"
+    return f"{_heading(metric)}, {effect.ours.label}{theirs}"
+
+
+def _heading(name: str) -> str:
+    return _MEASURES[name] if name in _MEASURES else find(name).heading
+
+
+def by_budget_table(by: Mapping[str, Iterable[Finding]]) -> str:
+    """A row per claim that the study's table measures: its verdict after each budget of training.
+
+    Args:
+        by: findings, of which the first way to count is taken, by the heading of their column.
+    """
+    verdicts = {
+        heading: {named(each.claim): next(iter(each.verdicts.values())) for each in found}
+        for heading, found in by.items()
+    }
+    rows = [["", *verdicts]]
+    for name in next(iter(verdicts.values())):
+        words = [found[name] for found in verdicts.values()]
+        if set(words) - {NOT_MEASURED, SHOWN}:
+            rows.append([name, *words])
+    return table(rows)

@@ -1,0 +1,30 @@
+"""Tables of Markdown, and how the runs of a study ended as one."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from reproduction.endings import Endings
+
+
+def endings_table(by: Mapping[str, Endings]) -> str:
+    """A row per group of runs: how many never hop, stay in a local optimum, or hit the cap."""
+    rows = [["", "Runs", "Never hop", "Local optimum", "At the cap", "No limit cycle"]]
+    for name, found in by.items():
+        counts = (
+            found.runs,
+            found.never_hop,
+            found.local_optimum,
+            found.at_cap,
+            found.without_cycle,
+        )
+        rows.append([name, *("–" if count is None else f"{count}" for count in counts)])
+    return table(rows)
+
+
+def table(rows: list[list[str]]) -> str:
+    """Rows of cells as a table, the first being its head."""
+    lines = [
+        "|" + "".join(f" {cell} |" if cell else " |" for cell in cells).rstrip() for cells in rows
+    ]
+    return "\n".join([lines[0], "|" + "-|" * len(rows[0]), *lines[1:]]) + "\n"

@@ -1,0 +1,76 @@
+"""The multiverse's shares as a table of Markdown."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from reproduction.claims.counting import ALL
+from reproduction.claims.findings import OPPOSITE, REPRODUCED, TOO_SMALL
+from reproduction.readings.influence import decisive, influences
+from reproduction.readings.readings import Reading
+from reproduction.readings.verdicts import (
+    CLAIMS,
+    FindingsByReading,
+    Share,
+    of_claim,
+    shares,
+)
+from reproduction.report.atomic import described, named, quoted
+from reproduction.report.markdown import table
+
+READINGS_COLUMN = "Readings: + / 0 / −"
+"""The heading of `counts_by_claim`, beside the outcomes of one study."""
+
+
+def shares_table(
+    readings: Sequence[Reading], by_reading: FindingsByReading, omega: str = ALL
+) -> str:
+    """A row per claim: in which share of readings it is reproduced, with a 95 % interval, and what
+    decides.
+
+    Args:
+        readings: all readings.
+        by_reading: what comes of the claims under each.
+        omega: on which ω_t, "both", "4" or "8".
+    """
+    has_own = readings[0] == Reading()
+    head = ["", "The paper's words", "Reproduced", "Too small to tell", "Opposite"]
+    rows = [[*head, *(["Reading 0"] if has_own else []), "What decides (ρ)"]]
+    for claim in CLAIMS:
+        found = of_claim(by_reading, claim.name, omega)
+        each = shares(found.values())
+        clear = decisive(influences(readings, found))
+        deciding = ", ".join(f"{i.choice.label} ({i.correlation:+.2f})" for i in clear)
+        own = [found[0].outcome if 0 in found else "–"] if has_own else []
+        rows.append(
+            [
+                named(claim),
+                f"“{quoted(claim)}”<br>{described(claim.effect)}",
+                *(_share(each[word]) for word in (REPRODUCED, TOO_SMALL, OPPOSITE)),
+                *own,
+                deciding.replace("-", "−") or "–",
+            ]
+        )
+    return table(rows)
+
+
+def counts_by_claim(by_reading: FindingsByReading, omega: str = ALL) -> dict[str, str]:
+    """In how many readings each claim is reproduced, too small to tell, and opposite, in words.
+
+    Args:
+        by_reading: what comes of the claims under each.
+        omega: on which ω_t, "both", "4" or "8".
+    """
+    found = {}
+    for claim in CLAIMS:
+        each = shares(of_claim(by_reading, claim.name, omega).values())
+        if each[REPRODUCED].of:
+            counts = [str(each[word].count) for word in (REPRODUCED, TOO_SMALL, OPPOSITE)]
+            found[claim.name] = " / ".join(counts)
+    return found
+
+
+def _share(share: Share) -> str:
+    if not share.of:
+        return "–"
+    return f"{share.count} of {share.of} [{share.low:.0%}, {share.high:.0%}]".replace("%", " %")

@@ -1,0 +1,235 @@
+"""The report: figures, claims and every model on one page without a server."""
+
+from __future__ import annotations
+
+import dataclasses
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from reproduction.claims.budgets import by_budget
+from reproduction.claims.counting import Count, with_sampled
+from reproduction.claims.designs import MODELS
+from reproduction.claims.effects import OfGainMap, OfTrainings
+from reproduction.claims.experiments import EXPERIMENTS, command_for
+from reproduction.claims.findings import NOT_MEASURED, SHOWN, Finding, findings
+from reproduction.claims.kept import RIDGES
+from reproduction.endings import endings_by_architecture
+from reproduction.figures.optimum import optimum_figure
+from reproduction.figures.study import architectures_figure, correlation_figure, pictograms_figure
+from reproduction.optimum import stances
+from reproduction.record import Record
+from reproduction.report import convergence
+from reproduction.report.atomic import described, grouped, quoted, shown_effect, tally
+from reproduction.report.models import (
+    best_of_architectures,
+    gaits_of_best_run,
+    pages_of_models,
+)
+from reproduction.report.values import embedded_figure, embedded_file, number
+from reproduction.table import Table, place, tabulate, tabulate_sampled
+from tegotae._support.documents import JsonObject
+from tegotae._support.pages import as_script, filled
+from tegotae.measures.hopping.metric import REPORT
+from tegotae.measures.optimum import curve
+from tegotae.parts.bodies import Hopper
+
+_DESIGN = {
+    "model": ("Model", "its name in this software"),
+    "architecture": ("Arch.", "which terms are learned"),
+    "observation": ("Senses", "what is sensed: F_k, the spring force, and ẏ, the velocity"),
+    "actuation": ("Actuation", "what the actuator force follows"),
+    "omega_t": ("ω_t", "frequency in training [rad/s]"),
+    "parameters": ("Parameters", "numbers that are learned"),
+}
+_FITNESS = {"best_fitness": ("Fitness", "of the best distribution in training")}
+_COUNTS = {
+    "runs": ("Runs", "trainings from random weights"),
+    "without": ("No cycle", "runs without a limit cycle in any episode"),
+}
+_OBSERVATIONS = {"F": "F_k", "Fv": "F_k, ẏ"}
+_OWN = "its own"
+"""What stands in a column of the design for an experiment that has no place in it."""
+
+
+def report(
+    records: list[Record],
+    about: str,
+    experiments: Path | None = None,
+    budgets: Table | None = None,
+) -> str:
+    """The page, as HTML with everything in it.
+
+    Args:
+        records: the study's records.
+        about: one line on what study this is.
+        experiments: folder with tables and figures of the experiments beside the study
+            (`reproduction.claims.experiments`); what is not there is said to be missing.
+        budgets: the same runs after several budgets of training.
+
+    Raises:
+        TegotaeError: if there is no such folder, or it holds a table or figure that is none.
+    """
+    table = tabulate(records)
+    data = {
+        "about": about,
+        "software": records[0].software,
+        "runs": len(table),
+        "without_cycle": int((table["limit_cycle_share"] == 0.0).sum()),
+        "figures": [*_figures(table), *_optimum(records), *_convergence(records)],
+        "claims": _claims(with_sampled(table, tabulate_sampled(records)), experiments),
+        "by_budget": _by_budget(budgets, table),
+        "endings": [
+            [name, *dataclasses.astuple(found)]
+            for name, found in endings_by_architecture(table).items()
+        ],
+        "experiments": [
+            {"caption": f"{e.caption}.", **embedded_file(experiments / e.figure)}
+            for e in EXPERIMENTS
+            if experiments is not None and (experiments / e.figure).exists()
+        ],
+        "models": _models(table),
+        "pages": {
+            "metrics": [[key, *words] for key, words in _measures(table).items()],
+            "best": best_of_architectures(table),
+            "of": pages_of_models(records, table, tuple(_measures(table))),
+        },
+    }
+    page = files("reproduction.report").joinpath("page.html").read_text(encoding="utf-8")
+    return filled(page, {"DATA": as_script(data)})
+
+
+def _figures(table: Table) -> list[JsonObject]:
+    def one(caption: str, figure: Figure) -> JsonObject:
+        return {"caption": caption, **embedded_figure(figure)}
+
+    return [
+        one(
+            "I. The architectures. Filled terms are learned networks, outlined ones are vanilla.",
+            pictograms_figure(table),
+        ),
+        one(
+            "II. Each metric per architecture and training frequency ω_t, with 95 % intervals over "
+            "runs. Inputs of the actuation count alike. At the top, the share of runs [%] that do "
+            "not define the metric, because they do not settle or recover.",
+            architectures_figure(table),
+        ),
+        one(
+            f"III. Correlation of the metrics over all models; at least {MODELS} must define both.",
+            correlation_figure(table),
+        ),
+    ]
+
+
+def _measures(table: Table) -> dict[str, tuple[str, str]]:
+    """Label and meaning of the metrics that the page shows, and of the fitness, by column."""
+    found = {}
+    for metric in table.shown(REPORT):
+        unit = f" [{metric.unit}]" if metric.unit else ""
+        better = {None: "", True: "; more is better", False: "; less is better"}
+        found[metric.name] = (metric.label, f"{metric.about}{unit}{better[metric.more_is_better]}")
+    return found | _FITNESS
+
+
+def _optimum(records: list[Record]) -> list[JsonObject]:
+    """CoT⁻¹ over hop frequency, beside the best that is possible; nothing for another body."""
+    gaits = {}
+    for vanilla, name in ((False, "learned"), (True, "V")):
+        of = [r for r in records if (place(r)["architecture"] == "V") == vanilla]
+        found = [gaits_of_best_run(record) for record in of]
+        if any(len(omega) for omega, _ in found):
+            gaits[name] = tuple(np.concatenate(each) for each in zip(*found, strict=True))
+    if not gaits:
+        return []
+    kept = stances()
+    best = {f"optimum, {omega:g} rad/s": kept[omega] for omega in (4.0, 8.0)}
+    figure = optimum_figure(curve(), gaits, best, max_force_n=Hopper().max_force_n)
+    caption = (
+        "CoT⁻¹ over hop frequency of each model's best run, a point an episode that repeats itself "
+        "with every hop, under the best that any force can do. The share of it is in the table "
+        'below as "of optimum".'
+    )
+    return [{"caption": caption, **embedded_figure(figure)}]
+
+
+def _convergence(records: list[Record]) -> list[JsonObject]:
+    caption = (
+        "Training at ω_t = {} rad/s: best fitness so far over episodes, runs, mean and 95 % "
+        "interval; below, where runs stopped and why."
+    )
+    return [
+        {"caption": caption.format(omega), **embedded_figure(figure)}
+        for omega, figure in convergence.figures(records).items()
+    ]
+
+
+def _claims(table: Table, experiments: Path | None) -> list[JsonObject]:
+    """The claims, a group after the other, the paper's account of itself first."""
+    return [
+        {"heading": heading, "claims": [_claim(finding, experiments) for finding in own]}
+        for heading, own in grouped(findings(table, experiments)).items()
+    ]
+
+
+def _claim(finding: Finding, experiments: Path | None) -> JsonObject:
+    claim, found = finding.claim, shown_effect(finding)
+    note = claim.note
+    if finding.outcome == NOT_MEASURED and isinstance(claim.effect, OfTrainings | OfGainMap):
+        command = command_for(getattr(claim.effect, "table", RIDGES), experiments)
+        note = f"not measured here; to measure: {command}"
+    return {
+        "name": claim.name,
+        "title": claim.title,
+        "words": quoted(claim),
+        "section": claim.section,
+        "what": described(claim.effect),
+        "sign": claim.sign,
+        "effect": None
+        if found is None
+        else [number(each) for each in (found.effect, found.low, found.high, found.size)],
+        "outcome": finding.outcome,
+        "ways": tally(finding),
+        "note": note,
+    }
+
+
+def _by_budget(budgets: Table | None, final: Table) -> JsonObject:
+    """Headings, and a row per claim that is measured: its verdict after each budget."""
+    if budgets is None:
+        return {"headings": [], "rows": []}
+    by = {name: findings(runs, ways=[Count()]) for name, runs in by_budget(budgets, final).items()}
+    rows = [
+        [each[0].claim.name, quoted(each[0].claim), *(finding.outcome for finding in each)]
+        for each in zip(*by.values(), strict=True)
+    ]
+    decided = [row for row in rows if set(row[2:]) - {NOT_MEASURED, SHOWN}]
+    return {"headings": list(by), "rows": decided}
+
+
+def _models(table: Table) -> JsonObject:
+    models = table.per_model()
+    names = models["model"]
+    runs = {name: table["model"] == name for name in names}
+    settled = table["limit_cycle_share"] > 0.0
+    measures = _measures(table)
+    columns = {name: models[name] for name in (*_DESIGN, *measures)}
+    columns["observation"] = np.array([_OBSERVATIONS.get(o, _OWN) for o in models["observation"]])
+    columns["actuation"] = np.array([name or _OWN for name in models["actuation"]])
+    columns["runs"] = np.array([float(runs[name].sum()) for name in names])
+    columns["without"] = np.array([float((runs[name] & ~settled).sum()) for name in names])
+    labels = _DESIGN | measures | _COUNTS
+    barred = {metric.name for metric in table.shown(REPORT) if metric.range[0] == 0.0}
+    return {
+        "columns": [
+            {"key": key, "label": label, "about": about, "bar": key in barred}
+            for key, (label, about) in ((key, labels[key]) for key in columns)
+        ],
+        "rows": [list(map(_cell, row)) for row in zip(*columns.values(), strict=True)],
+    }
+
+
+def _cell(value: Any) -> str | float | None:
+    return str(value) if isinstance(value, str) else number(float(value))

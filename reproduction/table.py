@@ -1,0 +1,283 @@
+"""The study's results as one table: a row per model and run."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import NotRequired, TypedDict
+
+import numpy as np
+
+from reproduction.hop_rates import nearer_resonance, rate_slope
+from reproduction.record import Record
+from tegotae._support.errors import TegotaeError
+from tegotae.measures.hopping.metric import Conditions, DerivedMetric, Metric
+from tegotae.measures.hopping.registry import derived, metrics, names
+from tegotae.measures.hopping.statistics import mean_defined
+from tegotae.measures.optimum import has_table
+from tegotae.systems.experiment import Experiment
+from tegotae.systems.models import Model, all_models
+
+ARCHITECTURES = ("V", "VG", "VT", "VGT", "AR", "ART", "ARG", "ARGT", "T")
+"""The architectures that the paper shows, in its order. Models that learn A or R
+alone have others, and a user's experiment one of its own, by its name."""
+
+_DESIGN = (
+    *("model", "architecture", "learned", "reaction", "gain", "actuation", "observation"),
+    *("omega_t", "parameters", "run"),
+)
+_TRAINING = ("best_fitness", "episodes_trained", "ended", "training_budget")
+
+
+@dataclass(frozen=True)
+class Table:
+    """Columns of equal length. Metrics are means over a run's episodes, NaN where undefined.
+
+    Args:
+        columns: by name: `model`, `architecture`, `learned`, `reaction`, `gain`, `actuation`,
+            `observation`, `omega_t` [rad/s], `parameters` (how many are learned), `run`,
+            `best_fitness`, `episodes_trained`, `ended`, and the metrics that it holds; in a table
+            of budgets also `training_budget` [episodes].
+    """
+
+    columns: dict[str, np.ndarray]
+
+    def __len__(self) -> int:
+        return len(self.columns["model"])
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        try:
+            return self.columns[name]
+        except KeyError:
+            raise TegotaeError(f"the table has no column {name}") from None
+
+    @property
+    def metrics(self) -> tuple[str, ...]:
+        """The names of the metrics that it holds."""
+        return tuple(name for name in self.columns if name not in (*_DESIGN, *_TRAINING))
+
+    def shown(self, place: str) -> tuple[Metric, ...]:
+        """The metrics that it holds and that are shown at a place, such as "figure".
+
+        One that follows from others but is undefined in every row is left out: the table is from
+        before there was the metric, or there is none on this body.
+        """
+        return tuple(
+            metric
+            for metric in metrics(place)
+            if metric.name in self.columns
+            and not (isinstance(metric, DerivedMetric) and np.isnan(self[metric.name]).all())
+        )
+
+    def where(self, **values: str | float | tuple[str | float, ...]) -> Table:
+        """The rows in which each named column has the given value, or one of a tuple of values."""
+        keep = np.ones(len(self), bool)
+        for name, value in values.items():
+            allowed = value if isinstance(value, tuple) else (value,)
+            keep &= np.isin(self[name], allowed)
+        return Table({name: column[keep] for name, column in self.columns.items()})
+
+    def of_the_paper(self) -> Table:
+        """The rows of the paper's models, without those of experiments beside them."""
+        return self.where(model=tuple(all_models()))
+
+    def beside_the_paper(self) -> Table:
+        """The other rows: those of experiments that are none of the paper's models."""
+        keep = ~np.isin(self["model"], tuple(all_models()))
+        return Table({name: column[keep] for name, column in self.columns.items()})
+
+    def per_model(self) -> Table:
+        """One row a model: means over its runs of what is defined."""
+        names, first = np.unique(self.columns["model"], return_index=True)
+        order = np.argsort(first)
+        names, first = names[order], first[order]
+        columns = {}
+        for name, column in self.columns.items():
+            if column.dtype.kind == "f":
+                groups = [column[self.columns["model"] == model] for model in names]
+                columns[name] = np.array([float(mean_defined(group)) for group in groups])
+            else:
+                columns[name] = column[first]
+        return Table(columns)
+
+
+def tabulate(records: Iterable[Record]) -> Table:
+    """The table of some records, in the order of the registry of models."""
+    return of_runs(
+        (place(record), _training(record), means(record, record.episodes))
+        for record in ordered(records)
+    )
+
+
+def tabulate_budgets(records: Iterable[Record]) -> Table | None:
+    """The same after each budget of training, in the column `training_budget`; None without any.
+
+    What is not trained is the same after each.
+    """
+    rows = []
+    for record in ordered(records):
+        for i, budget in enumerate(record.budgets):
+            training = _training(record)
+            episodes = np.minimum(training.pop("episodes_trained"), budget)
+            training |= {"training_budget": np.full(len(episodes), budget)}
+            training |= {"episodes_trained": episodes, "best_fitness": _best(record, budget)}
+            then = {name: values[i] for name, values in record.at_budgets.items()}
+            rows.append((place(record), training, means(record, then or record.episodes)))
+    return of_runs(rows) if rows else None
+
+
+def tabulate_sampled(records: Iterable[Record]) -> Table:
+    """The same of the controller that was drawn from each run's final distribution."""
+    return of_runs(
+        (place(record), _training(record), means(record, record.sampled))
+        for record in ordered(records)
+    )
+
+
+def ordered(records: Iterable[Record]) -> list[Record]:
+    """Records in the order of the registry of models, those of other experiments behind them."""
+    by_name = {record.model: record for record in records}
+    others = sorted(by_name.keys() - all_models().keys())
+    return [by_name[name] for name in (*all_models(), *others) if name in by_name]
+
+
+def means(record: Record, episodes: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Means over the episodes of what is defined, of all metrics that are known or follow."""
+    found = with_derived(record, episodes)
+    averaged = {name: mean_defined(values) for name, values in found.items()}
+    return averaged | _hop_rates(record, found.get("hop_rate"))
+
+
+def _hop_rates(record: Record, hop_rate: np.ndarray | None) -> dict[str, np.ndarray]:
+    """What the hop rates of a run's episodes say together, [runs] each by name."""
+    if hop_rate is None:
+        return {}
+    rates, omega = np.asarray(hop_rate, float), np.asarray(record.omega, float)
+    found = {"rate_slope": rate_slope(omega, rates)}
+    try:
+        experiment = record.experiment
+    except TegotaeError:  # of a part that is not registered here
+        return found
+    if has_table(experiment.body, experiment.protocol.work):
+        found["nearer_resonance"] = nearer_resonance(omega, rates)
+    return found
+
+
+def with_derived(record: Record, episodes: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Metrics of a record's episodes, and those that follow from them (`derived`).
+
+    They are found episode by episode, as a mean's is another thing than the mean.
+    """
+    try:
+        experiment = record.experiment
+    except TegotaeError:  # of a part that is not registered here
+        return episodes
+    protocol = experiment.protocol
+    conditions = Conditions(experiment.body, protocol.work, protocol.drop_m)
+    return episodes | derived(episodes, conditions)
+
+
+def _training(record: Record) -> dict[str, np.ndarray]:
+    """How each run's training went, [runs] each."""
+    return {
+        "best_fitness": record.best_fitness,
+        "episodes_trained": record.generations * record.population,
+        "ended": record.ended,
+    }
+
+
+def _best(record: Record, budget: int) -> np.ndarray:
+    """Best fitness of the distribution's mean within a budget of episodes, [runs]."""
+    if not record.curves:
+        return record.best_fitness
+    generations = math.ceil(budget / record.population)
+    return np.nanmax(record.curves["centre_fitness"][:generations], axis=0)
+
+
+class DesignPlace(TypedDict):
+    """Where a model stands in the study's design: entries of a table's row."""
+
+    model: str
+    architecture: str
+    learned: str
+    reaction: str
+    gain: str
+    actuation: str
+    observation: str
+    omega_t: float
+    """[rad/s]; NaN without an oscillator."""
+    parameters: NotRequired[int]
+
+
+def of_runs(
+    sets: Iterable[tuple[DesignPlace, dict[str, np.ndarray], dict[str, np.ndarray]]],
+) -> Table:
+    """The table of (place in the design, training of its runs, metrics of its runs), [runs] each.
+
+    It has the metrics of any of them, in the order in which metrics are shown; a metric that a
+    model lacks is undefined there.
+    """
+    sets = list(sets)
+    found = {name for _, _, values in sets for name in values}
+    held = [*(name for name in names() if name in found), *sorted(found.difference(names()))]
+    rows: dict[str, list] = {}
+    for place, training, measured in sets:
+        for i in range(len(training["best_fitness"])):
+            row = {
+                **place,
+                "run": i,
+                **{key: values[i].item() for key, values in training.items()},
+                **{m: float(measured[m][i]) if m in measured else np.nan for m in held},
+            }
+            for key, entry in row.items():
+                rows.setdefault(key, []).append(entry)
+    return Table({key: np.array(values) for key, values in rows.items()})
+
+
+def place(record: Record) -> DesignPlace:
+    """Where a record's experiment stands in the study's design; if in none, in a row of its own."""
+    name, omega = record.model, record.experiment.omega
+    parameters = record.weights.shape[-1]
+    if name in all_models():
+        return {**design(all_models()[name]), "parameters": parameters}
+    observation = _OBSERVATIONS.get(_senses(record.experiment), "")
+    omega_t = np.nan if omega is None else omega
+    return {
+        "model": name,
+        "architecture": name,
+        "learned": "",
+        "reaction": "",
+        "gain": "",
+        "actuation": "",
+        "observation": observation,
+        "omega_t": omega_t,
+        "parameters": parameters,
+    }
+
+
+_OBSERVATIONS = {
+    frozenset({"spring_force"}): "F",
+    frozenset({"spring_force", "velocity"}): "Fv",
+}
+"""What the paper's models sense, and what tables call it; what senses something else has none."""
+
+
+def _senses(experiment: Experiment) -> frozenset[str]:
+    """The senses of the body that the controller's terms read."""
+    reads = {name for term in experiment.controller.terms.values() for name in term.reads}
+    return frozenset(reads.intersection(experiment.body.SENSES))
+
+
+def design(model: Model) -> DesignPlace:
+    """Where a model stands in the study's design."""
+    return {
+        "model": model.name,
+        "architecture": model.architecture,
+        "learned": "".join(model.learned_terms),
+        "reaction": model.reaction or "",
+        "gain": model.gain or "",
+        "actuation": model.actuation_name,
+        "observation": "Fv" if "velocity" in model.observation else "F",
+        "omega_t": np.nan if model.omega_t is None else model.omega_t,
+    }

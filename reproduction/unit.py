@@ -1,0 +1,227 @@
+"""One unit of the study's work: all seeds of one model, trained and evaluated."""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+import json
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+
+from reproduction import best_gait
+from reproduction.record import Record
+from tegotae._support.documents import Document
+from tegotae._support.errors import TegotaeError, require_count
+from tegotae.measures.evaluation import drawn_releases, evaluate, require_evaluable
+from tegotae.measures.hopping.metric import Metric
+from tegotae.measures.hopping.registry import built_in, code_noted
+from tegotae.simulation.integrators import PredictorCorrector
+from tegotae.systems.experiment import Experiment
+from tegotae.systems.registry import CODE
+from tegotae.systems.release import Release
+from tegotae.training.evolution import Evolution
+from tegotae.training.evolve import Curves
+from tegotae.training.run import Run
+from tegotae.training.stopping import SEARCH
+
+FORMAT = 4
+"""Changed whenever the same configuration would give other numbers."""
+
+
+@dataclass(frozen=True)
+class Unit:
+    """What is trained, and after how much training it is evaluated.
+
+    Args:
+        run: the training; its experiment says how is evaluated, too.
+        budgets: after how many episodes of training it is evaluated, too.
+        metrics: a user's metrics by which it is evaluated beside the package's; each is measured,
+            as those that follow from others are computed from a record when they are asked for.
+
+    Raises:
+        TegotaeError: for budgets that are not in rising order.
+    """
+
+    run: Run[Evolution]
+    budgets: tuple[int, ...] = ()
+    metrics: tuple[Metric, ...] = ()
+
+    def __post_init__(self) -> None:
+        for budget in self.budgets:
+            require_count("budget", budget)
+        if any(a >= b for a, b in pairwise(self.budgets)):
+            raise TegotaeError(f"budgets are {self.budgets}; each must be larger than the last")
+
+    @property
+    def configuration(self) -> Document:
+        """All that decides the record's content, as JSON values."""
+        document = {
+            "format": FORMAT,
+            **self.run.configuration,
+            "stopping": dataclasses.asdict(self.run.learner.stopping),
+            "budgets": list(self.budgets),
+            **metrics_document(self.metrics),
+        }
+        experiment = self.run.experiment
+        assert isinstance(experiment, Experiment)  # studies are of the engine
+        if not _evaluated_as_ever(experiment):
+            document["evaluated"] = "as its system"
+        return json.loads(json.dumps(document))
+
+    @property
+    def key(self) -> str:
+        """The record's name: the experiment's, and a hash of the configuration."""
+        return key_of(self.configuration)
+
+
+def _evaluated_as_ever(experiment: Experiment) -> bool:
+    """Whether records from before evaluations took the system's start and integrator are alike."""
+    system, protocol = experiment.system, experiment.protocol
+    at_rest = dataclasses.replace(system.release, height_m=protocol.release_m)
+    return (
+        system.integrator == PredictorCorrector()
+        and at_rest == Release(height_m=protocol.release_m)
+        and system.release.height_m == protocol.release_m
+    )
+
+
+def metrics_document(metrics: Iterable[Metric]) -> Document:
+    """What descriptions say of a user's metrics: names and code; nothing of none."""
+    found = {}
+    for metric in metrics:
+        code = code_noted(metric)
+        found[metric.name] = {"name": metric.name} | ({} if code is None else {CODE: code})
+    return {"metrics": found} if found else {}
+
+
+def key_of(configuration: Document) -> str:
+    """The name of a record with this configuration: the experiment's, and a hash of it all."""
+    canonical = json.dumps(configuration, sort_keys=True)
+    digest = hashlib.sha256(canonical.encode()).hexdigest()
+    return f"{configuration['experiment']['name']}-{digest[:12]}"
+
+
+class _Learned(NamedTuple):
+    """What a training ended in, and what it had been at some budgets on the way."""
+
+    weights: np.ndarray
+    """Means of the best distributions seen, shape [runs, n_weights]."""
+    deviation: np.ndarray
+    """Standard deviations of these distributions, shape [runs, n_weights]."""
+    fitness: np.ndarray
+    """[runs]."""
+    generations: np.ndarray
+    """Of each run, [runs]."""
+    ended: list[str]
+    """Why each run ended."""
+    curves: list[Curves]
+    """Generation by generation."""
+    at_budgets: list[np.ndarray]
+    """The weights at each of the unit's budgets, [runs, n_weights]."""
+
+
+def work(unit: Unit) -> Record:
+    """Train a unit from random weights and evaluate what came out. Deterministic."""
+    run, experiment = unit.run, unit.run.experiment
+    assert isinstance(experiment, Experiment)  # studies are of the engine
+    system, n_runs = experiment.system, len(run.seeds)
+    protocol = system.evaluated_by(experiment.protocol)
+    require_evaluable(experiment.controller, experiment.body, protocol)
+    learned = _searched(run) if experiment.is_searched else _trained(unit)
+    # A search has no randomness. What spreads are the conditions that its outcome starts from.
+    releases = drawn_releases(n_runs, protocol.release_m) if experiment.is_searched else None
+    drawn = [_drawn(learned, run.seeds)] if learned.deviation.any() else []
+    sets = np.concatenate([learned.weights, *learned.at_budgets, *drawn])
+    found = evaluate(
+        experiment.controller,
+        sets,
+        experiment.omega,
+        experiment.body,
+        protocol,
+        releases,
+        (*built_in(), *unit.metrics),
+        recorded=best_gait.CHANNELS,
+        start=system.scenario(),
+        integrator=system.integrator,
+    )
+
+    def at(number: int) -> dict[str, np.ndarray]:
+        rows = slice(number * n_runs, (number + 1) * n_runs)
+        return {name: each[rows].astype("float32") for name, each in found.episodes.items()}
+
+    budgets = range(1, 1 + len(learned.at_budgets))
+    of_drawn = 1 + len(learned.at_budgets) if drawn else 0
+    return Record(
+        configuration=unit.configuration,
+        software=run.software,
+        weights=learned.weights.astype("float32"),
+        deviation=learned.deviation.astype("float32"),
+        best_fitness=learned.fitness.astype("float32"),
+        generations=learned.generations,
+        ended=np.array(learned.ended),
+        curves={
+            name: np.stack([getattr(c, name) for c in learned.curves]).astype("float32")
+            for name in Curves._fields
+            if learned.curves
+        },
+        omega=found.omega,
+        episodes=at(0),
+        at_budgets={
+            name: np.stack([at(number)[name] for number in budgets])
+            for name in found.episodes
+            if budgets
+        },
+        sampled=at(of_drawn),
+        gait=best_gait.kept(found, learned.fitness, experiment.omega),
+    )
+
+
+def _drawn(learned: _Learned, seeds: Iterable[int]) -> np.ndarray:
+    """A controller of each run, drawn from the best distribution that it saw, [runs, n_weights]."""
+    normal = [
+        np.random.default_rng(seed).standard_normal(learned.weights.shape[1]) for seed in seeds
+    ]
+    return (learned.weights + learned.deviation * np.stack(normal)).astype(learned.weights.dtype)
+
+
+def _trained(unit: Unit) -> _Learned:
+    run = unit.run
+    budgets = [math.ceil(episodes / run.learner.algorithm.population) for episodes in unit.budgets]
+    curves: list[Curves] = []
+    snapshots: list[np.ndarray] = []
+    progress = begun = run.learner.start(run.experiment, run.seeds)
+    for progress, generation in run.learner.evolve(run.experiment, run.seeds, begun):
+        curves.append(generation)
+        while len(snapshots) < len(budgets) and len(curves) == budgets[len(snapshots)]:
+            snapshots.append(np.asarray(progress.best_weights))
+    weights = np.asarray(progress.best_weights)
+    # A training that ended before a budget is at that budget what it ended in.
+    snapshots += [weights] * (len(budgets) - len(snapshots))
+    return _Learned(
+        weights,
+        np.asarray(progress.best_std),
+        np.asarray(progress.best_fitness),
+        np.asarray(progress.generation),
+        run.learner.ends(curves),
+        curves,
+        snapshots,
+    )
+
+
+def _searched(run: Run[Evolution]) -> _Learned:
+    gain, fitness = run.learner.search(run.experiment)
+    n = len(run.seeds)
+    return _Learned(
+        np.full((n, 1), gain),
+        np.zeros((n, 1)),
+        np.full(n, fitness),
+        np.zeros(n, int),
+        [SEARCH] * n,
+        [],
+        [],
+    )

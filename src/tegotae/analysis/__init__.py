@@ -1,0 +1,51 @@
+"""Computations behind the figures: from a controller to arrays, without drawing."""
+
+from tegotae.analysis.basin import Attractor, HopperBasin, map_basin
+from tegotae.analysis.gain_sweep import GainSweep, sweep_gain
+from tegotae.analysis.locking import locking_ratios
+from tegotae.analysis.orbit import NoLimitCycleError, Orbit, find_orbit
+from tegotae.analysis.outcome import Outcome, OutcomeSummary
+from tegotae.analysis.phase_response import PhaseResponse, measure_phase_response
+from tegotae.analysis.poincare import Poincare, poincare_section, transient
+from tegotae.analysis.portrait import Paths, paths_of
+from tegotae.analysis.resonance import (
+    DetuningLoss,
+    Resonance,
+    find_losses,
+    find_resonance,
+)
+from tegotae.analysis.ridge import Ridge, find_ridge, one_to_one_ridge
+from tegotae.analysis.surface import Surface, actuation_surface, sees_velocity
+from tegotae.analysis.sweep import axis
+
+__all__ = [
+    "Attractor",
+    "DetuningLoss",
+    "GainSweep",
+    "HopperBasin",
+    "NoLimitCycleError",
+    "Orbit",
+    "Outcome",
+    "OutcomeSummary",
+    "Paths",
+    "PhaseResponse",
+    "Poincare",
+    "Resonance",
+    "Ridge",
+    "Surface",
+    "actuation_surface",
+    "axis",
+    "find_losses",
+    "find_orbit",
+    "find_resonance",
+    "find_ridge",
+    "locking_ratios",
+    "map_basin",
+    "measure_phase_response",
+    "one_to_one_ridge",
+    "paths_of",
+    "poincare_section",
+    "sees_velocity",
+    "sweep_gain",
+    "transient",
+]

@@ -1,0 +1,383 @@
+"""Fronts: the least cost of transport over speed of walkers of one family.
+
+A search that keeps the cheapest walkers of every speed: random ones first, then variations of the
+cheapest so far at every speed. The cheapest of all are released once more, longer, from phases that
+the search has not seen, and only these releases count.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from tegotae._support.errors import require_count
+from tegotae.analysis.gaits.checkpoint import Columns, in_sequence
+from tegotae.measures.gaits.names import NO_GAIT, gait_of
+from tegotae.measures.gaits.summary import Coordination, CoordinationSummary, length
+from tegotae.parts._shapes import AnyArray
+from tegotae.parts.bodies import Body
+from tegotae.parts.fields import unwrapped
+from tegotae.simulation.recorder import Trajectory
+from tegotae.simulation.rollout import Scenario, Summary, Timing
+from tegotae.systems.descriptions import describe
+from tegotae.systems.legged import Legged, lanes_of
+from tegotae.systems.tuned import NUMBERS, Numbers, TunedFamily
+
+SPEED_STEP = 0.05
+"""Width of the bins of speed, of each of which the cheapest is kept [√(g l0)]."""
+LEAST_SPEED = 0.025
+"""Below this speed a walker stands [√(g l0)]."""
+MOST_SPEED = 2.0
+"""No faster walker is looked for [√(g l0)]."""
+STEADY = 0.05
+"""By how much the speed of the last quarter may differ from that of the quarter before, as a share
+of it, beside `STEADY_SPEED`."""
+STEADY_SPEED = 0.005
+"""Speed that is within what parts of a stride change [√(g l0)]."""
+PARENTS = 6
+"""Walkers of every bin that are varied."""
+FINALISTS = 8
+"""Walkers of every bin that are released from unseen phases."""
+UNSEEN = 1_000
+"""Added to the seed for the phases of the finalists."""
+LANES = 8192
+"""How many lanes of the search are advanced at once, about."""
+_COARSE_TICKS = 125
+"""Ticks of a frame of the search."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Search:
+    """How much is searched.
+
+    Args:
+        coarse: random walkers to begin with.
+        rounds: how often the cheapest are varied.
+        varied: how many variations a round has.
+        starts: releases of each walker of the search.
+        unseen: releases of each finalist.
+        seed: of all draws.
+        duration_s: of a release in the search; the finalists' is the system's own.
+
+    Raises:
+        TegotaeError: for a number below one.
+    """
+
+    coarse: int = 16384
+    rounds: int = 8
+    varied: int = 1024
+    starts: int = 4
+    unseen: int = 32
+    seed: int = 0
+    duration_s: float = 100.0
+
+    def __post_init__(self) -> None:
+        for name in ("coarse", "varied", "starts", "unseen"):
+            require_count(name, getattr(self, name))
+        require_count("rounds", self.rounds, least=0)
+
+    @property
+    def walkers(self) -> int:
+        """How many releases it has, those of the finalists left out."""
+        return self.starts * (self.coarse + self.rounds * self.varied)
+
+
+class Travel(NamedTuple):
+    """How lanes travel in the end, [lanes] each."""
+
+    speed_m_per_s: AnyArray
+    """Speed over ground in the last quarter [m/s]."""
+    before_m_per_s: AnyArray
+    """And in the quarter before [m/s]."""
+    power_w: AnyArray
+    """Mean of the actuators' |power| in the last quarter [W]."""
+    failed: AnyArray
+    """Whether it fell."""
+
+
+@dataclass(frozen=True)
+class TravelSummary:
+    """An `Engine`'s summary: the `Travel` of every lane, from few frames."""
+
+    needs = ("time_s", "x_m", "y_m", "work_absolute_j", "failed")
+
+    def __call__(
+        self, trajectory: Trajectory, scenario: Scenario, body: Body, timing: Timing
+    ) -> Travel:
+        """The travel of every lane."""
+        t, last = trajectory, len(trajectory.time_s) - 1
+        third, half = last - last // 4, last - 2 * (last // 4)
+
+        def speed(first: int, end: int) -> jax.Array:
+            way = length(
+                [t.channels[name][end] - t.channels[name][first] for name in ("x_m", "y_m")]
+            )
+            return way / (t.time_s[end] - t.time_s[first])
+
+        work = t.work_absolute_j[last] - t.work_absolute_j[third]
+        return Travel(
+            speed_m_per_s=speed(third, last),
+            before_m_per_s=speed(half, third),
+            power_w=work / (t.time_s[last] - t.time_s[third]),
+            failed=jnp.asarray(t.failed[last]),
+        )
+
+
+class Verified(NamedTuple):
+    """What finalists do."""
+
+    travel: Travel
+    coordination: Coordination
+
+
+@dataclass(frozen=True)
+class VerifiedSummary:
+    """An `Engine`'s summary: how lanes travel, and how their legs go together."""
+
+    own: CoordinationSummary
+
+    @property
+    def needs(self) -> tuple[str, ...]:
+        """The channels that are recorded for it."""
+        return tuple(dict.fromkeys((*self.own.needs, *TravelSummary.needs)))
+
+    def __call__(
+        self, trajectory: Trajectory, scenario: Scenario, body: Body, timing: Timing
+    ) -> Verified:
+        """Both."""
+        given = trajectory, scenario, body, timing
+        return Verified(TravelSummary()(*given), self.own(*given))
+
+
+def search_front(
+    legged: Legged,
+    family: TunedFamily,
+    search: Search | None = None,
+    *,
+    kept: Path | None = None,
+    progress: Callable[[int, int], None] = lambda done, of: None,
+) -> dict[str, np.ndarray]:
+    """The front of a family on a legged system.
+
+    Args:
+        legged: the system.
+        family: what drives its legs, and which numbers are free.
+        search: how much is searched.
+        kept: a file that keeps what is done, so that interrupted work continues from there.
+        progress: is called with how many walkers are done, and of how many.
+
+    Returns:
+        `tegotae.measures.fronts.table.COLUMNS`, a row per bin of speed that some walker reaches.
+
+    Raises:
+        TegotaeError: for a system that has no such family, or a file that cannot be written.
+    """
+    search = search or Search()
+    phase = family.phases(legged, search.starts, search.seed)
+    dims = len(family.ranges)
+    at_once = max(1, LANES // search.starts)
+    sizes = [at_once] * (search.coarse // at_once) + [search.coarse % at_once] * (
+        search.coarse % at_once > 0
+    )
+    sizes += [search.varied] * search.rounds
+    coarse = len(sizes) - search.rounds
+
+    def part(done: Sequence[Columns]) -> Columns:
+        number = len(done)
+        draw = np.random.default_rng([search.seed, number])
+        if number < coarse:
+            shares = draw.uniform(size=(sizes[number], dims))
+        else:
+            width = 0.12 * 0.75 ** (number - coarse)
+            shares = variations(together(done), sizes[number], width, draw)
+        return released(legged, family, shares, phase, search.duration_s)
+
+    done = in_sequence(
+        len(sizes),
+        part,
+        kept=kept,
+        settings={"system": describe(legged), "family": family, "search": search},
+        progress=lambda n: progress(search.starts * sum(sizes[:n]), search.walkers),
+    )
+    return verified(legged, family, together(done), search)
+
+
+def free_numbers(family: TunedFamily, shares: np.ndarray) -> dict[str, np.ndarray]:
+    """The free numbers of walkers at shares of their ranges, [walkers, numbers]."""
+    return {name: own.at(shares[:, i]) for i, (name, own) in enumerate(family.ranges.items())}
+
+
+def released(
+    legged: Legged, family: TunedFamily, shares: np.ndarray, phase: np.ndarray, duration_s: float
+) -> Columns:
+    """Release walkers from all phases: `shares`, and their speed and cost, NaN if they fail."""
+    starts = phase.shape[1]
+    numbers = family.numbers(legged, free_numbers(family, shares))
+    tick = legged.timing.tick_s
+    timing = Timing(duration_s=duration_s, tick_s=tick, frame_s=_COARSE_TICKS * tick)
+    found: Travel = _run(legged, family, numbers, phase, TravelSummary(), timing)
+    speed, cost = travelled(legged, found, starts)
+    return {"shares": shares, "speed": speed, "cost": cost}
+
+
+def travelled(legged: Legged, found: Travel, starts: int) -> tuple[np.ndarray, np.ndarray]:
+    """Mean speed and cost of transport of walkers; NaN of those of which a start falls, stands or
+    does not settle, [walkers] each."""
+    body = unwrapped(legged.body)
+    weight = float(body.mass_kg * body.gravity_m_per_s2)  # type: ignore[attr-defined]
+    good = settled(found).reshape(-1, starts).all(axis=1)
+    speed = np.asarray(found.speed_m_per_s).reshape(-1, starts).mean(axis=1)
+    power = np.asarray(found.power_w).reshape(-1, starts).mean(axis=1)
+    good &= speed >= LEAST_SPEED
+    with np.errstate(divide="ignore", invalid="ignore"):
+        cost = power / (weight * speed)
+    return np.where(good, speed, np.nan), np.where(good, cost, np.nan)
+
+
+def settled(found: Travel) -> np.ndarray:
+    """Which lanes are upright and of steady speed, [lanes]."""
+    speed, before = np.asarray(found.speed_m_per_s), np.asarray(found.before_m_per_s)
+    steady = np.abs(speed - before) <= STEADY * np.abs(before) + STEADY_SPEED
+    return steady & ~np.asarray(found.failed, bool)
+
+
+def together(done: Sequence[Columns]) -> Columns:
+    """All parts of a search, those that failed left out."""
+    whole = {name: np.concatenate([part[name] for part in done]) for name in done[0]}
+    good = np.isfinite(whole["cost"]) & (whole["speed"] < MOST_SPEED)
+    return {name: values[good] for name, values in whole.items()}
+
+
+def cheapest(speed: np.ndarray, cost: np.ndarray, most: int) -> np.ndarray:
+    """The numbers of the cheapest walkers in every bin of speed, from the slowest bin on.
+
+    Args:
+        speed: [walkers].
+        cost: [walkers].
+        most: how many of every bin.
+
+    Example:
+        >>> cheapest(np.array([0.06, 0.07, 0.12]), np.array([2.0, 1.0, 3.0]), 1).tolist()
+        [1, 2]
+    """
+    bins = np.floor(speed / SPEED_STEP).astype(int)
+    order = np.lexsort((cost, bins))
+    first = np.searchsorted(bins[order], bins[order])
+    return order[np.arange(len(order)) - first < most]
+
+
+def variations(found: Columns, count: int, width: float, draw: np.random.Generator) -> np.ndarray:
+    """Walkers near the cheapest of every speed, as shares of the ranges.
+
+    Args:
+        found: the walkers so far.
+        count: how many.
+        width: standard deviation, as a share of the range.
+        draw: of the random numbers.
+    """
+    if not len(found["cost"]):
+        return draw.uniform(size=(count, found["shares"].shape[1]))
+    parents = found["shares"][cheapest(found["speed"], found["cost"], PARENTS)]
+    own = parents[draw.integers(len(parents), size=count)]
+    return np.clip(own + width * draw.normal(size=own.shape), 0.0, 1.0)
+
+
+def verified(
+    legged: Legged, family: TunedFamily, found: Columns, search: Search
+) -> dict[str, np.ndarray]:
+    """The finalists, released from unseen phases: the cheapest of every bin that all hold."""
+    last = cheapest(found["speed"], found["cost"], FINALISTS)
+    numbers = family.numbers(legged, free_numbers(family, found["shares"][last]))
+    rows = evaluated(legged, family, numbers, search.unseen, search.seed + UNSEEN)
+    holds = (rows["upright"] == 1.0) & (rows["steady"] == 1.0) & (rows["speed"] >= LEAST_SPEED)
+    rows = {name: values[holds] for name, values in rows.items()}
+    best = cheapest(rows["speed"], rows["cost_of_transport"], 1)
+    return {
+        "family": np.full(len(best), family.name),
+        **{name: values[best] for name, values in rows.items()},
+    }
+
+
+def evaluated(
+    legged: Legged, family: TunedFamily, numbers: Numbers, starts: int, seed: int
+) -> dict[str, np.ndarray]:
+    """Release walkers at random phases, for the system's own time: a row of a front each.
+
+    Args:
+        legged: the system.
+        family: what drives its legs.
+        numbers: of the walkers, [walkers].
+        starts: releases of each.
+        seed: of their phases.
+    """
+    phase = family.phases(legged, starts, seed)
+    summary = VerifiedSummary(legged.summary())
+    walkers = len(numbers["omega"])
+    if not walkers:
+        return {name: np.zeros(0) for name in _OF_POINT}
+    found: Verified = _run(legged, family, numbers, phase, summary, _fine_timing(legged))
+    travel, own = found
+
+    def of_starts(x: AnyArray) -> np.ndarray:
+        return np.asarray(x, float).reshape(walkers, starts)
+
+    def mean(x: np.ndarray) -> np.ndarray:
+        known = np.isfinite(x)
+        return np.where(known, x, 0.0).sum(axis=1) / np.maximum(known.sum(axis=1), 1)
+
+    up = ~of_starts(travel.failed).astype(bool)
+    body = unwrapped(legged.body)
+    weight = float(body.mass_kg * body.gravity_m_per_s2)  # type: ignore[attr-defined]
+    speed, power = mean(of_starts(own.speed_m_per_s)), mean(of_starts(own.power_w))
+    names = gait_of(own, legged.names).reshape(walkers, starts)
+    commonest = [Counter(row.tolist()).most_common(1)[0] for row in names]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        cost = power / (weight * speed)
+    return {
+        "speed": speed,
+        "cost_of_transport": cost,
+        **{name: np.asarray(numbers[name], float) for name in NUMBERS},
+        "upright": up.mean(axis=1),
+        "steady": of_starts(settled(travel)).mean(axis=1),
+        "locked": (up & ~np.isin(names, NO_GAIT[1:])).mean(axis=1),
+        "speed_spread": np.nanstd(of_starts(own.speed_m_per_s), axis=1),
+        "gait": np.array([name for name, _ in commonest]),
+        "gait_share": np.array([count / starts for _, count in commonest]),
+        "duty_factor": mean(of_starts(np.asarray(own.duty_factor).mean(axis=0))),
+    }
+
+
+_OF_POINT = (
+    "speed", "cost_of_transport", *NUMBERS, "upright", "steady", "locked", "speed_spread", "gait",
+    "gait_share", "duty_factor",
+)  # fmt: skip
+
+
+def _run(
+    legged: Legged,
+    family: TunedFamily,
+    numbers: Mapping[str, np.ndarray],
+    phase: np.ndarray,
+    summary: Summary,
+    timing: Timing,
+) -> Any:
+    starts = phase.shape[1]
+    lanes = {name: np.repeat(values, starts) for name, values in numbers.items()}
+    tiled = np.tile(phase, len(lanes["omega"]) // starts)
+    controller = family.controller(legged)
+    system = legged.system.replaced({"controller": controller})
+    engine = system.engine(summary, timing)
+    scenario = family.scenario(legged, lanes, tiled)
+    return lanes_of(engine.run(family.weights(lanes), scenario, legged.body))
+
+
+def _fine_timing(legged: Legged) -> Timing:
+    own = legged.timing
+    return Timing(duration_s=own.duration_s, tick_s=own.tick_s, frame_s=2.0 * own.frame_s)

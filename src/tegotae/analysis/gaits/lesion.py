@@ -1,0 +1,323 @@
+"""Lesions: a leg lost, a load, a push, a drop of the ground; who stays up, and how lags move."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from tegotae._support.errors import (
+    TegotaeError,
+    require_count,
+    require_finite,
+    unknown,
+)
+from tegotae._support.limits import MOST_M, MOST_SEEDS
+from tegotae.measures.gaits.lags import apart, moved
+from tegotae.measures.gaits.names import FALLEN, TOLERANCE, gait_of
+from tegotae.measures.gaits.summary import (
+    LEAST_FRAMES,
+    Coordination,
+    CoordinationSummary,
+    coordination,
+)
+from tegotae.measures.gaits.support import support_margin_m
+from tegotae.measures.gaits.wilson import wilson
+from tegotae.parts._shapes import LaneNumbers
+from tegotae.parts.bodies import Body, Walker
+from tegotae.parts.fields import numbers_of, unwrapped
+from tegotae.simulation.recorder import Trajectory
+from tegotae.simulation.rollout import Scenario, Timing
+from tegotae.simulation.world import Step, apply_changes, with_changes
+from tegotae.systems.legged import Legged, lanes_of, random_phases
+
+
+@dataclass(frozen=True, kw_only=True)
+class GaitLesion:
+    """What happens to a body once; for good, unless it lasts for a time.
+
+    Args:
+        at_s: when [s]; at the frame nearest to it.
+        lost: the names of legs that are there no more.
+        fields: numbers of the body that are otherwise from then on, pairs of name and number.
+        drop_m: how far the ground drops [m].
+        lasts_s: how long the fields are otherwise [s], as under a push; for good by default.
+
+    Raises:
+        TegotaeError: if nothing happens, or for a time or a drop that is no such number.
+
+    Example:
+        >>> GaitLesion(at_s=100.0, lost=("LH",)).label
+        'LH lost'
+    """
+
+    at_s: float
+    lost: tuple[str, ...] = ()
+    fields: tuple[tuple[str, float], ...] = ()
+    drop_m: float = 0.0
+    lasts_s: float = math.inf
+
+    def __post_init__(self) -> None:
+        require_finite("at_s", self.at_s, above=0.0)
+        require_finite("drop_m", self.drop_m, least=-MOST_M, most=MOST_M)
+        for name, value in self.fields:
+            require_finite(name, value)
+        if self.lasts_s != math.inf:
+            require_finite("lasts_s", self.lasts_s, above=0.0)
+            if not self.fields:
+                raise TegotaeError(
+                    "only numbers of the body pass: a lost leg or a drop is for good"
+                )
+        if not (self.lost or self.fields or self.drop_m):
+            raise TegotaeError(
+                "nothing happens: name a leg to lose, a number of the body that changes, or how "
+                "far the ground drops"
+            )
+
+    @property
+    def label(self) -> str:
+        """In a few words."""
+        words = [f"{leg} lost" for leg in self.lost]
+        passes = "" if self.lasts_s == math.inf else f" for {self.lasts_s:g} s"
+        words += [f"{name} {value:g}{passes}" for name, value in self.fields]
+        words += [f"ground {self.drop_m:g} lower"] if self.drop_m else []
+        return ", ".join(words)
+
+    def left(self, legged: Legged) -> tuple[int, ...]:
+        """The legs that are left, by their numbers.
+
+        Raises:
+            TegotaeError: for a leg that is not there, a body that cannot lose any, or fewer than
+                two that are left.
+        """
+        names, body = legged.names, unwrapped(legged.body)
+        for leg in self.lost:
+            if leg not in names:
+                raise unknown("leg of this body", leg, names)
+        present = getattr(body, "present", None)
+        if self.lost and present is None:
+            raise TegotaeError(
+                f"a {type(body).__name__} cannot lose a leg: it does not say which are present"
+            )
+        there = (1.0,) * body.limbs if present is None else present
+        for leg in self.lost:
+            if there[names.index(leg)] < 0.5:
+                raise TegotaeError(f"leg {leg} is lost already; name one that is there")
+        left = tuple(i for i, leg in enumerate(names) if there[i] > 0.5 and leg not in self.lost)
+        if len(left) < 2:
+            raise TegotaeError(
+                f"{len(left)} of {body.limbs} legs is left; a gait is how several legs go together"
+            )
+        return left
+
+    def scenario(self, legged: Legged, phase_rad: LaneNumbers) -> Scenario:
+        """A release of the system to which this happens.
+
+        Raises:
+            TegotaeError: for legs or numbers that the body does not have.
+        """
+        body = unwrapped(legged.body)
+        left, numbers = self.left(legged), numbers_of(body)
+        changes: dict[str, LaneNumbers] = {}
+        for name, value in self.fields:
+            if name not in numbers or isinstance(numbers[name], tuple):
+                raise unknown(
+                    f"number of a {type(body).__name__}",
+                    name,
+                    [each for each, usual in numbers.items() if not isinstance(usual, tuple)],
+                )
+            changes[name] = Step(value, from_s=self.at_s, until_s=self.at_s + self.lasts_s)
+        if self.lost:
+            there = np.isin(np.arange(legged.body.limbs), left).astype(float)
+            changes["present"] = Step(there[:, None], from_s=self.at_s)
+        if self.drop_m:
+            changes["drop_m"] = Step(self.drop_m, from_s=self.at_s)
+        return with_changes(legged.scenario(phase_rad), legged.body, changes)
+
+
+@dataclass(frozen=True)
+class Aftermath:
+    """What random releases did before and after a lesion."""
+
+    legged: Legged
+    """The released system."""
+    lesion: GaitLesion
+    """What happened."""
+    timing: Timing
+    """Of every rollout."""
+    left: tuple[int, ...]
+    """The legs that are left, by their numbers."""
+    reference: int
+    """The leg that lags are measured from, before and after."""
+    phase_rad: np.ndarray
+    """Phases at release [rad], [limbs, starts]."""
+    before: Coordination
+    """The coordination just before."""
+    after: Coordination
+    """That of the legs that are left in the end, [left, starts]; times count from the lesion."""
+    gait_before: np.ndarray
+    """Names, [starts]."""
+    gait_after: np.ndarray
+    """Names, as far as patterns of so many legs have any, [starts]."""
+
+    @property
+    def stood(self) -> np.ndarray:
+        """Who had not fallen before, [starts]."""
+        return ~np.isfinite(self.before.fall_time_s)
+
+    @property
+    def stays(self) -> np.ndarray:
+        """Who of these has not fallen in the end, [starts]."""
+        return self.stood & ~np.isfinite(self.after.fall_time_s)
+
+    @property
+    def share(self) -> tuple[float, float, float]:
+        """Share of those who stood that stay up, and its 95 % interval (Wilson); NaN of none."""
+        of, count = int(self.stood.sum()), int(self.stays.sum())
+        return (count / of, *wilson(count, of)) if of else (np.nan, np.nan, np.nan)
+
+    @property
+    def margin_m(self) -> float:
+        """How far the mass is inside the polygon of the hips that are left [m], afterwards.
+
+        NaN of other bodies than walkers, and of fewer than three legs.
+        """
+        body = unwrapped(self.legged.body)
+        if not isinstance(body, Walker) or len(self.left) < 3:
+            return math.nan
+        there = tuple(float(leg in self.left) for leg in range(body.limbs))
+        changes = {**dict(self.lesion.fields), "present": there}
+        return support_margin_m(dataclasses.replace(body, **changes))
+
+    @property
+    def lag_change(self) -> np.ndarray:
+        """How far the lags have moved for good, the short way round [cycles], [left, starts]."""
+        return np.asarray(apart(self.after.lag, self.before.lag[list(self.left)]), float)
+
+
+@dataclass(frozen=True)
+class BeforeAndAfter:
+    """An `Engine`'s summary: the coordination in the ends of both parts of a recording.
+
+    Args:
+        cut: how many frames the first part has.
+        window: how many frames of either part's end are measured.
+        left: the legs of the second part.
+        own: how each part is summarised.
+    """
+
+    cut: int
+    window: int
+    left: tuple[int, ...]
+    own: CoordinationSummary
+
+    @property
+    def needs(self) -> tuple[str, ...]:
+        """The channels that are recorded for it."""
+        return self.own.needs
+
+    def __call__(
+        self, trajectory: Trajectory, scenario: Scenario, body: Body, timing: Timing
+    ) -> tuple[Coordination, Coordination]:
+        """The coordination of every lane, before and after."""
+
+        def of_part(part: Trajectory, its_body: Body, reference: int) -> Coordination:
+            return coordination(
+                part,
+                its_body,
+                frame_s=timing.frame_s,
+                begins=len(part.time_s) - self.window,
+                reference=reference,
+                tolerance=self.own.tolerance,
+                rhythm=self.own.rhythm,
+            )
+
+        first = jax.tree.map(lambda x: x[: self.cut], trajectory)
+        second = jax.tree.map(lambda x: _of_legs(x[self.cut :], self.left), trajectory)
+        begun = self.cut * timing.frame_s
+        last = jnp.asarray(timing.n_frames * timing.ticks_per_frame - 1)
+        changes = dict(scenario.changes)
+        harmed, _ = apply_changes(body, scenario.omega, changes, last, timing.tick_s)
+        reference = self.left.index(self.own.reference)
+        after = of_part(second, harmed, reference)
+        # Legs that have never felt each other are no more locked after a lesion than before it.
+        whole = _of_legs(self.own.rhythm.lag(trajectory, self.own.reference), self.left)
+        after = after._replace(
+            lock_time_s=after.lock_time_s - begun,
+            fall_time_s=after.fall_time_s - begun,
+            moved=jnp.where(jnp.isnan(after.moved), jnp.nan, moved(whole)),
+        )
+        return of_part(first, body, self.own.reference), after
+
+
+def aftermath(
+    legged: Legged,
+    lesion: GaitLesion,
+    starts: int = 64,
+    *,
+    seed: int = 0,
+    tolerance: float = TOLERANCE,
+    timing: Timing | None = None,
+) -> Aftermath:
+    """Release a body at random phases, let something happen to it, and see who stays up.
+
+    Nothing before the lesion knows of it. Measured is the last quarter of either part.
+
+    Args:
+        legged: the body and what drives it.
+        lesion: what happens.
+        starts: how many releases.
+        seed: of their phases.
+        tolerance: how far lags may be from a named pattern's [cycles].
+        timing: of each rollout; that of the system by default.
+
+    Raises:
+        TegotaeError: for a lesion that the body cannot have, or at a time outside the rollout.
+
+    Example:
+        >>> from tegotae.analysis.gaits import system
+        >>> found = aftermath(system("bar-light"), GaitLesion(at_s=30.0, drop_m=0.05), starts=4)
+        >>> found.share[0], found.gait_after.tolist()
+        (1.0, ['antiphase', 'antiphase', 'antiphase', 'antiphase'])
+    """
+    require_count("starts", starts, most=MOST_SEEDS)
+    timing = timing or legged.timing
+    cut = round(lesion.at_s / timing.frame_s)
+    shorter = min(cut, timing.n_frames - cut)
+    if shorter < LEAST_FRAMES:
+        edge = LEAST_FRAMES * timing.frame_s
+        raise TegotaeError(
+            f"at_s is {lesion.at_s:g}; it must be from {edge:g} to {timing.duration_s - edge:g}, "
+            "so that there is a before and an after"
+        )
+    lesion = dataclasses.replace(lesion, at_s=cut * timing.frame_s)
+    left = lesion.left(legged)
+    reference = legged.reference if legged.reference in left else left[0]
+    phase = random_phases(legged.body.limbs, starts, seed)
+    summary = BeforeAndAfter(cut, shorter // 4, left, legged.summary(reference=reference))
+    before, after = lanes_of(legged.run(summary, lesion.scenario(legged, phase), timing))
+    gait_after = gait_of(after, [legged.names[i] for i in left], tolerance)
+    gait_before = gait_of(before, legged.names, tolerance)
+    fell = np.isfinite(before.fall_time_s)
+    return Aftermath(
+        legged=legged,
+        lesion=lesion,
+        timing=timing,
+        left=left,
+        reference=reference,
+        phase_rad=phase,
+        before=before,
+        after=after,
+        gait_before=gait_before,
+        gait_after=np.where(fell, FALLEN, gait_after),
+    )
+
+
+def _of_legs(x: jax.Array, legs: Sequence[int]) -> jax.Array:
+    """What a recording [frames, (limbs,) lanes] shows of some legs."""
+    return x[:, np.array(legs)] if x.ndim == 3 else x

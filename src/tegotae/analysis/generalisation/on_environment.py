@@ -1,0 +1,374 @@
+"""Controllers that were trained on a MuJoCo model, under the disturbances that this can have."""
+
+from __future__ import annotations
+
+import copy
+import dataclasses
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from tegotae._support.documents import JsonObject
+from tegotae._support.errors import TegotaeError
+from tegotae.analysis.generalisation.retention import EVENT_SHARE, MEASURED_SHARE, STANDING_SHARE
+from tegotae.envs.mujoco.sensing import scale_model
+from tegotae.envs.pilot import Pilot
+from tegotae.parts.controller import Controller
+from tegotae.simulation.world import Step
+from tegotae.systems.controller_set import ControllerSet
+from tegotae.training.environments.experiment import EnvExperiment
+from tegotae.training.environments.lanes import ModelLanes
+
+if TYPE_CHECKING:
+    from tegotae.analysis.generalisation.disturbance import Disturbance
+
+_UNSEEN = 1000
+"""Starts under test are as far from those of the training, by the seed of their noise."""
+_WALKS = 0.05
+"""From this speed on a body walks, over √(g l)."""
+_HOPS = 0.01
+"""From this standard deviation of its height on a body hops, over its height at the start."""
+_KEEPS = 0.5
+"""A gait is kept with this share of the usual speed, or bounce in place, at least."""
+
+
+@dataclass(frozen=True)
+class MujocoModel:
+    """What disturbances ask of a body: numbers that a MuJoCo model has or could have."""
+
+    mass_kg: float
+    gravity_m_per_s2: float
+    rest_length_m: float
+    limbs: int
+    friction: float = 1.0
+    push_x_n: float = 0.0
+    push_y_n: float = 0.0
+    impulse_ns: float = 0.0
+    delay_s: float = 0.0
+    noise: float = 0.0
+
+    @property
+    def touching_height_m(self) -> float:
+        """Height at touchdown [m]."""
+        return self.rest_length_m
+
+
+_CHANGED = {
+    *("mass_kg", "gravity_m_per_s2", "friction", "push_x_n", "push_y_n", "impulse_ns", "at_s"),
+    *("delay_s", "noise", "seed", "omega"),
+}
+"""Changes that can be made here."""
+
+
+@dataclass(frozen=True)
+class ModelUnderTest:
+    """A set of controllers on the MuJoCo model of its training, and how it is tried.
+
+    Args:
+        controllers: the runs of one training.
+        starts: from how many starts each is tried, where the environment has noise; none of them
+            is one of the training.
+
+    Raises:
+        TegotaeError: for runs that were trained on another kind of environment, or elsewhere.
+    """
+
+    controllers: ControllerSet
+    starts: int = 4
+
+    takes_forces = True
+
+    def __post_init__(self) -> None:
+        if not self.experiment.spec.is_model:
+            raise TegotaeError(
+                f"{self.experiment.spec.env} is no MuJoCo model, whose mass or friction could be "
+                "changed; make it with other settings: tegotae evaluate --settings"
+            )
+
+    @classmethod
+    def of(cls, runs: ControllerSet, starts: int = 4) -> ModelUnderTest:
+        """The runs of a set; from one start where the environment has a single one."""
+        one = cls(runs, 1)
+        return one if one.experiment.spec.model_settings.noise == 0.0 else cls(runs, starts)
+
+    @cached_property
+    def experiment(self) -> EnvExperiment:
+        """Where they were trained."""
+        return EnvExperiment.of_set(self.controllers)
+
+    @property
+    def name(self) -> str:
+        """Of the set."""
+        return self.controllers.name
+
+    @property
+    def weights(self) -> np.ndarray:
+        """Of the runs, [runs, n_weights]."""
+        return self.controllers.weights
+
+    @property
+    def controller(self) -> Controller:
+        """The structure that the runs share."""
+        return self.experiment.controller
+
+    @property
+    def omega(self) -> float | None:
+        """The frequency they are tried at [rad/s]: the training's, or the middle one of several."""
+        return self.experiment.omega
+
+    @cached_property
+    def body(self) -> MujocoModel:
+        """What disturbances ask of it."""
+        sensing = self.experiment.spec.model_settings.sensed
+        gravity = float(np.linalg.norm(sensing.model.opt.gravity)) or 9.81
+        lanes = self._lanes(1)
+        height = lanes.reset(self.experiment.seed, np.ones(1, bool))
+        lanes.close()
+        length = float(height[0, sensing.names.index("root_height")])
+        wiring = self.experiment.wiring
+        return MujocoModel(
+            mass_kg=float(sensing.model.body_mass.sum()),
+            gravity_m_per_s2=gravity,
+            rest_length_m=length if wiring.rest_length_m is None else float(wiring.rest_length_m),
+            limbs=self.controller.limbs,
+        )
+
+    @property
+    def unwrapped(self) -> MujocoModel:
+        """The same: nothing is around it."""
+        return self.body
+
+    @property
+    def height_m(self) -> float:
+        """From which height it is released [m]."""
+        return self.body.rest_length_m
+
+    @property
+    def time_scale(self) -> float:
+        """√(l / g) over that of a leg of a metre on Earth."""
+        return math.sqrt(self.body.rest_length_m / self.body.gravity_m_per_s2 * 9.81)
+
+    @property
+    def speed_scale(self) -> float:
+        """√(g l) over that of a leg of a metre on Earth."""
+        return self.body.rest_length_m / self.time_scale
+
+    def has_field(self, name: str) -> bool:
+        """Whether the model has a number of this name."""
+        return hasattr(self.body, name)
+
+    def usual(self, name: str) -> float:
+        """A number as it usually is."""
+        return float(getattr(self.body, name, 0.0))
+
+    def lacks(self, disturbance: Disturbance) -> str:
+        """Why a disturbance does not apply; empty if it does."""
+        if why := disturbance.lacks(self):  # type: ignore[arg-type]
+            return why
+        at_s = np.zeros(1)
+        found = disturbance.changes(self, np.array([disturbance.neutral]), at_s)  # type: ignore[arg-type]
+        beyond = sorted(set(found) - _CHANGED)
+        return f"{', '.join(beyond)} cannot be changed on a MuJoCo model" if beyond else ""
+
+    @property
+    def document(self) -> JsonObject:
+        """What decides what is found, beside the disturbances, as JSON values."""
+        return {"experiment": self.experiment.document, "starts": self.starts}
+
+    def check_level(self, disturbance: Disturbance, level: float) -> None:
+        """Raise `TegotaeError` for a level that makes no model."""
+        found = disturbance.changes(self, np.array([level]), np.zeros(1))  # type: ignore[arg-type]
+        for name in ("mass_kg", "gravity_m_per_s2", "friction", "delay_s", "noise"):
+            value = float(np.ravel(found.get(name, 1.0))[0])  # type: ignore[arg-type]
+            if value < 0.0 or (name == "mass_kg" and value == 0.0):
+                raise TegotaeError(
+                    f"{disturbance.name}={level:g} on {self.name}: {name} would be {value:g}"
+                )
+
+    def _lanes(self, count: int, models: Sequence[Any] | None = None) -> ModelLanes:
+        own = self.experiment
+        settings = dataclasses.replace(own.spec.model_settings, duration_s=own.duration_s)
+        return ModelLanes(settings, count, models=models)
+
+    def tried(self, disturbances: Sequence[Disturbance]) -> dict[str, np.ndarray]:
+        """What came of it, the columns of `Retention`: every run, level and start at once."""
+        runs, size = len(self.weights), len(self.weights) * self.starts
+        plan = [(each, level) for each in disturbances
+                for level in (*each.side(True), *each.side(False))]  # fmt: skip
+        at_s = EVENT_SHARE * self.experiment.duration_s
+        count = (len(plan) + 1) * size
+        changes: dict[str, np.ndarray] = {}
+        for number, (each, level) in enumerate(plan, 1):
+            here = slice(number * size, (number + 1) * size)
+            levels, when = np.full(size, level), np.full(size, at_s)
+            given = each.changes(self, levels, when)  # type: ignore[arg-type]
+            for name, change in given.items():
+                value, ends = change, np.inf
+                if isinstance(change, Step):
+                    value, ends = change.value, float(np.ravel(change.until_s)[0]) - at_s
+                usual = self.usual(name) if name != "omega" else self.omega
+                changes.setdefault(name, np.full(count, usual, float))[here] = value
+                if name.startswith("push"):
+                    changes.setdefault("lasts_s", np.zeros(count))[here] = ends
+        found = _played(self, changes, at_s, count)
+        return self._columns(found, plan, runs, size)
+
+    def _columns(
+        self,
+        found: dict[str, np.ndarray],
+        plan: Sequence[tuple[Disturbance, float]],
+        runs: int,
+        size: int,
+    ) -> dict[str, np.ndarray]:
+        usual = {name: x[:size] for name, x in found.items()}
+        then = {name: x[size:].reshape(-1, size) for name, x in found.items()}
+        length = self.body.rest_length_m
+        walks = usual["ahead_m_per_s"] > _WALKS * math.sqrt(self.body.gravity_m_per_s2 * length)
+        hops = usual["bounce_m"] > _HOPS * length
+        moved = usual["lasted"] & (walks | hops)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            speed = then["ahead_m_per_s"] / usual["ahead_m_per_s"]
+            share = np.where(walks, speed, then["bounce_m"] / usual["bounce_m"])
+            efficiency = speed * then["weight"] / usual["weight"]
+            efficiency *= usual["power_w"] / then["power_w"]
+        moves = moved & then["lasted"] & (share > STANDING_SHARE)
+        keeps = moves & (share >= _KEEPS)
+        levels = len(plan)
+        whole = {
+            "condition": np.repeat([each.name for each, _ in plan], size),
+            "level": np.repeat([level for _, level in plan], size),
+            "run": np.tile(np.repeat(np.arange(runs), self.starts), levels),
+            "start": np.tile(np.arange(self.starts), levels * runs),
+        }
+        known = {
+            "had": np.broadcast_to(moved, moves.shape),
+            "moved": np.broadcast_to(moved, moves.shape),
+            "moves": moves,
+            "keeps": keeps,
+            "efficiency": np.where(moves & walks, efficiency, np.nan),
+            "speed": np.where(moves & walks, speed, np.nan),
+        }
+        return whole | {name: np.ravel(x) for name, x in known.items()}
+
+
+def _played(
+    tested: ModelUnderTest, changes: dict[str, np.ndarray], at_s: float, count: int
+) -> dict[str, np.ndarray]:
+    """An episode of every lane under its changes, [lanes] each."""
+    own, body = tested.experiment, tested.body
+    wires, wiring = own.wires, own.wiring
+    every = np.ones(count, bool)
+
+    def of(name: str, usual: float) -> np.ndarray:
+        return changes.get(name, np.full(count, usual))
+
+    mass = of("mass_kg", body.mass_kg) / body.mass_kg
+    gravity = of("gravity_m_per_s2", body.gravity_m_per_s2) / body.gravity_m_per_s2
+    models = _models(tested, mass, of("friction", 1.0), gravity)
+    lanes = tested._lanes(count, models)
+    per_level = np.repeat(tested.weights, tested.starts, axis=0)
+    weights = np.tile(per_level, (count // len(per_level), 1)).astype(np.float32)
+    pilot = Pilot(wires, wiring, weights.T)
+    start = np.arange(count) % tested.starts
+    unseen = _UNSEEN if own.spec.model_settings.noise else 0
+    seen = lanes.reset(own.seed + unseen + start, every)
+    pilot.restart(every, of("omega", float(wiring.omega or 0.0)))
+    senses = _Senses(tested, of("delay_s", 0.0), of("noise", 0.0), of("seed", 0.0))
+    names, step_s = wires.observed, wires.step_s
+    forward, height = names.index("root_forward"), names.index("root_height")
+    late = round((1.0 - MEASURED_SHARE) * lanes.steps)
+    alive = every.copy()
+    track = np.zeros((lanes.steps, 3, count))
+    try:
+        for step in range(lanes.steps):
+            push = _push(changes, step * step_s - at_s, step_s, count)
+            acted = pilot.act(senses(seen))
+            seen, _, over = lanes.step(acted, alive, push_n=push)
+            seen = np.nan_to_num(seen, posinf=0.0, neginf=0.0)
+            track[step] = seen[:, forward], seen[:, height], seen[:, -1]
+            alive &= ~(over & ~lanes.truncated)
+    finally:
+        lanes.close()
+    span = (lanes.steps - 1 - late) * step_s
+    return {
+        "lasted": alive,
+        "ahead_m_per_s": (track[-1, 0] - track[late, 0]) / span,
+        "bounce_m": track[late:, 1].std(axis=0),
+        "power_w": (track[-1, 2] - track[late, 2]) / span,
+        "weight": mass * gravity,
+    }
+
+
+def _models(
+    tested: ModelUnderTest, mass: np.ndarray, friction: np.ndarray, gravity: np.ndarray
+) -> list[Any]:
+    """A model a lane; lanes that are alike share one."""
+    usual = tested.experiment.spec.model_settings.sensed.model
+    made: dict[tuple[float, float, float], Any] = {(1.0, 1.0, 1.0): usual}
+    found = []
+    for key in zip(mass.tolist(), friction.tolist(), gravity.tolist(), strict=True):
+        if key not in made:
+            made[key] = copy.copy(usual)
+            made[key].opt.gravity[:] *= key[2]
+            scale_model(made[key], key[0], key[1])
+        found.append(made[key])
+    return found
+
+
+def _push(
+    changes: dict[str, np.ndarray], since_s: float, step_s: float, count: int
+) -> np.ndarray | None:
+    """External forces on the first body in a step that begins so long after the event [N]."""
+    if not {"push_x_n", "push_y_n", "impulse_ns"} & set(changes) or since_s <= -0.5 * step_s:
+        return None
+    push = np.zeros((count, 3))
+    lasts = changes.get("lasts_s", np.zeros(count))
+    for axis, name in enumerate(("push_x_n", "push_y_n")):
+        if name in changes:
+            push[:, axis] = np.where(since_s < lasts - 0.5 * step_s, changes[name], 0.0)
+    if "impulse_ns" in changes and since_s < 0.5 * step_s:
+        push[:, 2] = changes["impulse_ns"] / step_s
+    return push if push.any() else None
+
+
+class _Senses:
+    """What the limbs feel, late and noisy.
+
+    Args:
+        tested: the controllers.
+        delay_s: of each lane [s], interpolated between control periods.
+        noise: standard deviation over the scale of the sense, of each lane.
+        seed: of the noise of each lane.
+    """
+
+    def __init__(
+        self, tested: ModelUnderTest, delay_s: np.ndarray, noise: np.ndarray, seed: np.ndarray
+    ) -> None:
+        wires, scales = tested.experiment.wires, tested.experiment.wiring.scales
+        self._at = {int(i): float(scales.get(name, 1.0))
+                    for name, (places, _) in wires.sensed.items() for i in places}  # fmt: skip
+        self._steps, self._noise = delay_s / wires.step_s, noise
+        self._random = [np.random.default_rng(int(each)) for each in seed]
+        self._past: list[np.ndarray] = []
+
+    def __call__(self, seen: np.ndarray) -> np.ndarray:
+        """Of what is observed now, [lanes, entries], what is felt."""
+        if not self._steps.any() and not self._noise.any():
+            return seen
+        longest = math.ceil(self._steps.max()) + 1
+        self._past = [seen.copy(), *self._past[:longest]]
+        felt = seen.copy()
+        last = len(self._past) - 1
+        near = np.minimum(np.floor(self._steps).astype(int), last)
+        part = self._steps - np.floor(self._steps)
+        past, lane = np.stack(self._past), np.arange(len(seen))
+        far = np.minimum(near + 1, last)
+        for entry, scale in self._at.items():
+            delayed = (1.0 - part) * past[near, lane, entry] + part * past[far, lane, entry]
+            drawn = [each.standard_normal() for each in self._random]
+            felt[:, entry] = delayed + self._noise * scale * np.array(drawn)
+        return felt

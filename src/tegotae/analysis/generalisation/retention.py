@@ -1,0 +1,269 @@
+"""What a gait does before and under a disturbance: of one leg its hops, of several their lags."""
+
+from __future__ import annotations
+
+import dataclasses
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import partial
+from typing import Any, TypeAlias
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from tegotae.analysis.generalisation.controllers_under_test import ControllersUnderTest
+from tegotae.measures.gaits.heading import HEADING, speed_ahead_m_per_s
+from tegotae.measures.gaits.lags import apart
+from tegotae.measures.gaits.summary import Coordination, CoordinationSummary
+from tegotae.measures.hopping.efficiency import cot_inverse
+from tegotae.measures.hopping.hopping import dies_out, hops
+from tegotae.measures.hopping.limit_cycle import LimitCycle, settled
+from tegotae.parts._shapes import AnyArray, Numeric
+from tegotae.parts.bodies import Body
+from tegotae.parts.fields import path_of
+from tegotae.simulation.recorder import declared
+from tegotae.simulation.rollout import (
+    Scenario,
+    Summary,
+    Timing,
+    Trajectory,
+)
+
+EVENT_SHARE = 0.375
+"""Share of the time after which what happens at a time happens: the first apex then, of what
+hops."""
+LAG_TOLERANCE = 0.1
+"""How far the lags of a gait may lie from those without a disturbance [cycles]."""
+MEASURED_SHARE = 0.375
+"""Efficiency is that of the whole hops in this last share of the time."""
+STANDING_SHARE = 0.25
+"""Of this share of its speed a walker still walks."""
+
+_CHANNELS = (
+    *("time_s", "ground_m", "failed", "apex_time_s", "apex_height_m", "apex_phase_rad"),
+    *("work_absolute_j", "climb_flight_m"),
+)
+
+Outcomes: TypeAlias = Mapping[str, np.ndarray]
+"""What counts of rollouts, by name, arrays [..., lanes]."""
+
+
+class RetentionCriterion(ABC):
+    """The summary of a rollout, and the retained part of a gait."""
+
+    summary: Summary
+    """What an engine makes of a rollout."""
+
+    @abstractmethod
+    def of(self, recorded: Any, scenario: Scenario) -> dict[str, AnyArray]:
+        """What counts of what was recorded, arrays [..., lanes]."""
+
+    @abstractmethod
+    def at_s(self, usual: Outcomes) -> np.ndarray:
+        """When a disturbance comes [s], [lanes], given what is done without it."""
+
+    @abstractmethod
+    def kept(
+        self, usual: Outcomes, found: Outcomes, weight_ratio: np.ndarray
+    ) -> dict[str, np.ndarray]:
+        """The retained part under a disturbance (`Retention`), [levels, lanes] each.
+
+        Args:
+            usual: without it, [1, lanes].
+            found: with it, [levels, lanes].
+            weight_ratio: weight of the body over the usual one.
+        """
+
+
+@dataclass(frozen=True)
+class _HopChannels:
+    """The channels that hops are read from, as an engine's summary."""
+
+    needs: tuple[str, ...] = _CHANNELS
+
+    def __call__(
+        self, trajectory: Trajectory, scenario: Scenario, body: Body, timing: Timing
+    ) -> Trajectory:
+        return trajectory
+
+
+@dataclass(frozen=True)
+class HopRetention(RetentionCriterion):
+    """One leg: it hops while it has not failed and its last hops are not long ago; its gait is a
+    limit cycle that lasts until the end, and is the same if it has as many hops.
+
+    Args:
+        rest_length_path: what the leg's length is called in a scenario's changes.
+        rest_length_m: as it usually is.
+        event_s: after which time the next apex is that of the disturbance [s].
+
+    Heights are near where they are within 0.5 % of that length.
+    """
+
+    rest_length_path: str
+    rest_length_m: float
+    event_s: float
+
+    summary = _HopChannels()
+
+    def of(self, recorded: Trajectory, scenario: Scenario) -> dict[str, AnyArray]:
+        """See `RetentionCriterion.of`."""
+        length = dict(scenario.changes).get(self.rest_length_path, np.float32(self.rest_length_m))
+        usual = LimitCycle()
+        near = dataclasses.replace(
+            usual, height_tolerance_m=usual.height_tolerance_m * self.rest_length_m
+        )
+        return _hop_measures(
+            near, recorded, jnp.asarray(length), jnp.asarray(self.event_s, "float32")
+        )
+
+    def at_s(self, usual: Outcomes) -> np.ndarray:
+        """The next apex of a hop; the time itself of what hops no more."""
+        apex = np.asarray(usual["apex_s"])
+        return np.where(np.isfinite(apex), apex, self.event_s)
+
+    def kept(
+        self, usual: Outcomes, found: Outcomes, weight_ratio: np.ndarray
+    ) -> dict[str, np.ndarray]:
+        """See `RetentionCriterion.kept`; efficiency is the dimensionless CoT⁻¹, m g Σh / E."""
+        had = np.isfinite(usual["period"])
+        keeps = found["hops"] & (found["period"] == usual["period"])
+        moves = found["hops"] & usual["hops"]
+        with np.errstate(invalid="ignore", divide="ignore"):
+            efficiency = found["cot_inverse"] * weight_ratio / usual["cot_inverse"]
+        return {
+            "had": np.broadcast_to(had, keeps.shape),
+            "moved": np.broadcast_to(usual["hops"], keeps.shape),
+            "moves": moves,
+            "keeps": keeps & had,
+            "efficiency": np.where(moves, efficiency, np.nan),
+            "speed": np.full(keeps.shape, np.nan),
+        }
+
+
+@partial(jax.jit, static_argnums=0)
+def _hop_measures(
+    near: LimitCycle, recorded: Trajectory, rest_length_m: Numeric, event_s: Numeric
+) -> dict[str, AnyArray]:
+    table = hops(recorded, rest_length_m)
+    end_s = recorded.time_s[-1]
+    cycle = settled(table, near, -jnp.inf, end_s)
+    last_s = jnp.max(jnp.where(jnp.isnan(table.time_s), -jnp.inf, table.time_s), axis=0)
+
+    # The last hops, an even number of them, whatever they are: noise leaves no limit cycle.
+    last = table.n_hops - 1
+    first = jnp.sum(table.time_s < (1.0 - MEASURED_SHARE) * end_s[None], axis=0, dtype=jnp.int32)
+    first = jnp.clip(first + (last - first) % 2, 0, jnp.maximum(last, 0))
+
+    def over_hops(total: AnyArray) -> jax.Array:
+        def at(hop: AnyArray) -> jax.Array:
+            frame = jnp.take_along_axis(table.frame, jnp.maximum(hop, 0)[None], axis=0)
+            return jnp.take_along_axis(total, frame, axis=0)[0]
+
+        return at(last) - at(first)
+
+    sound = ~recorded.failed[-1]
+    on_cycle = cycle.found & sound
+    climbed, work = map(over_hops, (recorded.climb_flight_m, recorded.work_absolute_j))
+    gained = jnp.where(last > first, cot_inverse(climbed, work), jnp.nan)
+    later = jnp.where(table.time_s >= event_s, table.time_s, jnp.inf)
+    return {
+        "hops": sound & ~dies_out(last_s, end_s),
+        "period": jnp.where(on_cycle, cycle.period, jnp.nan),
+        "cot_inverse": jnp.where(sound, gained, jnp.nan),
+        "apex_s": jnp.min(later, axis=0),
+    }
+
+
+@dataclass(frozen=True)
+class Walked:
+    """An engine's summary: the `Coordination` of every lane, and its speed ahead [m/s].
+
+    Args:
+        legs: the summary of the coordination.
+        looks: whether the body knows where it looks; else the speed is that over ground.
+    """
+
+    legs: CoordinationSummary
+    looks: bool
+
+    @property
+    def needs(self) -> tuple[str, ...]:
+        """The channels that are recorded for it."""
+        return tuple(dict.fromkeys((*self.legs.needs, *(HEADING if self.looks else ()))))
+
+    def __call__(
+        self, trajectory: Trajectory, scenario: Scenario, body: Body, timing: Timing
+    ) -> tuple[Coordination, AnyArray]:
+        """What every lane does in the last quarter of the time."""
+        found = self.legs(trajectory, scenario, body, timing)
+        if not self.looks:
+            return found, found.speed_m_per_s
+        frames = len(trajectory.time_s)
+        return found, speed_ahead_m_per_s(trajectory, frames - max(frames // 4, 2))
+
+
+@dataclass(frozen=True)
+class GaitRetention(RetentionCriterion):
+    """Several legs: they walk while they have not fallen, some leg steps, and they come ahead at a
+    quarter of their speed at least, the way they usually go; their gait is lags that are locked,
+    and is the same if those are.
+
+    Args:
+        summary: of the coordination of the legs, and of their speed.
+        event_s: when a disturbance comes [s].
+    """
+
+    summary: Summary
+    event_s: float
+
+    def of(
+        self, recorded: tuple[Coordination, AnyArray], scenario: Scenario
+    ) -> dict[str, AnyArray]:
+        """See `RetentionCriterion.of`."""
+        legs, ahead = recorded
+        names = ("lag", "lock_time_s", "fall_time_s", "cost_of_transport", "step_frequency_hz")
+        return {name: getattr(legs, name) for name in names} | {"ahead_m_per_s": ahead}
+
+    def at_s(self, usual: Outcomes) -> np.ndarray:
+        """See `RetentionCriterion.at_s`."""
+        return np.full(usual["fall_time_s"].shape, self.event_s)
+
+    def kept(
+        self, usual: Outcomes, found: Outcomes, weight_ratio: np.ndarray
+    ) -> dict[str, np.ndarray]:
+        """See `RetentionCriterion.kept`; efficiency is the inverse cost of transport."""
+        with np.errstate(invalid="ignore", divide="ignore"):
+            locked = np.isfinite(usual["lock_time_s"])
+            gap = np.asarray(apart(found["lag"], usual["lag"]))
+            near = np.nanmax(np.where(np.isnan(gap), np.inf, gap), axis=0) <= LAG_TOLERANCE
+            speed = found["ahead_m_per_s"] / usual["ahead_m_per_s"]
+            moved = _steps(usual)
+            moves = moved & _steps(found) & ~(speed < STANDING_SHARE)
+            efficiency = usual["cost_of_transport"] / found["cost_of_transport"]
+        return {
+            "had": np.broadcast_to(locked, moves.shape),
+            "moved": np.broadcast_to(moved, moves.shape),
+            "moves": moves,
+            "keeps": moves & locked & near & np.isfinite(found["lock_time_s"]),
+            "efficiency": np.where(moves, efficiency, np.nan),
+            "speed": np.where(moves, speed, np.nan),
+        }
+
+
+def _steps(of: Outcomes) -> np.ndarray:
+    """Who stands, and does not stand still: whichever leg steps, for any of them may be lost."""
+    return np.isnan(of["fall_time_s"]) & (of["step_frequency_hz"] > 0.0).any(axis=0)
+
+
+def criterion_of(tested: ControllersUnderTest) -> RetentionCriterion:
+    """The criterion that decides how much of their gait controllers retain."""
+    event_s = EVENT_SHARE * tested.timing.duration_s
+    if tested.hops:
+        path = path_of(tested.prepared, "rest_length_m")
+        return HopRetention(path, float(tested.body.rest_length_m), event_s)
+    pair = tested.controller, tested.prepared
+    legs = CoordinationSummary.on(*pair, reference=tested.reference)
+    return GaitRetention(Walked(legs, set(HEADING) <= set(declared(*pair))), event_s)

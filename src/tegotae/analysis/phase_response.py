@@ -1,0 +1,146 @@
+"""The phase-response curve: how a short push shifts the rhythm, for good."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tegotae._support.errors import TegotaeError, require_count
+from tegotae._support.limits import MOST_M, MOST_POINTS, require_within
+from tegotae.analysis.orbit import Orbit, require_enterable
+from tegotae.analysis.outcome import turn
+from tegotae.measures.hopping.hopping import hops
+from tegotae.measures.hopping.limit_cycle import LimitCycle
+from tegotae.parts.bodies import Hopper
+from tegotae.parts.maths import TWO_PI
+from tegotae.systems.controller_file import SavedController
+
+
+@dataclass(frozen=True)
+class PhaseResponse:
+    """Asymptotic shift of the rhythm by pushes at points of a limit cycle."""
+
+    cycle_phase_rad: np.ndarray
+    """Where the push comes, θ = 2π t / T from the apex on [rad], shape [points]."""
+    push_ns: np.ndarray
+    """Upward impulses J [N s], shape [pushes]."""
+    shift_rad: np.ndarray
+    """Shift Δθ in [-π, π) [rad], shape [pushes, points]: positive if the rhythm comes earlier;
+    NaN where the gait does not return to its limit cycle."""
+    stance: np.ndarray
+    """Whether the push comes in stance, shape [points]."""
+    oscillator_phase_rad: np.ndarray
+    """The oscillator's phase φ at the push [rad], shape [points]."""
+
+
+def measure_phase_response(
+    saved: SavedController,
+    orbit: Orbit,
+    push_ns: np.ndarray,
+    *,
+    points: int = 60,
+    cycles: int = 40,
+    tolerance: LimitCycle | None = None,
+    tick_s: float = 0.001,
+) -> PhaseResponse:
+    """Start on the limit cycle with the velocity changed by J / m, and wait.
+
+        Δθ(θ) = 2π (t∞ - t∞*) / T   (mod 2π),
+
+    where t∞* and t∞ are the times of an apex many cycles on, with the push and without it, and T
+    is the period of the cycle. The rollout without a push starts at the same point, so that all
+    else is equal and a push of zero shifts nothing.
+
+    Args:
+        saved: the controller, its weights, frequency and body.
+        orbit: its limit cycle (`find_orbit`).
+        push_ns: impulses J [N s], upward if positive, shape [pushes].
+        points: how many points of the cycle, evenly spaced in time.
+        cycles: how many periods to wait.
+        tolerance: how near to the limit cycle counts as back on it, over a cycle.
+        tick_s: control period in continuous time [s].
+
+    Raises:
+        TegotaeError: for a body without a mass, impulses that are not finite, or fewer than three
+            points or cycles.
+
+    Reference: A. T. Winfree, The Geometry of Biological Time, chapter 4.
+    """
+    require_enterable(saved, "a phase response")
+    body = saved.body
+    if not isinstance(body, Hopper):
+        raise TegotaeError(f"a push needs a hopper's mass, and this is a {type(body).__name__}")
+    push_ns = np.atleast_1d(np.asarray(push_ns, float))
+    check_pushes(push_ns, body, points, cycles)
+    tolerance = tolerance or LimitCycle()
+
+    start = np.searchsorted(orbit.time_s, np.arange(points) / points * orbit.period_s)
+    start = np.minimum(start, len(orbit.time_s) - 1)
+    pushes = np.concatenate([[0.0], push_ns])
+    push, point = (x.ravel() for x in np.meshgrid(pushes, start, indexing="ij"))
+    timing = saved.system.timing_over(
+        (cycles + 2) * orbit.period_s, tick_s=tick_s, frame_s=20 * tick_s
+    )
+    engine = saved.system.engine(_hops, timing)
+    table = engine.run(
+        saved.weights,
+        saved.system.scenario(
+            height_m=orbit.height_m[point],
+            velocity_m_per_s=orbit.velocity_m_per_s[point] + push / body.mass_kg,
+            phase_rad=orbit.phase_rad[point],
+            oscillator_state={name: x[point] for name, x in orbit.oscillator_state.items()},
+        ),
+        body,
+        dtype="float64",
+    )
+
+    rows = np.arange(len(push))
+    last = table.n_hops - 1
+    k = orbit.hops
+    unpushed = np.tile(np.arange(points), len(pushes))
+    shift = np.full(len(push), np.nan)
+    nearest = np.full(len(push), np.inf)
+    # In a cycle of k hops, the last hop may be any of them: take the one that looks alike.
+    for back in range(k):
+        apart = _distance(table, rows, last, unpushed, last[unpushed] - back, k, tolerance)
+        time = table.time_s[last, rows], table.time_s[last[unpushed] - back, unpushed]
+        closer = apart < nearest
+        earlier = turn(TWO_PI * (time[1] - time[0]) / orbit.period_s)
+        shift = np.where(closer, earlier, shift)
+        nearest = np.minimum(apart, nearest)
+    shift = np.where((nearest <= 1.0) & (last >= k), shift, np.nan).reshape(len(pushes), points)
+    return PhaseResponse(
+        cycle_phase_rad=TWO_PI * orbit.time_s[start] / orbit.period_s,
+        push_ns=push_ns,
+        shift_rad=shift[1:],
+        stance=orbit.height_m[start] < body.rest_length_m,
+        oscillator_phase_rad=orbit.phase_rad[start],
+    )
+
+
+def check_pushes(push_ns: np.ndarray, body: Hopper, points: int, cycles: int) -> None:
+    """Raise `TegotaeError` for impulses [N s] beyond sense, or too few or many points or cycles."""
+    for push in push_ns:
+        require_within("push", push, float(body.mass_kg) * MOST_M)
+    require_count("points", points, least=3, most=MOST_POINTS)
+    require_count("cycles", cycles, least=3, most=MOST_POINTS)
+
+
+def _hops(trajectory, scenario, body, timing):
+    return hops(trajectory, body.rest_length_m)
+
+
+def _distance(table, lanes, rows, other_lanes, other_rows, k, tolerance) -> np.ndarray:
+    """Largest distance of the last k hops from their counterparts, over the tolerance."""
+    largest = np.zeros(len(lanes))
+    for back in range(k):
+        at = np.maximum(rows - back, 0), lanes
+        other = np.maximum(other_rows - back, 0), other_lanes
+        height = np.abs(table.height_m[at] - table.height_m[other])
+        phase = np.abs(turn(table.phase_rad[at] - table.phase_rad[other]))
+        far = np.maximum(
+            height / tolerance.height_tolerance_m, phase / tolerance.phase_tolerance_rad
+        )
+        largest = np.maximum(largest, np.nan_to_num(far, nan=np.inf))
+    return largest

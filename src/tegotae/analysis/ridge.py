@@ -1,0 +1,120 @@
+"""The best gain per frequency, and how linear it is in the frequency (claim 11)."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from tegotae.analysis.gain_sweep import GainSweep
+from tegotae.parts._shapes import AnyArray
+
+_RESAMPLES = 2000
+_WINDING_TOLERANCE = 0.02
+
+
+class Ridge(NamedTuple):
+    """The best gain per frequency, and the least-squares line `σ = intercept + slope ω`.
+
+    A best gain at the edge of the searched range is censored: beyond may lie a better one. It is
+    kept and marked, and the line is that of the others.
+    """
+
+    omega: np.ndarray
+    """Frequencies that have a best gain ω [rad/s], shape [points]."""
+    sigma: np.ndarray
+    """Best gain σ [rad/(s N)], shape [points]."""
+    value: np.ndarray
+    """CoT⁻¹ there [m/J], shape [points]."""
+    censored: np.ndarray
+    """Whether it is the least or the largest gain that was searched, shape [points]."""
+    slope: float
+    """Slope of the line [1/N]; NaN with fewer than three points that are not censored."""
+    slope_error: float
+    """Its standard error [1/N]."""
+    intercept: float
+    """Intercept [rad/(s N)]."""
+    r_squared: float
+    """Share of the fitted gains' variance that the line explains, R²; NaN if there is none."""
+    r_squared_interval: tuple[float, float]
+    """Its 95 % percentile bootstrap interval over the frequencies."""
+
+    def line(self, omega: np.ndarray) -> np.ndarray:
+        """The line's gain at these frequencies."""
+        return self.intercept + self.slope * np.asarray(omega)
+
+
+def find_ridge(sigma: np.ndarray, omega: np.ndarray, value: AnyArray) -> Ridge:
+    """Where a map is highest along σ, for each ω, and the least-squares line through it.
+
+    Best gains at the edge of the map are censored, and not fitted.
+
+    Args:
+        sigma: gains in rising order, shape [gains].
+        omega: frequencies, shape [frequencies].
+        value: the map, shape [gains, frequencies]; NaN, and values that are not positive, do not
+            count. Frequencies without any other value have no best gain.
+
+    Example:
+        >>> omega, sigma = np.linspace(2, 6, 5), np.linspace(0, 4, 41)
+        >>> hill = np.exp(-(sigma[:, None] - (0.5 * omega + 0.2)) ** 2)
+        >>> found = find_ridge(sigma, omega, hill)
+        >>> f"{found.slope:.2f} {found.intercept:.2f} {found.r_squared:.2f}"
+        '0.50 0.20 1.00'
+    """
+    counts = np.where(np.isfinite(value) & (value > 0.0), value, -np.inf)
+    best = np.argmax(counts, axis=0)
+    column = np.arange(len(omega))
+    exists = np.isfinite(counts[best, column])
+    best, column = best[exists], column[exists]
+    points = (
+        np.asarray(omega, float)[column],
+        np.asarray(sigma, float)[best],
+        np.asarray(value, float)[best, column],
+    )
+    censored = (best == 0) | (best == len(sigma) - 1)
+    x, y = points[0][~censored], points[1][~censored]
+    if len(x) < 3:
+        return Ridge(*points, censored, np.nan, np.nan, np.nan, np.nan, (np.nan, np.nan))
+    slope, intercept, r_squared = line(x, y)
+    residual = np.sum((y - intercept - slope * x) ** 2)
+    error = np.sqrt(residual / (len(x) - 2) / np.sum((x - x.mean()) ** 2))
+    draws = np.random.default_rng(0).integers(len(x), size=(_RESAMPLES, len(x)))
+    resampled = line(x[draws], y[draws])[2]
+    low, high = (
+        np.nanquantile(resampled, (0.025, 0.975)) if r_squared == r_squared else 2 * [np.nan]
+    )
+    return Ridge(
+        *points,
+        censored,
+        float(slope),
+        float(error),
+        float(intercept),
+        float(r_squared),
+        (float(low), float(high)),
+    )
+
+
+def line(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Slope, intercept and R² of the least-squares line, along the last axis."""
+    dx, dy = x - x.mean(axis=-1, keepdims=True), y - y.mean(axis=-1, keepdims=True)
+    xx, xy, yy = (np.sum(a * b, axis=-1) for a, b in ((dx, dx), (dx, dy), (dy, dy)))
+    slope = np.divide(xy, xx, out=np.full(np.shape(xx), np.nan), where=xx > 0.0)
+    intercept = y.mean(axis=-1) - slope * x.mean(axis=-1)
+    return (
+        slope,
+        intercept,
+        np.divide(slope * xy, yy, out=np.full(np.shape(yy), np.nan), where=yy > 0.0),
+    )
+
+
+def one_to_one_ridge(sweep: GainSweep) -> Ridge:
+    """The ridge of CoT⁻¹ A among the gaits in which the oscillator turns once per hop.
+
+    Other lockings, such as two turns a hop, have ridges of their own: a line through several of
+    them at once would measure at which ω one overtakes the other.
+    """
+    outcome = sweep.outcome
+    is_one_to_one = np.abs(outcome.winding_ratio - 1.0) < _WINDING_TOLERANCE
+    value = np.where(is_one_to_one, outcome.cot_inverse, np.nan)
+    return find_ridge(sweep.sigma, sweep.omega, value)

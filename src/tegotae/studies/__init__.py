@@ -1,1 +1,0 @@
-"""Questions asked of many controllers: studies, analyses, gaits, benchmarks."""

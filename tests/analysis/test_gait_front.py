@@ -1,0 +1,96 @@
+"""Fronts: the least cost over speed, whose points can be released again by name."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from tegotae import TegotaeError
+from tegotae.analysis.gaits import system
+from tegotae.analysis.gaits.checkpoint import in_sequence
+from tegotae.analysis.gaits.front import Search, cheapest, evaluated, search_front
+from tegotae.cli import main
+from tegotae.measures.fronts import front
+from tegotae.systems.resolve import resolve
+from tegotae.systems.tuned import NUMBERS, family
+
+WALKER = system("quadruped-c")
+SHORT = WALKER.with_system(timing=dataclasses.replace(WALKER.timing, duration_s=100.0))
+
+
+def test_points_of_the_front_do_again_from_new_releases_what_the_table_says():
+    own = front("quadruped-c")
+    some = [int(np.abs(own["speed"] - v).argmin()) for v in (0.2, 0.4)]
+    numbers = {name: own[name][some] for name in NUMBERS}
+    found = evaluated(SHORT, family(WALKER, "vanilla"), numbers, starts=4, seed=7)
+    np.testing.assert_array_equal(found["upright"], 1.0)
+    np.testing.assert_allclose(found["speed"], own["speed"][some], rtol=0.05)
+    np.testing.assert_allclose(found["cost_of_transport"], own["cost_of_transport"][some], rtol=0.1)
+
+
+def test_a_walker_of_the_front_has_a_name():
+    own = front("quadruped-c").nearest(0.4)
+    found = resolve("front:quadruped-c/0.4").legs()
+    assert found.omega == pytest.approx(own["omega"])
+    assert found.weights[0] == pytest.approx(own["sigma"])
+
+
+@pytest.mark.parametrize(
+    ("name", "says"),
+    [
+        ("front:quadruped-c", "names no walker; write front:SYSTEM/FAMILY/SPEED"),
+        ("front:quadruped-c/fast", "'fast' is no speed"),
+        ("front:quadruped-c/vanila/0.4", "front of quadruped-c is called 'vanila'"),
+        ("front:quadruped-c/9", "no walker within 0.06 of that speed; the nearest has 1.97"),
+        ("front:biped/0.4", "system with a front is called 'biped'"),
+    ],
+)
+def test_a_walker_that_no_front_has_is_refused_in_a_line(name, says):
+    with pytest.raises(TegotaeError, match=says):
+        resolve(name)
+
+
+def test_between_points_the_cost_is_linear_and_beyond_them_unknown():
+    own = front("quadruped-c")
+    speed, cost = own["speed"][:2], own["cost_of_transport"][:2]
+    assert own.cost_at(speed.mean()) == pytest.approx(cost.mean())
+    assert np.isnan(own.cost_at([0.0, 9.0])).all()
+
+
+def test_a_body_without_units_of_its_own_has_no_front():
+    with pytest.raises(TegotaeError, match=r"under a bar, .* has no front"):
+        family(system("bar-light"), "vanilla")
+
+
+def test_every_bin_of_speed_keeps_its_cheapest():
+    speed, cost = np.array([0.06, 0.12, 0.07, 0.08]), np.array([3.0, 1.0, 2.0, 5.0])
+    assert cheapest(speed, cost, 2).tolist() == [2, 0, 1]
+
+
+def test_a_search_finds_a_forced_trot_and_only_what_holds():
+    search = Search(coarse=24, rounds=1, varied=8, starts=1, unseen=1, duration_s=40.0)
+    found = search_front(SHORT, family(SHORT, "forced trot"), search)
+    assert len(found["speed"]) > 3
+    assert (found["upright"] == 1.0).all()
+    assert (found["sigma"] == 0.0).all()
+
+
+def test_a_body_of_which_no_walker_stays_up_has_no_front(tmp_path, capsys):
+    words = "gait front biped --walkers 2 --rounds 0 --starts 1 --unseen 1 --duration 10 --out"
+    assert main([*words.split(), str(tmp_path / "front")]) == 2
+    assert "no walker of biped among 2 stays up" in capsys.readouterr().err
+
+
+def test_an_interrupted_sequence_continues_from_what_its_parts_gave(tmp_path):
+    def part(done):
+        if len(done) == 2 and not (tmp_path / "again").exists():
+            raise KeyboardInterrupt
+        return {"sum": np.array([1.0 + sum(float(each["sum"][0]) for each in done)])}
+
+    kept = tmp_path / "kept.npz"
+    with pytest.raises(KeyboardInterrupt, match="keeps 2 of 3 parts"):
+        in_sequence(3, part, kept=kept)
+    (tmp_path / "again").touch()
+    assert [each["sum"].item() for each in in_sequence(3, part, kept=kept)] == [1.0, 2.0, 4.0]

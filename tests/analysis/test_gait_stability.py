@@ -1,0 +1,169 @@
+"""Stability of gaits: return maps with known multipliers, and those of bodies that move."""
+
+from __future__ import annotations
+
+import json
+
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from matplotlib.image import imread
+
+from tegotae import TegotaeError, Timing
+from tegotae._support.tables import read_csv
+from tegotae.analysis.gaits import system
+from tegotae.analysis.gaits.parameter_axes import Axis
+from tegotae.analysis.gaits.stability import crossings, fit_return_map, stability
+from tegotae.cli import main
+from tegotae.measures.gaits.lags import TURN, apart
+from tegotae.measures.gaits.section import lags_at_sections
+
+BAR = system("bar-light").with_system(timing=Timing(duration_s=30.0))
+RATIOS = (-1.0, 0.9, 0.95, 1.05, 1.1)
+
+
+@pytest.fixture(scope="module")
+def bars():
+    """Bars on either side of j = 1, and one that cannot be."""
+    return stability(BAR, Axis("inertia_ratio", RATIOS))
+
+
+def path(jacobian, kicks, cycles=6, shift=0.0):
+    """Deviations that a linear map makes of kicks, [cycles, legs, kicks]."""
+    found = [np.asarray(kicks, float)]
+    for _ in range(cycles):
+        found.append(np.asarray(jacobian) @ found[-1])
+    return np.array(found) + shift
+
+
+# Made-up maps
+
+
+@pytest.mark.parametrize(
+    ("jacobian", "multipliers"),
+    [
+        (np.diag([0.5, 0.9]), [0.9, 0.5]),
+        ([[1.2, 0.3], [0.0, 0.4]], [1.2, 0.4]),
+        ([[0.0, -0.8], [0.8, 0.0]], [0.8j, -0.8j]),
+        (np.eye(2), [1.0, 1.0]),
+    ],
+)
+def test_the_multipliers_of_a_known_map_are_found(jacobian, multipliers):
+    found = fit_return_map(path(jacobian, 0.01 * np.eye(2)))
+    np.testing.assert_allclose(found.jacobian, jacobian, atol=1e-10)
+    assert found.largest == pytest.approx(abs(multipliers[0]))
+    for each in multipliers:
+        assert np.abs(found.multipliers - each).min() < 1e-9
+    assert found.residual < 1e-9
+
+
+def test_what_a_linear_map_does_not_explain_is_told():
+    noise = np.random.default_rng(0).normal(size=(7, 2, 50))
+    clean = path(0.9 * np.eye(2), 0.01 * np.random.default_rng(1).normal(size=(2, 50)))
+    assert fit_return_map(clean + 0.002 * noise).residual > 0.1
+    assert fit_return_map(clean).residual < 1e-9
+
+
+def test_deviations_that_have_left_the_neighbourhood_do_not_count_even_if_they_return():
+    known = path(1.5 * np.eye(1), [[0.01]], cycles=12)
+    known[8:] = 0.001
+    assert fit_return_map(known).largest == pytest.approx(1.5)
+
+
+def test_too_few_deviations_make_no_map():
+    found = fit_return_map(path(np.eye(2), [[0.01], [0.0]]))
+    assert np.isnan(found.largest)
+    assert np.isnan(found.residual)
+
+
+def test_a_multiplier_crosses_one_between_its_neighbours_and_not_over_a_gap():
+    (down, up) = crossings([1, 2, 3, 4, 5], [1.2, 0.8, 0.9, 1.3, np.nan], "trot")
+    assert (down.at, down.loses) == (pytest.approx(1.5), False)
+    assert (up.at, up.loses) == (pytest.approx(3.25), True)
+    assert crossings([1, 2, 3], [0.9, np.nan, 1.1]) == ()
+
+
+# Sections
+
+
+def test_lags_at_sections_are_exact_for_even_paces_and_undefined_beyond_the_end():
+    frame = jnp.arange(400.0)[:, None, None]
+    turns = 0.3 + 0.0123 * frame - jnp.array([[[0.0], [0.25], [0.9]]])
+    lag = np.asarray(lags_at_sections(TURN * turns % TURN, 8, 0))[..., 0]
+    assert np.abs(apart(lag[:5], np.array([[0.0, 0.25, 0.9]]))).max() < 1e-5
+    assert np.isnan(lag[5:]).all()
+
+
+def test_between_frames_a_sway_is_followed():
+    frame = np.arange(400) * 0.01
+    own = frame + 0.05 * np.sin(2 * np.pi * frame)
+    other = frame - 0.3 + 0.05 * np.cos(2 * np.pi * frame)
+    phase = 2 * np.pi * np.stack([own, other], axis=1)[..., None] % (2 * np.pi)
+    lag = np.asarray(lags_at_sections(jnp.asarray(phase), 3))[:, 1, 0]
+    np.testing.assert_allclose(lag, 0.25, atol=2e-6)  # where the sine is 0, the cosine is 1
+
+
+# Bodies
+
+
+def test_the_bar_exchanges_its_gaits_where_its_legs_do_not_feel_each_other(bars):
+    found = {(each.gait, each.loses): each.at for each in bars.crossings}
+    assert 0.95 < found["in phase", False] < 1.05
+    assert 0.95 < found["antiphase", True] < 1.05
+
+
+def test_multipliers_say_which_gait_is_left_to_itself_and_which_is_not(bars):
+    in_phase, antiphase = bars.branches
+    assert (in_phase.gait, antiphase.gait) == ("in phase", "antiphase")
+    assert (in_phase.largest[1:3] > 1.02).all()
+    assert (in_phase.largest[3:] < 0.98).all()
+    assert (antiphase.largest[1:3] < 0.98).all()
+    assert all(each.residual < 0.05 for each in in_phase.maps[1:])
+
+
+def test_a_body_that_cannot_be_has_no_return_map(bars):
+    assert all(np.isnan(branch.largest[0]) and not branch.stays[0] for branch in bars.branches)
+
+
+def test_without_feedback_every_multiplier_is_one():
+    found = stability(BAR, Axis("sigma", (0.0, 0.01)), ["antiphase"])
+    (branch,) = found.branches
+    assert branch.maps[0].multipliers.real == pytest.approx(1.0, abs=1e-6)
+    assert branch.maps[0].residual < 1e-6
+
+
+# Misuse
+
+
+@pytest.mark.parametrize(
+    ("options", "line"),
+    [
+        ({"over": Axis("inertia", (1.0, 2.0))}, "no parameter of this system is called 'inertia'"),
+        ({"cycles": 0}, "cycles is 0; it must be a whole number of at least 1"),
+        ({"kick": 0.0}, "kick is 0; it must be greater than 0"),
+        ({"pairs": 0}, "pairs is 0; it must be a whole number of at least 1"),
+        ({"gaits": ["trot"]}, "no gait of 2 legs is called 'trot'"),
+        ({"over": Axis("inertia_ratio", (-2.0, -1.0))}, "no value of inertia_ratio has a body"),
+    ],
+)
+def test_what_has_no_return_map_is_told_in_one_line(options, line):
+    with pytest.raises(TegotaeError, match=line):
+        stability(BAR, **{"over": Axis("inertia_ratio", (0.9, 1.1)), **options})
+
+
+def test_the_command_writes_a_picture_and_the_same_rows_twice(tmp_path, capsys, bars):
+    words = ["gait", "stability", "bar-light", "--over", "inertia_ratio", "0.9", "1.1"]
+    words += ["--count", "5", "--duration", "30", "--out", str(tmp_path)]
+    assert main(words) == 0
+    assert "in phase gains its stability at inertia_ratio 1" in capsys.readouterr().out
+    table = read_csv(tmp_path / "stability.csv")
+    document = json.loads((tmp_path / "stability.json").read_text())
+    assert [row["gait"] for row in document["rows"]] == table["gait"].tolist()
+    assert len(document["jacobians"]["antiphase"]) == 5
+    assert imread(tmp_path / "stability.png").std() > 0.01
+
+
+def test_the_command_refuses_a_parameter_that_is_set_as_well(tmp_path, capsys):
+    words = ["--over", "omega", "7", "8", "--omega", "8", "--out", str(tmp_path)]
+    assert main(["gait", "stability", "bar-light", *words]) == 2
+    assert "--omega is one value" in capsys.readouterr().err

@@ -1,0 +1,129 @@
+"""Where gaits are looked at: on which ground, felt how late and how noisily, pushed or not."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+from tegotae import TegotaeError, find
+from tegotae.analysis.gaits import system
+from tegotae.analysis.gaits.basin import find_basin
+from tegotae.analysis.gaits.document import system_document
+from tegotae.analysis.gaits.lesion import GaitLesion
+from tegotae.analysis.gaits.parameter_axes import (
+    Axis,
+    check_axis,
+    lanes_at,
+    settings,
+)
+from tegotae.cli.gait.options import GaitCommand
+from tegotae.parts.bodies import Sensors
+from tegotae.parts.controller import Controller
+from tegotae.parts.terrains import Rough, Slope
+
+
+def asked(tmp_path, name="quadruped-c", **given):
+    """The system that a command with these options is about."""
+    return GaitCommand(system=name, out=tmp_path, **given).legged()
+
+
+def test_a_terrain_is_named_with_its_numbers(tmp_path):
+    found = asked(tmp_path, terrain=("rough", "rms_m=0.05", "place=2"))
+    assert found.body.terrain == Rough(rms_m=0.05, place=2.0)
+    assert asked(tmp_path, terrain=("Slope", "along=0.1")).body.terrain == Slope(along=0.1)
+
+
+def test_what_the_legs_feel_is_late_and_noisy(tmp_path):
+    found = asked(tmp_path, "bar-light", delay=0.02, noise=0.05)
+    assert isinstance(found.body, Sensors)
+    assert (found.body.delay_s, found.body.noise) == (0.02, 0.05)
+    assert found.body.body == system("bar-light").body
+    found.body.check_tick(found.timing.tick_s)
+
+
+def test_fields_are_set_on_the_body_behind_its_sensors(tmp_path):
+    found = asked(tmp_path, "bar-light", delay=0.02, set=("inertia_ratio=0.35",))
+    assert found.body.body.inertia_ratio == 0.35
+
+
+@pytest.fixture
+def late():
+    """A bar that is felt late."""
+    bar = system("bar-light")
+    return bar.with_body(Sensors(body=bar.body, delay_s=0.01))
+
+
+def test_an_axis_reaches_the_body_behind_its_sensors(late):
+    for axis in (Axis("inertia_ratio", (0.5, 1.5)), Axis("delay_s", (0.0, 0.01))):
+        check_axis(late, axis)
+        made = settings(late, [{axis.name: value} for value in axis.values])
+        assert not any(each.refused for each in made)
+        _, scenario = lanes_at(late, made, np.zeros((2, 2)))
+        (name,) = scenario.changes
+        assert name == ("body.inertia_ratio" if axis.name == "inertia_ratio" else "delay_s")
+        np.testing.assert_array_equal(scenario.changes[name], axis.values)
+    assert made[1].body.body == late.body.body
+
+
+def test_a_field_of_a_body_behind_sensors_is_changed_by_a_lesion(late):
+    changes = GaitLesion(at_s=10.0, fields=(("inertia_ratio", 1.5),)).scenario(late, 0.0).changes
+    assert list(changes) == ["body.inertia_ratio"]
+
+
+def test_a_push_passes():
+    push = GaitLesion(at_s=10.0, fields=(("push_y_n", 0.3),), lasts_s=0.5)
+    change = push.scenario(system("quadruped-c"), 0.0).changes["push_y_n"]
+    assert (change.value, change.from_s, change.until_s) == (0.3, 10.0, 10.5)
+    assert push.label == "push_y_n 0.3 for 0.5 s"
+    for_good = GaitLesion(at_s=10.0, fields=(("push_y_n", 0.3),))
+    assert for_good.scenario(system("quadruped-c"), 0.0).changes["push_y_n"].until_s == math.inf
+
+
+def test_a_document_tells_the_world_that_a_gait_was_seen_in(tmp_path):
+    found = asked(tmp_path, terrain=("rough", "rms_m=0.02"), delay=0.02, noise=0.05)
+    body = system_document(found)["system"]["body"]
+    assert body["kind"] == "Sensors"
+    assert body["delay_s"] == 0.02
+    assert body["body"]["terrain"]["rms_m"] == 0.02
+
+
+def test_releases_that_would_all_be_the_same_are_refused():
+    controller = Controller(find("T-F").controller().actuation, limbs=2)  # of no oscillator
+    bar = system("bar-light")
+    pushed = dataclasses.replace(
+        bar,
+        system=bar.system.replaced({"controller": controller, "omega": None}),
+        weights=(0.0,) * controller.n_weights,
+    )
+    with pytest.raises(TegotaeError, match="all would be the same one"):
+        find_basin(pushed, 8)
+
+
+@pytest.mark.parametrize(
+    ("given", "says"),
+    [
+        ({"terrain": ("sand",)}, "no terrain is called 'sand'"),
+        ({"terrain": ("slope", "up=1")}, "no number of the terrain slope is called 'up'"),
+        ({"terrain": ("slope", "along")}, "--terrain along sets nothing"),
+        ({"terrain": ("rough", "rms_m=-1")}, "rms_m is -1"),
+        ({"name": "bar-light", "terrain": ("flat",)}, "no field of a Bar is called 'terrain'"),
+        ({"delay": -1.0}, "delay is -1"),
+        ({"delay": 1e6}, "delay is 1e"),
+        ({"noise": math.nan}, "noise is nan"),
+        ({"set": ("weight=3",), "delay": 0.1}, "no field of a Walker is called 'weight'"),
+    ],
+)
+def test_a_world_that_cannot_be_is_refused_in_one_line(tmp_path, given, says):
+    with pytest.raises(TegotaeError, match=says) as refusal:
+        asked(tmp_path, **given)
+    assert "\n" not in str(refusal.value)
+
+
+def test_a_push_of_nothing_and_a_loss_for_a_time_are_refused():
+    with pytest.raises(TegotaeError, match="lasts_s is 0"):
+        GaitLesion(at_s=10.0, fields=(("push_y_n", 0.3),), lasts_s=0.0)
+    with pytest.raises(TegotaeError, match="a lost leg or a drop is for good"):
+        GaitLesion(at_s=10.0, lost=("LH",), lasts_s=1.0)

@@ -1,0 +1,468 @@
+"""The gait laboratory on bodies that move: which gaits come about, and what the commands keep."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+
+import numpy as np
+import pytest
+from matplotlib.image import imread
+
+from tegotae import System, TegotaeError, Timing, all_models, build
+from tegotae._support.tables import numbers, read_csv
+from tegotae.analysis.gaits import (
+    SYSTEMS,
+    CoordinationSummary,
+    gait_of,
+    random_phases,
+    system,
+)
+from tegotae.analysis.gaits.basin import find_basin, outcomes
+from tegotae.analysis.gaits.lesion import GaitLesion
+from tegotae.analysis.gaits.simulate import simulate
+from tegotae.analysis.gaits.sweep import (
+    check_levels,
+    differs,
+    hysteresis,
+    staircase_timing,
+    sweep,
+    switches,
+)
+from tegotae.cli import main
+from tegotae.cli.gait.sweep import formatted
+from tegotae.figures.gaits.animation import write_animation
+from tegotae.figures.gaits.colours import gait_colour
+from tegotae.figures.gaits.poses import pose
+from tegotae.measures.gaits.lags import OfPhases, OfTouchdowns, apart
+from tegotae.measures.gaits.names import NO_GAIT, PATTERNS
+from tegotae.measures.gaits.wilson import wilson
+from tegotae.parts.bodies import Bar, Hopper, Sensors
+from tegotae.systems.controller_file import SavedController, save
+
+LIGHT = system("bar-light")
+SHORT = LIGHT.with_system(timing=Timing(duration_s=40.0))
+
+
+@pytest.fixture(scope="module")
+def light():
+    return find_basin(SHORT, 24)
+
+
+# Which gaits come about
+
+
+def test_a_light_bar_comes_to_antiphase_from_every_start(light):
+    assert [(each.gait, each.count) for each in light.outcomes] == [("antiphase", 24)]
+    (antiphase,) = light.outcomes
+    assert antiphase.lag[1] == pytest.approx(0.5, abs=0.01)
+    assert antiphase.between[1] < 0.01
+    assert 0.0 < antiphase.lock_time_s < 30.0
+
+
+def test_the_footfalls_are_as_far_apart_as_the_oscillators(light):
+    np.testing.assert_allclose(light.found.touchdown_lag[1], 0.5, atol=0.01)
+    np.testing.assert_allclose(
+        light.found.cycle_frequency_hz, light.found.step_frequency_hz[0], rtol=0.01
+    )
+
+
+def test_a_heavy_bar_comes_to_be_in_phase_and_legs_that_do_not_feel_each_other_to_nothing():
+    ratios = np.repeat([1.6, 1.0], 24)  # one run of both
+    scenario = SHORT.scenario(np.tile(random_phases(2, 24), 2), changes={"inertia_ratio": ratios})
+    found = SHORT.run(SHORT.summary(), scenario)
+    gait = gait_of(found, SHORT.names)
+    assert set(gait[:24]) == {"in phase"}
+    lag = np.sort(np.asarray(found.lag)[1, 24:])
+    assert np.diff(lag).max() < 0.3  # all round the circle
+    assert lag[-1] - lag[0] > 0.7
+
+
+def test_without_feedback_nothing_ever_locks():
+    found = find_basin(SHORT.with_numbers(sigma=0.0), 24)
+    assert set(found.gait) == {"as released"}
+
+
+def test_lanes_do_not_know_of_each_other(light):
+    for start in (0, 17):
+        alone = SHORT.run(SHORT.summary(), SHORT.scenario(light.phase_rad[:, start : start + 1]))
+        off = apart(np.asarray(alone.lag)[:, 0], light.found.lag[:, start].astype("float32"))
+        np.testing.assert_allclose(off, 0.0, atol=1e-4)
+
+
+@pytest.mark.thorough
+def test_a_body_whose_leg_collapses_has_fallen_and_no_lag():
+    weak = SHORT.with_system(body=Bar(inertia_ratio=0.6), height_m=12.0)
+    found = find_basin(weak, 3)
+    assert set(found.gait) == {"fallen"}
+    assert np.isfinite(found.found.fall_time_s).all()
+    assert np.isnan(found.found.lag).all()
+
+
+# Shares
+
+
+def test_an_interval_of_a_share_holds_it_and_stays_within_zero_and_one():
+    for count in (0, 1, 12, 24):
+        low, high = wilson(count, 24)
+        assert 0.0 <= low <= count / 24 <= high <= 1.0
+    assert wilson(12, 24) == pytest.approx((0.3143, 0.6857), abs=1e-3)
+    with pytest.raises(TegotaeError, match="count is 25; it must be at most 24"):
+        wilson(25, 24)
+
+
+def test_the_shares_of_what_starts_lead_to_add_up(light):
+    gait = light.gait.copy()
+    gait[:5] = "not locked"
+    found = outcomes(light.found, gait)
+    assert [each.count for each in found] == [19, 5]
+    assert sum(each.share for each in found) == pytest.approx(1.0)
+
+
+# Sweeps
+
+
+def bistable(omega, start):
+    """A made-up body: trots above 3, walks below 2, and in between goes on with what it does."""
+    gait, names = start, []
+    for w in omega:
+        gait = "trot" if w > 3.0 else "walk" if w < 2.0 else gait
+        names.append(gait)
+    return names
+
+
+LEVELS = np.array([1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0])
+
+
+def test_a_bistable_map_has_the_hysteresis_that_was_made():
+    up = np.array([bistable(LEVELS, "walk")] * 3).T
+    down = np.array([bistable(LEVELS[::-1], "trot")[::-1]] * 3).T
+    (found,) = hysteresis(LEVELS, up, down)
+    assert (found.slow, found.fast) == ("walk", "trot")
+    assert (found.up, found.down, found.width) == ((3.0, 3.5), (1.5, 2.0), (1.0, 2.0))
+    assert (found.starts_up, found.starts_down) == (3, 3)
+
+
+def test_a_start_that_flickers_counts_once_where_it_changes_for_the_last_time():
+    up = np.array([["walk", "trot", "walk", "trot", "trot", "trot", "trot"]]).T
+    down = np.where(LEVELS > 1.7, "trot", "walk")[:, None]
+    (found,) = hysteresis(LEVELS, up, down)
+    assert (found.up, found.down, found.starts_up) == ((2.0, 2.5), (1.5, 2.0), 1)
+
+
+def test_a_map_without_memory_has_a_hysteresis_of_no_width():
+    names = np.where(LEVELS > 2.2, "trot", "walk")[:, None]
+    (found,) = hysteresis(LEVELS, names, names)
+    assert found.width == (-0.5, 0.5)
+
+
+def test_a_change_is_told_between_the_levels_at_which_both_gaits_were_seen():
+    """Names are missing in between, and starts change at different levels."""
+    levels = [1.6, 1.9, 2.2, 2.5, 2.8, 3.1]
+    up = np.array([["walk"] * 2 + ["in between"] * 3 + ["trot"], ["walk"] * 3 + ["trot"] * 3]).T
+    down = np.array([["walk"] * 2 + ["trot"] * 4] * 2).T
+    (found,) = hysteresis(levels, up, down)
+    assert found.up == (1.9, 3.1)
+    assert found.down == (1.9, 2.2)
+    assert formatted(found) == (
+        "walk to trot: up between 1.9 and 3.1 (2 starts), down between 1.9 and 2.2 (2); hysteresis "
+        "between -0.3 and 1.2"
+    )
+
+
+def test_what_does_not_come_back_is_no_hysteresis():
+    walks = np.full((7, 1), "walk")
+    trots = np.where(LEVELS > 2.2, "trot", "walk")[:, None]
+    assert hysteresis(LEVELS, trots, walks) == ()
+
+
+def test_two_ways_differ_where_their_lags_do_whatever_these_are_called():
+    up = np.zeros((4, 2, 5))
+    down = up.copy()
+    up[:, 1], down[:, 1] = 0.98, np.array([0.02, 0.1, 0.6, np.nan])[:, None]
+    assert differs(up, down).tolist() == [False, True, True, False]
+    assert differs(up, up + 0.3).tolist() == [False] * 4  # a common shift is none
+
+
+@pytest.mark.parametrize("between", NO_GAIT)
+def test_levels_without_a_gait_belong_to_the_change(between):
+    (change,) = switches([1.0, 2.0, 3.0], ["walk", between, "trot"])
+    assert (change.before, change.after, change.low, change.high) == ("walk", "trot", 1.0, 3.0)
+    assert switches([1.0, 2.0, 3.0], ["walk", between, "walk"]) == ()
+
+
+@pytest.fixture(scope="module")
+def swept():
+    return sweep(LIGHT, [7.0, 8.0], dwell_s=30.0, starts=3)
+
+
+def test_a_sweep_goes_up_in_some_lanes_and_down_in_others(swept):
+    for way in ("up", "down"):
+        found = swept.found[way]
+        assert found.lag.shape == (2, 2, 3)
+        hz = np.median(found.cycle_frequency_hz, axis=1)
+        np.testing.assert_allclose(2.0 * np.pi * hz, [7.0, 8.0], rtol=0.05)
+        assert hz[0] < hz[1]
+    assert (swept.gait["up"][1] == "antiphase").all()
+    assert (swept.gait["down"][0] == "antiphase").all()
+
+
+def test_the_time_to_lock_at_a_level_counts_from_its_begin(swept):
+    times = swept.found["up"].lock_time_s[1]
+    assert (times[np.isfinite(times)] <= 15.0).all()
+
+
+def test_legs_that_do_not_feel_each_other_are_not_locked_at_any_level():
+    found = sweep(LIGHT.with_numbers(sigma=0.0), [7.0, 8.0], dwell_s=30.0, starts=3)
+    for way in ("up", "down"):
+        assert set(found.gait[way].ravel()) == {"as released"}
+
+
+@pytest.mark.parametrize(
+    ("levels", "says"),
+    [
+        ([8.0], "levels is 1; it must be a whole number of at least 2"),
+        ([8.0, 7.0], "they must rise by equal steps"),
+        ([7.0, 8.0, 10.0], "they must rise by equal steps"),
+        ([0.0, 1.0], "a level of omega is 0; it must be greater than 0"),
+    ],
+)
+def test_levels_that_cannot_be_are_refused(levels, says):
+    with pytest.raises(TegotaeError, match=says):
+        check_levels(levels)
+
+
+def test_a_dwell_is_of_whole_frames_and_not_too_short():
+    timing = staircase_timing(Timing(frame_s=0.02), 3, 1.009)
+    assert timing.n_frames == 150
+    with pytest.raises(TegotaeError, match=r"dwell_s is 0\.1; it must be at least eight frames"):
+        staircase_timing(Timing(frame_s=0.02), 3, 0.1)
+
+
+# Systems
+
+
+@pytest.mark.parametrize("name", SYSTEMS)
+def test_every_system_has_legs_with_names_and_a_pattern_for_them(name):
+    legged = system(name)
+    legged.body.check_tick(legged.timing.tick_s)
+    assert any(set(pattern.lags) == set(legged.names) for pattern in PATTERNS)
+    assert legged.names[legged.reference] in ("H", "LH", "L")
+
+
+def test_another_body_is_released_as_high_over_where_its_legs_touch_the_ground():
+    four = system("quadruped-c")
+    low = four.with_body(dataclasses.replace(four.body, com_z_m=four.body.com_z_m - 0.1))
+    assert low.system.release.height_m == pytest.approx(four.system.release.height_m - 0.1)
+    longer = LIGHT.with_body(dataclasses.replace(LIGHT.body, rest_length_m=1.5))
+    over = longer.system.release.height_m - 1.5
+    assert over == pytest.approx(LIGHT.system.release.height_m - LIGHT.body.rest_length_m)
+    with pytest.raises(TegotaeError, match="this hopper cannot hop"):
+        LIGHT.with_body(dataclasses.replace(LIGHT.body, mass_kg=50.0))
+
+
+def test_a_walkers_controller_file_is_released_and_timed_as_the_named_walkers(tmp_path):
+    own = system("quadruped-a")
+    weights = np.array(own.weights)
+    saved = SavedController.of(own.controller, weights, own.omega, Sensors(body=own.body))
+    save(saved, tmp_path / "walker.json")
+    found = system(str(tmp_path / "walker.json"))
+    assert found.system.release == own.system.release
+    for name in ("timing", "reference", "dimensionless", "names"):
+        assert getattr(found, name) == getattr(own, name)
+
+
+@pytest.mark.thorough
+def test_a_body_behind_sensors_has_the_gait_of_the_bare_one(light):
+    behind = SHORT.with_system(body=Sensors(body=SHORT.body, delay_s=0.002))
+    run = simulate(behind, (0.0, 2.0))
+    assert run.gait == "antiphase"
+    assert behind.names == ("H", "F")
+    assert pose(behind.body, run.trajectory).hips_m.shape[1:] == (2, 3)
+    longer = GaitLesion(at_s=1.0, fields=(("mass_kg", 0.2),))
+    assert set(longer.scenario(behind, 0.0).changes) == {"body.mass_kg"}
+
+
+def test_a_system_of_a_users_own_file_is_one(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "own_legs.py").write_text(
+        "import dataclasses\n"
+        "from tegotae.analysis.gaits import system\n"
+        "mine = system('bar-light').with_numbers(omega=7.0)\n"
+    )
+    assert system("own_legs.py:mine").omega == 7.0
+
+
+@pytest.mark.parametrize(
+    ("entries", "says"),
+    [
+        ({"system": System(controller=build("V-sector-w8"), omega=8.0)}, "a gait command on a one"),
+        ({"weights": (1.0, 2.0)}, "2 weights are given; this controller has 1"),
+        ({"legs": ("A", "A")}, "give each of 2 legs a name"),
+        ({"reference": 2}, "reference is 2; it must be at most 1"),
+    ],
+)
+def test_a_system_that_cannot_be_is_refused(entries, says):
+    with pytest.raises(TegotaeError, match=says):
+        dataclasses.replace(LIGHT, **entries)
+
+
+def test_a_summary_on_a_body_of_one_leg_is_refused():
+    with pytest.raises(TegotaeError, match="a Hopper has one leg"):
+        CoordinationSummary.on(build("V-sector-w8"), Hopper())
+
+
+def test_what_moves_without_oscillators_is_measured_by_its_footfalls():
+    single = next(m for m in all_models().values() if m.controller().oscillator is None)
+    legs = dataclasses.replace(single.controller(), limbs=2)
+    assert CoordinationSummary.on(legs, Bar()).rhythm == OfTouchdowns()
+    assert CoordinationSummary.on(LIGHT.controller, Bar()).rhythm == OfPhases()
+
+
+# Commands
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("gaits")
+    common = ["figure", "basin", "bar-light", "--out", str(folder / "basin.png"), "--starts", "24"]
+    assert main([*common, "--duration", "40"]) == 0
+    return folder
+
+
+def test_the_table_of_a_basin_agrees_with_its_document(folder):
+    document = json.loads((folder / "basin.json").read_text())
+    table = read_csv(folder / "basin.csv")
+    assert len(document["rows"]) == len(table["gait"]) == 24
+    assert list(document["rows"][0]) == list(table)
+    for name, cells in table.items():
+        values = [row[name] for row in document["rows"]]
+        if name == "gait":
+            assert cells.tolist() == values
+        else:
+            np.testing.assert_array_equal(numbers(cells), np.array(values, float))
+
+
+def test_the_document_says_what_was_run_and_what_came_about(folder, light):
+    document = json.loads((folder / "basin.json").read_text())
+    assert document["command"] == "figure basin"
+    assert document["system"]["system"]["body"]["inertia_ratio"] == 0.6
+    assert document["starts"] == 24
+    (outcome,) = document["outcomes"]
+    assert (outcome["gait"], outcome["count"]) == ("antiphase", 24)
+    assert outcome["lock_time_s"] == pytest.approx(light.outcomes[0].lock_time_s)
+
+
+def test_a_simulation_writes_its_footfalls_lags_and_an_animation(tmp_path, capsys):
+    film = tmp_path / "walk.gif"
+    words = ["simulate", "bar-light", "--out", str(tmp_path), "--duration", "20"]
+    assert main([*words, "--phases", "0", "0.4", "--animate", str(film)]) == 0
+    assert capsys.readouterr().out.startswith("antiphase\n")
+    for name in ("footfall.png", "lags.png"):
+        assert imread(tmp_path / name).std() > 0.0
+    assert film.read_bytes()[:4] == b"GIF8"
+    document = json.loads((tmp_path / "simulate.json").read_text())
+    assert document["coordination"]["lag_cycles_F"] == pytest.approx(0.5, abs=0.01)
+    # Duty factors by the stances and by the totals are the same.
+    last = np.array(document["stances"]["F"][-8:-1])
+    duty = (last[:, 1] - last[:, 0]).sum() / (last[-1, 0] - last[0, 0]) * 6 / 7
+    assert duty == pytest.approx(document["coordination"]["duty_factor_F"], abs=0.01)
+
+
+SWEEP = ("gait", "sweep", "bar-light", "--levels")
+
+
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        (["simulate", "bar-lihgt"], "no model or system is called 'bar-lihgt'; did you mean bar-"),
+        (["simulate", "bar-light", "--phases", "0.1"], "1 phases are given; this body has 2 legs"),
+        (["simulate", "bar-light", "--set", "mass=1"], "no field of a Bar is called 'mass'"),
+        (["simulate", "bar-light", "--set", "mass_kg"], "--set mass_kg sets nothing"),
+        (
+            ["simulate", "bar-light", "--duration", "0.04"],
+            "a gait takes 8 frames at least (0.16 s)",
+        ),
+        (["simulate", "bar-light", "--phases", "0", "0.1", "--seed", "2"], "--seed is of random"),
+        (["simulate", "bar-light", "--set", "mass_kg=1", "mass_kg=2"], "names mass_kg twice"),
+        (["simulate", "quadruped-c", "--set", "present=1,1,1,0"], "tegotae gait lesion --lose"),
+        (
+            ["gait", "sweep", "bar-light", "--levels", "7", "9", "--dwell", "9", "--duration", "9"],
+            "beside",
+        ),
+        (
+            ["figure", "basin", "bar-light", "--starts", "0"],
+            "starts is 0; it must be a whole number",
+        ),
+        (
+            ["figure", "basin", "bar-light", "--tolerance", "0.7"],
+            "tolerance is 0.7; it must be at most 0.5",
+        ),
+        (
+            ["gait", "sweep", "bar-light", "--levels", "9", "7"],
+            "levels go from 9 to 7; the second must",
+        ),
+        (
+            ["gait", "sweep", "bar-light", "--levels", "7", "9", "--omega", "8"],
+            "--omega is one frequency",
+        ),
+    ],
+)
+def test_what_a_gait_command_cannot_do_is_said_in_one_line(words, says, tmp_path, capsys):
+    assert main([*words, "--out", str(tmp_path / "out.png")]) == 2
+    error = capsys.readouterr().err
+    assert says in error
+    assert error.count("\n") == 1
+
+
+def test_a_gait_command_on_a_one_legged_body_says_so_in_one_line(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "one_leg.py").write_text(
+        "from tegotae import System, build\n"
+        "from tegotae.analysis.gaits import Legged\n"
+        "hopper = System(controller=build('V-sector-w8'), omega=8.0)\n"
+        "one = Legged(about='', system=hopper, weights=(1,))\n"
+    )
+    assert main(["gait", "sweep", "one_leg.py:one", "--levels", "1", "2", "--out", "out"]) == 2
+    error = capsys.readouterr().err
+    assert "a gait command on a one-legged body: a Hopper has one leg" in error
+    assert error.count("\n") == 1
+
+
+# Pictures
+
+
+def test_every_gait_has_a_colour():
+    for name in (*NO_GAIT, *(pattern.name for pattern in PATTERNS)):
+        assert gait_colour(name)
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param("bar-light", marks=pytest.mark.thorough),
+        pytest.param("plate-light-both", marks=pytest.mark.thorough),
+        "quadruped-c",
+    ],
+)
+def test_hips_are_where_the_body_has_them_and_feet_in_stance_on_the_ground(name, tmp_path):
+    legged = system(name)
+    timing = dataclasses.replace(legged.timing, duration_s=100 * legged.timing.frame_s)
+    run = simulate(legged, timing=timing)
+    shape = pose(legged.body, run.trajectory)
+    assert shape.hips_m.shape == (100, legged.body.limbs, 3)
+    middle = shape.hips_m[:, :, 2].mean(axis=1)
+    above = -getattr(legged.body, "com_z_m", 0.0)
+    np.testing.assert_allclose(middle, run.trajectory.height_m + above, atol=0.05)
+    np.testing.assert_allclose(shape.feet_m[..., 2][shape.stands], 0.0, atol=1e-5)
+    assert shape.stands.any()
+    assert not shape.stands.all()
+
+
+@pytest.mark.thorough
+def test_a_body_of_which_nobody_has_told_how_it_looks_is_not_drawn(tmp_path):
+    with pytest.raises(TegotaeError, match="a Hopper cannot be drawn: register its pose"):
+        pose(Hopper(), None)
+    run = simulate(SHORT, timing=Timing(duration_s=10.0))
+    with pytest.raises(TegotaeError, match=r"use \.gif or \.mp4"):
+        write_animation(run, tmp_path / "moving.avi")

@@ -1,0 +1,404 @@
+"""Trained controllers in conditions that they never met: what is tried, kept, told and refused."""
+
+from __future__ import annotations
+
+import csv
+import dataclasses
+
+import numpy as np
+import pytest
+
+from tegotae import (
+    Hopper,
+    System,
+    TegotaeError,
+    Timing,
+    build,
+)
+from tegotae.analysis.gaits import system
+from tegotae.analysis.generalisation import (
+    CATALOGUE,
+    ControllersUnderTest,
+    Retention,
+    disturbances_named,
+    margins,
+    record,
+    tried,
+)
+from tegotae.analysis.generalisation.retention import GaitRetention, Walked
+from tegotae.analysis.generalisation.run import generalise
+from tegotae.analysis.generalisation.table import curve, margin, write_tables
+from tegotae.analysis.generalisation.trial import check_levels
+from tegotae.cli import main
+from tegotae.cli.generalise import Generalise
+from tegotae.measures.gaits.summary import CoordinationSummary
+from tegotae.parts.bodies.interface import Interface
+from tegotae.parts.commands import FOOT
+from tegotae.simulation.integrators import Hold
+from tegotae.systems import controller_file
+from tegotae.systems.controller_file import SavedController
+from tegotae.systems.controller_set import ControllerSet
+
+REFLEX = build("V-reflex-w8")
+CHOSEN = disturbances_named(
+    ["mass=0.9/3.5", "release=0.1", "delay=0.004", "lost-leg", "omega=1.01"]
+)
+TIMING = Timing(duration_s=24.0, tick_s=0.002)
+
+
+def hopper(weights=((2.0,), (0.0,)), **more) -> ControllersUnderTest:
+    labels = tuple(map(str, range(len(weights))))
+    given = {"looked_at": TIMING, **more}
+    system = System(controller=REFLEX, omega=8.0)
+    return ControllersUnderTest(ControllerSet("V", system, np.array(weights), labels), **given)
+
+
+@pytest.fixture(scope="module")
+def outcome() -> Retention:
+    return tried(hopper(), CHOSEN)
+
+
+def of(outcome, condition, level, run=0):
+    columns = outcome.columns
+    rows = (columns["condition"] == condition) & np.isclose(columns["level"], level)
+    (row,) = np.flatnonzero(rows & (columns["run"] == run))
+    return {name: values[row] for name, values in columns.items()}
+
+
+# What is tried, and what comes of it.
+
+
+def test_every_run_meets_every_level_once(outcome):
+    rows = set(zip(outcome.columns["condition"], outcome.columns["level"], strict=True))
+    assert len(rows) == 5
+    assert len(outcome.columns["run"]) == 10
+
+
+def test_a_gait_is_kept_under_little_and_lost_where_the_actuator_cannot_lift_the_weight(outcome):
+    little, much = of(outcome, "mass", 0.9), of(outcome, "mass", 3.5)
+    assert [little["had"], little["keeps"], little["moves"]] == [True, True, True]
+    assert [much["had"], much["keeps"], much["moves"]] == [True, False, False]
+    assert np.isnan(much["efficiency"])
+
+
+def test_where_it_is_released_from_does_not_change_what_a_limit_cycle_costs(outcome):
+    lower = of(outcome, "release", 0.1)
+    assert lower["keeps"]
+    assert lower["efficiency"] == pytest.approx(1.0, abs=0.02)
+
+
+def test_what_had_no_gait_is_told_apart_from_what_lost_it(outcome):
+    still = of(outcome, "mass", 0.9, run=1)
+    assert [still["had"], still["moved"], still["keeps"]] == [False, False, False]
+
+
+def test_what_a_body_cannot_meet_is_left_out_with_the_reason(outcome):
+    assert outcome.left_out == {"lost-leg": "a Hopper cannot lose a leg"}
+
+
+def test_the_same_is_found_again_whatever_else_is_tried(outcome):
+    alone = tried(hopper(weights=((2.0,),)), CHOSEN)
+    for condition, level in (("mass", 0.9), ("delay", 0.004)):
+        before, now = of(outcome, condition, level), of(alone, condition, level)
+        assert before["efficiency"] == pytest.approx(now["efficiency"], rel=1e-4)
+        assert before["keeps"] == now["keeps"]
+
+
+@pytest.mark.thorough
+def test_walkers_are_pushed_lose_legs_and_meet_slopes_and_keep_a_share_of_their_speed():
+    found = system("quadruped-c")
+    timing = dataclasses.replace(found.timing, duration_s=60.0)
+    weights = np.array([found.weights])
+    tested = ControllersUnderTest(
+        ControllerSet("C", found.system, weights, ("0",)), 2, looked_at=timing
+    )
+    chosen = disturbances_named(
+        ["push-aside=0.001/9", "lost-leg=1", "slope=-9", "rough=0.001", "strength"]
+    )
+    got = tried(tested, chosen)
+    assert got.left_out == {"strength": "its actuators take places, not forces"}
+    columns = got.columns
+    pushed = columns["condition"] == "push-aside"
+    at = {level: pushed & (columns["level"] == level) for level in (0.001, 9.0)}
+    np.testing.assert_allclose(columns["speed"][at[0.001]], 1.0, atol=0.02)
+    assert columns["moves"][at[0.001]].all()
+    assert not columns["moves"][at[9.0]].any()
+    by = {name: columns["moves"][columns["condition"] == name] for name in ("slope", "rough")}
+    assert not by["slope"].any()
+    assert by["rough"].all()
+    assert set(columns["start"]) == {0, 1}
+
+
+# Who walks.
+
+
+STAYS = {
+    "lag": np.zeros((2, 1, 1)),
+    "lock_time_s": np.ones((1, 1)),
+    "fall_time_s": np.full((1, 1), np.nan),
+    "cost_of_transport": np.ones((1, 1)),
+    "step_frequency_hz": np.ones((2, 1, 1)),
+    "ahead_m_per_s": np.full((1, 1), 0.4),
+}
+
+
+def walks(**found) -> dict[str, np.ndarray]:
+    kept = GaitRetention(Walked(CoordinationSummary(), True), 1.0).kept(
+        STAYS, STAYS | found, np.ones(1)
+    )
+    return {name: x.item() for name, x in kept.items()}
+
+
+def test_who_loses_the_reference_leg_walks_on_if_another_leg_steps():
+    lost = np.array([np.nan, 0.9]).reshape(2, 1, 1)
+    unknown_lags = {"lag": np.full((2, 1, 1), np.nan), "lock_time_s": np.full((1, 1), np.nan)}
+    found = walks(step_frequency_hz=lost, **unknown_lags)
+    assert found["moves"]
+    assert not found["keeps"]
+    assert not walks(step_frequency_hz=lost * np.nan)["moves"]
+
+
+def test_who_walks_slowly_or_backwards_does_not_walk_on():
+    assert walks(ahead_m_per_s=np.full((1, 1), 0.2))["speed"] == pytest.approx(0.5)
+    for speed in (0.05, -0.4):
+        assert not walks(ahead_m_per_s=np.full((1, 1), speed))["moves"]
+
+
+def quadruped(starts=4, **more) -> ControllersUnderTest:
+    found = system("quadruped-c")
+    one = np.array([found.weights])
+    given = {"looked_at": dataclasses.replace(found.timing, duration_s=60.0), **more}
+    labels = ("0",)
+    return ControllersUnderTest(ControllerSet("C", found.system, one, labels), starts, **given)
+
+
+def test_what_a_release_meets_is_the_same_for_every_run_and_level():
+    for text, entry in (("noise", "seed"), ("rough", "place"), ("lost-leg", "present")):
+        (each,) = disturbances_named([text])
+        lanes = np.repeat(np.array(each.levels[:2]), 3 * 4)  # levels, runs, releases
+        changes = each.changes(quadruped(), lanes, np.zeros(len(lanes)))
+        (drawn,) = [x for name, x in changes.items() if name.endswith(entry)]
+        drawn = np.asarray(drawn.value if entry == "present" else drawn)
+        by_run = drawn.reshape(-1, 2, 3, 4)[:, 0]
+        np.testing.assert_array_equal(by_run, np.repeat(by_run[:, :1], 3, axis=1))
+        assert len(np.unique(by_run[:, 0], axis=1).T) == 4
+
+
+def test_senses_can_be_as_late_as_the_levels_that_are_asked_for():
+    long = disturbances_named(["delay=0.004/0.064"])
+    assert not long[0].lacks(hopper())
+    check_levels(hopper(), long)
+    assert hopper().meeting(0.064).prepared.most_ticks == 32
+    with pytest.raises(TegotaeError, match=r"delay=1 on V is 500 control ticks; 128 are the most"):
+        check_levels(hopper(), disturbances_named(["delay=1"]))
+
+
+def test_a_small_leg_is_looked_at_for_a_shorter_time():
+    small = hopper(looked_at=None)
+    assert small.timing.duration_s == 32.0
+    body = Hopper(rest_length_m=0.25)
+    assert small.replaced(body=body).timing.duration_s == pytest.approx(16.0)
+
+
+# Tables.
+
+
+LAG = dataclasses.replace(CATALOGUE["lag"], levels=(0.005, 0.01, 0.02))
+
+
+def outcome_of(keeps: list[list[bool]], had=True) -> Retention:
+    """Runs that keep their gait or not at rising levels of a lag."""
+    levels = LAG.levels
+    runs, n = len(keeps), len(levels)
+    columns = {
+        "condition": np.full(runs * n, "lag"),
+        "level": np.tile(levels, runs),
+        "run": np.repeat(np.arange(runs), n),
+        "start": np.zeros(runs * n, int),
+        "keeps": np.ravel(keeps),
+        "moves": np.ravel(keeps),
+        "had": np.full(runs * n, had),
+        "moved": np.full(runs * n, had),
+        "efficiency": np.ones(runs * n),
+        "speed": np.full(runs * n, np.nan),
+    }
+    return Retention(columns, {})
+
+
+def test_a_margin_is_the_last_tested_level_that_is_survived_and_the_next():
+    keeps = [[True, False, True], [True, True, False], [False, False, False]]
+    (found,) = margins(outcome_of(keeps), (LAG,))
+    # One, two and no level: what comes back after a failure does not count.
+    assert (found.side, found.runs) == ("above", 3)
+    assert (found.survived, found.failed) == (0.005, 0.01)
+    assert (found.low, found.high) == (0.0, 0.02)
+
+
+def test_the_margin_of_a_single_run_has_no_interval():
+    (found,) = margins(outcome_of([[True, False, False]]), (LAG,))
+    assert (found.survived, found.failed) == (0.005, 0.01)
+    assert np.isnan([found.low, found.high]).all()
+
+
+def test_a_margin_below_the_usual_level_goes_downwards():
+    mass = dataclasses.replace(CATALOGUE["mass"], levels=(0.5, 0.85, 1.2, 1.5))
+    below = margin(mass, True, np.array([0.0, 1.0, 1.0]))
+    assert below[:5] == ("mass", "below", 3, 0.85, 0.5)
+    assert (below.low, below.high) == (0.5, 1.0)
+    assert margin(mass, True, np.array([2.0]))[3:5] == (0.5, -np.inf)
+
+
+def test_a_margin_beyond_the_last_level_is_infinite_and_of_no_gait_undefined():
+    (beyond,) = margins(outcome_of([[True] * 3] * 3), (LAG,))
+    assert (beyond.survived, beyond.failed) == (0.02, np.inf)
+    assert (beyond.low, beyond.high) == (0.02, np.inf)
+    (none,) = margins(outcome_of([[False] * 3] * 2, had=False), (LAG,))
+    assert none.runs == 0
+    assert np.isnan(none.survived)
+
+
+def test_where_half_of_the_runs_fail_is_no_level_that_half_survive():
+    (found,) = margins(outcome_of([[True, False, False], [True] * 3]), (LAG,))
+    assert (found.survived, found.failed) == (0.005, 0.01)
+
+
+def test_a_curve_has_the_share_of_those_that_had_a_gait():
+    first, *_ = curve(outcome_of([[True, False, True], [False, False, True]]))
+    assert (first["level"], first["had"], first["keeps"]) == (0.005, 2, 0.5)
+    assert 0.0 < first["keeps_low"] < 0.5 < first["keeps_high"] < 1.0
+
+
+def test_releases_of_one_run_do_not_make_the_interval_narrower():
+    once = outcome_of([[True] * 3, [False] * 3])
+    often = Retention({name: np.repeat(x, 4) for name, x in once.columns.items()}, {})
+    (one, *_), (four, *_) = curve(once), curve(often)
+    assert four["lanes"] == 4 * one["lanes"]
+    for name in ("keeps", "keeps_low", "keeps_high"):
+        assert four[name] == one[name]
+
+
+# The folder and the command.
+
+
+def test_what_is_done_is_kept_and_not_done_again(outcome, tmp_path, monkeypatch):
+    ((_, first),) = generalise([hopper()], CHOSEN, tmp_path)
+    np.testing.assert_array_equal(first.columns["keeps"], outcome.columns["keeps"])
+
+    def again(*_):
+        raise AssertionError("it was done again")
+
+    monkeypatch.setattr("tegotae.analysis.generalisation.run.tried", again)
+    ((_, second),) = generalise([hopper()], CHOSEN, tmp_path)
+    kept = second.columns["efficiency"]
+    np.testing.assert_array_equal(first.columns["efficiency"].astype("float32"), kept)
+    (record,) = (tmp_path / "records").iterdir()
+    record.write_bytes(record.read_bytes()[:100])  # cut short
+    with pytest.raises(AssertionError, match="again"):
+        generalise([hopper()], CHOSEN, tmp_path)
+
+
+def test_the_command_writes_margins_curves_and_a_picture(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr("tegotae.analysis.generalisation.controllers_under_test.HOPPING", TIMING)
+    file = tmp_path / "mine.json"
+    controller_file.save(SavedController.of(REFLEX, np.array([2.0]), 8.0, name="mine"), file)
+    names = "mass=0.9/3.5,release=0.1,delay=0.004,lost-leg,omega=1.01"
+    words = ["generalise", str(file), "--conditions", names, "--out", str(tmp_path / "out")]
+    assert main(words) == 0
+    said = capsys.readouterr().out
+    assert "survived" in said
+    assert "a Hopper cannot lose a leg" in said
+    with (tmp_path / "out" / "margins.csv").open() as stream:
+        rows = [row for row in csv.DictReader(stream) if row["measure"] == "keeps"]
+    assert {(row["condition"], row["side"]) for row in rows} >= {
+        ("mass", "below"),
+        ("mass", "above"),
+    }
+    assert (tmp_path / "out" / "curves.png").stat().st_size > 10_000
+
+
+def test_runs_that_are_the_same_are_tried_once():
+    runs = ControllerSet(
+        "V",
+        System(controller=REFLEX, omega=8.0),
+        np.array([[2.0], [2.0], [1.0]]),
+        ("0", "1", "2"),
+    )
+    assert ControllersUnderTest.of(runs).controllers.labels == ("0", "2")
+
+
+# What is refused.
+
+
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        (["massive"], "no condition is called 'massive'; did you mean mass"),
+        (["mass", "mass"], "named twice"),
+        (["mass=a"], "has no levels; write mass=LEVEL/LEVEL"),
+        (["mass=1"], "1 is no mass at all"),
+        (["mass=2/2"], "each once"),
+        (["lost-leg=0.5"], "0.5 is no number of legs"),
+        (["lost-leg=-1"], "-1 is no number of legs"),
+        (["omega=0"], "must be greater than 0"),
+        (["release=-2"], "must be at least 0"),
+    ],
+)
+def test_conditions_that_are_none_are_refused(words, says):
+    with pytest.raises(TegotaeError, match=says):
+        disturbances_named(words)
+
+
+def test_a_level_that_makes_no_body_is_refused_before_work(tmp_path):
+    with pytest.raises(TegotaeError, match=r"mass=-1 on V: mass_kg is -0.1"):
+        generalise([hopper()], disturbances_named(["mass=-1"]), tmp_path)
+
+
+def test_a_subject_that_can_meet_nothing_is_refused_before_work(tmp_path):
+    with pytest.raises(TegotaeError, match="V can meet none of these conditions: lost-leg"):
+        generalise([hopper()], disturbances_named(["lost-leg", "friction"]), tmp_path)
+
+
+def test_one_that_can_meet_nothing_is_left_out_beside_others(tmp_path):
+    reason = {"omega": "it has no oscillator"}
+    two = disturbances_named(["omega=1.01"])
+    single = System(controller=build("T-F", 10))
+    weights = np.zeros((1, single.controller.n_weights))
+    other = dataclasses.replace(hopper(), controllers=ControllerSet("N", single, weights, ("0",)))
+    assert tried(other, two).left_out == reason
+    (tmp_path / "left_out.csv").write_text("of another run")
+    empty = tried(other, two)
+    assert list(curve(empty)) == []
+    paths = write_tables([(other, empty), (hopper(), outcome_of([[True] * 3]))], (LAG,), tmp_path)
+    assert {path.name for path in paths} == {"margins.csv", "curves.csv", "left_out.csv"}
+    write_tables([(hopper(), outcome_of([[True] * 3]))], (LAG,), tmp_path)
+    assert not (tmp_path / "left_out.csv").exists()
+
+
+def test_a_body_of_another_simulator_is_refused_in_one_line():
+    with pytest.raises(TegotaeError, match="V cannot be tested: "):
+        hopper().replaced(body=Interface())
+    with pytest.raises(TegotaeError, match=r"C cannot be tested: .*its body is not here"):
+        quadruped().replaced(body=Interface(limbs=4, commands=FOOT))
+
+
+def test_the_command_tries_those_whose_names_match(tmp_path):
+    file = tmp_path / "mine.json"
+    controller_file.save(SavedController.of(REFLEX, np.array([2.0]), 8.0, name="mine"), file)
+    with pytest.raises(TegotaeError, match=r"has no model that matches T-\*"):
+        Generalise(places=(str(file),), only="T-*")._subjects()
+
+
+def test_the_command_says_in_one_line_what_it_misses(capsys):
+    assert main(["generalise"]) == 2
+    assert main(["generalise", "--list"]) == 0
+    assert "delay of the senses" in capsys.readouterr().out
+
+
+def test_who_is_held_over_the_control_period_is_tried_so():
+    held = hopper(looked_at=None).replaced(
+        integrator=Hold(), timing=Timing(tick_s=0.004), phase_rad=1.0
+    )
+    assert held.timing.tick_s == 0.004
+    assert held.phase_rad.tolist() == [1.0]
+    usual, own = (record.configuration(each, ()) for each in (hopper(), held))
+    assert set(own) - set(usual) == {"integrator", "release"}

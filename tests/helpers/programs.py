@@ -1,0 +1,52 @@
+"""The programs of this checkout: `tegotae`, and those beside the package."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from benchmarks.__main__ import BENCH
+from playground.__main__ import PLAYGROUND
+from reproduction.__main__ import PROG, REPRODUCTION
+from studies.tuning.__main__ import TUNE
+from tegotae import cli
+from tegotae.cli.commands import TEGOTAE
+from tegotae.cli.program import Command, CommandGroup
+
+PROGRAMS: Mapping[str, tuple[Command | CommandGroup, str]] = {
+    "tegotae": (TEGOTAE, "tegotae"),
+    "reproduction": (REPRODUCTION, PROG),
+    "benchmarks": (BENCH, "python -m benchmarks"),
+    "playground": (PLAYGROUND, "python -m playground"),
+    "tuning": (TUNE, "python -m studies.tuning"),
+}
+"""Each with the words that start it."""
+
+
+def main(words: Sequence[str]) -> int:
+    """Run `tegotae`, or another program that the first word names: its exit status."""
+    program, rest = _split(words)
+    return cli.main(rest, *PROGRAMS[program])
+
+
+def parsed(words: Sequence[str]) -> Any:
+    """The command of `tegotae`, or of another program that the first word names."""
+    program, rest = _split(words)
+    return cli.parsed(rest, *PROGRAMS[program])
+
+
+def _split(words: Sequence[str]) -> tuple[str, list[str]]:
+    if words and words[0] in PROGRAMS:
+        return words[0], list(words[1:])
+    return "tegotae", list(words)
+
+
+def words_of(line: str) -> list[str] | None:
+    """The words of a line of the shell that starts a program, its name first; None of others."""
+    words = shlex.split(line.partition(" > ")[0], comments=True)
+    for name, (_, prog) in PROGRAMS.items():
+        start = prog.split()
+        if words[: len(start)] == start:
+            return [name, *words[len(start) :]]
+    return None

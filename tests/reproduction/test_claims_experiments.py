@@ -1,0 +1,94 @@
+"""Claims that have experiments of their own: made-up tables with known effects."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from reproduction.claims.counting import Count
+from reproduction.claims.designs import MODELS, correlation
+from reproduction.claims.effects import OfGainMap, OfTrainings
+from reproduction.claims.experiments import EXPERIMENTS, command_for
+from reproduction.claims.findings import findings
+from reproduction.claims.kept import measure_kept
+from reproduction.table import Table
+from study_tables import results
+from tegotae._support.errors import TegotaeError
+from tegotae.figures.data import write_tables
+from tegotae.figures.learning_curves import algorithms_tables
+from tegotae.training.curves import LearningCurve
+
+
+def curves(algorithm: str, late: float, *, points: int = 100, model: str = "m"):
+    """Three runs that rise to `late` along a line; an episode is 10 s."""
+    episode = np.arange(points, dtype=float)
+    rise = np.linspace(0.0, late, points)
+    return [
+        LearningCurve(algorithm, model, seed, episode, 10.0 * episode, rise) for seed in range(3)
+    ]
+
+
+def of_algorithms(folder: Path, ours: float, theirs: float):
+    runs = [*curves("pgpe", ours), *curves("sac", theirs)]
+    write_tables(folder / "figure3.png", algorithms_tables(runs))
+    return measure_kept(OfTrainings("figure3.csv", "cot_inverse", "pgpe", "sac"), folder)
+
+
+def test_algorithms_are_compared_by_what_they_have_late_in_training(tmp_path):
+    assert of_algorithms(tmp_path, 1.0, 0.5).effect == pytest.approx(0.5, rel=0.1)
+    assert of_algorithms(tmp_path, 0.1, 0.5).effect < 0.0
+
+
+def test_a_best_gain_at_the_edge_of_the_map_is_not_fitted(tmp_path):
+    omega = np.linspace(2.0, 10.0, 60)
+    best = np.minimum(1.3 * omega, 6.0)
+    ridge = {
+        "actuation": np.repeat(["sector", "reflex"], 60),
+        "omega_rad_per_s": np.tile(omega, 2),
+        "best_sigma_rad_per_s_n": np.concatenate([best, np.sin(5.0 * omega)]),
+        "censored": np.concatenate([best == 6.0, np.zeros(60, bool)]).astype(int),
+    }
+    write_tables(tmp_path / "gain_map.png", {"ridge": ridge})
+    assert measure_kept(OfGainMap("slope", "sector"), tmp_path).effect == pytest.approx(1.3)
+
+
+def few() -> Table:
+    return results({}).where(model=("V-sector-w8", "VG-gF-sector-w8"))
+
+
+def test_a_folder_that_is_not_there_is_refused_before_anything_is_computed(tmp_path):
+    with pytest.raises(TegotaeError, match="there is no folder"):
+        findings(few(), tmp_path / "nowhere")
+
+
+def test_every_experiment_has_a_command_that_measures_it():
+    for each in EXPERIMENTS:
+        assert "here" in command_for(each.table, Path("here"))
+
+
+@pytest.mark.parametrize("table", [e.table for e in EXPERIMENTS])
+@pytest.mark.parametrize("content", ["", "a,b\n1,2\n", "\x00\x01", "actuation,way\nsector\n"])
+def test_a_table_that_is_none_is_named_in_one_line(tmp_path, table, content):
+    (tmp_path / table).write_text(content)
+    with pytest.raises(TegotaeError, match=table) as error:
+        findings(few(), tmp_path, resamples=20, ways=[Count()])
+    assert len(str(error.value).splitlines()) == 1
+
+
+@pytest.mark.parametrize("models", [3, MODELS - 1, MODELS])
+def test_a_correlation_needs_enough_models(models):
+    table = results({"VG": {"cot_inverse": 1.0, "t0_s": 1.0, "t1_s": 1.0}})
+    some = table.where(model=tuple(dict.fromkeys(table["model"].tolist()))[:models])
+    found = correlation(some.per_model(), "cot_inverse", "t0_s")
+    assert np.isfinite(found.mean) == (models >= MODELS)
+
+
+def test_the_correlation_of_a_line_is_one_and_its_interval_knows_its_sample():
+    x = np.arange(20.0)
+    line = Table({"a": x, "b": 2.0 * x + 1.0})
+    assert correlation(line, "a", "b").mean == pytest.approx(1.0)
+    with_holes = Table({"a": x, "b": np.where(x < 2, np.nan, x)})
+    found = correlation(with_holes, "a", "b")
+    assert (found.count, found.undefined) == (18, 2)

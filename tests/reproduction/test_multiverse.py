@@ -1,0 +1,494 @@
+"""The claims over what the paper leaves open: readings, verdicts under them, what decides them."""
+
+from __future__ import annotations
+
+import math
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import study_runs
+from programs import main
+from reproduction import runner
+from reproduction.calibration.prior import PRIOR
+from reproduction.claims.counting import Count
+from reproduction.claims.estimates import NOT_KNOWN, EffectEstimate
+from reproduction.claims.findings import OPPOSITE, REPRODUCED, TOO_SMALL, Finding
+from reproduction.figures.multiverse import curve_figure, overview_figure
+from reproduction.readings.designs import (
+    calibrated,
+    cells_of,
+    choices_of,
+    reading_of,
+)
+from reproduction.readings.folder import MultiverseFolder
+from reproduction.readings.influence import decisive, influences
+from reproduction.readings.plan import multiverse
+from reproduction.readings.readings import (
+    CHOICES,
+    PLATEAU,
+    Reading,
+    sample,
+)
+from reproduction.readings.tables import read_tables, write_tables
+from reproduction.readings.verdicts import (
+    CLAIMS,
+    FindingsByReading,
+    findings_by_reading,
+    margin,
+    of_claim,
+    share,
+    shares,
+)
+from reproduction.report.multiverse import counts_by_claim, shares_table
+from study_tables import results
+from tegotae._support.errors import TegotaeError
+from tegotae.measures.hopping.registry import metrics
+from tegotae.measures.objectives.fitness import Fitness
+from tegotae.parts.bodies import Hopper
+from tegotae.parts.terms import Reflex, Sector, SectorAndReflex
+from tegotae.simulation.rollout import Timing
+from tegotae.systems.models import find
+from tegotae.training.search import best_gain
+from tegotae.training.stopping import CAP
+
+NAMES = tuple(choice.name for choice in PRIOR)
+
+# Readings.
+
+
+def test_the_first_reading_is_the_study():
+    reading = sample(1)[0]
+    assert reading == Reading()
+    hopper, standard = reading.hopper, Hopper()
+    for name in ("stiffness_n_per_m", "damping_ns_per_m", "max_force_n", "mass_kg"):
+        assert getattr(hopper, name) == pytest.approx(getattr(standard, name), rel=0.0)
+    assert (reading.parameters, reading.episodes) == (96, PLATEAU)
+
+
+def test_more_readings_are_added_to_those_that_were_there():
+    assert sample(5) == sample(64)[:5]
+
+
+def test_readings_fill_the_space_evenly():
+    """In each choice alone, every sixteenth of its range holds one of 32 readings or more."""
+    readings = sample(33)[1:]
+    for choice in CHOICES:
+        places = [choice.place(getattr(reading, choice.name)) for reading in readings]
+        if choice.levels:
+            counts = [places.count(place) for place in sorted(set(places))]
+            assert len(counts) == len(choice.values)
+            assert max(counts) - min(counts) <= 2
+        else:
+            assert set(np.minimum(np.array(places) * 16, 15).astype(int)) == set(range(16))
+
+
+def test_every_reading_in_the_ranges_is_one_that_the_body_allows():
+    for reading in sample(512):
+        hopper = reading.hopper
+        assert hopper.max_force_n > hopper.weight_n
+        assert reading.deepest_compression < 0.8
+        hopper.check_tick(0.002)
+
+
+def test_the_body_has_the_ratios_that_it_was_made_of():
+    hopper = Reading(natural_frequency=2.5, damping_ratio=0.2, force_ratio=3.0).hopper
+    assert hopper.natural_frequency_rad_per_s * math.sqrt(1.0 / 9.81) == pytest.approx(2.5)
+    critical = 2.0 * math.sqrt(hopper.stiffness_n_per_m * hopper.mass_kg)
+    assert hopper.damping_ns_per_m / critical == pytest.approx(0.2)
+    assert hopper.max_force_n / hopper.weight_n == pytest.approx(3.0)
+
+
+@pytest.mark.parametrize(
+    ("choice", "says"),
+    [
+        ({"force_ratio": 0.9}, "force_ratio is 0.9; an actuator that is to lift the body needs"),
+        ({"natural_frequency": 0.9}, "natural_frequency is 0.9; this leg has no length left"),
+        ({"release": 2.5}, r"the fall presses the leg by 1\.\d+ of its length"),
+        ({"drop": 2.0}, "the fall presses the leg"),
+        ({"damping_ratio": -0.1}, "damping_ratio is -0.1"),
+        ({"tolerance": 0.0}, "tolerance is 0; it must be greater than 0"),
+        ({"episodes": 0}, "episodes is 0; it must be at least 1"),
+        ({"work": "electric"}, "electric"),
+    ],
+)
+def test_readings_that_the_body_does_not_allow_are_refused(choice, says):
+    with pytest.raises(TegotaeError, match=says) as raised:
+        Reading(**choice)
+    assert len(str(raised.value).splitlines()) == 1
+
+
+# Designs of readings.
+
+
+def test_the_calibrated_readings_differ_in_what_v_depends_on():
+    readings = calibrated(24)
+    assert len(set(readings)) == 24
+    assert readings[:5] == calibrated(5)
+    assert choices_of(readings) == PRIOR
+    assert choices_of(sample(4)) == CHOICES
+    for reading in readings:
+        assert reading_of(dict(zip(NAMES, cells_of(reading, PRIOR), strict=True)), PRIOR) == reading
+    with pytest.raises(TegotaeError, match="the calibrated sample has 24"):
+        calibrated(25)
+
+
+def test_a_multiverse_runs_over_the_calibrated_readings():
+    plan = multiverse("calibrated", 2)
+    assert [reading for reading, _ in plan.by_reading] == calibrated(2)
+    assert list(plan.document["choices"]) == list(NAMES)
+    for reading, units in plan.by_reading:
+        for unit in units.values():
+            experiment = unit.run.experiment
+            assert experiment.body == reading.hopper
+            assert experiment.objective.frequency_weight == reading.frequency_weight
+            assert experiment.search_offsets == reading.tuned_over
+            assert len(unit.run.seeds) == 8
+    with pytest.raises(TegotaeError, match="the calibrated sample has 24"):
+        multiverse("calibrated", 25)
+
+
+# The work.
+
+
+def test_a_reading_is_in_every_unit_that_it_is_about():
+    plan = multiverse("full", 9)
+    for reading, units in plan.by_reading:
+        assert list(units) == list(plan.models)
+        for unit in units.values():
+            experiment, protocol = unit.run.experiment, unit.run.experiment.protocol
+            assert experiment.body == reading.hopper
+            assert experiment.objective.work == reading.work
+            assert experiment.objective.follow_omega == reading.follow_omega
+            model = find(experiment.name)
+            assert experiment.controller == model.controller(reading.parameters)
+            assert experiment.system.release.height_m == reading.release
+            assert (protocol.work, protocol.drop_m) == (reading.work, reading.drop)
+            assert protocol.release_m == reading.release
+            assert protocol.limit_cycle.height_tolerance_m == 0.005 * reading.tolerance
+            assert protocol.limit_cycle.phase_tolerance_rad == 0.05 * reading.tolerance
+
+
+def test_mass_scales_the_body_and_keeps_its_ratios():
+    light, heavy = Reading().hopper, Reading(mass_kg=0.2).hopper
+    assert heavy.mass_kg == 2.0 * light.mass_kg
+    assert heavy.natural_frequency_rad_per_s == pytest.approx(light.natural_frequency_rad_per_s)
+    assert heavy.max_force_n / heavy.weight_n == pytest.approx(light.max_force_n / light.weight_n)
+
+
+def test_a_reading_changes_vanilla_actuations_alone():
+    reading = Reading(newtons_per_feedback=2.0, sector_s=0.05)
+    sector = reading.actuation(Sector())
+    assert (sector.width_rad, sector.duration_s) == (0.0, 0.05)
+    both = reading.actuation(SectorAndReflex())
+    assert (both.duration_s, both.newtons_per_feedback) == (0.05, 2.0)
+    assert reading.actuation(Reflex()) == Reflex(2.0)
+    learned = find("ART").experiment().controller.actuation
+    assert reading.actuation(learned) == learned
+    for own in (Sector(), Reflex(), SectorAndReflex(), learned):
+        assert Reading().actuation(own) == own
+
+
+@pytest.mark.parametrize(
+    ("choice", "says"),
+    [
+        ({"mass_kg": 0.0}, "mass_kg"),
+        ({"newtons_per_feedback": -1.0}, "newtons_per_feedback"),
+        ({"frequency_weight": -0.1}, "frequency_weight"),
+        ({"sector_s": 0.0}, "sector_s"),
+    ],
+)
+def test_freedoms_that_mean_nothing_are_refused(choice, says):
+    with pytest.raises(TegotaeError, match=says):
+        Reading(**choice)
+
+
+def test_a_gain_is_tuned_at_one_frequency_or_over_several():
+    """The gain of the mean fitness is no gain of either frequency's own."""
+    plain = find("V-sector-w8").experiment(
+        timing=Timing(duration_s=6.0, tick_s=0.002), objective=Fitness(settle_s=3.0)
+    )
+    over = plain.replaced(search_offsets=(-1.0, 1.0))
+    each = [best_gain(plain.replaced(omega=omega)) for omega in (7.0, 9.0)]
+    gain, fitness = best_gain(over)
+    assert fitness <= np.mean([best for _, best in each])
+    assert gain in plain.gains
+    with pytest.raises(TegotaeError, match="search_offsets is empty"):
+        plain.replaced(search_offsets=())
+
+
+def test_a_budget_of_training_is_spent_to_its_end_or_to_the_plateau():
+    plan = multiverse("full", 16)
+    for reading, units in plan.by_reading:
+        run = next(iter(units.values())).run
+        most = run.learner.stopping.generations * run.learner.algorithm.population
+        rising = np.arange(run.learner.stopping.generations, dtype=float)
+        assert run.learner.stopping.reason(rising) == CAP
+        if reading.episodes == PLATEAU:
+            assert most == pytest.approx(plan.cap, abs=run.learner.algorithm.population)
+            assert run.learner.stopping.reason(np.zeros(len(rising) - 1)) == "plateau"
+        else:
+            assert most == reading.episodes
+            assert run.learner.stopping.reason(np.zeros(len(rising) - 1)) == ""
+
+
+def test_every_claim_has_the_models_that_it_is_about():
+    table = results({}).where(model=multiverse("full").models)
+    known = {metric.name for metric in metrics()}
+    for omega, found in findings_by_reading({0: table}, draws=20)[0].items():
+        for finding in found:
+            reads = getattr(finding.claim.effect, "metric", None)
+            if reads in known:
+                assert finding.outcome in (REPRODUCED, TOO_SMALL, OPPOSITE), (finding, omega)
+
+
+def test_a_claim_is_judged_as_soon_as_all_of_its_models_are_there():
+    models = multiverse("full").models
+    few = [name for name in models if name.startswith(("V-", "VG-", "AR-rF-"))]
+    found = findings_by_reading({0: results({}).where(model=few)}, draws=20, models=models)
+    judged = {finding.claim.name for finding in found[0][AT_BOTH]}
+    assert {"vg-cot", "ar-cot", "ar-t1"} <= judged
+    # AR alone is not learned feedback, and a correlation is over all models.
+    assert not judged & {"learned-beats-v", "art-cot", "t-par", "v-t1", "efficient-is-slow"}
+
+
+def test_units_of_one_program_are_done_together_in_bundles_of_a_few():
+    units = multiverse("full", 8).units
+    bundles = runner.bundles(units, 6)
+    assert [unit for bundle in bundles for unit in bundle] == units
+    assert max(map(len, bundles)) <= 6
+    assert all(
+        len({unit.run.learner.program(unit.run.experiment) for unit in bundle}) == 1
+        for bundle in bundles
+    )
+
+
+def test_more_readings_go_on_in_the_same_folder():
+    few, many = multiverse("smoke", 2), multiverse("smoke", 5)
+    assert few.document == many.document
+    assert {unit.key for unit in few.units} < {unit.key for unit in many.units}
+
+
+# Verdicts.
+
+AT_BOTH = "both"
+
+
+@pytest.fixture(scope="module")
+def trained() -> tuple[list[Reading], FindingsByReading]:
+    """ART is better than AR only where training goes on long enough."""
+    readings = sample(24)
+    better = {1280: -0.4, 5120: 0.0, PLATEAU: 0.5}
+    tables = {
+        i: results(
+            {"ART": {"cot_inverse": better[reading.episodes]}}, noise=0.05, seed=100 + i
+        ).where(model=multiverse("full").models)
+        for i, reading in enumerate(readings)
+    }
+    return readings, findings_by_reading(tables, draws=100)
+
+
+def test_shares_count_the_readings_in_which_a_claim_is_reproduced_and_opposite(trained):
+    readings, found = trained
+    early = sum(reading.episodes == 1280 for reading in readings)
+    late = sum(reading.episodes == PLATEAU for reading in readings)
+    for omega in (AT_BOTH, "4", "8"):
+        each = shares(of_claim(found, "art-cot", omega).values())
+        assert each[OPPOSITE].count >= early
+        assert each[REPRODUCED].count >= late
+        assert sum(share.count for share in each.values()) == len(readings)
+
+
+def test_the_choice_that_decides_a_claim_is_found_and_no_other(trained):
+    readings, found = trained
+    clear = decisive(influences(readings, of_claim(found, "art-cot", AT_BOTH)))
+    assert [influence.choice.name for influence in clear] == ["episodes"]
+    assert clear[0].correlation > 0.8
+    assert clear[0].p < 0.001
+
+
+def test_where_nothing_decides_chance_seldom_does():
+    """Of claims on noise, at most one in twenty has a choice that passes for decisive."""
+    random = np.random.default_rng(0)
+    readings = sample(32)
+
+    def noise() -> dict[int, Finding]:
+        return {i: finding_of(random.normal(), 1.0) for i in range(32)}
+
+    false = sum(bool(decisive(influences(readings, noise()))) for _ in range(60))
+    assert false <= 8  # 3 expected; more than 8 has a chance of 1 in 250
+
+
+def finding_of(effect: float, half: float, name: str = "art-cot") -> Finding:
+    claim = next(claim for claim in CLAIMS if claim.name == name)
+    return Finding(claim, {Count(): EffectEstimate(effect, effect - half, effect + half)})
+
+
+@pytest.mark.parametrize("effect", [-3.0, -1.01, -0.5, 0.0, 0.5, 1.01, 3.0])
+@pytest.mark.parametrize("name", ["art-cot", "arg-cot"])
+def test_a_margin_says_what_the_outcome_says(effect, name):
+    finding = finding_of(effect, 1.0, name)
+    assert (margin(finding) > 1.0) == (finding.outcome == REPRODUCED)
+    assert (margin(finding) < -1.0) == (finding.outcome == OPPOSITE)
+
+
+def test_what_is_not_measured_has_no_margin_and_what_has_no_spread_is_clear():
+    claim = finding_of(1.0, 0.0).claim
+    assert math.isnan(margin(Finding(claim, {Count(): NOT_KNOWN})))
+    assert margin(finding_of(1.0, 0.0)) > 100.0
+    assert margin(finding_of(-1.0, 0.0)) < -100.0
+
+
+def test_an_interval_of_a_share_stays_within_the_possible():
+    none, all_of_them, half = share(0, 10), share(10, 10), share(5, 10)
+    assert none.low == 0.0
+    assert 1.0 - 1e-12 < all_of_them.high <= 1.0
+    assert none.high == pytest.approx(0.2775, abs=1e-3)  # Wilson (1927), 0 of 10
+    assert half.low == pytest.approx(1.0 - half.high) == pytest.approx(0.2366, abs=1e-3)
+    assert math.isnan(share(0, 0).mean)
+
+
+# Tables and figures.
+
+
+def test_tables_hold_readings_and_what_comes_of_the_claims(trained, tmp_path):
+    readings, found = trained
+    write_tables(readings, found, tmp_path)
+    again, read = read_tables(tmp_path)
+    assert again == readings
+    for number, by_omega in found.items():
+        for omega, each in by_omega.items():
+            said = [(finding.claim.name, finding.outcome) for finding in read[number][omega]]
+            assert said == [(finding.claim.name, finding.outcome) for finding in each]
+
+
+@pytest.mark.parametrize("name", ["readings.csv", "effects.csv"])
+@pytest.mark.parametrize("content", ["", "a,b\n1,2\n"])
+def test_what_is_no_table_is_refused(trained, tmp_path, one_line_error, name, content):
+    readings, verdicts = trained
+    write_tables(readings, verdicts, tmp_path)
+    (tmp_path / name).write_text(content)
+    words = ["reproduction", "readings", "figures", str(tmp_path), "--out", str(tmp_path / "out")]
+    assert f"{tmp_path / name} is no table that" in one_line_error(*words)
+
+
+def test_the_table_of_shares_names_what_decides(trained):
+    readings, verdicts = trained
+    rows = shares_table(readings, verdicts).splitlines()[2:]
+    assert len(rows) == len(CLAIMS)
+    gains = next(row for row in rows if "`art-cot`" in row)
+    assert "| training (+0." in gains
+    assert " of 24 [" in gains
+
+
+def test_a_column_counts_the_readings_of_each_claim(trained):
+    readings, found = trained
+    counts = counts_by_claim(found)
+    assert sum(map(int, counts["art-cot"].split(" / "))) == len(readings)
+    assert "pgpe-over-sac" not in counts, "no reading decides it"
+
+
+def test_figures_show_every_claim_that_is_measured_and_every_reading(trained):
+    readings, found = trained
+    overview = overview_figure(readings, found)
+    measured = [claim for claim in CLAIMS if of_claim(found, claim.name, AT_BOTH)]
+    assert len(overview.axes[0].get_yticks()) == len(measured) > 20
+    curve = curve_figure(readings, of_claim(found, "art-cot", AT_BOTH))
+    effects, choices = curve.axes
+    shown = [float(np.ravel(x.get_ydata())[0]) for x in effects.lines if x.get_marker() == "o"]
+    assert len(shown) == len(readings)
+    assert shown == sorted(shown)
+    assert len(choices.get_yticks()) == len(CHOICES)
+
+
+# From the command line: killed, resumed, misused.
+
+
+def start(folder: Path) -> subprocess.Popen[str]:
+    words = ["reproduction", "readings", "run", "--dir", str(folder), "--scale", "smoke"]
+    return subprocess.Popen(
+        [sys.executable, "-m", *words, "--readings", "2", "--workers", "1"],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+
+
+@pytest.mark.thorough
+def test_a_killed_multiverse_goes_on_and_loses_nothing(tmp_path, capsys):
+    folder = tmp_path / "multiverse"
+    process = start(folder)
+    study_runs.wait_for(lambda: study_runs.records(folder), "a record", process)
+    workers = study_runs.workers(process)
+    os.kill(process.pid, signal.SIGKILL)
+    process.communicate(timeout=900)
+    study_runs.assert_ended(workers)
+    kept = {path.name: path.read_bytes() for path in study_runs.records(folder)}
+    words = ["reproduction", "readings", "status", "--dir", str(folder), "--readings", "2"]
+    if len(kept) < 4:
+        assert main(words) == 0
+        assert f"{len(kept)} of 4 models done" in capsys.readouterr().out
+    out, _ = study_runs.finish(start(folder))
+    assert out.startswith(f"4 records in {folder}")
+    now = {path.name: path.read_bytes() for path in study_runs.records(folder)}
+    assert kept.items() <= now.items()
+    assert set(now) == {f"{u.key}.record.npz" for u in multiverse("smoke", 2).units}
+    assert main(words) == 0
+    said = capsys.readouterr().out
+    assert said == "scale smoke: 4 of 4 models done, 2 of 2 readings complete\n"
+    # That readings are not whole is said.
+    out = tmp_path / "out"
+    assert (
+        main(["reproduction", "readings", "export", "--dir", str(folder), "--out", str(out)]) == 0
+    )
+    assert "2 of 3 readings are complete" in capsys.readouterr().out
+    assert main(["reproduction", "readings", "figures", str(out), "--out", str(out)]) == 0
+    assert {"multiverse.png", "multiverse.md"} <= set(os.listdir(out))
+
+
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        (["run", "--scale", "huge", "--dir", "new"], "no scale is called 'huge'"),
+        (["run", "--readings", "0", "--dir", "new"], "readings is 0"),
+        (["status", "--dir", "new"], "holds no study"),
+        (["export", "--dir", "new", "--out", "out"], "holds no study"),
+    ],
+)
+def test_what_cannot_be_is_refused_before_any_work(
+    tmp_path, monkeypatch, one_line_error, words, says
+):
+    monkeypatch.chdir(tmp_path)
+    assert says in one_line_error("reproduction", "readings", *words)
+    assert os.listdir(tmp_path) == []
+
+
+def test_a_study_is_no_multiverse_and_a_multiverse_no_study(smoke_study, tmp_path, one_line_error):
+    said = one_line_error("reproduction", "readings", "status", "--dir", str(smoke_study))
+    assert "is a folder of python -m reproduction; look at it with that" in said
+    folder = MultiverseFolder(tmp_path / "multiverse")
+    with folder.claimed(multiverse("smoke")):
+        pass
+    said = one_line_error("reproduction", "status", "--dir", str(folder.path))
+    assert "is a folder of python -m reproduction readings; look at it with that" in said
+
+
+def test_an_unknown_frequency_is_refused(trained, tmp_path, one_line_error):
+    readings, verdicts = trained
+    write_tables(readings, verdicts, tmp_path)
+    words = ["reproduction", "readings", "figures", str(tmp_path), "--out", str(tmp_path / "out")]
+    assert "omega is '5'; it must be one of 4, 8, both" in one_line_error(*words, "--omega", "5")
+
+
+def test_a_claim_without_runs_has_no_share():
+    table = results({}).where(architecture=("V", "VG"))
+    found = findings_by_reading({0: table, 1: table}, draws=20)
+    assert of_claim(found, "art-cot", AT_BOTH) == {}
+    assert len(of_claim(found, "vg-cot", AT_BOTH)) == 2
+    assert shares(())[REPRODUCED].of == 0

@@ -1,0 +1,548 @@
+"""The physical optimum: closed forms, two methods, a bound that holds, and what it refuses."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import sys
+from fractions import Fraction
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from places import ROOT
+from programs import main
+from reproduction.commands.optimum import called
+from reproduction.export import write_csv
+from reproduction.optimum import (
+    Certificate,
+    Stance,
+    best,
+    certify,
+    highest_frequency,
+    optimise,
+    proofs,
+    small_hop_limit,
+    stances,
+    upper_bound,
+    verify,
+)
+from reproduction.optimum.exact import PI_ABOVE, covers
+from reproduction.optimum.grid import least_work
+from reproduction.optimum.problem import (
+    climb,
+    flight_mismatch,
+    flow,
+    least_lift_off,
+    most_landing,
+    most_lift_off,
+)
+from study_tables import table
+from tegotae import (
+    Engine,
+    Hopper,
+    Scenario,
+    TegotaeError,
+    Timing,
+    build,
+)
+from tegotae.measures.evaluation import Protocol, evaluate
+from tegotae.measures.hopping import GaitSummary
+from tegotae.measures.hopping.gait import LIMIT_CYCLE
+from tegotae.measures.optimum import curve, has_table, share
+from tegotae.systems import controller_file
+
+HOPPER = Hopper()
+UNDAMPED = {"flight_damping_ns_per_m": 0.0}
+DAMPED = Hopper(
+    mass_kg=0.07, stiffness_n_per_m=4.4, damping_ns_per_m=0.34, flight_damping_ns_per_m=0.34,
+    max_force_n=1.24, rest_length_m=0.63,
+)  # fmt: skip
+"""Near the calibrated body of the study."""
+ONE_SWING = [(Stance(),)]
+
+
+@pytest.fixture(scope="module")
+def at_four():
+    pytest.importorskip("casadi")
+    return optimise(HOPPER, 4.0, shapes=ONE_SWING, starts=3)
+
+
+# Closed forms
+
+
+def test_without_damping_a_hop_at_the_bodys_own_time_costs_nothing():
+    """The spring alone returns the mass: v is free, and T follows from it in closed form."""
+    pytest.importorskip("casadi")
+    body = Hopper(damping_ns_per_m=0.0)
+    rate, speed = body.natural_frequency_rad_per_s, 2.0
+    stance_s = 2.0 * (math.pi - math.atan2(speed * rate, body.gravity_m_per_s2)) / rate
+    omega = 2.0 * math.pi / (stance_s + 2.0 * speed / body.gravity_m_per_s2)
+    assert optimise(body, omega, shapes=ONE_SWING, starts=4).cot_inverse > 1e3
+
+
+@pytest.mark.parametrize(("work", "factor"), [("absolute", 1.0), ("positive", 2.0)])
+def test_hops_too_low_to_load_the_spring_reach_the_closed_form(work, factor):
+    """The fastest hops fall and rise 1 cm: stop the fall and throw, both under full force.
+
+    A soft leg, so that what is left of its spring and damper does not show.
+    """
+    pytest.importorskip("casadi")
+    limit = factor * (1.0 - HOPPER.weight_n / 4.0) / (2.0 * HOPPER.weight_n)
+    assert small_hop_limit(HOPPER, work) == pytest.approx(limit)
+    soft = Hopper(stiffness_n_per_m=0.5, damping_ns_per_m=0.02)
+    found = optimise(soft, 50.0, work=work, shapes=ONE_SWING, starts=3)
+    assert found.cot_inverse == pytest.approx(limit, rel=0.003)
+
+
+def test_net_work_has_no_limit_for_small_hops():
+    assert small_hop_limit(HOPPER, "net") == math.inf
+
+
+def test_no_lift_off_is_faster_than_the_energy_allows():
+    v, dt = 0.0, 1e-3
+    x = -HOPPER.rest_length_m
+    while x < 0.0:
+        x, v = flow(HOPPER, x, v, HOPPER.max_force_n, dt)
+    assert 0.5 * most_lift_off(HOPPER) < v < most_lift_off(HOPPER)
+
+
+def flown(body, lift_off):
+    """Climb [m], time [s] and landing speed [m/s] of a flight, by an independent solver."""
+    damping = body.flight_damping_ns_per_m / body.mass_kg
+
+    def ends(time_s, state):
+        return state[0]
+
+    ends.terminal, ends.direction = True, -1.0
+    path = solve_ivp(
+        lambda _, state: [state[1], -body.gravity_m_per_s2 - damping * state[1]],
+        (0.0, 10.0), [1e-12, lift_off], events=ends, rtol=1e-11, atol=1e-12, dense_output=True,
+    )  # fmt: skip
+    land_s = path.t_events[0][0]
+    return path.sol(np.linspace(0.0, land_s, 20_001))[0].max(), land_s, -path.y_events[0][0][1]
+
+
+@pytest.mark.parametrize("lift_off", [0.4, 3.0])
+def test_a_damped_flight_climbs_and_lands_as_a_solver_says(lift_off):
+    climbed, time_s, landing = flown(DAMPED, lift_off)
+    assert climb(DAMPED, lift_off) == pytest.approx(climbed, rel=1e-6)
+    assert flight_mismatch(DAMPED, lift_off, landing) == pytest.approx(0.0, abs=1e-8)
+    assert (lift_off + landing) / DAMPED.gravity_m_per_s2 == pytest.approx(time_s, rel=1e-8)
+    assert landing < min(lift_off, most_landing(DAMPED))
+
+
+def test_the_lowest_hop_clears_a_hundredth_of_the_leg_damped_or_not():
+    for body in (HOPPER, DAMPED):
+        assert climb(body, least_lift_off(body)) == pytest.approx(0.01 * body.rest_length_m)
+    assert least_lift_off(DAMPED) > least_lift_off(dataclasses.replace(DAMPED, **UNDAMPED))
+
+
+def test_hardly_damped_flight_has_nearly_the_optimum_of_ballistic_flight(at_four):
+    hardly = dataclasses.replace(HOPPER, flight_damping_ns_per_m=1e-6)
+    found = optimise(hardly, 4.0, shapes=ONE_SWING, starts=3)
+    assert found.cot_inverse == pytest.approx(at_four.cot_inverse, rel=2e-4)
+
+
+def test_a_gait_with_damped_flight_lands_as_it_began():
+    pytest.importorskip("casadi")
+    gait = optimise(DAMPED, 7.0, shapes=ONE_SWING, starts=2, intervals=20)
+    climbed, time_s, landing = flown(DAMPED, gait.lift_off_m_per_s[0])
+    assert gait.velocity_m_per_s[0][0] == pytest.approx(-landing, rel=1e-5)
+    assert gait.stance_s[0] + time_s == pytest.approx(2.0 * math.pi / 7.0, rel=1e-5)
+    assert gait.cot_inverse * gait.work_j == pytest.approx(climbed, rel=1e-5)
+
+
+# The best gait that is found
+
+
+def test_the_best_gait_is_one_that_the_engines_physics_makes(at_four):
+    """Its force, stepped finely through the stance's closed-form motion, ends where it says."""
+    time_s, force = at_four.time_s[0], at_four.force_n[0]
+    x, v, work = 0.0, -at_four.lift_off_m_per_s[0], 0.0
+    for length, push in zip(np.diff(time_s), force[:-1], strict=True):
+        for _ in range(20):
+            before = x
+            x, v = flow(HOPPER, x, v, push, length / 20)
+            work += abs(push * (x - before))
+    assert x == pytest.approx(0.0, abs=1e-6)
+    assert v == pytest.approx(at_four.lift_off_m_per_s[0], abs=1e-5)
+    assert work == pytest.approx(at_four.work_j, rel=1e-3)
+    assert force.min() >= -1e-6
+    assert force.max() <= HOPPER.max_force_n + 1e-6
+    period_s = time_s[-1] + 2.0 * at_four.lift_off_m_per_s[0] / HOPPER.gravity_m_per_s2
+    assert period_s == pytest.approx(2.0 * math.pi / 4.0, rel=1e-6)
+
+
+def test_dynamic_programming_finds_the_same(at_four):
+    speed = float(at_four.lift_off_m_per_s[0])
+    work = least_work(HOPPER, speed, float(at_four.stance_s[0]), points=80)
+    assert work == pytest.approx(at_four.work_j, rel=0.04)
+
+
+def test_no_other_lift_off_velocity_does_better_on_the_grid(at_four):
+    def reached(speed: float) -> float:
+        stance_s = 0.5 * math.pi - 2.0 * speed / HOPPER.gravity_m_per_s2
+        work = least_work(HOPPER, speed, stance_s, points=60)
+        return speed**2 / (2.0 * HOPPER.gravity_m_per_s2) / work
+
+    assert all(reached(speed) < 1.01 * at_four.cot_inverse for speed in (3.0, 4.0, 4.5, 5.5))
+
+
+def test_an_inner_swing_lets_the_mass_wait_at_its_top():
+    """So slow hops exist at any frequency, and waiting is free."""
+    pytest.importorskip("casadi")
+    two = {"shapes": [(Stance(2),)], "starts": 2, "intervals": 16}
+    slow = [optimise(HOPPER, omega, **two).cot_inverse for omega in (1.5, 2.0)]
+    assert slow[0] == pytest.approx(slow[1], rel=1e-3)
+
+
+# The upper bound
+
+
+def test_the_bound_holds_and_is_near(at_four):
+    bound = upper_bound(HOPPER, 4.0, best=at_four.cot_inverse)
+    assert at_four.cot_inverse <= bound < 1.02 * at_four.cot_inverse
+
+
+def test_what_certifies_the_bound_falls_along_random_gaits():
+    """V's condition along motions under random forces: climb, work and time of any of them."""
+    pytest.importorskip("casadi")
+    proof = certify(HOPPER, 4.0, cells=6)
+    random = np.random.default_rng(0)
+    dt, hop_s, gravity = 1e-3, math.pi / 2.0, HOPPER.gravity_m_per_s2
+    n, least = 300, least_lift_off(HOPPER)
+    x, v = np.full(n, -1e-9), -random.uniform(0.5, 6.0, n)
+    force = np.zeros(n)
+    total = np.zeros(n)
+    start = value = _evaluate(proof, x, v)
+    for step in range(4000):
+        if step % 20 == 0:
+            force = HOPPER.max_force_n * random.integers(0, 2, n) * random.uniform(0.0, 1.0, n)
+        x_next, v_next = flow(HOPPER, x, v, force, dt)
+        total += proof.time_price * dt - proof.bound * force * np.abs(x_next - x)
+        up = x_next >= 0.0
+        fly_s = 2.0 * v_next / gravity
+        hop = np.where(v_next >= least, hop_s, 0.0)
+        total += np.where(up, v_next**2 / (2 * gravity) + proof.time_price * (fly_s - hop), 0.0)
+        x = np.where(up, -1e-9, np.maximum(x_next, -0.999))
+        v = np.where(up, -v_next, v_next)
+        lost = x_next < -0.999  # the leg has no length left: it starts anew
+        value = _evaluate(proof, x, v)
+        total = np.where(lost, 0.0, total)
+        start = np.where(lost, value, start)
+        assert np.all(total + value - start < 0.02)
+
+
+def _evaluate(proof, x, v):
+    """V at states."""
+    i = np.clip(np.searchsorted(proof.heights_m, x, "right") - 1, 0, len(proof.heights_m) - 2)
+    j = np.clip(np.searchsorted(proof.speeds_m_per_s, v, "right") - 1, 0, None)
+    j = np.minimum(j, len(proof.speeds_m_per_s) - 2)
+    s = (x - proof.heights_m[i]) / np.diff(proof.heights_m)[i]
+    t = (v - proof.speeds_m_per_s[j]) / np.diff(proof.speeds_m_per_s)[j]
+
+    def weights(u):
+        return np.array([(1 - u) ** 2, 2 * u * (1 - u), u**2])
+
+    local = np.arange(3)
+    patch = proof.coefficients[(2 * i + local[:, None])[:, None], (2 * j + local[:, None])[None]]
+    return np.einsum("an,bn,abn->n", weights(s), weights(t), patch)
+
+
+def test_no_controller_is_above_the_bound():
+    """Random learned controllers and V over gains and frequencies: all that settle."""
+    random = np.random.default_rng(1)
+    kept = curve()
+    seen = 0
+    for name, weights in (
+        ("V-reflex-w4", random.uniform(0.0, 8.0, (150, 1))),
+        ("V-sector-w4", random.uniform(0.0, 8.0, (150, 1))),
+        ("ART-rF-tphif-w4", 0.8 * random.normal(size=(300, 96))),
+    ):
+        engine = Engine(
+            controller=build(name), timing=Timing(duration_s=30.0), summary=GaitSummary()
+        )
+        omega = random.uniform(2.0, 10.0, len(weights))
+        found = engine.run(weights[:, : build(name).n_weights], Scenario(omega=omega))
+        settled = np.asarray(found.regime) == LIMIT_CYCLE
+        rate, value = (np.asarray(x)[settled] for x in (found.hop_rate, found.cot_inverse))
+        period = np.asarray(found.limit_cycle_period)[settled]
+        assert np.all(value <= 1.005 * kept.bound("upper_bound_any", rate))
+        one = period == 1
+        assert np.all(value[one] <= 1.005 * kept.bound("upper_bound", rate[one]))
+        seen += settled.sum()
+    assert seen > 50
+
+
+# What proves the bounds, in rational arithmetic
+
+
+@pytest.fixture(scope="module")
+def kept_proofs() -> list[Certificate]:
+    return proofs.read()
+
+
+@pytest.mark.parametrize("omega", [4.0, 8.0])
+def test_a_row_of_the_kept_table_is_proved_without_a_solver(omega, kept_proofs, monkeypatch):
+    monkeypatch.setitem(sys.modules, "casadi", None)
+    (row,) = (row for row in proofs.rows() if row.omega == omega)
+    proofs.check_row(row, kept_proofs)
+
+
+@pytest.mark.thorough
+def test_every_row_of_the_kept_table_is_proved(kept_proofs):
+    assert len(proofs.rows()) == 49
+    for row in proofs.rows():
+        proofs.check_row(row, kept_proofs)
+
+
+def test_the_bound_at_any_frequency_is_what_the_pages_say(kept_proofs):
+    anywhere = kept_proofs[0]
+    assert anywhere.omega is None
+    assert covers([anywhere], HOPPER, None)
+    assert verify(anywhere, HOPPER) <= Fraction("1.296")
+
+
+@pytest.mark.parametrize("name", ["upper_bound", "upper_bound_any"])
+def test_a_row_that_claims_a_little_less_is_not_proved(name, kept_proofs):
+    row = next(row for row in proofs.rows() if row.omega == 4.0)
+    less = dataclasses.replace(row, **{name: getattr(row, name) - 2e-6})
+    with pytest.raises(TegotaeError, match=r"no certificates prove .* at 4 rad/s"):
+        proofs.check_row(less, kept_proofs)
+
+
+def test_hops_that_no_certificate_speaks_of_leave_a_row_unproved(kept_proofs):
+    row = next(row for row in proofs.rows() if row.omega == 4.0)
+    own = [each for each in kept_proofs if each.omega == 4.0]
+    assert len(own) > 2
+    with pytest.raises(TegotaeError, match="no certificates prove"):
+        proofs.check_row(row, [each for each in own if each is not own[1]])
+
+
+def _less_work(proof):
+    return dataclasses.replace(proof, bound=0.9999 * proof.bound)
+
+
+def _later_hops(proof):
+    return dataclasses.replace(proof, omega=0.99 * proof.omega)
+
+
+def _positive_price(proof):
+    return dataclasses.replace(proof, time_price=1e-9)
+
+
+def _another_value(proof):
+    changed = proof.coefficients.copy()
+    changed[8, 20] += 0.01
+    return dataclasses.replace(proof, coefficients=changed)
+
+
+def _no_number(proof):
+    changed = proof.coefficients.copy()
+    changed[0, 0] = math.nan
+    return dataclasses.replace(proof, coefficients=changed)
+
+
+def _too_few(proof):
+    return dataclasses.replace(proof, coefficients=proof.coefficients[:, 1:])
+
+
+def _slower_body(proof):
+    speeds = 0.99 * proof.speeds_m_per_s
+    return dataclasses.replace(proof, speeds_m_per_s=speeds)
+
+
+def _shorter_leg(proof):
+    return dataclasses.replace(proof, heights_m=0.99 * proof.heights_m)
+
+
+def _one_way(proof):
+    speeds = proof.speeds_m_per_s.copy()
+    speeds[0] -= 1.0
+    return dataclasses.replace(proof, speeds_m_per_s=speeds)
+
+
+def _backwards(proof):
+    return dataclasses.replace(proof, heights_m=proof.heights_m[::-1])
+
+
+@pytest.mark.parametrize(
+    ("tampered", "why"),
+    [
+        (_less_work, "the condition is missed"),
+        (_later_hops, "over flights .* missed"),
+        (_positive_price, "0 <= λ and μ <= 0 is needed"),
+        (_another_value, "the condition is missed"),
+        (_no_number, "is not finite"),
+        (_too_few, "coefficients, not"),
+        (_slower_body, "faster ones are possible"),
+        (_shorter_leg, "do not reach from -l0 to 0"),
+        (_one_way, "same in both directions"),
+        (_backwards, "knots do not rise"),
+    ],
+)
+def test_a_certificate_that_was_tampered_with_is_rejected(tampered, why, kept_proofs):
+    proof = next(each for each in kept_proofs if each.omega == 4.0 and covers([each], HOPPER, None))
+    with pytest.raises(TegotaeError, match=f"does not hold: .*{why}") as refused:
+        verify(tampered(proof), HOPPER)
+    assert "\n" not in str(refused.value)
+
+
+def test_a_certificate_of_one_body_does_not_hold_for_a_stronger_one(kept_proofs):
+    with pytest.raises(TegotaeError, match="does not hold"):
+        verify(kept_proofs[1], Hopper(max_force_n=4.1))
+
+
+def test_a_certificate_of_positive_work_is_exact_too():
+    pytest.importorskip("casadi")
+    proof = certify(HOPPER, 6.0, work="positive", cells=3)
+    assert float(verify(proof, HOPPER)) == proof.bound
+
+
+def test_the_fraction_for_pi_is_larger_than_pi_by_less_than_a_float_tells():
+    # Machin's formula, whose alternating series are cut on the side that makes it too large.
+    def arctan(one_over: int, terms: int) -> Fraction:
+        signs = ((-1) ** n for n in range(terms))
+        return sum(
+            (Fraction(s, (2 * n + 1) * one_over ** (2 * n + 1)) for n, s in enumerate(signs)),
+            Fraction(0),
+        )
+
+    above = 16 * arctan(5, 31) - 4 * arctan(239, 10)
+    below = 16 * arctan(5, 30) - 4 * arctan(239, 11)
+    assert below < above < PI_ABOVE
+    assert float(PI_ABOVE) == math.pi
+
+
+def test_a_file_without_certificates_is_refused_in_one_line(tmp_path):
+    file = tmp_path / "proofs.npz"
+    file.write_bytes(b"no archive")
+    with pytest.raises(TegotaeError, match="holds no certificates") as refused:
+        proofs.read(file)
+    assert "\n" not in str(refused.value)
+
+
+# The kept table
+
+
+def test_the_kept_table_is_whole_and_in_order():
+    kept = curve()
+    assert np.all(np.diff(kept["omega"]) > 0.0)
+    assert np.all(kept["cot_inverse"] <= kept["upper_bound"])
+    assert np.all(kept["upper_bound"] <= kept["upper_bound_any"] + 1e-9)
+    assert np.all(kept["cot_inverse_two"] <= kept["upper_bound_any"])
+    assert kept["omega"][-1] == pytest.approx(0.995 * 52.4, rel=0.01)
+
+
+def test_the_kept_table_says_what_the_optimiser_finds(at_four):
+    assert best(HOPPER, 4.0) == pytest.approx(at_four.cot_inverse, rel=1e-3)
+    kept = stances()[4.0]
+    assert kept["velocity_m_per_s"][-1] == pytest.approx(at_four.lift_off_m_per_s[0], rel=1e-3)
+
+
+def test_a_share_is_of_the_optimum_at_the_gaits_own_frequency():
+    assert share(0.5 * best(HOPPER, 5.0), 5.0) == pytest.approx(0.5)
+    assert share(0.3, 5.0, 2) < share(0.3, 8.0, 1)
+    assert np.isnan(
+        share(np.array([0.3, np.nan, 0.3]), np.array([0.5, 5.0, 5.0]), [1, 1, np.nan])
+    ).all()
+
+
+def test_an_evaluation_reports_the_share_where_the_table_holds():
+    short = Protocol(undisturbed_s=15.0, disturbed_s=5.0, offsets=(0.0,), clamped_phases=1)
+    found = evaluate(build("V-reflex-w8"), [[2.0]], 8.0, protocol=short).episodes
+    assert 0.2 < found["optimum_share"][0, 0] < 1.0
+    heavy = Hopper(mass_kg=0.11)
+    other = evaluate(build("V-reflex-w8"), [[2.0]], 8.0, heavy, short).episodes
+    assert np.isnan(other["optimum_share"]).all()
+    assert not has_table(HOPPER, "net")
+
+
+@pytest.mark.thorough
+def test_a_trained_controller_comes_near_the_optimum_and_not_above():
+    kept = ROOT / "docs" / "_static" / "figures" / "optimum-ART-w8.json"
+    saved = controller_file.load(kept)
+    short = Protocol(undisturbed_s=60.0, disturbed_s=5.0, offsets=(0.0,), clamped_phases=1)
+    found = evaluate(saved.controller, saved.weights, saved.omega, saved.body, short).episodes
+    assert 0.97 < found["optimum_share"][0, 0] < 1.001
+
+
+# What is refused
+
+
+class Wheel:
+    """A body that is no hopper."""
+
+
+@pytest.mark.parametrize(
+    ("call", "words"),
+    [
+        (lambda: best(Hopper(max_force_n=0.9), 4.0), "above the weight of 0.981 N"),
+        (lambda: best(HOPPER, 0.0), "omega is 0; it must be greater than 0"),
+        (lambda: best(HOPPER, math.nan), "omega is nan"),
+        (lambda: best(HOPPER, 60.0), "this hopper hops at 5.* rad/s at most"),
+        (lambda: best(HOPPER, 4.0, period=3), "period is 3"),
+        (lambda: best(HOPPER, 4.0, work="heat"), "work is 'heat'"),
+        (lambda: certify(Hopper(flight_damping_ns_per_m=0.1), 4.0), "ballistic flight"),
+        (lambda: small_hop_limit(Wheel()), "the body is a Wheel"),
+        (lambda: least_work(HOPPER, -1.0, 0.5), "lift_off_m_per_s is -1"),
+        (lambda: least_work(HOPPER, 3.0, 0.02, points=20), "no stance of 0.02 s"),
+    ],
+)
+def test_what_has_no_optimum_is_refused_in_one_line(call, words):
+    with pytest.raises(TegotaeError, match=words) as refused:
+        call()
+    assert "\n" not in str(refused.value)
+
+
+def test_a_frequency_without_hops_gives_no_number():
+    pytest.importorskip("casadi")
+    fastest = highest_frequency(HOPPER)
+    with pytest.raises(TegotaeError, match=r"no gait of period 1 was found at .* none of 3 starts"):
+        optimise(HOPPER, 1.1 * fastest, shapes=ONE_SWING, starts=3)
+
+
+def test_a_program_that_does_not_converge_gives_no_bound(monkeypatch):
+    pytest.importorskip("casadi")
+    from reproduction.optimum import certificate
+
+    monkeypatch.setattr(certificate, "_least", lambda matrix, limit, largest: None)
+    with pytest.raises(TegotaeError, match="no upper bound was found at 4 rad/s"):
+        certify(HOPPER, 4.0)
+
+
+def test_without_casadi_the_extra_is_named(monkeypatch):
+    monkeypatch.setitem(sys.modules, "casadi", None)
+    with pytest.raises(TegotaeError, match=r"pip install 'tegotae\[optimum\]'"):
+        optimise(HOPPER, 4.0)
+    assert best(HOPPER, 4.0) > 1.0  # the kept table needs no extra
+
+
+# The figure
+
+
+def test_the_figure_comes_with_its_numbers(tmp_path):
+    out = tmp_path / "optimum.png"
+    assert main(["reproduction", "optimum", "--out", str(out)]) == 0
+    assert out.exists()
+    header = out.with_suffix(".csv").read_text().splitlines()[0]
+    assert header.startswith("omega,cot_inverse,upper_bound")
+    assert out.with_suffix(".stances.csv").exists()
+
+
+def test_a_table_of_another_body_is_not_held_against_this_ones_optimum(tmp_path, one_line_error):
+    path = tmp_path / "calibrated.csv"
+    write_csv(table(optimum_share=np.full(5, np.nan)), path)
+    said = one_line_error("reproduction", "optimum", str(path), "--out", str(tmp_path / "a.png"))
+    assert f"{path} has no shares of the optimum" in said
+
+
+def test_a_controller_in_the_figure_is_called_by_its_model_not_by_its_file():
+    kept = ROOT / "docs" / "_static" / "figures" / "optimum-ART-w8.json"
+    saved = controller_file.load(kept)
+    assert called(saved, kept, []) == "ART-rF-tphif-w8"
+    assert called(saved, Path("twin.json"), ["ART-rF-tphif-w8"]) == "ART-rF-tphif-w8 (twin)"
+    assert called(dataclasses.replace(saved, name=None), kept, []) == "optimum-ART-w8"

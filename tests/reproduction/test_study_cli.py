@@ -1,0 +1,561 @@
+"""`python -m reproduction`: what a folder holds, its table, two made one, and what is refused."""
+
+from __future__ import annotations
+
+import csv
+import dataclasses
+import errno
+import json
+import os
+import resource
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import study_runs
+from places import ROOT
+from programs import main
+from reproduction import runner
+from reproduction.claims.atomic import ATOMIC_CLAIMS
+from reproduction.claims.effect_table import effects_csv, read_effects
+from reproduction.folder import Folder
+from reproduction.plan import plan
+from reproduction.record import read, write
+from reproduction.table import tabulate
+from reproduction.unit import key_of
+from tegotae import Hopper, find
+from tegotae._support.errors import TegotaeError
+from tegotae.measures.objectives.fitness import Fitness
+from tegotae.systems.study_records import SUFFIX
+
+
+@pytest.fixture
+def half(smoke_study, tmp_path) -> Path:
+    """A study of which one of three models is missing."""
+    return study_runs.copy(smoke_study, tmp_path / "half", "V", "A")
+
+
+@pytest.fixture
+def damaged(smoke_study, tmp_path) -> Path:
+    """A study of which one of three records was cut short."""
+    folder = study_runs.copy(smoke_study, tmp_path / "damaged", *study_runs.MODELS)
+    path = study_runs.records(folder)[0]
+    path.write_bytes(path.read_bytes()[:-100])
+    return folder
+
+
+@pytest.fixture
+def no_work(monkeypatch):
+    """Makes any work on a study fail the test."""
+
+    def begin(*_, **__):
+        raise AssertionError("work was begun before the input was checked")
+
+    monkeypatch.setattr(runner, "on_cores", begin)
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    return {
+        str(path.relative_to(folder)): path.read_bytes()
+        for path in folder.rglob("*")
+        if path.is_file() and path.name != ".lock"
+    }
+
+
+def export(folder: Path, out: Path, *more: str) -> Path:
+    assert main(["reproduction", "export", "--dir", str(folder), "--out", str(out), *more]) == 0
+    return out
+
+
+# A study from the command line.
+
+
+def test_a_run_says_how_far_it_is_and_what_comes_next(smoke_study):
+    said = smoke_study.with_name("smoke.printed").read_text().splitlines()
+    assert (
+        said[0]
+        == f"3 records in {smoke_study}; next: python -m reproduction report --dir {smoke_study}"
+    )
+    assert said[1] == "study  0/3  done before"
+    _, done, model, rate, left = said[-1].split("  ")
+    assert (done, left) == ("3/3", "0 s left")
+    assert model in study_runs.MODELS
+    assert float(rate.removesuffix("/min").removesuffix("/s")) > 0.0
+
+
+def test_a_finished_study_has_nothing_to_do(smoke_study, no_work, capsys):
+    before = contents(smoke_study)
+    assert main(["reproduction", "run", "--dir", str(smoke_study), "--scale", "smoke"]) == 0
+    assert capsys.readouterr().out.startswith("3 records in ")
+    assert contents(smoke_study) == before
+
+
+def test_status_says_what_is_done_and_what_is_missing(half, smoke_study, capsys):
+    assert main(["reproduction", "status", "--dir", str(smoke_study)]) == 0
+    assert capsys.readouterr().out == "scale smoke: 3 of 3 models done\n"
+    assert main(["reproduction", "status", "--dir", str(half)]) == 0
+    assert capsys.readouterr().out == "scale smoke: 2 of 3 models done\nmissing: T-Fv\n"
+
+
+def test_a_study_may_have_experiments_beside_the_models_of_its_scale(half, capsys):
+    """One more experiment, made from Python: it is counted, tabulated, and stands by itself."""
+    experiment = dataclasses.replace(find("T-F").experiment(), name="mine")
+    whole = plan("smoke", "V-*", [experiment])
+    more = next(unit for unit in whole.units if unit.run.experiment is experiment)
+    (source,) = half.glob("records/ART-*")
+    record = dataclasses.replace(read(source), configuration=more.configuration)
+    runner.run(whole, half, lambda todo: ((unit, record) for [unit] in todo))
+    assert sorted(r.model for r in Folder(half).all()[0]) == [
+        "ART-rF-tphif-w8",
+        "V-sector-w8",
+        "mine",
+    ]
+    assert main(["reproduction", "status", "--dir", str(half)]) == 0
+    assert capsys.readouterr().out.endswith("scale smoke: 3 of 4 models done\nmissing: T-Fv\n")
+    table = tabulate(Folder(half).all()[0])
+    assert table.where(model="mine")["architecture"].tolist() == ["mine", "mine"]
+
+
+def test_two_experiments_of_one_name_are_refused(half, no_work):
+    other = dataclasses.replace(find("T-F").experiment(), name="V-sector-w8")
+    with pytest.raises(TegotaeError, match="2 experiments are called V-sector-w8"):
+        plan("smoke", "V-*", [other])
+    alone = plan("smoke", "", [other])
+    with pytest.raises(TegotaeError, match=r"holds a study with another .*controller"):
+        runner.run(alone, half)
+
+
+def test_both_kinds_of_table_hold_the_same(smoke_study, tmp_path):
+    parquet = pytest.importorskip("pyarrow.parquet")
+    columns = parquet.read_table(export(smoke_study, tmp_path / "a.parquet")).to_pydict()
+    with export(smoke_study, tmp_path / "a.csv").open() as stream:
+        rows = list(csv.DictReader(stream))
+    assert list(rows[0]) == list(columns)
+    # A row a run: T-Fv and ART have two, and the searched gain of V two releases.
+    assert len(rows) == 6
+    for name, values in columns.items():
+        written = [row[name] for row in rows]
+        if isinstance(values[0], float):
+            np.testing.assert_array_equal([float(x or "nan") for x in written], values)
+        else:
+            assert written == [str(value) for value in values]
+
+
+def test_an_exported_table_gives_the_same_figures_as_the_study(smoke_study, tmp_path):
+    budgets = ["--budgets", str(tmp_path / "budgets.csv")]
+    table = export(smoke_study, tmp_path / "a.csv", *budgets)
+    for source, out, more in ((smoke_study, "study", []), (table, "table", budgets)):
+        assert (
+            main(["reproduction", "figures", str(source), "--out", str(tmp_path / out), *more]) == 0
+        )
+    written = contents(tmp_path / "study")
+    pictures = ["architectures.png", "correlations.png", "metrics.png"]  # of no claim's effect
+    tables = ["endings.md"]
+    # How training went is in the study's records alone.
+    curves = ["convergence-w8.png", "convergence.csv"]
+    assert sorted(written) == sorted([*pictures, *tables, *curves])
+    assert contents(tmp_path / "table") == {n: c for n, c in written.items() if n not in curves}
+
+
+def test_an_exported_table_gives_the_same_claims_as_the_study(smoke_study, tmp_path, capsys):
+    others = [
+        *("--budgets", str(tmp_path / "budgets.csv")),
+        *("--sampled", str(tmp_path / "sampled.csv")),
+    ]
+    table = export(smoke_study, tmp_path / "a.csv", *others)
+    for source, out, more in ((smoke_study, "study", []), (table, "table", others)):
+        assert (
+            main(["reproduction", "claims", str(source), "--out", str(tmp_path / out), *more]) == 0
+        )
+    written = contents(tmp_path / "study")
+    assert sorted(written) == ["claims-by-budget.md", "claims.md", "effects.csv"]
+    assert contents(tmp_path / "table") == written
+    printed = capsys.readouterr().out.splitlines()
+    assert [line.split()[0] for line in printed[-1 - len(ATOMIC_CLAIMS) : -1]] == [
+        claim.name for claim in ATOMIC_CLAIMS
+    ]
+
+
+def test_outcomes_of_another_study_and_of_each_budget_stand_beside(smoke_study, tmp_path):
+    table = export(smoke_study, tmp_path / "old.csv")
+    head, *rows = table.read_text().splitlines()
+    budgets = [f"{row},{episodes}" for episodes in (1280, 5120) for row in rows]
+    (tmp_path / "budgets.csv").write_text("\n".join([f"{head},training_budget", *budgets]))
+    words = ["--budgets", str(tmp_path / "budgets.csv"), "--beside", str(table)]
+    words += ["--experiments", str(ROOT / "docs" / "_static" / "experiments")]
+    out = tmp_path / "out"
+    assert main(["reproduction", "claims", str(table), "--out", str(out), *words]) == 0
+    heads = [row for row in (out / "claims.md").read_text().splitlines() if "| Outcome |" in row]
+    assert heads
+    assert all(row.endswith("| Ways: + / 0 / − |") for row in heads)
+    beside = (out / "claims-beside.md").read_text()
+    assert beside.startswith("| | the study | old |\n")
+    assert ", `map-sector-line` | reproduced | not measured |\n" in beside, "of its own folder only"
+    first = (out / "claims-by-budget.md").read_text().splitlines()[0]
+    assert first == "| | 1280 episodes | 5120 episodes | plateau |"
+    old, own = ((out / name).read_text() for name in ("effects-old.csv", "effects.csv"))
+    measured = {row for row in old.splitlines() if "not measured" not in row}
+    assert measured
+    assert measured < set(own.splitlines())
+
+
+def test_effects_are_read_as_they_were_written(smoke_study, tmp_path):
+    table = export(smoke_study, tmp_path / "a.csv")
+    assert main(["reproduction", "claims", str(table), "--out", str(tmp_path)]) == 0
+    found = read_effects(tmp_path / "effects.csv")
+    assert [each.claim for each in found] == list(ATOMIC_CLAIMS)
+    assert effects_csv(found) == (tmp_path / "effects.csv").read_text()
+
+
+def test_a_table_that_does_not_say_its_budgets_is_refused(smoke_study, tmp_path, one_line_error):
+    table = export(smoke_study, tmp_path / "a.csv")
+    words = ["--out", str(tmp_path / "out"), "--budgets", str(table)]
+    said = one_line_error("reproduction", "figures", str(table), *words)
+    assert "the table has no training_budget" in said
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("content", [None, "", "model,run\n", "model,run\nART,0\n", "a,b\n1\n"])
+def test_what_is_no_table_is_refused(tmp_path, one_line_error, content):
+    path = tmp_path / "table.csv"
+    if content is not None:
+        path.write_text(content)
+    said = one_line_error("reproduction", "figures", str(path), "--out", str(tmp_path / "out"))
+    assert str(path) in said
+    assert not (tmp_path / "out").exists()
+
+
+def test_two_halves_merge_into_the_whole(half, smoke_study, tmp_path, capsys):
+    other = study_runs.copy(smoke_study, tmp_path / "other", "T", "A")
+    assert main(["reproduction", "merge", str(other), "--dir", str(half)]) == 0
+    assert capsys.readouterr().out == f"1 records copied to {half}\n"
+    study_runs.assert_same(half, smoke_study)
+    whole = export(smoke_study, tmp_path / "whole.csv").read_text()
+    assert export(half, tmp_path / "merged.csv").read_text() == whole
+
+
+# Records that are not what they should be.
+
+
+def test_status_tells_of_a_damaged_record(damaged, capsys):
+    name = study_runs.records(damaged)[0].name
+    assert main(["reproduction", "status", "--dir", str(damaged)]) == 0
+    first, missing, said = capsys.readouterr().out.splitlines()
+    assert first == "scale smoke: 2 of 3 models done"
+    assert missing == "missing: ART-rF-tphif-w8"
+    assert said.startswith(f"{name} is damaged: ")
+    assert said.endswith("; run the study again to replace it")
+
+
+def test_a_report_leaves_a_damaged_record_out_and_says_so(damaged, monkeypatch, capsys):
+    def page(records, about, *_) -> str:
+        return f"{' '.join(sorted(record.model for record in records))}: {about}"
+
+    monkeypatch.setattr("reproduction.report.page.report", page)
+    assert main(["reproduction", "report", "--dir", str(damaged)]) == 0
+    first, last = capsys.readouterr().out.splitlines()
+    assert "is damaged" in first
+    assert last == f"The report is {damaged.resolve() / 'report.html'}"
+    models, scale, body = (damaged / "report.html").read_text().split(": ", 2)
+    assert (models, scale) == ("T-Fv V-sector-w8", "Scale smoke")
+    assert body.startswith("2 models, ")
+    assert body.endswith("The hopper: 0.1 kg, a leg of 1 m, 5 N/m, 0.2 N s/m, at most 4 N.")
+
+
+def test_a_whole_record_replaces_a_damaged_one_in_a_merge(damaged, smoke_study, tmp_path, capsys):
+    other = study_runs.copy(smoke_study, tmp_path / "other", *study_runs.MODELS)
+    assert main(["reproduction", "merge", str(other), "--dir", str(damaged)]) == 0
+    assert capsys.readouterr().out == f"1 records copied to {damaged}\n"
+    study_runs.assert_same(damaged, smoke_study)
+
+
+def test_a_damaged_record_is_not_merged(damaged, half, capsys):
+    assert main(["reproduction", "merge", str(damaged), "--dir", str(half)]) == 0
+    said = capsys.readouterr().out
+    assert "is damaged" in said
+    assert f"1 records copied to {half}" in said
+
+
+@pytest.mark.parametrize("command", ["status", "export --out table.csv", "run --scale smoke"])
+def test_a_record_that_cannot_be_read_is_not_called_damaged(
+    half, no_work, one_line_error, monkeypatch, command
+):
+    path, whole = study_runs.records(half)[0], Path.open
+
+    def denied(place, *args, **kwargs):
+        if place == path:
+            raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
+        return whole(place, *args, **kwargs)
+
+    monkeypatch.setattr(Path, "open", denied)
+    said = one_line_error("reproduction", *command.split(), "--dir", str(half))
+    assert f"cannot read {path}: Permission denied" in said
+    assert path.exists()
+
+
+def test_a_record_under_a_wrong_name_is_damaged(half, smoke_study, capsys):
+    units = {unit.run.experiment.name: unit for unit in plan("smoke").units}
+    wrong = Folder(half).place(units["T-Fv"])
+    shutil.copy(Folder(half).place(units["V-sector-w8"]), wrong)
+    assert main(["reproduction", "status", "--dir", str(half)]) == 0
+    assert f"{wrong.name} is damaged: it holds another configuration" in capsys.readouterr().out
+    known = {record.model: record for record in Folder(smoke_study).all()[0]}
+    runner.run(plan("smoke"), half, lambda todo: ((u, known["T-Fv"]) for [u] in todo))
+    assert "is set aside" in capsys.readouterr().out
+    study_runs.assert_same(half, smoke_study)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"format": 0},
+        {"stopping": {}},
+        {"seeds": [0, 1, 2]},
+        {"budgets": []},
+        {"experiment": {"release_m": 1.1}},
+        {"experiment": {"fitness": {**Fitness(work="positive").__dict__, "kind": "Fitness"}}},
+        {"experiment": {"something": "new"}},
+        {"something": "new"},
+    ],
+)
+def test_a_whole_record_of_other_settings_is_never_mixed_in(half, smoke_study, change, capsys):
+    record = read(next(half.glob("records/V-*")))
+    experiment = {**record.configuration["experiment"], **change.get("experiment", {})}
+    record.configuration.update({**change, "experiment": experiment})
+    name = f"{key_of(record.configuration)}{SUFFIX}"
+    write(record, half / "records" / name)
+    found, said = Folder(half).all()
+    assert sorted(r.model for r in found) == ["ART-rF-tphif-w8", "V-sector-w8"]
+    assert said == [f"{name} is of another study; it is left out"]
+
+
+# What is refused: in one line, and nothing is lost.
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--scale", "quick"], "holds a study with another "),
+        (["--scale", "smoke", "--models", "Z*"], "no model of this scale is called 'Z*'"),
+        (["--scale", "huge"], "no scale is called 'huge'"),
+        (["--scale", "smoke", "--workers", "0"], "workers is 0"),
+    ],
+)
+def test_a_run_that_cannot_be_is_refused_before_any_work(
+    half, no_work, one_line_error, words, said
+):
+    before = contents(half)
+    assert said in one_line_error("reproduction", "run", "--dir", str(half), *words)
+    assert contents(half) == before
+
+
+@pytest.mark.parametrize("place", ["file", "file/study"])
+def test_a_place_that_cannot_be_written_is_refused(tmp_path, no_work, one_line_error, place):
+    (tmp_path / "file").touch()
+    words = ["--dir", str(tmp_path / place), "--scale", "smoke"]
+    assert f"cannot write to the folder {tmp_path / place}: " in one_line_error(
+        "reproduction", "run", *words
+    )
+
+
+def test_a_folder_without_permission_is_refused(half, no_work, one_line_error, monkeypatch):
+    def denied(*_, **__):
+        raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
+
+    monkeypatch.setattr("tegotae._support.files.tempfile.TemporaryFile", denied)
+    assert f"cannot write to the folder {half}: Permission denied" in one_line_error(
+        "reproduction", "run", "--dir", str(half), "--scale", "smoke"
+    )
+
+
+def test_a_second_run_in_the_folder_is_refused_and_the_first_goes_on(
+    half, smoke_study, one_line_error
+):
+    first = study_runs.start(half, programs_of=smoke_study)
+    study_runs.wait_for(lambda: study_runs.workers(first), "workers", first)
+    for words in (["run", "--scale", "smoke"], ["merge", str(smoke_study)]):
+        said = one_line_error("reproduction", *words, "--dir", str(half))
+        assert f"another run is at work in {half}; wait for it" in said
+    study_runs.finish(first)
+    study_runs.assert_same(half, smoke_study)
+
+
+def test_a_full_disk_keeps_what_is_done(smoke_study, tmp_path, monkeypatch):
+    known = {record.model: record for record in Folder(smoke_study).all()[0]}
+    ended = []
+
+    def results(bundles):
+        try:
+            for bundle in bundles:
+                for unit in bundle:
+                    yield unit, known[unit.run.experiment.name]
+        finally:
+            ended.append(True)
+
+    written = []
+
+    def fsync(_) -> None:
+        written.append(True)
+        if len(written) == 3:  # study.json, a record, and now
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    with monkeypatch.context() as disk:
+        disk.setattr("tegotae._support.files.os.fsync", fsync)
+        with pytest.raises(TegotaeError) as raised:
+            runner.run(plan("smoke"), tmp_path / "study", results)
+        assert ended == [True]
+    said = str(raised.value)
+    assert said.startswith("cannot write ")
+    assert said.endswith(
+        f": No space left on device; {tmp_path / 'study'} keeps 1 of 3 models, "
+        "the same command continues from there"
+    )
+    assert len(list((tmp_path / "study" / "records").iterdir())) == 1
+    runner.run(plan("smoke"), tmp_path / "study", results)
+    study_runs.assert_same(tmp_path / "study", smoke_study)
+
+
+def test_a_record_that_cannot_be_written_ends_the_workers_too(half, smoke_study, monkeypatch):
+    # For this process and those that it starts no file may grow beyond one kilobyte.
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    process = study_runs.start(half)
+    resource.prlimit(process.pid, resource.RLIMIT_FSIZE, (1024, limits[1]))
+    seen = study_runs.wait_for(lambda: study_runs.workers(process), "workers", process)
+    out, err = process.communicate(timeout=900)
+    study_runs.assert_ended(seen)
+    assert (process.returncode, out) == (2, "")
+    assert err.splitlines()[-1].endswith(
+        f": File too large; {half} keeps 2 of 3 models, the same command continues from there"
+    )
+    assert "Traceback" not in err
+
+
+@pytest.mark.parametrize("command", ["status", "report", "export --out table.csv", "merge ."])
+def test_a_folder_that_holds_no_study_is_refused(tmp_path, one_line_error, monkeypatch, command):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "folder").mkdir()
+    (tmp_path / "file").touch()
+    for place in ("folder", "nowhere"):
+        said = one_line_error("reproduction", *command.split(), "--dir", place)
+        assert "holds no study; start one with python -m reproduction run" in said
+    if command != "merge .":
+        assert "Not a directory" in one_line_error(
+            "reproduction", *command.split(), "--dir", "file"
+        )
+    assert sorted(os.listdir(tmp_path)) == ["file", "folder"]
+    assert os.listdir(tmp_path / "folder") == []
+
+
+@pytest.mark.parametrize("text", ["", "{", "[]", "7", "{}", '{"scale": "smoke"}'])
+def test_a_damaged_description_of_a_study_is_refused(half, one_line_error, text):
+    (half / "study.json").write_text(text)
+    for words in (["run", "--scale", "smoke"], ["status"]):
+        said = one_line_error("reproduction", *words, "--dir", str(half))
+        assert f"{half / 'study.json'} is damaged: it " in said
+    assert len(study_runs.records(half)) == 2
+
+
+@pytest.mark.parametrize("lacks", ["format", "stopping", "experiments"])
+def test_a_study_of_an_earlier_version_is_refused(half, one_line_error, lacks, tmp_path):
+    document = json.loads((half / "study.json").read_text())
+    del document[lacks]
+    document.pop("format", None)  # earlier versions had none
+    (half / "study.json").write_text(json.dumps(document))
+    before = contents(half)
+    export = ["export", "--out", str(tmp_path / "table.csv")]
+    for words in (["run", "--scale", "smoke"], ["status"], ["report"], export):
+        said = one_line_error("reproduction", *words, "--dir", str(half))
+        assert f"{half / 'study.json'} is of another version of tegotae" in said
+    assert contents(half) == before
+
+
+@pytest.mark.parametrize(
+    ("name", "changed"),
+    [
+        ("objective.work", {"objective": Fitness(settle_s=2.0, work="positive")}),
+        ("objective.follow_omega", {"objective": Fitness(settle_s=2.0, follow_omega=False)}),
+        ("body.mass_kg", {"body": Hopper(mass_kg=0.2)}),
+    ],
+)
+def test_a_study_of_another_measure_or_body_is_another_study(half, name, changed):
+    whole = plan("smoke")
+    experiments = tuple(each.replaced(**changed) for each in whole.experiments)
+    other = dataclasses.replace(whole, experiments=experiments)
+    before = contents(half)
+    with pytest.raises(TegotaeError, match=f"holds a study with another {name}; "):
+        runner.run(other, half)
+    assert contents(half) == before
+    ours = {unit.key for unit in plan("smoke").units}
+    assert ours.isdisjoint(unit.key for unit in other.units)
+
+
+def test_a_study_without_records_has_no_table(half, one_line_error, tmp_path):
+    for path in study_runs.records(half):
+        path.unlink()
+    out = tmp_path / "table.csv"
+    said = one_line_error("reproduction", "export", "--dir", str(half), "--out", str(out))
+    assert f"{half} holds no records yet; first: python -m reproduction run" in said
+    assert not out.exists()
+
+
+def test_records_of_different_versions_are_told_of(half, tmp_path, capsys):
+    path = study_runs.records(half)[0]
+    record = read(path)
+    write(dataclasses.replace(record, software={**record.software, "jax": "0.0.1"}), path)
+    export(half, tmp_path / "table.csv")
+    assert (
+        "the records were made with different versions of jax: 0.0.1, " in capsys.readouterr().out
+    )
+
+
+def test_a_study_is_of_one_engine(half, tmp_path, one_line_error, monkeypatch):
+    monkeypatch.setenv("TEGOTAE_ENGINE", "xla")
+    said = one_line_error("reproduction", "run", "--scale", "smoke", "--dir", str(half))
+    assert f"{half} holds a study of the engine native, and this is xla" in said
+    assert "set TEGOTAE_ENGINE=native, or choose another folder" in said
+
+
+def test_studies_of_different_engines_are_not_merged(half, smoke_study, one_line_error):
+    path = study_runs.records(half)[0]
+    record = read(path)
+    software = {name: x for name, x in record.software.items() if name != "engine"}
+    write(dataclasses.replace(record, software=software), path)  # of an earlier version
+    said = one_line_error("reproduction", "merge", str(smoke_study), "--dir", str(half))
+    assert "are of different engines, native and xla; they cannot be merged" in said
+
+
+def test_other_numbers_at_equal_settings_are_told_of_in_a_merge(half, smoke_study, capsys):
+    path = study_runs.records(half)[0]
+    record = read(path)
+    software = {**record.software, "numpy": "1.0"}
+    other = dataclasses.replace(record, software=software, weights=record.weights + 1e-6)
+    write(other, path)
+    kept = path.read_bytes()
+    assert main(["reproduction", "merge", str(smoke_study), "--dir", str(half)]) == 0
+    first, last = capsys.readouterr().out.splitlines()
+    assert first.startswith(
+        f"{record.model} differs in {smoke_study} and {half}, at equal settings: made with "
+    )
+    assert "numpy 1.0" in first
+    assert last == f"1 records copied to {half}"
+    assert path.read_bytes() == kept
+
+
+def test_a_table_of_unknown_kind_is_refused(half, one_line_error, tmp_path):
+    words = ["--dir", str(half), "--out", str(tmp_path / "table.xlsx")]
+    said = one_line_error("reproduction", "export", *words)
+    assert "cannot write a table as 'table.xlsx'; use .csv or .parquet" in said
+
+
+def test_different_studies_are_not_merged(half, smoke_study, one_line_error):
+    document = json.loads((half / "study.json").read_text())
+    (half / "study.json").write_text(
+        json.dumps({**document, "stopping": {**document["stopping"], "generations": 4}})
+    )
+    before = contents(half)
+    said = one_line_error("reproduction", "merge", str(smoke_study), "--dir", str(half))
+    assert "hold different studies, with another stopping.generations" in said
+    assert "they cannot be merged" in said
+    assert contents(half) == before

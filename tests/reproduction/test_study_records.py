@@ -1,0 +1,215 @@
+"""A study's records are whole or not there, and its folder holds one study only."""
+
+from __future__ import annotations
+
+import dataclasses
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from records import instant, made_up
+from reproduction import runner
+from reproduction.export import merge, read_csv, write_csv
+from reproduction.folder import Folder
+from reproduction.plan import plan
+from reproduction.record import (
+    DamagedRecordError,
+    Record,
+    read,
+    write,
+)
+from reproduction.table import tabulate
+from reproduction.unit import work
+from tegotae import Timing
+from tegotae._support.errors import TegotaeError
+from tegotae.measures.hopping.registry import names
+from tegotae.simulation.integrators import Hold
+from tegotae.systems.models import find
+from tegotae.systems.resolve import resolve
+from tegotae.training import collection
+from tegotae.training.stopping import Stopping
+
+
+def same(a: Record, b: Record) -> bool:
+    arrays = [(a.weights, b.weights), (a.best_fitness, b.best_fitness)]
+    arrays += [(a.episodes[name], b.episodes[name]) for name in names()]
+    return a.configuration == b.configuration and all(
+        np.array_equal(x, y, equal_nan=True) for x, y in arrays
+    )
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Folder:
+    runner.run(plan("smoke"), tmp_path / "study", instant)
+    return Folder(tmp_path / "study")
+
+
+def test_a_record_reads_back_as_it_was_written(tmp_path: Path) -> None:
+    record = made_up(plan("smoke").units[0])
+    write(record, tmp_path / "a.npz")
+    assert same(read(tmp_path / "a.npz"), record)
+
+
+def test_a_table_says_how_many_numbers_a_model_learns(folder: Folder, tmp_path: Path) -> None:
+    table = tabulate(folder.all()[0])
+    learned = {name: find(name).controller().n_weights for name in table["model"].tolist()}
+    assert table["parameters"].tolist() == [learned[name] for name in table["model"].tolist()]
+    assert "parameters" not in table.metrics
+    write_csv(table, tmp_path / "table.csv")
+    again = read_csv(tmp_path / "table.csv")
+    assert again["parameters"].tolist() == table["parameters"].tolist()
+    assert again["parameters"].dtype.kind == "i"
+
+
+def test_a_unit_is_evaluated_as_its_system_is_released_and_held(monkeypatch) -> None:
+    class AskedError(Exception):
+        pass
+
+    def evaluate(*given, start, integrator, **rest):
+        raise AskedError(given[4].release_m, given[4].tick_s, start.phase_rad, integrator)
+
+    usual = plan("smoke", "V-sector-w8").units[0]
+    held = usual.run.experiment.replaced(
+        integrator=Hold(),
+        timing=Timing(duration_s=4.0, tick_s=0.004),
+        height_m=1.1,
+        phase_rad=0.5,
+    )
+    unit = dataclasses.replace(usual, run=dataclasses.replace(usual.run, experiment=held))
+    monkeypatch.setattr("reproduction.unit.evaluate", evaluate)
+    with pytest.raises(AskedError) as asked:
+        work(unit)
+    assert asked.value.args == (1.1, 0.004, 0.5, Hold())
+    assert unit.configuration["evaluated"] == "as its system"
+    assert "evaluated" not in usual.configuration
+
+
+def test_a_period_that_cannot_be_measured_is_refused_before_training() -> None:
+    usual = plan("smoke", "V-sector-w8").units[0]
+    odd = usual.run.experiment.replaced(
+        integrator=Hold(), timing=Timing(duration_s=4.2, tick_s=0.003, frame_s=0.021)
+    )
+    with pytest.raises(TegotaeError, match=r"the control period is 0.003 s; hops are measured"):
+        work(dataclasses.replace(usual, run=dataclasses.replace(usual.run, experiment=odd)))
+
+
+def test_a_studys_folder_is_a_name_of_its_controllers(folder: Folder, tmp_path: Path) -> None:
+    records = folder.all()[0]
+    sets = collection.read(folder.path)
+    assert [runs.name for runs in sets] == [record.model for record in records]
+    for runs, record in zip(sets, records, strict=True):
+        assert runs.experiment == record.experiment
+        assert runs.labels == tuple(str(seed) for seed in record.configuration["seeds"])
+        np.testing.assert_array_equal(runs.weights, record.weights)
+    with pytest.raises(TegotaeError, match=r"is a study of \d+ controllers, and one is asked for"):
+        resolve(folder.path).controller()
+    for path in folder.records.iterdir():
+        path.write_bytes(path.read_bytes()[:100])
+    with pytest.raises(TegotaeError, match=r"has no record that is whole: .* is damaged"):
+        resolve(folder.path)
+
+
+@pytest.mark.parametrize("damage", ["cut", "flipped", "foreign", "empty"])
+def test_a_damaged_record_is_found(tmp_path: Path, damage: str) -> None:
+    path = tmp_path / "a.npz"
+    write(made_up(plan("smoke").units[0]), path)
+    content = bytearray(path.read_bytes())
+    if damage == "cut":
+        content = content[: len(content) // 2]
+    elif damage == "flipped":
+        content[content.index(b"weights.npy") + 100] ^= 0xFF  # in the array, not in its label
+    elif damage == "foreign":
+        content = bytearray(b"not a record")
+    else:
+        content = bytearray()
+    path.write_bytes(bytes(content))
+    with pytest.raises(DamagedRecordError, match=r"a\.npz is damaged"):
+        read(path)
+
+
+def test_units_are_named_by_what_defines_their_content() -> None:
+    unit = plan("smoke").units[0]
+    longer = dataclasses.replace(
+        unit,
+        run=dataclasses.replace(
+            unit.run, learner=dataclasses.replace(unit.run.learner, stopping=Stopping.after(4))
+        ),
+    )
+    assert unit.key == plan("smoke").units[0].key
+    assert longer.key != unit.key
+
+
+def test_running_again_does_only_what_is_missing(folder: Folder) -> None:
+    asked = []
+
+    def counting(bundles):
+        asked.extend(bundles)
+        yield from instant(bundles)
+
+    chosen = plan("smoke")
+    folder.place(chosen.units[1]).unlink()
+    runner.run(chosen, folder.path, counting)
+    assert [[unit.key for unit in bundle] for bundle in asked] == [[chosen.units[1].key]]
+
+
+def test_a_damaged_record_is_set_aside_and_done_again(folder: Folder, capsys) -> None:
+    unit = plan("smoke").units[0]
+    folder.place(unit).write_bytes(b"half")
+    runner.run(plan("smoke"), folder.path, instant)
+    assert same(read(folder.place(unit)), made_up(unit))
+    assert len(list((folder.path / "damaged").iterdir())) == 1
+    assert "is damaged" in capsys.readouterr().out
+
+
+def test_a_folder_of_another_study_is_refused(folder: Folder) -> None:
+    with pytest.raises(TegotaeError, match="holds a study with another"):
+        runner.run(plan("quick", "V-*"), folder.path, instant)
+
+
+def test_a_folder_of_unknown_records_is_refused(folder: Folder) -> None:
+    (folder.path / "study.json").unlink()
+    with pytest.raises(TegotaeError, match=r"no study\.json"):
+        runner.run(plan("smoke"), folder.path, instant)
+
+
+def test_two_runs_in_one_folder_are_refused(folder: Folder) -> None:
+    with folder.locked(), pytest.raises(TegotaeError, match="another run is at work"):
+        runner.run(plan("smoke"), folder.path, instant)
+
+
+def test_a_pattern_that_matches_nothing_names_the_nearest() -> None:
+    with pytest.raises(TegotaeError, match="did you mean"):
+        plan("paper", "ARTT-rF-tphi-w8")
+    with pytest.raises(TegotaeError, match="no scale is called 'huge'"):
+        plan("huge")
+
+
+def test_the_paper_scale_is_the_papers() -> None:
+    chosen = plan("paper")
+    assert len(chosen.units) == 218
+    assert chosen.seeds == 15
+    # One compiled program per shape of model: ω_t is no part of it.
+    assert len(runner.bundles(chosen.units)) == 110
+
+
+def test_every_architecture_is_in_the_quick_scale() -> None:
+    found = {find(unit.run.experiment.name).architecture for unit in plan("quick").units}
+    assert found == {"V", "VG", "VT", "VGT", "AR", "ART", "ARG", "ARGT", "T"}
+
+
+def test_two_folders_merge_into_one(tmp_path: Path) -> None:
+    one, other = Folder(tmp_path / "one"), Folder(tmp_path / "other")
+    runner.run(plan("smoke", "V*"), one.path, instant)
+    runner.run(plan("smoke", "[AT]*"), other.path, instant)
+    assert merge(one, other) == 1
+    assert merge(one, other) == 0
+    assert len(other.all()[0]) == 3
+
+
+def test_the_table_has_a_row_per_model_and_run(folder: Folder, tmp_path: Path) -> None:
+    table = tabulate(folder.all()[0])
+    assert len(table) == 6
+    assert len(table.per_model()) == 3
+    write_csv(table, tmp_path / "table.csv")
+    assert len((tmp_path / "table.csv").read_text().splitlines()) == 7

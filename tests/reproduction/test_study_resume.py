@@ -1,0 +1,169 @@
+"""A study that is killed, anywhere and at any time, ends in the numbers of an undisturbed one."""
+
+from __future__ import annotations
+
+import dataclasses
+import os
+import random
+import signal
+import subprocess
+
+import numpy as np
+import pytest
+
+import study_runs
+from reproduction import runner
+from reproduction.folder import Folder
+from reproduction.plan import plan
+from reproduction.record import DamagedRecordError, read
+from reproduction.runner import WorkersDiedError
+from tegotae._support.errors import TegotaeError
+
+
+@pytest.mark.thorough
+def test_kills_at_random_moments_lose_only_the_work_in_flight(smoke_study, tmp_path):
+    moments = random.Random(5)
+    folder = tmp_path / "study"
+    kept: dict[str, bytes] = {}
+    for awaited in (0, 1):  # records, before the moment is drawn
+        process = study_runs.start(folder)
+        seen = study_runs.wait_for(lambda p=process: study_runs.workers(p), "workers", process)
+        study_runs.wait_for(
+            lambda p=process, n=awaited: (
+                p.poll() is not None or len(study_runs.records(folder)) >= n
+            ),
+            "a record",
+        )
+        seen = study_runs.workers(process) if process.poll() is None else seen
+        try:
+            process.wait(moments.uniform(0.0, 2.0))
+        except subprocess.TimeoutExpired:
+            process.kill()
+        process.communicate(timeout=900)
+        study_runs.assert_ended(seen)
+        now = {path.name: path.read_bytes() for path in study_runs.records(folder)}
+        assert kept.items() <= now.items()
+        kept = now
+    out, _ = study_runs.finish(study_runs.start(folder))
+    assert out.startswith("3 records in ")
+    study_runs.assert_same(folder, smoke_study)
+    assert kept.items() <= {p.name: p.read_bytes() for p in study_runs.records(folder)}.items()
+
+
+def test_a_killed_worker_changes_nothing(smoke_study, tmp_path):
+    process = study_runs.start(tmp_path / "study", "--workers", "2")
+    both = study_runs.wait_for(
+        lambda: found if len(found := study_runs.workers(process)) == 2 else None,
+        "workers",
+        process,
+    )
+    random.Random(1).choice(both).kill()
+    _, err = study_runs.finish(process)
+    assert "Traceback" not in err
+    study_runs.assert_same(tmp_path / "study", smoke_study)
+
+
+@pytest.mark.parametrize(
+    "sign", [signal.SIGINT, pytest.param(signal.SIGTERM, marks=pytest.mark.thorough)]
+)
+def test_an_interrupted_study_goes_on_where_it_was(smoke_study, tmp_path, sign):
+    folder = study_runs.copy(smoke_study, tmp_path / "study", "V", "T")
+    process = study_runs.start(folder, programs_of=smoke_study)
+    seen = study_runs.wait_for(lambda: study_runs.workers(process), "workers", process)
+    # Ctrl-C reaches every process of the terminal, a polite kill the one that is named.
+    (os.killpg if sign == signal.SIGINT else os.kill)(process.pid, sign)
+    out, err = process.communicate(timeout=900)
+    study_runs.assert_ended(seen)
+    assert out == ""
+    if sign == signal.SIGINT:
+        assert process.returncode == 130
+        *progress, last = err.splitlines()
+        assert progress == ["study  2/3  done before"]
+        assert last == (
+            f"tegotae: interrupted; {folder} keeps 2 of 3 models, "
+            "the same command continues from there"
+        )
+    else:
+        assert process.returncode == -signal.SIGTERM
+    study_runs.finish(study_runs.start(folder, programs_of=smoke_study))
+    study_runs.assert_same(folder, smoke_study)
+
+
+def test_what_a_kill_left_half_written_is_no_record_and_is_cleared(smoke_study, tmp_path):
+    folder = study_runs.copy(smoke_study, tmp_path / "study", *study_runs.MODELS)
+    whole = study_runs.records(folder)[0]
+    half = whole.with_name(f".{whole.name}.0123abcd")
+    half.write_bytes(whole.read_bytes()[:100])
+    assert len(Folder(folder).all()[0]) == 3
+    runner.run(plan("smoke"), folder, unasked)
+    assert not half.exists()
+    study_runs.assert_same(folder, smoke_study)
+
+
+def test_a_damaged_record_is_redone_with_the_same_numbers(smoke_study, tmp_path):
+    folder = study_runs.copy(smoke_study, tmp_path / "study", *study_runs.MODELS)
+    (damaged,) = folder.glob("records/T-*")
+    content = damaged.read_bytes()[:-100]
+    damaged.write_bytes(content)
+    out, _ = study_runs.finish(study_runs.start(folder, programs_of=smoke_study))
+    assert f"{damaged.name} is damaged: " in out
+    assert f"it is set aside in {folder / 'damaged'} and done again" in out
+    assert (folder / "damaged" / damaged.name).read_bytes() == content
+    study_runs.assert_same(folder, smoke_study)
+
+
+def test_a_flipped_bit_anywhere_is_found_or_changes_nothing(smoke_study, tmp_path):
+    (source,) = smoke_study.glob("records/T-*")
+    content, whole = source.read_bytes(), dataclasses.asdict(read(source))
+    bits = random.Random(0)
+    found = 0
+    places = range(0, len(content), 17)
+    for place in places:
+        flipped = bytearray(content)
+        flipped[place] ^= 1 << bits.randrange(8)
+        (tmp_path / "flipped").write_bytes(flipped)
+        try:
+            np.testing.assert_equal(dataclasses.asdict(read(tmp_path / "flipped")), whole)
+        except DamagedRecordError:
+            found += 1
+    # The rest are dates and the like in the archive, which carry nothing.
+    assert found > len(places) // 2
+
+
+def unasked(bundles):
+    raise AssertionError(f"work was asked for: {bundles}")
+    yield
+
+
+# Workers that die again and again.
+
+
+def test_workers_that_always_die_end_the_study_and_keep_what_is_done(smoke_study, tmp_path):
+    asked = []
+
+    def dying(bundles):
+        asked.append(len(bundles))
+        raise WorkersDiedError
+        yield
+
+    folder = study_runs.copy(smoke_study, tmp_path / "study", "V")
+    with pytest.raises(TegotaeError) as raised:
+        runner.run(plan("smoke"), folder, dying)
+    assert str(raised.value) == (
+        "workers died 5 times without a result; is there enough memory?; "
+        f"{folder} keeps 1 of 3 models, the same command continues from there"
+    )
+    assert asked == [2] * 5
+
+
+def test_workers_may_die_often_as_long_as_the_study_gets_on(smoke_study, tmp_path):
+    known = {record.model: record for record in Folder(smoke_study).all()[0]}
+
+    def dying_after_one(bundles):
+        for _ in range(3):
+            for unit in bundles[0]:
+                yield unit, known[unit.run.experiment.name]
+            raise WorkersDiedError
+
+    assert runner.run(plan("smoke"), tmp_path / "study", dying_after_one) == 3
+    study_runs.assert_same(tmp_path / "study", smoke_study)
