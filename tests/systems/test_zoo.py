@@ -199,7 +199,7 @@ def test_a_file_of_a_later_version_is_refused(file, tmp_path):
 
 def test_a_study_written_twice_gives_the_same_bytes(file, smoke_study, tmp_path):
     again = tmp_path / "again.npz"
-    assert main(f"study zoo --dir {smoke_study} --name smoke --out {again}".split()) == 0
+    assert main(f"reproduction zoo --dir {smoke_study} --name smoke --out {again}".split()) == 0
     assert again.read_bytes() == file.read_bytes()
 
 
