@@ -41,12 +41,15 @@ def test_a_command_that_went_names_the_one_that_answers_now(old, new, one_line_e
         ("simulate paper --preset pyTegotaeCPG", "--preset belongs to vanilla controllers"),
         ("simulate extra", "no model or system is called 'extra'"),
         ("simulate no/such/file.json", "no controller file at no/such/file.json"),
-        ("simulate ART", "ART-rF-tphif-w8 has weights to train and no file was given"),
+        (
+            "simulate ART",
+            "no file was given; take zoo:ART-rF-tphif-w8, or train it: tegotae train",
+        ),
         ("simulate bar-light --animate walk.mp4", "cannot write legs as 'walk.mp4'"),
         ("evaluate bar-light --drop 0.1", "--drop is for bodies with one leg"),
         ("evaluate paper --starts 3", "--starts is for bodies with several legs"),
         ("evaluate paper --omega 4 5", "one leg is evaluated around one"),
-        ("evaluate ART", "first: tegotae train ART-rF-tphif-w8"),
+        ("evaluate ART", "train it: tegotae train ART-rF-tphif-w8"),
         (
             "figure basin bar-light --resolution 9 --out b.png",
             "--resolution is for bodies with one",

@@ -154,3 +154,50 @@ def test_a_control_period_that_is_not_the_wirings_is_refused(leg):
     spec = EnvSpec(env="leg", settings=(("control_s", 0.01),))
     with pytest.raises(TegotaeError, match=r"the wiring's step_s 0\.005 s; leave one of them out"):
         spec.for_wiring(leg.wiring)
+
+
+ON_RAIL = re.sub(r'<joint name="along".*?/>', "", LEG)
+SLIDER = """
+<mujoco>
+  <option timestep="0.001"/>
+  <worldbody>
+    <geom type="plane" size="1 1 0.1"/>
+    <body name="trunk" pos="0 0 0.5">
+      <joint type="slide" axis="0 0 1"/>
+      <geom type="sphere" size="0.05" mass="1" contype="0" conaffinity="0"/>
+      <body name="foot" pos="0 0 -0.4">
+        <joint name="leg" type="slide" axis="0 0 1" stiffness="400" damping="2"/>
+        <geom type="sphere" size="0.025" mass="0.1"/>
+      </body>
+    </body>
+  </worldbody>
+  <actuator><motor name="leg" joint="leg" ctrlrange="-5 5" ctrllimited="true"/></actuator>
+</mujoco>
+"""
+"""A leg on a slider, whose motor lifts less than half of its weight."""
+
+
+def test_a_trunk_on_a_rail_is_to_hop_and_its_hip_does_not_sweep(model_file, capsys):
+    model_file.write_text(ON_RAIL)
+    assert main(["wiring", "suggest", str(model_file)]) == 0
+    printed = capsys.readouterr().out
+    assert "--fitness hopping\n" in printed
+    assert "hip is left alone: the trunk is on a rail" in printed
+    assert [limb.drives for limb in load_wiring("my_leg.toml").limbs] == ["knee"]
+    assert not suggest_wiring(ModelSettings(model="leg")).on_rail
+
+
+def test_a_leg_whose_pushes_lift_less_than_its_weight_is_told_so_before_and_after_training(
+    model_file, capsys
+):
+    model_file.write_text(SLIDER)
+    assert main(["wiring", "suggest", str(model_file)]) == 0
+    assert "let the pushes lift 0.46 of the weight" in " ".join(capsys.readouterr().out.split())
+    where = ["--env", "my_leg.xml", "--wiring", "my_leg.toml", "--duration", "4"]
+    short = ["--population", "2", "--generations", "1", "--seeds", "1", "--out", "runs"]
+    assert main(["train", "VG", *where, *short]) == 0
+    why = "never leaves the ground: its pushes lift 0.46 of its weight."
+    assert f"The best run {why}" in capsys.readouterr().out
+    (file,) = Path("runs").glob("*-seed0.json")
+    assert main(["simulate", str(file)]) == 0
+    assert f"It {why}" in capsys.readouterr().out

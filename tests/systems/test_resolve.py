@@ -112,7 +112,7 @@ def test_the_gain_of_a_pure_v_model_is_found_by_search():
     [
         ("ARTX", "controller", "no model or system is called 'ARTX'; did you mean ART"),
         ("quadruped-x", "legs", "is called 'quadruped-x'; did you mean quadruped-"),
-        ("ART", "controller", "first: tegotae train ART-rF-tphif-w8 --out FOLDER"),
+        ("ART", "controller", "train it: tegotae train ART-rF-tphif-w8 --out FOLDER"),
         ("ART", "legs", "a gait command on a one-legged body: a Hopper has one leg"),
         ("AR@quadruped-c", "legs", "first: tegotae train AR-rF@quadruped-c --out FOLDER"),
         ("runs", "controller", "runs holds 2 controllers; name one of them, such as runs/a.json"),

@@ -114,6 +114,13 @@ def test_without_a_whole_hop_there_is_no_cot_but_a_reason(settled):
         assert summary["hops"] == 0
 
 
+def test_a_body_that_cannot_lift_its_weight_is_told_so():
+    found = simulation(hopper=Hopper(max_force_n=0.5), measure_from_s=3.9).run()
+    assert (
+        found.summary()["reason"] == "no hop from 3.9 s on; it pushes with 0.5 N and weighs 0.981 N"
+    )
+
+
 def test_the_definition_of_work_is_a_choice_and_is_named():
     found = {energy: simulation(work=energy).run().summary() for energy in ENERGIES}
     assert all(found[energy]["work"] == energy for energy in ENERGIES)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
@@ -136,7 +136,7 @@ class Train(EnvOptions, EvolutionOptions, ExperimentOptions):
             ) from None
         summarise(paths, "episode" if learns else "generation")
         if not on_engine:
-            advise(out, least=self.stopping.tolerance, agent=learns)
+            advise(out, paths, least=self.stopping.tolerance, agent=learns)
 
     @property
     def _algorithm_name(self) -> str:
@@ -304,10 +304,18 @@ def summarise(paths: list[Path], unit: str) -> None:
         )
 
 
-def advise(out: Path, *, least: float, agent: bool = False) -> None:
-    """Say what to try on an environment where no run gained more than `least` in training."""
+def advise(out: Path, paths: Sequence[Path], *, least: float, agent: bool = False) -> None:
+    """Say of a training on an environment why its body never leaves the ground, and what to try
+    where no run gained more than `least`."""
+    from tegotae.systems.controller_file import load
     from tegotae.training.curves import FITNESS, read_curves
+    from tegotae.training.environments.experiment import EnvExperiment
+    from tegotae.training.environments.replay import replay
 
+    best = max(map(load, paths), key=lambda run: cast(float, run.training["best_fitness"]))
+    experiment = EnvExperiment.of(best)
+    if experiment.spec.is_model and (why := replay(experiment, [best.weights])[0].why_on_ground()):
+        print(f"The best run {why}.")
     if not (out / "curves.csv").exists():  # a search, in which nothing is learned
         return
     gains = [float(c.value.max() - c.value[0]) for c in read_curves([out], FITNESS)]

@@ -102,9 +102,11 @@ class Resolved:
         for experiment in self.experiments[:1]:
             called = experiment.name
             trained = self.name if is_reference(self.name) else called
+            ready = f"{zoo.PREFIX}{called}"
+            way = f"take {ready}, or train it" if ready in zoo.names() else "first"
             raise TegotaeError(
                 f"{called} has weights to train and no file was given; "
-                f"first: tegotae train {trained} --out FOLDER"
+                f"{way}: tegotae train {trained} --out FOLDER"
             )
         raise TegotaeError(
             f"{self.name} is a System, which has no weights; make a SavedController or a Legged "

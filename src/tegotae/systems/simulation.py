@@ -189,7 +189,9 @@ class Result:
         if self.trajectory.failed[-1]:
             return "the rollout failed"
         if hops < 0:
-            return f"no hop from {start_s:g} s on"
+            body = self.simulation.hopper
+            weak = f"; it pushes with {body.max_force_n:g} N and weighs {body.weight_n:g} N"
+            return f"no hop from {start_s:g} s on" + weak * bool(body.max_force_n <= body.weight_n)
         if dies_out(last_hop_s, duration_s):
             return f"no hop after {last_hop_s:.1f} s"
         if hops == 0:

@@ -59,6 +59,8 @@ def simulate(
         print(json.dumps({n: x if math.isfinite(x) else None for n, x in numbers.items()}))
     else:
         print_rows(("quantity", "value"), [(LABELS[n][0], shown(n, x)) for n, x in numbers.items()])
+        if why := found.why_on_ground():
+            print(f"It {why}.")
     if csv is not None:
         tables.write_csv(csv, columns(found), digits=7)
     if plot is not None:

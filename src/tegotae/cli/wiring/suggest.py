@@ -64,7 +64,9 @@ class WiringSuggest:
         where = ["--env", self.model, "--wiring", str(file)]
         if self.settings:
             where += ["--settings", *self.settings]
-        if len(found.wiring.limbs) > 1:
+        if found.on_rail:
+            where += ["--fitness", "hopping"]
+        elif len(found.wiring.limbs) > 1:
             # What hops ahead, or walks, is paid for distance; CoT⁻¹ of hops alone often stays 0.
             where += ["--fitness", "return"]
         print(f"  tegotae wiring baseline {shlex.join(where)}")

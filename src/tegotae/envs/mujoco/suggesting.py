@@ -49,6 +49,8 @@ class Suggestion:
     """Why, by entry: `omega`, `scales.velocity`, `limbs[0].push`."""
     remarks: tuple[str, ...]
     """Omissions and obstacles: a sentence each."""
+    on_rail: bool
+    """Whether the trunk goes up and down only, so that no return is for distance."""
 
 
 @dataclass(frozen=True)
@@ -79,8 +81,9 @@ def suggest_wiring(settings: ModelSettings) -> Suggestion:
     between the trunk and one foot is a limb, which feels the load of its foot: a spring along the
     leg where the model has one, and otherwise the contact force. A joint that stretches the leg
     pushes with four times what bears the weight, as the paper's hopper does; one that only sweeps
-    the foot back pushes with half of the weight; within the actuator's limits. The rest length is
-    the trunk's height at touchdown in a drop test without control.
+    the foot back pushes with half of the weight, and is left alone where the trunk is on a rail and
+    goes up and down only; within the actuator's limits. The rest length is the trunk's height at
+    touchdown in a drop test without control.
 
     It is a start for training, not a tuned gait.
 
@@ -103,6 +106,13 @@ def suggest_wiring(settings: ModelSettings) -> Suggestion:
     model, data = sensing.model, started(mujoco, sensing.model)
     feet = list(settings.feet)
     joints, left_out = _joints(mujoco, sensing, data, feet)
+    on_rail = _on_rail(mujoco, model, data)
+    if on_rail and any(map(_stretches, joints)):
+        left_out += [
+            f"{joint.actuator} is left alone: the trunk is on a rail, where a foot that sweeps "
+            "moves nothing" for joint in joints if not _stretches(joint)
+        ]  # fmt: skip
+        joints = list(filter(_stretches, joints))
     if not joints:
         raise TegotaeError(
             "no actuator moves a joint between the trunk and a foot; add a motor or a position "
@@ -146,6 +156,12 @@ def suggest_wiring(settings: ModelSettings) -> Suggestion:
             reasons[f"{at}.phase_rad"] = "half a turn behind: feet on a diagonal begin together"
     if len(feet) > 1:
         reasons["sector_rad"] = "a leg that walks pushes in stance, for half a turn"
+    lift = _lift(joints, [(limb.rest, limb.push) for limb in limbs]) / weight
+    if lift < 1.0:
+        left_out.append(
+            f"the actuators' limits let the pushes lift {lift:.2g} of the weight; the body may "
+            "never leave the ground"
+        )
     timestep = float(model.opt.timestep)
     step_s = timestep * max(1, round(math.sqrt(length / _gravity(model)) / _SAMPLES / timestep))
     wiring = Wiring(
@@ -166,7 +182,50 @@ def suggest_wiring(settings: ModelSettings) -> Suggestion:
             f"without control the trunk sinks to {standing:.0%} of its height at touchdown within "
             f"{_STANDS_S:g} s; give the joints springs{way}"
         )
-    return Suggestion(wiring, reasons, tuple(left_out))
+    return Suggestion(wiring, reasons, tuple(left_out), on_rail)
+
+
+def lifted(settings: ModelSettings, wiring: Wiring) -> float:
+    """What the pushes of a wiring lift where the model starts, over its weight.
+
+    Of the joints of a leg it is the strongest one's; infinite where a servo pushes, whose force is
+    not limited by the command.
+    """
+    mujoco = require("mujoco", "mujoco")
+    sensing = settings.sensed
+    data = started(mujoco, sensing.model)
+    limbs = {limb.drives: limb for limb in wiring.limbs}
+    joints, _ = _joints(mujoco, sensing, data, list(wiring.contact_bodies))
+    joints = [joint for joint in joints if joint.actuator in limbs]
+    given = [limbs[joint.actuator] for joint in joints]
+    pushes = [
+        (
+            limb.rest if limb.rest is not None else 0.5 * (joint.low + joint.high),
+            float(np.clip(joint.high if limb.push is None else limb.push, joint.low, joint.high)),
+        )
+        for limb, joint in zip(given, joints, strict=True)
+    ]
+    return _lift(joints, pushes) / (_gravity(sensing.model) * float(sensing.model.body_mass.sum()))
+
+
+def _lift(joints: Sequence[_Joint], pushes: Sequence[tuple[float, float]]) -> float:
+    """The vertical force of full pushes, (rest, push) each, summed over the feet [N]."""
+    by_foot: dict[int, float] = {}
+    for joint, (rest, push) in zip(joints, pushes, strict=True):
+        if joint.kind == "servo":
+            return math.inf
+        if _stretches(joint):
+            force = joint.gain * (push - rest) / joint.up
+            by_foot[joint.foot] = max(by_foot.get(joint.foot, 0.0), force)
+    return sum(by_foot.values())
+
+
+def _on_rail(mujoco: ModuleType, model: MjModel, data: MjData) -> bool:
+    """Whether no joint of the trunk moves it along the ground."""
+    jacobian = np.zeros((3, model.nv))
+    mujoco.mj_jacBody(model, data, jacobian, None, 1)
+    own = model.jnt_dofadr[model.jnt_bodyid == 1]
+    return bool((np.abs(jacobian[:2, own]) < 1e-6).all())
 
 
 def started(mujoco: ModuleType, model: MjModel) -> MjData:

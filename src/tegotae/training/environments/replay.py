@@ -14,7 +14,7 @@ from tegotae._support.errors import TegotaeError
 from tegotae.envs.pilot import Pilot
 from tegotae.measures.hopping.measured import Measured, measure
 from tegotae.training.environments.episode import EnvEpisode, EpisodeBatch
-from tegotae.training.environments.objectives import EnvObjective
+from tegotae.training.environments.objectives import EnvObjective, Hopping
 from tegotae.training.environments.rollouts import lanes_of, play
 
 if TYPE_CHECKING:
@@ -65,6 +65,33 @@ class Replay:
             sign = 1.0 if name in self.episode.names else -1.0
             found[name] = np.maximum(sign * self.episode[name.removeprefix("-")], 0.0)
         return found
+
+    @property
+    def flies(self) -> bool:
+        """Whether at some time of the second half no limb bears load; true if loads are unknown."""
+        late = len(self.episode.time_s) // 2
+        loads = list(self.loads.values())
+        return not loads or bool((np.max(loads, axis=0)[late:] <= 0.0).any())
+
+    def why_on_ground(self) -> str:
+        """Why a body that is to hop never leaves the ground, after "it"; empty if it does.
+
+        A body of several feet is to hop if its fitness is of hopping.
+        """
+        wiring, spec = self.experiment.wiring, self.experiment.spec
+        to_hop = isinstance(self.experiment.objective, Hopping) or len(wiring.contact_bodies) == 1
+        if self.flies or not to_hop:
+            return ""
+        said = "never leaves the ground"
+        if spec.is_model:
+            from tegotae.envs.mujoco.suggesting import lifted
+
+            lift = lifted(spec.for_wiring(wiring).model_settings, wiring)
+            if lift < 1.0:
+                return f"{said}: its pushes lift {lift:.2g} of its weight"
+            if math.isfinite(lift):
+                said += f", though its pushes lift {lift:.2g} times its weight"
+        return f"{said}; tegotae wiring baseline shows at which gain and frequency it hops"
 
     def measured(self) -> Measured | None:
         """The gait as that of a recording; None where height, rest length or hops are not known."""
