@@ -144,6 +144,26 @@ def test_a_wrapped_phase_is_resampled_as_a_phase():
     np.testing.assert_allclose(read.phase_rad, 6.0 * read.time_s, atol=1e-9)
 
 
+@pytest.mark.parametrize(
+    ("name", "ticks", "named"),
+    [("time_s", 1.0, []), ("%time", 1e9, ["--columns", "time=%time[ns]"])],  # of Unix, of ROS
+)
+def test_time_stamps_count_from_the_first_sample_and_a_line_says_so(
+    tmp_path, capsys, name, ticks, named
+):
+    def told(times, *more):
+        path = written(tmp_path, {**times, "height_m": HEIGHT}, ".csv")
+        assert main(["measure", str(path), "--rest-length", "1", "--json", *more]) == 0
+        return json.loads(capsys.readouterr().out)
+
+    stamped = told({name: np.round(ticks * (1.7e9 + TIME), 2 if ticks == 1.0 else 0)}, *named)
+    plain = told({"time_s": TIME})
+    assert stamped.pop("notes") == ["times count from the first sample, stamped 1700000000 s"]
+    assert plain.pop("notes") == []
+    assert stamped["apex_time_s"] == pytest.approx(plain["apex_time_s"], abs=1e-5)
+    assert stamped["hop_rate"] == pytest.approx(plain["hop_rate"], rel=1e-5)
+
+
 def test_every_metric_has_a_value_or_a_reason(settled, wandering):
     for found in (settled, wandering):
         undefined = {name for name, value in found.values.items() if math.isnan(value)}
@@ -325,7 +345,11 @@ def test_the_command_says_what_it_is_and_why_the_rest_is_undefined(tmp_path, cap
     ("columns", "named", "says"),
     [
         ({"time_s": [0]}, [], r"no column is the height \(height_m/cm/mm\) among 'time_s'"),
-        ({"height_m": [0]}, [], "no column is the time .* or the rate of the samples"),
+        (
+            {"height_m": [0]},
+            [],
+            "no column is the time .*: --columns time=COLUMN.* or .*: --rate",
+        ),
         ({"time_s": [0], "height_m": [0], "y_mm": [0]}, [], "may both be the height; say which"),
         ({"time_s": [0], "z": [0]}, ["height=z"], r"column 'z' is without a unit; .*height=z\[m\]"),
         ({"time_s": [0], "z": [0]}, ["height=z[inch]"], "column 'z' is in 'inch'"),

@@ -55,10 +55,10 @@ class Measure(WorkOption):
 
     file: Annotated[Path, tyro.conf.Positional]
     """The recording: .csv, .npz or .parquet. Its first sample is the release. Column names end in
-    their units: time_s (or ms, us) and height_m (cm, mm) are required; ground_m, phase_rad (deg)
-    and actuator_force_n or force_n (kN, mN, MN) are optional. So are running totals, with values
-    before each sample: work_j (kJ, mJ, MJ) of the actuators, climb_flight_m of heights climbed in
-    flight, climb_m of all heights climbed. Files of `tegotae simulate --csv` fit."""
+    their units: time_s (or ms, us, ns) and height_m (cm, mm) are required; ground_m, phase_rad
+    (deg) and actuator_force_n or force_n (kN, mN, MN) are optional. So are running totals, with
+    values before each sample: work_j (kJ, mJ, MJ) of the actuators, climb_flight_m of heights
+    climbed in flight, climb_m of all heights climbed. Files of `tegotae simulate --csv` fit."""
     columns: Annotated[tuple[str, ...], UNSET] = ()
     """Columns with other names: QUANTITY=COLUMN[UNIT], such as height=com_z[mm]. The quantities are
     time, height, ground, phase, force, work, climb_flight and climb."""

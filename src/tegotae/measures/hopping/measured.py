@@ -107,6 +107,10 @@ class Measured(Gait):
         self.frames, self.hops, self.omega = frames, hops, omega
 
 
+_CLOCK_S = 1e6
+"""A first time beyond this is the stamp of a clock, such as Unix's [s]."""
+
+
 def measure(
     time_s: ArrayLike,
     height_m: ArrayLike,
@@ -147,7 +151,8 @@ def measure(
             then not taken from the samples of the height.
         climb_m: running total of all heights climbed [m], [samples], likewise.
         max_force_n: largest actuator force α [N].
-        disturbed_at_s: when a disturbance, such as a drop of the ground, took place [s].
+        disturbed_at_s: when a disturbance, such as a drop of the ground, took place [s]; of time
+            stamps, such as Unix's, from the first sample on.
         limit_cycle: what counts as settled; its tolerances are for a leg of 1 m, and are widened as
             far as noise hides smaller differences.
         lowpass_hz: cutoff of the zero-phase low-pass of the height [Hz]; infinite to filter
@@ -178,6 +183,7 @@ def measure(
         require_finite("max_force_n", max_force_n, above=0.0, most=1e9)
     check_work(work)
     _check_rate(time_s)
+    time_s, of_clock = _from_the_first(time_s)
     columns: Samples = {
         "time_s": time_s,
         "height_m": height_m,
@@ -250,7 +256,12 @@ def measure(
         frames,
         table,
         np.nan if omega is None else float(omega),
-        (*_counted([n for n, x in counted.items() if x is not None]), *clean.notes, *at_odds),
+        (
+            *of_clock,
+            *_counted([n for n, x in counted.items() if x is not None]),
+            *clean.notes,
+            *at_odds,
+        ),
     )
 
 
@@ -289,8 +300,22 @@ def _check_rate(time_s: ArrayLike) -> None:
     if step > 1.01 * FORCE_PERIOD_S:
         raise TegotaeError(
             f"the samples are {step:g} s apart; the metrics need at least "
-            f"{1 / FORCE_PERIOD_S:g} samples a second"
+            f"{1 / FORCE_PERIOD_S:g} samples a second, or another unit of the times"
         )
+
+
+def _from_the_first(time_s: ArrayLike) -> tuple[ArrayLike, tuple[str, ...]]:
+    """The stamps of a clock as times from the first sample on, and a sentence that says so.
+
+    Other times stay as they are; faults are `from_samples`' to name.
+    """
+    try:
+        time = np.asarray(time_s, float)
+    except (TypeError, ValueError):
+        return time_s, ()
+    if time.ndim != 1 or not len(time) or not _CLOCK_S < abs(time[0]) < np.inf:
+        return time_s, ()
+    return time - time[0], (f"times count from the first sample, stamped {time[0]:.12g} s",)
 
 
 def _since_release(at_s: float | None, time_s: ArrayLike, frames: Trajectory) -> float | None:

@@ -240,7 +240,7 @@ def _checked_time(time_s: ArrayLike) -> np.ndarray:
         where = int(np.argmax(uneven))
         raise TegotaeError(
             f"time_s has a step of {steps[where]:g} s at sample {where + 1}, the mean being "
-            f"{mean:g} s; resample the recording to uniform times"
+            f"{mean:g} s; resample the recording to uniform times (--resample HZ)"
         )
     return time
 

@@ -51,7 +51,7 @@ class Recording:
         """
         require_finite("resample", rate_hz, above=0.0, most=1e6)
         if not np.isfinite(self.time_s).all() or not (np.diff(self.time_s) > 0.0).all():
-            raise TegotaeError("the times do not increase; sort the recording before resampling it")
+            raise TegotaeError("the times do not increase; sort the recording before --resample")
         count = int((self.time_s[-1] - self.time_s[0]) * rate_hz + 1e-9) + 1
         time_s = self.time_s[0] + np.arange(count) / rate_hz
 
@@ -102,13 +102,13 @@ def recording(
     if rate_hz is not None:
         if "time" in chosen:
             raise TegotaeError(
-                f"column {chosen['time'][0]!r} holds the times; a rate is for columns without any"
+                f"column {chosen['time'][0]!r} holds the times; --rate is for columns without any"
             )
         require_finite("rate", rate_hz, above=0.0, most=1e6)
         samples = len(columns[chosen["height"][0]])
         times = {"time_s": np.arange(samples) / rate_hz}
     elif "time" not in chosen:
-        raise _lacking("time", columns, ", or the rate of the samples")
+        raise _lacking("time", columns, ", or give the rate of the samples: --rate HZ")
     else:
         times = {}
     values = {
@@ -130,7 +130,7 @@ def left_alone(columns: Mapping[str, Collection[object]], named: Sequence[str] =
 
     Example:
         >>> left_alone({"time_s": [], "height_m": [], "force": []})
-        ["column 'force' is without a unit and is left alone; say it, such as force=force[N]"]
+        ["column 'force' is without a unit and is left alone; say it: --columns force=force[N]"]
     """
     chosen = _chosen(columns, named)
     lines = []
@@ -142,7 +142,7 @@ def left_alone(columns: Mapping[str, Collection[object]], named: Sequence[str] =
                 continue
             given = f"in {unit!r}" if unit and whole not in what.names else "without a unit"
             lines.append(
-                f"column {column!r} is {given} and is left alone; say it, such as "
+                f"column {column!r} is {given} and is left alone; say it: --columns "
                 f"{quantity}={column}[{next(iter(what.units))}]"
             )
     return lines
@@ -189,7 +189,7 @@ def _found(columns: Sequence[str], quantities: Sequence[str]) -> dict[str, tuple
             if quantity in found:
                 raise TegotaeError(
                     f"columns {found[quantity][0]!r} and {column!r} may both be the {quantity}; "
-                    f"say which, such as {quantity}={column}"
+                    f"say which, such as --columns {quantity}={column}"
                 )
             found[quantity] = (column, scale)
     return found
@@ -218,7 +218,7 @@ def _named(
             given = f"in {unit!r}" if unit else "without a unit"
             raise TegotaeError(
                 f"column {column!r} is {given}; say which of {', '.join(units)} it is, such as "
-                f"{quantity}={column}[{next(iter(units))}]"
+                f"--columns {quantity}={column}[{next(iter(units))}]"
             )
         if quantity in chosen:
             raise TegotaeError(
@@ -242,6 +242,6 @@ def _lacking(
     names = [*columns]
     listed = ", ".join(map(repr, names[:12])) + (", ..." if len(names) > 12 else "")
     return TegotaeError(
-        f"no column is the {quantity} ({what.names[0]}_{units}) among {listed}; name it, "
-        f"{quantity}=COLUMN[UNIT]{otherwise}"
+        f"no column is the {quantity} ({what.names[0]}_{units}) among {listed}; name it: "
+        f"--columns {quantity}=COLUMN[UNIT]{otherwise}"
     )

@@ -38,7 +38,7 @@ class Quantity:
 
 
 QUANTITIES = {
-    "time": Quantity(("time", "t"), {"s": 1.0, "ms": 1e-3, "us": 1e-6}, "when"),
+    "time": Quantity(("time", "t"), {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}, "when"),
     "height": Quantity(("height", "y"), _LENGTH, "height of the centre of mass"),
     "ground": Quantity(("ground",), _LENGTH, "height of the ground"),
     "phase": Quantity(("phase",), {"rad": 1.0, "deg": np.pi / 180.0}, "phase of the oscillator"),

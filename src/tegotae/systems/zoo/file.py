@@ -38,7 +38,12 @@ MOST_BYTES = 2**28
 SELECTION = "selection"
 """The metric by which a study chose among its runs, on releases that serve nothing else."""
 _OF_RUNS = ("seed", "fitness", "generations", "ended")
-_INDEX = ("documents", *_OF_RUNS, "metrics")
+_INDEX = {
+    "documents": "S",
+    **{"seed": "i", "fitness": "f", "generations": "i", "ended": "U"},
+    "metrics": "f",
+}
+"""The arrays of a file beside its weights, and of which kind their entries are."""
 
 
 @dataclass(frozen=True)
@@ -173,8 +178,14 @@ class Zoo:
         self._checksums, self._index = header.weights, index
         ends = np.cumsum([0, *header.models.values()]).tolist()
         self._rows = {m: slice(*e) for m, e in zip(header.models, pairwise(ends), strict=True)}
-        if any(len(index[name]) != ends[-1] for name in (*_OF_RUNS, "metrics")):
-            raise self._damaged(f"it is not of {ends[-1]} runs")
+        runs = (ends[-1],)
+        shapes = dict.fromkeys(_OF_RUNS, runs)
+        shapes |= {"documents": (len(header.models),), "metrics": (*runs, len(header.metrics))}
+        for name, kind in _INDEX.items():
+            if (index[name].shape, index[name].dtype.kind) != (shapes[name], kind):
+                raise self._damaged(f"its {name} are not as its header says: {shapes[name]}")
+        if header.weights.keys() != header.models.keys():
+            raise self._damaged("its checksums are not of its models")
 
     def runs(self, model: str) -> dict[str, np.ndarray]:
         """What is known of a model's runs: `seed`, `fitness`, `generations`, `ended` and the
@@ -204,7 +215,7 @@ class Zoo:
         weights = self._weights(model)[run].tolist()
         number = list(self.models).index(model)
         try:
-            text = self._index["documents"][number].decode()
+            text = bytes(self._index["documents"][number])
             document = documents.fitted(documents.parse(text), JsonObject)
             training = documents.fitted(document.get("training"), JsonObject)
         except DamagedDocumentError as error:
@@ -228,6 +239,8 @@ class Zoo:
         values = self._read(name)[name]
         if checksum(model, {"": values}) != self._checksums[model]:
             raise self._damaged(f"the checksum of the weights of {model} is wrong")
+        if values.ndim != 2 or len(values) != self.models[model]:
+            raise self._damaged(f"the weights of {model} are not of {self.models[model]} runs")
         return values
 
     def _header(self, text: str) -> _ZooHeader:
