@@ -5,12 +5,14 @@ import sys
 from pathlib import Path
 
 from sphinx.ext import napoleon
+from sphinx.util import logging
 
 import tegotae
 
 sys.path.insert(0, str(Path(__file__).parent))
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from command_reference import command_reference
+from prose_numbers import stale
 
 import playground
 
@@ -68,6 +70,12 @@ def add_commands(app, docname, source):
         source[0] = source[0].replace(marker, command_reference())
 
 
+def check_numbers(app, docname, source):
+    """A number that differs from its table is a warning, which ends the build."""
+    for fault in stale(source[0]):
+        logging.getLogger(__name__).warning(fault, location=docname)
+
+
 def keep_words_whole(app, pagename, templatename, context, doctree):
     """Console lines that wrap do not do so at the hyphens of options and names."""
     context["body"] = re.sub(
@@ -90,6 +98,7 @@ def write_playground(app, error):
 def setup(app):
     """Connect the hooks."""
     app.connect("source-read", add_commands)
+    app.connect("source-read", check_numbers)
     app.connect("autodoc-process-docstring", read_docstring)
     app.connect("html-page-context", keep_words_whole)
     app.connect("build-finished", write_playground)

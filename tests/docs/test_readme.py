@@ -9,8 +9,9 @@ import pytest
 
 from places import ROOT
 from programs import main, parsed
+from prose_numbers import MARK
 
-README = (ROOT / "README.md").read_text(encoding="utf-8")
+README = MARK.sub("", (ROOT / "README.md").read_text(encoding="utf-8"))
 MOST_WORDS = 700
 SHOWN = re.findall(r"^\$ (tegotae .*)\n((?:(?!\$|```).*\n)*)", README, re.M)
 

@@ -1,0 +1,181 @@
+"""Numbers in the prose of pages, held to their tables.
+
+A comment after a number has the expression that it follows from:
+
+    gains +0.19 [0.17, 0.21]<!-- = effect("study", "learned-beats-v") --> m/J
+    91 %<!-- = learned(8) --> of the runs
+
+A value is a number, or three for a mean and its interval. It is shown with the decimals that the
+page shows, as a share where a % follows. The build of the pages fails where the two differ.
+
+    python docs/prose_numbers.py          # what is stale, page by page
+"""
+
+from __future__ import annotations
+
+import re
+import sys
+from collections.abc import Iterator
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+ROOT = Path(__file__).parents[1]
+KEPT = ROOT / "docs" / "_static"
+
+MARK = re.compile(r"<!-- = (.+?) -->", re.S)
+_ONE = r"[+−-]?\d(?:[\d \u202f]*\d)?(?:\.\d+)?"
+NUMBER = re.compile(rf"({_ONE})(?:\s*%)?(?: \[({_ONE})(?: %)?, ({_ONE})(?:\s*%)?\])?(\s*%)?\Z")
+
+
+@cache
+def table(name: str) -> pd.DataFrame:
+    """A kept table, by its path in docs/_static without `.csv`."""
+    return pd.read_csv(KEPT / f"{name}.csv", comment="#")
+
+
+def effect(study: str, claim: str, omega_t: str = "both") -> tuple[float, float, float]:
+    """A claim's effect and its 95 % interval, counted as the study counts, at one ω_t or both."""
+    rows = table(f"{study}/effects").query("claim == @claim and omega_t == @omega_t")
+    row = rows.iloc[0]
+    return row.effect, row.low, row.high
+
+
+def verdicts(study: str, word: str) -> int:
+    """How many claims have this outcome over all ways to count, as the table of outcomes names it."""
+    text = (KEPT / study / "claims.md").read_text(encoding="utf-8")
+    return sum(f"| **{word}** |" in line for line in text.splitlines())
+
+
+def learned_runs(omega_t: float) -> pd.DataFrame:
+    """The study's learned runs of one ω_t: all architectures but V and T."""
+    return table("study/paper").query("omega_t == @omega_t and architecture not in ['V', 'T']")
+
+
+def optimum(omega: float) -> float:
+    """CoT⁻¹ of the best known gait that repeats with every hop, at one hop frequency [m/J]."""
+    from tegotae.measures.optimum import curve
+
+    return float(curve().at("cot_inverse", omega))
+
+
+def learned(omega_t: float) -> float:
+    """Share of learned runs that end within 2 % of the best known gait of ω_t, or above."""
+    return float((learned_runs(omega_t).best_fitness >= 0.98 * optimum(omega_t)).mean())
+
+
+def ended(how: str) -> int:
+    """How many of the study's trainings ended in a way: "plateau" or "cap"."""
+    return int((table("study/paper").ended == how).sum())
+
+
+def settled(omega_t: float) -> float:
+    """Share of the evaluated episodes of learned runs that have a limit cycle."""
+    return float(learned_runs(omega_t).limit_cycle_share.mean())
+
+
+def settled_v(study: str) -> float:
+    """Share of V's evaluated episodes that have a limit cycle, in one study."""
+    return float(table(study).query("architecture == 'V'").limit_cycle_share.mean())
+
+
+def of_optimum(omega_t: float) -> float:
+    """Mean CoT⁻¹ of learned runs over the best known at the gait's own hop rate."""
+    return float(learned_runs(omega_t).optimum_share.mean())
+
+
+def readings(claim: str, verdict: str, but: int | None = None) -> int:
+    """In how many of the other readings a claim has a verdict, `but` one of them left out."""
+    rows = table("multiverse/effects").query("claim == @claim and omega_t == 'both'")
+    return int(((rows.verdict == verdict) & (rows.reading != but)).sum())
+
+
+@cache
+def over_best_vanilla(omega_t: float, resamples: int = 2000) -> tuple[float, float, float]:
+    """CoT⁻¹ of learned feedback on [F_k], less that of the best V model of the same ω_t [m/J].
+
+    Mean over the twelve models of AR, ART, ARG and ARGT, with its 95 % interval over runs.
+    """
+    from reproduction.claims.effects import LEARNED_FEEDBACK
+
+    runs = table("study/paper").query("omega_t == @omega_t and observation == 'F'")
+
+    def of(architectures: tuple[str, ...]) -> np.ndarray:
+        rows = runs[runs.architecture.isin(architectures)]
+        return np.stack([cot.to_numpy() for _, cot in rows.groupby("model").cot_inverse])
+
+    ours, vanilla = of(LEARNED_FEEDBACK), of(("V",))
+    best = vanilla[np.nanmean(vanilla, axis=1).argmax()]
+    draw = np.random.default_rng(0).integers
+
+    def gain(ours: np.ndarray, best: np.ndarray) -> float:
+        return float(np.nanmean(ours, axis=1).mean() - np.nanmean(best))
+
+    drawn = [
+        gain(
+            np.take_along_axis(ours, draw(ours.shape[1], size=ours.shape), axis=1),
+            best[draw(best.size, size=best.size)],
+        )
+        for _ in range(resamples)
+    ]
+    low, high = np.percentile(drawn, (2.5, 97.5))
+    return gain(ours, best), float(low), float(high)
+
+
+def marks(text: str) -> Iterator[tuple[str, str]]:
+    """The text before each mark, to the end of its number, and the mark's expression."""
+    for mark in MARK.finditer(text):
+        yield text[: mark.start()], mark[1]
+
+
+def stale(text: str) -> list[str]:
+    """What a page says other than its tables: a line for each such number.
+
+    Example:
+        >>> stale("twice 2 is 5<!-- = 2 * 2 -->")
+        ['5 is shown, and 2 * 2 is 4']
+    """
+    wrong = []
+    for before, expression in marks(text):
+        shown = NUMBER.search(before)
+        if shown is None:
+            wrong.append(f"no number stands before the mark {expression}")
+            continue
+        value = eval(expression, globals())  # the pages are the project's own
+        values = [float(x) for x in (value if isinstance(value, tuple) else (value,))]
+        numbers = [number for number in shown.groups()[:3] if number is not None]
+        scale = 100.0 if "%" in shown[0] else 1.0
+        right = [_as(number, scale * x) for number, x in zip(numbers, values, strict=False)]
+        if len(numbers) != len(values) or numbers != right:
+            wrong.append(f"{' '.join(numbers)} is shown, and {expression} is {' '.join(right)}")
+    return wrong
+
+
+def _as(number: str, value: float) -> str:
+    """A value as a number of a page is written: its decimals, signs and thin spaces."""
+    decimals = len(number.partition(".")[2])
+    text = f"{abs(value):.{decimals}f}"
+    is_zero = not float(text)
+    sign = ("−" if "−" in number else "-") if value < 0 and not is_zero else ""
+    if value < 0 and not is_zero and number[0] not in "−-":
+        sign = "-"
+    if number.startswith("+") and value > 0:
+        sign = "+"
+    if " " in number or "\u202f" in number:
+        space = "\u202f" if "\u202f" in number else " "
+        whole, point, rest = text.partition(".")
+        text = f"{int(whole):,}".replace(",", space) + point + rest
+    return sign + text
+
+
+def pages() -> list[Path]:
+    """The pages that have prose: README and docs."""
+    return [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
+
+
+if __name__ == "__main__":
+    sys.path.insert(0, str(ROOT))
+    faults = [f"{page.relative_to(ROOT)}: {x}" for page in pages() for x in stale(page.read_text())]
+    sys.exit("\n".join(faults) or None)

@@ -1,0 +1,45 @@
+"""Numbers in the prose of pages are those of their tables."""
+
+from __future__ import annotations
+
+import pytest
+
+from places import ROOT
+from prose_numbers import MARK, pages, stale
+
+MARKED = [path for path in pages() if MARK.search(path.read_text(encoding="utf-8"))]
+
+
+@pytest.mark.parametrize("path", MARKED, ids=lambda path: path.stem)
+def test_a_page_says_what_its_tables_say(path):
+    assert stale(path.read_text(encoding="utf-8")) == []
+
+
+@pytest.mark.parametrize(
+    ("said", "right"),
+    [
+        ("it is 5<!-- = 4 -->", "4"),
+        ("it is 91 %<!-- = 0.902 -->", "90"),
+        ("it is +0.19 [0.17, 0.20]<!-- = (0.19, 0.17, 0.21) -->", "+0.19 0.17 0.21"),
+        ("it is −0.004<!-- = 0.004 -->", "0.004"),
+        ("it is 0.19<!-- = (0.19, 0.17, 0.21) -->", "0.19"),
+        ("it is 3 058<!-- = 3059 -->", "3 059"),
+    ],
+)
+def test_a_number_changed_by_hand_is_found(said, right):
+    (fault,) = stale(said)
+    assert fault.endswith(f" is {right}")
+
+
+def test_a_mark_without_a_number_is_found():
+    assert stale("some<!-- = 4 -->") == ["no number stands before the mark 4"]
+
+
+def test_numbers_are_compared_as_they_are_written():
+    assert stale("−0.004 [−0.016, 0.007]<!-- = (-0.0042, -0.0164, 0.0068) --> m/J") == []
+    assert stale("-0.00<!-- = -0.001 -->") == ["-0.00 is shown, and -0.001 is 0.00"]
+    assert stale("70 %<!-- = 0.704 --> of 3059<!-- = 3059 -->") == []
+
+
+def test_the_front_page_has_marks():
+    assert ROOT / "README.md" in MARKED
