@@ -11,10 +11,9 @@ import tegotae
 
 sys.path.insert(0, str(Path(__file__).parent))
 sys.path.insert(0, str(Path(__file__).parents[1]))
+import playground
 from command_reference import command_reference
 from prose_numbers import stale
-
-import playground
 
 project = "tegotae"
 author = "The tegotae developers"

@@ -44,7 +44,7 @@ def effect(study: str, claim: str, omega_t: str = "both") -> tuple[float, float,
 
 
 def verdicts(study: str, word: str) -> int:
-    """How many claims have this outcome over all ways to count, as the table of outcomes names it."""
+    """How many claims have this outcome over all ways to count, by its name in the table."""
     text = (KEPT / study / "claims.md").read_text(encoding="utf-8")
     return sum(f"| **{word}** |" in line for line in text.splitlines())
 
