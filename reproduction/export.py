@@ -33,6 +33,10 @@ _WORDS = (
 _NEEDED = (*(name for name in _WORDS if name != "ended"), "run", "omega_t", "best_fitness")
 """Columns that every table has, older ones too. Which metrics it holds is the table's affair."""
 
+_ROW = ("model", "run", "sample", "training_budget", "omega")
+"""The columns, of those that a table has, that name a row; a row that is there twice would count
+twice."""
+
 _KIND = "table that python -m reproduction export wrote"
 
 
@@ -59,10 +63,12 @@ def read_csv(path: Path) -> Table:
     """The table that `write_csv` wrote, with the metrics that it holds.
 
     Raises:
-        TegotaeError: if the file cannot be read or is no such table.
+        TegotaeError: if the file cannot be read, is no such table, or has a run twice.
     """
     cells = tables.read_csv(path, _NEEDED, kind=_KIND)
-    return Table({name: _column(path, name, column) for name, column in cells.items()})
+    found = {name: _column(path, name, column) for name, column in cells.items()}
+    tables.require_once(path, {name: found[name] for name in _ROW if name in found})
+    return Table(found)
 
 
 def _column(path: Path, name: str, cells: np.ndarray) -> np.ndarray:

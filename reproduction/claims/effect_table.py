@@ -46,9 +46,11 @@ def read_effects(path: Path) -> list[Finding]:
     """What was found of each claim, from a table that `effects_csv` made.
 
     Raises:
-        TegotaeError: if it cannot be read, is no such table, or names a claim that is not there.
+        TegotaeError: if it cannot be read, is no such table, names a claim that is not there, or
+            has an effect twice.
     """
     cells = tables.read_csv(path, ("claim", *_COUNT, *_EFFECT), kind=_KIND)
+    tables.require_once(path, {name: cells[name] for name in ("claim", *_COUNT)})
     claims = {claim.name: claim for claim in ATOMIC_CLAIMS}
     found: dict[str, dict[Count, EffectEstimate]] = {}
     try:

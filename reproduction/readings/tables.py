@@ -58,12 +58,12 @@ def read_tables(folder: Path) -> tuple[list[Reading], FindingsByReading]:
     """What `write_tables` wrote: the readings, and what comes of every claim under each.
 
     Raises:
-        TegotaeError: if a table cannot be read or is none.
+        TegotaeError: if a table cannot be read, is none, or has a row twice.
     """
-    readings = [_reading(row, folder) for row in _rows(folder / READINGS)]
+    readings = [_reading(row, folder) for row in _rows(folder / READINGS, "reading")]
     claims = {claim.name: claim for claim in CLAIMS}
     found: dict[int, dict[str, list[Finding]]] = {}
-    for row in _rows(folder / EFFECTS):
+    for row in _rows(folder / EFFECTS, "reading", "omega_t", "claim"):
         try:
             effect = EffectEstimate(*(tables.number(row[name]) for name in _NUMBERS))
             finding = Finding(claims[row["claim"]], {Count(omega_t=row["omega_t"]): effect})
@@ -85,8 +85,10 @@ def _reading(row: dict[str, str], folder: Path) -> Reading:
         raise _no_table(folder / READINGS) from None
 
 
-def _rows(path: Path) -> list[dict[str, str]]:
-    cells = tables.read_csv(path, kind=_KIND)
+def _rows(path: Path, *names: str) -> list[dict[str, str]]:
+    """The rows of a table, of which no two are alike in the columns that name them."""
+    cells = tables.read_csv(path, names, kind=_KIND)
+    tables.require_once(path, {name: cells[name] for name in names})
     return [dict(zip(cells, row, strict=True)) for row in zip(*cells.values(), strict=True)]
 
 

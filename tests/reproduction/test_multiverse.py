@@ -377,6 +377,15 @@ def test_what_is_no_table_is_refused(trained, tmp_path, one_line_error, name, co
     assert f"{tmp_path / name} is no table that" in one_line_error(*words)
 
 
+@pytest.mark.parametrize(("name", "row"), [("readings.csv", "0"), ("effects.csv", "0, omega_t")])
+def test_a_row_that_is_there_twice_is_refused(trained, tmp_path, one_line_error, name, row):
+    write_tables(*trained, tmp_path)
+    lines = (tmp_path / name).read_text().splitlines()
+    (tmp_path / name).write_text("\n".join([*lines, lines[1]]) + "\n")
+    words = ["reproduction", "readings", "figures", str(tmp_path), "--out", str(tmp_path / "out")]
+    assert f"{tmp_path / name} has 2 rows of reading {row}" in one_line_error(*words)
+
+
 def test_the_table_of_shares_names_what_decides(trained):
     readings, verdicts = trained
     rows = shares_table(readings, verdicts).splitlines()[2:]

@@ -217,6 +217,14 @@ def test_a_table_that_does_not_say_its_budgets_is_refused(smoke_study, tmp_path,
     assert not (tmp_path / "out").exists()
 
 
+def test_a_table_with_a_run_twice_is_refused(tmp_path, one_line_error):
+    kept = (ROOT / "docs" / "_static" / "study" / "paper.csv").read_text().splitlines()
+    (tmp_path / "table.csv").write_text("\n".join([*kept, kept[5]]) + "\n")
+    said = one_line_error("reproduction", "claims", str(tmp_path / "table.csv"))
+    name = f"model {kept[5].split(',')[0]}, run 4"
+    assert f"{tmp_path / 'table.csv'} has 2 rows of {name}; it must have one" in said
+
+
 @pytest.mark.parametrize("content", [None, "", "model,run\n", "model,run\nART,0\n", "a,b\n1\n"])
 def test_what_is_no_table_is_refused(tmp_path, one_line_error, content):
     path = tmp_path / "table.csv"

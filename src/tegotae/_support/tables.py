@@ -10,6 +10,7 @@ import csv
 import io
 import reprlib
 import warnings
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
@@ -130,6 +131,21 @@ def parse_csv(text: str) -> dict[str, np.ndarray]:
     if frame.isna().to_numpy().any():
         raise ValueError("a row is cut short")
     return {str(name): np.array(frame[name].tolist()) for name in frame.columns}
+
+
+def require_once(path: Path, columns: Mapping[str, Column]) -> None:
+    """Raise `TegotaeError` if two rows of a table are alike in these columns.
+
+    Args:
+        path: the table's file, for the message.
+        columns: the columns that together name a row.
+    """
+    texts = [[*map(str, np.asarray(column).tolist())] for column in columns.values()]
+    rows = Counter(zip(*texts, strict=True))
+    row, count = rows.most_common(1)[0]
+    if count > 1:
+        name = ", ".join(f"{column} {cell}" for column, cell in zip(columns, row, strict=True))
+        raise TegotaeError(f"{path} has {count} rows of {name}; it must have one")
 
 
 def number(text: str) -> float:
