@@ -227,14 +227,17 @@ def test_misuse_of_the_interface_is_told():
         env.step(np.zeros(2))
 
 
-def test_a_state_that_explodes_ends_the_episode_and_is_told():
+@pytest.mark.filterwarnings("ignore:MuJoCo")
+@pytest.mark.parametrize("value", [np.nan, 1e30])
+def test_a_state_that_explodes_ends_the_episode_and_is_told(value):
     own = experiment(duration_s=1.0)
     lanes = lanes_of(own, 2)
     alive = np.ones(2, bool)
     lanes.reset(0, alive)
-    lanes.batch._states[1] = np.nan
-    _, _, over = lanes.step(np.zeros((2, 1)), alive)
+    lanes.batch._states[1] = value
+    _, reward, over = lanes.step(np.zeros((2, 1)), alive)
     assert over.tolist() == [False, True]
+    assert reward[1] == 0.0
     assert lanes.troubles == [None, "its state was not finite"]
 
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import dataclasses
 import re
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -25,6 +27,13 @@ LEG = models()["leg"]
 GEOM_FOOT = LEG.replace(
     '<geom type="sphere" size="0.018"', '<geom name="sole" type="sphere" size="0.018"'
 )
+UNSTABLE = LEG.replace("0.001", "0.03", 1).replace("implicitfast", "Euler").replace('"8"', '"8e7"')
+
+
+def keyframe(number):
+    """The leg with a keyframe of this number."""
+    key = f'<keyframe><key qpos="0 {number} 0 0"/></keyframe>'
+    return LEG.replace("</mujoco>", f"{key}</mujoco>")
 
 
 @pytest.fixture(scope="module")
@@ -113,12 +122,37 @@ def test_an_actuator_and_a_foot_may_have_one_name():
             ("tip",),
             "tip is a site, which touches nothing; name its body, foot",
         ),
+        (LEG.replace('timestep="0.001"', 'timestep="1e-9"'), (), r"is 1e-09; it must be at least"),
+        (LEG.replace('timestep="0.001"', 'timestep="10"'), (), r"is 10; it must be at most 0\.1"),
+        (keyframe("nan"), (), "starts with qpos at nan; .* check its first keyframe"),
+        (keyframe("1e30"), (), r"starts with qpos at 1e\+30; .* check its first keyframe"),
+        (LEG.replace("-9.81", "nan"), (), "starts with qacc at nan; .* check its positions, mass"),
+        (LEG.replace('<body name="trunk"', "<body"), (), "the first body .* has no name"),
+        (UNSTABLE, (), r"unstable: .* its time step of 0\.03 s must be smaller"),
     ],
 )
+@pytest.mark.filterwarnings("ignore:MuJoCo")
 def test_a_model_that_cannot_be_wired_so_is_refused_with_the_way_on(model, feet, said):
     with pytest.raises(TegotaeError, match=said) as raised:
         suggest_wiring(ModelSettings(model=model, feet=feet))
     assert "\n" not in str(raised.value)
+
+
+def test_warnings_of_mujoco_are_a_line_of_a_kind_and_leave_no_log(tmp_path):
+    (tmp_path / "my_leg.xml").write_text(UNSTABLE)
+    done = subprocess.run(
+        [sys.executable, "-m", "tegotae", "wiring", "suggest", "my_leg.xml"],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    *warned, said = done.stderr.splitlines()
+    assert done.returncode == 2
+    assert said.startswith("tegotae: the MuJoCo model is unstable")
+    assert len(warned) <= 3
+    assert warned[0].endswith("value in QACC. The simulation is unstable.")
+    assert [file.name for file in tmp_path.iterdir()] == ["my_leg.xml"]
 
 
 def test_a_leg_that_gives_way_is_pointed_at_springs_and_servos():

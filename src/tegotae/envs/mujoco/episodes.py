@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tegotae.envs.mujoco.sensing import Sensing
+from tegotae.envs.mujoco.sensing import Sensing, is_sound
 from tegotae.envs.mujoco.settings import ModelSettings
 
 
@@ -54,5 +54,5 @@ class Fate:
         spent = (work_j - before[1]) / (self._weight_n * self._length_m)
         self._seen = np.stack([forward, work_j])
         low = seen[:, self._at["height"]] < self._settings.fallen_share * self._length_m
-        fallen = low | (seen[:, self._at["upright"]] < 0.0) | ~np.isfinite(seen).all(axis=1)
+        fallen = low | (seen[:, self._at["upright"]] < 0.0) | ~is_sound(seen).all(axis=1)
         return went - self._settings.effort * spent, fallen, self._done >= self.steps

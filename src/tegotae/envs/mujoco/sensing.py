@@ -2,22 +2,32 @@
 
 from __future__ import annotations
 
+import contextlib
+import re
+import warnings
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from importlib import resources
 from importlib.util import find_spec
 from pathlib import Path
+from types import ModuleType
 from typing import Protocol
 
 import numpy as np
 
-from tegotae._support.errors import TegotaeError, unknown
+from tegotae._support.errors import TegotaeError, require_finite, unknown
 from tegotae._support.optional_dependencies import require
-from tegotae.envs._types import MjModel, MjSpec
+from tegotae.envs._types import MjData, MjModel, MjSpec
 from tegotae.envs.mujoco.fitting import fit
 
 _OWN = "tegotae/"
 """What the names of sensors begin with that are added here."""
+_SHORTEST_S, _LONGEST_S = 1e-5, 0.1
+"""Time steps: below, a second of the model takes minutes; above, a leg cannot be controlled."""
+MOST = 1e10
+"""Numbers beyond are of a model that explodes, as MuJoCo has it, too (`mjMAXVAL`)."""
+_OCCASION = re.compile(r" at DOF \d+| Time = [-\d.einf]*\d\.")
+"""What differs between two warnings of MuJoCo of one kind."""
 
 
 @dataclass(frozen=True)
@@ -91,6 +101,8 @@ def read(source: str | Path) -> MjSpec:
         TegotaeError: if there is no such file or model, or MuJoCo cannot read it.
     """
     mujoco = require("mujoco", "mujoco")
+    if mujoco.get_mju_user_warning() is None:
+        mujoco.set_mju_user_warning(_warn)
     text = str(source)
     try:
         if text.lstrip().startswith("<"):
@@ -105,6 +117,12 @@ def read(source: str | Path) -> MjSpec:
     except ValueError as error:
         first = " ".join(str(error).split())
         raise TegotaeError(f"MuJoCo cannot read {text[:80]!r}: {first}") from None
+
+
+def _warn(message: str) -> None:
+    """A warning of MuJoCo as one of Python, not on the terminal and in MUJOCO_LOG.TXT."""
+    with contextlib.suppress(Warning):  # that is an error here, perhaps in a thread of MuJoCo's
+        warnings.warn(f"MuJoCo: {_OCCASION.sub('', message).strip()}", stacklevel=2)
 
 
 def located(text: str) -> Path:
@@ -196,6 +214,8 @@ def sensing(
         raise TegotaeError("the model has no body; give one that can move")
     touching = {foot: _touching(spec, foot) for foot in feet}
     root = bodies[0]
+    if not root:
+        raise TegotaeError("the first body of the MuJoCo model has no name; give it one")
     _name(spec.joints, "joint")
     _name(spec.actuators, "actuator")
     scalar = (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE)
@@ -230,6 +250,9 @@ def sensing(
     if elliptic and model.opt.jacobian == int(mujoco.mjtJacobian.mjJAC_AUTO):
         # The same steps but for rounding; a walking robot's take a quarter less time.
         model.opt.jacobian = int(mujoco.mjtJacobian.mjJAC_SPARSE)
+    step_s = "the time step of the MuJoCo model [s]"
+    require_finite(step_s, model.opt.timestep, least=_SHORTEST_S, most=_LONGEST_S)
+    _check_start(mujoco, model)
     # A state that explodes stays so, and is seen: MuJoCo would put the model back to its start.
     model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)
     at = {model.sensor(i).name: int(model.sensor_adr[i]) for i in range(model.nsensor)}
@@ -251,6 +274,38 @@ def sensing(
         root=root,
         feet=tuple(feet),
     )
+
+
+def started(mujoco: ModuleType, model: MjModel) -> MjData:
+    """MuJoCo's data at the model's start: its first keyframe, or else its zero."""
+    data = mujoco.MjData(model)
+    if model.nkey:
+        mujoco.mj_resetDataKeyframe(model, data, 0)
+    mujoco.mj_forward(model, data)
+    return data
+
+
+def is_sound(values: np.ndarray) -> np.ndarray:
+    """Where numbers of a model are finite, and none that only a model that explodes has.
+
+    Example:
+        >>> is_sound(np.array([1.0, np.nan, 1e30])).tolist()
+        [True, False, False]
+    """
+    return np.abs(values) < MOST
+
+
+def _check_start(mujoco: ModuleType, model: MjModel) -> None:
+    data = started(mujoco, model)
+    for name in ("qpos", "qvel", "xpos", "qacc"):
+        values = getattr(data, name)
+        if not is_sound(values).all():
+            worst = values[~is_sound(values)].flat[0]
+            where = "its first keyframe" if model.nkey else "its positions, masses and gravity"
+            raise TegotaeError(
+                f"the MuJoCo model starts with {name} at {worst:g}; it must be finite and below "
+                f"{MOST:g}: check {where}"
+            )
 
 
 def scale_model(model: MjModel, mass: float, friction: float) -> None:

@@ -14,7 +14,7 @@ from tegotae._support.errors import TegotaeError
 from tegotae._support.optional_dependencies import require
 from tegotae.envs._types import MjData, MjModel
 from tegotae.envs.mujoco.batch import ModelBatch
-from tegotae.envs.mujoco.sensing import Sensing
+from tegotae.envs.mujoco.sensing import Sensing, is_sound, started
 from tegotae.envs.mujoco.settings import ModelSettings
 from tegotae.envs.scaling import below, scales_of
 from tegotae.envs.wiring import Limb, Wiring
@@ -228,15 +228,6 @@ def _on_rail(mujoco: ModuleType, model: MjModel, data: MjData) -> bool:
     return bool((np.abs(jacobian[:2, own]) < 1e-6).all())
 
 
-def started(mujoco: ModuleType, model: MjModel) -> MjData:
-    """MuJoCo's data at the model's start: its first keyframe, or else its zero."""
-    data = mujoco.MjData(model)
-    if model.nkey:
-        mujoco.mj_resetDataKeyframe(model, data, 0)
-    mujoco.mj_forward(model, data)
-    return data
-
-
 def _feet(mujoco: ModuleType, model: MjModel) -> tuple[str, ...]:
     """The lowest bodies that end a chain and can touch; a body without a name by its geom's."""
     data = started(mujoco, model)
@@ -440,6 +431,12 @@ def _dropped(sensing: Sensing, joints: Sequence[_Joint], rise_m: float) -> tuple
         touched = float(before[height])
         for _ in range(round(_STANDS_S / timestep)):
             seen = batch.step(action)[0]
+        if not is_sound(seen).all():
+            raise TegotaeError(
+                f"the MuJoCo model is unstable: {_STANDS_S:g} s after touchdown in a drop test its "
+                f"state has no bounds; its time step of {timestep:g} s must be smaller, or its "
+                "springs softer"
+            )
         return touched, float(seen[height]) / touched if touched > 0.0 else np.nan
     finally:
         batch.close()

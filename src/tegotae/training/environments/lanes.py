@@ -14,6 +14,7 @@ from tegotae.envs._types import AnyEnv, MjModel, Observation
 from tegotae.envs.contact import with_contact
 from tegotae.envs.mujoco.batch import ModelBatch
 from tegotae.envs.mujoco.episodes import Fate
+from tegotae.envs.mujoco.sensing import is_sound
 from tegotae.envs.mujoco.settings import ModelSettings
 from tegotae.envs.naming import flat
 
@@ -232,7 +233,7 @@ class ModelLanes(Lanes):
         self._seen = seen
         reward, fallen, over = self._fate.after(seen, self.batch.work_j)
         self.truncated = over & ~fallen
-        sound = np.isfinite(seen).all(axis=1)
+        sound = is_sound(seen).all(axis=1)
         for lane in np.flatnonzero(alive & ~sound):
             self.troubles[lane] = "its state was not finite"
         return self._whole(seen), np.where(sound, reward, 0.0), fallen | over
