@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import copy
+import json
+import pickle
 import subprocess
 import sys
 import threading
@@ -125,6 +128,30 @@ def test_a_reset_begins_anew_or_at_a_phase():
     assert live.phase_rad == pytest.approx([2.0])
 
 
+def undisturbed(steps: int) -> np.ndarray:
+    """Phases after so many steps of 10 ms at a force of 1 N."""
+    live = LiveController.of(vanilla())
+    for _ in range(steps):
+        live.step({"spring_force": 1.0}, 0.01)
+    return live.phase_rad
+
+
+@pytest.mark.parametrize(
+    "copied", [copy.copy, copy.deepcopy, lambda live: pickle.loads(pickle.dumps(live))]
+)
+@pytest.mark.parametrize("name", ["vanilla", "quadruped"])
+def test_a_copy_goes_on_by_itself_from_where_the_controller_is(name, copied):
+    live = LiveController.of(CASES[name]())
+    live.omega_rad_per_s = 3.0
+    for force in (1.0, 5.0):
+        live.step({"spring_force": force}, 0.01)
+    other = copied(live)
+    assert (other.steps, other.omega_rad_per_s) == (2, 3.0)
+    wanted = live.step({"spring_force": 9.0}, 0.01).copy()
+    live.reset()
+    np.testing.assert_array_equal(other.step({"spring_force": 9.0}, 0.01), wanted)
+
+
 def test_what_cannot_be_stepped_is_refused_and_changes_nothing():
     live = LiveController.of(vanilla())
     live.step({"spring_force": 1.0}, 0.01)
@@ -133,20 +160,38 @@ def test_what_cannot_be_stepped_is_refused_and_changes_nothing():
     for measured, dt_s, why in (
         ({"force": 1.0}, 0.01, "lack 'spring_force'.* was given force"),
         ({"spring_force": np.nan}, 0.01, "spring_force is nan at step 2"),
-        ({"spring_force": np.ones(3)}, 0.01, r"is array\(.*it must be a number or one for each"),
-        ({"spring_force": "strong"}, 0.01, "is 'strong'; it must be a number"),
+        ({"spring_force": np.ones(3)}, 0.01, r"is array\(.*it must be a finite number or one for"),
+        ({"spring_force": "strong"}, 0.01, "is 'strong' at step 2; it must be a finite number"),
         ({"spring_force": None}, 0.01, "spring_force is None at step 2"),
+        ({"spring_force": 1e39}, 0.01, r"spring_force is 1e\+39 at step 2"),
+        ({"spring_force": 10**400}, 0.01, "spring_force is 1000.*0 at step 2"),
+        ({"spring_force": 3e38}, 0.01, "gives numbers that are not finite.* are too large"),
         (3.0, 0.01, "the measurements are 3.0; they must be numbers by name"),
         ({"spring_force": 1.0}, -0.01, "dt_s is -0.01"),
+        ({"spring_force": 1.0}, np.nan, "dt_s is nan; it must be finite"),
+        ({"spring_force": 1.0}, 1e38, r"dt_s is 1e\+38; it must be at most 3600"),
+        ({"spring_force": 1.0}, 10**400, "dt_s is .*too large"),
+        ({"spring_force": 1.0}, "soon", "dt_s is 'soon'; it must be a number"),
+        ({"spring_force": 1.0}, [0.01, 0.02], r"dt_s is \[0.01, 0.02\]; it must be a number"),
     ):
         with pytest.raises(TegotaeError, match=why):
             live.step(measured, dt_s)
+    for phase in ([1.0, 2.0], "late", 1e39, 10**400, np.nan):
+        with pytest.raises(TegotaeError, match="phase_rad is"):
+            live.reset(phase_rad=phase)
+    for omega, why in (
+        (None, "has an oscillator"),
+        (1e39, "at most 1000"),
+        (10**400, "too large"),
+        (np.nan, "must be finite"),
+        ("fast", "must be a number"),
+    ):
+        with pytest.raises(TegotaeError, match=why):
+            live.omega_rad_per_s = omega
     assert live.steps == 2
     assert (live.phase_rad == before).all()
-    with pytest.raises(TegotaeError, match="phase_rad is"):
-        live.reset(phase_rad=[1.0, 2.0])
-    with pytest.raises(TegotaeError, match="has an oscillator"):
-        live.omega_rad_per_s = None
+    live.step({"spring_force": 1.0}, 0.01)
+    assert live.phase_rad == pytest.approx(undisturbed(3), abs=0.0)
 
 
 def test_the_time_of_a_step_that_was_refused_is_not_lost():
@@ -169,6 +214,17 @@ def test_an_interface_without_a_largest_force_is_asked_for_one():
     live = LiveController.of(saved, max_force_n=4.0)
     force = float(live.step({"spring_force": 1e3}, 0.01)[0])
     assert 0.0 <= force <= 4.0
+
+
+@pytest.mark.parametrize("force", ["nan", "-1", "0", "inf", "1e39", "3"])
+def test_a_largest_force_that_is_none_or_known_already_is_refused(force, tmp_path, one_line_error):
+    path = tmp_path / "leg.native"
+    error = one_line_error(
+        "export", "native", "V-sector-w4", "--max-force", force, "--out", str(path)
+    )
+    assert "max_force_n is" in error
+    assert ("has its largest force already" in error) == (force == "3")
+    assert not path.exists()
 
 
 @pytest.fixture(scope="module")
@@ -207,7 +263,27 @@ def test_the_command_writes_what_load_reads(tmp_path, capsys):
 
 def test_a_damaged_file_is_said_to_be_so(exported, tmp_path):
     whole = zipfile.ZipFile(exported)
+    about, machine = json.loads(whole.read("controller.json")), whole.read("step.o")
+    edited = [
+        (
+            f"edited {name}",
+            json.dumps(about | {name: value}).encode(),
+            machine,
+            "truncated or altered",
+        )
+        for name, value in (
+            ("name", "another"),
+            ("senses", ["velocity"]),
+            ("commands", ["foot_x"]),
+            ("limbs", 2),
+            ("omega_rad_per_s", 9.0),
+            ("start", {}),
+            ("phase_entry", None),
+            ("checksum", None),
+        )
+    ]
     for name, about, code, why in (
+        *edited,
         ("a", whole.read("controller.json"), b"no code", "truncated or altered"),
         ("b", b'{"format": "tegotae native controller", "version": 9}', b"", "of version 9"),
         ("c", b'{"format": "tegotae native controller", "version": 2}', b"", "is damaged"),

@@ -9,6 +9,10 @@ from tegotae._support.errors import TegotaeError, require_finite
 
 MOST_RAD_PER_S = 1000.0
 """Frequencies ω: a radian per control tick of 1 ms; hoppers hop at about ten."""
+MOST_N = 1e9
+"""Forces."""
+MOST_STEP_S = 3600.0
+"""Time between two steps of a controller: float32 resolves a phase of so many radians."""
 MOST_M = 1000.0
 """Heights, drops, and speeds in m/s, either way: float32 resolves 0.1 mm here."""
 MOST_GAIN = 1e6

@@ -18,19 +18,20 @@ def compiled(saved: SavedController, max_force_n: float | None = None) -> Native
         max_force_n: the force at full push [N], where the file does not know it.
 
     Raises:
-        TegotaeError: for an interface without a largest force.
+        TegotaeError: for a largest force that is missing, known already or out of range.
         CannotLower: for an operation that has no native code.
     """
     tick = live_tick(saved.system, np.asarray(saved.weights), max_force_n)
     controller = saved.controller
     by_phase = type(controller.oscillator) is PhaseOscillator
+    of_oscillator = [name for name in tick.start if name.startswith("oscillator")]
     return NativeController(
         name=saved.name,
         senses=tick.senses,
         commands=controller.actuation.COMMANDS,
         limbs=controller.limbs,
         omega_rad_per_s=saved.omega,
-        phase_entry=next(iter(tick.start)) if by_phase else None,
+        phase_entry=of_oscillator[0] if by_phase else None,
         start=tick.start,
         state=tick.kernel.state,
         inputs=tick.kernel.inputs,

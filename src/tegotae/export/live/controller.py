@@ -2,21 +2,24 @@
 
 from __future__ import annotations
 
-import math
 import reprlib
 import time
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from tegotae._support.errors import TegotaeError, is_of, require_finite
+from tegotae._support.limits import MOST_RAD_PER_S, MOST_STEP_S
 from tegotae.export.live.file import NativeController, is_native, read_native
 
 if TYPE_CHECKING:
     from tegotae.systems.controller_file import SavedController
+
+_MOST = float(np.finfo(np.float32).max)
+"""Of a measurement, in its units."""
 
 
 class LiveController:
@@ -26,7 +29,8 @@ class LiveController:
     for the time since; then evaluates terms and actuation on the measurements. Hold the command
     until the next step. At equal steps these are the numbers of the `Hold` integrator.
 
-    A step takes a few microseconds, and no JAX. Make one from a name or a file (`load`).
+    A step takes a few microseconds, and no JAX. Make one from a name or a file (`load`). A copy
+    (`copy.copy`, `copy.deepcopy`, pickle) goes on by itself from where this one is.
 
     Args:
         native: the compiled controller.
@@ -45,9 +49,12 @@ class LiveController:
         self._clock = clock
         self._step = native.step()
         inputs, outputs = self._step.inputs, self._step.outputs
-        self._signals = tuple((name, inputs[f"signals.{name}"]) for name in native.senses)
+        self._signals = tuple(
+            (name, np.zeros(native.limbs), inputs[f"signals.{name}"].reshape(-1))
+            for name in native.senses
+        )
         self._elapsed_s, self._omega = inputs["elapsed_s"], inputs["omega"]
-        self._command = outputs["command"][..., 0]
+        self._finite, self._command = outputs["finite"], outputs["command"][..., 0]
         if len(native.commands) == 1:
             self._command = self._command[0]
         self._phase, self._feedback = (
@@ -95,11 +102,20 @@ class LiveController:
         """The same of a controller in memory.
 
         Raises:
-            TegotaeError: for an interface without a largest force.
+            TegotaeError: for a largest force that is missing, known already or out of range.
         """
         from tegotae.export.live.compile import compiled
 
         return cls(compiled(saved, max_force_n))
+
+    def __getstate__(self) -> dict[str, Any]:
+        own = {name: vars(self)[name] for name in _KEPT}
+        return own | {"memory": self._step.kept()}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        LiveController.__init__(self, state["_native"], clock=state["_clock"])
+        self._step.restore(state.pop("memory"))
+        vars(self).update(state)
 
     def reset(self, phase_rad: ArrayLike | None = None) -> None:
         """Put the oscillators where they start; the next step begins there.
@@ -114,12 +130,7 @@ class LiveController:
         """
         start = dict(self._native.start)
         if phase_rad is not None:
-            phase = np.asarray(phase_rad, np.float32)
-            if not np.isfinite(phase).all() or phase.size not in (1, self.limbs):
-                raise TegotaeError(
-                    f"phase_rad is {phase.tolist()}; it must be one finite number or one for each "
-                    f"of {self.limbs} limbs"
-                )
+            phase = self._phases(phase_rad)
             if self._native.phase_entry is None:
                 raise TegotaeError(
                     "the controller has no phase oscillator, whose phase alone says where it is; "
@@ -140,35 +151,42 @@ class LiveController:
         Args:
             measurements: of each signal in `senses` a number or an array [limbs], in the units of
                 the body's senses; others are ignored.
-            dt_s: time since the last step [s]; by the clock if None. Of the first step after a
-                reset it does not matter.
+            dt_s: time since the last step [s], an hour at most; by the clock if None. Of the first
+                step after a reset it does not matter.
 
         Returns:
             The command of each limb, [limbs], or [commands, limbs] if there are several
             (`commands`). It is a view: the next step overwrites it.
 
         Raises:
-            TegotaeError: for a signal that is missing or not finite, or a time that is negative;
-                the oscillators then stand as before.
+            TegotaeError: for a signal that is missing or no finite number, a time out of range, or
+                numbers so large that the command or the oscillators would not be finite. All then
+                stands as before.
         """
         if dt_s is None:
             now = self._clock()
             dt_s = 0.0 if self._last_s is None else now - self._last_s
         else:
             now = self._last_s
-        if not 0.0 <= dt_s < math.inf:
-            raise TegotaeError(f"dt_s is {dt_s}; it must be a time since the last step, in seconds")
-        for name, array in self._signals:
+        if type(dt_s) is not float or not 0.0 <= dt_s <= MOST_STEP_S:
+            require_finite("dt_s", dt_s, least=0.0, most=MOST_STEP_S)
+        for name, given, array in self._signals:
             try:
-                array[..., 0] = measurements[name]
+                given[:] = measurements[name]
             except KeyError:
                 raise unknown_signal(name, self.senses, measurements) from None
-            except (TypeError, ValueError):
+            except (TypeError, ValueError, OverflowError):
                 raise self._no_measurement(name, measurements) from None
-            if not np.isfinite(array).all():
-                raise TegotaeError(f"{name} is {measurements[name]} at step {self.steps}")
+            if not all(abs(x) <= _MOST for x in given.tolist()):  # NaN is not, either
+                raise self._no_measurement(name, measurements)
+            array[:] = given
         self._elapsed_s[...] = dt_s if self._began else 0.0
         self._step()
+        if not self._finite:
+            raise TegotaeError(
+                f"step {self.steps} gives numbers that are not finite, {dt_s:g} s after the last "
+                f"one, of {reprlib.repr(measurements)}; the measurements are too large"
+            )
         self._began, self._last_s = True, now
         self.steps += 1
         return self._command
@@ -181,9 +199,22 @@ class LiveController:
                 f"as {dict.fromkeys(self.senses, 0.0)}"
             )
         return TegotaeError(
-            f"{name} is {reprlib.repr(given[name])}; it must be a number or one for each of "
-            f"{self.limbs} limbs"
+            f"{name} is {reprlib.repr(given[name])} at step {self.steps}; it must be a finite "
+            f"number or one for each of {self.limbs} limbs"
         )
+
+    def _phases(self, phase_rad: ArrayLike) -> np.ndarray:
+        """What `reset` was given, checked."""
+        try:
+            phase = np.asarray(phase_rad, float)
+        except (TypeError, ValueError, OverflowError):
+            phase = np.full(1, np.nan)
+        if not (abs(phase) <= _MOST).all() or phase.size not in (1, self.limbs):
+            raise TegotaeError(
+                f"phase_rad is {reprlib.repr(phase_rad)}; it must be one finite number or one for "
+                f"each of {self.limbs} limbs"
+            )
+        return phase
 
     @property
     def senses(self) -> tuple[str, ...]:
@@ -223,9 +254,14 @@ class LiveController:
                 f"omega_rad_per_s is {value}, and the controller has {has} oscillator"
             )
         if value is not None:
-            require_finite("omega_rad_per_s", value, above=0.0)
+            require_finite("omega_rad_per_s", value, above=0.0, most=MOST_RAD_PER_S)
+            value = float(value)
         self._omega_rad_per_s = value
         self._omega[...] = 0.0 if value is None else value
+
+
+_KEPT = ("_native", "_clock", "_omega_rad_per_s", "_last_s", "_began", "steps")
+"""What a copy takes over beside the memory of the code."""
 
 
 def unknown_signal(name: str, senses: tuple[str, ...], given: Mapping[str, object]) -> TegotaeError:

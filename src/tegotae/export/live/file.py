@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import io
 import json
 import zipfile
@@ -94,6 +95,7 @@ def write_native(native: NativeController, path: Path) -> None:
         "inputs": native.inputs.document(),
         "outputs": native.outputs.document(),
     }
+    about["checksum"] = _checksum(about, native.code)
     stream = io.BytesIO()
     with zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED) as file:
         # Without the time, equal controllers are equal files.
@@ -133,10 +135,17 @@ def read_native(path: Path) -> NativeController:
             f"{path} is of version {about.get('version')}; this program reads {FORMAT}s of version "
             f"{VERSION}; export it again"
         )
+    if about.pop("checksum", None) != _checksum(about, code):
+        raise TegotaeError(f"{path} is damaged: it is truncated or altered; export it again")
     try:
         return _of_document(about, code)
     except (KeyError, TypeError, ValueError) as error:
         raise TegotaeError(f"{path} is damaged: {error}") from None
+
+
+def _checksum(about: Document, code: bytes) -> str:
+    """Of all that a file says, and its code."""
+    return hashlib.sha256(json.dumps(about, sort_keys=True).encode() + code).hexdigest()
 
 
 def _of_document(about: Document, code: bytes) -> NativeController:

@@ -9,7 +9,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from tegotae._support.errors import TegotaeError
+from tegotae._support.errors import TegotaeError, require_finite
+from tegotae._support.limits import MOST_N
 from tegotae.lowering.function import FunctionKernel, compile_function
 from tegotae.parts._shapes import Number, PerLimb, StateTree
 from tegotae.parts.bodies import Body, Interface
@@ -34,7 +35,8 @@ class LiveTick(NamedTuple):
 
     kernel: FunctionKernel
     """Its state is `start`; it takes `signals`, `omega` and `elapsed_s`, and gives `command`,
-    `phase_rad` and `feedback_rad_per_s`."""
+    `phase_rad`, `feedback_rad_per_s`, and whether all of them and the next state are `finite`; if
+    not, state and outputs stay as they were."""
     start: dict[str, np.ndarray]
     """The state before the first step, every oscillator at the phase of the system's release."""
     senses: tuple[str, ...]
@@ -54,7 +56,8 @@ def live_tick(system: System, weights: np.ndarray, max_force_n: float | None = N
         max_force_n: the force α at full push [N], where the system's interface does not know it.
 
     Raises:
-        TegotaeError: for an interface without a largest force.
+        TegotaeError: for an interface without a largest force, for another one than the system's,
+            or for one out of range.
         CannotLower: for an operation that has no native code.
     """
     controller, body = system.controller, system.body
@@ -76,20 +79,37 @@ def live_tick(system: System, weights: np.ndarray, max_force_n: float | None = N
         drive = decide(controller, rows, omega, signals, oscillator, most, rate_scale=rate_scale)
         phase = phase_of(controller, oscillator, drive.feedback)
         command = push(controller, most, drive.command, phase, phase, omega)
-        after = {"oscillator": jax.tree.leaves(oscillator), "rate": jax.tree.leaves(drive.rate)}
-        return after, {
+        outputs = {
             "command": _of_commands(to_limbs(controller, command).mean_n, controller),
             "phase_rad": _in_order_of_limbs(jnp.broadcast_to(phase, shape), controller),
             "feedback_rad_per_s": _in_order_of_limbs(
                 jnp.broadcast_to(drive.feedback, shape), controller
             ),
         }
+        after = {
+            "oscillator": jax.tree.leaves(oscillator),
+            "outputs": outputs,
+            "rate": jax.tree.leaves(drive.rate),
+        }
+        finite = jnp.stack([jnp.isfinite(x).all() for x in jax.tree.leaves(after)]).all()
+        after = jax.tree.map(lambda new, old: jnp.where(finite, new, old), after, state)
+        return after, {**after["outputs"], "finite": finite}
 
     release = system.release.scenario(system.omega)
     phases = np.broadcast_to(np.asarray(release.phase_rad, np.float32).reshape(-1, 1), (limbs, 1))
     began = _started(controller, jnp.asarray(phases.reshape(shape)), dict(release.oscillator_state))
     leaves, structure = jax.tree.flatten(began)
-    state = {"oscillator": leaves, "rate": [jnp.zeros_like(x) for x in leaves]}
+    of_limbs = np.zeros((limbs, 1), np.float32)
+    outputs = {
+        "command": np.zeros((len(controller.actuation.COMMANDS), limbs, 1), np.float32),
+        "phase_rad": of_limbs,
+        "feedback_rad_per_s": of_limbs,
+    }
+    state = {
+        "oscillator": leaves,
+        "outputs": outputs,
+        "rate": [jnp.zeros_like(x) for x in leaves],
+    }
     number, signal = np.float32(0.0), np.zeros(shape, np.float32)
     inputs = {
         "signals": dict.fromkeys(senses, signal),
@@ -120,15 +140,21 @@ def _scales(body: Body | Interface) -> tuple[dict[str, Number], Number | None]:
 
 
 def _largest_force(body: Body | Interface, given: float | None) -> Number:
-    if not isinstance(body, Interface):
-        return largest_force(body) if given is None else given
-    most = body.max_force_n if given is None else given
-    if most is None:
+    known = body.max_force_n if isinstance(body, Interface) else largest_force(body)
+    if given is None:
+        if known is None:
+            raise TegotaeError(
+                "the controller's file does not say the largest force; give max_force_n "
+                "(--max-force), such as that of the wiring that it was trained with"
+            )
+        return known
+    require_finite("max_force_n", given, above=0.0, most=MOST_N)
+    if known is not None:
         raise TegotaeError(
-            "the controller's file does not say the largest force; give max_force_n, such "
-            "as that of the wiring that it was trained with"
+            f"max_force_n is {given:g}, and the controller's file has its largest force already; "
+            "leave it out"
         )
-    return most
+    return given
 
 
 def _started(controller: Controller, phases: PerLimb, state: Mapping[str, Number]) -> StateTree:

@@ -58,6 +58,15 @@ class NativeStep:
         """Go one step on."""
         self._function(*self._pointers)
 
+    def kept(self) -> tuple[bytes, ...]:
+        """All memory as it is."""
+        return tuple(memory.tobytes() for memory in self._memory)
+
+    def restore(self, kept: tuple[bytes, ...]) -> None:
+        """Put all memory where it was kept."""
+        for memory, content in zip(self._memory, kept, strict=True):
+            memory[:] = np.frombuffer(content, np.uint8)
+
     def reset(self, **state: np.ndarray) -> None:
         """Put the state, of which each entry is named, where it is to begin."""
         for name, value in state.items():
