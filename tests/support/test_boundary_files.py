@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import sys
 import warnings
 from pathlib import Path
 
@@ -167,21 +166,6 @@ def test_delays_longer_than_what_is_kept_are_told_in_control_ticks(tmp_path, one
     words = ["generalise", "V-sector-w8", "--out", str(tmp_path / "out")]
     said = one_line_error(*words, "--conditions", "delay=1000")
     assert "is 500000 control ticks; 128 are the most" in said
-
-
-@pytest.mark.parametrize("algorithm", ["ppo", "sac"])
-def test_an_agent_without_its_extra_names_the_one_that_brings_it(
-    tmp_path, one_line_error, monkeypatch, algorithm
-):
-    agents = "tegotae.training.agents"
-    late = ("tegotae.envs", *(f"{agents}.{name}" for name in ("learner", "actor", "ppo", "sac")))
-    for name in [name for name in sys.modules if name.startswith(late)]:
-        monkeypatch.delitem(sys.modules, name)
-    for name in ("gymnasium", "stable_baselines3", "torch"):
-        monkeypatch.setitem(sys.modules, name, None)
-    words = ["--algorithm", algorithm, "--seeds", "1", "--out", str(tmp_path / "out")]
-    said = one_line_error("train", "AR", *words)
-    assert "pip install 'tegotae[sb3]', or in a clone pip install '.[sb3]'" in said
 
 
 def test_a_warning_is_one_line_without_a_place_in_the_source(capsys, monkeypatch):

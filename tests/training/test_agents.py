@@ -432,20 +432,31 @@ class TestBadInput:
         assert message in said
         assert said.count("\n") == 1
 
-    def test_a_missing_extra_is_named_and_torch_is_not_needed_otherwise(self, tmp_path):
+    @pytest.mark.parametrize(
+        ("words", "said"),
+        [
+            ([], "stable_baselines3 is not installed; pip install torch --index-url"),
+            (["--env", "leg"], "gymnasium, mujoco, stable_baselines3 are not installed"),
+            (["--env", "leg"], "then pip install 'tegotae[mujoco,sb3]', or in a clone"),
+            (["--tensorboard"], "then pip install 'tegotae[sb3,tensorboard]', or in a clone"),
+        ],
+    )
+    def test_one_line_names_all_missing_extras(self, tmp_path, words, said):
+        words = ["train", "AR", "--algorithm", "ppo", "--out", str(tmp_path), *words]
         program = (
             "import sys\n"
             "class Absent:\n"
             "    def find_spec(self, name, *_):\n"
-            "        if name in ('torch', 'stable_baselines3'):\n"
+            "        if name in ('gymnasium', 'mujoco', 'stable_baselines3', 'tensorboardX'):\n"
             "            raise ModuleNotFoundError('not installed', name=name)\n"
             "sys.meta_path.insert(0, Absent())\n"
             "from tegotae.cli import main\n"
-            f"sys.exit(main(['train', 'AR', '--algorithm', 'ppo', '--out', {str(tmp_path)!r}]))\n"
+            f"sys.exit(main({words!r}))\n"
         )
         done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
         assert done.returncode == 2
-        assert "pip install 'tegotae[sb3]'" in done.stderr
+        assert said in done.stderr
+        assert done.stderr.count("\n") == 1
         assert not list(tmp_path.iterdir())
 
 

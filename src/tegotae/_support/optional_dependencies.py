@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import importlib
+from collections.abc import Mapping
 from types import ModuleType
 
 from tegotae._support.errors import TegotaeError
+
+CPU_TORCH = "pip install torch --index-url https://download.pytorch.org/whl/cpu"
+"""Torch for the CPU; on Linux, what the extra sb3 installs by itself has CUDA, too."""
 
 
 class MissingExtraError(TegotaeError, ImportError):
@@ -26,17 +30,43 @@ def require(module: str, extra: str) -> ModuleType:
         no_such_module is not installed; pip install 'tegotae[gym]', or in a clone \
 pip install '.[gym]'
     """
-    try:
-        return importlib.import_module(module)
-    except ModuleNotFoundError as error:
-        raise MissingExtraError(f"{error.name} is not installed; {how_to_install(extra)}") from None
+    require_all({module: extra})
+    return importlib.import_module(module)
 
 
-def how_to_install(extra: str) -> str:
-    """How an extra comes to a package that was installed, and to a clone of its sources.
+def require_all(extras: Mapping[str, str]) -> None:
+    """Import optional modules, given with their extras.
+
+    Raises:
+        MissingExtraError: one for all that are not installed.
 
     Example:
-        >>> how_to_install("sb3")
-        "pip install 'tegotae[sb3]', or in a clone pip install '.[sb3]'"
+        >>> require_all({"json": "gym", "no_module": "gym", "nor_this": "mujoco"})
+        Traceback (most recent call last):
+        tegotae._support.optional_dependencies.MissingExtraError: no_module, nor_this are not \
+installed; pip install 'tegotae[gym,mujoco]', or in a clone pip install '.[gym,mujoco]'
     """
-    return f"pip install 'tegotae[{extra}]', or in a clone pip install '.[{extra}]'"
+    missing: dict[str, str] = {}
+    for module, extra in extras.items():
+        try:
+            importlib.import_module(module)
+        except ModuleNotFoundError as error:
+            missing[str(error.name)] = extra
+    if missing:
+        are = "is" if len(missing) == 1 else "are"
+        how = how_to_install(*dict.fromkeys(missing.values()))
+        raise MissingExtraError(f"{', '.join(missing)} {are} not installed; {how}")
+
+
+def how_to_install(*extras: str) -> str:
+    """How extras come to a package that was installed, and to a clone of its sources.
+
+    Example:
+        >>> how_to_install("gym", "mujoco")
+        "pip install 'tegotae[gym,mujoco]', or in a clone pip install '.[gym,mujoco]'"
+    """
+    names = ",".join(extras)
+    how = f"pip install 'tegotae[{names}]', or in a clone pip install '.[{names}]'"
+    if "sb3" in extras:
+        return f"{CPU_TORCH} (by default torch is several GB, for GPUs), then {how}"
+    return how

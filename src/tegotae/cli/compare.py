@@ -14,6 +14,7 @@ from typing import Annotated, Any
 import tyro
 
 from tegotae._support.errors import TegotaeError
+from tegotae.cli.extras import require_environments
 from tegotae.cli.metrics import named
 from tegotae.cli.one_leg.evaluate import evaluate_all, print_table, show, shown
 from tegotae.cli.options import UNSET, ProtocolOptions, refuse_on_environment
@@ -68,6 +69,7 @@ class Compare(ProtocolOptions):
         _print_differences(base, differences, shown(asked))
 
     def _on_environment(self, sets: Sequence[ControllerSet]) -> None:
+        require_environments(runs.task for runs in sets)
         from tegotae.cli.on_environment.compare import compare_on_environment
 
         refuse_on_environment(self, ("places", "json"), sets[0].name)

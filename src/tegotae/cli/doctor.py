@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, metadata, version
 
 from tegotae import __version__
+from tegotae._support.optional_dependencies import how_to_install
 
 _CORE = ("jax", "jaxlib", "numpy", "scipy", "matplotlib")
 """Required packages whose versions decide about results."""
@@ -88,7 +89,7 @@ def _extras() -> Iterator[tuple[str, str]]:
         versions = {package: installed(package) for package in packages}
         missing = [package for package, found in versions.items() if found is None]
         if missing:
-            yield extra, f"not installed: {', '.join(missing)}; pip install 'tegotae[{extra}]'"
+            yield extra, f"not installed: {', '.join(missing)}; {how_to_install(extra)}"
         else:
             yield extra, ", ".join(f"{package} {found}" for package, found in versions.items())
 

@@ -12,7 +12,8 @@ import tyro
 
 from tegotae._support.documents import DamagedDocumentError, Json, parse
 from tegotae._support.errors import TegotaeError
-from tegotae._support.optional_dependencies import require
+from tegotae._support.optional_dependencies import require_all
+from tegotae.cli.extras import of_environment
 from tegotae.cli.options import UNSET
 from tegotae.systems.models import find
 from tegotae.systems.user_objects import is_reference
@@ -98,13 +99,13 @@ class EnvOptions:
             MissingExtraError: without Gymnasium, or MuJoCo where it is needed.
             TegotaeError: for what does not fit together.
         """
-        require("gymnasium", "gym")
+        assert self.env is not None
+        require_all(of_environment(self.env))
         from tegotae.envs.env_spec import EnvSpec
         from tegotae.envs.wiring_file import load_wiring, packaged
         from tegotae.training.environments.experiment import EnvExperiment
         from tegotae.training.environments.objectives import Hopping, env_objective_named
 
-        assert self.env is not None
         if is_reference(model):
             raise TegotaeError(
                 f"{model} cannot be trained on an environment; name a model, such as ART"

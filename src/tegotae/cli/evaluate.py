@@ -13,6 +13,7 @@ from tegotae._support import tables
 from tegotae._support.errors import TegotaeError, require_finite
 from tegotae._support.files import output_file
 from tegotae._support.limits import MOST_RAD_PER_S
+from tegotae.cli.extras import require_environments
 from tegotae.cli.metrics import named
 from tegotae.cli.options import (
     UNSET,
@@ -91,6 +92,7 @@ class Evaluate(ProtocolOptions, BodyOptions):
             self._hopping(found)
 
     def _on_environment(self, found: Resolved) -> None:
+        require_environments(saved.task for _, saved in found.controllers)
         from tegotae.cli.on_environment import evaluate as on_environment
 
         refuse_on_environment(self, ON_ENVIRONMENTS, self.place)

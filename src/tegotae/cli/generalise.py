@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 import tyro
 
 from tegotae._support.errors import TegotaeError, require_count
-from tegotae._support.optional_dependencies import require
+from tegotae.cli.extras import require_environments
 from tegotae.cli.figure.output import PictureFormat
 from tegotae.cli.tables import print_rows, print_text
 
@@ -99,7 +99,7 @@ def _under_test(runs: ControllerSet, starts: int) -> Tested:
         from tegotae.analysis.generalisation import ControllersUnderTest
 
         return ControllersUnderTest.of(runs, starts)
-    require("gymnasium", "gym")
+    require_environments([runs.task])
     from tegotae.analysis.generalisation.on_environment import ModelUnderTest
 
     return ModelUnderTest.of(runs, starts)

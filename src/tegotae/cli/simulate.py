@@ -11,6 +11,7 @@ from typing import Annotated
 import tyro
 
 from tegotae._support.errors import TegotaeError, require_finite
+from tegotae.cli.extras import require_environments
 from tegotae.cli.gait.options import OF_LEGS, LegsOptions, legs_of
 from tegotae.cli.options import (
     UNSET,
@@ -106,6 +107,7 @@ class Simulate(LegsOptions, ControllerOptions):
             self._of_one_leg(found)
 
     def _on_environment(self, found: Resolved) -> None:
+        require_environments(saved.task for _, saved in found.controllers)
         from tegotae.cli.on_environment.simulate import simulate
 
         refuse_on_environment(self, ON_ENVIRONMENTS, found.name)

@@ -15,8 +15,9 @@ import tyro
 
 from tegotae._support.errors import TegotaeError, require_count
 from tegotae._support.limits import MOST_SEEDS
-from tegotae._support.optional_dependencies import require
+from tegotae._support.optional_dependencies import require, require_all
 from tegotae.cli.env_options import EnvOptions
+from tegotae.cli.extras import of_environment
 from tegotae.cli.options import ExperimentOptions, experiment_named, settings_named
 from tegotae.cli.tables import print_rows
 from tegotae.measures.hopping.statistics import interval
@@ -120,6 +121,7 @@ class Train(EnvOptions, EvolutionOptions, ExperimentOptions):
         """Train, and print the outcome."""
         on_engine = self.env is None
         settings = settings_named(self._algorithm_name, (Algorithm, AgentSettings))
+        self._require_extras(isinstance(settings, AgentSettings))
         _ = self.seed_numbers
         experiment = self._on_engine() if on_engine else self._on_environment()
         algorithm = name_of(type(settings))
@@ -137,6 +139,14 @@ class Train(EnvOptions, EvolutionOptions, ExperimentOptions):
         summarise(paths, "episode" if learns else "generation")
         if not on_engine:
             advise(out, paths, least=self.stopping.tolerance, agent=learns)
+
+    def _require_extras(self, learns: bool) -> None:
+        needed = {} if self.env is None else of_environment(self.env)
+        if learns:
+            needed["stable_baselines3"] = "sb3"
+        if self.tensorboard:
+            needed["tensorboardX"] = "tensorboard"
+        require_all(needed)
 
     @property
     def _algorithm_name(self) -> str:

@@ -15,6 +15,7 @@ from tegotae.envs._types import AnyEnv
 from tegotae.envs.mujoco.sensing import located
 from tegotae.envs.mujoco.settings import PACKAGED, ModelSettings
 from tegotae.envs.wiring import Wiring
+from tegotae.systems.env_task import is_mujoco_model
 from tegotae.systems.user_objects import is_reference, named, source_of
 
 T = TypeVar("T")
@@ -41,7 +42,7 @@ class EnvSpec:
     @property
     def is_model(self) -> bool:
         """Whether it is a MuJoCo model, whose physics needs no environment around it."""
-        return self.env.endswith((".xml", ".mjcf")) or self.env in PACKAGED
+        return is_mujoco_model(self.env)
 
     @property
     def file(self) -> Path | None:

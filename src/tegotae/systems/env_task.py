@@ -7,6 +7,18 @@ import msgspec
 from tegotae._support.documents import JsonObject
 
 WIRING_FORMAT = "tegotae wiring"
+MODELS = ("hopper", "leg", "quadruped")
+"""MuJoCo models that come with this package."""
+
+
+def is_mujoco_model(env: str) -> bool:
+    """Whether an environment is a MuJoCo model, whose physics needs no environment around it.
+
+    Example:
+        >>> is_mujoco_model("my_leg.xml"), is_mujoco_model("leg"), is_mujoco_model("Hopper-v5")
+        (True, True, False)
+    """
+    return env.endswith((".xml", ".mjcf")) or env in MODELS
 
 
 class LimbDocument(msgspec.Struct, forbid_unknown_fields=True):

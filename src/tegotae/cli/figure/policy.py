@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import tyro
 
 from tegotae._support.errors import TegotaeError
+from tegotae._support.optional_dependencies import require_all
 from tegotae.cli.figure.controller import SettledSubject
 from tegotae.cli.options import UNSET
 from tegotae.systems.presets import preset
@@ -58,6 +59,11 @@ class PolicySubject(SettledSubject):
         for name in ("path", "sigma", "oscillator"):
             if getattr(self, name) is not None:
                 raise TegotaeError(f"{name} belongs to a controller; a policy has none")
+        needed = {
+            ".zip": {"gymnasium": "sb3", "stable_baselines3": "sb3"},
+            ".onnx": {"gymnasium": "gym", "onnxruntime": "onnx"},
+        }
+        require_all(needed.get(Path(self.policy).suffix.lower(), {"gymnasium": "gym"}))
         from tegotae.envs.policies import Meaning, load_policy
 
         source = preset(self.preset)

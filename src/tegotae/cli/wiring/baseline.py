@@ -52,12 +52,13 @@ class WiringBaseline(EnvOptions):
         from tegotae.figures.data import write_tables
         from tegotae.figures.style import literal, save_figure
         from tegotae.figures.vanilla_sweep import vanilla_sweep_figure, vanilla_sweep_table
-        from tegotae.training.environments.baseline import sweep_vanilla
 
         experiment = self.experiment_of(
             self.model, duration_s=self.duration, fitness=self.fitness, hopping={}
         )
         experiment.check()
+        from tegotae.training.environments.baseline import sweep_vanilla
+
         out = Path("runs") / f"{self.called}-vanilla" if self.out is None else self.out
         check_folder(out)
         assert experiment.omega is not None

@@ -11,8 +11,9 @@ import tyro
 
 from tegotae._support.errors import TegotaeError
 from tegotae._support.files import output_file
-from tegotae._support.optional_dependencies import require
+from tegotae._support.optional_dependencies import require_all
 from tegotae.cli.env_options import made_with
+from tegotae.cli.extras import of_environment
 from tegotae.cli.options import UNSET
 from tegotae.cli.tables import print_rows
 
@@ -41,8 +42,7 @@ class WiringSuggest:
 
     def run(self) -> None:
         """Suggest, print and write."""
-        require("mujoco", "mujoco")
-        require("gymnasium", "gym")
+        require_all(of_environment("model.xml"))
         from tegotae.envs.env_spec import EnvSpec
         from tegotae.envs.mujoco.suggesting import suggest_wiring
         from tegotae.envs.wiring_file import save_wiring
