@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tegotae.export.live import LiveController, drive_hardware
+from tegotae.export.live import LiveController, drive_hardware, new_recording
 from tegotae.figures.style import COLOURS, new_figure, save_figure, styled
 
 HARDWARE = Path(__file__).parent / "hardware"
@@ -18,6 +18,7 @@ sys.path.insert(0, str(HARDWARE))
 from port import Serial  # noqa: E402
 from serial_leg import SerialLeg  # noqa: E402
 
+recording = new_recording("run.npz")  # before anything starts
 simulated = subprocess.Popen(
     [sys.executable, str(HARDWARE / "simulated_leg.py")], stdout=subprocess.PIPE, text=True
 )
@@ -33,7 +34,7 @@ try:
         duration_s=4,
         safe=0.0,
         watchdog_s=5.0,
-        recording="run.npz",
+        recording=recording,
     )
     port.close()
 finally:
@@ -41,7 +42,7 @@ finally:
     simulated.communicate()
 print(report)
 
-run = np.load("run.npz")
+run = np.load(recording)
 with styled():
     figure = new_figure(5.0, 2.6)
     height, force = figure.subplots(2, 1, sharex=True)

@@ -17,7 +17,7 @@ import pytest
 
 from clocks import Clock
 from places import ROOT
-from tegotae import cli
+from tegotae import TegotaeError, cli
 from tegotae.export.live import LiveController, drive_hardware
 
 HARDWARE = ROOT / "examples" / "hardware"
@@ -109,6 +109,15 @@ def test_the_example_of_a_loop_at_500_hz_makes_the_leg_hop(example, clock, tmp_p
         runpy.run_path(str(HARDWARE.parent / "live.py"))
     assert len(np.load(tmp_path / "run.npz")["time_s"]) == 2000
     assert (tmp_path / "live.png").stat().st_size > 5000
+
+
+def test_the_example_refuses_a_recording_that_exists_before_anything_starts(tmp_path, monkeypatch):
+    (tmp_path / "run.npz").touch()
+    monkeypatch.setattr(subprocess, "Popen", lambda *_, **__: pytest.fail("the leg was started"))
+    monkeypatch.setattr(sys, "path", [*sys.path])
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(TegotaeError, match=r"run\.npz exists; choose another name"):
+        runpy.run_path(str(HARDWARE.parent / "live.py"))
 
 
 def test_the_simulated_leg_answers_behind_a_port(example):

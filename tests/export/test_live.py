@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
 import copy
 import json
 import pickle
+import signal
 import subprocess
 import sys
 import threading
@@ -413,6 +415,74 @@ def test_an_error_of_the_hardware_ends_safe_and_keeps_the_recording(tmp_path, ex
     assert len(np.load(path)["time_s"]) == 5
 
 
+@pytest.mark.parametrize("caught", [(), (KeyboardInterrupt,)], ids=["raised", "caught"])
+@pytest.mark.parametrize("name", ["SIGINT", "SIGTERM", "SIGHUP"])
+def test_a_signal_ends_safe_and_no_further_one_interrupts_that(
+    name, caught, tmp_path, exported, clock
+):
+    number = getattr(signal, name)
+    _, _, written = leg()
+    usual: list[int] = []
+
+    def read() -> dict[str, float]:
+        if len(written) == 5:
+            with contextlib.suppress(*caught):
+                signal.raise_signal(number)
+        return {"spring_force": 3.0}
+
+    def write(command: np.ndarray) -> None:
+        if command[0] == -1.0:
+            for further in (number, signal.SIGINT, signal.SIGTERM):
+                signal.raise_signal(further)
+        written.append(float(command[0]))
+
+    before = {each: signal.getsignal(each) for each in (signal.SIGTERM, signal.SIGHUP)}
+    for each in before:
+        signal.signal(each, lambda came, _: usual.append(came))
+    path = tmp_path / "run.npz"
+    try:
+        report = drive_hardware(
+            LiveController.load(exported),
+            read,
+            write,
+            duration_s=60.0,
+            safe=-1.0,
+            watchdog_s=30.0,
+            recording=path,
+        )
+    finally:
+        for each, handler in before.items():
+            signal.signal(each, handler)
+    assert report.stopped == "interrupted"
+    assert report.ticks == 5
+    assert written[5:] == [-1.0]
+    assert len(np.load(path)["time_s"]) == 5
+    assert usual == list(dict.fromkeys(x for x in (number, signal.SIGTERM) if x != signal.SIGINT))
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
+def test_a_process_that_is_asked_to_end_does_so_after_the_safe_command(tmp_path, exported):
+    program = (
+        "import signal\n"
+        "from tegotae.export.live import LiveController, drive_hardware\n"
+        "written = []\n"
+        "def read():\n"
+        "    if len(written) == 3: signal.raise_signal(signal.SIGTERM)\n"
+        "    return {'spring_force': 3.0}\n"
+        "def write(command):\n"
+        "    written.append(float(command[0]))\n"
+        "    print(written[-1], flush=True)\n"
+        f"drive_hardware(LiveController.load({str(exported)!r}), read, write, duration_s=60.0,\n"
+        "    safe=-1.0, watchdog_s=60.0, recording='run.npz')\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=False, cwd=tmp_path
+    )
+    assert done.returncode == -signal.SIGTERM, done.stderr
+    assert [float(x) for x in done.stdout.split()][3:] == [-1.0]
+    assert len(np.load(tmp_path / "run.npz")["time_s"]) == 3
+
+
 @pytest.mark.parametrize(
     ("options", "why"),
     [
@@ -463,7 +533,11 @@ def test_a_recording_is_never_written_over_another(make, why, tmp_path, exported
         ({"spring_force": 3.0, "height_m": np.ones((2, 2))}, "for 'height_m'; it must be a number"),
         ({"spring_force": 3.0, "time_s": 0.0}, "named 'time_s'; .* time_s"),
         ({"spring_force": 3.0, "force_n": 0.0}, "named 'force_n'"),
-        ({"spring_force": 3.0, 7: 0.0}, "named 7; it must be a text"),
+        ({"spring_force": 3.0, 7: 0.0}, "named 7; it must be a printable text"),
+        ({"spring_force": 3.0, "a\0b": 0.0}, "it must be a printable text"),
+        ({"spring_force": 3.0, "\ud800": 0.0}, "it must be a printable text"),
+        ({"spring_force": 3.0, "": 0.0}, "named ''; it must be a printable text"),
+        ({"spring_force": 3.0, 70000 * "x": 0.0}, "of at most 100 characters"),
     ],
 )
 def test_what_is_no_measurement_is_refused_before_the_first_command(measured, why, exported):
@@ -493,9 +567,11 @@ def test_two_measurements_never_share_a_column(tmp_path, clock):
     for name in ("spring_force_0", "phase_rad_3", "foot_x"):
         with pytest.raises(TegotaeError, match=f"named '{name}'"):
             driven(**{name: 1.0})
-    driven(temperature=20.0)
+    driven(temperature=20.0, file=1.0, allow_pickle=2.0)
     columns = np.load(path)
     assert {"spring_force_0", "phase_rad_3", "foot_z_2", "temperature", "time_s"} <= set(columns)
+    assert (columns["file"] == 1.0).all()
+    assert (columns["allow_pickle"] == 2.0).all()
     assert (columns["spring_force_3"] == 3.0).all()
 
 

@@ -7,6 +7,7 @@ import math
 import reprlib
 import threading
 import time
+import zipfile
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,12 +19,16 @@ from tegotae._support.errors import TegotaeError, is_of, require_finite
 from tegotae._support.files import output_file, write_atomically
 from tegotae._support.limits import require_memory
 from tegotae.export.live.controller import LiveController
+from tegotae.export.live.endings import Endings
 
 Read = Callable[[], Mapping[str, ArrayLike]]
 Write = Callable[[np.ndarray], None]
 
 _SPIN_S = 0.0002
 """The rest of a period that is waited for awake [s]: sleep alone wakes some 50 µs late."""
+
+_LONGEST_NAME = 100
+"""Of a measurement [characters]."""
 
 
 @dataclass(frozen=True)
@@ -34,7 +39,7 @@ class LoopReport:
         ticks: steps that were taken.
         late_s: how late each began after its time [s], [ticks].
         busy_s: how long read, step and write took together [s], [ticks].
-        stopped: why it ended: "duration", "watchdog", or "interrupted".
+        stopped: why it ended: "duration", "watchdog", or "interrupted" by a signal.
     """
 
     ticks: int
@@ -66,8 +71,9 @@ def drive_hardware(
 ) -> LoopReport:
     """Run a controller on hardware: every period read, step, write.
 
-    However it ends, by its duration, by Ctrl-C, by an error of `read` or by the watchdog, the last
-    command is the safe one, and the recording is written.
+    However it ends, by its duration, by Ctrl-C, by SIGTERM or SIGHUP, by an error of `read` or by
+    the watchdog, the last command is the safe one, and the recording is written. In the main thread
+    no further signal interrupts this. SIGTERM and SIGHUP then have their usual effect.
 
     Args:
         live: the controller; the oscillators advance by the time that really passed.
@@ -94,18 +100,41 @@ def drive_hardware(
     require_finite("rate_hz", rate_hz, above=0.0, most=1e5)
     require_finite("duration_s", duration_s, above=0.0, most=86400.0)
     require_finite("watchdog_s", watchdog_s, above=1.0 / rate_hz, most=60.0)
-    if recording is not None and Path(recording).suffix != ".npz":
-        raise TegotaeError(f"recording is {recording}; its name must end in .npz")
-    if recording is not None and output_file(Path(recording)).exists():
-        raise TegotaeError(f"{recording} exists; choose another name, or move that recording")
+    path = None if recording is None else new_recording(recording)
     loop = _Loop(live, read, write, safe, rate_hz, max(1, round(duration_s * rate_hz)))
-    try:
-        return loop.run(watchdog_s)
-    finally:
-        if recording is not None and loop.done:
-            stream = io.BytesIO()
-            np.savez(stream, **loop.columns())  # type: ignore[arg-type]
-            write_atomically(Path(recording), stream.getvalue())
+    with Endings() as endings:
+        try:
+            return loop.run(watchdog_s, endings)
+        finally:
+            if path is not None and loop.done:
+                write_atomically(path, _npz(loop.columns()))
+
+
+def new_recording(path: Path | str) -> Path:
+    """The path of a recording to be made: for a program that checks it before all else.
+
+    Raises:
+        TegotaeError: if it exists, cannot be written, or is no .npz.
+
+    Example:
+        >>> recording = new_recording("run.npz")
+    """
+    path = Path(path)
+    if path.suffix != ".npz":
+        raise TegotaeError(f"recording is {path}; its name must end in .npz")
+    if output_file(path).exists():
+        raise TegotaeError(f"{path} exists; choose another name, or move that recording")
+    return path
+
+
+def _npz(columns: Mapping[str, np.ndarray]) -> bytes:
+    """What `numpy.savez` writes, whose own arguments some names are."""
+    stream = io.BytesIO()
+    with zipfile.ZipFile(stream, "w") as archive:
+        for name, column in columns.items():
+            with archive.open(f"{name}.npy", "w", force_zip64=True) as entry:
+                np.lib.format.write_array(entry, column, allow_pickle=False)
+    return stream.getvalue()
 
 
 class _Loop:
@@ -141,34 +170,38 @@ class _Loop:
         self._ended = threading.Event()
         self._bitten = False
 
-    def run(self, watchdog_s: float) -> LoopReport:
+    def run(self, watchdog_s: float, endings: Endings) -> LoopReport:
         guard = threading.Thread(target=self._guard, args=(watchdog_s,), daemon=True)
         stopped = "duration"
         self._beat = time.perf_counter()
         guard.start()
         try:
-            self._go()
+            try:
+                endings.interrupts = True
+                self._go(endings)
+            finally:
+                endings.interrupts = False
         except KeyboardInterrupt:
             stopped = "interrupted"
         finally:
             self._ended.set()
             guard.join()
             self._write(self._safe)
-        stopped = "watchdog" if self._bitten else stopped
+        stopped = "watchdog" if self._bitten else "interrupted" if endings.came else stopped
         n = self.done
         return LoopReport(n, self._late_s[:n].copy(), self._busy_s[:n].copy(), stopped)
 
-    def _go(self) -> None:
+    def _go(self, endings: Endings) -> None:
         live, clock = self._live, time.perf_counter
         begun = clock()
         due = last = begun
         end = begun + self._ticks * self._period_s
-        while due < end - 0.5 * self._period_s and not self._bitten:
+        while due < end - 0.5 * self._period_s and not (self._bitten or endings.came):
             now = _wait_until(due)
             measured = self._read()
             self._keep(measured)
             command = live.step(measured, now - last if self.done else 0.0)
-            if self._bitten:
+            if self._bitten or endings.came:
                 return
             self._write(command)
             at, last = self.done, now
@@ -213,10 +246,11 @@ class _Loop:
                 f"each of {self._live.limbs} limbs"
             )
         names = _column_names(name, math.prod(shape))
-        if not is_of(name, str) or not self._taken.isdisjoint((name, *names)):
+        if not _is_name(name) or not self._taken.isdisjoint((name, *names)):
             raise TegotaeError(
-                f"read gave a measurement named {name!r}; it must be a text, and none of the names "
-                f"that are recorded already: {', '.join(sorted(self._taken))}"
+                f"read gave a measurement named {reprlib.repr(name)}; it must be a printable text "
+                f"of at most {_LONGEST_NAME} characters, and none of the names that are recorded "
+                f"already: {', '.join(sorted(self._taken))}"
             )
         self._taken |= {name, *names}
         return np.full((self._ticks, *shape), np.nan)
@@ -245,6 +279,11 @@ class _Loop:
 def _column_names(name: str, count: int) -> tuple[str, ...]:
     """Columns of so many numbers that are recorded by a name."""
     return (name,) if count == 1 else tuple(f"{name}_{i}" for i in range(count))
+
+
+def _is_name(name: object) -> bool:
+    """Whether an archive can have an entry of this name."""
+    return isinstance(name, str) and name.isprintable() and 0 < len(name) <= _LONGEST_NAME
 
 
 def _safe_command(safe: np.ndarray | float, shape: tuple[int, ...]) -> np.ndarray:
