@@ -318,7 +318,7 @@ CHANGES: dict[str, tuple[Callable[[dict], Any], str]] = {
     "a term of no kind": (lambda d: d["controller"]["action"].pop("kind"), "no entry 'kind'"),
     "a term that nobody knows": (
         lambda d: d["controller"]["action"].update(kind="Magic"),
-        "its action is a 'Magic'",
+        r"needs your part Magic \(action\): add --parts FILE.py",
     ),
     "a body for a term": (
         lambda d: d["controller"].update(action=d["body"]),

@@ -325,27 +325,20 @@ def test_a_loop_of_ones_own_is_warned_that_it_could_not_save_what_it_learns():
         start(PGPE(), controller, [0])
 
 
-STRANGER = """
-import sys
-from programs import main
-sys.exit(main(sys.argv[1:]))
-"""
-
-
 def test_a_file_that_names_a_part_nobody_registered_is_refused_and_nothing_is_imported(trained):
     """A process of its own: this one knows the parts."""
     path = trained / "mine-seed0.json"
     words = ["simulate", str(path), "--duration", "2", "--json"]
 
     def call(*more: str) -> subprocess.CompletedProcess:
-        command = [sys.executable, "-c", STRANGER, *words, *more]
+        command = [sys.executable, "-m", "tegotae", *words, *more]
         return subprocess.run(command, capture_output=True, text=True)
 
     refused = call()
     assert refused.returncode == 2
     assert refused.stderr == (
-        f"tegotae: {path} is damaged: its oscillator is a 'DriftingPhase', which is no "
-        "oscillator known here; a part of your own must be registered first\n"
+        f"tegotae: {path} needs your part DriftingPhase (oscillator): add --parts FILE.py, or "
+        "register it\n"
     )
     assert call("--parts", str(FILE)).returncode == 0
 

@@ -21,7 +21,7 @@ from tegotae.parts.bodies import Body, Hopper, Interface
 from tegotae.parts.controller import Controller
 from tegotae.parts.weight_names import flat, nested, spelled
 from tegotae.systems.descriptions import (
-    EditedPartError,
+    UsersPartError,
     describe,
     entry,
     restore,
@@ -241,7 +241,7 @@ def restored(document: Json, path: str) -> SavedController:
             whole = {"system": document["system"], **entries.experiment}
             experiment = restore(whole, Experiment, "experiment")
         weights = np.asarray(_in_order(system.controller, entries.weights), "float64")
-    except EditedPartError as error:
+    except UsersPartError as error:
         raise TegotaeError(f"{path} {error}") from None
     except KeyError as error:
         raise TegotaeError(f"{path} is damaged: it has no entry {error}") from None

@@ -23,8 +23,8 @@ from tegotae.systems import registry
 T = TypeVar("T")
 
 
-class EditedPartError(TegotaeError):
-    """A document was made with other code of a user's part than is known now."""
+class UsersPartError(TegotaeError):
+    """A document needs a user's part that is not known here, or that has other code now."""
 
 
 def describe(value: object) -> Any:
@@ -73,8 +73,8 @@ def restore(value: object, hint: Any, name: str) -> Any:
 
     Raises:
         KeyError: for an entry that is missing.
-        TypeError: for one of another type, or of a part that is not registered.
-        EditedPartError: for a user's part whose code was edited since.
+        TypeError: for one of another type, or a part of another kind.
+        UsersPartError: for a part that is not registered, or whose code was edited since.
         TegotaeError: for a value that the part itself refuses.
 
     Example:
@@ -161,13 +161,17 @@ def _restore_part(value: object, contract: type, name: str) -> object:
     values = dict(_entries(value, name))
     called = cast(str, _checked(values.pop("kind"), str, "kind"))
     kind = registry.kinds().get(called)
-    if kind is None or not issubclass(kind, contract):
+    if kind is None:
+        raise UsersPartError(
+            f"needs your part {reprlib.repr(called)[1:-1]} ({name}): add --parts FILE.py, or "
+            "register it"
+        )
+    if not issubclass(kind, contract):
         what = contract.__name__.lower()
-        hint = "" if kind is not None else "; a part of your own must be registered first"
-        raise TypeError(f"its {name} is a {called!r}, which is no {what} known here{hint}")
+        raise TypeError(f"its {name} is a {called!r}, which is no {what} known here")
     noted = values.pop(registry.CODE, None)
     if noted is not None and noted != registry.code_noted(kind):
-        raise EditedPartError(
+        raise UsersPartError(
             f"was made with other code of {called} than there is now; put that code back, or make "
             "it anew with this one"
         )

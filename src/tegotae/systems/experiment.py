@@ -22,7 +22,7 @@ from tegotae.simulation.world import Condition, Scenario
 from tegotae.simulation.world.changes import OMEGA
 from tegotae.simulation.world.draws import check_conditions, check_releases
 from tegotae.systems.descriptions import (
-    EditedPartError,
+    UsersPartError,
     check_kept,
     describe,
     restore,
@@ -214,7 +214,7 @@ class Experiment:
         """
         try:
             return restore(experiment_document(document), cls, "experiment")
-        except EditedPartError as error:
+        except UsersPartError as error:
             raise TegotaeError(f"the experiment {document.get('name')} {error}") from None
         except KeyError as error:
             raise TegotaeError(f"an experiment has no entry {error}") from None
