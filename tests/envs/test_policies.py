@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import base64
+import json
 import math
+import pickle
 import sys
+import zipfile
 
 import numpy as np
 import pytest
@@ -139,21 +143,93 @@ def test_a_controller_has_a_portrait_too():
     assert paths.height_m[0] == pytest.approx([1.1, 1.3], abs=0.01)
 
 
-def test_a_model_of_stable_baselines_answers_as_it_does_itself(tmp_path):
+@pytest.fixture
+def model(tmp_path):
+    """A function that saves a model of Stable-Baselines3, and returns it with its environment."""
     stable = pytest.importorskip("stable_baselines3")
     from tegotae.envs import make_sb3
 
-    env = make_sb3("tegotae/Hopper-v0", 2)
-    model = stable.PPO("MlpPolicy", env, n_steps=4, batch_size=8, device="cpu", seed=0)
-    model.save(tmp_path / "ppo.zip")
-    policy = load_policy(str(tmp_path / "ppo.zip"))
-    observed = env.reset()
-    expected = np.clip(model.predict(observed, deterministic=True)[0][:, 0], -1.0, 1.0)
+    def saved(algorithm="PPO", **settings):
+        env = make_sb3("tegotae/Hopper-v0", 2)
+        model = getattr(stable, algorithm)("MlpPolicy", env, device="cpu", seed=0, **settings)
+        model.save(tmp_path / "model.zip")
+        return model, env, tmp_path / "model.zip"
+
+    return saved
+
+
+def small_relu():
+    from torch import nn
+
+    return {"policy_kwargs": {"activation_fn": nn.ReLU, "net_arch": {"pi": [8], "vf": [4]}}}
+
+
+@pytest.mark.parametrize(
+    ("algorithm", "settings"),
+    [
+        ("PPO", dict),
+        ("PPO", small_relu),
+        ("PPO", lambda: {"use_sde": True}),
+        *[(name, dict) for name in ("A2C", "SAC", "TD3", "DDPG")],
+    ],
+)
+def test_a_model_of_stable_baselines_answers_as_it_does_itself(algorithm, settings, model):
+    own, env, path = model(algorithm, **settings())
+    policy = load_policy(str(path))
+    observed = env.reset() + np.array([[0.0, 0.0], [0.5, -1.0]], np.float32)
+    expected = np.clip(own.predict(observed, deterministic=True)[0][:, 0], -1.0, 1.0)
     np.testing.assert_allclose(policy.actions(observed), expected, rtol=1e-6)
+
+
+def test_a_model_that_observes_less_than_declared_is_refused_and_another_is_drawn(model):
+    path = str(model()[2])
     with pytest.raises(TegotaeError, match=r"observes 2 numbers, and it is declared to observe 3"):
-        load_policy(str(tmp_path / "ppo.zip"), Meaning(acts="feedback"))
-    found = policy_surface(policy, FORCES, columns=3)
+        load_policy(path, Meaning(acts="feedback"))
+    found = policy_surface(load_policy(path), FORCES, columns=3)
     assert found.actuator_force_n.shape == (3, 3)
+
+
+class Harm:
+    """What writes a file as it is unpickled."""
+
+    def __init__(self, path):
+        self.path = path
+
+    def __reduce__(self):
+        return open, (str(self.path), "w")
+
+
+@pytest.mark.parametrize("part", ["a setting", "the weights"])
+def test_no_code_of_a_models_file_is_run(part, model, tmp_path):
+    _, _, path = model(**small_relu())
+    harm = pickle.dumps(Harm(tmp_path / "harmed"), protocol=2)
+    with zipfile.ZipFile(path) as archive:
+        entries = {name: archive.read(name) for name in archive.namelist()}
+    if part == "the weights":
+        entries["policy.pth"] = harm
+    else:
+        document = json.loads(entries["data"])
+        for value in document.values():
+            if isinstance(value, dict) and ":serialized:" in value:
+                value[":serialized:"] = base64.b64encode(harm).decode()
+        entries["data"] = json.dumps(document).encode()
+    with zipfile.ZipFile(path, "w") as archive:
+        for name, content in entries.items():
+            archive.writestr(name, content)
+    if part == "the weights":
+        with pytest.raises(TegotaeError, match=r"model\.zip cannot be loaded as PPO"):
+            load_policy(str(path))
+    else:
+        assert np.isfinite(load_policy(str(path)).actions(np.zeros((1, 2)))).all()
+    assert not (tmp_path / "harmed").exists()
+
+
+def test_a_model_with_parts_of_its_authors_is_refused(model):
+    from stable_baselines3.common.torch_layers import FlattenExtractor
+
+    path = model(policy_kwargs={"features_extractor_class": FlattenExtractor})[2]
+    with pytest.raises(TegotaeError, match=r"features_extractor_class .*FILE\.py:FUNCTION"):
+        load_policy(str(path))
 
 
 @pytest.fixture(scope="module")

@@ -18,7 +18,11 @@ from tegotae.training.collection import controller_of
 
 @dataclass(frozen=True, kw_only=True)
 class ExportNative:
-    """Write a controller as native code for this kind of processor; it runs without JAX."""
+    """Write a controller as native code for this kind of processor; it runs without JAX.
+
+    The file is machine code, which `LiveController.load` runs: load only files from people that
+    you trust.
+    """
 
     controller: Annotated[str, tyro.conf.Positional]
     """A controller file, or another name with weights, such as quadruped-c."""

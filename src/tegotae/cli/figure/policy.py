@@ -28,7 +28,8 @@ class PolicySubject(SettledSubject):
 
     policy: Annotated[str | None, UNSET] = None
     """The policy: a .zip of Stable-Baselines3, an .onnx file, or FILE.py:FUNCTION, a function of
-    some of phase_rad, spring_force_n, velocity_m_per_s and height_m."""
+    some of phase_rad, spring_force_n, velocity_m_per_s and height_m. FILE.py runs as code, and
+    other files are read by large libraries: take them from people that you trust."""
     acts: str = "force"
     """Meaning of its output: force of the actuator, or feedback of the oscillator."""
     observes: Annotated[tuple[str, ...], tyro.conf.arg(help_behavior_hint=_ENVIRONMENTS)] = ()
