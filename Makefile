@@ -81,6 +81,7 @@ study-tables: $(INSTALLED)
 	$(BIN)/python -m reproduction figures $(STUDY) --out $(PAGE)
 	$(BIN)/python -m reproduction claims $(TABLES).csv --out $(PAGE) $(BUDGETS) \
 	  --sampled $(TABLES)-sampled.csv --beside $(BESIDE_$(READING)) \
+	  --calibrated $(TABLES_calibrated).csv \
 	  --experiments $(if $(filter study,$(READING)),docs/_static/experiments,$(PAGE)) \
 	  --readings docs/_static/multiverse
 

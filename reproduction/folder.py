@@ -75,7 +75,7 @@ class Folder:
 
     SCHEMA: type = StudyDocument
     """What the description of a study has at least."""
-    COMMAND = "study"
+    COMMAND = "python -m reproduction"
     """The command that such a folder is for."""
 
     def __init__(self, path: Path) -> None:
@@ -143,10 +143,10 @@ class Folder:
         place = self.path / "study.json"
         try:
             found = documents.fitted(documents.read(place), dict)
-            kind = "study multiverse" if "choices" in found else "study"
+            kind = "python -m reproduction" + " readings" * ("choices" in found)
             if "scale" in found and kind != self.COMMAND:
                 raise TegotaeError(
-                    f"{self.path} is a folder of tegotae {kind}; look at it with that"
+                    f"{self.path} is a folder of {kind}; look at it with that"
                 )
             if found.keys() >= _OF_ANY_VERSION and found.get("format") != FORMAT:
                 raise TegotaeError(
@@ -156,7 +156,7 @@ class Folder:
             documents.fitted(found, self.SCHEMA)
         except FileNotFoundError:
             raise TegotaeError(
-                f"{self.path} holds no study; start one with tegotae {self.COMMAND} run"
+                f"{self.path} holds no study; start one with {self.COMMAND} run"
             ) from None
         except DamagedDocumentError as error:
             raise TegotaeError(f"{place} is damaged: {error}; choose another folder") from None

@@ -40,6 +40,18 @@ class VanillaScores(NamedTuple):
 
 SCORES = VanillaScores._fields
 
+JUDGED_AS = {
+    "short_t0": "v-t0",
+    "short_t1": "v-t1",
+    "dependent": "v-cpgu",
+    "slows": "v-slows-while-pushing",
+    "sector_line": "map-sector-line",
+    "reflex_stays": "map-reflex-resonance",
+    "quick_loss": "map-quick-loss",
+}
+"""The claim of the paper that a score is about; there is none that V settles. A body that the
+scores chose is no test of these."""
+
 
 def sector_line(sigma: np.ndarray, omega: np.ndarray, cot: np.ndarray) -> float:
     """How well a rising line explains the best gain over the frequency.

@@ -10,7 +10,7 @@ from typing import Any
 from reproduction.claims.atomic import ATOMIC_CLAIMS
 from reproduction.claims.counting import Count
 from reproduction.claims.estimates import EffectEstimate
-from reproduction.claims.findings import Finding
+from reproduction.claims.findings import SELECTED_FOR, Finding
 from tegotae._support import tables
 from tegotae._support.errors import TegotaeError
 
@@ -19,12 +19,13 @@ DIGITS = 6
 
 _COUNT = tuple(each.name for each in fields(Count))
 _EFFECT = ("effect", "low", "high", "size")
+_VERDICT = "verdict"
 _KIND = "table that python -m reproduction claims wrote"
 
 
 def effect_columns(findings: Iterable[Finding]) -> dict[str, list[Any]]:
     """A row per claim and way to count: the effect, its 95 % interval, its size, the verdict."""
-    columns: dict[str, list[Any]] = {name: [] for name in ("claim", *_COUNT, *_EFFECT, "verdict")}
+    columns: dict[str, list[Any]] = {name: [] for name in ("claim", *_COUNT, *_EFFECT, _VERDICT)}
     for finding in findings:
         verdicts = finding.verdicts
         for count, found in finding.by_count.items():
@@ -33,7 +34,7 @@ def effect_columns(findings: Iterable[Finding]) -> dict[str, list[Any]]:
                 columns[name].append(getattr(count, name))
             for name in _EFFECT:
                 columns[name].append(getattr(found, name))
-            columns["verdict"].append(verdicts[count])
+            columns[_VERDICT].append(verdicts[count])
     return columns
 
 
@@ -49,7 +50,7 @@ def read_effects(path: Path) -> list[Finding]:
         TegotaeError: if it cannot be read, is no such table, names a claim that is not there, or
             has an effect twice.
     """
-    cells = tables.read_csv(path, ("claim", *_COUNT, *_EFFECT), kind=_KIND)
+    cells = tables.read_csv(path, ("claim", *_COUNT, *_EFFECT, _VERDICT), kind=_KIND)
     tables.require_once(path, {name: cells[name] for name in ("claim", *_COUNT)})
     claims = {claim.name: claim for claim in ATOMIC_CLAIMS}
     found: dict[str, dict[Count, EffectEstimate]] = {}
@@ -59,6 +60,9 @@ def read_effects(path: Path) -> list[Finding]:
         rows = zip(cells["claim"].tolist(), counts, *numbers, strict=True)
         for name, count, *values in rows:
             found.setdefault(name, {})[Count(*count)] = EffectEstimate(*values)
-        return [Finding(claims[name], by_count) for name, by_count in found.items()]
+        selected = {*cells["claim"][cells[_VERDICT] == SELECTED_FOR].tolist()}
+        return [
+            Finding(claims[name], by_count, name in selected) for name, by_count in found.items()
+        ]
     except (KeyError, ValueError):
         raise TegotaeError(f"{path} is no {_KIND}") from None

@@ -125,7 +125,20 @@ class OfGaits:
     theirs: ArchitectureGroup | None = None
 
 
-Effect = Difference | DoubleDifference | Correlation | OfTrainings | OfGainMap | OfGaits
+@dataclass(frozen=True)
+class Unmeasured:
+    """A number that no table has.
+
+    Args:
+        what: the number in words.
+    """
+
+    what: str
+
+
+Effect = (
+    Difference | DoubleDifference | Correlation | OfTrainings | OfGainMap | OfGaits | Unmeasured
+)
 """What a claim is about, in one number."""
 
 
@@ -142,6 +155,6 @@ def groups(effect: Effect) -> tuple[ArchitectureGroup, ...]:
         return (ArchitectureGroup((*WITH_OSCILLATOR, "T"), ""),)
     if isinstance(effect, DoubleDifference):
         return (*effect.ours, *effect.theirs)
-    if isinstance(effect, OfTrainings | OfGainMap):
+    if isinstance(effect, OfTrainings | OfGainMap | Unmeasured):
         return ()
     return (effect.ours,) if effect.theirs is None else (effect.ours, effect.theirs)

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import itertools
+import math
 from collections import Counter
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from collections.abc import Collection, Iterable, Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
 
-from reproduction.claims.atomic import ALIKE, ATOMIC_CLAIMS, AtomicClaim
+from reproduction.claims.atomic import ALIKE, ATOMIC_CLAIMS, EQUIVALENCE, AtomicClaim
 from reproduction.claims.counting import CHOICES, Count, counts, differ_in
 from reproduction.claims.effects import OfGainMap, OfTrainings
 from reproduction.claims.estimates import EffectEstimate, measure
@@ -18,7 +19,9 @@ from reproduction.claims.resampling import RESAMPLES, Resampled
 from reproduction.table import Table
 
 REPRODUCED, OPPOSITE = "reproduced", "opposite"
-TOO_SMALL, NOT_MEASURED, SHOWN = "too small to tell", "not measured", "shown"
+TOO_SMALL, NOT_MEASURED = "too small to tell", "not measured"
+SELECTED_FOR = "selected for"
+"""Instead of `REPRODUCED`, of a statement that the body was chosen to agree with."""
 
 EVERYWHERE = Count()
 """The count of an effect that is not of the study's table: there is one way."""
@@ -26,7 +29,8 @@ EVERYWHERE = Count()
 
 def verdict(claim: AtomicClaim, found: EffectEstimate) -> str:
     """What an effect says of a claim: `REPRODUCED` if its interval has the claimed sign, `OPPOSITE`
-    if it has the other, `TOO_SMALL` if it has both. That things are alike has none: `SHOWN`.
+    if it has the other, `TOO_SMALL` if it has both. Things are alike if the interval lies within
+    `EQUIVALENCE`, and it is the opposite if it lies outside.
 
     Example:
         >>> verdict(ATOMIC_CLAIMS[0], EffectEstimate(0.2, 0.1, 0.3))
@@ -35,11 +39,36 @@ def verdict(claim: AtomicClaim, found: EffectEstimate) -> str:
     if not found.known:
         return NOT_MEASURED
     if claim.sign == ALIKE:
-        return SHOWN
+        least, most = sorted((share - 1.0) * found.size for share in EQUIVALENCE)
+        if least < found.low and found.high < most:
+            return REPRODUCED
+        return OPPOSITE if found.high < least or most < found.low else TOO_SMALL
     low, high = sorted((claim.sign * found.low, claim.sign * found.high))
     if low > 0.0:
         return REPRODUCED
     return OPPOSITE if high < 0.0 else TOO_SMALL
+
+
+CLEAR = 1e3
+"""The margin of an effect without spread, such as of a share of zero in all runs."""
+
+
+def margin_of(claim: AtomicClaim, found: EffectEstimate) -> float:
+    """How clearly a claim with a sign is reproduced, or opposite.
+
+    The effect, positive on the claimed side, over the half of its interval that looks towards zero:
+    a claim is reproduced where it is above 1, and opposite where it is below -1. NaN if it is not
+    measured.
+
+    Example:
+        >>> f"{margin_of(ATOMIC_CLAIMS[0], EffectEstimate(0.2, 0.1, 0.3)):.0f}"
+        '2'
+    """
+    if not found.known:
+        return math.nan
+    half = found.effect - found.low if found.effect > 0.0 else found.high - found.effect
+    signed = claim.sign * found.effect
+    return signed / half if half > 0.0 else math.copysign(CLEAR, signed)
 
 
 @dataclass(frozen=True)
@@ -49,15 +78,27 @@ class Finding:
     Args:
         claim: the claim.
         by_count: the effect by the way to count, the study's own way first.
+        selected: whether the body was chosen to agree with the claim, so that it is no test of it.
     """
 
     claim: AtomicClaim
     by_count: Mapping[Count, EffectEstimate]
+    selected: bool = False
+
+    @property
+    def agreeing(self) -> str:
+        """The verdict of a way that agrees with the claim."""
+        return SELECTED_FOR if self.selected else REPRODUCED
+
+    def verdict(self, found: EffectEstimate) -> str:
+        """What an effect says of the claim."""
+        word = verdict(self.claim, found)
+        return self.agreeing if word == REPRODUCED else word
 
     @property
     def verdicts(self) -> dict[Count, str]:
         """The verdict by the way to count."""
-        return {count: verdict(self.claim, found) for count, found in self.by_count.items()}
+        return {count: self.verdict(found) for count, found in self.by_count.items()}
 
     @property
     def tally(self) -> Counter[str]:
@@ -67,7 +108,7 @@ class Finding:
     @property
     def is_robust(self) -> bool:
         """Whether several ways to count all decide it, and alike."""
-        return len(self.by_count) > 1 and set(self.tally) in ({REPRODUCED}, {OPPOSITE})
+        return len(self.by_count) > 1 and set(self.tally) in ({self.agreeing}, {OPPOSITE})
 
     @property
     def outcome(self) -> str:
@@ -78,13 +119,13 @@ class Finding:
         if both signs are found.
         """
         found = self.tally
-        if found[REPRODUCED] and found[OPPOSITE]:
+        if found[self.agreeing] and found[OPPOSITE]:
             words = [CHOICES[name] for name in self.depends_on] or ["several choices together"]
             return f"depends on {', '.join(words)}"
-        for word in (REPRODUCED, OPPOSITE):
+        for word in (self.agreeing, OPPOSITE):
             if found[word]:
                 return f"{word}, or {TOO_SMALL}" if found[TOO_SMALL] else word
-        return next((word for word in (TOO_SMALL, SHOWN) if found[word]), NOT_MEASURED)
+        return TOO_SMALL if found[TOO_SMALL] else NOT_MEASURED
 
     @property
     def depends_on(self) -> tuple[str, ...]:
@@ -92,7 +133,7 @@ class Finding:
         found = set()
         for (a, one), (b, other) in itertools.combinations(self.verdicts.items(), 2):
             apart = differ_in(a, b)
-            if len(apart) == 1 and {one, other} == {REPRODUCED, OPPOSITE}:
+            if len(apart) == 1 and {one, other} == {self.agreeing, OPPOSITE}:
                 found.add(apart[0])
         return tuple(name for name in CHOICES if name in found)
 
@@ -103,6 +144,7 @@ def findings(
     claims: Iterable[AtomicClaim] = ATOMIC_CLAIMS,
     resamples: int = RESAMPLES,
     ways: Iterable[Count] | None = None,
+    selected: Collection[str] = (),
 ) -> list[Finding]:
     """Every claim's effect in every way to count.
 
@@ -112,7 +154,9 @@ def findings(
         experiments: folder of the experiments' tables (Figs. 3 and 4, number of parameters).
         claims: which claims.
         resamples: how often the runs are drawn anew.
-        ways: the ways to count; all that the table allows by default.
+        ways: the ways to count; all that the table allows by default. A claim about one kind of
+            run is counted by this kind in each.
+        selected: names of the claims that the table's body was chosen to agree with.
 
     Raises:
         TegotaeError: if there is no such folder, or a table in it cannot be read.
@@ -125,6 +169,7 @@ def findings(
         if isinstance(claim.effect, OfTrainings | OfGainMap):
             by_count = {EVERYWHERE: measure_kept(claim.effect, experiments)}
         else:
-            by_count = {count: measure(claim.effect, runs, count) for count in ways}
-        found.append(Finding(claim, by_count))
+            own = dict.fromkeys(replace(each, run=claim.run or each.run) for each in ways)
+            by_count = {count: measure(claim.effect, runs, count) for count in own}
+        found.append(Finding(claim, by_count, claim.name in selected))
     return found

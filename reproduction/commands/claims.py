@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
+from tegotae._support.errors import TegotaeError
 from tegotae._support.files import output_folder, write_atomically
 from tegotae.cli.options import UNSET
 
@@ -36,6 +37,9 @@ class StudyClaims:
     beside: Annotated[tuple[Path, ...], UNSET] = ()
     """Tables of other studies (.csv), with outcomes to show beside. Drawn controllers
     (RUNS-sampled.csv for RUNS.csv) and experiments are read from the folder of each table."""
+    calibrated: Annotated[tuple[Path, ...], UNSET] = ()
+    """Which of these tables are of a body that was chosen to agree with statements on V: such a
+    statement is then *selected for*, not reproduced. A study's folder names its body."""
     readings: Annotated[Path | None, UNSET] = None
     """Folder of a multiverse's tables, from `python -m reproduction readings export`. It adds the
     number of readings with each verdict."""
@@ -53,9 +57,15 @@ class StudyClaims:
         from reproduction.report.multiverse import READINGS_COLUMN, counts_by_claim
         from tegotae.figures.style import save_figure
 
+        if strangers := {*self.calibrated}.difference({self.source, *self.beside}):
+            raise TegotaeError(
+                f"--calibrated names {min(strangers)}; it must be one of the tables given"
+            )
         tables = tables_of(self.source, self.budgets, self.sampled)
-        found = findings(with_sampled(tables.runs, tables.sampled), self.experiments)
-        beside = {path.stem: _beside(path) for path in self.beside}
+        selected = tables.selected | self._selected(self.source)
+        runs = with_sampled(tables.runs, tables.sampled)
+        found = findings(runs, self.experiments, selected=selected)
+        beside = {path.stem: _beside(path, self._selected(path)) for path in self.beside}
         for each in found:
             print(f"{each.claim.name:26} {each.outcome}")
         if self.out is None:
@@ -64,12 +74,12 @@ class StudyClaims:
         texts |= {f"effects-{name}.csv": effects_csv(each) for name, each in beside.items()}
         columns = {}
         if self.readings is not None:
-            columns[READINGS_COLUMN] = counts_by_claim(read_tables(self.readings)[1])
+            columns[READINGS_COLUMN] = counts_by_claim(*read_tables(self.readings))
         if beside or columns:
             texts["claims-beside.md"] = beside_table(found, beside, columns)
         if tables.budgets is not None:
             after = {
-                name: findings(runs, ways=[Count()])
+                name: findings(runs, ways=[Count()], selected=selected)
                 for name, runs in by_budget(tables.budgets, tables.runs).items()
             }
             texts["claims-by-budget.md"] = by_budget_table(after)
@@ -82,7 +92,13 @@ class StudyClaims:
         print(f"wrote {', '.join([*texts, *pictures])} to {self.out}")
 
 
-def _beside(path: Path) -> list[Finding]:
+    def _selected(self, table: Path) -> frozenset[str]:
+        from reproduction.calibration.scores import JUDGED_AS
+
+        return frozenset(JUDGED_AS.values() if table in self.calibrated else ())
+
+
+def _beside(path: Path, selected: frozenset[str]) -> list[Finding]:
     """What another study's table says; experiments of another body say nothing of its own."""
     from reproduction.claims.counting import with_sampled
     from reproduction.claims.findings import findings
@@ -90,4 +106,4 @@ def _beside(path: Path) -> list[Finding]:
 
     drawn = path.with_name(f"{path.stem}-sampled{path.suffix}")
     runs = with_sampled(read_csv(path), read_csv(drawn) if drawn.exists() else None)
-    return findings(runs, path.parent)
+    return findings(runs, path.parent, selected=selected)

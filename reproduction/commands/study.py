@@ -293,11 +293,13 @@ class StudyTables:
         runs: a row a run, at the end of training.
         budgets: the same after each budget of training, if there is one.
         sampled: the same of the controllers drawn from the final distributions, if there is one.
+        selected: names of the claims that the body was chosen to agree with; a file does not say.
     """
 
     runs: Table
     budgets: Table | None = None
     sampled: Table | None = None
+    selected: frozenset[str] = frozenset()
 
 
 def tables_of(
@@ -314,17 +316,24 @@ def tables_of(
         TegotaeError: if one cannot be read.
     """
     from reproduction.export import read_csv
+    from reproduction.readings.designs import selecting_body
     from reproduction.table import tabulate, tabulate_budgets, tabulate_sampled
 
     if source.is_dir():
         records = _records(Folder(source))
-        own = StudyTables(tabulate(records), tabulate_budgets(records), tabulate_sampled(records))
+        own = StudyTables(
+            tabulate(records),
+            tabulate_budgets(records),
+            tabulate_sampled(records),
+            selecting_body(records[0].experiment.body),
+        )
     else:
         own = StudyTables(read_csv(source))
     return StudyTables(
         own.runs,
         own.budgets if budgets is None else read_csv(budgets),
         own.sampled if sampled is None else read_csv(sampled),
+        own.selected,
     )
 
 

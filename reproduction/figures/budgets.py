@@ -13,14 +13,25 @@ from matplotlib.patches import Patch
 
 from reproduction.claims.atomic import ALIKE
 from reproduction.claims.estimates import EffectEstimate
-from reproduction.claims.findings import OPPOSITE, REPRODUCED, TOO_SMALL, Finding, verdict
+from reproduction.claims.findings import (
+    OPPOSITE,
+    REPRODUCED,
+    SELECTED_FOR,
+    TOO_SMALL,
+    Finding,
+)
 from tegotae._support.errors import TegotaeError
 from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, styled
 
 _ACROSS = 5
 _COLUMNS = 25
 """Of a line of a title."""
-LOOK = {REPRODUCED: (COLOURS[5], "o"), OPPOSITE: (COLOURS[4], "X"), TOO_SMALL: ("0.5", "s")}
+LOOK = {
+    REPRODUCED: (COLOURS[5], "o"),
+    OPPOSITE: (COLOURS[4], "X"),
+    TOO_SMALL: ("0.5", "s"),
+    SELECTED_FOR: (COLOURS[0], "D"),
+}
 """Colour and mark of a verdict."""
 
 
@@ -41,7 +52,8 @@ def budgets_figure(by_budget: Mapping[str, Sequence[Finding]]) -> Figure:
     claims = drawn_claims(by_budget)
     if not claims:
         raise TegotaeError("no claim has an effect to draw; give at least one that is measured")
-    titles = {each.claim.name: each.claim.title for each in next(iter(by_budget.values()))}
+    first = next(iter(by_budget.values()))
+    titles = {each.claim.name: each.claim.title for each in first}
     across = min(_ACROSS, len(claims))
     rows = -(-len(claims) // across)
     with styled():
@@ -63,6 +75,7 @@ def budgets_figure(by_budget: Mapping[str, Sequence[Finding]]) -> Figure:
                 *(
                     Line2D([], [], color=colour, marker=mark, ms=3.5, lw=1.0, label=word)
                     for word, (colour, mark) in LOOK.items()
+                    if word != SELECTED_FOR or any(each.selected for each in first)
                 ),
                 Patch(color="0.92", lw=0, label="claimed side of zero"),
             ],
@@ -104,7 +117,7 @@ def _draw(panel: Axes, findings: Sequence[Finding]) -> None:
     panel.plot(known, [effects[x].effect for x in known], color="0.6", lw=0.5, zorder=1)
     for x in known:
         found = effects[x]
-        colour, mark = LOOK[verdict(findings[x].claim, found)]
+        colour, mark = LOOK[findings[x].verdict(found)]
         panel.plot([x, x], [found.low, found.high], color=colour, lw=1.2)
         panel.plot(x, found.effect, mark, color=colour, ms=4, mew=0)
     panel.axhline(0.0, color="black", lw=0.5)

@@ -4,21 +4,30 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from reproduction.claims.atomic import ALIKE
-from reproduction.claims.findings import OPPOSITE, REPRODUCED, TOO_SMALL, Finding, verdict
+from reproduction.claims.findings import (
+    OPPOSITE,
+    REPRODUCED,
+    SELECTED_FOR,
+    TOO_SMALL,
+    Finding,
+    margin_of,
+)
 from reproduction.figures.budgets import LOOK
-from reproduction.report.atomic import grouped, shown_effect
+from reproduction.report.atomic import grouped, shown_effect, unit
 from tegotae._support.errors import TegotaeError
 from tegotae.figures.style import PAGE_IN, new_figure, styled
 
 _ROW_IN = 0.155
 _BARS = {
     REPRODUCED: (LOOK[REPRODUCED][0], ""),
+    SELECTED_FOR: (LOOK[SELECTED_FOR][0], "...."),
     TOO_SMALL: ("0.85", ""),
     OPPOSITE: (LOOK[OPPOSITE][0], "////"),
 }
@@ -26,11 +35,12 @@ _BARS = {
 
 
 def claims_figure(findings: Sequence[Finding]) -> Figure:
-    """The effect of every claim that has a sign, with its 95 % interval, and a bar of its ways.
+    """How clear the effect of every claim is, the effect in its unit, and a bar of its ways.
 
-    Right of zero is what the paper claims. Each effect is drawn over the largest number of its own
-    interval, since effects have different units; the numbers beside it are in these units. The bar
-    is the share of the ways to count that reproduce the claim, are too uncertain, or oppose it.
+    Effects have different units, so that the scale is how far each is from zero in halves of its
+    own 95 % interval: right of 1 it is as the paper claims, left of -1 the opposite. The bar is the
+    share of the ways to count that agree with the claim, are too uncertain, or oppose it. A claim
+    that two things are alike has no such distance.
 
     Args:
         findings: of the study; the first way to count that measures an effect is drawn.
@@ -42,31 +52,44 @@ def claims_figure(findings: Sequence[Finding]) -> Figure:
     if not rows:
         raise TegotaeError("no claim has an effect to draw; give at least one that is measured")
     with styled():
-        figure = new_figure(PAGE_IN, _ROW_IN * len(rows) + 0.9)
-        effects, ways = figure.subplots(1, 2, width_ratios=(2.2, 1.0), sharey=True)
+        figure = new_figure(PAGE_IN, _ROW_IN * len(rows) + 1.0)
+        panels = figure.subplots(1, 3, width_ratios=(1.3, 0.95, 0.8), sharey=True)
+        effects, numbers, ways = panels
         for y, row in enumerate(rows):
             if isinstance(row, str):
-                effects.text(-0.52, y, row, size=6.5, weight="bold", va="center", clip_on=False,
+                effects.text(-0.75, y, row, size=6.5, weight="bold", va="center", clip_on=False,
                              transform=effects.get_yaxis_transform())  # fmt: skip
             else:
                 _draw_effect(effects, y, row)
+                numbers.text(0.0, y, _number(row), size=6, va="center")
                 _draw_ways(ways, y, row)
         drawn = [(y, row.claim.title) for y, row in enumerate(rows) if not isinstance(row, str)]
         effects.set_yticks(*map(list, zip(*drawn, strict=True)), size=6)
+        effects.set_xscale("symlog", linthresh=1.0)
         effects.set(
-            xlim=(-1.05, 1.75),
+            xlim=(-_MOST, _MOST),
             ylim=(len(rows) - 0.4, -0.6),
-            xlabel="against the claim ← 0 → as claimed",
+            xlabel="distance from zero\nin halves of its 95 % interval",
         )
-        effects.set_xticks([])
+        effects.set_xticks([-100, -10, -1, 0, 1, 10, 100], minor=False)
+        effects.set_xticklabels(["−100", "−10", "−1", "0", "1", "10", "100"])
+        effects.minorticks_off()
         effects.axvline(0.0, color="black", lw=0.6)
-        effects.axvspan(0.0, 1.05, color="0.94", lw=0, zorder=0)
-        ways.set(xlim=(0.0, 1.0), xlabel="share of the ways to count")
-        for axes in (effects, ways):
+        effects.axvspan(1.0, _MOST, color="0.94", lw=0, zorder=0)
+        effects.axvspan(-_MOST, -1.0, color="0.94", lw=0, zorder=0)
+        numbers.set(xlim=(0.0, 1.0), xlabel="effect [95 %], unit")
+        numbers.set_xticks([])
+        ways.set(xlim=(0.0, 1.0), xlabel="share of the ways\nto count", xticks=(0.0, 0.5, 1.0))
+        for axes in panels:
+            axes.patch.set_visible(False)  # headings reach into the next panel
             axes.tick_params(axis="y", length=0)
             axes.spines["left"].set_visible(False)
-        figure.legend(handles=_handles(), loc="outside lower center", ncols=3)
+        numbers.spines["bottom"].set_visible(False)
+        figure.legend(handles=_handles(rows), loc="outside lower center", ncols=5)
     return figure
+
+
+_MOST = 1e3
 
 
 def has_effects(findings: Sequence[Finding]) -> bool:
@@ -75,23 +98,30 @@ def has_effects(findings: Sequence[Finding]) -> bool:
 
 
 def _rows(groups: Mapping[str, Sequence[Finding]]) -> list[str | Finding]:
-    """Headings, each followed by its findings that have a sign and an effect."""
+    """Headings, each followed by its findings that have an effect."""
     rows: list[str | Finding] = []
     for heading, own in groups.items():
-        drawn = [each for each in own if each.claim.sign != ALIKE and shown_effect(each)]
+        drawn = [each for each in own if shown_effect(each)]
         rows += [heading, *drawn] if drawn else []
     return rows
 
 
 def _draw_effect(axes: Axes, y: int, finding: Finding) -> None:
-    found, sign = shown_effect(finding), finding.claim.sign
+    found = shown_effect(finding)
     assert found is not None
-    scale = sign / max(abs(found.low), abs(found.high), abs(found.effect))
-    colour, mark = LOOK[verdict(finding.claim, found)]
-    axes.plot([scale * found.low, scale * found.high], [y, y], color=colour, lw=1.4)
-    axes.plot(scale * found.effect, y, mark, color=colour, ms=4, mew=0)
-    text = f"{found.effect:+.2f} [{found.low:.2f}, {found.high:.2f}]"
-    axes.text(1.1, y, text, size=6, va="center")
+    if finding.claim.sign == ALIKE:
+        return
+    colour, mark = LOOK[finding.verdict(found)]
+    x = float(np.clip(margin_of(finding.claim, found), -0.9 * _MOST, 0.9 * _MOST))
+    axes.plot([0.0, x], [y, y], color=colour, lw=1.4)
+    axes.plot(x, y, mark, color=colour, ms=4, mew=0)
+
+
+def _number(finding: Finding) -> str:
+    found = shown_effect(finding)
+    assert found is not None
+    text = f"{found.effect:+.2f} [{found.low:.2f}, {found.high:.2f}] {unit(finding.claim.effect)}"
+    return text.replace("-", "−")
 
 
 def _draw_ways(axes: Axes, y: int, finding: Finding) -> None:
@@ -112,9 +142,12 @@ def _draw_ways(axes: Axes, y: int, finding: Finding) -> None:
     axes.text(1.02, y, f"{whole}", size=6, va="center", clip_on=False)
 
 
-def _handles() -> list[Line2D | Patch]:
-    lines = [
+def _handles(rows: Sequence[str | Finding]) -> list[Line2D | Patch]:
+    """A line for each verdict; that of a body chosen to agree only where there is one."""
+    selected = any(row.selected for row in rows if not isinstance(row, str))
+    lines: list[Line2D | Patch] = [
         Line2D([], [], color=colour, marker=mark, ms=3.5, lw=1.2, label=word)
         for word, (colour, mark) in LOOK.items()
+        if word != SELECTED_FOR or selected
     ]
-    return [*lines, Patch(color="0.92", lw=0, label="claimed side of zero")]
+    return [*lines, Patch(color="0.94", lw=0, label="beyond its interval")]

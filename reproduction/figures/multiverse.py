@@ -8,13 +8,21 @@ from collections.abc import Mapping, Sequence
 import matplotlib
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from reproduction.calibration.prior import place
 from reproduction.claims.counting import ALL
 from reproduction.claims.estimates import EffectEstimate
-from reproduction.claims.findings import OPPOSITE, REPRODUCED, TOO_SMALL, Finding
+from reproduction.claims.findings import (
+    OPPOSITE,
+    REPRODUCED,
+    SELECTED_FOR,
+    TOO_SMALL,
+    Finding,
+)
 from reproduction.figures.calibration import written
+from reproduction.readings.designs import selecting
 from reproduction.readings.influence import SIGNIFICANT, Influence, influences
 from reproduction.readings.readings import AnalysisChoice, Reading
 from reproduction.readings.verdicts import (
@@ -29,14 +37,17 @@ from tegotae.figures.style import COLOURS, DIVERGING, PAGE_IN, SEQUENTIAL, new_f
 OUTCOME_COLOURS = {REPRODUCED: COLOURS[5], TOO_SMALL: "0.75", OPPOSITE: COLOURS[4]}
 """Green is reproduced, grey too small to tell, orange opposite; they differ in lightness, too."""
 
+_SELECTED = COLOURS[0]
+"""Instead of green where the readings were chosen to agree with a claim."""
+
 
 def overview_figure(
     readings: Sequence[Reading], by_reading: FindingsByReading, omega: str = ALL
 ) -> Figure:
     """Per claim the share of readings in which it is reproduced, and what goes with that.
 
-    Left: how many readings say what; the line below a bar is the 95 % interval of the share in
-    which it is reproduced. Right: how each choice correlates with the claim's margin, in numbers
+    Left: how many readings say what; the line below a bar is the 95 % interval of the share that
+    agrees. Right: how each choice correlates with the claim's margin, in numbers
     where that is more than chance. Claims that no reading measures are left out.
 
     Args:
@@ -46,30 +57,38 @@ def overview_figure(
     """
     found = {claim.name: of_claim(by_reading, claim.name, omega) for claim in CLAIMS}
     found = {name: each for name, each in found.items() if each}
+    selected = selecting(readings)
     with styled():
         figure = new_figure(PAGE_IN, 1.2 + 0.21 * len(found))
         bars, matrix = figure.subplots(1, 2, width_ratios=(1.0, 1.7), sharey=True)
-        for row, each in enumerate(found.values()):
-            _bar(bars, row, list(each.values()))
+        for row, (name, each) in enumerate(found.items()):
+            agreeing = _SELECTED if name in selected else OUTCOME_COLOURS[REPRODUCED]
+            _bar(bars, row, list(each.values()), OUTCOME_COLOURS | {REPRODUCED: agreeing})
         titles = [claim.title for claim in CLAIMS if claim.name in found]
         bars.set_yticks(range(len(found)), titles, size=6)
         bars.set(xlim=(0.0, 1.0), ylim=(len(found) - 0.45, -0.55), xlabel="share of readings")
         bars.tick_params(axis="y", length=0)
-        bars.legend(
-            handles=[Patch(color=c, label=word) for word, c in OUTCOME_COLOURS.items()],
-            loc="lower left",
-            bbox_to_anchor=(-0.6, 1.0),
-            ncols=3,
+        figure.legend(
+            handles=_handles(selected=any(name in selected for name in found)),
+            loc="outside upper left",
+            ncols=5,
             handlelength=1.0,
         )
         _matrix(figure, matrix, [influences(readings, each) for each in found.values()])
     return figure
 
 
-def _bar(panel, row: int, findings: list[Finding]) -> None:
+def _handles(*, selected: bool) -> list[Patch | Line2D]:
+    colours = OUTCOME_COLOURS | ({SELECTED_FOR: _SELECTED} if selected else {})
+    patches: list[Patch | Line2D] = [Patch(color=c, label=word) for word, c in colours.items()]
+    bar = Line2D([], [], color="black", lw=1.0, label="95 % interval of the left share")
+    return [*patches, bar]
+
+
+def _bar(panel, row: int, findings: list[Finding], colours: Mapping[str, str]) -> None:
     left = 0.0
     each = shares(findings)
-    for word, colour in OUTCOME_COLOURS.items():
+    for word, colour in colours.items():
         part = each[word]
         if not part.count:
             continue

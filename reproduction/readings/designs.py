@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from reproduction.calibration.prior import PRIOR
+from reproduction.calibration.scores import JUDGED_AS
 from reproduction.readings.readings import CHOICES, AnalysisChoice, Reading, sample
 from tegotae._support import tables
 from tegotae._support.errors import TegotaeError, require_count, unknown
+from tegotae.parts.bodies import Hopper
 
 CALIBRATED_TABLE = Path(__file__).with_name("calibrated.csv")
 """Readings that stand for those under which V does what the paper says of it."""
@@ -93,6 +98,30 @@ def design_of(names: Iterable[str]) -> ReadingDesign | None:
 def choices_of(readings: Sequence[Reading]) -> tuple[AnalysisChoice, ...]:
     """What some readings of one design differ in."""
     return PRIOR if set(readings) <= set(_calibrated()) else CHOICES
+
+
+def selecting(readings: Iterable[Reading]) -> frozenset[str]:
+    """The claims that some readings were chosen to agree with: those on V, or none."""
+    return _ON_V if set(readings) <= set(_calibrated()) else frozenset()
+
+
+def selecting_body(body: object) -> frozenset[str]:
+    """The claims that a body was chosen to agree with, if it is that of a calibrated reading.
+
+    A body whose numbers are rounded to five digits is one, too.
+
+    Example:
+        >>> from tegotae import Hopper
+        >>> sorted(selecting_body(Hopper()))
+        []
+    """
+    numbers = dataclasses.astuple(body) if isinstance(body, Hopper) else ()
+    bodies = (dataclasses.astuple(reading.hopper) for reading in _calibrated())
+    is_one = any(np.allclose(numbers, each, rtol=1e-4, atol=0.0) for each in bodies if numbers)
+    return _ON_V if is_one else frozenset()
+
+
+_ON_V = frozenset(JUDGED_AS.values())
 
 
 def cells_of(reading: Reading, choices: Iterable[AnalysisChoice]) -> list[str]:

@@ -33,7 +33,7 @@ class MultiverseFolder(Folder):
     """
 
     SCHEMA = MultiverseDocument
-    COMMAND = "study multiverse"
+    COMMAND = "python -m reproduction readings"
 
     def is_of(self, document: Document, configuration: Document) -> bool:
         """Whether a record of this configuration belongs to the multiverse of this document."""

@@ -24,7 +24,7 @@ READINGS, EFFECTS = "readings.csv", "effects.csv"
 """Names of the tables."""
 
 _NUMBERS = ("effect", "low", "high", "size")
-_HEAD = ("reading", "omega_t", "claim", *_NUMBERS, "verdict")
+_HEAD = ("reading", "omega_t", "claim", "run", *_NUMBERS, "verdict")
 _DIGITS = 6
 _KIND = "table that python -m reproduction readings export wrote"
 
@@ -40,14 +40,14 @@ def write_tables(readings: Sequence[Reading], found: FindingsByReading, folder: 
     rows = [[i, *cells_of(reading, choices)] for i, reading in enumerate(readings)]
     effects = [
         [
-            *(reading, omega, finding.claim.name),
+            *(reading, omega, finding.claim.name, count.run),
             *(f"{getattr(effect, name):.{_DIGITS}g}" for name in _NUMBERS),
             finding.outcome,
         ]
         for reading, by_omega in found.items()
         for omega, each in by_omega.items()
         for finding in each
-        for effect in finding.by_count.values()
+        for count, effect in finding.by_count.items()
     ]
     output_folder(folder)
     tables.write_csv(folder / READINGS, _columns(["reading", *names], rows))
@@ -66,7 +66,8 @@ def read_tables(folder: Path) -> tuple[list[Reading], FindingsByReading]:
     for row in _rows(folder / EFFECTS, "reading", "omega_t", "claim"):
         try:
             effect = EffectEstimate(*(tables.number(row[name]) for name in _NUMBERS))
-            finding = Finding(claims[row["claim"]], {Count(omega_t=row["omega_t"]): effect})
+            count = Count(run=row["run"], omega_t=row["omega_t"])
+            finding = Finding(claims[row["claim"]], {count: effect})
             by_omega = found.setdefault(tables.whole_number(row["reading"]), {})
             by_omega.setdefault(row["omega_t"], []).append(finding)
         except (KeyError, ValueError, TypeError):

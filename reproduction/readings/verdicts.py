@@ -11,13 +11,14 @@ import numpy as np
 
 from reproduction.claims.atomic import ALIKE, ATOMIC_CLAIMS, AtomicClaim
 from reproduction.claims.counting import ALL, Count
-from reproduction.claims.effects import OfGainMap, OfTrainings, groups
+from reproduction.claims.effects import OfGainMap, OfTrainings, Unmeasured, groups
 from reproduction.claims.findings import (
     OPPOSITE,
     REPRODUCED,
     TOO_SMALL,
     Finding,
     findings,
+    margin_of,
 )
 from reproduction.table import Table, design
 from tegotae.systems.models import find
@@ -25,7 +26,8 @@ from tegotae.systems.models import find
 CLAIMS: tuple[AtomicClaim, ...] = tuple(
     claim
     for claim in ATOMIC_CLAIMS
-    if claim.sign != ALIKE and not isinstance(claim.effect, OfTrainings | OfGainMap)
+    if claim.sign != ALIKE
+    and not isinstance(claim.effect, OfTrainings | OfGainMap | Unmeasured)
 )
 """The claims that a reading's runs can decide: those with a sign, on the models themselves."""
 
@@ -139,19 +141,5 @@ def shares(found: Iterable[Finding]) -> dict[str, Share]:
 
 
 def margin(finding: Finding) -> float:
-    """How clearly a claim is reproduced, or opposite, in the first way to count.
-
-    The effect, positive on the claimed side, over the half of its interval that looks towards zero:
-    a claim is reproduced where it is above 1, and opposite where it is below -1. NaN if it is not
-    measured.
-    """
-    found = next(iter(finding.by_count.values()))
-    if not found.known:
-        return math.nan
-    half = found.effect - found.low if found.effect > 0.0 else found.high - found.effect
-    signed = finding.claim.sign * found.effect
-    # Without spread, such as of a share of zero in all runs, it is as clear as can be.
-    return signed / half if half > 0.0 else math.copysign(_CLEAR, signed)
-
-
-_CLEAR = 1e3
+    """How clearly a claim is reproduced, or opposite, in the first way to count."""
+    return margin_of(finding.claim, next(iter(finding.by_count.values())))

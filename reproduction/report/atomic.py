@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 
 import numpy as np
 
-from reproduction.claims.atomic import LESS, MORE, AtomicClaim
+from reproduction.claims.atomic import ALIKE, EQUIVALENCE, LESS, MORE, AtomicClaim
 from reproduction.claims.effects import (
     Correlation,
     Difference,
@@ -14,13 +14,14 @@ from reproduction.claims.effects import (
     Effect,
     OfGainMap,
     OfTrainings,
+    Unmeasured,
 )
 from reproduction.claims.estimates import EffectEstimate
 from reproduction.claims.findings import (
     NOT_MEASURED,
     OPPOSITE,
     REPRODUCED,
-    SHOWN,
+    SELECTED_FOR,
     TOO_SMALL,
     Finding,
 )
@@ -29,13 +30,13 @@ from tegotae.measures.hopping.registry import find
 
 GROUPS: Mapping[str, Callable[[Finding], bool]] = {
     "The paper's main claims": lambda f: f.claim.headline,
+    "Selected for: the body was chosen to agree": lambda f: f.outcome.startswith(SELECTED_FOR),
     "Opposite in every way to count": lambda f: f.is_robust and f.outcome == OPPOSITE,
     "Depends on the way to count": lambda f: f.outcome.startswith("depends on"),
     "Opposite in some ways, and reproduced in none": lambda f: f.outcome.startswith(OPPOSITE),
     "Reproduced in every way to count": lambda f: f.is_robust,
     "Reproduced in some ways, and opposite in none": lambda f: f.outcome.startswith(REPRODUCED),
     "Too small to tell in every way": lambda f: f.outcome == TOO_SMALL,
-    "Alike: shown without a verdict": lambda f: f.outcome == SHOWN,
     "Not measured": lambda f: f.outcome == NOT_MEASURED,
 }
 """The groups of the page, in its order; a claim is in the first that it belongs to."""
@@ -81,7 +82,7 @@ def beside_table(
     rows = [["", "the study", *beside, *(columns or {})]]
     for own in (each for group in grouped(findings).values() for each in group):
         outcomes = [own.outcome, *(found.get(own.claim.name, "") for found in others)]
-        if set(outcomes) - {NOT_MEASURED, SHOWN}:
+        if set(outcomes) - {NOT_MEASURED}:
             rows.append([named(own.claim), *outcomes])
     return table(rows)
 
@@ -132,11 +133,19 @@ def shown_effect(finding: Finding) -> EffectEstimate | None:
 def _effect(finding: Finding) -> str:
     """The mean, the level that it is compared with, and the claimed sign."""
     found = shown_effect(finding)
-    claimed = {MORE: "claimed > 0", LESS: "claimed < 0"}.get(finding.claim.sign, "")
+    claimed = CLAIMED[finding.claim.sign]
     if found is None:
         return claimed
     size = "" if np.isnan(found.size) or _is_plain(finding) else f" of {found.size:.2f}"
     return ", ".join(filter(None, (f"{found.effect:+.2f}{size}", claimed)))
+
+
+CLAIMED = {
+    MORE: "claimed > 0",
+    LESS: "claimed < 0",
+    ALIKE: "claimed within {:+.0%} and {:+.0%}".format(*(share - 1.0 for share in EQUIVALENCE)),
+}
+"""What a claim says of its effect, by its sign."""
 
 
 def _is_plain(finding: Finding) -> bool:
@@ -145,9 +154,9 @@ def _is_plain(finding: Finding) -> bool:
 
 
 def tally(finding: Finding) -> str:
-    """How many ways to count find it reproduced, too small to tell, and opposite."""
+    """How many ways to count agree with a claim, are too small to tell, and are opposite."""
     found = finding.tally
-    counts = [found[word] for word in (REPRODUCED, TOO_SMALL, OPPOSITE)]
+    counts = [found[word] for word in (finding.agreeing, TOO_SMALL, OPPOSITE)]
     return " / ".join(map(str, counts)) if any(counts) else "–"
 
 
@@ -159,6 +168,8 @@ def described(effect: Effect) -> str:
         >>> described(ATOMIC_CLAIMS[0].effect)
         'CoT⁻¹ [m/J], AR, ART, ARG, ARGT − V'
     """
+    if isinstance(effect, Unmeasured):
+        return effect.what
     if isinstance(effect, Correlation):
         return f"correlation of {find(effect.a).label} and {find(effect.b).label}"
     if isinstance(effect, DoubleDifference):
@@ -175,6 +186,19 @@ def described(effect: Effect) -> str:
     if isinstance(effect, Difference) and effect.lowest:
         theirs = " − the lowest other"
     return f"{_heading(metric)}, {effect.ours.label}{theirs}"
+
+
+def unit(effect: Effect) -> str:
+    """The unit of an effect, such as m/J; empty of a share, a correlation and a slope.
+
+    Example:
+        >>> from reproduction.claims.atomic import ATOMIC_CLAIMS
+        >>> unit(ATOMIC_CLAIMS[0].effect)
+        'm/J'
+    """
+    name = getattr(effect, "measure", None) or getattr(effect, "metric", None)
+    _, _, last = (_heading(name) if name else "").partition(" [")
+    return last.removesuffix("]")
 
 
 def _heading(name: str) -> str:
@@ -194,6 +218,6 @@ def by_budget_table(by: Mapping[str, Iterable[Finding]]) -> str:
     rows = [["", *verdicts]]
     for name in next(iter(verdicts.values())):
         words = [found[name] for found in verdicts.values()]
-        if set(words) - {NOT_MEASURED, SHOWN}:
+        if set(words) - {NOT_MEASURED}:
             rows.append([name, *words])
     return table(rows)

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from reproduction.claims.counting import ALL
-from reproduction.claims.findings import OPPOSITE, REPRODUCED, TOO_SMALL
+from reproduction.claims.counting import ALL, MEAN
+from reproduction.claims.findings import OPPOSITE, REPRODUCED, SELECTED_FOR, TOO_SMALL
+from reproduction.readings.designs import selecting
 from reproduction.readings.influence import decisive, influences
 from reproduction.readings.readings import Reading
 from reproduction.readings.verdicts import (
@@ -25,28 +26,32 @@ READINGS_COLUMN = "Readings: + / 0 / −"
 def shares_table(
     readings: Sequence[Reading], by_reading: FindingsByReading, omega: str = ALL
 ) -> str:
-    """A row per claim: in which share of readings it is reproduced, with a 95 % interval, and what
-    decides.
+    """A row per claim that a reading measures: in which share of readings it is reproduced, with a
+    95 % interval, and what decides.
 
     Args:
         readings: all readings.
         by_reading: what comes of the claims under each.
         omega: on which ω_t, "both", "4" or "8".
     """
-    has_own = readings[0] == Reading()
+    has_own, selected = readings[0] == Reading(), selecting(readings)
     head = ["", "The paper's words", "Reproduced", "Too small to tell", "Opposite"]
     rows = [[*head, *(["Reading 0"] if has_own else []), "What decides (ρ)"]]
     for claim in CLAIMS:
-        found = of_claim(by_reading, claim.name, omega)
+        if not (found := of_claim(by_reading, claim.name, omega)):
+            continue
         each = shares(found.values())
         clear = decisive(influences(readings, found))
         deciding = ", ".join(f"{i.choice.label} ({i.correlation:+.2f})" for i in clear)
         own = [found[0].outcome if 0 in found else "–"] if has_own else []
+        by_run = {count.run for finding in found.values() for count in finding.by_count}
+        of_runs = f", by the {'; '.join(by_run)}" if by_run - {claim.run or MEAN} else ""
         rows.append(
             [
                 named(claim),
-                f"“{quoted(claim)}”<br>{described(claim.effect)}",
-                *(_share(each[word]) for word in (REPRODUCED, TOO_SMALL, OPPOSITE)),
+                f"“{quoted(claim)}”<br>{described(claim.effect)}{of_runs}",
+                f"{SELECTED_FOR}: " * (claim.name in selected) + _share(each[REPRODUCED]),
+                *(_share(each[word]) for word in (TOO_SMALL, OPPOSITE)),
                 *own,
                 deciding.replace("-", "−") or "–",
             ]
@@ -54,10 +59,13 @@ def shares_table(
     return table(rows)
 
 
-def counts_by_claim(by_reading: FindingsByReading, omega: str = ALL) -> dict[str, str]:
+def counts_by_claim(
+    readings: Sequence[Reading], by_reading: FindingsByReading, omega: str = ALL
+) -> dict[str, str]:
     """In how many readings each claim is reproduced, too small to tell, and opposite, in words.
 
     Args:
+        readings: all readings.
         by_reading: what comes of the claims under each.
         omega: on which ω_t, "both", "4" or "8".
     """
@@ -66,7 +74,8 @@ def counts_by_claim(by_reading: FindingsByReading, omega: str = ALL) -> dict[str
         each = shares(of_claim(by_reading, claim.name, omega).values())
         if each[REPRODUCED].of:
             counts = [str(each[word].count) for word in (REPRODUCED, TOO_SMALL, OPPOSITE)]
-            found[claim.name] = " / ".join(counts)
+            chosen = f", {SELECTED_FOR}" if claim.name in selecting(readings) else ""
+            found[claim.name] = " / ".join(counts) + chosen
     return found
 
 

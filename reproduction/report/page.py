@@ -15,15 +15,23 @@ from reproduction.claims.counting import Count, with_sampled
 from reproduction.claims.designs import MODELS
 from reproduction.claims.effects import OfGainMap, OfTrainings
 from reproduction.claims.experiments import EXPERIMENTS, command_for
-from reproduction.claims.findings import NOT_MEASURED, SHOWN, Finding, findings
+from reproduction.claims.findings import NOT_MEASURED, Finding, findings
 from reproduction.claims.kept import RIDGES
 from reproduction.endings import endings_by_architecture
 from reproduction.figures.optimum import optimum_figure
 from reproduction.figures.study import architectures_figure, correlation_figure, pictograms_figure
 from reproduction.optimum import stances
+from reproduction.readings.designs import selecting_body
 from reproduction.record import Record
 from reproduction.report import convergence
-from reproduction.report.atomic import described, grouped, quoted, shown_effect, tally
+from reproduction.report.atomic import (
+    CLAIMED,
+    described,
+    grouped,
+    quoted,
+    shown_effect,
+    tally,
+)
 from reproduction.report.models import (
     best_of_architectures,
     gaits_of_best_run,
@@ -73,15 +81,17 @@ def report(
     Raises:
         TegotaeError: if there is no such folder, or it holds a table or figure that is none.
     """
-    table = tabulate(records)
+    table, selected = tabulate(records), selecting_body(records[0].experiment.body)
+    runs = with_sampled(table, tabulate_sampled(records))
+    found = findings(runs, experiments, selected=selected)
     data = {
         "about": about,
         "software": records[0].software,
         "runs": len(table),
         "without_cycle": int((table["limit_cycle_share"] == 0.0).sum()),
         "figures": [*_figures(table), *_optimum(records), *_convergence(records)],
-        "claims": _claims(with_sampled(table, tabulate_sampled(records)), experiments),
-        "by_budget": _by_budget(budgets, table),
+        "claims": _claims(found, experiments),
+        "by_budget": _by_budget(budgets, table, selected),
         "endings": [
             [name, *dataclasses.astuple(found)]
             for name, found in endings_by_architecture(table).items()
@@ -166,11 +176,11 @@ def _convergence(records: list[Record]) -> list[JsonObject]:
     ]
 
 
-def _claims(table: Table, experiments: Path | None) -> list[JsonObject]:
+def _claims(found: list[Finding], experiments: Path | None) -> list[JsonObject]:
     """The claims, a group after the other, the paper's account of itself first."""
     return [
         {"heading": heading, "claims": [_claim(finding, experiments) for finding in own]}
-        for heading, own in grouped(findings(table, experiments)).items()
+        for heading, own in grouped(found).items()
     ]
 
 
@@ -187,6 +197,7 @@ def _claim(finding: Finding, experiments: Path | None) -> JsonObject:
         "section": claim.section,
         "what": described(claim.effect),
         "sign": claim.sign,
+        "claimed": CLAIMED[claim.sign],
         "effect": None
         if found is None
         else [number(each) for each in (found.effect, found.low, found.high, found.size)],
@@ -196,16 +207,19 @@ def _claim(finding: Finding, experiments: Path | None) -> JsonObject:
     }
 
 
-def _by_budget(budgets: Table | None, final: Table) -> JsonObject:
+def _by_budget(budgets: Table | None, final: Table, selected: frozenset[str]) -> JsonObject:
     """Headings, and a row per claim that is measured: its verdict after each budget."""
     if budgets is None:
         return {"headings": [], "rows": []}
-    by = {name: findings(runs, ways=[Count()]) for name, runs in by_budget(budgets, final).items()}
+    by = {
+        name: findings(runs, ways=[Count()], selected=selected)
+        for name, runs in by_budget(budgets, final).items()
+    }
     rows = [
         [each[0].claim.name, quoted(each[0].claim), *(finding.outcome for finding in each)]
         for each in zip(*by.values(), strict=True)
     ]
-    decided = [row for row in rows if set(row[2:]) - {NOT_MEASURED, SHOWN}]
+    decided = [row for row in rows if set(row[2:]) - {NOT_MEASURED}]
     return {"headings": list(by), "rows": decided}
 
 

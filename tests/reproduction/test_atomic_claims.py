@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from reproduction.claims.atomic import ALIKE, ATOMIC_CLAIMS, LESS, MORE
-from reproduction.claims.effects import Correlation, Difference, DoubleDifference
+from reproduction.claims.effects import Correlation, Difference, DoubleDifference, Unmeasured
 from reproduction.claims.quotations import hashes_of, stands_in
 from reproduction.table import ARCHITECTURES
 from tegotae.measures.hopping.registry import names
@@ -38,6 +38,11 @@ def test_each_claim_has_a_sign_or_a_word_for_how_alike_things_are():
     for claim in ATOMIC_CLAIMS:
         assert claim.sign in (MORE, LESS, ALIKE)
         assert claim.sign != ALIKE or claim.size
+
+
+def test_what_no_table_has_says_so():
+    for claim in ATOMIC_CLAIMS:
+        assert claim.note or not isinstance(claim.effect, Unmeasured)
 
 
 def test_effects_name_metrics_and_architectures_that_there_are():

@@ -33,7 +33,7 @@ from reproduction.claims.findings import (
     NOT_MEASURED,
     OPPOSITE,
     REPRODUCED,
-    SHOWN,
+    SELECTED_FOR,
     TOO_SMALL,
     Finding,
     findings,
@@ -240,12 +240,35 @@ CLAIM = AtomicClaim(name="x", title="x", words="", section="", effect=VG_OVER_V,
         (MORE, EffectEstimate(0.2, -0.1, 0.3), TOO_SMALL),
         (LESS, EffectEstimate(-0.2, -0.3, -0.1), REPRODUCED),
         (LESS, EffectEstimate(0.2, 0.1, 0.3), OPPOSITE),
-        (ALIKE, EffectEstimate(0.2, 0.1, 0.3), SHOWN),
+        (ALIKE, EffectEstimate(0.2, -0.1, 0.24, size=1.0), REPRODUCED),
+        (ALIKE, EffectEstimate(-0.2, -0.21, 0.1, size=1.0), TOO_SMALL),
+        (ALIKE, EffectEstimate(-0.3, -0.4, -0.21, size=1.0), OPPOSITE),
+        (ALIKE, EffectEstimate(0.3, 0.26, 0.4, size=1.0), OPPOSITE),
         (MORE, NOT_KNOWN, NOT_MEASURED),
     ],
 )
 def test_a_verdict_is_the_sign_of_the_interval(sign, found, word):
     assert verdict(dataclasses.replace(CLAIM, sign=sign), found) == word
+
+
+def test_what_a_body_was_chosen_to_agree_with_is_selected_for_and_not_reproduced():
+    up, down = EffectEstimate(0.2, 0.1, 0.3), EffectEstimate(-0.2, -0.3, -0.1)
+    found = Finding(CLAIM, {Count(): up, Count(run=BEST): up}, selected=True)
+    assert (found.outcome, found.is_robust) == (SELECTED_FOR, True)
+    against = Finding(CLAIM, {Count(): down, Count(run=BEST): down}, selected=True)
+    assert against.outcome == OPPOSITE, "that the choice did not succeed is a result"
+    turns = Finding(CLAIM, {Count(): up, Count(run=BEST): down}, selected=True)
+    assert turns.outcome == "depends on which run"
+
+
+def test_a_claim_on_potential_counts_the_best_run_alone():
+    table = rows(("V", "sector", 4.0, 1.0), ("VG", "sector", 4.0, [9.0, 2.0, 2.0, 3.0]))
+    table.columns["model"] = np.repeat(["V-sector-w4", "VG-gF-sector-w4"], 4)
+    potential = dataclasses.replace(CLAIM, run=BEST)
+    (found,) = findings(table, claims=[potential], resamples=FEW)
+    assert {count.run for count in found.by_count} == {BEST}
+    (one,) = findings(table, claims=[potential], resamples=FEW, ways=[Count()])
+    assert one.by_count[Count(run=BEST)].effect == pytest.approx(2.0)
 
 
 def test_what_turns_with_one_choice_depends_on_it():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 import os
 import signal
@@ -13,9 +14,11 @@ import numpy as np
 import pytest
 
 import study_runs
+from places import ROOT
 from programs import main
 from reproduction import runner
 from reproduction.calibration.prior import PRIOR
+from reproduction.calibration.scores import JUDGED_AS
 from reproduction.claims.counting import Count
 from reproduction.claims.estimates import NOT_KNOWN, EffectEstimate
 from reproduction.claims.findings import OPPOSITE, REPRODUCED, TOO_SMALL, Finding
@@ -25,6 +28,8 @@ from reproduction.readings.designs import (
     cells_of,
     choices_of,
     reading_of,
+    selecting,
+    selecting_body,
 )
 from reproduction.readings.folder import MultiverseFolder
 from reproduction.readings.influence import decisive, influences
@@ -389,7 +394,8 @@ def test_a_row_that_is_there_twice_is_refused(trained, tmp_path, one_line_error,
 def test_the_table_of_shares_names_what_decides(trained):
     readings, verdicts = trained
     rows = shares_table(readings, verdicts).splitlines()[2:]
-    assert len(rows) == len(CLAIMS)
+    measured = [claim for claim in CLAIMS if of_claim(verdicts, claim.name, AT_BOTH)]
+    assert len(rows) == len(measured)
     gains = next(row for row in rows if "`art-cot`" in row)
     assert "| training (+0." in gains
     assert " of 24 [" in gains
@@ -397,9 +403,23 @@ def test_the_table_of_shares_names_what_decides(trained):
 
 def test_a_column_counts_the_readings_of_each_claim(trained):
     readings, found = trained
-    counts = counts_by_claim(found)
+    counts = counts_by_claim(readings, found)
     assert sum(map(int, counts["art-cot"].split(" / "))) == len(readings)
     assert "pgpe-over-sac" not in counts, "no reading decides it"
+    assert not [cell for cell in counts.values() if "selected for" in cell]
+
+
+def test_readings_and_bodies_that_statements_chose_say_so():
+    readings, found = read_tables(ROOT / "docs" / "_static" / "multiverse")
+    assert counts_by_claim(readings, found)["v-cpgu"] == "22 / 1 / 0, selected for"
+    assert selecting(readings) == selecting_body(readings[20].hopper) == {*JUDGED_AS.values()}
+    assert not selecting([Reading()])
+    assert not selecting_body(Hopper())
+    rounded = {"stiffness_n_per_m": 4.38103, "damping_ns_per_m": 0.343426, "max_force_n": 1.23844}
+    body = dataclasses.replace(
+        readings[20].hopper, **rounded, flight_damping_ns_per_m=0.343426
+    )
+    assert selecting_body(body), "as the Makefile writes it"
 
 
 def test_figures_show_every_claim_that_is_measured_and_every_reading(trained):

@@ -209,6 +209,11 @@ def test_effects_are_read_as_they_were_written(smoke_study, tmp_path):
     assert effects_csv(found) == (tmp_path / "effects.csv").read_text()
 
 
+def test_only_a_table_that_is_given_can_be_calibrated(smoke_study, tmp_path, one_line_error):
+    words = ["reproduction", "claims", str(smoke_study), "--calibrated"]
+    assert "--calibrated names other.csv; it must be one of" in one_line_error(*words, "other.csv")
+
+
 def test_a_table_that_does_not_say_its_budgets_is_refused(smoke_study, tmp_path, one_line_error):
     table = export(smoke_study, tmp_path / "a.csv")
     words = ["--out", str(tmp_path / "out"), "--budgets", str(table)]
