@@ -145,9 +145,7 @@ class Folder:
             found = documents.fitted(documents.read(place), dict)
             kind = "python -m reproduction" + " readings" * ("choices" in found)
             if "scale" in found and kind != self.COMMAND:
-                raise TegotaeError(
-                    f"{self.path} is a folder of {kind}; look at it with that"
-                )
+                raise TegotaeError(f"{self.path} is a folder of {kind}; look at it with that")
             if found.keys() >= _OF_ANY_VERSION and found.get("format") != FORMAT:
                 raise TegotaeError(
                     f"{place} is of another version of tegotae, whose studies have other numbers; "

@@ -91,7 +91,6 @@ class StudyClaims:
             save_figure(figure, self.out / name)
         print(f"wrote {', '.join([*texts, *pictures])} to {self.out}")
 
-
     def _selected(self, table: Path) -> frozenset[str]:
         from reproduction.calibration.scores import JUDGED_AS
 

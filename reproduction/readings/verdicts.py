@@ -26,8 +26,7 @@ from tegotae.systems.models import find
 CLAIMS: tuple[AtomicClaim, ...] = tuple(
     claim
     for claim in ATOMIC_CLAIMS
-    if claim.sign != ALIKE
-    and not isinstance(claim.effect, OfTrainings | OfGainMap | Unmeasured)
+    if claim.sign != ALIKE and not isinstance(claim.effect, OfTrainings | OfGainMap | Unmeasured)
 )
 """The claims that a reading's runs can decide: those with a sign, on the models themselves."""
 

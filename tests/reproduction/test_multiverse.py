@@ -416,9 +416,7 @@ def test_readings_and_bodies_that_statements_chose_say_so():
     assert not selecting([Reading()])
     assert not selecting_body(Hopper())
     rounded = {"stiffness_n_per_m": 4.38103, "damping_ns_per_m": 0.343426, "max_force_n": 1.23844}
-    body = dataclasses.replace(
-        readings[20].hopper, **rounded, flight_damping_ns_per_m=0.343426
-    )
+    body = dataclasses.replace(readings[20].hopper, **rounded, flight_damping_ns_per_m=0.343426)
     assert selecting_body(body), "as the Makefile writes it"
 
 
