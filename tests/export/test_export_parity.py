@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from separate_hoppers import SeparateHoppers
 
 import compiled
 from compiled import Compiled, needs_gcc
@@ -226,6 +227,10 @@ SEVERAL = {
             wiring=(1, 0),
         ),
         Bar(inertia_ratio=0.6),
+    ),
+    "three hoppers, each unit on the next one's leg": (
+        Controller(Reflex(), PhaseOscillator(), VANILLA, 3, sharing=(0, 1, 2), wiring=(1, 2, 0)),
+        SeparateHoppers(hoppers=3),
     ),
     "four feet along ellipses with neighbours": (
         Controller(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import copy
+import dataclasses
 import json
 import pickle
 import signal
@@ -15,6 +16,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from separate_hoppers import SeparateHoppers
 
 from tegotae import TegotaeError, find
 from tegotae.cli import main
@@ -101,6 +103,25 @@ def test_every_tick_of_a_simulated_run_is_repeated(name):
             here = live._step.state[entry].reshape(-1)
             off = np.abs(np.angle(np.exp(1j * (here - values[tick]))))  # a phase may have wrapped
             assert (off < 1e-5).all(), entry
+
+
+def test_a_unit_feels_and_drives_the_limb_that_its_wiring_names():
+    """The wiring is not its own inverse."""
+    wiring, gains, forces = (1, 2, 0), (1.0, 2.0, 3.0), (0.5, 1.0, 2.0)
+    one = build("V-reflex-w8")
+    three = dataclasses.replace(one, limbs=3, sharing=(0, 1, 2), wiring=wiring)
+    body = SeparateHoppers(hoppers=3)
+    together = LiveController.of(SavedController.of(three, np.array(gains), 8.0, body))
+    of_units = [LiveController.of(SavedController.of(one, np.array([x]), 8.0)) for x in gains]
+    for _ in range(3):
+        commands = together.step({"spring_force": forces}, 0.05)
+        for live, limb in zip(of_units, wiring, strict=True):
+            alone = live.step({"spring_force": forces[limb]}, 0.05)
+            assert commands[limb] == pytest.approx(alone[0], rel=1e-5)
+            assert together.phase_rad[limb] == pytest.approx(live.phase_rad[0], rel=1e-5)
+            assert together.feedback_rad_per_s[limb] == pytest.approx(
+                live.feedback_rad_per_s[0], rel=1e-5
+            )
 
 
 def test_without_an_input_the_phase_follows_the_clock():
@@ -360,19 +381,24 @@ def test_a_loop_records_what_measure_reads_and_ends_safe(tmp_path, exported, clo
     assert "99.9 %" in str(report)
 
 
-def test_a_period_that_is_missed_is_left_out(exported, clock):
+def test_a_period_that_is_missed_is_left_out(exported, clock, tmp_path):
     _, write, written = leg()
 
     def read() -> dict[str, float]:
         clock.sleep(0.0105 if len(written) == 3 else 0.0)
-        return {"spring_force": 3.0}
+        return {"spring_force": 0.0}
 
     live = LiveController.load(exported)
+    path = tmp_path / "run.npz"
     report = drive_hardware(
-        live, read, write, rate_hz=500.0, duration_s=0.2, watchdog_s=30.0, safe=-1.0
+        live, read, write, rate_hz=500.0, duration_s=0.2, watchdog_s=30.0, safe=-1.0, recording=path
     )
     assert report.ticks == 95
     assert report.late_s.max() < 0.0005
+    columns = np.load(path)
+    turned = np.unwrap(columns["phase_rad"]) - columns["phase_rad"][0]
+    passed_s = columns["time_s"] - columns["time_s"][0]
+    np.testing.assert_allclose(turned, 8.0 * passed_s, atol=1e-4)  # the time that really passed
 
 
 def test_the_watchdog_writes_the_safe_command_while_a_read_hangs(exported, clock):

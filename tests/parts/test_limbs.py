@@ -101,6 +101,23 @@ def test_wiring_lets_units_feel_and_drive_other_limbs():
     np.testing.assert_array_equal(straight.phase_rad, crossed.phase_rad[:, ::-1])
 
 
+def test_a_unit_feels_and_drives_the_limb_that_its_wiring_names():
+    """The wiring is not its own inverse."""
+    wiring, gains, phase = (1, 2, 0), (1.0, 2.0, 3.0), [[0.3], [2.0], [4.0]]
+    together = run(
+        network(ONE, 3, sharing=(0, 1, 2), wiring=wiring),
+        [gains],
+        SeparateHoppers(hoppers=3),
+        phase_rad=phase,
+        initial_pose={"apart_m": 0.2},
+    )
+    for unit, limb in enumerate(wiring):
+        height_m = (1.1, 1.2, 1.3)[limb]
+        alone = run(ONE, [[gains[unit]]], Hopper(), phase_rad=phase[unit], height_m=height_m)
+        np.testing.assert_allclose(together.hoppers_m[:, limb], alone.height_m, atol=1e-12)
+        np.testing.assert_allclose(together.phase_rad[:, unit], alone.phase_rad, atol=1e-9)
+
+
 def test_lists_serve_where_tuples_do():
     lists = network(ONE, sharing=[0, 1], wiring=[1, 0], coupling=Neighbours([[0, 1]], 1.0))
     tuples = network(ONE, sharing=(0, 1), wiring=(1, 0), coupling=Neighbours(((0, 1),), 1.0))

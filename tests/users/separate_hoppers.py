@@ -1,4 +1,4 @@
-"""A user's body with two limbs: two hoppers side by side that share nothing but their release."""
+"""A user's body of several limbs: hoppers side by side that share nothing but their release."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 
 from tegotae.parts.bodies import (
     Body,
@@ -16,17 +17,18 @@ from tegotae.parts.bodies import (
     Sensation,
 )
 from tegotae.parts.channels import State
-from tegotae.parts.parameters import traceable
+from tegotae.parts.parameters import STATIC, traceable
 
 
 @traceable
 @dataclass(frozen=True, kw_only=True)
 class SeparateHoppers(Body):
-    """Two hoppers; height and velocity are their means, an apex is one of the first's."""
+    """Some hoppers; height and velocity are their means, an apex is one of the first's."""
 
     SENSES = Hopper.SENSES
 
     hopper: Hopper = field(default_factory=Hopper)
+    hoppers: int = field(default=2, metadata=STATIC)
 
     @property
     def max_force_n(self):
@@ -38,7 +40,7 @@ class SeparateHoppers(Body):
 
     @property
     def limbs(self) -> int:
-        return 2
+        return self.hoppers
 
     @property
     def rate_scale(self) -> jax.Array:
@@ -49,10 +51,10 @@ class SeparateHoppers(Body):
         return (State("hoppers_m", "Height of each [m].", lambda f: f.lane.moment.body.height),)
 
     def release(self, height_m, velocity_m_per_s, apart_m=0.0) -> HopperState:
-        gap = 0.5 * apart_m
+        places = np.linspace(-0.5, 0.5, self.hoppers)
         return HopperState(
-            jnp.stack([height_m - gap, height_m + gap]),
-            jnp.stack([velocity_m_per_s, velocity_m_per_s]),
+            jnp.stack([height_m + place * apart_m for place in places]),
+            jnp.stack([velocity_m_per_s] * self.hoppers),
         )
 
     def _ground(self, state: HopperState, ground_m) -> jax.Array:
