@@ -13,6 +13,7 @@ import warnings
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -21,6 +22,7 @@ from tegotae._support.errors import TegotaeError
 from tegotae._support.files import output_file, write_atomically
 from tegotae._support.optional_dependencies import require
 
+_Number = TypeVar("_Number", int, float)
 Column = npt.ArrayLike | Sequence[object]
 """The cells of a column: an array, or a list of numbers and texts."""
 
@@ -158,18 +160,21 @@ def number(text: str) -> float:
         >>> number("0.995")
         0.995
     """
-    return float(_plain_digits(text))
+    return _read(float, text, "number")
 
 
 def whole_number(text: str) -> int:
     """The same of a whole number."""
-    return int(_plain_digits(text))
+    return _read(int, text, "whole number")
 
 
-def _plain_digits(text: str) -> str:
+def _read(kind: type[_Number], text: str, what: str) -> _Number:
     if "_" in text:
-        raise ValueError(f"{reprlib.repr(text)} is no number: it has an underscore")
-    return text
+        raise ValueError(f"{reprlib.repr(text)} is no {what}: it has an underscore")
+    try:
+        return kind(text)
+    except ValueError:
+        raise ValueError(f"{reprlib.repr(text)} is no {what}") from None
 
 
 def numbers(cells: Iterable[str]) -> np.ndarray:

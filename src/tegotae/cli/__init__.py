@@ -33,7 +33,7 @@ def main(
         prog: the words that start the program.
 
     Raises:
-        SystemExit: of status 2 for arguments that do not make a command; of 0 after `--help`.
+        SystemExit: of status 0 after `--help`.
     """
     words = list(sys.argv[1:] if arguments is None else arguments)
     for switch, variable in (("--debug", DEBUG), ("--quiet", QUIET)):
@@ -78,8 +78,8 @@ def parsed(
         prog: the words before.
 
     Raises:
-        TegotaeError: for a command that is not there, with the nearest ones.
-        SystemExit: of status 2 for words that do not make a command; of 0 after `--help`.
+        TegotaeError: for words that do not make a command; with the nearest one.
+        SystemExit: of status 0 after `--help`.
 
     Example:
         >>> parsed(["models", "ART", "--json"]).json

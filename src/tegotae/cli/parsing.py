@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+import contextlib
+import io
+import os
 import re
 import warnings
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import tyro
 
+from tegotae._support.errors import TegotaeError
 from tegotae._support.tables import number, whole_number
-from tegotae.cli.program import Command, CommandGroup, in_name_only
+from tegotae.cli.program import Command, CommandGroup
 
 _CONFIG = (
     tyro.conf.FlagCreatePairsOff,
@@ -29,21 +33,51 @@ def parse(words: Sequence[str], entry: Command | CommandGroup, prog: str) -> Any
         prog: the words before.
 
     Raises:
-        SystemExit: of status 2 for words that do not make a command.
+        TegotaeError: for words that do not make a command.
     """
-    if isinstance(entry, Command):
-        return tyro.cli(
-            entry.load(), prog=prog, args=list(words), config=_CONFIG, registry=_NUMBERS
-        )
-    known = {name: in_name_only(command) for name, command in entry.commands.items()}
-    return tyro.extras.subcommand_cli_from_dict(
-        known,
-        prog=prog,
-        description=entry.summary,
-        args=list(words),
-        config=_CONFIG,
-        registry=_NUMBERS,
-    )
+    if isinstance(entry, CommandGroup):
+        listed = ", ".join(entry.commands)
+        given = f"{prog} has no option {words[0]!r}" if words else "no command is given"
+        raise TegotaeError(f"{given}; {prog} takes one of {listed}, or --help")
+    command = entry.load()
+    box = io.StringIO()
+    try:
+        with contextlib.redirect_stderr(box), _wide():
+            return tyro.cli(
+                command, prog=prog, args=list(words), config=_CONFIG, registry=_NUMBERS
+            )
+    except SystemExit:
+        raise TegotaeError(f"{_said(box.getvalue(), prog)}; see {prog} --help") from None
+
+
+@contextlib.contextmanager
+def _wide() -> Iterator[None]:
+    """A terminal so wide that no line of an error is broken."""
+    before = os.environ.get("COLUMNS")
+    os.environ["COLUMNS"] = "100000"
+    try:
+        yield
+    finally:
+        del os.environ["COLUMNS"]
+        if before is not None:
+            os.environ["COLUMNS"] = before
+
+
+def _said(box: str, prog: str) -> str:
+    """What tyro says in a box of several paragraphs, in one line."""
+    lines = re.sub(r"\x1b\[[\d;]*m", "", box).splitlines()[1:]
+    lines = ["" if set(line) <= set("╰─╯│- ") else line[2:].rstrip("│ ") for line in lines]
+    text = "\n".join(lines).partition("For full helptext")[0].strip("\n")
+    named = re.findall(r"^ {4}(\S.*)", text, re.MULTILINE)
+    first = " ".join(text.partition("\n\n")[0].split()).rstrip(".")
+    if first.startswith("Missing from"):
+        return f"{prog} needs {', '.join(named)}"
+    if wrong := re.match(r"Error parsing (\S+): (.*)", first):
+        given = re.search(r"\['(.*)'\]", wrong[2])  # as Python would write them
+        words = given and given[1].replace("', '", " ")
+        return f"{wrong[1]} is {words!r}; write {named[0]}" if words else f"{wrong[1]}: {wrong[2]}"
+    first = first.replace("1 values", "1 value")
+    return f"{first}; perhaps you meant {', '.join(named)}" if named else first
 
 
 _NUMBERS = tyro.constructors.ConstructorRegistry()

@@ -7,7 +7,7 @@ read from its source.
 from __future__ import annotations
 
 import ast
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from importlib import import_module
 from importlib.util import find_spec
@@ -57,13 +57,3 @@ class CommandGroup:
     def examples(self) -> tuple[str, ...]:
         """The first example of its first two commands."""
         return tuple(entry.examples[0] for entry in list(self.commands.values())[:2])
-
-
-def in_name_only(entry: Command | CommandGroup) -> Callable[[], None]:
-    """A stand-in with an entry's summary and without options, for a list of commands."""
-
-    def stand_in() -> None:
-        raise AssertionError(f"a stand-in was run: {entry.summary}")
-
-    stand_in.__doc__ = entry.summary
-    return stand_in

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import errno
 import os
 import sys
 import traceback
@@ -103,7 +104,8 @@ def _formatted(error: Exception) -> tuple[str, int]:
     if "RESOURCE_EXHAUSTED" in str(error):  # of a rollout, whose lanes and frames take it
         return _OUT_OF_DEVICE_MEMORY, UNUSABLE_INPUT
     if isinstance(error, OSError):
-        return str(error), NOT_WRITTEN
+        unusable = error.errno in (errno.ENAMETOOLONG, errno.ELOOP)  # a name that no file can have
+        return str(error), UNUSABLE_INPUT if unusable else NOT_WRITTEN
     first = (str(error).strip().splitlines() or [""])[0]
     what = f"{type(error).__name__}: {first}" if first else type(error).__name__
     hint = "" if is_debugging() else "run again with --debug for details, and "

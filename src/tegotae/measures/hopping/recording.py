@@ -235,9 +235,9 @@ def _checked_time(time_s: ArrayLike) -> np.ndarray:
             "it must increase"
         )
     mean = steps.mean()
-    uneven = np.abs(steps - mean) > _UNIFORM * mean
-    if uneven.any():
-        where = int(np.argmax(uneven))
+    uneven = np.abs(steps - mean)
+    where = int(np.argmax(uneven))
+    if uneven[where] > _UNIFORM * mean:
         raise TegotaeError(
             f"time_s has a step of {steps[where]:g} s at sample {where + 1}, the mean being "
             f"{mean:g} s; resample the recording to uniform times (--resample HZ)"
