@@ -43,9 +43,7 @@ def parse(words: Sequence[str], entry: Command | CommandGroup, prog: str) -> Any
     box = io.StringIO()
     try:
         with contextlib.redirect_stderr(box), _wide():
-            return tyro.cli(
-                command, prog=prog, args=list(words), config=_CONFIG, registry=_NUMBERS
-            )
+            return tyro.cli(command, prog=prog, args=list(words), config=_CONFIG, registry=_NUMBERS)
     except SystemExit:
         raise TegotaeError(f"{_said(box.getvalue(), prog)}; see {prog} --help") from None
 
