@@ -11,13 +11,11 @@ from contextlib import contextmanager, suppress
 from types import ModuleType
 from typing import TYPE_CHECKING
 
-from reproduction.record import Record
-from reproduction.runner import Results, WorkersDiedError, work_all
-from reproduction.unit import Unit
 from tegotae._support.documents import Document
 from tegotae._support.errors import TegotaeError
 from tegotae._support.optional_dependencies import require
 from tegotae._support.quiet import note
+from tegotae.study import Cell, Pool, Result, WorkersDiedError, measure_all
 
 if TYPE_CHECKING:
     from distributed import Client, Future
@@ -32,12 +30,12 @@ _LOOK_S = 5.0
 
 def on_cluster(
     address: str, timeout_s: float = _TIMEOUT_S, patience_s: float = _PATIENCE_S
-) -> Results:
+) -> Pool:
     """Do bundles on the Dask workers of the scheduler at `address`; `local` starts some here.
 
     Workers should have one thread each. Each computes as those of a run without Dask do, or refuses
-    (`runner.work_all`), so that every unit's numbers are the same. A bundle whose worker dies goes
-    to another.
+    (`tegotae.study.measure_all`), so that every unit's numbers are the same. A bundle whose worker
+    dies goes to another.
 
     Args:
         address: such as tcp://host:8786.
@@ -52,16 +50,16 @@ def on_cluster(
     if address != LOCAL:
         _knock(address, timeout_s, patience_s)
 
-    def results(work_to_do: Sequence[list[Unit]]) -> Generator[tuple[Unit, Record], None, None]:
+    def results(work: Sequence[Sequence[Cell]]) -> Generator[tuple[Cell, Result], None, None]:
         with _client(distributed, address, timeout_s) as client:
-            futures = {client.submit(work_all, bundle, pure=False): bundle for bundle in work_to_do}
+            futures = {client.submit(measure_all, bundle, pure=False): bundle for bundle in work}
             done = _as_they_come(distributed, client, futures, address, patience_s)
             while True:
                 try:
                     future = next(done, None)
                     if future is None:
                         return
-                    records = future.result()
+                    found = future.result()
                 except distributed.KilledWorker:
                     raise WorkersDiedError from None
                 except ImportError as error:
@@ -70,7 +68,7 @@ def on_cluster(
                     ) from None
                 except (distributed.CancelledError, distributed.comm.CommClosedError):
                     raise TegotaeError(f"the Dask scheduler at {address} went away") from None
-                yield from zip(futures[future], records, strict=True)
+                yield from zip(futures[future], found, strict=True)
 
     return results
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from reproduction.folder import Folder
 from reproduction.plan import united
-from reproduction.record import Record, write
+from reproduction.record import Record
 from reproduction.table import Table
 from reproduction.unit import key_of
 from tegotae._support import tables
@@ -124,7 +124,7 @@ def merge(source: Folder, target: Folder) -> int:
                 )
         lacking = [r for r in whole if key_of(r.configuration) not in there]
         for record in lacking:
-            write(record, target.records / f"{key_of(record.configuration)}{SUFFIX}")
+            record.result.write(target.records / f"{key_of(record.configuration)}{SUFFIX}")
     return len(lacking)
 
 

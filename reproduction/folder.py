@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import json
-import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, Protocol
@@ -12,16 +11,16 @@ from typing import Annotated, Protocol
 import msgspec
 
 from reproduction.plan import is_of, united
-from reproduction.record import Record, read, write
+from reproduction.record import Record, read
 from reproduction.unit import FORMAT, Unit, key_of
 from tegotae._support import documents
 from tegotae._support.documents import DamagedDocumentError, Document
-from tegotae._support.engines import require_engine
 from tegotae._support.errors import TegotaeError
 from tegotae._support.files import output_folder, write_atomically
 from tegotae._support.locks import locked
 from tegotae._support.workplace import STUDY, alone
-from tegotae.systems.study_records import SUFFIX, DamagedRecordError
+from tegotae.study import DamagedRecordError, Study
+from tegotae.systems.study_records import SUFFIX
 
 
 class Work(Protocol):
@@ -98,7 +97,6 @@ class Folder:
             TegotaeError: if it cannot be written, is in use, or holds another study.
         """
         with alone(self.path, STUDY, anew=anew):
-            self._clear()
             self._claim(plan)
             yield
 
@@ -160,36 +158,9 @@ class Folder:
             raise TegotaeError(f"{place} is damaged: {error}; choose another folder") from None
         return found
 
-    def place(self, unit: Unit) -> Path:
-        """Where a unit's record is or will be."""
-        return self.records / f"{unit.key}{SUFFIX}"
-
-    def has(self, unit: Unit) -> bool:
-        """Whether a unit's record is there and whole; a damaged one is set aside.
-
-        Raises:
-            TegotaeError: for a record that another engine made.
-        """
-        path = self.place(unit)
-        if not path.exists():
-            return False
-        try:
-            record = _named(path)
-        except DamagedRecordError as error:
-            aside = output_folder(self.path / "damaged")
-            os.replace(path, aside / path.name)
-            print(f"{error}; it is set aside in {aside} and done again")
-            return False
-        require_engine(
-            record.engine,
-            f"{self.path} holds a study",
-            "choose another folder, or start again with --anew",
-        )
-        return True
-
-    def add(self, unit: Unit, record: Record) -> None:
-        """Write a unit's record."""
-        write(record, self.place(unit))
+    def study(self, cells: Sequence[Unit]) -> Study:
+        """These units, measured into the folder's records."""
+        return Study(self.records, cells, suffix=SUFFIX)
 
     def all(self) -> tuple[list[Record], list[str]]:
         """The study's whole records, in the order of their names, and what is wrong with others.
@@ -223,13 +194,7 @@ class Folder:
             TegotaeError: if another run is at work in this folder.
         """
         with locked(self.path):
-            self._clear()
             yield
-
-    def _clear(self) -> None:
-        # Nobody else is here: half-written files are what a killed run left.
-        for leftover in self.records.glob(f".*{SUFFIX}.*"):
-            leftover.unlink(missing_ok=True)
 
 
 def _named(path: Path) -> Record:

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from functools import partial
 
 from reproduction.unit import FORMAT, Unit, metrics_document
-from tegotae._support.documents import Document
+from tegotae._support.documents import Document, differing
 from tegotae._support.errors import TegotaeError, require_count, unknown
 from tegotae.measures.evaluation import Protocol, require_evaluable
 from tegotae.measures.hopping.metric import Metric
@@ -20,7 +20,7 @@ from tegotae.measures.hopping.registry import measured_own
 from tegotae.measures.objectives.fitness import Fitness
 from tegotae.simulation.rollout import Timing
 from tegotae.systems.descriptions import describe
-from tegotae.systems.experiment import Experiment, differing
+from tegotae.systems.experiment import Experiment
 from tegotae.systems.models import Model, all_models, find
 from tegotae.training.algorithms import PGPE, Algorithm
 from tegotae.training.algorithms.document import algorithm_document

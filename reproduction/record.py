@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any
@@ -11,11 +10,10 @@ import msgspec
 import numpy as np
 
 from tegotae._support import documents
-from tegotae._support.arrays import with_checksum, write_arrays
 from tegotae._support.documents import Document
 from tegotae._support.engines import OF_EARLIER_FILES
+from tegotae.study import DamagedRecordError, Result
 from tegotae.systems.experiment import Experiment
-from tegotae.systems.study_records import DamagedRecordError, header_and_arrays
 
 _PLAIN = ("weights", "deviation", "best_fitness", "generations", "ended", "omega")
 """Entries of a record that are arrays."""
@@ -87,6 +85,14 @@ class Record:
         return Experiment.of(self.configuration["experiment"])
 
     @property
+    def result(self) -> Result:
+        """The record as a file holds it."""
+        arrays = {name: getattr(self, name) for name in _PLAIN}
+        for prefix, name in _NAMED.items():
+            arrays |= {f"{prefix}{key}": values for key, values in getattr(self, name).items()}
+        return Result(self.configuration, self.software, arrays)
+
+    @property
     def population(self) -> int:
         """Episodes of training per generation."""
         return self.configuration["algorithm"]["population"]
@@ -97,20 +103,6 @@ class Record:
         return self.configuration["budgets"]
 
 
-def write(record: Record, path: Path) -> None:
-    """Write a record, with a checksum over its content.
-
-    Raises:
-        TegotaeError: if it cannot be written, such as for want of space.
-    """
-    arrays = {name: getattr(record, name) for name in _PLAIN}
-    for prefix, name in _NAMED.items():
-        arrays |= {f"{prefix}{key}": values for key, values in getattr(record, name).items()}
-    header = {"configuration": record.configuration, "software": record.software}
-    text = json.dumps(header, sort_keys=True)
-    write_arrays(path, with_checksum(text, arrays))
-
-
 def read(path: Path) -> Record:
     """Read a record.
 
@@ -118,21 +110,27 @@ def read(path: Path) -> Record:
         DamagedRecordError: if it is no record, is cut short, or its checksum is wrong.
         TegotaeError: if it cannot be opened, such as without permission.
     """
-    header, arrays = header_and_arrays(path)
+    result = Result.read(path)
     try:
-        documents.fitted(header, _Header)
-        found: dict[str, Any] = {name: arrays[name] for name in _PLAIN}
-        found |= {name: _with_prefix(arrays, prefix) for prefix, name in _NAMED.items()}
-        record = Record(
-            header["configuration"],
-            header["software"],
-            **found,
-        )
-        _require_shapes(record)
-        return record
-    except Exception as error:  # a flipped bit in a zip archive may raise nearly anything
+        return record_of(result)
+    except Exception as error:  # whatever a file may hold
         why = (str(error).splitlines() or [type(error).__name__])[0]
         raise DamagedRecordError(f"{path.name} is damaged: {why}") from None
+
+
+def record_of(result: Result) -> Record:
+    """The record in a result.
+
+    Raises:
+        ValueError: if the result is that of no unit of a study.
+    """
+    header = {"configuration": result.document, "software": result.software}
+    documents.fitted(header, _Header)
+    entries: dict[str, Any] = {name: result.arrays[name] for name in _PLAIN}
+    entries |= {name: _with_prefix(result.arrays, prefix) for prefix, name in _NAMED.items()}
+    record = Record(result.document, result.software, **entries)
+    _require_shapes(record)
+    return record
 
 
 class _RecordedAlgorithm(msgspec.Struct):

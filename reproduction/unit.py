@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import dataclasses
-import hashlib
 import json
 import math
-from collections.abc import Iterable
+from collections.abc import Hashable, Iterable
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import NamedTuple
@@ -15,14 +14,16 @@ import numpy as np
 
 from reproduction import best_gait
 from reproduction.record import Record
-from tegotae._support.documents import Document
+from tegotae import study
+from tegotae._support.documents import CODE, Document
 from tegotae._support.errors import TegotaeError, require_count
 from tegotae.measures.evaluation import drawn_releases, evaluate, require_evaluable
 from tegotae.measures.hopping.metric import Metric
 from tegotae.measures.hopping.registry import built_in, code_noted
 from tegotae.simulation.integrators import PredictorCorrector
+from tegotae.study import Result
 from tegotae.systems.experiment import Experiment
-from tegotae.systems.registry import CODE
+from tegotae.systems.registry import parts_in, register
 from tegotae.systems.release import Release
 from tegotae.training.evolution import Evolution
 from tegotae.training.evolve import Curves
@@ -74,6 +75,30 @@ class Unit:
         return json.loads(json.dumps(document))
 
     @property
+    def name(self) -> str:
+        """The experiment's."""
+        return self.run.experiment.name
+
+    @property
+    def document(self) -> Document:
+        """All that decides the record's content (`configuration`)."""
+        return self.configuration
+
+    @property
+    def program(self) -> Hashable:
+        """Units of an equal value share a compiled program."""
+        return self.run.learner.program(self.run.experiment)
+
+    def prepare(self) -> None:
+        """Register a user's parts."""
+        for part in (*parts_in((self.run.experiment, self.run.learner.algorithm)), *self.metrics):
+            register(part)
+
+    def measure(self) -> Result:
+        """Train and evaluate."""
+        return work(self).result
+
+    @property
     def key(self) -> str:
         """The record's name: the experiment's, and a hash of the configuration."""
         return key_of(self.configuration)
@@ -101,9 +126,7 @@ def metrics_document(metrics: Iterable[Metric]) -> Document:
 
 def key_of(configuration: Document) -> str:
     """The name of a record with this configuration: the experiment's, and a hash of it all."""
-    canonical = json.dumps(configuration, sort_keys=True)
-    digest = hashlib.sha256(canonical.encode()).hexdigest()
-    return f"{configuration['experiment']['name']}-{digest[:12]}"
+    return study.key_of(configuration["experiment"]["name"], configuration)
 
 
 class _Learned(NamedTuple):

@@ -45,11 +45,12 @@ class MultiverseRun:
         from reproduction import runner
         from reproduction.readings.folder import MultiverseFolder
         from reproduction.readings.plan import UNITS_PER_BUNDLE, multiverse
+        from tegotae.study import on_cores
 
         plan = multiverse(self.scale, self.readings)
         if self.workers is not None:
             require_workers(self.workers)
-        results = partial(runner.on_cores, workers=self.workers)
+        results = partial(on_cores, workers=self.workers)
         if self.cluster is not None:
             from reproduction.cluster import on_cluster
 

@@ -56,11 +56,12 @@ class StudyRun(ExperimentOptions):
         from functools import partial
 
         from reproduction import runner
+        from tegotae.study import on_cores
 
         chosen = self.plan
         if self.workers is not None:
             require_workers(self.workers)
-        results = partial(runner.on_cores, workers=self.workers)
+        results = partial(on_cores, workers=self.workers)
         if self.cluster is not None:
             from reproduction.cluster import on_cluster
 

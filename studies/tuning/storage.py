@@ -14,13 +14,12 @@ from typing import IO, TYPE_CHECKING
 import msgspec
 
 from tegotae._support import documents
-from tegotae._support.documents import DamagedDocumentError, Json, JsonObject
+from tegotae._support.documents import DamagedDocumentError, Json, JsonObject, differing
 from tegotae._support.errors import TegotaeError
 from tegotae._support.files import output_file, output_folder
 from tegotae._support.locks import hold
 from tegotae._support.optional_dependencies import require
 from tegotae._support.workplace import earlier, move
-from tegotae.systems.experiment import differing
 
 if TYPE_CHECKING:
     from optuna.study import Study

@@ -22,11 +22,10 @@ from tegotae.analysis.generalisation import (
     Retention,
     disturbances_named,
     margins,
-    record,
     tried,
 )
 from tegotae.analysis.generalisation.retention import GaitRetention, Walked
-from tegotae.analysis.generalisation.run import generalise
+from tegotae.analysis.generalisation.run import Trial, generalise
 from tegotae.analysis.generalisation.table import curve, margin, write_tables
 from tegotae.analysis.generalisation.trial import check_levels
 from tegotae.cli import main
@@ -400,5 +399,5 @@ def test_who_is_held_over_the_control_period_is_tried_so():
     )
     assert held.timing.tick_s == 0.004
     assert held.phase_rad.tolist() == [1.0]
-    usual, own = (record.configuration(each, ()) for each in (hopper(), held))
+    usual, own = (Trial(each, ()).document for each in (hopper(), held))
     assert set(own) - set(usual) == {"integrator", "release"}

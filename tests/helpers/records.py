@@ -10,6 +10,7 @@ from reproduction.record import Record
 from reproduction.unit import Unit
 from tegotae._support.engines import selected
 from tegotae.measures.hopping.registry import names, range_of
+from tegotae.study import Result
 
 
 def made_up(unit: Unit, runs: int = 2) -> Record:
@@ -37,8 +38,8 @@ def made_up(unit: Unit, runs: int = 2) -> Record:
     )
 
 
-def instant(bundles: Iterable[Iterable[Unit]]) -> Iterator[tuple[Unit, Record]]:
+def instant(bundles: Iterable[Iterable[Unit]]) -> Iterator[tuple[Unit, Result]]:
     """Stands in for workers."""
     for bundle in bundles:
         for unit in bundle:
-            yield unit, made_up(unit)
+            yield unit, made_up(unit).result

@@ -16,7 +16,6 @@ import pytest
 import study_runs
 from places import ROOT
 from programs import main
-from reproduction import runner
 from reproduction.calibration.prior import PRIOR
 from reproduction.calibration.scores import JUDGED_AS
 from reproduction.claims.counting import Count
@@ -52,6 +51,7 @@ from reproduction.readings.verdicts import (
 )
 from reproduction.report.multiverse import counts_by_claim, shares_table
 from study_tables import results
+from tegotae import study
 from tegotae._support.errors import TegotaeError
 from tegotae.measures.hopping.registry import metrics
 from tegotae.measures.objectives.fitness import Fitness
@@ -264,7 +264,7 @@ def test_a_claim_is_judged_as_soon_as_all_of_its_models_are_there():
 
 def test_units_of_one_program_are_done_together_in_bundles_of_a_few():
     units = multiverse("full", 8).units
-    bundles = runner.bundles(units, 6)
+    bundles = study.bundles(units, 6)
     assert [unit for bundle in bundles for unit in bundle] == units
     assert max(map(len, bundles)) <= 6
     assert all(

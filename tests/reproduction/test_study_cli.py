@@ -22,7 +22,7 @@ from reproduction.claims.atomic import ATOMIC_CLAIMS
 from reproduction.claims.effect_table import effects_csv, read_effects
 from reproduction.folder import Folder
 from reproduction.plan import plan
-from reproduction.record import read, write
+from reproduction.record import read
 from reproduction.table import tabulate
 from reproduction.unit import key_of
 from tegotae import Hopper, find
@@ -53,7 +53,7 @@ def no_work(monkeypatch):
     def begin(*_, **__):
         raise AssertionError("work was begun before the input was checked")
 
-    monkeypatch.setattr(runner, "on_cores", begin)
+    monkeypatch.setattr("tegotae.study.on_cores", begin)
 
 
 def contents(folder: Path) -> dict[str, bytes]:
@@ -106,7 +106,7 @@ def test_a_study_may_have_experiments_beside_the_models_of_its_scale(half, capsy
     more = next(unit for unit in whole.units if unit.run.experiment is experiment)
     (source,) = half.glob("records/ART-*")
     record = dataclasses.replace(read(source), configuration=more.configuration)
-    runner.run(whole, half, lambda todo: ((unit, record) for [unit] in todo))
+    runner.run(whole, half, lambda todo: ((unit, record.result) for [unit] in todo))
     assert sorted(r.model for r in Folder(half).all()[0]) == [
         "ART-rF-tphif-w8",
         "V-sector-w8",
@@ -315,7 +315,7 @@ def test_a_record_under_a_wrong_name_is_damaged(half, smoke_study, capsys):
     assert main(["reproduction", "status", "--dir", str(half)]) == 0
     assert f"{wrong.name} is damaged: it holds another configuration" in capsys.readouterr().out
     known = {record.model: record for record in Folder(smoke_study).all()[0]}
-    runner.run(plan("smoke"), half, lambda todo: ((u, known["T-Fv"]) for [u] in todo))
+    runner.run(plan("smoke"), half, lambda todo: ((u, known["T-Fv"].result) for [u] in todo))
     assert "is set aside" in capsys.readouterr().out
     study_runs.assert_same(half, smoke_study)
 
@@ -338,7 +338,7 @@ def test_a_whole_record_of_other_settings_is_never_mixed_in(half, smoke_study, c
     experiment = {**record.configuration["experiment"], **change.get("experiment", {})}
     record.configuration.update({**change, "experiment": experiment})
     name = f"{key_of(record.configuration)}{SUFFIX}"
-    write(record, half / "records" / name)
+    record.result.write(half / "records" / name)
     found, said = Folder(half).all()
     assert sorted(r.model for r in found) == ["ART-rF-tphif-w8", "V-sector-w8"]
     assert said == [f"{name} is of another study; it is left out"]
@@ -403,7 +403,7 @@ def test_a_full_disk_keeps_what_is_done(smoke_study, tmp_path, monkeypatch):
         try:
             for bundle in bundles:
                 for unit in bundle:
-                    yield unit, known[unit.run.experiment.name]
+                    yield unit, known[unit.name].result
         finally:
             ended.append(True)
 
@@ -516,7 +516,7 @@ def test_a_study_without_records_has_no_table(half, one_line_error, tmp_path):
 def test_records_of_different_versions_are_told_of(half, tmp_path, capsys):
     path = study_runs.records(half)[0]
     record = read(path)
-    write(dataclasses.replace(record, software={**record.software, "jax": "0.0.1"}), path)
+    dataclasses.replace(record, software={**record.software, "jax": "0.0.1"}).result.write(path)
     export(half, tmp_path / "table.csv")
     assert (
         "the records were made with different versions of jax: 0.0.1, " in capsys.readouterr().out
@@ -534,7 +534,7 @@ def test_studies_of_different_engines_are_not_merged(half, smoke_study, one_line
     path = study_runs.records(half)[0]
     record = read(path)
     software = {name: x for name, x in record.software.items() if name != "engine"}
-    write(dataclasses.replace(record, software=software), path)  # of an earlier version
+    dataclasses.replace(record, software=software).result.write(path)  # of an earlier version
     said = one_line_error("reproduction", "merge", str(smoke_study), "--dir", str(half))
     assert "are of different engines, native and xla; they cannot be merged" in said
 
@@ -544,7 +544,7 @@ def test_other_numbers_at_equal_settings_are_told_of_in_a_merge(half, smoke_stud
     record = read(path)
     software = {**record.software, "numpy": "1.0"}
     other = dataclasses.replace(record, software=software, weights=record.weights + 1e-6)
-    write(other, path)
+    other.result.write(path)
     kept = path.read_bytes()
     assert main(["reproduction", "merge", str(smoke_study), "--dir", str(half)]) == 0
     first, last = capsys.readouterr().out.splitlines()

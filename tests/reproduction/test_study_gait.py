@@ -11,7 +11,7 @@ import pytest
 from records import made_up
 from reproduction import best_gait
 from reproduction.plan import plan
-from reproduction.record import Record, read, write
+from reproduction.record import Record, read
 from reproduction.report.models import pages_of_models
 from reproduction.table import tabulate
 from tegotae import TegotaeError
@@ -80,7 +80,7 @@ def test_without_an_episode_at_the_training_frequency_none_is_kept(evaluation):
 
 def test_it_is_in_the_file(evaluation, tmp_path):
     record = record_of(evaluation, 0.1, 0.2)
-    write(record, tmp_path / "a.npz")
+    record.result.write(tmp_path / "a.npz")
     np.testing.assert_equal(read(tmp_path / "a.npz").gait, record.gait)
 
 
@@ -119,7 +119,7 @@ def unpacked(packed: dict) -> np.ndarray:
 def test_of_a_record_that_an_earlier_version_wrote_it_is_rolled_out(
     evaluation, tmp_path, no_rollouts
 ):
-    write(dataclasses.replace(record_of(evaluation, 0.1, 0.2), gait={}), tmp_path / "a.npz")
+    dataclasses.replace(record_of(evaluation, 0.1, 0.2), gait={}).result.write(tmp_path / "a.npz")
     record = read(tmp_path / "a.npz")
     assert record.gait == {}
     with pytest.raises(RolledOutError):

@@ -17,11 +17,10 @@ from reproduction.record import (
     DamagedRecordError,
     Record,
     read,
-    write,
 )
 from reproduction.table import tabulate
 from reproduction.unit import work
-from tegotae import Timing
+from tegotae import Timing, study
 from tegotae._support.errors import TegotaeError
 from tegotae.measures.hopping.registry import names
 from tegotae.simulation.integrators import Hold
@@ -47,7 +46,7 @@ def folder(tmp_path: Path) -> Folder:
 
 def test_a_record_reads_back_as_it_was_written(tmp_path: Path) -> None:
     record = made_up(plan("smoke").units[0])
-    write(record, tmp_path / "a.npz")
+    record.result.write(tmp_path / "a.npz")
     assert same(read(tmp_path / "a.npz"), record)
 
 
@@ -113,7 +112,7 @@ def test_a_studys_folder_is_a_name_of_its_controllers(folder: Folder, tmp_path: 
 @pytest.mark.parametrize("damage", ["cut", "flipped", "foreign", "empty"])
 def test_a_damaged_record_is_found(tmp_path: Path, damage: str) -> None:
     path = tmp_path / "a.npz"
-    write(made_up(plan("smoke").units[0]), path)
+    made_up(plan("smoke").units[0]).result.write(path)
     content = bytearray(path.read_bytes())
     if damage == "cut":
         content = content[: len(content) // 2]
@@ -148,16 +147,16 @@ def test_running_again_does_only_what_is_missing(folder: Folder) -> None:
         yield from instant(bundles)
 
     chosen = plan("smoke")
-    folder.place(chosen.units[1]).unlink()
+    folder.study([]).place(chosen.units[1]).unlink()
     runner.run(chosen, folder.path, counting)
     assert [[unit.key for unit in bundle] for bundle in asked] == [[chosen.units[1].key]]
 
 
 def test_a_damaged_record_is_set_aside_and_done_again(folder: Folder, capsys) -> None:
     unit = plan("smoke").units[0]
-    folder.place(unit).write_bytes(b"half")
+    folder.study([]).place(unit).write_bytes(b"half")
     runner.run(plan("smoke"), folder.path, instant)
-    assert same(read(folder.place(unit)), made_up(unit))
+    assert same(read(folder.study([]).place(unit)), made_up(unit))
     assert len(list((folder.path / "damaged").iterdir())) == 1
     assert "is damaged" in capsys.readouterr().out
 
@@ -190,7 +189,7 @@ def test_the_paper_scale_is_the_papers() -> None:
     assert len(chosen.units) == 218
     assert chosen.seeds == 15
     # One compiled program per shape of model: ω_t is no part of it.
-    assert len(runner.bundles(chosen.units)) == 110
+    assert len(study.bundles(chosen.units)) == 110
 
 
 def test_every_architecture_is_in_the_quick_scale() -> None:

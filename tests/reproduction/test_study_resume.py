@@ -15,9 +15,9 @@ import study_runs
 from reproduction import runner
 from reproduction.folder import Folder
 from reproduction.plan import plan
-from reproduction.record import DamagedRecordError, read
-from reproduction.runner import WorkersDiedError
+from reproduction.record import read
 from tegotae._support.errors import TegotaeError
+from tegotae.study import DamagedRecordError, WorkersDiedError
 
 
 @pytest.mark.thorough
@@ -162,7 +162,7 @@ def test_workers_may_die_often_as_long_as_the_study_gets_on(smoke_study, tmp_pat
     def dying_after_one(bundles):
         for _ in range(3):
             for unit in bundles[0]:
-                yield unit, known[unit.run.experiment.name]
+                yield unit, known[unit.name].result
             raise WorkersDiedError
 
     assert runner.run(plan("smoke"), tmp_path / "study", dying_after_one) == 3

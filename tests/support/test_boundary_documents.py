@@ -21,7 +21,7 @@ from reproduction.folder import Folder
 from reproduction.plan import plan
 from reproduction.readings.folder import MultiverseFolder
 from reproduction.readings.plan import multiverse
-from reproduction.record import DamagedRecordError, read, write
+from reproduction.record import DamagedRecordError, read
 from tegotae import TegotaeError
 from tegotae._support import documents
 from tegotae._support.arrays import read_arrays
@@ -264,7 +264,7 @@ def written(folder: Path, **changes: Any) -> Path:
     import dataclasses
 
     record = dataclasses.replace(made_up(plan("smoke").units[0]), **changes)
-    write(record, folder / "a.npz")
+    record.result.write(folder / "a.npz")
     return folder / "a.npz"
 
 

@@ -6,7 +6,6 @@ import dataclasses
 import hashlib
 import sys
 from pathlib import Path
-from types import SimpleNamespace
 
 import pytest
 
@@ -16,12 +15,15 @@ from reproduction.plan import plan
 from studies.tuning import Task
 from studies.tuning.storage import opened
 from tegotae import TegotaeError, find
+from tegotae._support.documents import differing
 from tegotae._support.part_code import code_of_file
-from tegotae.analysis.generalisation import ControllersUnderTest, record
+from tegotae.analysis.generalisation import ControllersUnderTest
+from tegotae.analysis.generalisation.run import Trial
 from tegotae.cli import main
+from tegotae.study import Result
 from tegotae.systems import controller_file, registry
 from tegotae.systems.controller_set import ControllerSet
-from tegotae.systems.experiment import Experiment, differing
+from tegotae.systems.experiment import Experiment
 from tegotae.systems.user_objects import imported
 from tegotae.training.agents import AgentLearner
 from tegotae.training.folder import claim
@@ -238,7 +240,7 @@ def test_a_file_that_is_edited_while_a_study_runs_ends_it(users, tmp_path):
         (unit,) = bundles[0]
         found = unit.configuration  # of a worker that read the file after it was edited
         found["experiment"]["system"]["body"][registry.CODE] = "other"
-        yield unit, SimpleNamespace(configuration=found, model="edited")
+        yield unit, Result(found, {}, {})
 
     with pytest.raises(TegotaeError, match=f"another code of {users.body}: a file was edited"):
         runner.run(whole, tmp_path / "study", results)
@@ -268,7 +270,7 @@ def test_a_record_of_generalisation_is_one_of_its_code(users):
     def document():
         own = users.experiment
         tested = ControllersUnderTest(ControllerSet("edited", own.system, [[0.0]], ("0",)))
-        return record.configuration(tested, ())
+        return Trial(tested, ()).document
 
     before = document()
     users.edit("2.0")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import cast
 
@@ -28,7 +28,6 @@ from tegotae.systems.descriptions import (
     restore,
 )
 from tegotae.systems.earlier_files import experiment_document
-from tegotae.systems.registry import CODE
 from tegotae.systems.system import FIELDS, System
 
 GAINS = np.linspace(0.1, 12.0, 240)
@@ -233,70 +232,3 @@ def require_name(name: object) -> None:
             f"an experiment is called {name!r}; its name may have letters, digits and "
             ". _ + @ -, begins with a letter or a digit, and has 100 characters at most"
         )
-
-
-def differing(found: Json, wanted: Json) -> list[str]:
-    """Names of what differs between two documents, such as `fitness.work` or `code of MyTerm`.
-
-    Args:
-        found: a document, JSON values.
-        wanted: another one.
-
-    Example:
-        >>> differing({"seeds": 1, "body": {"mass_kg": 1}}, {"seeds": 1, "body": {"mass_kg": 2}})
-        ['body.mass_kg']
-        >>> differing({"kind": "MyTerm", "sha256": "a0"}, {"kind": "MyTerm", "sha256": "b1"})
-        ['code of MyTerm']
-    """
-    names = _differing(_without_code(found), _without_code(wanted))
-    theirs, ours = dict(_codes(found)), dict(_codes(wanted))
-    edited = [each for each in {**theirs, **ours} if theirs.get(each) != ours.get(each)]
-    # The code of a part that one of them lacks is not worth a word beside that.
-    return names + [f"code of {x}" for x in edited if not names or (x in theirs and x in ours)]
-
-
-def _codes(document: Json) -> Iterator[tuple[str, str]]:
-    """The hashes of the code in a document, by what they are of."""
-    if isinstance(document, list):
-        for each in document:
-            yield from _codes(each)
-    if not isinstance(document, Mapping):
-        return
-    code = document.get(CODE)
-    if isinstance(code, Mapping):
-        yield from ((str(what), str(each)) for what, each in code.items())
-    elif code is not None:
-        names = (document.get(key) for key in ("kind", "name", "algorithm"))
-        yield next((str(each) for each in names if each), "a part"), str(code)
-    for each in document.values():
-        yield from _codes(each)
-
-
-def _without_code(document: Json) -> Json:
-    if isinstance(document, list):
-        return [_without_code(each) for each in document]
-    if not isinstance(document, Mapping):
-        return document
-    return {name: _without_code(each) for name, each in document.items() if name != CODE}
-
-
-def _differing(found: Json, wanted: Json, name: str = "") -> list[str]:
-    if found == wanted:
-        return []
-    if isinstance(found, list) and isinstance(wanted, list) and len(found) == len(wanted):
-        inside = (_differing(a, b, name) for a, b in zip(found, wanted, strict=True))
-        return list(dict.fromkeys(each for names in inside for each in names))
-    if not isinstance(found, Mapping) or not isinstance(wanted, Mapping):
-        return [name]
-    if name.endswith("controller") or found.get("kind") != wanted.get("kind"):
-        return [name]
-    names = [
-        each
-        for key in {**wanted, **found}
-        for each in (
-            _differing(found[key], wanted[key], f"{name}.{key}" if name else key)
-            if key in found and key in wanted
-            else [f"{name}.{key}" if name else key]
-        )
-    ]
-    return [each.removeprefix("experiment.").removeprefix("system.") for each in names]

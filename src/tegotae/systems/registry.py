@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from functools import cache
 from typing import TypeGuard, TypeVar, cast
 
+from tegotae._support.documents import CODE
 from tegotae._support.errors import TegotaeError
 from tegotae._support.part_code import code_of
 from tegotae.measures.hopping import registry as metrics
@@ -43,9 +44,6 @@ _registered: dict[str, type] = {}
 _codes: dict[type, str | None] = {}
 """The code of each registered part as it was then, which is that of its file only until this is
 edited."""
-
-CODE = "sha256"
-"""What the code of a user's part is called in documents."""
 
 
 def register(part: P) -> P:

@@ -13,14 +13,14 @@ import msgspec
 import numpy as np
 
 from tegotae._support import documents
-from tegotae._support.documents import DamagedDocumentError, Json
+from tegotae._support.documents import DamagedDocumentError, Json, differing
 from tegotae._support.engines import OF_EARLIER_FILES, require_engine
 from tegotae._support.errors import TegotaeError
 from tegotae._support.files import write_atomically
 from tegotae.parts.controller import Controller
 from tegotae.systems import controller_file
 from tegotae.systems.controller_file import SavedController
-from tegotae.systems.experiment import Experiment, differing
+from tegotae.systems.experiment import Experiment
 from tegotae.training.trainable import Trainable
 
 

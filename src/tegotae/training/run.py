@@ -19,12 +19,11 @@ from typing import Generic, TypeVar
 import numpy as np
 
 from tegotae._support.arrays import read_arrays
-from tegotae._support.documents import DamagedDocumentError, JsonObject, fitted, parse
+from tegotae._support.documents import DamagedDocumentError, JsonObject, differing, fitted, parse
 from tegotae._support.errors import TegotaeError, require_count
 from tegotae._support.files import write_atomically
 from tegotae._support.progress import reporting
 from tegotae._support.workplace import TRAINING, alone
-from tegotae.systems.experiment import differing
 from tegotae.training.curve_file import is_earlier_format, write_curves
 from tegotae.training.evolution import Evolution
 from tegotae.training.folder import claim, save_controller

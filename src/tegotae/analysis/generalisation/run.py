@@ -2,29 +2,86 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator, Sequence
-from concurrent.futures import as_completed
-from contextlib import closing
+import hashlib
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 
+import numpy as np
+
 from tegotae._support.devices import available_cores
+from tegotae._support.documents import CODE, Document
+from tegotae._support.engines import selected
 from tegotae._support.errors import TegotaeError
-from tegotae._support.files import output_folder
-from tegotae._support.progress import reporting
-from tegotae._support.workers import Workers, WorkersDied
+from tegotae._support.part_code import code_of
 from tegotae._support.workplace import GENERALISATION, alone
 from tegotae.analysis.generalisation.disturbance import Disturbance
-from tegotae.analysis.generalisation.record import (
-    configuration,
-    place,
-    read,
-    write,
-)
 from tegotae.analysis.generalisation.trial import Retention, Tested, check_levels, tried
-from tegotae.simulation.native import forget_programs
+from tegotae.study import Result, Study, bundles, here, on_cores
+from tegotae.systems.descriptions import describe
 from tegotae.systems.registry import parts_in, register
 
 Done = tuple[Tested, Retention]
+
+FORMAT = 3
+"""Changed whenever the same configuration would give other numbers."""
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A set of controllers under some disturbances: a cell of a study.
+
+    Args:
+        tested: the controllers.
+        disturbances: under what; those that do not apply decide nothing.
+    """
+
+    tested: Tested
+    disturbances: tuple[Disturbance, ...]
+
+    @property
+    def name(self) -> str:
+        """The set's."""
+        return self.tested.name
+
+    @cached_property
+    def document(self) -> Document:
+        """All that decides what is measured, as JSON values."""
+        document = {
+            "format": FORMAT,
+            "name": self.name,
+            "weights": hashlib.sha256(
+                np.asarray(self.tested.weights, "float32").tobytes()
+            ).hexdigest(),
+            "runs": len(self.tested.weights),
+            "disturbances": [
+                _described(each) for each in self.disturbances if not self.tested.lacks(each)
+            ],
+            **self.tested.document,
+        }
+        return json.loads(json.dumps(document))
+
+    @property
+    def program(self) -> str:
+        """Sets of one structure share a compiled program."""
+        return repr((self.tested.controller, type(self.tested.body)))
+
+    def prepare(self) -> None:
+        """Register a user's parts."""
+        for part in parts_in((self.tested.controller, self.tested.body)):
+            register(part)
+
+    def measure(self) -> Result:
+        """What the controllers retain."""
+        outcome = tried(self.tested, self.disturbances)
+        arrays = {
+            name: values.astype("float32") if name in ("efficiency", "speed") else values
+            for name, values in outcome.columns.items()
+        }
+        left_out = {"left_out": np.array(json.dumps(outcome.left_out))}
+        return Result(self.document, {"engine": selected()}, arrays | left_out)
 
 
 def generalise(
@@ -51,30 +108,27 @@ def generalise(
         KeyboardInterrupt: after Ctrl-C; it says what is kept.
     """
     _check(controllers, disturbances)
+    trials = [Trial(tested, tuple(disturbances)) for tested in controllers]
+    remedy = "choose another folder with --out, or start again with --anew"
     with alone(out, GENERALISATION, anew=anew):
-        folder = output_folder(out / "records")
-        documents = [configuration(each, disturbances) for each in controllers]
-        places = [place(folder, document) for document in documents]
-        found = [read(path, each) for path, each in zip(places, documents, strict=True)]
-        missing = [i for i, outcome in enumerate(found) if outcome is None]
-        try:
-            with reporting("generalise", len(controllers)) as reporter:
-                done = len(controllers) - len(missing)
-                reporter.update(done, "done before" if done else "")
-                bundled = _bundles([(i, controllers[i]) for i in missing])
-                with closing(_worked(bundled, disturbances)) as outcomes:
-                    for number, outcome in outcomes:
-                        write(places[number], documents[number], outcome)
-                        found[number] = outcome
-                        done += 1
-                        reporter.update(done, controllers[number].name)
-        except KeyboardInterrupt:
-            kept = sum(outcome is not None for outcome in found)
-            raise KeyboardInterrupt(
-                f"interrupted; {out} keeps {kept} of {len(controllers)} controllers; the same "
-                "command continues from there"
-            ) from None
-    return [(each, x) for each, x in zip(controllers, found, strict=True) if x is not None]
+        study = Study(out / "records", trials, "generalise", "controllers", ".trial.npz", remedy)
+        cores = min(available_cores(), len(bundles(trials)))
+        study.run(here if cores <= 1 else on_cores)
+        return [
+            (trial.tested, _retention(result))
+            for trial, result in zip(trials, study.results(), strict=True)
+        ]
+
+
+def _retention(result: Result) -> Retention:
+    columns = dict(result.arrays)
+    return Retention(columns, json.loads(str(columns.pop("left_out"))))
+
+
+def _described(disturbance: Disturbance) -> Document:
+    code = code_of(type(disturbance))
+    noted = {} if code is None else {CODE: code}
+    return {"kind": type(disturbance).__name__, **noted, **describe(disturbance)}
 
 
 def _check(controllers: Sequence[Tested], disturbances: Sequence[Disturbance]) -> None:
@@ -96,53 +150,3 @@ def _check(controllers: Sequence[Tested], disturbances: Sequence[Disturbance]) -
         first = controllers[0]
         why = "; ".join(f"{each.name}: {first.lacks(each)}" for each in disturbances)
         raise TegotaeError(f"{first.name} can meet none of these conditions: {why}")
-
-
-Numbered = tuple[int, Tested]
-
-_BUNDLES_KEPT = 10
-"""After so many bundles compiled programs are forgotten: a hundred of them are GiB."""
-
-
-def _bundles(controllers: Sequence[Numbered]) -> list[list[Numbered]]:
-    """Sets in groups that share a compiled program."""
-    groups: dict[str, list[Numbered]] = {}
-    for number, tested in controllers:
-        groups.setdefault(repr((tested.controller, type(tested.body))), []).append((number, tested))
-    return list(groups.values())
-
-
-def _worked(
-    bundles: Sequence[list[Numbered]], disturbances: Sequence[Disturbance]
-) -> Generator[tuple[int, Retention], None, None]:
-    """The outcomes of bundles, as they come: on all cores if there are several of both."""
-    cores = min(available_cores(), len(bundles))
-    if cores <= 1:
-        for done, bundle in enumerate(bundles, 1):
-            for number, tested in bundle:
-                yield number, tried(tested, disturbances)
-            if done % _BUNDLES_KEPT == 0:
-                forget_programs()
-        return
-    with Workers(cores, 1) as pool:
-        pending = [pool.give(_bundle, bundle, disturbances) for bundle in bundles]
-        for future in as_completed(pending):
-            try:
-                yield from future.result()
-            except WorkersDied:
-                raise TegotaeError(
-                    "a worker died; is there enough memory? Finished work is kept, the same "
-                    "command continues from there"
-                ) from None
-
-
-def _bundle(
-    bundle: list[Numbered], disturbances: Sequence[Disturbance]
-) -> list[tuple[int, Retention]]:
-    """A bundle, by a worker: a process of its own."""
-    for part in parts_in(tuple((each.controller, each.body) for _, each in bundle)):
-        register(part)
-    try:
-        return [(number, tried(tested, disturbances)) for number, tested in bundle]
-    finally:
-        forget_programs()

@@ -1,0 +1,314 @@
+"""A study: cells, a measure of each, and a folder with one file a cell. Stopped, it goes on.
+
+A cell has a name, a document of all that decides its numbers, and a pure measure. What a folder
+lacks is measured, in this process or in any pool, and kept as it comes: a killed study loses what
+was in flight, and the same call goes on.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+from collections.abc import Callable, Generator, Hashable, Iterable, Sequence
+from concurrent.futures import as_completed
+from contextlib import closing
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Protocol, cast
+
+import numpy as np
+
+from tegotae._support import documents
+from tegotae._support.arrays import checksum, read_arrays, with_checksum, write_arrays
+from tegotae._support.devices import available_cores
+from tegotae._support.documents import Document
+from tegotae._support.engines import OF_EARLIER_FILES, require_engine
+from tegotae._support.errors import TegotaeError
+from tegotae._support.files import output_folder
+from tegotae._support.progress import reporting
+from tegotae._support.workers import Workers, WorkersDied
+from tegotae.simulation.native import forget_programs
+
+Arrays = dict[str, np.ndarray]
+
+MOST_BYTES = 2**28
+"""What a result may unpack to [bytes]."""
+_MOST_DEATHS = 5
+
+
+class DamagedRecordError(TegotaeError):
+    """A file that cannot be read, or does not hold what its name says."""
+
+
+class WorkersDiedError(Exception):
+    """Workers ended before their work did; it can be given to others."""
+
+
+class Cell(Protocol):
+    """What is measured once, and kept."""
+
+    @property
+    def name(self) -> str:
+        """What messages and progress call it."""
+        ...
+
+    @property
+    def document(self) -> Document:
+        """All that decides its numbers, as JSON values."""
+        ...
+
+    @property
+    def program(self) -> Hashable:
+        """Cells of an equal value share compiled programs, and go to one worker."""
+        ...
+
+    def prepare(self) -> None:
+        """Register what a worker process has to know before it measures."""
+        ...
+
+    def measure(self) -> Result:
+        """The numbers. Deterministic."""
+        ...
+
+
+@dataclass(frozen=True)
+class Result:
+    """What was measured of a cell.
+
+    Args:
+        document: of the cell that was measured.
+        software: versions of the programs that made it, and the engine.
+        arrays: by name.
+    """
+
+    document: Document
+    software: dict[str, str]
+    arrays: Arrays
+
+    def write(self, path: Path) -> None:
+        """Write it whole or not at all, with a checksum.
+
+        Raises:
+            TegotaeError: if it cannot be written, such as for want of space.
+        """
+        header = {"configuration": self.document, "software": self.software}
+        write_arrays(path, with_checksum(json.dumps(header, sort_keys=True), self.arrays))
+
+    @classmethod
+    def read(cls, path: Path) -> Result:
+        """The result in a file.
+
+        Raises:
+            DamagedRecordError: if it is no result, is cut short, or its checksum is wrong.
+            TegotaeError: if it cannot be opened, such as without permission.
+        """
+        try:
+            stream = path.open("rb")
+        except OSError as error:
+            raise TegotaeError(f"cannot read {path}: {error.strerror}") from None
+        try:
+            with stream:
+                arrays = read_arrays(stream, MOST_BYTES)
+            text, noted = str(arrays.pop("header")), str(arrays.pop("checksum"))
+            if noted != checksum(text, arrays):
+                raise ValueError("its checksum is wrong")
+            header = cast(Document, documents.parse(text))
+            return cls(header["configuration"], header["software"], arrays)
+        except Exception as error:  # a flipped bit in a zip archive may raise nearly anything
+            why = (str(error).splitlines() or [type(error).__name__])[0]
+            raise DamagedRecordError(f"{path.name} is damaged: {why}") from None
+
+
+Pool = Callable[[Sequence[Sequence[Any]]], Generator[tuple[Any, Result], None, None]]
+"""Measures bundles of cells somewhere, and yields cell and result as they come."""
+
+
+@dataclass(frozen=True)
+class Study:
+    """What is measured of which cells, in a folder of one file a cell.
+
+    Args:
+        folder: the files' folder.
+        cells: what is measured.
+        title: what progress calls it.
+        counted: what messages call the cells.
+        suffix: how a file's name ends.
+        remedy: what to do where the folder's results were made by another engine.
+
+    Example:
+        A study of one cell, which is measured once:
+
+        >>> import tempfile
+        >>> @dataclass(frozen=True)
+        ... class Square:
+        ...     x: float
+        ...     name, program = "square", None
+        ...     document = property(lambda self: {"x": self.x})
+        ...     def prepare(self): ...
+        ...     def measure(self):
+        ...         return Result(self.document, {}, {"square": np.array(self.x**2)})
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     study = Study(Path(folder), [Square(3.0)])
+        ...     study.run()
+        ...     float(study.results()[0].arrays["square"])
+        9.0
+    """
+
+    folder: Path
+    cells: Sequence[Cell]
+    title: str = "study"
+    counted: str = "models"
+    suffix: str = ".record.npz"
+    remedy: str = "choose another folder, or start again with --anew"
+
+    def run(self, pool: Pool | None = None, most: int | None = None) -> None:
+        """Measure what the folder lacks.
+
+        A worker that dies takes the work in flight with it, which is done again.
+
+        Args:
+            pool: where to measure; on all cores of this machine by default.
+            most: cells that are measured together at most.
+
+        Raises:
+            TegotaeError: if the folder cannot be written, a cell cannot be measured, or workers die
+                again and again.
+            KeyboardInterrupt: after Ctrl-C. This and the former say what is kept.
+        """
+        output_folder(self.folder)
+        for leftover in self.folder.glob(f".*{self.suffix}.*"):  # of a run that was killed
+            leftover.unlink(missing_ok=True)
+        missing = [cell for cell in self.cells if self.result(cell) is None]
+        total = len(self.cells)
+        try:
+            with reporting(self.title, total) as reporter:
+                reporter.update(total - len(missing), "done before" if total > len(missing) else "")
+                with closing(_persistently(missing, pool or on_cores, most)) as measured:
+                    for cell, result in measured:
+                        _require_same(cell, result)
+                        result.write(self.place(cell))
+                        missing.remove(cell)
+                        reporter.update(total - len(missing), cell.name)
+        except (TegotaeError, KeyboardInterrupt) as stop:
+            raise type(stop)(
+                f"{str(stop) or 'interrupted'}; {self.folder.parent} keeps "
+                f"{total - len(missing)} of {total} {self.counted}, the same command continues "
+                "from there"
+            ) from None
+
+    def results(self) -> list[Result]:
+        """The results that are there, in the order of the cells."""
+        return [found for cell in self.cells if (found := self.result(cell)) is not None]
+
+    def place(self, cell: Cell) -> Path:
+        """Where a cell's file is or will be."""
+        return self.folder / f"{key_of(cell.name, cell.document)}{self.suffix}"
+
+    def result(self, cell: Cell) -> Result | None:
+        """A cell's result; None if it is not there. A damaged file is set aside.
+
+        Raises:
+            TegotaeError: for a result that another engine made.
+        """
+        path = self.place(cell)
+        if not path.exists():
+            return None
+        try:
+            found = Result.read(path)
+            if found.document != json.loads(json.dumps(cell.document)):
+                raise DamagedRecordError(f"{path.name} is damaged: it holds another configuration")
+        except DamagedRecordError as error:
+            aside = output_folder(self.folder.parent / "damaged")
+            os.replace(path, aside / path.name)
+            print(f"{error}; it is set aside in {aside} and done again")
+            return None
+        made_by = found.software.get("engine", OF_EARLIER_FILES)
+        require_engine(made_by, f"{self.folder.parent} holds a study", self.remedy)
+        return found
+
+
+def key_of(name: str, document: Document) -> str:
+    """The name of a cell's file: its own, and a hash of its document."""
+    digest = hashlib.sha256(json.dumps(document, sort_keys=True).encode()).hexdigest()
+    return f"{Path(name).name}-{digest[:12]}"
+
+
+def bundles(cells: Iterable[Cell], most: int | None = None) -> list[list[Cell]]:
+    """Cells in groups that share a compiled program, of so many at most."""
+    groups: dict[Hashable, list[Cell]] = {}
+    for cell in cells:
+        groups.setdefault(cell.program, []).append(cell)
+    return [
+        group[i : i + (most or len(group))]
+        for group in groups.values()
+        for i in range(0, len(group), most or len(group))
+    ]
+
+
+def measure_all(cells: Sequence[Cell]) -> list[Result]:
+    """The results of a bundle, measured by a worker: a process of its own."""
+    for cell in cells:
+        cell.prepare()
+    try:
+        return [cell.measure() for cell in cells]
+    finally:
+        forget_programs()  # the programs of a bundle are no other's, and a hundred of them are GiB
+
+
+def here(work: Sequence[Sequence[Cell]]) -> Generator[tuple[Cell, Result], None, None]:
+    """Measure bundles in this process, one after the other."""
+    for bundle in work:
+        for cell in bundle:
+            yield cell, cell.measure()
+        forget_programs()
+
+
+def on_cores(
+    work: Sequence[Sequence[Cell]], workers: int | None = None
+) -> Generator[tuple[Cell, Result], None, None]:
+    """Measure bundles in worker processes of one core each, which compile while others compute.
+
+    Raises:
+        WorkersDiedError: if one of them dies; the others are ended.
+    """
+    size = min(workers or available_cores(), len(work))
+    with Workers(size, max(1, available_cores() // size)) as pool:
+        pending = {pool.give(measure_all, bundle): bundle for bundle in work}
+        for future in as_completed(pending):
+            try:
+                results = future.result()
+            except WorkersDied:
+                raise WorkersDiedError from None
+            yield from zip(pending[future], results, strict=True)
+
+
+def _persistently(
+    missing: list[Cell], pool: Pool, most: int | None
+) -> Generator[tuple[Cell, Result], None, None]:
+    """The results of what is missing, asked for again when workers die.
+
+    What is handed out is to be taken off `missing`.
+    """
+    deaths = 0
+    while missing:
+        try:
+            with closing(pool(bundles(missing, most))) as measured:
+                for cell, result in measured:
+                    yield cell, result
+                    deaths = 0
+        except WorkersDiedError:
+            deaths += 1
+            if deaths == _MOST_DEATHS:
+                raise TegotaeError(
+                    f"workers died {deaths} times without a result; is there enough memory?"
+                ) from None
+
+
+def _require_same(cell: Cell, result: Result) -> None:
+    """Raise `TegotaeError` if a worker, which reads a user's files itself, read other code."""
+    if names := documents.differing(result.document, json.loads(json.dumps(cell.document))):
+        raise TegotaeError(
+            f"{cell.name} was computed with another {', '.join(names)}: a file was edited "
+            "while the study ran"
+        )
