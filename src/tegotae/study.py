@@ -183,7 +183,7 @@ class Study:
         total = len(self.cells)
         try:
             with reporting(self.title, total) as reporter:
-                reporter.update(total - len(missing), "done before" if total > len(missing) else "")
+                reporter.update(total - len(missing), "done before")
                 with closing(_persistently(missing, pool or on_cores, most)) as measured:
                     for cell, result in measured:
                         _require_same(cell, result)

@@ -310,8 +310,8 @@ def test_a_record_that_cannot_be_read_is_not_called_damaged(
 
 def test_a_record_under_a_wrong_name_is_damaged(half, smoke_study, capsys):
     units = {unit.run.experiment.name: unit for unit in plan("smoke").units}
-    wrong = Folder(half).place(units["T-Fv"])
-    shutil.copy(Folder(half).place(units["V-sector-w8"]), wrong)
+    wrong = Folder(half).study([]).place(units["T-Fv"])
+    shutil.copy(Folder(half).study([]).place(units["V-sector-w8"]), wrong)
     assert main(["reproduction", "status", "--dir", str(half)]) == 0
     assert f"{wrong.name} is damaged: it holds another configuration" in capsys.readouterr().out
     known = {record.model: record for record in Folder(smoke_study).all()[0]}

@@ -303,7 +303,7 @@ def test_a_record_with_a_right_checksum_is_held_against_its_schema(tmp_path, cha
 def test_a_record_that_would_unpack_to_gigabytes_is_not_unpacked(tmp_path, monkeypatch):
     path = written(tmp_path, weights=np.zeros((2, 4_000_000)))
     assert path.stat().st_size < 200_000
-    monkeypatch.setattr("tegotae.systems.study_records.MOST_BYTES", 2**24)
+    monkeypatch.setattr("tegotae.study.MOST_BYTES", 2**24)
     monkeypatch.setattr(np, "load", lambda *_, **__: pytest.fail("it was unpacked"))
     with pytest.raises(DamagedRecordError, match=r"it unpacks to 61\.1 MiB, more"):
         read(path)

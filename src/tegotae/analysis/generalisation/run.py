@@ -6,7 +6,6 @@ import hashlib
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -46,7 +45,7 @@ class Trial:
         """The set's."""
         return self.tested.name
 
-    @cached_property
+    @property
     def document(self) -> Document:
         """All that decides what is measured, as JSON values."""
         document = {
