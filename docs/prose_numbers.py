@@ -86,10 +86,23 @@ def of_optimum(omega_t: float) -> float:
     return float(learned_runs(omega_t).optimum_share.mean())
 
 
-def readings(claim: str, verdict: str, but: int | None = None) -> int:
-    """In how many of the other readings a claim has a verdict, `but` one of them left out."""
+def readings(
+    claim: str, verdict: str = "", but: int | None = None, among: str | None = None
+) -> int:
+    """In how many of the other readings a claim has a verdict, or by default a number.
+
+    One of them may be left out (`but`), or only those count that the text allows (`among`, a
+    heading of `reproduction.readings.readings.ALLOWED`).
+    """
+    from reproduction.readings.readings import ALLOWED
+    from reproduction.readings.tables import read_tables
+
     rows = table("multiverse/effects").query("claim == @claim and omega_t == 'both'")
-    return int(((rows.verdict == verdict) & (rows.reading != but)).sum())
+    if among is not None:
+        every, _ = read_tables(KEPT / "multiverse")
+        rows = rows[[ALLOWED[among](every[n]) for n in rows.reading]]
+    said = rows.verdict == verdict if verdict else rows.effect.notna()
+    return int((said & (rows.reading != but)).sum())
 
 
 @cache

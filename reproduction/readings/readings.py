@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -259,6 +260,16 @@ CHOICES = (
     ),
 )
 """The choices that readings differ in, with their ranges and the reasons for these."""
+
+
+ALLOWED: Mapping[str, Callable[[Reading], bool]] = {
+    "Damper off in flight": lambda reading: reading.flight_damping == 0.0,
+    "and sector from 1.75π": lambda reading: (
+        reading.flight_damping == 0.0 and reading.sector_start == Reading.sector_start
+    ),
+}
+"""Readings that the paper's text allows: III-B switches the damper off in flight, and (6) prints
+where the sector starts. The calibration has other values of both, from the co-author's program."""
 
 
 def sample(count: int) -> list[Reading]:

@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 from reproduction.claims.counting import ALL, MEAN
-from reproduction.claims.findings import OPPOSITE, REPRODUCED, SELECTED_FOR, TOO_SMALL
+from reproduction.claims.findings import (
+    OPPOSITE,
+    REPRODUCED,
+    SELECTED_FOR,
+    TOO_SMALL,
+    Finding,
+)
 from reproduction.readings.designs import selecting
 from reproduction.readings.influence import decisive, influences
-from reproduction.readings.readings import Reading
+from reproduction.readings.readings import ALLOWED, Reading
 from reproduction.readings.verdicts import (
     CLAIMS,
     FindingsByReading,
@@ -27,7 +33,7 @@ def shares_table(
     readings: Sequence[Reading], by_reading: FindingsByReading, omega: str = ALL
 ) -> str:
     """A row per claim that a reading measures: in which share of readings it is reproduced, with a
-    95 % interval, and what decides.
+    95 % interval, in how many of those that the text allows, and what decides.
 
     Args:
         readings: all readings.
@@ -35,7 +41,13 @@ def shares_table(
         omega: on which ω_t, "both", "4" or "8".
     """
     has_own, selected = readings[0] == Reading(), selecting(readings)
+    allowed = {
+        heading: among
+        for heading, is_allowed in ALLOWED.items()
+        if len(among := {n for n, each in enumerate(readings) if is_allowed(each)}) < len(readings)
+    }
     head = ["", "The paper's words", "Reproduced", "Too small to tell", "Opposite"]
+    head += [f"{heading}: + / 0 / −" for heading in allowed]
     rows = [[*head, *(["Reading 0"] if has_own else []), "What decides (ρ)"]]
     for claim in CLAIMS:
         if not (found := of_claim(by_reading, claim.name, omega)):
@@ -52,6 +64,7 @@ def shares_table(
                 f"“{quoted(claim)}”<br>{described(claim.effect)}{of_runs}",
                 f"{SELECTED_FOR}: " * (claim.name in selected) + _share(each[REPRODUCED]),
                 *(_share(each[word]) for word in (TOO_SMALL, OPPOSITE)),
+                *(_counts(found[n] for n in found if n in among) for among in allowed.values()),
                 *own,
                 deciding.replace("-", "−") or "–",
             ]
@@ -71,12 +84,17 @@ def counts_by_claim(
     """
     found = {}
     for claim in CLAIMS:
-        each = shares(of_claim(by_reading, claim.name, omega).values())
-        if each[REPRODUCED].of:
-            counts = [str(each[word].count) for word in (REPRODUCED, TOO_SMALL, OPPOSITE)]
+        if counts := _counts(of_claim(by_reading, claim.name, omega).values()):
             chosen = f", {SELECTED_FOR}" if claim.name in selecting(readings) else ""
-            found[claim.name] = " / ".join(counts) + chosen
+            found[claim.name] = counts + chosen
     return found
+
+
+def _counts(found: Iterable[Finding]) -> str:
+    """How many readings agree, are too small to tell, and are opposite; nothing of none."""
+    each = shares(found)
+    words = (REPRODUCED, TOO_SMALL, OPPOSITE)
+    return " / ".join(str(each[word].count) for word in words) if each[REPRODUCED].of else ""
 
 
 def _share(share: Share) -> str:

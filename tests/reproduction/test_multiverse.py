@@ -34,6 +34,7 @@ from reproduction.readings.folder import MultiverseFolder
 from reproduction.readings.influence import decisive, influences
 from reproduction.readings.plan import multiverse
 from reproduction.readings.readings import (
+    ALLOWED,
     CHOICES,
     PLATEAU,
     Reading,
@@ -407,6 +408,15 @@ def test_a_column_counts_the_readings_of_each_claim(trained):
     assert sum(map(int, counts["art-cot"].split(" / "))) == len(readings)
     assert "pgpe-over-sac" not in counts, "no reading decides it"
     assert not [cell for cell in counts.values() if "selected for" in cell]
+
+
+def test_readings_that_the_text_allows_are_counted_beside_all():
+    readings, found = read_tables(ROOT / "docs" / "_static" / "multiverse")
+    assert [sum(map(allowed, readings)) for allowed in ALLOWED.values()] == [17, 11]
+    only = {number: found[number] for number in (0, 20)}  # 20 damps in flight
+    row = next(row for row in shares_table(readings, only).splitlines() if "learned-beats-v" in row)
+    assert row.endswith("| 0 / 0 / 1 | 0 / 0 / 1 | – |")
+    assert "Damper" not in shares_table(sample(24), only), "all of them are allowed"
 
 
 def test_readings_and_bodies_that_statements_chose_say_so():
