@@ -1,15 +1,19 @@
 """The documentation keeps its word: examples run, commands exist, pages build without a warning."""
 
 import importlib.util
+import re
 import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from pages import DOCS, blocks
 from programs import parsed, words_of
+from tegotae import build
 from tegotae.cli import split_parts
+from tegotae.systems.controller_file import FORMAT, VERSION, SavedController, described
 
 FOLDERS = (".", "extending", "gaits", "deploy", "guides")
 PAGES = sorted(page for folder in FOLDERS for page in (DOCS / folder).glob("*.md"))
@@ -55,6 +59,19 @@ def test_the_python_examples_of_a_page_run_from_top_to_bottom(page, tmp_path, mo
     module = importlib.util.module_from_spec(spec)
     monkeypatch.setitem(sys.modules, file.stem, module)
     spec.loader.exec_module(module)
+
+
+def test_the_page_on_controller_files_names_every_entry_of_one():
+    page = (DOCS / "deploy" / "controller-file.md").read_text(encoding="utf-8")
+    tables = re.findall(r"^\| entry.*\n\|[-|]+\n((?:\|.*\n)+)", page, re.M)
+    named = [re.findall(r"`(\w+)`", "".join(re.findall(r"^\|([^|]*)\|", x, re.M))) for x in tables]
+    document = described(
+        SavedController.of(build("ART"), np.zeros(build("ART").n_weights), 8.0), ""
+    )
+    system = document["system"]
+    assert named == [list(document), list(system), list(system["controller"])]
+    assert f'`"{FORMAT}"`, {VERSION} |' in page
+    assert list(system["controller"]["tegotae"])[:3] == ["action", "reaction", "gain"]
 
 
 def test_the_constant_push_does_what_the_fidelity_page_says(capsys):
