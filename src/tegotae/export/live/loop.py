@@ -228,7 +228,7 @@ class _Loop:
             column = self._read_columns[name]
             try:
                 column[self.done] = value
-            except (TypeError, ValueError):
+            except (TypeError, ValueError, OverflowError):
                 raise TegotaeError(
                     f"read gave {reprlib.repr(value)} for {name!r} at step {self.done}, and "
                     f"{'an array' if column.ndim > 1 else 'a number'} before"
@@ -238,7 +238,7 @@ class _Loop:
         """Room for what is read by a name."""
         try:
             shape = np.asarray(value, float).shape
-        except (TypeError, ValueError):
+        except (TypeError, ValueError, OverflowError):
             shape = None
         if shape not in ((), (1,), (self._live.limbs,)):
             raise TegotaeError(
@@ -293,8 +293,9 @@ def _safe_command(safe: np.ndarray | float, shape: tuple[int, ...]) -> np.ndarra
         TegotaeError: unless it is finite numbers of the command's shape.
     """
     try:
-        command = np.broadcast_to(np.asarray(safe, np.float32), shape).copy()
-    except (TypeError, ValueError):
+        with np.errstate(over="ignore"):  # what is infinite in float32 is refused below
+            command = np.broadcast_to(np.asarray(safe, float), shape).astype(np.float32)
+    except (TypeError, ValueError, OverflowError):
         command = np.full(shape, np.nan)
     if not np.isfinite(command).all():
         raise TegotaeError(
