@@ -36,6 +36,8 @@ _PANEL_IN, _LEGEND_IN = 1.0, 0.9
 """Height of a row of panels, and of what stands below them all [in]."""
 _WIDE = 0.8
 """Width of an architecture's bars together."""
+_LETTERS = 30
+"""Names of this length together stand side by side below a panel."""
 _LESS = 0.005
 """Share of runs without the metric that is too small to be mentioned."""
 
@@ -45,14 +47,12 @@ _OF_FORCE_ALONE = ("V", "VT", "A", "AT")
 
 
 def architectures(table: Table) -> tuple[str, ...]:
-    """What the figure has places for: what the paper shows, then all else that the table holds.
+    """What the table holds of what the paper shows, then all else that it holds.
 
-    That is models that learn A or R alone, and experiments beside the models. A table of these
-    experiments alone has no places for the paper's architectures.
+    That is models that learn A or R alone, and experiments beside the models.
     """
     held = dict.fromkeys(table["architecture"].tolist())
-    others = tuple(name for name in held if name not in ARCHITECTURES)
-    return (*ARCHITECTURES, *others) if len(table.of_the_paper()) or not others else others
+    return tuple(sorted(held, key=(*ARCHITECTURES, *held).index))
 
 
 def frequencies(table: Table) -> tuple[float | None, ...]:
@@ -134,7 +134,7 @@ def architectures_figure(table: Table) -> Figure:
             panel.tick_params(axis="x", length=0)
         for panel in panels[-1]:
             panel.set_xticks(range(len(names)), names)
-            if len(names) > len(ARCHITECTURES):  # there may be many, and long ones
+            if sum(map(len, names)) > _LETTERS:  # there may be many, and long ones
                 panel.tick_params(axis="x", labelrotation=90)
         figure.align_ylabels(panels[:, 0])
         named: list[Artist] = [
@@ -279,15 +279,14 @@ def pictograms_figure(table: Table | None = None) -> Figure:
     """Fig. 2, I: the architectures; vanilla terms in outline, learned ones filled.
 
     Args:
-        table: the study's runs; of the paper's models, those that it holds beside the paper's
-            figure are drawn, too.
+        table: the study's runs, for the paper's architectures that it holds; without it, for all.
     """
-    held = [] if table is None else table.of_the_paper()["architecture"].tolist()
-    names = tuple(dict.fromkeys((*ARCHITECTURES, *held)))
-    rows = -(-len(names) // len(ARCHITECTURES))
+    names = ARCHITECTURES if table is None else architectures(table.of_the_paper())
+    columns = min(len(names), len(ARCHITECTURES))
+    rows = -(-len(names) // columns)
     with styled():
-        figure = new_figure(PAGE_IN, 2.2 * rows)
-        panels = figure.subplots(rows, len(ARCHITECTURES)).flat
+        figure = new_figure(PAGE_IN * columns / len(ARCHITECTURES), 2.2 * rows)
+        panels = figure.subplots(rows, columns, squeeze=False).flat
         for panel, name in zip(panels, names, strict=False):
             _pictogram(panel, name)
         for panel in panels[len(names) :]:

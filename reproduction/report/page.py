@@ -90,7 +90,7 @@ def report(
         "runs": len(table),
         "without_cycle": int((table["limit_cycle_share"] == 0.0).sum()),
         "figures": [*_figures(table), *_optimum(records), *_convergence(records)],
-        "claims": _claims(found, experiments),
+        **_claims(found, experiments),
         "by_budget": _by_budget(budgets, table, selected),
         "endings": [
             [name, *dataclasses.astuple(found)]
@@ -116,22 +116,23 @@ def _figures(table: Table) -> list[JsonObject]:
     def one(caption: str, figure: Figure) -> JsonObject:
         return {"caption": caption, **embedded_figure(figure)}
 
-    return [
-        one(
-            "I. The architectures. Filled terms are learned networks, outlined ones are vanilla.",
-            pictograms_figure(table),
-        ),
+    found = []
+    if len(table.of_the_paper()):
+        caption = "I. The architectures. Filled terms are learned networks, outlined are vanilla."
+        found.append(one(caption, pictograms_figure(table)))
+    found.append(
         one(
             "II. Each metric per architecture and training frequency ω_t, with 95 % intervals over "
             "runs. Inputs of the actuation count alike. At the top, the share of runs [%] that do "
             "not define the metric, because they do not settle or recover.",
             architectures_figure(table),
-        ),
-        one(
-            f"III. Correlation of the metrics over all models; at least {MODELS} must define both.",
-            correlation_figure(table),
-        ),
-    ]
+        )
+    )
+    if len(table.per_model()) >= MODELS:
+        caption = "III. Correlation of the metrics over all models"
+        caption += f"; at least {MODELS} must define both."
+        found.append(one(caption, correlation_figure(table)))
+    return found
 
 
 def _measures(table: Table) -> dict[str, tuple[str, str]]:
@@ -176,20 +177,27 @@ def _convergence(records: list[Record]) -> list[JsonObject]:
     ]
 
 
-def _claims(found: list[Finding], experiments: Path | None) -> list[JsonObject]:
-    """The claims, a group after the other, the paper's account of itself first."""
-    return [
-        {"heading": heading, "claims": [_claim(finding, experiments) for finding in own]}
-        for heading, own in grouped(found).items()
-    ]
+def _claims(found: list[Finding], experiments: Path | None) -> JsonObject:
+    """The claims that are measured, a group after the other, the paper's account of itself first;
+    how many are not, and the commands that measure some of them."""
+    measured = [finding for finding in found if finding.outcome != NOT_MEASURED]
+    effects = [f.claim.effect for f in found if f.outcome == NOT_MEASURED]
+    commands = {
+        command_for(getattr(effect, "table", RIDGES), experiments): None
+        for effect in effects
+        if isinstance(effect, OfTrainings | OfGainMap)
+    }
+    return {
+        "claims": [
+            {"heading": heading, "claims": [_claim(finding) for finding in own]}
+            for heading, own in grouped(measured).items()
+        ],
+        "unmeasured": {"count": len(effects), "of": len(found), "commands": list(commands)},
+    }
 
 
-def _claim(finding: Finding, experiments: Path | None) -> JsonObject:
+def _claim(finding: Finding) -> JsonObject:
     claim, found = finding.claim, shown_effect(finding)
-    note = claim.note
-    if finding.outcome == NOT_MEASURED and isinstance(claim.effect, OfTrainings | OfGainMap):
-        command = command_for(getattr(claim.effect, "table", RIDGES), experiments)
-        note = f"not measured here; to measure: {command}"
     return {
         "name": claim.name,
         "title": claim.title,
@@ -203,7 +211,7 @@ def _claim(finding: Finding, experiments: Path | None) -> JsonObject:
         else [number(each) for each in (found.effect, found.low, found.high, found.size)],
         "outcome": finding.outcome,
         "ways": tally(finding),
-        "note": note,
+        "note": claim.note,
     }
 
 
