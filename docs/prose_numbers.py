@@ -36,6 +36,41 @@ def table(name: str) -> pd.DataFrame:
     return pd.read_csv(KEPT / f"{name}.csv", comment="#")
 
 
+def rows(name: str, **values: object) -> pd.DataFrame:
+    """The rows of a kept table whose columns have these values (of a list: any of them)."""
+    kept = table(name)
+    for column, value in values.items():
+        kept = kept[kept[column].isin(value if isinstance(value, list) else [value])]
+    return kept
+
+
+def cells(page: str, column: str, *row: str, part: int = 0) -> list[float]:
+    """One number of a column's cells in a table that a page includes, by its path without `.md`.
+
+    The rows are those that have all texts of `row` among their cells; `part` counts the numbers of
+    a cell. A column is named by the start of its head.
+    """
+    found, index, head = [], 0, ""
+    for line in (KEPT / f"{page}.md").read_text(encoding="utf-8").splitlines():
+        entries = [entry.strip(" `*") for entry in line.strip("| ").split("|")]
+        if not line.startswith("|"):
+            head = ""
+        elif not head:
+            head = line
+            index = next((i for i, x in enumerate(entries) if x.startswith(column)), -1)
+        elif index >= 0 and set(row) <= set(entries) and not set(line) <= set("|-: "):
+            found.append(float(re.findall(r"[−-]?\d+(?:\.\d+)?", entries[index])[part].replace("−", "-")))
+    if not found:
+        raise LookupError(f"{page}.md has no {column} in a row of {row}")
+    return found
+
+
+def cell(page: str, column: str, *row: str, part: int = 0) -> float:
+    """The number of `cells` in the one row that has these texts."""
+    (number,) = cells(page, column, *row, part=part)
+    return number
+
+
 def effect(study: str, claim: str, omega_t: str = "both") -> tuple[float, float, float]:
     """A claim's effect and its 95 % interval, counted as the study counts, at one ω_t or both."""
     rows = table(f"{study}/effects").query("claim == @claim and omega_t == @omega_t")
@@ -135,6 +170,50 @@ def over_best_vanilla(omega_t: float, resamples: int = 2000) -> tuple[float, flo
     ]
     low, high = np.percentile(drawn, (2.5, 97.5))
     return gain(ours, best), float(low), float(high)
+
+
+@cache
+def legs(family: str) -> pd.DataFrame:
+    """Evaluations of the learned legs' families, with their costs over that of the vanilla front.
+
+    `off` is the share by which the speed is off the wanted one, ω times 0.153.
+    """
+    from tegotae.measures.fronts import front
+
+    kept = table("learned_legs/range")
+    kept = kept[kept.cell.str.match(re.escape(family) + "[-+]")]
+    cost = front("quadruped-c", "vanilla").cost_at(kept.speed_m_per_s)
+    off = abs(kept.speed_m_per_s / (kept.omega * 1.2 * 0.4 / np.pi) - 1.0)
+    return kept.assign(of_front=kept.cost_of_transport / cost, off=off)
+
+
+def trots(family: str, share: float = 1.0) -> pd.Series:
+    """The ω at which this share of a learned family's sweeps trots, or more of them."""
+    kept = table("learned_legs/transitions")
+    kept = kept[kept.run.str.startswith(family + "-")]
+    trotting = (kept.gait == "trot").groupby(kept.omega).mean()
+    return trotting.index[trotting >= share].to_series()
+
+
+def legs_limit(feet: str = "ellipse") -> pd.DataFrame:
+    """The least costs of transport that are known for quadruped C, by speed."""
+    from tegotae.measures.gaits.limit import limit_table
+
+    kept = pd.DataFrame(limit_table())
+    return kept[kept.feet == feet]
+
+
+def searched(speed: float) -> float:
+    """What the search alone shows between its speeds: a straight line in log CoT, as for limits."""
+    kept = legs_limit().query("source == 'search'")
+    return float(np.exp(np.interp(speed, kept.speed, np.log(kept.cost_of_transport))))
+
+
+def front_cost(system: str, family: str, speed: float) -> float:
+    """The cost of transport of a kept front at a speed."""
+    from tegotae.measures.fronts import front
+
+    return float(front(system, family).cost_at(speed))
 
 
 def marks(text: str) -> Iterator[tuple[str, str]]:
