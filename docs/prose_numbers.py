@@ -59,7 +59,8 @@ def cells(page: str, column: str, *row: str, part: int = 0) -> list[float]:
             head = line
             index = next((i for i, x in enumerate(entries) if x.startswith(column)), -1)
         elif index >= 0 and set(row) <= set(entries) and not set(line) <= set("|-: "):
-            found.append(float(re.findall(r"[−-]?\d+(?:\.\d+)?", entries[index])[part].replace("−", "-")))
+            numbers = re.findall(r"-?\d+(?:\.\d+)?", entries[index].replace("−", "-"))
+            found.append(float(numbers[part]))
     if not found:
         raise LookupError(f"{page}.md has no {column} in a row of {row}")
     return found
@@ -193,6 +194,14 @@ def trots(family: str, share: float = 1.0) -> pd.Series:
     kept = kept[kept.run.str.startswith(family + "-")]
     trotting = (kept.gait == "trot").groupby(kept.omega).mean()
     return trotting.index[trotting >= share].to_series()
+
+
+def sweep(name: str, way: str, omega: float) -> pd.Series:
+    """The lag of LF, speed, cost and duty factor of one level of a sweep, medians over starts."""
+    kept = rows(f"gaits/findings-sweep-{name}", direction=way, omega_rad_per_s=omega)
+    duty = kept.filter(like="duty_factor").mean(axis=1)
+    kept = kept.assign(lag=kept.lag_cycles_LF, speed=kept.speed_m_per_s, duty=duty)
+    return kept.assign(cost=kept.cost_of_transport)[["lag", "speed", "cost", "duty"]].median()
 
 
 def legs_limit(feet: str = "ellipse") -> pd.DataFrame:
