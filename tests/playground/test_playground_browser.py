@@ -339,6 +339,17 @@ def test_a_phone_shows_every_picture_without_scrolling_sideways(browser, address
     assert inside == [True, 0]
 
 
+def test_the_ground_drops_in_sight_of_the_leg_on_a_phone(browser, address):
+    page = opened(browser, address, width=390)
+    inside = """
+        const seen = (each) => document.querySelector(each).getBoundingClientRect();
+        return ["#drop", ".stage"].map((each) => seen(each).top >= 0 && seen(each).bottom < 800);
+    """
+    assert page.execute_script(inside) == [True, True]
+    page.execute_script("document.querySelector('.plots').scrollIntoView()")
+    assert page.execute_script(inside)[0], "it stays above the pictures"
+
+
 def test_a_link_opens_the_page_as_it_was(browser, address):
     page = opened(browser, address)
     told(page, 'await playground.takeBody("quadruped"); playground.state.playing = false')
