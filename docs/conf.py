@@ -8,6 +8,7 @@ from sphinx.ext import napoleon
 from sphinx.util import logging
 
 import tegotae
+from tegotae.cli.cite import SOFTWARE
 
 sys.path.insert(0, str(Path(__file__).parent))
 sys.path.insert(0, str(Path(__file__).parents[1]))
@@ -16,8 +17,8 @@ from command_reference import command_reference
 from prose_numbers import stale
 
 project = "tegotae"
-author = "The tegotae developers"
-copyright = f"2025, {author}"
+(author,) = SOFTWARE.authors
+copyright = f"{SOFTWARE.year}, {author}"
 release = version = tegotae.__version__
 
 extensions = [

@@ -1,18 +1,28 @@
-"""What a study is of, in two sentences: its scale, and the body that all of its models have."""
+"""What a study is of, in two sentences: its scale, and its reading of what the paper omits."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from typing import Any
 
-_OF_BODY = (
-    ("mass_kg", "{:.3g} kg"),
-    ("rest_length_m", "a leg of {:.3g} m"),
-    ("stiffness_n_per_m", "{:.3g} N/m"),
-    ("damping_ns_per_m", "{:.3g} N s/m"),
-    ("max_force_n", "at most {:.3g} N"),
+from reproduction.readings.designs import selecting_body
+from tegotae._support.errors import TegotaeError
+from tegotae.parts.bodies import Hopper
+from tegotae.systems.models import all_models
+
+_VALUES = (
+    ("system.body.mass_kg", "a hopper of {:.3g} kg"),
+    ("system.body.rest_length_m", "a leg of {:.3g} m"),
+    ("system.body.stiffness_n_per_m", "{:.3g} N/m"),
+    ("system.body.damping_ns_per_m", "{:.3g} N s/m in stance"),
+    ("system.body.flight_damping_ns_per_m", "{:.3g} in flight"),
+    ("system.body.max_force_n", "at most {:.3g} N"),
+    ("system.release.height_m", "released at {:.3g} m"),
+    ("protocol.drop_m", "a drop of {:.3g} m"),
+    ("protocol.work", "{} work"),
+    ("objective.frequency_weight", "ΔΩ weighs {:.3g}"),
 )
-"""What is said of a hopper, in this order, by the key in its document."""
+"""What is said of a reading, in this order, by its place in the document of an experiment."""
 
 
 def about(document: Mapping[str, Any], models: int) -> str:
@@ -23,7 +33,7 @@ def about(document: Mapping[str, Any], models: int) -> str:
         models: how many models have a record.
 
     Returns:
-        A sentence on the scale; one on the body, if all experiments have the same hopper.
+        A sentence on the scale; one on the reading, as far as all experiments share it.
 
     Examples:
         >>> algorithm = {"name": "pgpe", "population": 32}
@@ -36,14 +46,39 @@ def about(document: Mapping[str, Any], models: int) -> str:
         f"{document['algorithm']['name']} with {document['algorithm']['population']} episodes a "
         f"generation, at most {document['stopping']['generations']} generations."
     )
-    return " ".join(filter(None, (scale, _body([*document["experiments"].values()]))))
+    return " ".join(filter(None, (scale, _reading([*document["experiments"].values()]))))
 
 
-def _body(experiments: list[Mapping[str, Any]]) -> str:
-    bodies = [e.get("system", {}).get("body") for e in experiments]
-    if not bodies or any(body != bodies[0] for body in bodies):
+def _reading(experiments: list[Mapping[str, Any]]) -> str:
+    """A sentence on the reading: its name, and the values that all experiments share."""
+    shared = {}
+    for place, words in _VALUES:
+        values = [_at(each, place) for each in experiments]
+        if values and values[0] is not None and all(value == values[0] for value in values):
+            shared[place] = values[0], words
+    if not any(place.startswith("system.body") for place in shared):
         return ""
-    body = bodies[0]
-    if not isinstance(body, Mapping) or any(key not in body for key, _ in _OF_BODY):
-        return ""
-    return f"The hopper: {', '.join(words.format(body[key]) for key, words in _OF_BODY)}."
+    said = ", ".join(words.format(value) for value, words in shared.values())
+    name = _name(experiments[0], {place: value for place, (value, _) in shared.items()})
+    return f"{name}: {said}."
+
+
+def _name(experiment: Mapping[str, Any], shared: Mapping[str, Any]) -> str:
+    own = all_models()["V-sector-w4"].experiment().document
+    if len(shared) == len(_VALUES) and all(_at(own, each) == shared[each] for each in shared):
+        return "The study's own reading"
+    try:
+        body = Hopper(**{k: v for k, v in experiment["system"]["body"].items() if k != "kind"})
+    except (TypeError, TegotaeError):
+        body = None
+    if body is None or not selecting_body(body):
+        return "A reading of its own"
+    against = " (damped in flight, though III-B of the paper switches that off)"
+    return "A calibrated reading" + against * bool(body.flight_damping_ns_per_m)
+
+
+def _at(document: Any, place: str) -> Any:
+    """An entry of a nested document; None where there is none."""
+    for key in place.split("."):
+        document = document.get(key) if isinstance(document, Mapping) else None
+    return document

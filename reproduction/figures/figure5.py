@@ -7,6 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
@@ -148,6 +150,9 @@ def policies_figure(panels: Sequence[PolicyPanel]) -> Figure:
             row, column = divmod(i, across)
             _surface(axes[2 * row, column], panel, column == 0)
             _cycle(axes[2 * row + 1, column], panel, column == 0, column == across - 1)
+        shade = ScalarMappable(Normalize(0.0, 1.0), SEQUENTIAL)
+        label, ticks = "force $F_a/\\alpha$ of the surfaces", (0.0, 0.5, 1.0)
+        figure.colorbar(shade, ax=axes, label=label, ticks=ticks, aspect=60, pad=0.02)
         figure.legend(
             handles=[
                 Line2D([], [], color=COLOURS[0], label="force $F_a/\\alpha$"),

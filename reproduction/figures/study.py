@@ -25,13 +25,16 @@ OBSERVATIONS = {"F": "$s = [F_k]$", "Fv": r"$s = [F_k, \dot y]$"}
 
 _NOTE = (
     "At the top: share of the runs in which the metric is undefined [%], as they have no limit "
-    "cycle or do not recover;\nthe bar is the mean of the others.  0: a bar without height.  "
+    "cycle or do not recover,\na line for each bar from left to right; the bar is the mean of the "
+    "others.  0: a bar without height.  "
     "–: undefined in all runs."
 )
-_ROOM = 1.3
+_ROOM = 1.4
 """Height of a panel over its highest bar, interval or limit: above is a strip of numbers."""
 _STRIP = 0.99
 """Where the numbers hang, as a share of a panel's height."""
+_LINE = 0.11
+"""Height of a line of numbers: those of neighbouring bars would touch in one."""
 _PANEL_IN, _LEGEND_IN = 1.0, 0.9
 """Height of a row of panels, and of what stands below them all [in]."""
 _WIDE = 0.8
@@ -96,14 +99,18 @@ def architecture_metrics(
     return found
 
 
-def architectures_figure(table: Table) -> Figure:
+def architectures_figure(table: Table, only: str = "") -> Figure:
     """Fig. 2, II: every metric per architecture and ω_t, in its unit, with 95 % intervals.
 
     The line in the panels of CoT⁻¹ is what is physically possible (`possible`); it is left out for
     another body or another definition of work than those whose optimum is known.
+
+    Args:
+        table: the study's runs.
+        only: the one metric that is drawn, such as `cot_inverse`; by default all of the figure's.
     """
     found = architecture_metrics(table)
-    shown = table.shown(FIGURE)
+    shown = [metric for metric in table.shown(FIGURE) if only in ("", metric.name)]
     limited = "optimum_share" in table.metrics and np.isfinite(table["optimum_share"]).any()
     omegas, names = frequencies(table), architectures(table)
     own = set(table.beside_the_paper()["architecture"].tolist())
@@ -224,7 +231,7 @@ def _bars(
         if share > _LESS:
             panel.text(
                 x,
-                _STRIP,
+                _STRIP - _LINE * i,
                 f"{100.0 * share:.0f}",
                 transform=panel.get_xaxis_transform(),
                 fontsize=4.5,

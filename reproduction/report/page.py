@@ -15,7 +15,14 @@ from reproduction.claims.counting import Count, with_sampled
 from reproduction.claims.designs import MODELS
 from reproduction.claims.effects import OfGainMap, OfTrainings
 from reproduction.claims.experiments import EXPERIMENTS, command_for
-from reproduction.claims.findings import NOT_MEASURED, Finding, findings
+from reproduction.claims.findings import (
+    NOT_MEASURED,
+    OPPOSITE,
+    REPRODUCED,
+    TOO_SMALL,
+    Finding,
+    findings,
+)
 from reproduction.claims.kept import RIDGES
 from reproduction.endings import endings_by_architecture
 from reproduction.figures.optimum import optimum_figure
@@ -89,6 +96,7 @@ def report(
         "software": records[0].software,
         "runs": len(table),
         "without_cycle": int((table["limit_cycle_share"] == 0.0).sum()),
+        "first": first_finding(found, table),
         "figures": [*_figures(table), *_optimum(records), *_convergence(records)],
         **_claims(found, experiments),
         "by_budget": _by_budget(budgets, table, selected),
@@ -110,6 +118,38 @@ def report(
     }
     page = files("reproduction.report").joinpath("page.html").read_text(encoding="utf-8")
     return filled(page, {"DATA": as_script(data)})
+
+
+_SAID = {
+    REPRODUCED: "Here it is so",
+    OPPOSITE: "Here it is the opposite",
+    TOO_SMALL: "Here it is too small to tell",
+}
+
+
+def first_finding(found: list[Finding], table: Table) -> JsonObject | None:
+    """The paper's main claim in a sentence, with its number, as the study counts, and its figure.
+
+    None of a study whose models do not measure it.
+    """
+    finding = next(each for each in found if each.claim.headline)
+    effect = next(iter(finding.by_count.values()))
+    if not effect.known:
+        return None
+    words = (REPRODUCED, TOO_SMALL, OPPOSITE)
+    ways = ", ".join(f"{word} in {finding.tally[word]}" for word in words)
+    title = finding.claim.title
+    numbers = f"{effect.effect:+.2f} [{effect.low:.2f}, {effect.high:.2f}], of {effect.size:.2f}"
+    return {
+        "sentence": f"The paper's main claim: {title}. {_SAID[finding.verdict(effect)]}.",
+        "number": numbers.replace("-", "−"),
+        "what": f"{described(finding.claim.effect)}, with its 95 % interval over runs. Of "
+        f"{finding.tally.total()} ways to count the same runs: {ways}.",
+        "figure": {
+            "caption": "CoT⁻¹ per architecture and training frequency ω_t, with 95 % intervals.",
+            **embedded_figure(architectures_figure(table, only="cot_inverse")),
+        },
+    }
 
 
 def _figures(table: Table) -> list[JsonObject]:

@@ -68,6 +68,8 @@ def test_the_version_and_its_date_are_one_in_all_places():
     assert latest is not None
     assert (version, date) == (__version__, latest[2]) == (latest[1], date)
     assert date.startswith(SOFTWARE.year)
+    notice = f"\nCopyright {SOFTWARE.year} {SOFTWARE.authors[0]}\n"
+    assert notice in (ROOT / "LICENSE").read_text(encoding="utf-8")
 
 
 def test_extras_are_named_with_their_sizes():

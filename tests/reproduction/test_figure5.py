@@ -40,6 +40,7 @@ def test_every_panel_has_its_surface_its_cycle_and_its_metrics(panels):
     assert [title.split(".")[0] for title in titles] == [number for number, *_ in PANELS]
     assert "CoT⁻¹ 0.25" in titles[0]
     assert "by feedback 0.07" in titles[0]
+    assert figure.axes[-1].get_ylabel() == "force $F_a/\\alpha$ of the surfaces"
 
 
 def test_the_table_beside_it_names_model_and_run(panels):

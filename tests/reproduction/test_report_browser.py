@@ -9,13 +9,17 @@ import numpy as np
 import pytest
 
 from browser import CHROMIUM, DRIVER, MISSING, chromium, prefer, requested, resize
+from places import ROOT
 from records import instant, made_up
 from reproduction import runner
 from reproduction.claims.atomic import ATOMIC_CLAIMS
+from reproduction.claims.counting import Count
 from reproduction.claims.experiments import EXPERIMENTS
+from reproduction.claims.findings import findings
+from reproduction.export import read_csv
 from reproduction.plan import plan
 from reproduction.record import Record
-from reproduction.report.page import report
+from reproduction.report.page import first_finding, report
 from reproduction.table import tabulate
 from tegotae._support.errors import TegotaeError
 from tegotae.figures.style import new_figure, save_figure
@@ -314,6 +318,22 @@ def test_who_prefers_less_motion_has_to_ask_for_it(page) -> None:
 
 
 # What it is made from.
+
+
+def test_it_begins_with_the_main_claim_its_number_and_its_figure(html):
+    table = read_csv(ROOT / "docs" / "_static" / "study" / "paper.csv")
+    found = findings(table, claims=ATOMIC_CLAIMS[:1], resamples=50, ways=[Count()])
+    first = first_finding(found, table)
+    assert first is not None
+    main = "The paper's main claim: learned feedback is more efficient than V. Here it is so."
+    assert first["sentence"] == main
+    assert str(first["number"]).startswith("+0.19 [0.1")
+    assert "Of 1 ways to count the same runs: reproduced in 1, " in str(first["what"])
+    sections = ("first", "claims-of-the-paper", "architectures")
+    order = [html.index(f'id="{name}"') for name in sections]
+    assert order == sorted(order)
+    three_models = findings(tabulate(RECORDS), claims=ATOMIC_CLAIMS[:1], resamples=50)
+    assert first_finding(three_models, tabulate(RECORDS)) is None
 
 
 def test_every_picture_is_part_of_the_page(html) -> None:

@@ -18,6 +18,7 @@ import study_runs
 from places import ROOT
 from programs import main
 from reproduction import runner
+from reproduction.about import about
 from reproduction.claims.atomic import ATOMIC_CLAIMS
 from reproduction.claims.effect_table import effects_csv, read_effects
 from reproduction.folder import Folder
@@ -62,6 +63,16 @@ def contents(folder: Path) -> dict[str, bytes]:
         for path in folder.rglob("*")
         if path.is_file() and path.name != ".lock"
     }
+
+
+CALIBRATED = {
+    "mass_kg": 0.06861,
+    "stiffness_n_per_m": 4.38103,
+    "damping_ns_per_m": 0.343426,
+    "flight_damping_ns_per_m": 0.343426,
+    "max_force_n": 1.23844,
+    "rest_length_m": 0.6331,
+}
 
 
 def export(folder: Path, out: Path, *more: str) -> Path:
@@ -274,7 +285,33 @@ def test_a_report_leaves_a_damaged_record_out_and_says_so(damaged, monkeypatch, 
     models, scale, body = (damaged / "report.html").read_text().split(": ", 2)
     assert (models, scale) == ("T-Fv V-sector-w8", "Scale smoke")
     assert body.startswith("2 models, ")
-    assert body.endswith("The hopper: 0.1 kg, a leg of 1 m, 5 N/m, 0.2 N s/m, at most 4 N.")
+    reading = "The study's own reading: a hopper of 0.1 kg, a leg of 1 m, 5 N/m, "
+    assert f" {reading}0.2 N s/m in stance, 0 in flight, at most 4 N, released at 1.2 m, " in body
+    assert body.endswith(" a drop of 0.2 m, absolute work, ΔΩ weighs 1.")
+
+
+@pytest.mark.parametrize(
+    ("changed", "name"),
+    [
+        ({}, "The study's own reading"),
+        ({"mass_kg": 0.2}, "A reading of its own"),
+        (CALIBRATED, "A calibrated reading (damped in flight, though III-B of the paper"),
+    ],
+)
+def test_a_report_names_the_reading_that_it_is_of(changed, name):
+    document = plan("smoke").document
+    for experiment in document["experiments"].values():
+        experiment["system"]["body"] |= changed
+    assert f". {name}" in about(document, 3)
+
+
+def test_what_experiments_do_not_share_is_not_said_of_all():
+    document = plan("smoke").document
+    first, *_ = document["experiments"].values()
+    first["system"]["body"]["mass_kg"] = 0.2
+    said = about(document, 3)
+    assert "A reading of its own: a leg of 1 m, " in said
+    assert " kg" not in said
 
 
 def test_a_whole_record_replaces_a_damaged_one_in_a_merge(damaged, smoke_study, tmp_path, capsys):
