@@ -204,6 +204,14 @@ def sweep(name: str, way: str, omega: float) -> pd.Series:
     return kept.assign(cost=kept.cost_of_transport)[["lag", "speed", "cost", "duty"]].median()
 
 
+def crossing(name: str, gait: str, over: str) -> float:
+    """Where a gait's largest multiplier last passes 1, on the line between two values."""
+    kept = rows(f"gaits/{name}", gait=gait).dropna(subset="largest")
+    x, above = kept[over].to_numpy(), kept.largest.to_numpy() - 1.0
+    at = int(np.flatnonzero(above[1:] * above[:-1] < 0)[-1])
+    return float(x[at] - above[at] * (x[at + 1] - x[at]) / (above[at + 1] - above[at]))
+
+
 def legs_limit(feet: str = "ellipse") -> pd.DataFrame:
     """The least costs of transport that are known for quadruped C, by speed."""
     from tegotae.measures.gaits.limit import limit_table
