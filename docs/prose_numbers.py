@@ -204,11 +204,11 @@ def sweep(name: str, way: str, omega: float) -> pd.Series:
     return kept.assign(cost=kept.cost_of_transport)[["lag", "speed", "cost", "duty"]].median()
 
 
-def crossing(name: str, gait: str, over: str) -> float:
-    """Where a gait's largest multiplier last passes 1, on the line between two values."""
+def crossing(name: str, gait: str, over: str, rises: bool) -> float:
+    """Where a gait's largest multiplier rises through 1, or falls, on the line between two values."""
     kept = rows(f"gaits/{name}", gait=gait).dropna(subset="largest")
     x, above = kept[over].to_numpy(), kept.largest.to_numpy() - 1.0
-    at = int(np.flatnonzero(above[1:] * above[:-1] < 0)[-1])
+    (at,) = np.flatnonzero((above[1:] * above[:-1] < 0) & ((above[1:] > 0) == rises))
     return float(x[at] - above[at] * (x[at + 1] - x[at]) / (above[at + 1] - above[at]))
 
 
@@ -226,11 +226,11 @@ def searched(speed: float) -> float:
     return float(np.exp(np.interp(speed, kept.speed, np.log(kept.cost_of_transport))))
 
 
-def front_cost(system: str, family: str, speed: float) -> float:
-    """The cost of transport of a kept front at a speed."""
+def kept_front(system: str, family: str = "vanilla") -> pd.DataFrame:
+    """The points of a kept front, by speed."""
     from tegotae.measures.fronts import front
 
-    return float(front(system, family).cost_at(speed))
+    return pd.DataFrame(front(system, family).columns)
 
 
 def marks(text: str) -> Iterator[tuple[str, str]]:
