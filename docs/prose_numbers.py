@@ -205,7 +205,7 @@ def sweep(name: str, way: str, omega: float) -> pd.Series:
 
 
 def crossing(name: str, gait: str, over: str, rises: bool) -> float:
-    """Where a gait's largest multiplier rises through 1, or falls, on the line between two values."""
+    """Where a gait's largest multiplier rises through 1, or falls, between two values."""
     kept = rows(f"gaits/{name}", gait=gait).dropna(subset="largest")
     x, above = kept[over].to_numpy(), kept.largest.to_numpy() - 1.0
     (at,) = np.flatnonzero((above[1:] * above[:-1] < 0) & ((above[1:] > 0) == rises))
