@@ -212,12 +212,33 @@ def crossing(name: str, gait: str, over: str, rises: bool) -> float:
     return float(x[at] - above[at] * (x[at + 1] - x[at]) / (above[at + 1] - above[at]))
 
 
+def ticks(tick: float, column: str) -> float:
+    """The largest error of a walker's tick: paths at all ω, gaits from ω = 2.1 on."""
+    kept = table("gaits/legs_validation_ticks")
+    kept = kept[np.isclose(kept.tick, tick, atol=1e-4)]
+    paths = column in ("place_error", "phase_error_rad", "load_error")
+    return float(kept[column][(kept.omega > 2.0) | paths].abs().max())
+
+
 def legs_limit(feet: str = "ellipse") -> pd.DataFrame:
     """The least costs of transport that are known for quadruped C, by speed."""
     from tegotae.measures.gaits.limit import limit_table
 
     kept = pd.DataFrame(limit_table())
     return kept[kept.feet == feet]
+
+
+def over_bound(kept: pd.DataFrame) -> pd.Series:
+    """The costs of kept gaits over the proved bound for their longest stances."""
+    from tegotae.measures.gaits.limit import bound
+    from tegotae.parts.bodies import Walker
+
+    return kept.cost_of_transport / bound(Walker(), kept.speed, kept.longest_stance)
+
+
+def stage(name: str, speed: float) -> float:
+    """The cost that a stage of the search for the limit reached at a speed."""
+    return rows("legs_limit/stages", stage=name, speed=speed).cost_of_transport.item()
 
 
 def searched(speed: float) -> float:
