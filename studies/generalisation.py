@@ -17,6 +17,8 @@ from pathlib import Path
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
 
 from kept import write_rows, write_text
 from reproduction.plan import plan
@@ -177,8 +179,13 @@ def margins_figure(moves: Sequence[dict], keeps: Sequence[dict]) -> Figure:
             ax.set_axis_off()
         handles, labels = axes[0].get_legend_handles_labels()
         named = dict(zip(labels, handles, strict=True))
-        handles, labels = named.values(), named.keys()
-        figure.legend(handles, labels, title="more than half", loc="outside lower center", ncols=2)
+        named["up to the next level, which half fail"] = Patch(fc="white", ec="0.4", lw=0.6)
+        named["95 % interval of the end"] = Line2D([], [], color="black", lw=0.7)
+        named["undisturbed"] = Line2D([], [], color="black", lw=0.8, ls=":")
+        title = "more than half of the runs, up to the end of the bar"
+        figure.legend(
+            list(named.values()), list(named), title=title, loc="outside lower center", ncols=5
+        )
     return figure
 
 

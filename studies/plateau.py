@@ -16,6 +16,7 @@ import csv
 import io
 import itertools
 import sys
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -83,7 +84,7 @@ class Plateau:
     """Folder of table and figure."""
 
     tables_only: bool = False
-    """Only print the means of the table that is there."""
+    """Only write the means and the figure of the table that is there."""
 
     def run(self) -> None:
         """Do it all."""
@@ -114,11 +115,11 @@ class Plateau:
         writer.writerows(rows)
         write_atomically(self.out / "plateau.csv", stream.getvalue())
         self._tell()
-        save_figure(draw(curves), self.out / "plateau.png")
 
     def _tell(self) -> None:
-        """Write the means of the kept table, as the docs show them."""
+        """Write the means of the kept table, and its figure, as the docs show them."""
         rows = read_csv(self.out / "plateau.csv", COLUMNS)
+        save_figure(draw(rows), self.out / "plateau.png")
         models = list(dict.fromkeys(rows["model"]))
         lines = ["| | " + " | ".join(f"{m}, 5120 | 15 360" for m in models) + " |"]
         lines.append("|-" * (1 + 2 * len(models)) + "|")
@@ -195,27 +196,28 @@ def _rows(
     return rows
 
 
-def draw(curves: dict[tuple[str, str], tuple[np.ndarray, np.ndarray]]) -> Figure:
-    """A panel a model: the mean over runs of the best fitness so far, a line a setting."""
-    models = list(dict.fromkeys(model for _, model in curves))
+def draw(table: Mapping[str, np.ndarray]) -> Figure:
+    """A panel a model, a row a setting: the best fitness of every run at the end, and the means
+    over runs there and after 5120 episodes."""
+    models, names = (list(dict.fromkeys(table[name])) for name in ("model", "setting"))
     with styled():
-        figure = new_figure(PAGE_IN, 2.8)
-        # More settings than colours: what follows is dashed.
-        styles = [{"color": colour, "ls": dash} for dash in ("-", "--") for colour in COLOURS]
+        figure = new_figure(PAGE_IN, 0.9 + 0.22 * len(names))
         panels = figure.subplots(1, len(models), sharey=True, squeeze=False)[0]
         for panel, model in zip(panels, models, strict=True):
-            names = [name for name, of in curves if of == model]
-            for name, style in zip(names, styles, strict=False):
-                episodes, best = curves[name, model]
+            for row, name in enumerate(names):
+                of = (table["setting"] == name) & (table["model"] == model)
                 # What does not hop yet would drown what does.
-                mean = np.maximum(best, 0.0).mean(axis=1)
-                panel.plot(episodes, mean, lw=1.2, label=name, **style)
-            panel.set_xscale("log")
+                early, last = (np.maximum(numbers(table[at][of]), 0.0) for at in ("5120", "15360"))
+                panel.plot(last, np.full(len(last), row), ".", color="0.6", ms=3)
+                panel.plot(early.mean(), row, "|", color=COLOURS[1], ms=9, mew=1.6)
+                panel.plot(last.mean(), row, "|", color=COLOURS[0], ms=9, mew=1.6)
             panel.set_title(model, loc="left", fontsize=8)
-            panel.set_xlabel("episodes")
-        panels[0].set_ylabel("best fitness so far [m/J]")
-        handles, labels = panels[0].get_legend_handles_labels()
-        figure.legend(handles, labels, loc="outside lower center", ncols=5)
+            panel.set_xlabel("best fitness [m/J]")
+            panel.tick_params(axis="y", length=0)
+        panels[0].set_yticks(range(len(names)), names)
+        panels[0].invert_yaxis()
+        means = ("a run after 15 360 episodes", "mean after 5120", "mean after 15 360")
+        figure.legend(panels[0].lines[:3], means, loc="outside lower center", ncols=3)
     return figure
 
 

@@ -88,7 +88,9 @@ def optimum_figure(
                 "color": colours[number % len(colours)],
             }
             if name in points:
-                left.plot(*points[name], mew=0, alpha=0.8, label=literal(name), **style)
+                if len(points[name][0]) == 1:  # one among many
+                    style |= {"ms": 7, "mec": "white", "mew": 0.6, "zorder": 5}
+                left.plot(*points[name], **{"mew": 0, "alpha": 0.9} | style, label=literal(name))
             if name in longer:
                 label = literal(f"{name}, cycle of several hops")
                 left.plot(*longer[name], mew=0.6, mfc="none", label=label, **style)

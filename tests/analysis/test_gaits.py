@@ -437,6 +437,11 @@ def test_every_gait_has_a_colour():
         assert gait_colour(name)
 
 
+def test_each_gait_of_a_quadruped_has_a_colour_of_its_own():
+    names = {pattern.name for pattern in PATTERNS if len(pattern.lags) == 4}
+    assert len({gait_colour(name) for name in names}) == len(names) > 5
+
+
 @pytest.mark.parametrize(
     "name",
     [

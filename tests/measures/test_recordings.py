@@ -290,6 +290,10 @@ def test_the_picture_shows_what_was_measured(settled, wandering, with_phase):
     found = settled if with_phase else wandering
     figure = recording_figure(found, rest_length_m=1.0, note="walk")
     assert len(figure.axes) == (5 if with_phase else 4)
+    if not with_phase:  # each apex over the one before, about the diagonal
+        section = figure.axes[2]
+        assert section.get_xlim() == section.get_ylim()
+        assert section.get_box_aspect() == 1.0
     tables = recording_tables(found)
     assert set(tables) == {"frames", "hops", "spectrum"}
     assert len(tables["hops"]["apex_height_m"]) == len(found.hops.time_s)

@@ -126,21 +126,26 @@ def _draw_section(axes: Axes, measured: Measured, with_phase: bool) -> None:
     else:
         across, up, inside = height[:-1], height[1:], inside[1:]
         axes.set_xlabel("height of the apex before [m]")
-        if len(up):
-            axes.axline((up[0], up[0]), slope=1.0, color="0.6", lw=0.6)
     axes.set_ylabel("height of the apex y [m]")
     if not len(up):
         axes.text(0.5, 0.5, "no hops", transform=axes.transAxes, ha="center", color="0.4")
         return
-    axes.plot(across, up, color="0.8", lw=0.5)
+    if with_phase:
+        axes.plot(across, up, color="0.8", lw=0.5)
     axes.plot(across, up, ".", color="0.5", ms=4)
     axes.plot(across[inside], up[inside], ".", color=COLOURS[0], ms=5)
     # A cycle is a point: the axes show at least a centimetre, or noise would look like a gait.
-    low, high = axes.get_ylim()
-    if high - low < 0.01:
-        axes.set_ylim(float(np.mean(up)) - 0.005, float(np.mean(up)) + 0.005)
+    shown = up if with_phase else np.append(up, across)
+    middle = 0.5 * float(shown.min() + shown.max())
+    room = max(0.55 * float(np.ptp(shown)), 0.005)
+    axes.set_ylim(middle - room, middle + room)
     if with_phase:
         phase_ticks(axes.xaxis)
+        return
+    # On the diagonal an apex is as high as the one before.
+    axes.set(xlim=axes.get_ylim(), box_aspect=1.0)
+    axes.axline((middle, middle), slope=1.0, color="0.6", lw=0.6, ls="--", label="as high")
+    axes.legend()
 
 
 def _draw_spectrum(axes: Axes, measured: Measured) -> None:

@@ -25,7 +25,9 @@ _GREYS = {
 }
 _ORDER = {"in phase": 0, "antiphase": 1, "pronk": 0, "bound": 1, "pace": 4, "trot": 5}
 _ORDER |= {"lateral-sequence walk": 3, "diagonal-sequence walk": 6, "transverse gallop": 7}
-_ORDER |= {"rotary gallop": 2, "canter": 7, "tripod": 5, "tetrapod": 4, "metachronal wave": 3}
+_ORDER |= {"rotary gallop": 2, "canter": 8, "tripod": 5, "tetrapod": 4, "metachronal wave": 3}
+
+_COLOURS = (*COLOURS, "#8C510A")
 
 MARKERS = ("o", "s", "^", "D", "v", "P", "X", "<")
 """Of gaits or legs, for those who do not distinguish colours."""
@@ -41,7 +43,7 @@ THIN: Any = {"hatch_linewidth": 0.4, "hatchcolor": "0.3"}
 
 def gait_colour(name: str) -> str:
     """A gait's colour; a grey for what has no name."""
-    return _GREYS[name] if name in _GREYS else COLOURS[_ORDER[name]]
+    return _GREYS[name] if name in _GREYS else _COLOURS[_ORDER[name]]
 
 
 def gait_marker(name: str) -> str:

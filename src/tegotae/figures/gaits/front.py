@@ -12,8 +12,8 @@ from tegotae.figures.style import COLUMN_IN, new_figure, styled
 from tegotae.systems.tuned import FORCED
 
 _FREE = ("vanilla", "cosine", "vanilla ellipse")
-_SHADES = ("0.0", "0.45", "0.7")
-"""Their greys: colours are those of gaits."""
+_SHADES = ("0.3", "0.55", "0.75")
+"""Their greys: colours, and black, are those of gaits."""
 
 
 def front_figure(table: Mapping[str, np.ndarray], note: str = "") -> Figure:
