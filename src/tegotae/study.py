@@ -13,7 +13,7 @@ import os
 from collections.abc import Callable, Generator, Hashable, Iterable, Sequence
 from concurrent.futures import as_completed
 from contextlib import closing
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Protocol, cast
 
@@ -23,7 +23,7 @@ from tegotae._support import documents
 from tegotae._support.arrays import checksum, read_arrays, with_checksum, write_arrays
 from tegotae._support.devices import available_cores
 from tegotae._support.documents import Document
-from tegotae._support.engines import OF_EARLIER_FILES, require_engine
+from tegotae._support.engines import OF_EARLIER_FILES, require_engine, selected
 from tegotae._support.errors import TegotaeError
 from tegotae._support.files import output_folder
 from tegotae._support.progress import reporting
@@ -78,7 +78,7 @@ class Result:
 
     Args:
         document: of the cell that was measured.
-        software: versions of the programs that made it, and the engine.
+        software: versions of the programs that made it. A study adds the engine.
         arrays: by name.
     """
 
@@ -137,7 +137,7 @@ class Study:
         remedy: what to do where the folder's results were made by another engine.
 
     Example:
-        A study of one cell, which is measured once:
+        A study of one cell, measured in this process:
 
         >>> import tempfile
         >>> @dataclass(frozen=True)
@@ -150,7 +150,7 @@ class Study:
         ...         return Result(self.document, {}, {"square": np.array(self.x**2)})
         >>> with tempfile.TemporaryDirectory() as folder:
         ...     study = Study(Path(folder), [Square(3.0)])
-        ...     study.run()
+        ...     study.run(here)
         ...     float(study.results()[0].arrays["square"])
         9.0
     """
@@ -251,7 +251,7 @@ def measure_all(cells: Sequence[Cell]) -> list[Result]:
     for cell in cells:
         cell.prepare()
     try:
-        return [cell.measure() for cell in cells]
+        return [_measured(cell) for cell in cells]
     finally:
         forget_programs()  # the programs of a bundle are no other's, and a hundred of them are GiB
 
@@ -260,8 +260,14 @@ def here(work: Sequence[Sequence[Cell]]) -> Generator[tuple[Cell, Result], None,
     """Measure bundles in this process, one after the other."""
     for bundle in work:
         for cell in bundle:
-            yield cell, cell.measure()
+            yield cell, _measured(cell)
         forget_programs()
+
+
+def _measured(cell: Cell) -> Result:
+    """The numbers of a cell, and the engine that made them."""
+    result = cell.measure()
+    return replace(result, software={"engine": selected()} | result.software)
 
 
 def on_cores(

@@ -53,6 +53,8 @@ def test_words_that_make_no_command_are_refused_with_what_was_meant(
 ):
     if columns:
         monkeypatch.setenv("COLUMNS", columns)
+    else:
+        monkeypatch.delenv("COLUMNS", raising=False)
     found = one_line_error(*words)
     assert said in found
     assert len(found) < 640

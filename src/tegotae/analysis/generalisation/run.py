@@ -12,7 +12,6 @@ import numpy as np
 
 from tegotae._support.devices import available_cores
 from tegotae._support.documents import CODE, Document
-from tegotae._support.engines import selected
 from tegotae._support.errors import TegotaeError
 from tegotae._support.part_code import code_of
 from tegotae._support.workplace import GENERALISATION, alone
@@ -80,7 +79,7 @@ class Trial:
             for name, values in outcome.columns.items()
         }
         left_out = {"left_out": np.array(json.dumps(outcome.left_out))}
-        return Result(self.document, {"engine": selected()}, arrays | left_out)
+        return Result(self.document, {}, arrays | left_out)
 
 
 def generalise(
