@@ -152,7 +152,7 @@ def policies_figure(panels: Sequence[PolicyPanel]) -> Figure:
             _cycle(axes[2 * row + 1, column], panel, column == 0, column == across - 1)
         shade = ScalarMappable(Normalize(0.0, 1.0), SEQUENTIAL)
         label, ticks = "force $F_a/\\alpha$ of the surfaces", (0.0, 0.5, 1.0)
-        figure.colorbar(shade, ax=axes, label=label, ticks=ticks, aspect=60, pad=0.02)
+        figure.colorbar(shade, ax=axes, label=label, ticks=ticks, shrink=0.5)
         figure.legend(
             handles=[
                 Line2D([], [], color=COLOURS[0], label="force $F_a/\\alpha$"),

@@ -385,7 +385,8 @@ def test_what_is_no_table_is_refused(trained, tmp_path, one_line_error, name, co
 
 @pytest.mark.parametrize(("name", "row"), [("readings.csv", "0"), ("effects.csv", "0, omega_t")])
 def test_a_row_that_is_there_twice_is_refused(trained, tmp_path, one_line_error, name, row):
-    write_tables(*trained, tmp_path)
+    readings, found = trained
+    write_tables(readings, found, tmp_path)
     lines = (tmp_path / name).read_text().splitlines()
     (tmp_path / name).write_text("\n".join([*lines, lines[1]]) + "\n")
     words = ["reproduction", "readings", "figures", str(tmp_path), "--out", str(tmp_path / "out")]
