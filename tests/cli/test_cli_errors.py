@@ -31,7 +31,9 @@ def test_without_a_subcommand_they_are_listed(one_line_error):
     [
         (["simulate", "--sgima", "2"], "--sgima, 2; perhaps you meant --sigma FLOAT"),
         (["simulate", "--duration", "long"], "--duration is 'long'; write --duration FLOAT"),
-        (["simulate", "--duration"], "Missing value for argument '--duration'. Expected 1 value;"),
+        (["simulate", "--duration"], "--duration has no value; see tegotae simulate --help"),
+        (["generalise", "V", "--conditions", "--json"], "--conditions has no value"),
+        (["gait", "sweep", "bar", "--levels", "1"], "for argument '--levels'. Expected 2 values"),
         (["simulate", "paper", "extra"], "Unrecognized options: extra"),
         (["simulate", "--omega", "1_0"], "--omega is '1_0'"),
         (["train", "ART", "--seeds", "1_0"], "'1_0' is no whole number: it has an underscore"),
@@ -45,6 +47,7 @@ def test_without_a_subcommand_they_are_listed(one_line_error):
         (["benchmarks", "--lanes", "1e3"], "--lanes: '1e3' is no whole number; see python -m"),
         (["models", "x" * 999, "y" * 999], "Unrecognized options: "),
         (["simulate", "x" * 999], "File name too long"),
+        (["--parts", "tests", "models"], "there is no module tests; for a file write FILE.py:OBJECT"),
     ],
 )
 @pytest.mark.parametrize("columns", ["20", None])
@@ -70,10 +73,18 @@ def test_words_that_make_no_command_are_refused_with_what_was_meant(
         (["train", "ART", "--vary", "mass_kg=0.0_8:0.1"], "is no condition"),
         (["generalise", "V", "--conditions", "delay=0.0_1/0.02"], "has no levels"),
         (["simulate", "front:quadruped-c/0.4_0"], "is no speed"),
+        (["generalise", "V-sector-w4", "--conditions", ""], "no condition is called ''; some that"),
+        (["gait", "front", "quadruped-c", "--walkers", "10000000000"], "it must be at most 1000000"),
+        (["simulate", "{empty}:nothing"], "is called 'nothing'; there is none"),
     ],
 )
-def test_words_that_nothing_is_called_by_are_refused_in_one_line(one_line_error, words, said):
-    assert said in one_line_error(*words)
+def test_words_that_nothing_is_called_by_are_refused_in_one_line(
+    one_line_error, tmp_path, monkeypatch, words, said
+):
+    monkeypatch.chdir(tmp_path)  # a folder of results is made here
+    empty = tmp_path / "nothing_in_it.py"
+    empty.touch()
+    assert said in one_line_error(*(word.format(empty=empty) for word in words))
 
 
 def explanation(capsys, *words: str) -> str:

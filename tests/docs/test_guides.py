@@ -14,6 +14,7 @@ import pytest
 
 from pages import DOCS, blocks
 from programs import main, parsed, words_of
+from tegotae import TegotaeError
 from tegotae.cli.commands import COMMANDS
 from tegotae.cli.program import Command
 
@@ -106,7 +107,7 @@ def test_every_command_and_option_is_in_the_reference(reference, name):
     (own,) = re.findall(rf"^## `tegotae {name}`\n(.*?)(?=^## |\Z)", reference, re.M | re.S)
     for option in options(name):
         assert f"`--{option}" in own or f"`{option.upper()}" in own or f"[{option.upper()}" in own
-    with pytest.raises(SystemExit):
+    with pytest.raises(TegotaeError):
         parsed([name, "--no-such-option-at-all"])
 
 

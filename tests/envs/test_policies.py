@@ -350,7 +350,7 @@ def test_a_policy_beside_a_controllers_options_is_refused(one_line_error):
     said = one_line_error(
         "figure", "surface", "--policy", "no.zip", "--sigma", "2", "--out", "x.png"
     )
-    assert "sigma belongs to a controller" in said
+    assert "--sigma belongs to a controller" in said
 
 
 @pytest.mark.parametrize(

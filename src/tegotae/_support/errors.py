@@ -132,5 +132,5 @@ def unknown(kind: str, name: str, known: Iterable[str]) -> TegotaeError:
     alike = (difflib.get_close_matches(name[:100], by_letters[x], n=3, cutoff=0.0) for x in near)
     close = [each for group in alike for each in group][:3]
     listed = f"{'some that are' if len(known) > 12 else 'known'}: {', '.join(known[:12])}"
-    hint = f"did you mean {', '.join(close)}?" if close else listed
+    hint = f"did you mean {', '.join(close)}?" if close else listed if known else "there is none"
     return TegotaeError(f"no {kind} is called {reprlib.repr(name)}; {hint}")

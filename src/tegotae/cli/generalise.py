@@ -54,7 +54,7 @@ class Generalise(PictureFormat):
         from tegotae.analysis.generalisation import disturbances_named
 
         names = [name for words in self.conditions for name in words.split(",")]
-        chosen = disturbances_named(filter(None, names))
+        chosen = disturbances_named(names)
         if self.list:
             _print_conditions(chosen)
             return

@@ -9,6 +9,7 @@ import re
 import warnings
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import tyro
@@ -40,6 +41,10 @@ def parse(words: Sequence[str], entry: Command | CommandGroup, prog: str) -> Any
         given = f"{prog} has no option {words[0]!r}" if words else "no command is given"
         raise TegotaeError(f"{given}; {prog} takes one of {listed}, or --help")
     command = entry.load()
+    takes = {name for each in options_of(command) if each.value for name in each.names}
+    for word, after in pairwise((*words, "--")):
+        if word in takes and after.startswith("--"):
+            raise TegotaeError(f"{word} has no value; see {prog} --help")
     box = io.StringIO()
     try:
         with contextlib.redirect_stderr(box), _wide():
@@ -74,7 +79,6 @@ def _said(box: str, prog: str) -> str:
         given = re.search(r"\['(.*)'\]", wrong[2])  # as Python would write them
         words = given and given[1].replace("', '", " ")
         return f"{wrong[1]} is {words!r}; write {named[0]}" if words else f"{wrong[1]}: {wrong[2]}"
-    first = first.replace("1 values", "1 value")
     return f"{first}; perhaps you meant {', '.join(named)}" if named else first
 
 

@@ -122,7 +122,8 @@ def _file(path: Path) -> ModuleType:
 
 def _module(name: str) -> ModuleType:
     _add_to_path(Path.cwd())  # where a console script does not look by itself
-    if _spec(name) is None:
+    spec = _spec(name)
+    if spec is None or spec.origin is None:  # a folder without code is a module to Python
         raise TegotaeError(f"there is no module {name}; for a file write FILE.py:OBJECT")
     return _import(name, name)
 

@@ -52,6 +52,9 @@ LANES = 8192
 _COARSE_TICKS = 125
 """Ticks of a frame of the search."""
 
+_MOST = 1_000_000
+"""Of walkers, their variations, rounds and releases: some hundred of them take a second."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Search:
@@ -67,7 +70,7 @@ class Search:
         duration_s: of a release in the search; the finalists' is the system's own.
 
     Raises:
-        TegotaeError: for a number below one.
+        TegotaeError: for a number below one, or above a million.
     """
 
     coarse: int = 16384
@@ -79,9 +82,10 @@ class Search:
     duration_s: float = 100.0
 
     def __post_init__(self) -> None:
-        for name in ("coarse", "varied", "starts", "unseen"):
-            require_count(name, getattr(self, name))
-        require_count("rounds", self.rounds, least=0)
+        require_count("the number of walkers", self.coarse, most=_MOST)
+        for name in ("varied", "starts", "unseen"):
+            require_count(name, getattr(self, name), most=_MOST)
+        require_count("rounds", self.rounds, least=0, most=_MOST)
 
     @property
     def walkers(self) -> int:

@@ -57,8 +57,9 @@ class PolicySubject(SettledSubject):
         if self.policy is None:
             self._check_unused()
             return None
-        for name in ("path", "sigma", "oscillator"):
-            if getattr(self, name) is not None:
+        given = {self.path: self.path, "--sigma": self.sigma, "--oscillator": self.oscillator}
+        for name, value in given.items():
+            if value is not None:
                 raise TegotaeError(f"{name} belongs to a controller; a policy has none")
         needed = {
             ".zip": {"gymnasium": "sb3", "stable_baselines3": "sb3"},
