@@ -95,8 +95,9 @@ def merge(source: Folder, target: Folder) -> int:
         TegotaeError: if the folders hold different studies, or the target is in use or cannot be
             written.
     """
+    ours, theirs = target.document, source.document
     try:
-        united(target.document, source.document)
+        united(ours, theirs)
     except TegotaeError as error:
         raise TegotaeError(
             f"{source.path} and {target.path} hold different studies, with {error}; they cannot "

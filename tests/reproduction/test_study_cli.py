@@ -599,6 +599,12 @@ def test_a_table_of_unknown_kind_is_refused(half, one_line_error, tmp_path):
     assert "cannot write a table as 'table.xlsx'; use .csv or .parquet" in said
 
 
+def test_a_folder_without_a_study_is_not_merged(half, one_line_error, tmp_path):
+    for words in ((str(tmp_path), "--dir", str(half)), (str(half), "--dir", str(tmp_path))):
+        said = one_line_error("reproduction", "merge", *words)
+        assert said.startswith(f"tegotae: {tmp_path} holds no study")
+
+
 def test_different_studies_are_not_merged(half, smoke_study, one_line_error):
     document = json.loads((half / "study.json").read_text())
     (half / "study.json").write_text(
