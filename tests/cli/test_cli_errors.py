@@ -47,7 +47,7 @@ def test_without_a_subcommand_they_are_listed(one_line_error):
         (["benchmarks", "--lanes", "1e3"], "--lanes: '1e3' is no whole number; see python -m"),
         (["models", "x" * 999, "y" * 999], "Unrecognized options: "),
         (["simulate", "x" * 999], "File name too long"),
-        (["--parts", "tests", "models"], "there is no module tests; for a file write FILE.py:OBJECT"),
+        (["--parts", "tests", "models"], "there is no module tests; for a file write FILE"),
     ],
 )
 @pytest.mark.parametrize("columns", ["20", None])
@@ -74,7 +74,7 @@ def test_words_that_make_no_command_are_refused_with_what_was_meant(
         (["generalise", "V", "--conditions", "delay=0.0_1/0.02"], "has no levels"),
         (["simulate", "front:quadruped-c/0.4_0"], "is no speed"),
         (["generalise", "V-sector-w4", "--conditions", ""], "no condition is called ''; some that"),
-        (["gait", "front", "quadruped-c", "--walkers", "10000000000"], "it must be at most 1000000"),
+        (["gait", "front", "quadruped-c", "--walkers", "10000000000"], "must be at most 1000000"),
         (["simulate", "{empty}:nothing"], "is called 'nothing'; there is none"),
     ],
 )
