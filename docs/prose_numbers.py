@@ -4,9 +4,11 @@ A comment after a number has the expression that it follows from:
 
     gains +0.19 [0.17, 0.21]<!-- = effect("study", "learned-beats-v") --> m/J
     91 %<!-- = learned(8) --> of the runs
+    between 1.2 and 2 times<!-- = [1.2, 2.0] --> the mass
 
-A value is a number, or three for a mean and its interval. It is shown with the decimals that the
-page shows, as a share where a % follows. The build of the pages fails where the two differ.
+A value is a number, or three for a mean and its interval, or a list for the last numbers before the
+comment. It is shown with the decimals that the page shows, as a share where a % follows (the last
+of a list: all are shares). The build of the pages fails where the two differ.
 
     python docs/prose_numbers.py          # what is stale, page by page
 """
@@ -27,6 +29,7 @@ KEPT = ROOT / "docs" / "_static"
 
 MARK = re.compile(r"<!-- = (.+?) -->", re.S)
 _ONE = r"[+−-]?\d(?:[\d \u202f]*\d)?(?:\.\d+)?"
+LISTED = re.compile(rf"(?<![\w.])({_ONE})(\s*%)?")
 NUMBER = re.compile(rf"({_ONE})(?:\s*%)?(?: \[({_ONE})(?: %)?, ({_ONE})(?:\s*%)?\])?(\s*%)?\Z")
 
 
@@ -42,6 +45,14 @@ def rows(name: str, **values: object) -> pd.DataFrame:
     for column, value in values.items():
         kept = kept[kept[column].isin(value if isinstance(value, list) else [value])]
     return kept
+
+
+def interval(values: pd.Series) -> tuple[float, float, float]:
+    """Mean of runs with its 95 % interval."""
+    from tegotae.measures.hopping import statistics
+
+    found = statistics.interval(values.to_numpy())
+    return found.mean, found.low, found.high
 
 
 def cells(page: str, column: str, *row: str, part: int = 0) -> list[float]:
@@ -88,6 +99,68 @@ def verdicts(study: str, word: str) -> int:
 def learned_runs(omega_t: float) -> pd.DataFrame:
     """The study's learned runs of one ω_t: all architectures but V and T."""
     return table("study/paper").query("omega_t == @omega_t and architecture not in ['V', 'T']")
+
+
+def best_runs() -> pd.DataFrame:
+    """The best run of each learned model, and its CoT⁻¹ over the line at its mean hop rate."""
+    kept = table("figures/optimum.points")
+    kept = kept[kept.gaits.str.startswith("best run")]
+    line = [optimum(omega) for omega in kept.hop_rate_rad_per_s]
+    return kept.assign(over=kept.cot_inverse_a_m_per_j / line)
+
+
+def runs_between(low: float, high: float) -> pd.DataFrame:
+    """Those of `best_runs` with a hop rate between two [rad/s]."""
+    return best_runs().query("@low <= hop_rate_rad_per_s < @high")
+
+
+def bound(omega: float | None = None) -> float:
+    """The proved bound of CoT⁻¹ of period 1 at a hop frequency; at any, by default [m/J]."""
+    from reproduction.optimum.proofs import read
+    from tegotae.measures.optimum import curve
+
+    return float(read()[0].bound if omega is None else curve().bound("upper_bound", omega))
+
+
+def gap(omega: float) -> float:
+    """The bound over the best known gait, less 1."""
+    return bound(omega) / optimum(omega) - 1.0
+
+
+def push_s(omega: float, after: float = 0.0, before: float = 1.0) -> float:
+    """How long full force lasts that has the impulse of a part of the best stance [s]."""
+    from reproduction.optimum.best import stances
+
+    kept = stances()[omega]
+    chosen = (kept["time_s"] >= after) & (kept["time_s"] <= before)
+    steps = np.diff(kept["time_s"], append=kept["time_s"][-1])
+    return float((kept["force_n"] * steps)[chosen].sum() / 4.0)
+
+
+def strongest(omega: float, after: float = 0.0, before: float = 1.0) -> float:
+    """The largest force in a part of the best stance [N]."""
+    from reproduction.optimum.best import stances
+
+    kept = stances()[omega]
+    return float(kept["force_n"][(kept["time_s"] >= after) & (kept["time_s"] <= before)].max())
+
+
+def sizes() -> pd.Series:
+    """Fitness of the trainings of `parameter_limit` with our settings, those alike once."""
+    kept = table("experiments/parameter_limit")
+    return kept[
+        ~kept.duplicated(["parameters", "seed", "std", "learning_rate"]) & (kept.way != "pgpelib")
+    ].fitness
+
+
+def endings(study: str) -> pd.Series:
+    """How the runs of a study's table ended, by `reproduction.endings`."""
+    from dataclasses import asdict
+
+    from reproduction.endings import endings
+    from reproduction.export import read_csv
+
+    return pd.Series(asdict(endings(read_csv(KEPT / f"{study}.csv"))))
 
 
 def optimum(omega: float) -> float:
@@ -269,11 +342,14 @@ def stale(text: str) -> list[str]:
     """
     wrong = []
     for before, expression in marks(text):
+        value = eval(expression, globals())  # the pages are the project's own
+        if isinstance(value, list):
+            wrong += _stale_list(before, value, expression)
+            continue
         shown = NUMBER.search(before)
         if shown is None:
             wrong.append(f"no number stands before the mark {expression}")
             continue
-        value = eval(expression, globals())  # the pages are the project's own
         values = [float(x) for x in (value if isinstance(value, tuple) else (value,))]
         numbers = [number for number in shown.groups()[:3] if number is not None]
         scale = 100.0 if "%" in shown[0] else 1.0
@@ -281,6 +357,17 @@ def stale(text: str) -> list[str]:
         if len(numbers) != len(values) or numbers != right:
             wrong.append(f"{' '.join(numbers)} is shown, and {expression} is {' '.join(right)}")
     return wrong
+
+
+def _stale_list(before: str, values: list[float], expression: str) -> list[str]:
+    """The same for a list: the last numbers of its sentence or cell, one for each value."""
+    shown = LISTED.findall(MARK.sub("", before)[-300:])[-len(values) :]
+    numbers = [number for number, _ in shown]
+    scales = [100.0 if share or shown[-1][1] else 1.0 for _, share in shown]
+    right = [_as(n, s * float(x)) for n, s, x in zip(numbers, scales, values, strict=False)]
+    if len(numbers) == len(values) and numbers == right:
+        return []
+    return [f"{' '.join(numbers)} is shown, and {expression} is {' '.join(right)}"]
 
 
 def _as(number: str, value: float) -> str:

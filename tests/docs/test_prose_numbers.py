@@ -24,6 +24,8 @@ def test_a_page_says_what_its_tables_say(path):
         ("it is −0.004<!-- = 0.004 -->", "0.004"),
         ("it is 0.19<!-- = (0.19, 0.17, 0.21) -->", "0.19"),
         ("it is 3 058<!-- = 3059 -->", "3 059"),
+        ("between 1.2 and 2.5 %<!-- = [0.012, 0.03] -->", "1.2 3.0"),
+        ("it is 5<!-- = [4, 5] -->", "4"),
     ],
 )
 def test_a_number_changed_by_hand_is_found(said, right):
@@ -39,6 +41,7 @@ def test_numbers_are_compared_as_they_are_written():
     assert stale("−0.004 [−0.016, 0.007]<!-- = (-0.0042, -0.0164, 0.0068) --> m/J") == []
     assert stale("-0.00<!-- = -0.001 -->") == ["-0.00 is shown, and -0.001 is 0.00"]
     assert stale("70 %<!-- = 0.704 --> of 3059<!-- = 3059 -->") == []
+    assert stale("ω_t4 between 6 and 11.0 mm, −0.5<!-- = [6.2, 11, -0.52] -->") == []
 
 
 def test_the_front_page_has_marks():

@@ -86,7 +86,8 @@ def share(cot_inverse: ArrayLike, hop_rate: ArrayLike, period: ArrayLike = 1) ->
 
     A gait of period 1 is held against the best of period 1. One of a longer period is held against
     the upper bound over all periods at its mean hop frequency: its share is at least this. What was
-    found is a near-optimum, so that shares of up to 1.001 are possible.
+    found is a near-optimum, and the curve is straight between its rows, so that shares slightly
+    above 1 are possible.
 
     Args:
         cot_inverse: CoT⁻¹ by absolute work and heights climbed in flight [m/J], any shape.
