@@ -39,6 +39,7 @@ class Make:
     def run(self) -> None:
         """Optimise, bound, write."""
         require_finite("step", self.step, above=0.0)
+        require_count("starts", self.starts)
         require_count("processes", self.processes)
         require("casadi", "optimum")
         # The fastest hop leaves no choice: the last row stands a little below it.

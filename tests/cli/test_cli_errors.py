@@ -75,6 +75,8 @@ def test_words_that_make_no_command_are_refused_with_what_was_meant(
         (["simulate", "front:quadruped-c/0.4_0"], "is no speed"),
         (["generalise", "V-sector-w4", "--conditions", ""], "no condition is called ''; some that"),
         (["gait", "front", "quadruped-c", "--walkers", "10000000000"], "must be at most 1000000"),
+        (["train", "ART", "--algorithm", "pgp"], "did you mean pgpe"),
+        (["reproduction", "optimum-table", "--starts", "0"], "starts is 0; it must be a whole"),
         (["simulate", "{empty}:nothing"], "is called 'nothing'; there is none"),
     ],
 )
@@ -84,7 +86,9 @@ def test_words_that_nothing_is_called_by_are_refused_in_one_line(
     monkeypatch.chdir(tmp_path)  # a folder of results is made here
     empty = tmp_path / "nothing_in_it.py"
     empty.touch()
-    assert said in one_line_error(*(word.format(empty=empty) for word in words))
+    found = one_line_error(*(word.format(empty=empty) for word in words))
+    assert said in found
+    assert "pgpe, pgpe" not in found
 
 
 def explanation(capsys, *words: str) -> str:

@@ -123,7 +123,7 @@ def unknown(kind: str, name: str, known: Iterable[str]) -> TegotaeError:
         >>> print(unknown("model", "art", ["AR", "ART", "V"]))
         no model is called 'art'; did you mean ART, AR?
     """
-    known = list(known)
+    known = list(dict.fromkeys(known))
     by_letters: dict[str, list[str]] = {}
     for each in known:
         by_letters.setdefault(each.lower(), []).append(each)
