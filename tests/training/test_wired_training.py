@@ -193,9 +193,9 @@ def test_learning_curves_are_of_the_fitness_where_that_was_trained(trained, tmp_
 
 
 def test_a_training_that_gains_nothing_says_what_to_try(trained, capsys):
-    advise(trained[0], least=-1.0)
+    advise(*trained, least=-1.0)
     assert capsys.readouterr().out == ""
-    advise(trained[0], least=1e9)
+    advise(*trained, least=1e9)
     said = capsys.readouterr().out
     assert said.startswith("Nothing was learned")
     assert "tegotae wiring baseline" in said
