@@ -15,7 +15,7 @@ from tegotae._support.documents import Document
 from tegotae._support.errors import TegotaeError
 from tegotae._support.optional_dependencies import require
 from tegotae._support.quiet import note
-from tegotae.study import Cell, Pool, Result, WorkersDiedError, measure_all
+from tegotae.study import Cell, CellResult, Pool, WorkersDiedError, measure_all
 
 if TYPE_CHECKING:
     from distributed import Client, Future
@@ -50,7 +50,7 @@ def on_cluster(
     if address != LOCAL:
         _knock(address, timeout_s, patience_s)
 
-    def results(work: Sequence[Sequence[Cell]]) -> Generator[tuple[Cell, Result], None, None]:
+    def results(work: Sequence[Sequence[Cell]]) -> Generator[tuple[Cell, CellResult], None, None]:
         with _client(distributed, address, timeout_s) as client:
             futures = {client.submit(measure_all, bundle, pure=False): bundle for bundle in work}
             done = _as_they_come(distributed, client, futures, address, patience_s)

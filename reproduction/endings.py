@@ -18,7 +18,7 @@ the fitness below this."""
 
 
 @dataclass(frozen=True)
-class Endings:
+class RunEndings:
     """How some runs ended. None where the table does not say how training ended.
 
     Args:
@@ -38,7 +38,7 @@ class Endings:
     without_cycle: int
 
 
-def endings(table: Table) -> Endings:
+def endings(table: Table) -> RunEndings:
     """How a table's runs ended.
 
     Args:
@@ -59,10 +59,10 @@ def endings(table: Table) -> Endings:
         below = (best > 0.0) & (fitness < LOCAL_OPTIMUM * best)
         local = int((below & (ended == "plateau") & ~never_hops).sum())
         cap = int((ended == "cap").sum())
-    return Endings(len(table), int(never_hops.sum()), local, cap, int(without_cycle.sum()))
+    return RunEndings(len(table), int(never_hops.sum()), local, cap, int(without_cycle.sum()))
 
 
-def endings_by_architecture(table: Table) -> dict[str, Endings]:
+def endings_by_architecture(table: Table) -> dict[str, RunEndings]:
     """The same for each architecture, in the order of the table, and for all as "all"."""
     names = list(dict.fromkeys(table["architecture"].tolist()))
     return {name: endings(table.where(architecture=name)) for name in names} | {

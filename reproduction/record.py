@@ -12,7 +12,7 @@ import numpy as np
 from tegotae._support import documents
 from tegotae._support.documents import Document
 from tegotae._support.engines import OF_EARLIER_FILES
-from tegotae.study import DamagedRecordError, Result
+from tegotae.study import CellResult, DamagedRecordError
 from tegotae.systems.experiment import Experiment
 
 _PLAIN = ("weights", "deviation", "best_fitness", "generations", "ended", "omega")
@@ -85,12 +85,12 @@ class Record:
         return Experiment.of(self.configuration["experiment"])
 
     @property
-    def result(self) -> Result:
+    def result(self) -> CellResult:
         """The record as a file holds it."""
         arrays = {name: getattr(self, name) for name in _PLAIN}
         for prefix, name in _NAMED.items():
             arrays |= {f"{prefix}{key}": values for key, values in getattr(self, name).items()}
-        return Result(self.configuration, self.software, arrays)
+        return CellResult(self.configuration, self.software, arrays)
 
     @property
     def population(self) -> int:
@@ -110,7 +110,7 @@ def read(path: Path) -> Record:
         DamagedRecordError: if it is no record, is cut short, or its checksum is wrong.
         TegotaeError: if it cannot be opened, such as without permission.
     """
-    result = Result.read(path)
+    result = CellResult.read(path)
     try:
         return record_of(result)
     except Exception as error:  # whatever a file may hold
@@ -118,7 +118,7 @@ def read(path: Path) -> Record:
         raise DamagedRecordError(f"{path.name} is damaged: {why}") from None
 
 
-def record_of(result: Result) -> Record:
+def record_of(result: CellResult) -> Record:
     """The record in a result.
 
     Raises:

@@ -21,7 +21,7 @@ from tegotae.measures.evaluation import drawn_releases, evaluate, require_evalua
 from tegotae.measures.hopping.metric import Metric
 from tegotae.measures.hopping.registry import built_in, code_noted
 from tegotae.simulation.integrators import PredictorCorrector
-from tegotae.study import Result
+from tegotae.study import CellResult
 from tegotae.systems.experiment import Experiment
 from tegotae.systems.registry import parts_in, register
 from tegotae.systems.release import Release
@@ -94,7 +94,7 @@ class Unit:
         for part in (*parts_in((self.run.experiment, self.run.learner.algorithm)), *self.metrics):
             register(part)
 
-    def measure(self) -> Result:
+    def measure(self) -> CellResult:
         """Train and evaluate."""
         return work(self).result
 

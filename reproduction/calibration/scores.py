@@ -40,7 +40,7 @@ class VanillaScores(NamedTuple):
 
 SCORES = VanillaScores._fields
 
-JUDGED_AS = {
+EVALUATED_AS = {
     "short_t0": "v-t0",
     "short_t1": "v-t1",
     "dependent": "v-cpgu",

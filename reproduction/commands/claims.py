@@ -92,9 +92,9 @@ class StudyClaims:
         print(f"wrote {', '.join([*texts, *pictures])} to {self.out}")
 
     def _selected(self, table: Path) -> frozenset[str]:
-        from reproduction.calibration.scores import JUDGED_AS
+        from reproduction.calibration.scores import EVALUATED_AS
 
-        return frozenset(JUDGED_AS.values() if table in self.calibrated else ())
+        return frozenset(EVALUATED_AS.values() if table in self.calibrated else ())
 
 
 def _beside(path: Path, selected: frozenset[str]) -> list[Finding]:

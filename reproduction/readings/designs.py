@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from reproduction.calibration.prior import PRIOR
-from reproduction.calibration.scores import JUDGED_AS
+from reproduction.calibration.scores import EVALUATED_AS
 from reproduction.readings.readings import CHOICES, AnalysisChoice, Reading, sample
 from tegotae._support import tables
 from tegotae._support.errors import TegotaeError, require_count, unknown
@@ -121,7 +121,7 @@ def selecting_body(body: object) -> frozenset[str]:
     return _ON_V if is_one else frozenset()
 
 
-_ON_V = frozenset(JUDGED_AS.values())
+_ON_V = frozenset(EVALUATED_AS.values())
 
 
 def cells_of(reading: Reading, choices: Iterable[AnalysisChoice]) -> list[str]:

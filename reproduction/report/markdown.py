@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from reproduction.endings import Endings
+from reproduction.endings import RunEndings
 
 
-def endings_table(by: Mapping[str, Endings]) -> str:
+def endings_table(by: Mapping[str, RunEndings]) -> str:
     """A row per group of runs: how many never hop, stay in a local optimum, or hit the cap."""
     rows = [["", "Runs", "Never hop", "Local optimum", "At the cap", "No limit cycle"]]
     for name, found in by.items():

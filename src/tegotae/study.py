@@ -67,13 +67,13 @@ class Cell(Protocol):
         """Register what a worker process has to know before it measures."""
         ...
 
-    def measure(self) -> Result:
+    def measure(self) -> CellResult:
         """The numbers. Deterministic."""
         ...
 
 
 @dataclass(frozen=True)
-class Result:
+class CellResult:
     """What was measured of a cell.
 
     Args:
@@ -96,7 +96,7 @@ class Result:
         write_arrays(path, with_checksum(json.dumps(header, sort_keys=True), self.arrays))
 
     @classmethod
-    def read(cls, path: Path) -> Result:
+    def read(cls, path: Path) -> CellResult:
         """The result in a file.
 
         Raises:
@@ -120,7 +120,7 @@ class Result:
             raise DamagedRecordError(f"{path.name} is damaged: {why}") from None
 
 
-Pool = Callable[[Sequence[Sequence[Any]]], Generator[tuple[Any, Result], None, None]]
+Pool = Callable[[Sequence[Sequence[Any]]], Generator[tuple[Any, CellResult], None, None]]
 """Measures bundles of cells somewhere, and yields cell and result as they come."""
 
 
@@ -147,7 +147,7 @@ class Study:
         ...     document = property(lambda self: {"x": self.x})
         ...     def prepare(self): ...
         ...     def measure(self):
-        ...         return Result(self.document, {}, {"square": np.array(self.x**2)})
+        ...         return CellResult(self.document, {}, {"square": np.array(self.x**2)})
         >>> with tempfile.TemporaryDirectory() as folder:
         ...     study = Study(Path(folder), [Square(3.0)])
         ...     study.run(here)
@@ -197,7 +197,7 @@ class Study:
                 "from there"
             ) from None
 
-    def results(self) -> list[Result]:
+    def results(self) -> list[CellResult]:
         """The results that are there, in the order of the cells."""
         return [found for cell in self.cells if (found := self.result(cell)) is not None]
 
@@ -205,7 +205,7 @@ class Study:
         """Where a cell's file is or will be."""
         return self.folder / f"{key_of(cell.name, cell.document)}{self.suffix}"
 
-    def result(self, cell: Cell) -> Result | None:
+    def result(self, cell: Cell) -> CellResult | None:
         """A cell's result; None if it is not there. A damaged file is set aside.
 
         Raises:
@@ -215,7 +215,7 @@ class Study:
         if not path.exists():
             return None
         try:
-            found = Result.read(path)
+            found = CellResult.read(path)
             if found.document != json.loads(json.dumps(cell.document)):
                 raise DamagedRecordError(f"{path.name} is damaged: it holds another configuration")
         except DamagedRecordError as error:
@@ -246,7 +246,7 @@ def bundles(cells: Iterable[Cell], most: int | None = None) -> list[list[Cell]]:
     ]
 
 
-def measure_all(cells: Sequence[Cell]) -> list[Result]:
+def measure_all(cells: Sequence[Cell]) -> list[CellResult]:
     """The results of a bundle, measured by a worker: a process of its own."""
     for cell in cells:
         cell.prepare()
@@ -256,7 +256,7 @@ def measure_all(cells: Sequence[Cell]) -> list[Result]:
         forget_programs()  # the programs of a bundle are no other's, and a hundred of them are GiB
 
 
-def here(work: Sequence[Sequence[Cell]]) -> Generator[tuple[Cell, Result], None, None]:
+def here(work: Sequence[Sequence[Cell]]) -> Generator[tuple[Cell, CellResult], None, None]:
     """Measure bundles in this process, one after the other."""
     for bundle in work:
         for cell in bundle:
@@ -264,7 +264,7 @@ def here(work: Sequence[Sequence[Cell]]) -> Generator[tuple[Cell, Result], None,
         forget_programs()
 
 
-def _measured(cell: Cell) -> Result:
+def _measured(cell: Cell) -> CellResult:
     """The numbers of a cell, and the engine that made them."""
     result = cell.measure()
     return replace(result, software={"engine": selected()} | result.software)
@@ -272,7 +272,7 @@ def _measured(cell: Cell) -> Result:
 
 def on_cores(
     work: Sequence[Sequence[Cell]], workers: int | None = None
-) -> Generator[tuple[Cell, Result], None, None]:
+) -> Generator[tuple[Cell, CellResult], None, None]:
     """Measure bundles in worker processes of one core each, which compile while others compute.
 
     Raises:
@@ -291,7 +291,7 @@ def on_cores(
 
 def _persistently(
     missing: list[Cell], pool: Pool, most: int | None
-) -> Generator[tuple[Cell, Result], None, None]:
+) -> Generator[tuple[Cell, CellResult], None, None]:
     """The results of what is missing, asked for again when workers die.
 
     What is handed out is to be taken off `missing`.
@@ -311,7 +311,7 @@ def _persistently(
                 ) from None
 
 
-def _require_same(cell: Cell, result: Result) -> None:
+def _require_same(cell: Cell, result: CellResult) -> None:
     """Raise `TegotaeError` if a worker, which reads a user's files itself, read other code."""
     if names := documents.differing(result.document, json.loads(json.dumps(cell.document))):
         raise TegotaeError(

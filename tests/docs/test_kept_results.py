@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from places import ROOT
-from reproduction.calibration.scores import JUDGED_AS
+from reproduction.calibration.scores import EVALUATED_AS
 from reproduction.claims.atomic import ATOMIC_CLAIMS
 from reproduction.claims.budgets import by_budget
 from reproduction.claims.counting import Count, with_sampled
@@ -38,7 +38,7 @@ def effects():
     return {name: read_effects(KEPT / "study" / f"effects{name}.csv") for name in ("", *BESIDE)}
 
 
-SELECTED = frozenset(JUDGED_AS.values())
+SELECTED = frozenset(EVALUATED_AS.values())
 BESIDE = ("-paper-deviation-0.2", "-paper-80x16", "-calibrated")
 
 

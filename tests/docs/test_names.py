@@ -11,16 +11,15 @@ import pytest
 from places import ROOT
 from vocabulary import NAMES
 
-PACKAGE = ROOT / "src" / "tegotae"
-FILES = sorted(PACKAGE.rglob("*.py"))
+PROGRAMS = ("src/tegotae", "reproduction", "playground", "benchmarks", "studies/tuning")
+FILES = sorted(file for folder in PROGRAMS for file in (ROOT / folder).rglob("*.py"))
 
 
 @pytest.fixture(scope="module")
 def parsed():
-    """The package's files, by their paths in it."""
+    """The files of the package and of the programs beside it, by their paths."""
     return {
-        str(file.relative_to(PACKAGE)): ast.parse(file.read_text(encoding="utf-8"))
-        for file in FILES
+        str(file.relative_to(ROOT)): ast.parse(file.read_text(encoding="utf-8")) for file in FILES
     }
 
 

@@ -10,7 +10,7 @@ from reproduction.record import Record
 from reproduction.unit import Unit
 from tegotae._support.engines import selected
 from tegotae.measures.hopping.registry import names, range_of
-from tegotae.study import Result
+from tegotae.study import CellResult
 
 
 def made_up(unit: Unit, runs: int = 2) -> Record:
@@ -38,7 +38,7 @@ def made_up(unit: Unit, runs: int = 2) -> Record:
     )
 
 
-def instant(bundles: Iterable[Iterable[Unit]]) -> Iterator[tuple[Unit, Result]]:
+def instant(bundles: Iterable[Iterable[Unit]]) -> Iterator[tuple[Unit, CellResult]]:
     """Stands in for workers."""
     for bundle in bundles:
         for unit in bundle:

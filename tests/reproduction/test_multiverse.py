@@ -17,7 +17,7 @@ import study_runs
 from places import ROOT
 from programs import main
 from reproduction.calibration.prior import PRIOR
-from reproduction.calibration.scores import JUDGED_AS
+from reproduction.calibration.scores import EVALUATED_AS
 from reproduction.claims.counting import Count
 from reproduction.claims.estimates import NOT_KNOWN, EffectEstimate
 from reproduction.claims.findings import OPPOSITE, REPRODUCED, TOO_SMALL, Finding
@@ -423,7 +423,7 @@ def test_readings_that_the_text_allows_are_counted_beside_all():
 def test_readings_and_bodies_that_statements_chose_say_so():
     readings, found = read_tables(ROOT / "docs" / "_static" / "multiverse")
     assert counts_by_claim(readings, found)["v-cpgu"] == "22 / 1 / 0, selected for"
-    assert selecting(readings) == selecting_body(readings[20].hopper) == {*JUDGED_AS.values()}
+    assert selecting(readings) == selecting_body(readings[20].hopper) == {*EVALUATED_AS.values()}
     assert not selecting([Reading()])
     assert not selecting_body(Hopper())
     rounded = {"stiffness_n_per_m": 4.38103, "damping_ns_per_m": 0.343426, "max_force_n": 1.23844}

@@ -20,7 +20,7 @@ from tegotae._support.part_code import code_of_file
 from tegotae.analysis.generalisation import ControllersUnderTest
 from tegotae.analysis.generalisation.run import Trial
 from tegotae.cli import main
-from tegotae.study import Result
+from tegotae.study import CellResult
 from tegotae.systems import controller_file, registry
 from tegotae.systems.controller_set import ControllerSet
 from tegotae.systems.experiment import Experiment
@@ -240,7 +240,7 @@ def test_a_file_that_is_edited_while_a_study_runs_ends_it(users, tmp_path):
         (unit,) = bundles[0]
         found = unit.configuration  # of a worker that read the file after it was edited
         found["experiment"]["system"]["body"][registry.CODE] = "other"
-        yield unit, Result(found, {}, {})
+        yield unit, CellResult(found, {}, {})
 
     with pytest.raises(TegotaeError, match=f"another code of {users.body}: a file was edited"):
         runner.run(whole, tmp_path / "study", results)

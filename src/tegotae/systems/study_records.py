@@ -8,7 +8,7 @@ import numpy as np
 
 from tegotae._support import documents
 from tegotae._support.errors import TegotaeError
-from tegotae.study import DamagedRecordError, Result
+from tegotae.study import CellResult, DamagedRecordError
 from tegotae.systems.controller_file import SavedController
 from tegotae.systems.experiment import Experiment
 
@@ -40,7 +40,7 @@ def controllers_of_study(folder: Path) -> tuple[tuple[Path, SavedController], ..
     damaged: list[str] = []
     for path in sorted((folder / RECORDS).glob(f"*{SUFFIX}")):
         try:
-            result = Result.read(path)
+            result = CellResult.read(path)
         except DamagedRecordError as error:
             damaged.append(str(error))
             continue

@@ -17,7 +17,7 @@ from tegotae._support.part_code import code_of
 from tegotae._support.workplace import GENERALISATION, alone
 from tegotae.analysis.generalisation.disturbance import Disturbance
 from tegotae.analysis.generalisation.trial import Retention, Tested, check_levels, tried
-from tegotae.study import Result, Study, bundles, here, on_cores
+from tegotae.study import CellResult, Study, bundles, here, on_cores
 from tegotae.systems.descriptions import describe
 from tegotae.systems.registry import parts_in, register
 
@@ -71,7 +71,7 @@ class Trial:
         for part in parts_in((self.tested.controller, self.tested.body)):
             register(part)
 
-    def measure(self) -> Result:
+    def measure(self) -> CellResult:
         """What the controllers retain."""
         outcome = tried(self.tested, self.disturbances)
         arrays = {
@@ -79,7 +79,7 @@ class Trial:
             for name, values in outcome.columns.items()
         }
         left_out = {"left_out": np.array(json.dumps(outcome.left_out))}
-        return Result(self.document, {}, arrays | left_out)
+        return CellResult(self.document, {}, arrays | left_out)
 
 
 def generalise(
@@ -118,7 +118,7 @@ def generalise(
         ]
 
 
-def _retention(result: Result) -> Retention:
+def _retention(result: CellResult) -> Retention:
     columns = dict(result.arrays)
     return Retention(columns, json.loads(str(columns.pop("left_out"))))
 
