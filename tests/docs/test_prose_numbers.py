@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from places import ROOT
-from prose_numbers import MARK, pages, stale
+from prose_numbers import MARK, cell, cells, crossing, pages, rows, stale
 
 MARKED = [path for path in pages() if MARK.search(path.read_text(encoding="utf-8"))]
 
@@ -46,3 +46,24 @@ def test_numbers_are_compared_as_they_are_written():
 
 def test_the_front_page_has_marks():
     assert ROOT / "README.md" in MARKED
+
+
+def test_a_number_of_an_included_table_is_named_by_its_column_and_row():
+    assert cell("learned_legs/robust", "mass 0.8", "cos+range") == 0.69
+    assert cell("learned_legs/robust", "mass 0.8", "cos+range", part=3) == 0.82
+    assert len(cells("legs_limit/limit", "CoT")) == 24
+
+
+@pytest.mark.parametrize("named", [("mass 0.9", "cos+range"), ("mass 0.8", "sine+range")])
+def test_a_column_or_row_that_is_not_there_is_refused(named):
+    with pytest.raises(LookupError, match="has no"):
+        cell("learned_legs/robust", *named)
+
+
+def test_rows_have_one_of_the_values_that_are_asked_for():
+    kept = rows("lost_leg/learned", run=[0, 2], leg="LH")
+    assert kept.run.tolist() == [0, 2]
+
+
+def test_a_multiplier_crosses_one_between_two_values():
+    assert 1.0 < crossing("stability-bar", "in phase", "inertia_ratio", rises=False) < 1.05
