@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import importlib
-import re
 
 import numpy as np
 import pytest
 
-from pages import DOCS
+from pages import DOCS, prose
 from places import ROOT
 from reproduction.calibration.posterior import STRICTNESS, met, shortfalls, together
 from reproduction.calibration.prior import candidates
@@ -33,7 +32,7 @@ def measured(study):
 
 @pytest.fixture(scope="module")
 def page() -> str:
-    return re.sub(r"\s+", " ", (DOCS / "studies" / "calibration.md").read_text(encoding="utf-8"))
+    return prose("studies/calibration.md")
 
 
 def test_the_tables_of_the_page_follow_from_what_was_measured(study):

@@ -7,6 +7,7 @@ import re
 import numpy as np
 import pytest
 
+from pages import prose
 from places import ROOT
 from reproduction.calibration.scores import EVALUATED_AS
 from reproduction.claims.atomic import ATOMIC_CLAIMS
@@ -73,12 +74,6 @@ def test_the_pages_tables_follow_from_the_kept_effects(effects):
     assert beside_text == beside_table(effects[""], beside, columns)
 
 
-def test_both_pages_count_the_same_episodes_of_the_records():
-    pages = [(ROOT / "docs" / page).read_text() for page in ("claims.md", "studies/optimum.md")]
-    counts = [re.findall(r"(\d+ \d{3}) (?:such )?episodes", page) for page in pages]
-    assert counts[0] == counts[1] != []
-
-
 @pytest.mark.thorough
 def test_the_table_of_readings_follows_from_the_kept_effects():
     readings, found = read_tables(KEPT / "multiverse")
@@ -98,7 +93,7 @@ def test_the_page_counts_the_outcomes_of_the_kept_effects(effects):
     opposite = [sum(bool(t[OPPOSITE] and bool(t[REPRODUCED]) == both) for t in tallies)
                 for both in (False, True)]  # fmt: skip
     assert (len(tallies), reproduced, opposite) == (53, 26, [11, 10])
-    page = re.sub(r"\s+", " ", (ROOT / "docs" / "claims.md").read_text(encoding="utf-8"))
+    page = prose("claims.md")
     assert "of 53 statements, 50 can be measured: 26 are reproduced in some or all ways" in page
 
 

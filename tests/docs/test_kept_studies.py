@@ -11,12 +11,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from pages import DOCS, prose
 from places import ROOT
 from tegotae._support.tables import read_csv
 from tegotae.parts.terms import EllipticFoot, Signals
 from tegotae.systems.legged import random_phases
 
-DOCS = ROOT / "docs"
 KEPT = DOCS / "_static"
 
 
@@ -29,11 +29,6 @@ def study(monkeypatch):
     for name in set(sys.modules) - before:
         if str(ROOT / "studies") in str(getattr(sys.modules[name], "__file__", "")):
             del sys.modules[name]
-
-
-def page(name: str) -> str:
-    """A page's text, each line break and indent one space."""
-    return re.sub(r"\s+", " ", (DOCS / name).read_text(encoding="utf-8"))
 
 
 def column(table: dict, name: str) -> np.ndarray:
@@ -111,7 +106,7 @@ def test_two_axes_that_are_netted_cost_less_than_each_by_itself():
 
 @pytest.mark.parametrize("name", ["judge", "map", "simulate", "sweep", "findings"])
 def test_every_page_of_walkers_costs_says_what_is_counted(name):
-    assert "legs.md#walker-cost" in page(f"gaits/{name}.md")
+    assert "legs.md#walker-cost" in prose(f"gaits/{name}.md")
 
 
 # The lightest mode
@@ -142,10 +137,10 @@ LIMIT = 1.296
 def test_numbers_above_the_physical_limit_are_not_shown_without_a_word(name, file, most):
     largest = np.nanmax(column(read_csv(KEPT / "experiments" / file), most))
     if largest > LIMIT:
-        assert f"{largest:.2f} m/J" in page(name)
-        assert "old window, cut in seconds" in page(name)
-        assert "run again" in page(name)
-        assert "old window" in page("claims.md")
+        assert f"{largest:.2f} m/J" in prose(name)
+        assert "old window, cut in seconds" in prose(name)
+        assert "run again" in prose(name)
+        assert "old window" in prose("claims.md")
 
 
 # What bodies could do under the disturbances of controllers
@@ -168,7 +163,7 @@ def test_the_page_says_of_a_heavier_body_what_the_table_says():
         f"gaits of {four[0]:.2f} and {four[1]:.2f} m/J exist at 4 rad/s, of {eight[0]:.2f} and "
         f"{eight[1]:.2f} m/J at 8 rad/s"
     )
-    assert said in page("studies/generalisation.md")
+    assert said in prose("studies/generalisation.md")
 
 
 def test_a_gait_exists_under_every_condition_and_none_is_above_its_bound():
@@ -186,7 +181,7 @@ def test_the_page_says_by_how_much_a_finer_search_beats_the_kept_optimum(study):
     finer = study("finer_optimum")
     assert (KEPT / "figures" / "optimum.finer.md").read_text() == finer.text()
     ratio = column(read_csv(KEPT / "figures" / "optimum.finer.csv"), "ratio")
-    assert f"better by up to {100.0 * (ratio.max() - 1.0):.2f} %" in page("studies/optimum.md")
+    assert f"better by up to {100.0 * (ratio.max() - 1.0):.2f} %" in prose("studies/optimum.md")
     assert ratio.max() < 1.0015  # shares of up to 1.001, as the page says
 
 
@@ -197,7 +192,7 @@ def test_the_table_of_both_readings_follows_from_the_tables_of_their_studies(stu
     both = study("two_readings")
     found = both.found()
     assert (KEPT / "study-calibrated" / "two_readings.md").read_text() == both.text(found)
-    said = page("studies/two_readings.md")
+    said = prose("studies/two_readings.md")
     settled = [of["limit_cycle_share", "V", "F"].mean for of in found.values()]
     assert (
         "| settles | {:.0f} % of the episodes | {:.0f} % |".format(
@@ -241,7 +236,7 @@ def test_no_vanilla_walker_goes_on_with_a_margin_below_a_tenth():
     moved = np.asarray(table["body"], str) == "C, quick, mass moved"
     assert walks[moved].tolist() == [0, 0, 64, 0]  # LF, RF, LH, RH
     quick = np.asarray(table["body"], str) == "hexapod, quick"
-    assert f"{walks[quick].min():.0f} to {walks[quick].max():.0f} of 64" in page(
+    assert f"{walks[quick].min():.0f} to {walks[quick].max():.0f} of 64" in prose(
         "studies/lost_leg.md"
     )
 
@@ -251,7 +246,7 @@ def test_laws_that_react_go_on_without_any_leg_and_the_page_says_in_how_many_sta
     body, run = (np.asarray(table[name], str) for name in ("body", "run"))
     walks = column(table, "walks_on")
     assert (walks[body == "no reaction"] == 0).all()
-    said = page("studies/lost_leg.md")
+    said = prose("studies/lost_leg.md")
     learned = walks[body == "feels-tilt"]
     assert f"in {learned.min():.0f} to {learned.max():.0f} of 64 starts" in said
     assert walks[(body == "feels-tilt") & (run == "2")].tolist() == [64, 63, 64, 64]

@@ -6,6 +6,7 @@ import re
 from pathlib import Path
 
 from places import ROOT
+from prose_numbers import MARK
 
 DOCS = ROOT / "docs"
 
@@ -15,3 +16,9 @@ def blocks(page: Path, language: str) -> list[tuple[int, str]]:
     text = page.read_text(encoding="utf-8")
     fence = re.compile(rf"^```{language}\n(.*?)^```$", re.MULTILINE | re.DOTALL)
     return [(text[: m.start(1)].count("\n"), m.group(1)) for m in fence.finditer(text)]
+
+
+def prose(name: str) -> str:
+    """The text of a page of docs without its marks, each line break and indent one space."""
+    text = MARK.sub("", (DOCS / name).read_text(encoding="utf-8"))
+    return re.sub(r"\s+", " ", text)
