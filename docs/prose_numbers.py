@@ -293,6 +293,17 @@ def ticks(tick: float, column: str) -> float:
     return float(kept[column][(kept.omega > 2.0) | paths].abs().max())
 
 
+def apex_errors(scheme: str, tick_ms: float, dtype: str = "float64", kind: str = "regular"):
+    """Errors of the apexes of a scheme's cases [mm], by actuation."""
+    kept = rows("convergence", scheme=scheme, tick_ms=tick_ms, dtype=dtype, kind=kind)
+    return kept.groupby("actuation").largest_apex_error_mm
+
+
+def setting(name: str, column: str) -> pd.Series:
+    """A column of the sensitivity of limit cycles, over the values of one setting."""
+    return rows("limit_cycle_sensitivity", setting=name).set_index("value")[column]
+
+
 def legs_limit(feet: str = "ellipse") -> pd.DataFrame:
     """The least costs of transport that are known for quadruped C, by speed."""
     from tegotae.measures.gaits.limit import limit_table
