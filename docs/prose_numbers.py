@@ -304,6 +304,18 @@ def setting(name: str, column: str) -> pd.Series:
     return rows("limit_cycle_sensitivity", setting=name).set_index("value")[column]
 
 
+def oscillators(oscillator: str, omega_t: int, architecture: str, column: str) -> float:
+    """Mean of a column over the runs of one architecture with an oscillator."""
+    kept = rows("oscillators/matter", oscillator=oscillator, omega_t=omega_t)
+    return kept[kept.architecture == architecture][column].mean()
+
+
+def matter(oscillator: str, omega_t: int, column: str = "fitness") -> tuple[float, ...]:
+    """Difference of an oscillator to the phase, learned terms, with its 95 % interval."""
+    page = f"oscillators/matter-w{omega_t}"
+    return tuple(cells(page, column, oscillator, part=part)[0] for part in range(3))
+
+
 def legs_limit(feet: str = "ellipse") -> pd.DataFrame:
     """The least costs of transport that are known for quadruped C, by speed."""
     from tegotae.measures.gaits.limit import limit_table
