@@ -316,6 +316,28 @@ def matter(oscillator: str, omega_t: int, column: str = "fitness") -> tuple[floa
     return tuple(cells(page, column, oscillator, part=part)[0] for part in range(3))
 
 
+SHOWN = ("V", "VG", "AR", "ART", "ARG", "ARGT")
+"""The architectures with an oscillator on the page of generalisation."""
+
+
+def brackets(name: str, condition: str, side: str = "above", among: tuple = SHOWN) -> list[float]:
+    """Where half of the runs fail, over architectures: the least level passed, the most failed.
+
+    Of "moving" or "architectures" (keep their gait) in docs/_static/generalisation.
+    """
+    kept = rows(f"generalisation/{name}", condition=condition, side=side, architecture=list(among))
+    if side == "above":
+        return [kept.survived.min(), kept.failed.max()]
+    return [kept.survived.max(), kept.failed.min()]
+
+
+def varied(column: str, model: str, trained: str, *conditions: str) -> float:
+    """A number of trainings under changing conditions, over all levels or undisturbed."""
+    how = {"steady": "always the same episode", "varied": "changing conditions"}[trained]
+    page = "overall" if conditions else "undisturbed"
+    return cell(f"generalisation/{page}", column, model, how, *conditions)
+
+
 def legs_limit(feet: str = "ellipse") -> pd.DataFrame:
     """The least costs of transport that are known for quadruped C, by speed."""
     from tegotae.measures.gaits.limit import limit_table
