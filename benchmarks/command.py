@@ -11,8 +11,7 @@ from typing import Any
 
 from rich.table import Table
 
-from tegotae._support.devices import available_cores
-from tegotae._support.engines import NATIVE, VARIABLE, XLA, why_not_native
+from tegotae._support.engines import NATIVE, VARIABLE, XLA, available_cores, why_not_native
 from tegotae._support.errors import TegotaeError, require_count
 from tegotae._support.limits import require_memory
 from tegotae._support.progress import Console

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from benchmarks import engine, mujoco_walker
-from tegotae._support.optional_dependencies import MissingExtraError
+from tegotae._support.errors import MissingExtraError
 from tegotae.parts.bodies import (
     Bar,
     Body,

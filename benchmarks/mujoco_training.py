@@ -13,14 +13,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tegotae._support.optional_dependencies import require
+from tegotae._support.errors import require
 from tegotae.envs.env_spec import EnvSpec
 from tegotae.envs.mujoco.env import ModelEnv
 from tegotae.envs.pilot import Pilot
 from tegotae.envs.wiring_file import load_wiring
 from tegotae.systems.models import find
 from tegotae.training.environments.experiment import EnvExperiment
-from tegotae.training.environments.lanes import GymLanes, Lanes, ModelLanes
+from tegotae.training.environments.rollouts import GymLanes, Lanes, ModelLanes
 
 LANES = (16, 64)
 ENVS = 8

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from tegotae._support.optional_dependencies import require
+from tegotae._support.errors import require
 from tegotae.envs._types import MjData
 from tegotae.envs.mujoco.quadruped import Settings, description
 

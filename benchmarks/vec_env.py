@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tegotae._support.optional_dependencies import require
+from tegotae._support.errors import require
 from tegotae.envs import make_sb3
 from tegotae.envs._types import AnyEnv
 

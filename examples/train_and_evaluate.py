@@ -11,9 +11,9 @@ import numpy as np
 from tegotae import Fitness, Protocol, Timing, evaluate, find
 from tegotae.figures.style import COLOURS, new_figure, save_figure, styled
 from tegotae.training.evolution import Evolution
+from tegotae.training.evolve import Stopping
 from tegotae.training.run import Run
 from tegotae.training.settings import tuned
-from tegotae.training.stopping import Stopping
 
 METRICS = ("cot_inverse", "limit_cycle_share", "failed_share")
 

@@ -11,7 +11,7 @@ import tyro
 from playground import ControllerChoice, Page, standard
 from tegotae._support.errors import TegotaeError
 from tegotae._support.files import output_file, write_atomically
-from tegotae._support.quiet import note
+from tegotae._support.progress import note
 from tegotae.systems.resolve import resolve
 from tegotae.systems.zoo import stem
 from tegotae.training.collection import controller_of

@@ -8,8 +8,7 @@ import tempfile
 from importlib.util import find_spec
 from pathlib import Path
 
-from tegotae._support.errors import TegotaeError
-from tegotae._support.optional_dependencies import MissingExtraError, how_to_install
+from tegotae._support.errors import MissingExtraError, TegotaeError, how_to_install
 
 FLAGS = (
     *("-target", "wasm32-freestanding", "-std=c99", "-O2", "-fno-builtin"),

@@ -11,8 +11,7 @@ import numpy as np
 from playground.layout import LayoutEntry, texts
 from playground.program import Program
 from tegotae.export.c.reader import CReader
-from tegotae.lowering.nodes import Node, given
-from tegotae.lowering.tracing import keeping_calls
+from tegotae.lowering.nodes import Node, given, keeping_calls
 from tegotae.parts._shapes import ArrayTree
 
 ASKED = ("phase", "spring", "velocity")

@@ -25,7 +25,7 @@ from tegotae._support.documents import JsonObject
 from tegotae._support.errors import TegotaeError
 from tegotae._support.pages import as_script, filled
 from tegotae.measures.hopping.hopping import HOP_CLEARANCE, REST_SHARE
-from tegotae.measures.hopping.spectrum import MAIN_LOBE_BINS, REST_RANGE_M
+from tegotae.measures.hopping.signals import MAIN_LOBE_BINS, REST_RANGE_M
 from tegotae.measures.objectives.fitness import (
     EPISODE,
     SETTLE_S,

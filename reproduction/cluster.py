@@ -12,9 +12,8 @@ from types import ModuleType
 from typing import TYPE_CHECKING
 
 from tegotae._support.documents import Document
-from tegotae._support.errors import TegotaeError
-from tegotae._support.optional_dependencies import require
-from tegotae._support.quiet import note
+from tegotae._support.errors import TegotaeError, require
+from tegotae._support.progress import note
 from tegotae.study import Cell, CellResult, Pool, WorkersDiedError, measure_all
 
 if TYPE_CHECKING:

@@ -17,8 +17,7 @@ from tegotae._support import documents
 from tegotae._support.documents import DamagedDocumentError, Document
 from tegotae._support.errors import TegotaeError
 from tegotae._support.files import output_folder, write_atomically
-from tegotae._support.locks import locked
-from tegotae._support.workplace import STUDY, alone
+from tegotae._support.workplace import STUDY, alone, locked
 from tegotae.study import DamagedRecordError, Study
 from tegotae.systems.study_records import SUFFIX
 

@@ -25,9 +25,9 @@ from tegotae.systems.models import Model, all_models, find
 from tegotae.training.algorithms import PGPE, Algorithm
 from tegotae.training.algorithms.document import algorithm_document
 from tegotae.training.evolution import Evolution
+from tegotae.training.evolve import Stopping
 from tegotae.training.run import Run
 from tegotae.training.settings import configuration, tuned
-from tegotae.training.stopping import Stopping
 
 BUDGETS = (1280, 2560, 5120)
 """Training budgets [episodes] on the way to the plateau at which runs are evaluated, too. The first

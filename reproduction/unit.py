@@ -24,11 +24,10 @@ from tegotae.simulation.integrators import PredictorCorrector
 from tegotae.study import CellResult
 from tegotae.systems.experiment import Experiment
 from tegotae.systems.registry import parts_in, register
-from tegotae.systems.release import Release
+from tegotae.systems.system import Release
 from tegotae.training.evolution import Evolution
-from tegotae.training.evolve import Curves
+from tegotae.training.evolve import SEARCH, Curves
 from tegotae.training.run import Run
-from tegotae.training.stopping import SEARCH
 
 FORMAT = 4
 """Changed whenever the same configuration would give other numbers."""

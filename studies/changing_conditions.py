@@ -17,9 +17,10 @@ import numpy as np
 
 from kept import write_rows, write_text
 from tegotae.analysis.generalisation import CATALOGUE, ControllersUnderTest, Retention
-from tegotae.analysis.generalisation.run import Done, generalise
-from tegotae.analysis.generalisation.table import (
+from tegotae.analysis.generalisation.run import (
     MEASURES,
+    Done,
+    generalise,
     levels_survived,
     margin,
 )
@@ -32,9 +33,9 @@ from tegotae.systems.experiment import Experiment
 from tegotae.systems.models import find
 from tegotae.training.collection import read
 from tegotae.training.evolution import Evolution
+from tegotae.training.evolve import Stopping
 from tegotae.training.run import Run, train
 from tegotae.training.settings import tuned
-from tegotae.training.stopping import Stopping
 
 KEPT = Path(__file__).parents[1] / "docs" / "_static" / "generalisation"
 MODELS = ("V-sector-w8", "VG-gF-sector-w8", "ART-rF-tphif-w8", "T-Fv", "ARGT-rF-gF-tphif-w8")

@@ -26,8 +26,8 @@ from tegotae.simulation.rollout import Timing
 from tegotae.systems.models import find
 from tegotae.training.algorithms import PGPE
 from tegotae.training.evolution import Evolution
+from tegotae.training.evolve import Stopping
 from tegotae.training.run import Run
-from tegotae.training.stopping import Stopping
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"
 MODELS = (

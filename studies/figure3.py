@@ -33,9 +33,9 @@ from tegotae.systems.models import find
 from tegotae.training.agents import AgentLearner
 from tegotae.training.algorithms import CMAES, Algorithm
 from tegotae.training.evolution import Evolution
+from tegotae.training.evolve import Stopping
 from tegotae.training.run import Run, train
 from tegotae.training.settings import configuration, tuned
-from tegotae.training.stopping import Stopping
 
 MODELS = ("AR-rF-sector-w8", "AR-rF-reflex-w8")
 """The paper's policies I and II: learned A and R, constant gain, actuation (6) or (7)."""

@@ -30,10 +30,11 @@ from tegotae.analysis.generalisation import (
     Retention,
     margins,
 )
-from tegotae.analysis.generalisation.run import Done, generalise
-from tegotae.analysis.generalisation.table import (
+from tegotae.analysis.generalisation.run import (
     MEASURES,
+    Done,
     curve,
+    generalise,
     levels_survived,
     margin,
 )

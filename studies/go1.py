@@ -53,8 +53,8 @@ from go1_shown import as_c, keep, show
 from kept import write_rows
 from tegotae._support.tables import read_csv
 from tegotae.training.evolution import Evolution
+from tegotae.training.evolve import Stopping
 from tegotae.training.run import Run, train
-from tegotae.training.stopping import Stopping
 
 
 def vanilla() -> None:

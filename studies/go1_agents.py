@@ -28,7 +28,7 @@ from go1_plan import (
     tried,
 )
 from tegotae.envs.mujoco.sensing import Sensing
-from tegotae.training.environments.lanes import ModelLanes
+from tegotae.training.environments.rollouts import ModelLanes
 
 LANES = 24
 """Episodes side by side, eight at each frequency."""

@@ -21,8 +21,8 @@ from tegotae.envs.wiring_file import load_wiring
 from tegotae.parts.controller import Controller
 from tegotae.training.algorithms import PGPE
 from tegotae.training.environments.experiment import EnvExperiment
-from tegotae.training.environments.lanes import ModelLanes, Seeds
 from tegotae.training.environments.objectives import Return
+from tegotae.training.environments.rollouts import ModelLanes, Seeds
 
 ROOT = Path(__file__).resolve().parents[1]
 OUT = ROOT / "docs" / "_static" / "mujoco"

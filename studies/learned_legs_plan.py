@@ -20,9 +20,9 @@ from tegotae.systems.designs import Design, design
 from tegotae.systems.designs.tegotae import nominal_speed_m_per_s
 from tegotae.systems.experiment import Experiment
 from tegotae.training.evolution import Evolution
+from tegotae.training.evolve import Stopping
 from tegotae.training.run import Run
 from tegotae.training.settings import tuned
-from tegotae.training.stopping import Stopping
 
 FOLDER = Path("runs/learned_legs")
 """Where controllers are kept."""

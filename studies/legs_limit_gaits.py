@@ -16,7 +16,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from tegotae.parts.bodies import Body
-from tegotae.parts.commands import FOOT
+from tegotae.parts.channels import FOOT
 from tegotae.parts.controller import Controller
 from tegotae.parts.oscillators import PhaseOscillator
 from tegotae.parts.terms import EllipticFoot, Signals

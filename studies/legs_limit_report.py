@@ -19,7 +19,7 @@ from tegotae._support.tables import read_csv
 from tegotae.figures.gaits.colours import by_side, gait_colour, gait_marker
 from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, save_figure, styled
 from tegotae.measures.fronts import front
-from tegotae.measures.gaits.footfall import stances
+from tegotae.measures.gaits.lags import stances
 from tegotae.measures.gaits.limit import COLUMNS, FEET, bound, limit_table
 from tegotae.measures.gaits.names import named
 from tegotae.parts.bodies import Walker

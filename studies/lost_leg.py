@@ -26,7 +26,7 @@ from kept import write_rows, write_text
 from tegotae._support.tables import read_csv
 from tegotae.cli.status import exit_status
 from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, save_figure, styled
-from tegotae.measures.gaits.support import support_margin_m
+from tegotae.measures.gaits.lags import support_margin_m
 from tegotae.measures.objectives.walking import Walking
 from tegotae.parts.bodies import Walker
 from tegotae.parts.terms import CorrectedFoot, EllipticFoot
@@ -39,8 +39,8 @@ from tegotae.systems.legged_systems import hexapod, quadruped_c, settling, walki
 from tegotae.training.algorithms import CMAES
 from tegotae.training.collection import read
 from tegotae.training.evolution import Evolution
+from tegotae.training.evolve import Stopping
 from tegotae.training.run import Run, train
-from tegotae.training.stopping import Stopping
 
 FOLDER = Path("runs/lost_leg")
 TABLES = Path(__file__).resolve().parents[1] / "docs" / "_static" / "lost_leg"

@@ -34,16 +34,15 @@ from tegotae.figures.style import COLOURS, COLUMN_IN, new_figure, save_figure, s
 from tegotae.measures.hopping.statistics import interval
 from tegotae.parts.controller import Controller
 from tegotae.training.agents.actor import Feedback, Observed
-from tegotae.training.agents.policy import agent_controller, initial_weights
+from tegotae.training.agents.settings import agent_controller, initial_weights
 from tegotae.training.environments.experiment import EnvExperiment
-from tegotae.training.environments.lanes import ModelLanes
 from tegotae.training.environments.objectives import Hopping
-from tegotae.training.environments.rollouts import play
+from tegotae.training.environments.rollouts import ModelLanes, play
 from tegotae.training.evaluator import Generation
 from tegotae.training.evolution import Evolution
+from tegotae.training.evolve import Stopping
 from tegotae.training.run import Run
 from tegotae.training.settings import tuned
-from tegotae.training.stopping import Stopping
 
 OUT = Path(__file__).resolve().parents[1] / "docs" / "_static" / "mujoco"
 ALGORITHMS = ("pgpe", "ppo", "sac")

@@ -30,14 +30,13 @@ from tegotae.envs.pilot import Pilot
 from tegotae.envs.wiring_file import load_wiring
 from tegotae.figures.style import COLOURS, new_figure, save_figure, styled
 from tegotae.systems.controller_file import load
-from tegotae.training.environments.episode import EpisodeBatch
 from tegotae.training.environments.experiment import EnvExperiment
-from tegotae.training.environments.objectives import Return, UserObjective
+from tegotae.training.environments.objectives import EpisodeBatch, Return, UserObjective
 from tegotae.training.environments.rollouts import EnvRollouts, lanes_of, play
 from tegotae.training.evolution import Evolution
+from tegotae.training.evolve import Stopping
 from tegotae.training.run import Run, train
 from tegotae.training.settings import tuned
-from tegotae.training.stopping import Stopping
 
 ROOT = Path(__file__).resolve().parents[1]
 OUT = ROOT / "docs" / "_static" / "mujoco"

@@ -39,9 +39,9 @@ from tegotae.systems.grammar import BUDGET
 from tegotae.systems.models import find
 from tegotae.training.algorithms import PGPE
 from tegotae.training.evolution import Evolution
+from tegotae.training.evolve import Stopping
 from tegotae.training.run import Run, train
 from tegotae.training.settings import tuned
-from tegotae.training.stopping import Stopping
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"
 SIZES = (96, 128, 256, 1024)

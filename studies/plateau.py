@@ -34,10 +34,9 @@ from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, save_figure, sty
 from tegotae.systems.models import find
 from tegotae.training.algorithms import CMAES, Algorithm, OpenES
 from tegotae.training.evolution import Evolution
-from tegotae.training.evolve import Progress
+from tegotae.training.evolve import RUNNING, Progress, Stopping
 from tegotae.training.run import Run
 from tegotae.training.settings import configuration
-from tegotae.training.stopping import RUNNING, Stopping
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"
 

@@ -18,8 +18,7 @@ from reproduction.calibration.scores import (
     tuned_gain,
 )
 from reproduction.readings.readings import Reading
-from tegotae.analysis.outcome import Outcome, OutcomeSummary
-from tegotae.analysis.sweep import as_maps, lanes
+from tegotae.analysis.sweep import Outcome, OutcomeSummary, as_maps, lanes
 from tegotae.measures.evaluation import Protocol, evaluate
 from tegotae.measures.hopping.gait import FAILED, GaitSummary
 from tegotae.measures.objectives.fitness import EPISODE, Fitness, HopOutcome

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from reproduction.optimum import proofs
 from reproduction.optimum.exact import verify
-from tegotae._support.optional_dependencies import require
+from tegotae._support.errors import require
 from tegotae.measures.optimum import curve
 from tegotae.parts.bodies import Hopper
 

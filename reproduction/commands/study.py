@@ -12,7 +12,7 @@ import tyro
 from reproduction.folder import Folder
 from reproduction.plan import Plan, plan
 from reproduction.record import Record
-from tegotae._support.devices import require_workers
+from tegotae._support.engines import require_workers
 from tegotae._support.errors import TegotaeError
 from tegotae._support.files import output_file, output_folder, write_atomically
 from tegotae.cli.figure.output import PictureFormat

@@ -11,9 +11,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
-from tegotae.analysis.gain_sweep import GainSweep
 from tegotae.analysis.resonance import find_losses, find_resonance
-from tegotae.analysis.ridge import Ridge
+from tegotae.analysis.ridge import GainSweep, Ridge
 from tegotae.figures.data import joined, long_table
 from tegotae.figures.maps import draw_quantity, regime_legend
 from tegotae.figures.style import COLOURS, COLUMN_IN, new_figure, styled

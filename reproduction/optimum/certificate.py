@@ -32,8 +32,7 @@ from reproduction.optimum.problem import (
     most_lift_off,
     most_speed,
 )
-from tegotae._support.errors import TegotaeError, require_count
-from tegotae._support.optional_dependencies import require
+from tegotae._support.errors import TegotaeError, require, require_count
 from tegotae.parts.bodies import Body, Hopper
 
 _DEGREE = 2

@@ -13,8 +13,7 @@ import numpy as np
 from reproduction.optimum.best import STANCES
 from reproduction.optimum.proofs import DIGITS, write_bounds
 from reproduction.optimum.trajectory import highest_frequency, optimise
-from tegotae._support.errors import TegotaeError, require_count, require_finite
-from tegotae._support.optional_dependencies import require
+from tegotae._support.errors import TegotaeError, require, require_count, require_finite
 from tegotae._support.progress import reporting
 from tegotae._support.tables import write_csv
 from tegotae.measures.optimum import COLUMNS

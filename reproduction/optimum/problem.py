@@ -20,8 +20,8 @@ import numpy as np
 from scipy.optimize import brentq
 
 from tegotae._support.errors import TegotaeError, require_finite
-from tegotae.measures.hopping.efficiency import check_work
 from tegotae.measures.hopping.hopping import HOP_CLEARANCE
+from tegotae.measures.hopping.signals import check_work
 from tegotae.parts.bodies import Body, Hopper
 
 _TAYLOR_ORDER = 8

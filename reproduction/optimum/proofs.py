@@ -21,8 +21,8 @@ import numpy as np
 
 from reproduction.optimum.certificate import Certificate, certify, upper_certificates
 from reproduction.optimum.exact import covers, verify, written
-from tegotae._support.arrays import read_arrays, write_arrays
 from tegotae._support.errors import TegotaeError
+from tegotae._support.files import read_arrays, write_arrays
 from tegotae._support.progress import reporting
 from tegotae._support.tables import write_csv
 from tegotae.measures import optimum

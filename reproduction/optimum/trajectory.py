@@ -18,8 +18,7 @@ from reproduction.optimum.problem import (
     most_landing,
     most_lift_off,
 )
-from tegotae._support.errors import TegotaeError, require_count
-from tegotae._support.optional_dependencies import require
+from tegotae._support.errors import TegotaeError, require, require_count
 from tegotae.parts.bodies import Body, Hopper
 
 

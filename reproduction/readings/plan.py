@@ -25,9 +25,9 @@ from tegotae.systems.models import Model, find
 from tegotae.training.algorithms import PGPE, Algorithm
 from tegotae.training.algorithms.document import algorithm_document
 from tegotae.training.evolution import Evolution
+from tegotae.training.evolve import Stopping
 from tegotae.training.run import Run
 from tegotae.training.settings import configuration, tuned
-from tegotae.training.stopping import Stopping
 
 _KIND = "multiverse-"
 

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from tegotae._support.errors import TegotaeError, require_count, require_finite
-from tegotae.measures.hopping.efficiency import check_work
+from tegotae.measures.hopping.signals import check_work
 from tegotae.parts.bodies import Hopper
 from tegotae.parts.terms import Actuation, with_vanilla_settings
 from tegotae.systems.grammar import BUDGET

@@ -30,8 +30,7 @@ if TYPE_CHECKING:
     from tegotae.systems.legged import Legged
     from tegotae.systems.models import Model, all_models, build, find
     from tegotae.systems.registry import register
-    from tegotae.systems.release import Release
-    from tegotae.systems.system import System
+    from tegotae.systems.system import Release, System
 
     __version__: str
 
@@ -50,8 +49,7 @@ _HOMES = {
     "systems.legged": ("Legged",),
     "systems.models": ("Model", "all_models", "build", "find"),
     "systems.registry": ("register",),
-    "systems.release": ("Release",),
-    "systems.system": ("System",),
+    "systems.system": ("Release", "System"),
 }
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
 

@@ -20,12 +20,10 @@ from typing import Any, Protocol, cast
 import numpy as np
 
 from tegotae._support import documents
-from tegotae._support.arrays import checksum, read_arrays, with_checksum, write_arrays
-from tegotae._support.devices import available_cores
 from tegotae._support.documents import Document
-from tegotae._support.engines import OF_EARLIER_FILES, require_engine, selected
+from tegotae._support.engines import OF_EARLIER_FILES, available_cores, require_engine, selected
 from tegotae._support.errors import TegotaeError
-from tegotae._support.files import output_folder
+from tegotae._support.files import checksum, output_folder, read_arrays, with_checksum, write_arrays
 from tegotae._support.progress import reporting
 from tegotae._support.workers import Workers, WorkersDied
 from tegotae.simulation.native import forget_programs

@@ -15,8 +15,7 @@ from studies.tuning.spaces.base import Settings
 from studies.tuning.task import Task
 from studies.tuning.tuner import P_PRUNED
 from tegotae._support.engines import selected
-from tegotae._support.errors import TegotaeError
-from tegotae._support.optional_dependencies import require
+from tegotae._support.errors import TegotaeError, require
 from tegotae.measures.hopping.statistics import Interval, interval, paired_difference
 from tegotae.training.folder import versions_of
 

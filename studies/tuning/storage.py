@@ -15,11 +15,9 @@ import msgspec
 
 from tegotae._support import documents
 from tegotae._support.documents import DamagedDocumentError, Json, JsonObject, differing
-from tegotae._support.errors import TegotaeError
+from tegotae._support.errors import TegotaeError, require
 from tegotae._support.files import output_file, output_folder
-from tegotae._support.locks import hold
-from tegotae._support.optional_dependencies import require
-from tegotae._support.workplace import earlier, move
+from tegotae._support.workplace import earlier, hold, move
 
 if TYPE_CHECKING:
     from optuna.study import Study

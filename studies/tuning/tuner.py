@@ -16,10 +16,9 @@ from studies.tuning.spaces import Space, space_of
 from studies.tuning.spaces.base import Settings
 from studies.tuning.storage import opened
 from studies.tuning.task import Task
-from tegotae._support.devices import available_cores, require_workers
 from tegotae._support.documents import CODE
-from tegotae._support.errors import TegotaeError, require_count
-from tegotae._support.optional_dependencies import require
+from tegotae._support.engines import available_cores, require_workers
+from tegotae._support.errors import TegotaeError, require, require_count
 from tegotae._support.progress import Reporter, reporting
 from tegotae._support.workers import Workers, WorkersDied
 from tegotae.systems.experiment import Experiment

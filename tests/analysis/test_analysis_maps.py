@@ -26,7 +26,7 @@ from tegotae.analysis import (
     sweep_gain,
 )
 from tegotae.analysis.basin import distinct
-from tegotae.analysis.gain_sweep import GainSweep
+from tegotae.analysis.ridge import GainSweep
 from tegotae.measures.hopping.gait import (
     AT_REST,
     FAILED,

@@ -15,8 +15,7 @@ from tegotae.analysis.gaits import system
 from tegotae.analysis.gaits.parameter_axes import Axis
 from tegotae.analysis.gaits.stability import crossings, fit_return_map, stability
 from tegotae.cli import main
-from tegotae.measures.gaits.lags import TURN, apart
-from tegotae.measures.gaits.section import lags_at_sections
+from tegotae.measures.gaits.lags import TURN, apart, lags_at_sections
 
 BAR = system("bar-light").with_system(timing=Timing(duration_s=30.0))
 RATIOS = (-1.0, 0.9, 0.95, 1.05, 1.1)

@@ -11,7 +11,6 @@ import pytest
 from tegotae import TegotaeError, find
 from tegotae.analysis.gaits import system
 from tegotae.analysis.gaits.basin import find_basin
-from tegotae.analysis.gaits.document import system_document
 from tegotae.analysis.gaits.lesion import GaitLesion
 from tegotae.analysis.gaits.parameter_axes import (
     Axis,
@@ -19,6 +18,7 @@ from tegotae.analysis.gaits.parameter_axes import (
     lanes_at,
     settings,
 )
+from tegotae.analysis.gaits.simulate import system_document
 from tegotae.cli.gait.options import GaitCommand
 from tegotae.parts.bodies import Sensors
 from tegotae.parts.controller import Controller

@@ -36,7 +36,7 @@ from tegotae.figures.gaits.colours import gait_colour
 from tegotae.figures.gaits.poses import pose
 from tegotae.measures.gaits.lags import OfPhases, OfTouchdowns, apart
 from tegotae.measures.gaits.names import NO_GAIT, PATTERNS
-from tegotae.measures.gaits.wilson import wilson
+from tegotae.measures.hopping.statistics import wilson
 from tegotae.parts.bodies import Bar, Hopper, Sensors
 from tegotae.systems.controller_file import SavedController, save
 

@@ -25,14 +25,13 @@ from tegotae.analysis.generalisation import (
     tried,
 )
 from tegotae.analysis.generalisation.retention import GaitRetention, Walked
-from tegotae.analysis.generalisation.run import Trial, generalise
-from tegotae.analysis.generalisation.table import curve, margin, write_tables
+from tegotae.analysis.generalisation.run import Trial, curve, generalise, margin, write_tables
 from tegotae.analysis.generalisation.trial import check_levels
 from tegotae.cli import main
 from tegotae.cli.generalise import Generalise
 from tegotae.measures.gaits.summary import CoordinationSummary
-from tegotae.parts.bodies.interface import Interface
-from tegotae.parts.commands import FOOT
+from tegotae.parts.bodies.base import Interface
+from tegotae.parts.channels import FOOT
 from tegotae.simulation.integrators import Hold
 from tegotae.systems import controller_file
 from tegotae.systems.controller_file import SavedController

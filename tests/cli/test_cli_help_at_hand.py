@@ -10,8 +10,7 @@ from pathlib import Path
 import pytest
 
 from tegotae import __version__
-from tegotae._support.progress import reporting
-from tegotae._support.quiet import QUIET, note
+from tegotae._support.progress import QUIET, note, reporting
 from tegotae.cli import main, parsed
 from tegotae.cli.doctor import extras, installed
 

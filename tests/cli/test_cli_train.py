@@ -23,8 +23,8 @@ from tegotae.parts.bodies import Hopper
 from tegotae.parts.terms import SectorAndReflex
 from tegotae.systems import controller_file
 from tegotae.systems.models import find
+from tegotae.training.evaluator import GAINS
 from tegotae.training.run import train
-from tegotae.training.search import GAINS
 
 
 @pytest.fixture

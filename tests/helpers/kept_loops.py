@@ -31,8 +31,8 @@ from tegotae.systems import controller_file
 from tegotae.training.algorithms import PGPE
 from tegotae.training.environments.experiment import EnvExperiment
 from tegotae.training.evolution import Evolution
+from tegotae.training.evolve import Stopping
 from tegotae.training.run import Run, train
-from tegotae.training.stopping import Stopping
 
 KEPT = TESTS / "kept" / "loops.npz"
 

@@ -15,9 +15,9 @@ from tegotae.cli import main
 from tegotae.measures.objectives.fitness import Fitness
 from tegotae.systems import controller_file
 from tegotae.training.evolution import Evolution
+from tegotae.training.evolve import Stopping
 from tegotae.training.run import Run
 from tegotae.training.settings import tuned
-from tegotae.training.stopping import Stopping
 
 SEEDS = (0, 1)
 GENERATIONS = 4

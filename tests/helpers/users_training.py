@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from tegotae.training.evolution import Evolution
+from tegotae.training.evolve import Stopping
 from tegotae.training.run import Run
-from tegotae.training.stopping import Stopping
 
 
 def run_of(parts: Any, generations: int = 3) -> Run[Any]:

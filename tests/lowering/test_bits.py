@@ -12,8 +12,7 @@ import pytest
 
 from lowered import available_targets, evaluated, of_everything, same_bits, samples
 from tegotae.lowering.episode import TracedEpisode, compile_episode
-from tegotae.lowering.llvm.compile import Compiled, object_file
-from tegotae.lowering.llvm.target import target_of
+from tegotae.lowering.llvm.compile import Compiled, object_file, target_of
 
 DTYPES = ("float32", "float64")
 

@@ -13,9 +13,9 @@ import pytest
 from lowered import evaluated, program
 from tegotae import TegotaeError
 from tegotae.lowering.episode import compile_episode
-from tegotae.lowering.errors import CannotLower
 from tegotae.lowering.function import compile_function
-from tegotae.lowering.llvm.step import load_step
+from tegotae.lowering.llvm.compile import load_step
+from tegotae.lowering.nodes import CannotLower
 
 X = np.linspace(-2.0, 2.0, 21).astype("float32")
 
@@ -98,7 +98,7 @@ def test_a_function_of_one_lane_steps_as_its_trace_does():
 PLAIN = """
 import json, sys
 from tegotae.lowering.layout import MemoryLayout
-from tegotae.lowering.llvm.step import load_step
+from tegotae.lowering.llvm.compile import load_step
 layouts = [MemoryLayout.of_document(each) for each in json.loads(sys.argv[2])]
 step = load_step(open(sys.argv[1], "rb").read(), *layouts)
 step.reset(phase=0.5)

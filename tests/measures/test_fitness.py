@@ -11,14 +11,15 @@ import numpy as np
 import pytest
 
 from tegotae import Engine, Hopper, Scenario, TegotaeError, Timing, Trajectory, build
-from tegotae.measures.hopping.efficiency import cot_inverse, work_total
 from tegotae.measures.hopping.gait import GaitSummary
 from tegotae.measures.hopping.hopping import hop_height_m
-from tegotae.measures.hopping.spectrum import (
+from tegotae.measures.hopping.signals import (
+    cot_inverse,
     delta_omega,
     peak,
     rest_delta_omega,
     spectrum,
+    work_total,
 )
 from tegotae.measures.objectives.fitness import EPISODE, HERTZ, SETTLE_S, Fitness
 from tegotae.measures.objectives.objective import FAILED_FITNESS, Objective

@@ -8,7 +8,6 @@ import pytest
 
 from tegotae import TegotaeError
 from tegotae.analysis.gaits import gait_of, leg_names, named
-from tegotae.measures.gaits.footfall import stances
 from tegotae.measures.gaits.lags import (
     OfPhases,
     OfTouchdowns,
@@ -18,6 +17,7 @@ from tegotae.measures.gaits.lags import (
     moved,
     order_parameter,
     over_strides,
+    stances,
     step_frequency_hz,
     time_to_lock,
 )

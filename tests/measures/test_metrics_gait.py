@@ -11,13 +11,7 @@ import pytest
 
 from synthetic import Hopping, seconds
 from tegotae import TegotaeError
-from tegotae.measures.hopping import (
-    REGIMES,
-    from_samples,
-    gait,
-    measure,
-    smoothness,
-)
+from tegotae.measures.hopping import REGIMES, from_samples, gait, measure, smoothness
 
 UNDEFINED_WITHOUT_CYCLE = (
     "limit_cycle_period",

@@ -16,8 +16,7 @@ from synthetic import Hopping, seconds
 from tegotae import TegotaeError
 from tegotae.cli import main
 from tegotae.measures.hopping import LimitCycle, measure
-from tegotae.measures.hopping.denoised import denoised
-from tegotae.measures.hopping.noise import cleaned, noise_std, work_under_noise
+from tegotae.measures.hopping.noise import cleaned, denoised, noise_std, work_under_noise
 
 GUIDES = ROOT / "docs" / "guides"
 TIME = seconds(20.0, 0.01)

@@ -3,7 +3,7 @@
 import pytest
 
 from tegotae import TegotaeError
-from tegotae.measures.gaits.support import support_margin_m
+from tegotae.measures.gaits.lags import support_margin_m
 from tegotae.parts.bodies import Walker
 from tegotae.systems.legged_systems import system
 

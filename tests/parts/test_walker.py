@@ -22,7 +22,7 @@ from tegotae import (
     check_body,
 )
 from tegotae.parts.bodies import Walker
-from tegotae.parts.bodies.attitude import angles, from_angles, rotation
+from tegotae.parts.bodies.walker.mechanics import angles, from_angles, rotation
 from tegotae.parts.controller import Tegotae
 from tegotae.parts.oscillators import PhaseOscillator
 from tegotae.parts.terms import (

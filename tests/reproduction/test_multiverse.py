@@ -60,8 +60,8 @@ from tegotae.parts.bodies import Hopper
 from tegotae.parts.terms import Reflex, Sector, SectorAndReflex
 from tegotae.simulation.rollout import Timing
 from tegotae.systems.models import find
-from tegotae.training.search import best_gain
-from tegotae.training.stopping import CAP
+from tegotae.training.evaluator import best_gain
+from tegotae.training.evolve import CAP
 
 NAMES = tuple(choice.name for choice in PRIOR)
 

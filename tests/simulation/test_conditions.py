@@ -19,8 +19,7 @@ from tegotae.simulation.world import (
     Step,
     Uniform,
 )
-from tegotae.simulation.world.draws import applied, draw
-from tegotae.simulation.world.randomization import Randomization
+from tegotae.simulation.world.draws import Randomization, applied, draw
 from tegotae.systems import controller_file
 from tegotae.systems.experiment import Experiment
 from tegotae.training.evaluator import Generation, evaluator_of

@@ -34,10 +34,10 @@ from tegotae.simulation import native
 from tegotae.training import settings as configurations
 from tegotae.training.algorithms import PGPE
 from tegotae.training.evolution import Evolution
+from tegotae.training.evolve import Stopping
 from tegotae.training.registry import agents, evolutions, learner
 from tegotae.training.run import Run, train
 from tegotae.training.settings import configuration, load, tuned
-from tegotae.training.stopping import Stopping
 from toy_tuning import TASK
 
 optuna = pytest.importorskip("optuna")

@@ -24,7 +24,6 @@ from reproduction.readings.plan import multiverse
 from reproduction.record import DamagedRecordError, read
 from tegotae import TegotaeError
 from tegotae._support import documents
-from tegotae._support.arrays import read_arrays
 from tegotae._support.documents import (
     DamagedDocumentError,
     checked,
@@ -32,6 +31,7 @@ from tegotae._support.documents import (
     parse,
     parse_toml,
 )
+from tegotae._support.files import read_arrays
 from tegotae._support.pages import as_script
 from tegotae.systems import controller_file
 from tegotae.training.curves import read_curves

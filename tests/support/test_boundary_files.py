@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 
 from tegotae import Engine, TegotaeError
-from tegotae._support.arrays import read_arrays
+from tegotae._support.files import read_arrays
 from tegotae.analysis.gaits.checkpoint import in_parts
 from tegotae.cli.options import experiments_at
 from tegotae.cli.status import warn_in_one_line
-from tegotae.measures.recordings import files
-from tegotae.measures.recordings.files import read_columns
+from tegotae.measures import recordings
+from tegotae.measures.recordings import read_columns
 from tegotae.systems import controller_file
 
 
@@ -72,7 +72,7 @@ def test_a_recording_that_would_unpack_to_gigabytes_is_not_unpacked(tmp_path, mo
     path = tmp_path / "walk.npz"
     path.write_bytes(archive(time_s=np.zeros(2**20), height_m=np.zeros(2**20)))
     assert path.stat().st_size < 100_000
-    monkeypatch.setattr(files, "MOST_BYTES", 2**22)
+    monkeypatch.setattr(recordings, "MOST_BYTES", 2**22)
     monkeypatch.setattr(np, "load", lambda *_, **__: pytest.fail("it was unpacked"))
     with pytest.raises(TegotaeError, match="it unpacks to 16 MiB, more than 4 MiB"):
         read_columns(path)

@@ -10,14 +10,14 @@ import sys
 import pytest
 
 from tegotae._support.errors import TegotaeError
-from tegotae._support.locks import locked
+from tegotae._support.workplace import locked
 from tegotae.training.agents import AgentLearner
 from tegotae.training.run import Run, train
 
 HOLDER = """
 import sys
 from pathlib import Path
-from tegotae._support.locks import locked
+from tegotae._support.workplace import locked
 
 with locked(Path(sys.argv[1])):
     print("locked", flush=True)

@@ -14,7 +14,7 @@ from places import ROOT
 from programs import main
 from reproduction.folder import Folder
 from tegotae import TegotaeError, load
-from tegotae._support.arrays import read_arrays, with_checksum, write_arrays
+from tegotae._support.files import read_arrays, with_checksum, write_arrays
 from tegotae.measures.evaluation import evaluate
 from tegotae.measures.hopping.statistics import mean_defined
 from tegotae.systems import controller_file

@@ -41,9 +41,9 @@ from tegotae.training.agents import (  # noqa: E402
 )
 from tegotae.training.agents.learning import AgentTraining, learn, make_agent  # noqa: E402
 from tegotae.training.algorithms import PGPE  # noqa: E402
-from tegotae.training.curve_file import COLUMNS  # noqa: E402
 from tegotae.training.curves import read_curves  # noqa: E402
 from tegotae.training.evolve import start  # noqa: E402
+from tegotae.training.learner import COLUMNS  # noqa: E402
 from tegotae.training.registry import learner  # noqa: E402
 from tegotae.training.run import Run, train  # noqa: E402
 

@@ -40,7 +40,7 @@ def test_agents_learn_in_continuous_time_and_say_so():
 
 
 def test_the_gain_of_a_vanilla_controller_is_searched_held():
-    from tegotae.training.search import best_gain
+    from tegotae.training.evaluator import best_gain
 
     usual = find("V-reflex-w8").experiment()
     short = usual.replaced(

@@ -18,9 +18,8 @@ from tegotae.systems.experiment import Experiment
 from tegotae.systems.system import System
 from tegotae.training.algorithms import PGPE
 from tegotae.training.evolution import Evolution
-from tegotae.training.evolve import start
+from tegotae.training.evolve import Stopping, start
 from tegotae.training.run import Run
-from tegotae.training.stopping import Stopping
 
 DIMENSIONS = 5
 SETTINGS = PGPE(

@@ -30,9 +30,9 @@ from tegotae.measures.objectives.fitness import Fitness
 from tegotae.systems import controller_file
 from tegotae.training import run as training_run
 from tegotae.training.algorithms import PGPE
+from tegotae.training.evaluator import GAINS
+from tegotae.training.evolve import Stopping
 from tegotae.training.run import Run, train
-from tegotae.training.search import GAINS
-from tegotae.training.stopping import Stopping
 
 # What is written.
 
@@ -140,7 +140,7 @@ import os, signal, sys
 from pathlib import Path
 import conftest  # the tests' promotion rules: with others XLA may round otherwise
 import tiny
-from tegotae.training.stopping import Stopping
+from tegotae.training.evolve import Stopping
 from tegotae.training.run import train
 
 def kill(step):
@@ -169,10 +169,10 @@ def test_a_killed_training_goes_on_and_ends_in_the_same_numbers(tiny_training, t
 WITH_VECTORS = """
 import sys
 from pathlib import Path
-from tegotae.lowering.llvm import target
+from tegotae.lowering.llvm import compile
 
-chosen = target.target_of(sys.argv[1])
-target._host = lambda name: chosen
+chosen = compile.target_of(sys.argv[1])
+compile._host = lambda name: chosen
 
 import conftest
 import tiny

@@ -25,9 +25,9 @@ from tegotae.training.agents.learning import make_agent  # noqa: E402
 from tegotae.training.agents.on_environment import EnvAgentTraining  # noqa: E402
 from tegotae.training.curves import FITNESS, read_curves  # noqa: E402
 from tegotae.training.environments.experiment import EnvExperiment  # noqa: E402
-from tegotae.training.environments.lanes import ModelLanes  # noqa: E402
 from tegotae.training.environments.objectives import Hopping, Return, UserObjective  # noqa: E402
 from tegotae.training.environments.replay import replay  # noqa: E402
+from tegotae.training.environments.rollouts import ModelLanes  # noqa: E402
 from tegotae.training.environments.step_rewards import PerHop  # noqa: E402
 from tegotae.training.run import Run, train  # noqa: E402
 from wired_experiment import HERE, WIRING, experiment  # noqa: E402

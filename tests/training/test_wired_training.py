@@ -24,16 +24,14 @@ from tegotae.systems.controller_file import SavedController
 from tegotae.systems.models import build
 from tegotae.training.algorithms import PGPE, OpenES
 from tegotae.training.curves import read_curves
-from tegotae.training.environments.episode import EpisodeBatch
-from tegotae.training.environments.evaluator import SampleWarning
+from tegotae.training.environments.evaluator import SampleWarning, WorkerPool
 from tegotae.training.environments.experiment import EnvExperiment
-from tegotae.training.environments.objectives import Hopping, Return, UserObjective
+from tegotae.training.environments.objectives import EpisodeBatch, Hopping, Return, UserObjective
 from tegotae.training.environments.rollouts import EnvRollouts
-from tegotae.training.environments.worker_pool import WorkerPool
 from tegotae.training.evaluator import Generation
 from tegotae.training.evolution import Evolution
+from tegotae.training.evolve import Stopping
 from tegotae.training.run import Run, train
-from tegotae.training.stopping import Stopping
 from wired_experiment import ENV, HERE, WIRING, experiment
 
 GENERATIONS = 3

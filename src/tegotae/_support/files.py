@@ -1,12 +1,19 @@
-"""Writing files so that a crash, a full disk or a kill never leaves half a file."""
+"""Files that are whole or not there; NumPy archives without pickle, bounded, with checksums."""
 
 from __future__ import annotations
 
 import contextlib
+import hashlib
+import io
 import os
 import secrets
 import tempfile
+import zipfile
+from collections.abc import Iterable, Mapping
 from pathlib import Path
+from typing import BinaryIO
+
+import numpy as np
 
 from tegotae._support.errors import TegotaeError
 
@@ -81,3 +88,90 @@ def output_file(path: Path) -> Path:
     if path.is_dir():
         raise TegotaeError(f"cannot write {path}: it is a folder")
     return path
+
+
+def read_arrays(
+    file: Path | BinaryIO, most_bytes: int, names: Iterable[str] | None = None
+) -> dict[str, np.ndarray]:
+    """The arrays of an archive by name.
+
+    A few kilobytes can unpack to gigabytes, so the archive's directory is asked first.
+
+    Args:
+        file: its path, or the open file.
+        most_bytes: of all arrays together.
+        names: of those that are read; all by default.
+
+    Raises:
+        ValueError: if it is larger than that, no archive, or damaged.
+        OSError: if it cannot be read, such as without permission.
+
+    Example:
+        >>> import io
+        >>> stream = io.BytesIO()
+        >>> np.savez_compressed(stream, zeros=np.zeros(1_000_000))
+        >>> len(stream.getvalue()) < 10_000
+        True
+        >>> read_arrays(stream, 2**20)
+        Traceback (most recent call last):
+        ...
+        ValueError: it unpacks to 7.63 MiB, more than 1 MiB
+    """
+    try:
+        return _read(file, most_bytes, names)
+    except OSError as error:
+        if error.strerror:  # the system's, not that of a reader who met no archive
+            raise
+        raise ValueError(str(error)) from None
+    except Exception as error:  # a flipped bit in a zip archive may raise nearly anything
+        raise ValueError(str(error) or type(error).__name__) from None
+
+
+def checksum(text: str, arrays: dict[str, np.ndarray]) -> str:
+    """A hash of a text and of arrays with their names, types and shapes."""
+    digest = hashlib.sha256(text.encode())
+    for name in sorted(arrays):
+        values = np.ascontiguousarray(arrays[name])
+        digest.update(f"{name} {values.dtype.str} {values.shape}".encode())
+        digest.update(values.tobytes())
+    return digest.hexdigest()
+
+
+def with_checksum(header: str, arrays: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Arrays with a `header`, and a `checksum` over all of it."""
+    noted = checksum(header, dict(arrays))
+    return {"header": np.array(header), "checksum": np.array(noted), **arrays}
+
+
+def write_arrays(path: Path, arrays: Mapping[str, np.ndarray]) -> None:
+    """Write an archive, whole or not at all.
+
+    Args:
+        path: its file.
+        arrays: of numbers or text, by name.
+
+    Raises:
+        TegotaeError: if it cannot be written, such as for want of space.
+    """
+    stream = io.BytesIO()
+    np.savez_compressed(stream, allow_pickle=False, **arrays)
+    write_atomically(path, stream.getvalue())
+
+
+def _read(
+    file: Path | BinaryIO, most_bytes: int, names: Iterable[str] | None
+) -> dict[str, np.ndarray]:
+    with zipfile.ZipFile(file) as directory:
+        unpacked = sum(entry.file_size for entry in directory.infolist())
+    if unpacked > most_bytes:
+        raise ValueError(
+            f"it unpacks to {unpacked / 2**20:.3g} MiB, more than {most_bytes / 2**20:.3g} MiB"
+        )
+    if not isinstance(file, Path):
+        file.seek(0)
+    with np.load(file, allow_pickle=False) as stored:
+        arrays = {name: stored[name] for name in (stored.files if names is None else names)}
+    for name, values in arrays.items():
+        if not isinstance(values, np.ndarray):
+            raise ValueError(f"its entry {name!r} is no array")
+    return arrays

@@ -1,8 +1,10 @@
-"""Showing people how far long work is: a bar on a terminal, a line now and then elsewhere."""
+"""Progress of long work, and notes, on standard error."""
 
 from __future__ import annotations
 
 import math
+import os
+import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -19,7 +21,20 @@ from rich.progress import (
 )
 from rich.text import Text
 
-from tegotae._support.quiet import is_quiet
+QUIET = "TEGOTAE_QUIET"
+"""Environment variable that leaves out progress and notes; the switch --quiet sets it."""
+
+
+def is_quiet() -> bool:
+    """Whether progress and notes are left out."""
+    return os.environ.get(QUIET, "") not in ("", "0")
+
+
+def note(line: str) -> None:
+    """Print a line on standard error, for people, unless they want none."""
+    if not is_quiet():
+        print(line, file=sys.stderr, flush=True)
+
 
 _SECONDS_BETWEEN_LINES = 10.0
 

@@ -18,9 +18,8 @@ from typing import TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from tegotae._support.errors import TegotaeError
+from tegotae._support.errors import TegotaeError, require
 from tegotae._support.files import output_file, write_atomically
-from tegotae._support.optional_dependencies import require
 
 _Number = TypeVar("_Number", int, float)
 Column = npt.ArrayLike | Sequence[object]

@@ -1,10 +1,7 @@
 """Computations behind the figures: from a controller to arrays, without drawing."""
 
 from tegotae.analysis.basin import Attractor, HopperBasin, map_basin
-from tegotae.analysis.gain_sweep import GainSweep, sweep_gain
-from tegotae.analysis.locking import locking_ratios
 from tegotae.analysis.orbit import NoLimitCycleError, Orbit, find_orbit
-from tegotae.analysis.outcome import Outcome, OutcomeSummary
 from tegotae.analysis.phase_response import PhaseResponse, measure_phase_response
 from tegotae.analysis.poincare import Poincare, poincare_section, transient
 from tegotae.analysis.portrait import Paths, paths_of
@@ -14,9 +11,9 @@ from tegotae.analysis.resonance import (
     find_losses,
     find_resonance,
 )
-from tegotae.analysis.ridge import Ridge, find_ridge, one_to_one_ridge
+from tegotae.analysis.ridge import GainSweep, Ridge, find_ridge, one_to_one_ridge, sweep_gain
 from tegotae.analysis.surface import Surface, actuation_surface, sees_velocity
-from tegotae.analysis.sweep import axis
+from tegotae.analysis.sweep import Outcome, OutcomeSummary, axis, locking_ratios
 
 __all__ = [
     "Attractor",

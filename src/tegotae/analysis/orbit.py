@@ -11,7 +11,7 @@ import numpy as np
 from tegotae._support.errors import TegotaeError
 from tegotae.measures.hopping.gait import LIMIT_CYCLE, REGIMES, GaitSummary
 from tegotae.measures.hopping.hopping import hops
-from tegotae.measures.hopping.smoothness import require_measurable
+from tegotae.measures.hopping.signals import require_measurable
 from tegotae.parts.bodies import require_one_limb
 from tegotae.systems.controller_file import SavedController
 

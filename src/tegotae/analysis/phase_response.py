@@ -9,7 +9,7 @@ import numpy as np
 from tegotae._support.errors import TegotaeError, require_count
 from tegotae._support.limits import MOST_M, MOST_POINTS, require_within
 from tegotae.analysis.orbit import Orbit, require_enterable
-from tegotae.analysis.outcome import turn
+from tegotae.analysis.sweep import turn
 from tegotae.measures.hopping.hopping import hops
 from tegotae.measures.hopping.limit_cycle import LimitCycle
 from tegotae.parts.bodies import Hopper

@@ -11,7 +11,7 @@ import numpy as np
 from tegotae._support.errors import TegotaeError, require_count, require_finite
 from tegotae._support.limits import MOST_POINTS
 from tegotae.analysis.orbit import Orbit, oscillator_state_names, require_enterable
-from tegotae.analysis.outcome import turn
+from tegotae.analysis.sweep import turn
 from tegotae.measures.hopping.hopping import hops
 from tegotae.systems.controller_file import SavedController
 

@@ -9,7 +9,7 @@ from typing import Any
 
 from tegotae._start import end_on_ctrl_c, open_streams, ready
 from tegotae._support.errors import TegotaeError, unknown
-from tegotae._support.quiet import QUIET
+from tegotae._support.progress import QUIET
 from tegotae.cli.commands import TEGOTAE
 from tegotae.cli.console import make_safe
 from tegotae.cli.help import help_of, overview, overview_of
@@ -107,7 +107,7 @@ def parsed(
 
 
 def _check_environment() -> None:
-    from tegotae._support.devices import check_environment
+    from tegotae._support.engines import check_environment
 
     check_environment()
 

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, metadata, version
 
 from tegotae import __version__
-from tegotae._support.optional_dependencies import how_to_install
+from tegotae._support.errors import how_to_install
 
 _CORE = ("jax", "jaxlib", "numpy", "scipy", "matplotlib")
 """Required packages whose versions decide about results."""
@@ -95,7 +95,7 @@ def _extras() -> Iterator[tuple[str, str]]:
 
 
 def _machine() -> dict[str, str | int]:
-    from tegotae._support.devices import available_cores
+    from tegotae._support.engines import available_cores
 
     compiler = next(filter(None, map(shutil.which, _COMPILERS)), None)
     return {

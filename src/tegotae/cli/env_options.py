@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import tyro
 
 from tegotae._support.documents import DamagedDocumentError, Json, parse
-from tegotae._support.errors import TegotaeError
-from tegotae._support.optional_dependencies import require_all
+from tegotae._support.errors import TegotaeError, require_all
 from tegotae.cli.extras import of_environment
 from tegotae.cli.options import UNSET
 from tegotae.systems.models import find

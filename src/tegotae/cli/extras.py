@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from tegotae._support.optional_dependencies import require_all
-from tegotae.systems.env_task import EnvTask, is_mujoco_model
+from tegotae._support.errors import require_all
+from tegotae.systems.controller_set import EnvTask, is_mujoco_model
 
 
 def of_environment(env: str) -> dict[str, str]:

@@ -62,8 +62,7 @@ class Generalise(PictureFormat):
         if not self.places:
             raise TegotaeError("name a controller file, a folder, or a study's folder")
         from tegotae._support.workplace import GENERALISATION, require_free_for
-        from tegotae.analysis.generalisation.run import generalise
-        from tegotae.analysis.generalisation.table import write_tables
+        from tegotae.analysis.generalisation.run import generalise, write_tables
         from tegotae.figures.generalisation import curves_figure
         from tegotae.figures.style import save_figure
 

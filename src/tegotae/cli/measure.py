@@ -13,7 +13,7 @@ import tyro
 
 from tegotae._support.documents import JsonObject
 from tegotae._support.errors import TegotaeError, require_finite
-from tegotae._support.quiet import note
+from tegotae._support.progress import note
 from tegotae.cli.console import one_line
 from tegotae.cli.options import UNSET, WorkOption
 from tegotae.cli.tables import print_rows, print_text

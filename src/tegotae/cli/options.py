@@ -27,9 +27,8 @@ from tegotae.systems.experiment import Experiment
 from tegotae.systems.grammar import BUDGET
 from tegotae.systems.models import all_models, find
 from tegotae.systems.presets import preset
-from tegotae.systems.release import Release
 from tegotae.systems.resolve import Resolved, resolve
-from tegotae.systems.system import System
+from tegotae.systems.system import Release, System
 from tegotae.systems.user_objects import is_reference, named
 from tegotae.training.collection import controller_of
 from tegotae.training.settings import tuned

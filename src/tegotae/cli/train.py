@@ -13,9 +13,8 @@ from typing import TYPE_CHECKING, Annotated, cast
 import numpy as np
 import tyro
 
-from tegotae._support.errors import TegotaeError, require_count
+from tegotae._support.errors import TegotaeError, require, require_all, require_count
 from tegotae._support.limits import MOST_SEEDS
-from tegotae._support.optional_dependencies import require, require_all
 from tegotae.cli.env_options import EnvOptions
 from tegotae.cli.extras import of_environment
 from tegotae.cli.options import ExperimentOptions, experiment_named, settings_named
@@ -29,11 +28,10 @@ from tegotae.systems.user_objects import is_reference
 from tegotae.training.agents import AgentLearner, AgentSettings
 from tegotae.training.algorithms import Algorithm
 from tegotae.training.evolution import Evolution
-from tegotae.training.learner import LearningStep
+from tegotae.training.evolve import CAP, PLATEAU, RUNNING, SEARCH, Stopping
+from tegotae.training.learner import LearningStep, Trainable
 from tegotae.training.registry import agents, evolutions
 from tegotae.training.run import Run, train
-from tegotae.training.stopping import CAP, PLATEAU, RUNNING, SEARCH, Stopping
-from tegotae.training.trainable import Trainable
 
 if TYPE_CHECKING:
     from tegotae.training.environments.experiment import EnvExperiment
@@ -233,7 +231,7 @@ def longest_s(folder: Path) -> float:
     Raises:
         TegotaeError: for a folder without the learning curves of a training.
     """
-    from tegotae.training.curve_file import curves_of
+    from tegotae.training.learner import curves_of
 
     if not (folder / "curves.csv").is_file():
         raise TegotaeError(f"{folder} holds no training to learn as long as; it has no curves.csv")

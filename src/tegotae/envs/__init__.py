@@ -12,8 +12,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from tegotae._support.errors import unknown
-from tegotae._support.optional_dependencies import require
+from tegotae._support.errors import require, unknown
 
 require("gymnasium", "gym")
 

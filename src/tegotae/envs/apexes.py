@@ -7,8 +7,8 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 
-from tegotae.measures.hopping.efficiency import cot_inverse
 from tegotae.measures.hopping.hopping import dies_out, left_out
+from tegotae.measures.hopping.signals import cot_inverse
 
 
 class Apexes(NamedTuple):

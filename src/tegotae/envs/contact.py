@@ -9,8 +9,7 @@ import gymnasium
 import numpy as np
 from gymnasium.spaces import Box
 
-from tegotae._support.errors import TegotaeError, unknown
-from tegotae._support.optional_dependencies import require
+from tegotae._support.errors import TegotaeError, require, unknown
 from tegotae.envs._types import AnyEnv
 from tegotae.envs.naming import observation_names, space_of
 

@@ -9,13 +9,12 @@ from pathlib import Path
 from typing import TypeVar
 
 from tegotae._support.documents import Json
-from tegotae._support.errors import TegotaeError, formatted, unknown
-from tegotae._support.optional_dependencies import require
+from tegotae._support.errors import TegotaeError, formatted, require, unknown
 from tegotae.envs._types import AnyEnv
 from tegotae.envs.mujoco.sensing import located
 from tegotae.envs.mujoco.settings import PACKAGED, ModelSettings
 from tegotae.envs.wiring import Wiring
-from tegotae.systems.env_task import is_mujoco_model
+from tegotae.systems.controller_set import is_mujoco_model
 from tegotae.systems.user_objects import is_reference, named, source_of
 
 T = TypeVar("T")

@@ -8,7 +8,7 @@ import jax
 import jax.numpy as jnp
 
 from tegotae._support.errors import require_finite
-from tegotae.measures.hopping.efficiency import check_work, cot_inverse
+from tegotae.measures.hopping.signals import check_work, cot_inverse
 from tegotae.parts._shapes import Numeric
 
 

@@ -10,8 +10,7 @@ import gymnasium
 import numpy as np
 from numpy.typing import ArrayLike
 
-from tegotae._support.errors import TegotaeError, require_count
-from tegotae._support.optional_dependencies import require
+from tegotae._support.errors import TegotaeError, require, require_count
 from tegotae.envs._types import Info
 from tegotae.envs.core import TELEMETRY, EnvStep, Hoppers
 from tegotae.envs.lanes import LaneScenarios

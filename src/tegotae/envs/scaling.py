@@ -9,8 +9,7 @@ from types import ModuleType
 import jax.numpy as jnp
 import numpy as np
 
-from tegotae._support.errors import TegotaeError, unknown
-from tegotae._support.optional_dependencies import require
+from tegotae._support.errors import TegotaeError, require, unknown
 from tegotae.envs._types import AnyEnv, MjData, MjModel
 from tegotae.envs.wiring import Wiring
 from tegotae.parts.bodies import Body, Interface

@@ -14,8 +14,7 @@ from typing import Any
 import numpy as np
 from matplotlib.animation import FuncAnimation
 
-from tegotae._support.errors import TegotaeError, formatted
-from tegotae._support.optional_dependencies import require
+from tegotae._support.errors import TegotaeError, formatted, require
 from tegotae.envs._types import MjData, MjModel
 from tegotae.envs.mujoco.batch import ModelBatch
 from tegotae.envs.mujoco.settings import ModelSettings

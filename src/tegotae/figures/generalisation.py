@@ -11,8 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from tegotae.analysis.generalisation.disturbance import Disturbance
-from tegotae.analysis.generalisation.run import Done
-from tegotae.analysis.generalisation.table import MEASURES, share_interval
+from tegotae.analysis.generalisation.run import MEASURES, Done, share_interval
 from tegotae.figures.style import COLOURS, PAGE_IN, literal, new_figure, styled
 
 MOST_LINES = len(COLOURS)

@@ -7,8 +7,8 @@ from fractions import Fraction
 import numpy as np
 from matplotlib.figure import Figure
 
-from tegotae.analysis.gain_sweep import GainSweep
-from tegotae.analysis.locking import locking_ratios
+from tegotae.analysis.ridge import GainSweep
+from tegotae.analysis.sweep import locking_ratios
 from tegotae.figures.data import long_table
 from tegotae.figures.maps import category_patch, draw_categories, draw_regimes, regime_legend
 from tegotae.figures.style import COLOURS, COLUMN_IN, new_figure, styled

@@ -13,8 +13,7 @@ from tegotae.figures.data import Table
 from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, styled
 from tegotae.figures.surface import phase_ticks
 from tegotae.measures.hopping.measured import Measured
-from tegotae.measures.hopping.smoothness import FORCE_PERIOD_S
-from tegotae.measures.hopping.spectrum import Spectrum, spectrum
+from tegotae.measures.hopping.signals import FORCE_PERIOD_S, Spectrum, spectrum
 from tegotae.parts._shapes import AnyArray
 
 _SHOWN = 0.01

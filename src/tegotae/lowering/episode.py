@@ -13,15 +13,12 @@ from dataclasses import dataclass, field
 import jax
 import numpy as np
 
-from tegotae._support.devices import available_cores
-from tegotae.lowering.buffers import aligned
-from tegotae.lowering.jaxprs import Tree
-from tegotae.lowering.lane_reader import LaneReader
-from tegotae.lowering.llvm.compile import Compiled
+from tegotae._support.engines import available_cores
+from tegotae.lowering.layout import aligned
+from tegotae.lowering.llvm.compile import Compiled, Target, target_of
 from tegotae.lowering.llvm.module import EpisodeModule
-from tegotae.lowering.llvm.target import Target, target_of
-from tegotae.lowering.nodes import KINDS, Node, array_of, given, scalars
-from tegotae.lowering.stages import Roots, Stages
+from tegotae.lowering.nodes import KINDS, Node, Tree, array_of, given, scalars
+from tegotae.lowering.stages import LaneReader, Roots, Stages
 
 _BUFFER_BYTES = 4 * 2**20
 """Frames that a thread records before they are collected, unless a block alone has more."""

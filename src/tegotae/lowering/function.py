@@ -8,17 +8,19 @@ from dataclasses import dataclass, field
 import jax
 import numpy as np
 
-from tegotae.lowering.buffers import Rows
 from tegotae.lowering.graph import Reader
-from tegotae.lowering.jaxprs import Tree
-from tegotae.lowering.layout import Entry, MemoryLayout
-from tegotae.lowering.llvm.compile import Compiled, object_file
+from tegotae.lowering.layout import Entry, MemoryLayout, Rows
+from tegotae.lowering.llvm.compile import (
+    Compiled,
+    NativeStep,
+    Target,
+    object_file,
+    sealed,
+    target_of,
+)
 from tegotae.lowering.llvm.emit import Emitter
-from tegotae.lowering.llvm.seal import sealed
-from tegotae.lowering.llvm.step import NativeStep
-from tegotae.lowering.llvm.target import Target, target_of
 from tegotae.lowering.llvm.writer import FunctionWriter
-from tegotae.lowering.nodes import KINDS, Node, array_of, given, scalars
+from tegotae.lowering.nodes import KINDS, Node, Tree, array_of, given, scalars
 
 
 @dataclass(frozen=True)

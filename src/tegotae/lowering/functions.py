@@ -20,7 +20,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
-from tegotae.lowering.jaxprs import Traced
+from tegotae.lowering.nodes import Traced
 
 
 class _Format(NamedTuple):

@@ -9,25 +9,27 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from tegotae.lowering.errors import CannotLower
-from tegotae.lowering.folding import folded
 from tegotae.lowering.functions import function
-from tegotae.lowering.jaxprs import Detail, Parameters, Traced
-from tegotae.lowering.moves import MOVES, moved_by_number
 from tegotae.lowering.nodes import (
     DTYPES,
     KINDS,
+    CannotLower,
+    Detail,
     Fork,
     Loop,
     Node,
+    Parameters,
+    Traced,
     array_of,
     constant,
     given,
+    is_of_jax,
     literal,
+    place_of,
     scalars,
 )
 from tegotae.lowering.operations import CALLS, OPERATIONS
-from tegotae.lowering.places import is_of_jax, place_of
+from tegotae.lowering.rewriting import MOVES, folded, moved_by_number
 
 _LONGEST_SCAN = 256
 """Rounds of a loop of known length that are written out one after the other."""

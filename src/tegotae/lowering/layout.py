@@ -1,15 +1,81 @@
-"""Names, types and shapes of what a compiled function takes and gives; needs no JAX."""
+"""Where values lie in the buffers that compiled code is called with."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
-from tegotae.lowering.buffers import Rows
-from tegotae.lowering.nodes import KINDS
+from tegotae.lowering.nodes import DTYPES, KINDS
+
+ALIGNMENT = 64
+"""Bytes that memory begins at a multiple of: a vector of AVX-512."""
+
+
+@dataclass(frozen=True)
+class Rows:
+    """Scalars of these kinds, each a row of as many lanes as one likes; true and false as int32."""
+
+    kinds: tuple[str, ...]
+
+    @cached_property
+    def dtypes(self) -> tuple[np.dtype, ...]:
+        """The type of each row in memory."""
+        return tuple(np.dtype("int32" if k == "bool" else DTYPES[k]) for k in self.kinds)
+
+    @cached_property
+    def offsets(self) -> tuple[int, ...]:
+        """Where each row begins, in bytes a lane: wide ones first, so that all are aligned."""
+        sizes = [dtype.itemsize for dtype in self.dtypes]
+        ends = {size: sum(each for each in sizes if each > size) for size in sizes}
+        offsets = []
+        for size in sizes:
+            offsets.append(ends[size])
+            ends[size] += size
+        return tuple(offsets)
+
+    @cached_property
+    def size(self) -> int:
+        """Bytes a lane of all rows, a multiple of the widest one's."""
+        sizes = [dtype.itemsize for dtype in self.dtypes]
+        widest = max(sizes, default=1)
+        return -(-sum(sizes) // widest) * widest
+
+    def memory(self, lanes: int, times: int = 1) -> np.ndarray:
+        """Bytes for all rows of so many lanes, so many times."""
+        return aligned(self.size * lanes * times)
+
+    def view(
+        self, memory: np.ndarray, first: int, last: int, lanes: int, times: int = 1
+    ) -> np.ndarray:
+        """Rows that follow each other, of one type: [times, rows, lanes]."""
+        if first == last:
+            return np.empty((times, 0, lanes))
+        dtype = self.dtypes[first]
+        row = dtype.itemsize * lanes
+        return np.ndarray(
+            (times, last - first, lanes),
+            dtype,
+            memory.data,
+            self.offsets[first] * lanes,
+            (self.size * lanes, row, dtype.itemsize),
+        )
+
+
+def aligned(size: int) -> np.ndarray:
+    """So many bytes of memory, which begin where a vector may."""
+    memory = np.empty(size + ALIGNMENT, np.uint8)
+    offset = -memory.ctypes.data % ALIGNMENT
+    return memory[offset : offset + size]
+
+
+def numbers_of(memory: np.ndarray, dtypes: Sequence[str]) -> list[np.ndarray]:
+    """Scalars of these types in memory of eight bytes each, as arrays of one entry."""
+    return [np.ndarray((1,), dtype, memory.data, 8 * i) for i, dtype in enumerate(dtypes)]
+
 
 _Written = Iterable[tuple[str, str, Iterable[int]]]
 """A layout as JSON values: of each array its name, type and shape."""

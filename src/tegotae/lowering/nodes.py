@@ -1,20 +1,154 @@
-"""What a trace is taken apart into: scalars, and branches and loops of them."""
+"""The nodes of a graph of scalars, where they come from in the traced code, and its errors."""
 
 from __future__ import annotations
 
+import ast
+import functools
 import itertools
-from collections.abc import Sequence
+from collections.abc import Callable, Generator, Mapping, Sequence
+from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from pathlib import Path
+from typing import Any, ParamSpec, TypeAlias, TypeVar
 
+import jax
 import numpy as np
 from numpy.typing import ArrayLike
 
-from tegotae.lowering.errors import CannotLower
-from tegotae.lowering.jaxprs import Detail
+from tegotae._support.errors import TegotaeError
+from tegotae._support.transforms import jit
 
-if TYPE_CHECKING:
-    from tegotae.lowering.places import Place
+Traced: TypeAlias = Any
+"""A jaxpr or a piece of one: JAX declares neither shapes nor types of what stands in it."""
+Parameters: TypeAlias = Mapping[str, Any]
+"""What an operation of a trace is given beside arrays: each has entries of its own."""
+Tree: TypeAlias = Any
+"""Any pytree of arrays, or of their shapes, such as a lane's state."""
+Detail: TypeAlias = Any
+"""What a node knows beside its inputs: a number, a name, or which branch or loop it is."""
+
+
+P = ParamSpec("P")
+T = TypeVar("T")
+
+_kept: ContextVar[bool] = ContextVar("kept", default=False)
+
+
+def stays_a_call(function: Callable[P, T]) -> Callable[P, T]:
+    """Let the function stay one call in traces made within `keeping_calls`.
+
+    Everywhere else it is the plain function: nothing of it shows in a compiled program.
+    """
+    apart = jit(function)
+
+    @functools.wraps(function)
+    def call(*args: P.args, **kwargs: P.kwargs) -> T:
+        return (apart if _kept.get() else function)(*args, **kwargs)
+
+    return call
+
+
+@contextmanager
+def keeping_calls() -> Generator[None]:
+    """While this lasts, traces show calls of functions that are made for it.
+
+    Example:
+        >>> import jax
+        >>> import jax.numpy as jnp
+        >>> @stays_a_call
+        ... def doubled(x):
+        ...     return x + x
+        >>> with keeping_calls():
+        ...     trace = jax.make_jaxpr(lambda x: doubled(x))(jnp.ones(()))
+        >>> trace.eqns[0].params["name"]
+        'doubled'
+    """
+    token = _kept.set(True)
+    try:
+        yield
+    finally:
+        _kept.reset(token)
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where in a program something is computed."""
+
+    file: Path
+    line: int
+    function: str
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """What the line's assignment calls its value or its values; else the function's name."""
+        name = self.function.split(".")[-1].strip("_")
+        return _assigned(self.file).get(self.line) or (name if name.isidentifier() else "value",)
+
+
+def is_of_jax(path: str) -> bool:
+    """Whether a path, or what begins with one, is that of a file of JAX itself."""
+    return _JAX in path
+
+
+_JAX = str(Path(jax.__file__).parent)
+
+
+def place_of(equation: Traced) -> Place | None:
+    """The line of the program that made an operation of a trace, if that is known."""
+    try:
+        frames = equation.source_info.traceback.frames
+    except AttributeError:
+        return None
+    for frame in frames:
+        path = frame.file_name
+        if path != __file__ and not is_of_jax(path) and not path.startswith("<"):
+            return Place(Path(path), frame.line_num, frame.function_name)
+    return None
+
+
+@functools.cache
+def _assigned(file: Path) -> dict[int, tuple[str, ...]]:
+    """The names that each line of a file assigns to."""
+    try:
+        tree = ast.parse(file.read_text(encoding="utf-8"))
+    except (OSError, ValueError, SyntaxError):
+        return {}
+    found: dict[int, tuple[str, ...]] = {}
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Assign):
+            target = node.targets[0]
+        elif isinstance(node, ast.AugAssign | ast.AnnAssign):
+            target = node.target
+        else:
+            continue
+        each = target.elts if isinstance(target, ast.Tuple) else [target]
+        names = tuple(name.id for name in each if isinstance(name, ast.Name))
+        if len(names) == len(each):
+            for line in range(node.lineno, (node.end_lineno or node.lineno) + 1):
+                found[line] = names
+    return found
+
+
+class CannotLower(TegotaeError):  # noqa: N818 - it says what cannot be done
+    """An operation that has no native code: which, and where it was written.
+
+    Args:
+        operation: its name in a trace, or other words that name it.
+        place: the line of the program, if that is known.
+        why: what about it, if not all of it.
+
+    Example:
+        >>> print(CannotLower("sort"))
+        'sort' has no native code
+    """
+
+    def __init__(self, operation: str, place: Place | None = None, why: str = "") -> None:
+        named = repr(operation) if operation.isidentifier() else operation
+        where = "" if place is None else f" ({place.file.name}, line {place.line})"
+        super().__init__(f"{named}{where} has no native code{why and ': '}{why}")
+        self.operation, self.place, self.why = operation, place, why
+
 
 KINDS = {
     "float32": "float",

@@ -9,8 +9,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
-from tegotae.lowering.jaxprs import Detail, Parameters
-from tegotae.lowering.nodes import DTYPES, FLOATS, Node
+from tegotae.lowering.nodes import DTYPES, FLOATS, Detail, Node, Parameters
 
 ATOM, UNARY, PRODUCT, SUM, ORDER, EQUAL, BITS, CHOICE = 9, 8, 7, 6, 5, 4, 3, 1
 """How tightly C binds, from names and calls to `?:`."""

@@ -16,7 +16,6 @@ from numpy.typing import ArrayLike
 from tegotae._support.documents import JsonObject, as_json
 from tegotae._support.errors import TegotaeError, require_count, require_finite
 from tegotae._support.limits import MOST_M, MOST_POINTS, MOST_RAD_PER_S
-from tegotae.measures.hopping.efficiency import check_work
 from tegotae.measures.hopping.episode import ClampedEpisodes
 from tegotae.measures.hopping.gait import gait
 from tegotae.measures.hopping.hopping import Hops, hops
@@ -36,7 +35,7 @@ from tegotae.measures.hopping.registry import (
     summarise,
     with_needed,
 )
-from tegotae.measures.hopping.smoothness import require_measurable
+from tegotae.measures.hopping.signals import check_work, require_measurable
 from tegotae.measures.hopping.statistics import Interval, mean_defined
 from tegotae.parts._shapes import Numeric
 from tegotae.parts.bodies import Body, Hopper, require_one_limb

@@ -1,4 +1,4 @@
-"""Channels: what can be recorded of a rollout, declared by bodies, oscillators and the recorder."""
+"""What a part offers to recordings and listens to: channels and commands."""
 
 from __future__ import annotations
 
@@ -14,7 +14,16 @@ if TYPE_CHECKING:  # of the room above, which records: no import where the progr
 else:
     RecordedFrame = Tick = object
 
-__all__ = ["Channel", "Combined", "Latest", "RecordedFrame", "State", "Tick", "Total"]
+__all__ = [
+    *("FOOT", "FORCE"),
+    *("Channel", "Combined", "Latest", "RecordedFrame", "State", "Tick", "Total"),
+]
+
+
+FORCE = ("force",)
+"""The force of the leg's actuator [N]."""
+FOOT = ("foot_x", "foot_z")
+"""Where the foot shall be, from its place at rest: forward and up, in the axes of the body [m]."""
 
 
 @dataclass(frozen=True)

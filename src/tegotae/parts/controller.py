@@ -15,7 +15,7 @@ from tegotae._support.errors import (
     whole_numbers,
 )
 from tegotae.parts._shapes import Number, PerCommand, PerLimb, StateTree, Weights, WeightVector
-from tegotae.parts.couplings.base import Coupling
+from tegotae.parts.couplings import Coupling
 from tegotae.parts.oscillators import Oscillator
 from tegotae.parts.terms.actuation import Actuation
 from tegotae.parts.terms.base import Signals, Term

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import jax
 import jax.numpy as jnp
 
-from tegotae.lowering.tracing import stays_a_call
+from tegotae.lowering.nodes import stays_a_call
 
 TWO_PI = 6.283185307179586
 

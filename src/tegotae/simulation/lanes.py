@@ -15,7 +15,7 @@ from tegotae.parts.controller import Controller
 from tegotae.parts.fields import path_of
 from tegotae.simulation.episode import LaneInputs
 from tegotae.simulation.world import Scenario, map_change
-from tegotae.simulation.world.changes import GROUND, OMEGA
+from tegotae.simulation.world.scenario import GROUND, OMEGA
 
 
 def as_lanes(

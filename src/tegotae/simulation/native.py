@@ -11,15 +11,13 @@ import jax
 import numpy as np
 from jax.typing import DTypeLike
 
-from tegotae._support.devices import available_cores
-from tegotae._support.engines import EngineWarning
+from tegotae._support.engines import EngineWarning, available_cores
 from tegotae._support.transforms import compiled_for
-from tegotae.lowering.errors import CannotLower
+from tegotae.lowering.nodes import CannotLower
 from tegotae.parts.bodies import Body
-from tegotae.simulation.blocks import filled
 from tegotae.simulation.episode import EpisodeProgram, LaneInputs, Shared
 from tegotae.simulation.recorder import Trajectory
-from tegotae.simulation.timing import Timing
+from tegotae.simulation.timing import Timing, filled
 from tegotae.simulation.world import Scenario
 
 if TYPE_CHECKING:

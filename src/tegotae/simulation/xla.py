@@ -11,10 +11,9 @@ import jax.numpy as jnp
 from tegotae._support.transforms import jit_with_static
 from tegotae.parts._shapes import Index
 from tegotae.parts.bodies import Body
-from tegotae.simulation.blocks import by_blocks
 from tegotae.simulation.episode import EpisodeProgram, LaneInputs, LoopState, Shared
 from tegotae.simulation.recorder import Trajectory
-from tegotae.simulation.timing import Timing
+from tegotae.simulation.timing import Timing, by_blocks
 
 LANES_OF_A_BLOCK = 512
 """Lanes that a CPU advances together. Always so many, the last block filled up, so that a lane's

@@ -20,6 +20,7 @@ from tegotae.parts._shapes import LaneNumbers
 from tegotae.parts.bodies import Body, Hopper, Interface
 from tegotae.parts.controller import Controller
 from tegotae.parts.weight_names import flat, nested, spelled
+from tegotae.systems.controller_set import EnvTask
 from tegotae.systems.descriptions import (
     UsersPartError,
     describe,
@@ -27,7 +28,6 @@ from tegotae.systems.descriptions import (
     restore,
 )
 from tegotae.systems.earlier_files import of_earlier_version, usual_system, with_interface
-from tegotae.systems.env_task import EnvTask
 from tegotae.systems.experiment import Experiment
 from tegotae.systems.system import System
 from tegotae.systems.zoo import documents as zoo_documents
@@ -191,7 +191,7 @@ def load(path: Path | str) -> SavedController:
     """Read a controller file, of this version or an earlier one, or a controller of the zoo.
 
     Args:
-        path: the file, or a name of the zoo (`tegotae.systems.zoo.names`).
+        path: the file, or a name of the zoo (`tegotae.systems.zoo.file`).
 
     Raises:
         TegotaeError: if there is none, or it is truncated, of a later version, or not ours; or for

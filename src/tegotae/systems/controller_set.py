@@ -1,4 +1,4 @@
-"""Controllers that belong together: the weights that one training found, run by run."""
+"""Weights of one controller over several runs, with where they were trained."""
 
 from __future__ import annotations
 
@@ -6,15 +6,89 @@ import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+import msgspec
 import numpy as np
 
-from tegotae._support.documents import Json
+from tegotae._support.documents import Json, JsonObject
 from tegotae.measures.evaluation import Protocol
 from tegotae.parts.bodies import Body
 from tegotae.parts.controller import Controller
-from tegotae.systems.env_task import EnvTask
 from tegotae.systems.experiment import Experiment
 from tegotae.systems.system import System
+
+WIRING_FORMAT = "tegotae wiring"
+MODELS = ("hopper", "leg", "quadruped")
+"""MuJoCo models that come with this package."""
+
+
+def is_mujoco_model(env: str) -> bool:
+    """Whether an environment is a MuJoCo model, whose physics needs no environment around it.
+
+    Example:
+        >>> is_mujoco_model("my_leg.xml"), is_mujoco_model("leg"), is_mujoco_model("Hopper-v5")
+        (True, True, False)
+    """
+    return env.endswith((".xml", ".mjcf")) or env in MODELS
+
+
+class LimbDocument(msgspec.Struct, forbid_unknown_fields=True):
+    """A limb in a file; see `tegotae.envs.Limb`."""
+
+    senses: dict[str, str]
+    drives: str | list[str]
+    rest: float | None = None
+    push: float | None = None
+    phase_rad: float = 0.0
+
+
+class WiringDocument(msgspec.Struct, forbid_unknown_fields=True):
+    """A wiring in a file; see `tegotae.envs.Wiring`."""
+
+    limbs: list[LimbDocument]
+    format: str = WIRING_FORMAT
+    scales: dict[str, float] = {}
+    max_force: float = 4.0
+    max_feedback_rad_per_s: float = 10.0
+    sector_rad: list[float] | None = None
+    step_s: float | None = None
+    observation_names: list[str] | None = None
+    action_names: list[str] | None = None
+    contact_bodies: list[str] = []
+    height: str | None = None
+    work: str | None = None
+    work_positive: str | None = None
+    work_net: str | None = None
+    rest_length_m: float | None = None
+    controller: str | None = None
+    """A controller file, relative to this one, or any name of one (`tegotae.systems.resolve`)."""
+    weights: list[float] | None = None
+    """Of the vanilla controller: σ alone."""
+    omega: float | None = None
+
+
+class EnvTask(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """What a system's weights were to learn on an environment."""
+
+    env: str
+    """The environment's name (`tegotae.envs.env_spec.EnvSpec`)."""
+    settings: JsonObject = {}
+    """What it was made with."""
+    wiring: WiringDocument
+    """What the limbs sense and drive there."""
+    objective: JsonObject
+    """The measure of an episode: its `kind`, and its settings."""
+    duration_s: float
+    """Length of an episode [s]."""
+    episodes: int = 1
+    """How many episodes each candidate had."""
+    omegas: list[float] = []
+    """Frequencies that they had in turn [rad/s], if not the wiring's alone."""
+    seed: int = 0
+    """Of the first episode's reset."""
+    evaluation_episodes: int = 0
+    """Episodes of the evaluation set, where generations draw their own starts."""
+    sha256: dict[str, str] = {}
+    """Of the files that it names, by what each is."""
 
 
 @dataclass(frozen=True)

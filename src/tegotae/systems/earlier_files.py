@@ -16,8 +16,7 @@ from tegotae.parts.controller import Controller
 from tegotae.parts.fields import unwrapped
 from tegotae.simulation.rollout import Timing
 from tegotae.systems.descriptions import describe, entry, restore
-from tegotae.systems.release import Release
-from tegotae.systems.system import System
+from tegotae.systems.system import Release, System
 
 WALKING = 200.0
 """Time in which a walker settles [√(l0 / g)]."""

@@ -19,8 +19,8 @@ from tegotae.parts.bodies import Body, Hopper
 from tegotae.parts.controller import Controller
 from tegotae.simulation.rollout import Timing
 from tegotae.simulation.world import Condition, Scenario
-from tegotae.simulation.world.changes import OMEGA
 from tegotae.simulation.world.draws import check_conditions, check_releases
+from tegotae.simulation.world.scenario import OMEGA
 from tegotae.systems.descriptions import (
     UsersPartError,
     check_kept,

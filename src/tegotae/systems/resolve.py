@@ -37,14 +37,13 @@ from tegotae.systems import controller_file, zoo
 from tegotae.systems.controller_file import SavedController
 from tegotae.systems.designs import design, is_design
 from tegotae.systems.experiment import Experiment
-from tegotae.systems.fronts import front_walker, is_front_name
 from tegotae.systems.legged import Legged, require_legs
 from tegotae.systems.legged_systems import SYSTEMS, settling
 from tegotae.systems.models import all_models, find
 from tegotae.systems.presets import PRESETS, preset
-from tegotae.systems.release import Release
 from tegotae.systems.study_records import controllers_of_study, is_study
-from tegotae.systems.system import System
+from tegotae.systems.system import Release, System
+from tegotae.systems.tuned import front_walker, is_front_name
 from tegotae.systems.user_objects import is_reference, named
 from tegotae.systems.zoo import is_zoo_name
 

@@ -12,8 +12,8 @@ import numpy as np
 from tegotae._support.documents import JsonObject
 from tegotae._support.errors import TegotaeError, require_finite
 from tegotae._support.limits import MOST_M, MOST_RAD_PER_S, require_within
-from tegotae.measures.hopping.efficiency import check_work, cot_inverse, work_total
 from tegotae.measures.hopping.hopping import dies_out, whole_hops
+from tegotae.measures.hopping.signals import check_work, cot_inverse, work_total
 from tegotae.parts._shapes import AnyArray, LaneNumbers, Numeric
 from tegotae.parts.bodies import Hopper, require_one_limb
 from tegotae.parts.controller import Controller

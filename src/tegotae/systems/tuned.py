@@ -1,8 +1,4 @@
-"""Walkers whose few numbers are tuned: vanilla feedback, the cosine law, or forced phases.
-
-A family says which numbers of a legged system are free, and between which values. All walkers of a
-family are lanes of one program, each with its own frequency, gain and ellipse.
-"""
+"""Vanilla systems tuned for speed and cost, and the fronts of the tuned."""
 
 from __future__ import annotations
 
@@ -13,7 +9,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tegotae._support.errors import TegotaeError, unknown
+from tegotae._support.errors import TegotaeError, require_finite, unknown
+from tegotae._support.tables import number
+from tegotae.measures.fronts import NEAR, front
 from tegotae.measures.gaits.names import patterns_for
 from tegotae.parts.controller import Controller, Tegotae
 from tegotae.parts.terms import (
@@ -26,6 +24,7 @@ from tegotae.parts.terms import (
 )
 from tegotae.simulation.rollout import Scenario
 from tegotae.systems.legged import Legged, random_phases
+from tegotae.systems.legged_systems import system
 
 Numbers = Mapping[str, np.ndarray]
 """Numbers of walkers by name, [walkers]."""
@@ -221,3 +220,50 @@ def ellipse_of(legged: Legged) -> EllipticFoot:
 def _number(numbers: Mapping[str, float], name: str) -> float:
     value = float(numbers[name])
     return 0.0 if math.isnan(value) else value
+
+
+PREFIX = "front:"
+"""How every such name begins."""
+USUAL = "vanilla"
+"""The family of a name without one."""
+
+
+def is_front_name(name: str) -> bool:
+    """Whether a name is meant to be a walker of a front."""
+    return name.startswith(PREFIX)
+
+
+def front_walker(name: str) -> Legged:
+    """The walker of a kept front nearest to a speed.
+
+    Args:
+        name: `front:SYSTEM/FAMILY/SPEED`, or without the family.
+
+    Raises:
+        TegotaeError: for a system or family without a front, or a speed that is none, or
+            that no walker of the front has.
+
+    Example:
+        >>> found = front_walker("front:quadruped-c/0.4")
+        >>> found.names, len(found.weights)
+        (('LF', 'RF', 'LH', 'RH'), 5)
+    """
+    parts = name.removeprefix(PREFIX).split("/")
+    if len(parts) not in (2, 3):
+        raise TegotaeError(f"{name} names no walker; write front:SYSTEM/FAMILY/SPEED")
+    body, kind = parts[0], parts[1] if len(parts) == 3 else USUAL
+    try:
+        speed = number(parts[-1])
+    except ValueError:
+        raise TegotaeError(f"{name}: {parts[-1]!r} is no speed; write such as 0.4") from None
+    require_finite("the speed of a front", speed, above=0.0)
+    found = front(body, kind)
+    if not found.reaches(speed):
+        near = found.nearest(speed)["speed"]
+        raise TegotaeError(
+            f"{name}: this front has no walker within {NEAR:g} of that speed; the nearest has "
+            f"{near:.2f}"
+        )
+    point = found.nearest(speed)
+    legged = system(body)
+    return family(legged, kind).walker(legged, point)

@@ -13,13 +13,13 @@ import numpy as np
 
 from tegotae._support.documents import Json, JsonObject, differing
 from tegotae._support.errors import TegotaeError
-from tegotae._support.quiet import note
+from tegotae._support.progress import note
 from tegotae.systems.controller_file import SavedController
 from tegotae.systems.controller_set import ControllerSet
 from tegotae.systems.descriptions import describe
 from tegotae.systems.experiment import Experiment
 from tegotae.systems.resolve import Resolved, resolve
-from tegotae.training.search import best_gain
+from tegotae.training.evaluator import best_gain
 
 _OF_A_RUN = frozenset(
     {

@@ -17,8 +17,8 @@ from tegotae._support.errors import TegotaeError
 from tegotae._support.tables import numbers, parse_csv
 from tegotae._support.workplace import is_earlier
 from tegotae.training.algorithms.document import algorithm_name
-from tegotae.training.curve_file import curves_of
 from tegotae.training.folder import RunDocument
+from tegotae.training.learner import curves_of
 
 COT, FITNESS = "cot_inverse", "fitness"
 """What a learning curve can be of: CoT⁻¹, or the fitness that was trained."""
@@ -184,7 +184,7 @@ class _Training:
 
     configuration: dict[str, Any]
     columns: Mapping[str, np.ndarray]
-    """Of `curves.csv` (`tegotae.training.curve_file`)."""
+    """Of `curves.csv` (`tegotae.training.learner`)."""
     path: Path
 
     @classmethod

@@ -1,4 +1,4 @@
-"""Who says how good candidates are: all of a training that knows where they were tried."""
+"""Fitness of candidate weights on the engine, and the search of a vanilla gain."""
 
 from __future__ import annotations
 
@@ -13,13 +13,14 @@ import numpy as np
 
 from tegotae._support.engines import XLA
 from tegotae.measures.objectives.objective import EpisodeOutcome, EpisodeSummary, Objective, scores
-from tegotae.simulation.blocks import by_blocks
 from tegotae.simulation.episode import LaneInputs
 from tegotae.simulation.loop import check_senses
 from tegotae.simulation.rollout import Engine
+from tegotae.simulation.timing import by_blocks
 from tegotae.simulation.world import Scenario
-from tegotae.simulation.world.randomization import Randomization
+from tegotae.simulation.world.draws import Randomization
 from tegotae.systems.experiment import Experiment
+from tegotae.training.learner import Trainable
 
 _LANES_SCORED = 64
 """Lanes of a block that is scored at a time."""
@@ -216,3 +217,35 @@ def _together(name: str, episodes: np.ndarray) -> np.ndarray:
     if episodes.shape[-1] == 1:
         return episodes[..., 0]
     return np.asarray(episodes.any(axis=-1) if name == "failed" else episodes.mean(axis=-1))
+
+
+def best_gain(experiment: Trainable, workers: int | None = None) -> tuple[float, float]:
+    """The σ of highest fitness on a fixed grid, and that fitness; deterministic.
+
+    Of several frequencies (`Experiment.search_offsets`) it is the mean fitness that counts.
+
+    Under changing conditions every σ meets the same episodes, the evaluation set.
+
+    Args:
+        experiment: one whose controller's only weight is σ.
+        workers: worker processes, where episodes are not the engine's.
+    """
+    gains = experiment.gains
+    weights = gains[None, :, None].astype("float32")
+    tried = []
+    for system in _at_offsets(experiment):
+        with evaluator_of(system, workers) as evaluator:
+            tried.append(evaluator.evaluate(weights, Generation.alike()).fitness[0])
+    fitness = tried[0] if len(tried) == 1 else np.mean(tried, axis=0)
+    best = int(np.argmax(fitness))
+    return float(gains[best]), float(fitness[best])
+
+
+def _at_offsets(experiment: Trainable) -> list[Trainable]:
+    """The experiment at each frequency at which a gain is evaluated."""
+    if not isinstance(experiment, Experiment) or experiment.omega is None:
+        return [experiment]
+    if experiment.search_offsets == (0.0,):
+        return [experiment]
+    omega = experiment.omega
+    return [experiment.replaced(omega=omega + offset) for offset in experiment.search_offsets]

@@ -17,14 +17,17 @@ from tegotae.measures.hopping.statistics import mean_defined
 from tegotae.systems.descriptions import check_kept
 from tegotae.training.algorithms import PGPE, Algorithm
 from tegotae.training.algorithms.document import algorithm_document
-from tegotae.training.curve_file import CurvePoint
-from tegotae.training.evaluator import evaluator_of
-from tegotae.training.evolve import Curves, Progress, evolve, start
+from tegotae.training.evaluator import best_gain, evaluator_of
+from tegotae.training.evolve import SEARCH, Curves, Progress, Stopping, evolve, start
 from tegotae.training.folder import versions_of
-from tegotae.training.learner import LearnedController, Learner, LearningStep, Session
-from tegotae.training.search import best_gain
-from tegotae.training.stopping import SEARCH, Stopping
-from tegotae.training.trainable import Trainable
+from tegotae.training.learner import (
+    CurvePoint,
+    LearnedController,
+    Learner,
+    LearningStep,
+    Session,
+    Trainable,
+)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -21,7 +21,7 @@ from tegotae.parts.controller import Controller
 from tegotae.systems import controller_file
 from tegotae.systems.controller_file import SavedController
 from tegotae.systems.experiment import Experiment
-from tegotae.training.trainable import Trainable
+from tegotae.training.learner import Trainable
 
 
 class RunDocument(msgspec.Struct):

@@ -1,18 +1,160 @@
-"""What learns: a population or an agent, as a run asks it."""
+"""The contract of a learner, of what it learns, and its curves on disk."""
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import ClassVar, NamedTuple
+from pathlib import Path
+from typing import ClassVar, NamedTuple, Protocol
 
 import numpy as np
 
 from tegotae._support.documents import Json, JsonObject
+from tegotae._support.errors import TegotaeError
+from tegotae._support.tables import numbers, parse_csv, write_csv
 from tegotae.parts.controller import Controller
-from tegotae.training.curve_file import CurvePoint
-from tegotae.training.trainable import Trainable
+from tegotae.systems.controller_set import EnvTask
+from tegotae.systems.system import System
+
+
+class CurvePoint(NamedTuple):
+    """A point of a learning curve; its fields are the columns of `curves.csv`."""
+
+    seed: int
+    step: float
+    simulated_s: float
+    fitness: float
+    cot_inverse: float
+    mean_fitness: float = math.nan
+    best_fitness: float = math.nan
+    failed_share: float = math.nan
+
+
+COLUMNS = CurvePoint._fields
+"""The columns of `curves.csv`."""
+
+_OF_GENERATIONS = {
+    "generation": "step",
+    "centre_fitness": "fitness",
+    "centre_cot_inverse": "cot_inverse",
+}
+"""The columns of earlier versions, of populations."""
+_OF_EPISODES = {"episode": "step"}
+"""The same, of agents."""
+
+
+def write_curves(path: Path, points: Sequence[CurvePoint]) -> None:
+    """Write the points of all seeds, each seed's together.
+
+    Args:
+        path: the file.
+        points: of all seeds, in any order.
+    """
+    rows = sorted(points, key=lambda point: (point.seed, point.step))
+    columns = {name: [getattr(row, name) for row in rows] for name in COLUMNS}
+    write_csv(path, columns, digits=6)
+
+
+def is_earlier_format(path: Path) -> bool:
+    """Whether the file is of an earlier version of tegotae."""
+    try:
+        first = path.read_text(encoding="utf-8").partition("\n")[0].split(",")
+    except (OSError, ValueError):
+        return False
+    return "step" not in first
+
+
+def curves_of(path: Path, per_generation_s: float = math.nan) -> Mapping[str, np.ndarray]:
+    """The columns `COLUMNS` of a `curves.csv`, also of earlier versions, shape [points] each.
+
+    Args:
+        path: the file.
+        per_generation_s: simulated time of a generation [s], which populations of earlier versions
+            did not write.
+
+    Raises:
+        TegotaeError: for a file that cannot be read or is no such table.
+    """
+    try:
+        cells = parse_csv(path.read_text(encoding="utf-8"))
+        earlier = _OF_GENERATIONS if "generation" in cells else _OF_EPISODES
+        found = {earlier.get(name, name): numbers(map(str, each)) for name, each in cells.items()}
+        n = len(found["seed"])
+        if "simulated_s" not in found:
+            found["simulated_s"] = found["step"] * per_generation_s
+        for needed in ("step", "cot_inverse"):
+            if len(found[needed]) != n:
+                raise ValueError("rows of unequal length")
+    except OSError as error:
+        raise TegotaeError(f"cannot read {path}: {error.strerror}") from None
+    except (ValueError, KeyError) as error:
+        raise TegotaeError(f"{path} is damaged: {error}") from None
+    return {name: found.get(name, np.full(n, np.nan)) for name in COLUMNS}
+
+
+class Trainable(Protocol):
+    """An experiment on the engine (`tegotae.systems.experiment`), or on an environment."""
+
+    @property
+    def name(self) -> str:
+        """What it is called, in files, tables and figures."""
+        ...
+
+    @property
+    def controller(self) -> Controller:
+        """The structure whose weights are learned."""
+        ...
+
+    @property
+    def omega(self) -> float | None:
+        """Prescribed frequency [rad/s]; None without an oscillator."""
+        ...
+
+    @property
+    def system(self) -> System:
+        """The closed loop, as controller files have it."""
+        ...
+
+    @property
+    def task(self) -> EnvTask | None:
+        """The task on an environment; None on the engine."""
+        ...
+
+    @property
+    def document(self) -> JsonObject:
+        """The experiment as plain JSON values."""
+        ...
+
+    @property
+    def episodes(self) -> int:
+        """How many episodes each candidate has."""
+        ...
+
+    @property
+    def duration_s(self) -> float:
+        """Length of an episode [s], if nothing ends it before."""
+        ...
+
+    @property
+    def cot_unit(self) -> str:
+        """The unit of CoT⁻¹ in which its fitness measures it."""
+        ...
+
+    @property
+    def is_searched(self) -> bool:
+        """Whether all there is to learn is a constant gain, which a search finds."""
+        ...
+
+    @property
+    def gains(self) -> np.ndarray:
+        """The gains that such a search tries."""
+        ...
+
+    def check(self) -> None:
+        """Raise `TegotaeError` if it cannot be trained."""
+        ...
 
 
 class LearningStep(NamedTuple):

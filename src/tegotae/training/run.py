@@ -18,17 +18,22 @@ from typing import Generic, TypeVar
 
 import numpy as np
 
-from tegotae._support.arrays import read_arrays
 from tegotae._support.documents import DamagedDocumentError, JsonObject, differing, fitted, parse
 from tegotae._support.errors import TegotaeError, require_count
-from tegotae._support.files import write_atomically
+from tegotae._support.files import read_arrays, write_atomically
 from tegotae._support.progress import reporting
 from tegotae._support.workplace import TRAINING, alone
-from tegotae.training.curve_file import is_earlier_format, write_curves
 from tegotae.training.evolution import Evolution
 from tegotae.training.folder import claim, save_controller
-from tegotae.training.learner import LearnedController, Learner, LearningStep, Session
-from tegotae.training.trainable import Trainable
+from tegotae.training.learner import (
+    LearnedController,
+    Learner,
+    LearningStep,
+    Session,
+    Trainable,
+    is_earlier_format,
+    write_curves,
+)
 
 LearnerT = TypeVar("LearnerT", bound=Learner)
 
@@ -101,7 +106,7 @@ def train(
     """Train, or train on, in the folder `out`; return the controller files, one per seed.
 
     Written are `NAME-seedN.json` (the controllers), `curves.csv`
-    (`tegotae.training.curve_file`), `run.json` (configuration and versions) and `checkpoint.npz`.
+    (`tegotae.training.learner`), `run.json` (configuration and versions) and `checkpoint.npz`.
     Interrupted (Ctrl-C), it keeps what has been learned and raises `KeyboardInterrupt` again;
     called again on the same folder, it continues from there, and ends in the same numbers: a
     population behind its last generation, an agent with the seed that was interrupted.

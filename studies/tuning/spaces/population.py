@@ -13,8 +13,8 @@ from studies.tuning.task import Task
 from tegotae.systems.experiment import Experiment
 from tegotae.training.algorithms import Algorithm
 from tegotae.training.evolution import Evolution
+from tegotae.training.evolve import Stopping
 from tegotae.training.run import Run
-from tegotae.training.stopping import Stopping
 
 if TYPE_CHECKING:
     from optuna.trial import BaseTrial

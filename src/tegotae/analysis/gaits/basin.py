@@ -11,7 +11,7 @@ from tegotae._support.limits import MOST_SEEDS
 from tegotae.measures.gaits.lags import circular_mean, circular_spread
 from tegotae.measures.gaits.names import TOLERANCE, gait_of
 from tegotae.measures.gaits.summary import Coordination
-from tegotae.measures.gaits.wilson import wilson
+from tegotae.measures.hopping.statistics import wilson
 from tegotae.simulation.rollout import Timing
 from tegotae.systems.legged import Legged, lanes_of, random_phases
 

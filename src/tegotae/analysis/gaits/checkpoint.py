@@ -11,10 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from tegotae._support.arrays import read_arrays
 from tegotae._support.engines import selected
 from tegotae._support.errors import TegotaeError
-from tegotae._support.files import write_atomically
+from tegotae._support.files import read_arrays, write_atomically
 
 _MOST_BYTES = 2**30
 

@@ -178,7 +178,7 @@ def search_front(
         progress: is called with how many walkers are done, and of how many.
 
     Returns:
-        `tegotae.measures.fronts.table.COLUMNS`, a row per bin of speed that some walker reaches.
+        `tegotae.measures.fronts.COLUMNS`, a row per bin of speed that some walker reaches.
 
     Raises:
         TegotaeError: for a system that has no such family, or a file that cannot be written.

@@ -18,7 +18,7 @@ from tegotae._support.errors import (
     unknown,
 )
 from tegotae._support.limits import MOST_M, MOST_SEEDS
-from tegotae.measures.gaits.lags import apart, moved
+from tegotae.measures.gaits.lags import apart, moved, support_margin_m
 from tegotae.measures.gaits.names import FALLEN, TOLERANCE, gait_of
 from tegotae.measures.gaits.summary import (
     LEAST_FRAMES,
@@ -26,8 +26,7 @@ from tegotae.measures.gaits.summary import (
     CoordinationSummary,
     coordination,
 )
-from tegotae.measures.gaits.support import support_margin_m
-from tegotae.measures.gaits.wilson import wilson
+from tegotae.measures.hopping.statistics import wilson
 from tegotae.parts._shapes import LaneNumbers
 from tegotae.parts.bodies import Body, Walker
 from tegotae.parts.fields import numbers_of, unwrapped

@@ -25,8 +25,8 @@ from tegotae.analysis.gaits.parameter_axes import (
     lanes_at,
     settings,
 )
+from tegotae.measures.gaits.lags import Sections
 from tegotae.measures.gaits.names import TOLERANCE, distance, patterns_for
-from tegotae.measures.gaits.section import Sections
 from tegotae.simulation.rollout import Timing
 from tegotae.simulation.world import Step
 from tegotae.systems.legged import Legged

@@ -3,7 +3,7 @@
 from tegotae.analysis.generalisation.catalogue import CATALOGUE, disturbances_named
 from tegotae.analysis.generalisation.controllers_under_test import ControllersUnderTest
 from tegotae.analysis.generalisation.disturbance import Disturbance
-from tegotae.analysis.generalisation.table import margins
+from tegotae.analysis.generalisation.run import margins
 from tegotae.analysis.generalisation.trial import Retention, tried
 
 __all__ = [

@@ -22,7 +22,7 @@ from tegotae.parts.bodies import (
     BodyWrapper,
     Sensors,
 )
-from tegotae.parts.commands import FORCE
+from tegotae.parts.channels import FORCE
 from tegotae.parts.controller import Controller
 from tegotae.parts.fields import (
     paths_of,
@@ -36,8 +36,7 @@ from tegotae.simulation.rollout import Timing
 from tegotae.systems.controller_set import ControllerSet
 from tegotae.systems.descriptions import describe
 from tegotae.systems.legged_systems import settling_s
-from tegotae.systems.release import Release
-from tegotae.systems.system import System
+from tegotae.systems.system import Release, System
 
 if TYPE_CHECKING:
     from tegotae.analysis.generalisation.disturbance import Disturbance

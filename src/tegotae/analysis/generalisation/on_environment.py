@@ -21,7 +21,7 @@ from tegotae.parts.controller import Controller
 from tegotae.simulation.world import Step
 from tegotae.systems.controller_set import ControllerSet
 from tegotae.training.environments.experiment import EnvExperiment
-from tegotae.training.environments.lanes import ModelLanes
+from tegotae.training.environments.rollouts import ModelLanes
 
 if TYPE_CHECKING:
     from tegotae.analysis.generalisation.disturbance import Disturbance

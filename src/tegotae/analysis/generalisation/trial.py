@@ -14,11 +14,11 @@ from tegotae.analysis.generalisation.controllers_under_test import ControllersUn
 from tegotae.analysis.generalisation.disturbance import Disturbance, usual_change
 from tegotae.analysis.generalisation.retention import criterion_of
 from tegotae.parts.fields import with_fields
-from tegotae.simulation.blocks import filled
 from tegotae.simulation.episode import LaneInputs
 from tegotae.simulation.rollout import Scenario, check_senses
+from tegotae.simulation.timing import filled
 from tegotae.simulation.world import Staircase, Step, with_changes
-from tegotae.simulation.world.changes import ENTRIES, GROUND, OMEGA
+from tegotae.simulation.world.scenario import ENTRIES, GROUND, OMEGA
 
 if TYPE_CHECKING:  # which needs Gymnasium and MuJoCo
     from tegotae.analysis.generalisation.on_environment import ModelUnderTest

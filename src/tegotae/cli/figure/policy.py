@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
-from tegotae._support.errors import TegotaeError
-from tegotae._support.optional_dependencies import require_all
+from tegotae._support.errors import TegotaeError, require_all
 from tegotae.cli.figure.controller import SettledSubject
 from tegotae.cli.options import UNSET
 from tegotae.systems.presets import preset

@@ -34,8 +34,8 @@ class Front(GaitCommand):
 
     def run(self) -> None:
         """Search, write, and print."""
-        from tegotae.analysis.gaits.document import write
         from tegotae.analysis.gaits.front import Search, search_front
+        from tegotae.analysis.gaits.simulate import write
         from tegotae.figures.gaits.front import front_figure
         from tegotae.systems.tuned import family
 

@@ -36,9 +36,9 @@ class Lesion(GaitCommand):
 
     def run(self) -> None:
         """Compute, write, and print."""
-        from tegotae.analysis.gaits.document import coordination_columns, write
         from tegotae.analysis.gaits.lesion import GaitLesion as What
         from tegotae.analysis.gaits.lesion import aftermath
+        from tegotae.analysis.gaits.simulate import coordination_columns, write
         from tegotae.figures.gaits.lesion import lesion_figure
 
         fields = tuple(_number(*each) for each in assignments("--then", self.then).items())

@@ -35,9 +35,9 @@ class Map(GaitCommand):
 
     def run(self) -> None:
         """Compute, write, and print."""
-        from tegotae.analysis.gaits.document import write
         from tegotae.analysis.gaits.map import gait_map
         from tegotae.analysis.gaits.parameter_axes import Axis
+        from tegotae.analysis.gaits.simulate import write
         from tegotae.figures.gaits.map import map_figure
 
         require_free_for(self.folder, GAIT_MAP)

@@ -113,7 +113,7 @@ class LeggedSystemOptions(LegsOptions):
     def document(self, legged: Legged, command: str, **more: object) -> dict[str, object]:
         """What stands in a document before what was found."""
         from tegotae import __version__
-        from tegotae.analysis.gaits.document import system_document
+        from tegotae.analysis.gaits.simulate import system_document
 
         settings = {
             field.name: getattr(self, field.name)

@@ -38,8 +38,8 @@ class Stability(GaitCommand):
 
     def run(self) -> None:
         """Compute, write, and print."""
-        from tegotae.analysis.gaits.document import write
         from tegotae.analysis.gaits.parameter_axes import Axis
+        from tegotae.analysis.gaits.simulate import write
         from tegotae.analysis.gaits.stability import stability
         from tegotae.figures.gaits.stability import stability_figure
 

@@ -32,7 +32,7 @@ class Sweep(GaitCommand):
 
     def run(self) -> None:
         """Compute, write, and print."""
-        from tegotae.analysis.gaits.document import coordination_columns, write
+        from tegotae.analysis.gaits.simulate import coordination_columns, write
         from tegotae.analysis.gaits.sweep import sweep
         from tegotae.figures.gaits.sweep import sweep_figure
 

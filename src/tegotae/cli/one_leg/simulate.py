@@ -8,7 +8,7 @@ from pathlib import Path
 
 from tegotae._support import tables
 from tegotae._support.progress import Console
-from tegotae.measures.hopping.efficiency import work_total
+from tegotae.measures.hopping.signals import work_total
 from tegotae.simulation.integrators import Hold
 from tegotae.simulation.timing import MOST_TICKS
 from tegotae.systems.simulation import Result, Simulation

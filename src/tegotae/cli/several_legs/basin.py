@@ -20,7 +20,7 @@ def draw_basin(legs: LeggedSystemOptions, starts: int, out: Path) -> None:
         out: the figure's file.
     """
     from tegotae.analysis.gaits.basin import find_basin
-    from tegotae.analysis.gaits.document import coordination_columns, write
+    from tegotae.analysis.gaits.simulate import coordination_columns, write
     from tegotae.figures.gaits.basin import basin_figure
     from tegotae.figures.style import figure_file, save_figure
 

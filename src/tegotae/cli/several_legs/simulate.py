@@ -43,8 +43,13 @@ def simulate_legs(
         animate: file of an animation of the last strides (.gif).
         as_json: print the document in place of the table.
     """
-    from tegotae.analysis.gaits.document import DIGITS, coordination_columns, write
-    from tegotae.analysis.gaits.simulate import columns, simulate
+    from tegotae.analysis.gaits.simulate import (
+        DIGITS,
+        columns,
+        coordination_columns,
+        simulate,
+        write,
+    )
     from tegotae.figures.gaits.footfall import footfall_figure
     from tegotae.figures.gaits.lags import lags_figure
     from tegotae.figures.style import save_figure

@@ -78,8 +78,8 @@ class WiringBaseline(EnvOptions):
 
 
 def _save_best(experiment: EnvExperiment, sweep: VanillaSweep, out: Path) -> Path:
+    from tegotae.training.evolve import SEARCH
     from tegotae.training.folder import save_controller
-    from tegotae.training.stopping import SEARCH
 
     row, column = sweep.best
     wiring = dataclasses.replace(experiment.wiring, omega=float(sweep.omega[column]))

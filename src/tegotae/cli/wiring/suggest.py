@@ -9,9 +9,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
-from tegotae._support.errors import TegotaeError
+from tegotae._support.errors import TegotaeError, require_all
 from tegotae._support.files import output_file
-from tegotae._support.optional_dependencies import require_all
 from tegotae.cli.env_options import made_with
 from tegotae.cli.extras import of_environment
 from tegotae.cli.options import UNSET

@@ -8,9 +8,8 @@ from types import ModuleType
 import numpy as np
 from numpy.typing import ArrayLike
 
-from tegotae._support.devices import available_cores
-from tegotae._support.errors import TegotaeError, require_count, require_finite
-from tegotae._support.optional_dependencies import require
+from tegotae._support.engines import available_cores
+from tegotae._support.errors import TegotaeError, require, require_count, require_finite
 from tegotae.envs._types import MjModel
 from tegotae.envs.mujoco.sensing import Sensing
 

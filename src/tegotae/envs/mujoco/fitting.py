@@ -6,8 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from tegotae._support.errors import TegotaeError, unknown
-from tegotae._support.optional_dependencies import require
+from tegotae._support.errors import TegotaeError, require, unknown
 from tegotae.envs._types import MjsActuator, MjSpec
 
 

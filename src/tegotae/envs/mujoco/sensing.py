@@ -15,8 +15,7 @@ from typing import Protocol
 
 import numpy as np
 
-from tegotae._support.errors import TegotaeError, require_finite, unknown
-from tegotae._support.optional_dependencies import require
+from tegotae._support.errors import TegotaeError, require, require_finite, unknown
 from tegotae.envs._types import MjData, MjModel, MjSpec
 from tegotae.envs.mujoco.fitting import fit
 

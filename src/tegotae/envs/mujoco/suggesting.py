@@ -10,8 +10,7 @@ from typing import Literal
 
 import numpy as np
 
-from tegotae._support.errors import TegotaeError
-from tegotae._support.optional_dependencies import require
+from tegotae._support.errors import TegotaeError, require
 from tegotae.envs._types import MjData, MjModel
 from tegotae.envs.mujoco.batch import ModelBatch
 from tegotae.envs.mujoco.sensing import Sensing, is_sound, started

@@ -4,7 +4,7 @@ What a policy sees and does is a `Meaning`; how it is asked is a file of its own
 With both it is a `Policy`, of which `tegotae.analysis` makes surfaces and portraits.
 """
 
-from tegotae._support.optional_dependencies import require
+from tegotae._support.errors import require
 
 require("gymnasium", "gym")
 

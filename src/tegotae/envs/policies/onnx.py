@@ -6,8 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tegotae._support.errors import TegotaeError
-from tegotae._support.optional_dependencies import require
+from tegotae._support.errors import TegotaeError, require
 from tegotae.envs.policies.base import Meaning, Policy, check_entries
 
 

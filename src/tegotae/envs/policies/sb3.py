@@ -11,8 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from tegotae._support.errors import TegotaeError
-from tegotae._support.optional_dependencies import require
+from tegotae._support.errors import TegotaeError, require
 from tegotae.envs.policies.base import Meaning, Policy, check_entries
 
 _OF_TRAINING = ("optimizer_class", "optimizer_kwargs")

@@ -8,7 +8,7 @@ import numpy as np
 
 from tegotae.export.c.plan import Export
 from tegotae.parts._shapes import StateTree
-from tegotae.simulation.sampling import sample
+from tegotae.simulation.integrators.hold import sample
 
 _RATE_HZ = 1.7
 """How often a drawn sense comes back."""
@@ -32,7 +32,7 @@ def drawn(export: Export, ticks: int) -> dict[str, np.ndarray]:
 
 
 def driven(export: Export, ticks: int) -> jax.Array:
-    """Ticks of the limbs as a simulator's environment has them (`tegotae.simulation.sampling`).
+    """Ticks of the limbs as a simulator's environment has them (`integrators.hold`).
 
     Returns:
         [ticks, columns]: state, senses, commands, feedback, phase and next state.

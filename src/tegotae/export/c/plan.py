@@ -14,11 +14,11 @@ from tegotae.export.c.names import UNITS, is_c_name
 from tegotae.export.c.trace import Piece, Tracer
 from tegotae.parts._shapes import Number
 from tegotae.parts.bodies import Body, Hopper, Interface
-from tegotae.parts.commands import FORCE
+from tegotae.parts.channels import FORCE
 from tegotae.parts.terms import WholeBody
 from tegotae.simulation.integrators import Hold
 from tegotae.systems.controller_file import SavedController
-from tegotae.systems.env_task import EnvTask
+from tegotae.systems.controller_set import EnvTask
 
 MOST_LIMBS = 32
 LEAST_TICK_S, MOST_TICK_S = 1e-5, 1.0

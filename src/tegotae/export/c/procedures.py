@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from tegotae.lowering.nodes import Node
-from tegotae.lowering.places import Place
+from tegotae.lowering.nodes import Node, Place
 
 
 @dataclass(eq=False)

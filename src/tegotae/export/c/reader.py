@@ -10,12 +10,23 @@ from numpy.typing import ArrayLike
 from tegotae._support.errors import TegotaeError
 from tegotae.export.c.names import c_name, docstring
 from tegotae.export.c.procedures import Call, LoopProcedure, Procedure
-from tegotae.lowering.folding import folded
 from tegotae.lowering.graph import Reader, called, elementwise
-from tegotae.lowering.jaxprs import Detail, Parameters, Traced
-from tegotae.lowering.nodes import Node, array_of, constant, given, literal, scalars
+from tegotae.lowering.nodes import (
+    Detail,
+    Node,
+    Parameters,
+    Place,
+    Traced,
+    array_of,
+    constant,
+    given,
+    is_of_jax,
+    literal,
+    place_of,
+    scalars,
+)
 from tegotae.lowering.operations import OPERATIONS
-from tegotae.lowering.places import Place, is_of_jax, place_of
+from tegotae.lowering.rewriting import folded
 
 KINDS = {"float32": "float", "int32": "int32_t", "bool": "bool"}
 """Types in C by those of a trace, of those that C gets."""

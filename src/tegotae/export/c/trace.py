@@ -11,11 +11,10 @@ import numpy as np
 
 from tegotae._support.errors import TegotaeError
 from tegotae.export.c.reader import CReader
-from tegotae.lowering.nodes import Node, given
-from tegotae.lowering.tracing import keeping_calls
+from tegotae.lowering.nodes import Node, given, keeping_calls
 from tegotae.parts._shapes import ArrayTree, StateTree, Weights
 from tegotae.parts.controller import Controller, Tegotae
-from tegotae.parts.couplings.base import Coupling
+from tegotae.parts.couplings import Coupling
 from tegotae.parts.terms.actuation import Actuation
 from tegotae.parts.terms.base import Signals, Term
 from tegotae.parts.weight_names import WeightName, spelled

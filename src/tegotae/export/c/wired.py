@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from tegotae.export.c.lower import comment_of, number
 from tegotae.export.c.names import plain
 from tegotae.export.c.plan import Export
-from tegotae.systems.env_task import LimbDocument
+from tegotae.systems.controller_set import LimbDocument
 
 
 def limbs(export: Export) -> list[LimbDocument]:

@@ -16,7 +16,7 @@ import numpy as np
 from tegotae._support.errors import TegotaeError
 from tegotae._support.files import write_atomically
 from tegotae.lowering.layout import MemoryLayout
-from tegotae.lowering.llvm.step import NativeStep, load_step
+from tegotae.lowering.llvm.compile import NativeStep, load_step
 
 if TYPE_CHECKING:
     from tegotae._support.documents import Document

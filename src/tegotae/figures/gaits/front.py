@@ -23,7 +23,7 @@ def front_figure(table: Mapping[str, np.ndarray], note: str = "") -> Figure:
     that a family does not reach interrupts its line.
 
     Args:
-        table: fronts of a system (`tegotae.measures.fronts.table.COLUMNS`).
+        table: fronts of a system (`tegotae.measures.fronts.COLUMNS`).
         note: the title.
     """
     family, speed, cost = table["family"], table["speed"], table["cost_of_transport"]

@@ -12,8 +12,8 @@ import numpy as np
 
 from tegotae._support.errors import TegotaeError
 from tegotae.parts.bodies import Body, BodyWrapper, Walker
-from tegotae.parts.bodies.attitude import from_angles, rotation
 from tegotae.parts.bodies.upright import Upright
+from tegotae.parts.bodies.walker.mechanics import from_angles, rotation
 from tegotae.simulation.recorder import Trajectory
 
 

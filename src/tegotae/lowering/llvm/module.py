@@ -6,9 +6,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
-from tegotae.lowering.buffers import Rows
+from tegotae.lowering.layout import Rows
+from tegotae.lowering.llvm.compile import Target
 from tegotae.lowering.llvm.emit import Emitter
-from tegotae.lowering.llvm.target import Target
 from tegotae.lowering.llvm.writer import FunctionWriter
 from tegotae.lowering.nodes import Node
 from tegotae.lowering.stages import LANE, UNIFORM, Stages

@@ -7,8 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from tegotae.lowering.jaxprs import Detail
-from tegotae.lowering.nodes import FLOATS
+from tegotae.lowering.nodes import FLOATS, Detail
 
 TYPES = {
     "float": "float",

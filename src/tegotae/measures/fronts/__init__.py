@@ -1,5 +1,119 @@
-"""The kept fronts of legged systems: the least cost of transport found at each speed."""
+"""Fronts of speed and cost, as tables."""
 
-from tegotae.measures.fronts.table import SpeedFront, front, front_table
+from __future__ import annotations
 
-__all__ = ["SpeedFront", "front", "front_table"]
+from dataclasses import dataclass
+from functools import cache
+from importlib.resources import files
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from tegotae._support.errors import unknown
+from tegotae._support.tables import numbers, parse_csv
+
+COLUMNS = {
+    "family": "what drives the legs",
+    "speed": "mean speed of all starts [√(g l0)]",
+    "cost_of_transport": "mean power / (weight · mean speed)",
+    "omega": "frequency ω [√(g / l0)]",
+    "sigma": "gain σ, or c of the cosine law [√(g / l0) / (m g)]",
+    "offset": "o of the cosine law",
+    "stride": "stride B [l0]",
+    "lift": "lift A [l0]",
+    "press": "press A′ [l0]",
+    "shift": "shift δ [rad]",
+    "upright": "share of the unseen starts that do not fall",
+    "steady": "share of them whose speed is steady",
+    "locked": "share of them whose legs lock into one gait",
+    "speed_spread": "standard deviation of the speed over the starts [√(g l0)]",
+    "gait": "the gait of most starts",
+    "gait_share": "the share of the starts that have it",
+    "duty_factor": "mean share of the stride in stance",
+}
+"""Columns of a table; empty cells of settings that a family does not have."""
+
+NEAR = 0.06
+"""How far the next point of a front may be from a speed that it reaches [√(g l0)]."""
+_TEXT = ("family", "gait")
+
+
+@dataclass(frozen=True)
+class SpeedFront:
+    """The least cost of transport over speed of one family on one system.
+
+    Args:
+        system: the legged system.
+        family: what drives the legs, such as "vanilla", "cosine" or "forced trot".
+        columns: those of `COLUMNS`, by rising speed, [points].
+    """
+
+    system: str
+    family: str
+    columns: dict[str, np.ndarray]
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        return self.columns[name]
+
+    def cost_at(self, speed: ArrayLike) -> np.ndarray:
+        """Cost of transport at speeds [√(g l0)], linear between points; NaN beyond them.
+
+        Args:
+            speed: any shape.
+        """
+        own, cost = self.columns["speed"], self.columns["cost_of_transport"]
+        return np.interp(np.asarray(speed, float), own, cost, left=np.nan, right=np.nan)
+
+    def reaches(self, speed: float) -> bool:
+        """Whether there is a point within `NEAR` of a speed: elsewhere a cost is a guess."""
+        return bool((np.abs(self.columns["speed"] - speed) <= NEAR).any())
+
+    def nearest(self, speed: float) -> dict[str, float]:
+        """The numbers of the point nearest to a speed: its columns but for the texts."""
+        k = int(np.abs(self.columns["speed"] - speed).argmin())
+        return {n: float(own[k]) for n, own in self.columns.items() if n not in _TEXT}
+
+
+def front(system: str, family: str = "vanilla") -> SpeedFront:
+    """A kept front.
+
+    Made by `tegotae gait front`.
+
+    Args:
+        system: its name, such as "quadruped-c".
+        family: such as "vanilla", "cosine" or "forced trot".
+
+    Raises:
+        TegotaeError: for a system or family without one.
+
+    Example:
+        >>> found = front("quadruped-c")
+        >>> bool(found.cost_at(0.4) < 1.0)
+        True
+    """
+    table = front_table(system)
+    known = list(dict.fromkeys(table["family"].tolist()))
+    if family not in known:
+        raise unknown(f"front of {system}", family, known)
+    own = table["family"] == family
+    columns = {name: values[own] for name, values in table.items()}
+    order = np.argsort(columns["speed"])
+    return SpeedFront(system, family, {name: values[order] for name, values in columns.items()})
+
+
+@cache
+def front_table(system: str) -> dict[str, np.ndarray]:
+    """All kept fronts of a system, one array [points] per column of `COLUMNS`.
+
+    Raises:
+        TegotaeError: for a system without fronts.
+    """
+    folder = files("tegotae.measures.fronts")
+    known = sorted(f.name.removesuffix(".csv") for f in folder.iterdir() if f.name.endswith(".csv"))
+    if system not in known:
+        raise unknown("system with a front", system, known)
+    table = parse_csv((folder / f"{system}.csv").read_text(encoding="utf-8"))
+    return {
+        name: np.asarray(values, str) if name in _TEXT else numbers(values)
+        for name, values in table.items()
+    }

@@ -1,23 +1,23 @@
-"""Lags: how long after a reference leg each leg steps, in cycles, and whether that lasts.
-
-Leg i steps `lag_i` cycles after the reference leg, `0 <= lag_i < 1`. A lag is a place on a circle:
-0.99 and 0.01 are near each other, and their mean is 0. Phases themselves are never averaged, least
-of all over lanes, whose rhythms began at different times: only differences within a lane are.
-
-Arrays are [frames, limbs, lanes], of JAX or NumPy.
-"""
+"""Lags between legs, footfalls, support, and the section of a gait."""
 
 from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
+from functools import partial
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
+import numpy as np
+from numpy.typing import ArrayLike
 
+from tegotae._support.errors import TegotaeError
 from tegotae.parts._shapes import AnyArray, Numeric
+from tegotae.parts.bodies import Body, Walker
 from tegotae.simulation.recorder import Trajectory
+from tegotae.simulation.rollout import Scenario, Timing
 
 TURN = 2.0 * math.pi
 
@@ -307,3 +307,187 @@ def _mean_resultant(lag: AnyArray, axis: int) -> jax.Array:
 
 def _place(resultant: jax.Array) -> jax.Array:
     return (jnp.angle(resultant) / TURN) % 1.0
+
+
+_NEWTON_STEPS = 3
+
+
+@dataclass(frozen=True)
+class Sections:
+    """An `Engine`'s summary: lags at the sections after a frame, [cycles, limbs, lanes].
+
+    NaN of sections that the recording does not reach, or after a fall.
+
+    Args:
+        first: the frame to begin with.
+        cycles: how many sections.
+        reference: the leg whose phase makes them.
+    """
+
+    first: int
+    cycles: int
+    reference: int = 0
+
+    needs = ("phase_rad", "failed")
+
+    def __call__(
+        self, trajectory: Trajectory, scenario: Scenario, body: Body, timing: Timing
+    ) -> tuple[jax.Array, jax.Array]:
+        """The lags, and those in the end, [limbs, lanes]."""
+        phase = jnp.asarray(trajectory.phase_rad)
+        lag = lags_at_sections(phase[self.first :], self.cycles, self.reference)
+        last = (phase[-1, self.reference][None] - phase[-1]) / TURN % 1.0
+        fell = trajectory.failed[-1]
+        return jnp.where(fell[None, None], jnp.nan, lag), jnp.where(fell[None], jnp.nan, last)
+
+
+@partial(jax.jit, static_argnums=(1, 2))
+def lags_at_sections(phase_rad: AnyArray, cycles: int, reference: int = 0) -> jax.Array:
+    """Lags whenever the reference leg's phase passes zero, `(φ_ref - φ_i) / 2π` there.
+
+    Between frames phases go along cubics through the four frames around.
+
+    Args:
+        phase_rad: [frames, limbs, lanes]; frames shorter than half a turn.
+        cycles: how many sections, from the first one on; NaN where the recording ends before.
+        reference: the leg.
+
+    Returns:
+        [cycles, limbs, lanes] [cycles], in [0, 1).
+
+    Example:
+        >>> turns = 0.1 + 0.01 * jnp.arange(300.0)[:, None, None] - jnp.array([[[0.0], [0.25]]])
+        >>> lags_at_sections(TURN * turns % TURN, 2)[:, 1, 0].round(3).tolist()
+        [0.25, 0.25]
+    """
+    phase = jnp.asarray(phase_rad) / TURN
+    begun = phase[:1] % 1.0
+    turns = jnp.concatenate([begun, begun + jnp.cumsum(apart(phase[1:], phase[:-1]), axis=0)])
+    own = turns[:, reference]
+    levels = jnp.floor(own[0])[None] + 1.0 + jnp.arange(cycles, dtype=own.dtype)[:, None]
+    return jax.vmap(lambda level: _at(turns, own, level))(levels)
+
+
+def _at(turns: jax.Array, own: jax.Array, level: jax.Array) -> jax.Array:
+    """The lags where the reference leg has made so many turns, [limbs, lanes]."""
+    past = own >= level[None]
+    after = jnp.argmax(past, axis=0)
+    last = len(own) - 1
+    there = past.any(axis=0) & (after >= 2) & (after < last)
+    at = jnp.clip(after - 1, 1, last - 2)
+
+    def near(x: jax.Array, offset: int) -> jax.Array:
+        index = jnp.broadcast_to(at + offset, x.shape[1:])[None]
+        return jnp.take_along_axis(x, index, axis=0)[0]
+
+    four = [near(own, k) - level for k in (-1, 0, 1, 2)]
+    share = -four[1] / (four[2] - four[1])
+    for _ in range(_NEWTON_STEPS):
+        value, slope = jax.jvp(lambda s: _cubic(four, s), (share,), (jnp.ones_like(share),))
+        share = share - value / slope
+    legs = _cubic([near(turns, k) for k in (-1, 0, 1, 2)], share[None])
+    return jnp.where(there[None], (level[None] - legs) % 1.0, jnp.nan)
+
+
+def _cubic(four: list[jax.Array], s: jax.Array) -> jax.Array:
+    """The cubic through values at -1, 0, 1 and 2, at s."""
+    a, b, c, d = four
+    return (
+        -a * s * (s - 1.0) * (s - 2.0) / 6.0
+        + b * (s + 1.0) * (s - 1.0) * (s - 2.0) / 2.0
+        - c * (s + 1.0) * s * (s - 2.0) / 2.0
+        + d * (s + 1.0) * s * (s - 1.0) / 6.0
+    )
+
+
+class StanceInterval(NamedTuple):
+    """A stance of one leg: from touchdown to liftoff [s]."""
+
+    touchdown_s: float
+    liftoff_s: float
+
+
+def stances(time_s: ArrayLike, stance_time_s: ArrayLike) -> tuple[tuple[StanceInterval, ...], ...]:
+    """The stances of every leg of one lane, from the total of its time in stance.
+
+    Touchdown and liftoff are placed within their frames by how much of these was spent in stance.
+    A stance that begins before the recording begins with it, and one that goes on ends with it.
+
+    Args:
+        time_s: ends of the frames, [frames].
+        stance_time_s: total time in stance up to there [s], [frames, limbs].
+
+    Returns:
+        A row of stances a leg.
+
+    Example:
+        >>> total = np.array([[0.0], [0.1], [0.2], [0.2]])
+        >>> stances(np.array([0.1, 0.2, 0.3, 0.4]), total)
+        ((StanceInterval(touchdown_s=0.1, liftoff_s=0.3),),)
+    """
+    time, total = np.asarray(time_s, float), np.asarray(stance_time_s, float)
+    starts = np.concatenate([[2.0 * time[0] - time[1]], time[:-1]])
+    gained = np.diff(total, axis=0, prepend=np.zeros((1, total.shape[1])))
+    return tuple(_of_leg(starts, time, gained[:, leg]) for leg in range(total.shape[1]))
+
+
+_NOTHING = 1e-3
+"""Share of a frame below which there was no stance: the rounding of a float32 total."""
+
+
+def _of_leg(start: np.ndarray, end: np.ndarray, gained: np.ndarray) -> tuple[StanceInterval, ...]:
+    length = end - start
+    on = gained > _NOTHING * length
+    edges = np.diff(np.concatenate([[False], on, [False]]).astype(int))
+    found = []
+    for first, after in zip(np.flatnonzero(edges == 1), np.flatnonzero(edges == -1), strict=True):
+        last = after - 1
+        if first == last:
+            touchdown, liftoff = end[first] - gained[first], end[first]
+        else:
+            touchdown = end[first] - min(gained[first], length[first])
+            liftoff = start[last] + min(gained[last], length[last])
+        found.append(StanceInterval(round(float(touchdown), 6), round(float(liftoff), 6)))
+    return tuple(found)
+
+
+def support_margin_m(body: Walker, lost: tuple[int, ...] = ()) -> float:
+    """How far the mass is inside the polygon of the hips of the legs that are there [m].
+
+    The least distance from its sides; negative outside. With three legs a negative margin means
+    that no standing is possible with feet below their hips, and a positive one that it is.
+
+    Args:
+        body: the walker; of its legs those that are `present` count.
+        lost: the numbers of legs that are lost besides.
+
+    Raises:
+        TegotaeError: for a leg that there is not, or fewer than three that are left.
+
+    Example:
+        >>> support_margin_m(Walker()), round(support_margin_m(Walker(), lost=(2,)), 6)
+        (0.44, 0.0)
+    """
+    for leg in lost:
+        if not 0 <= leg < body.limbs:
+            raise TegotaeError(f"leg {leg} is lost; this body has the legs 0 ... {body.limbs - 1}")
+    left = [k for k in range(body.limbs) if body.present[k] > 0.5 and k not in lost]
+    if len(left) < 3:
+        raise TegotaeError(f"{len(left)} legs are left; a polygon of support has three or more")
+    hips = np.array([body.hips_x_m, body.hips_y_m]).T[left]
+    sides = _sides(hips)
+    mass = np.array([body.com_x_m, body.com_y_m])
+    return min(_left_of(mass, *side) for side in sides)
+
+
+def _sides(points: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Sides of the convex polygon around points, counter-clockwise: none has a point outside."""
+    pairs = [(a, b) for a in points for b in points if not np.array_equal(a, b)]
+    return [(a, b) for a, b in pairs if all(_left_of(p, a, b) >= -1e-9 for p in points)]
+
+
+def _left_of(point: np.ndarray, begin: np.ndarray, end: np.ndarray) -> float:
+    """Distance of a point from a line, positive to its left."""
+    along = end - begin
+    across = along[0] * (point[1] - begin[1]) - along[1] * (point[0] - begin[0])
+    return float(across / np.hypot(*along))

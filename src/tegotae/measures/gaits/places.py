@@ -1,15 +1,18 @@
-"""Where a body's legs are: which are hind or fore, left or right."""
+"""Where legs are on a body, and the heading of a walk."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
+import jax
+import jax.numpy as jnp
 import numpy as np
 from numpy.typing import ArrayLike
 
 from tegotae._support.errors import TegotaeError
 from tegotae.parts.bodies import Body
 from tegotae.parts.fields import unwrapped
+from tegotae.simulation.recorder import Trajectory
 
 _ROWS = {1: ("",), 2: ("H", "F"), 3: ("H", "M", "F")}
 
@@ -88,3 +91,50 @@ def leg_names(body: Body) -> tuple[str, ...]:
         return tuple(str(leg) for leg in range(1, body.limbs + 1))
     left = getattr(body, "hips_y_m", getattr(body, "hips_z_m", np.zeros(len(forward))))
     return names_of(forward, left)
+
+
+HEADING = ("time_s", "x_m", "y_m", "yaw_rad")
+"""The channels from which it follows."""
+
+
+def speed_ahead_m_per_s(trajectory: Trajectory, first: int) -> jax.Array:
+    """Mean speed from a frame on, in the direction in which the body looks [m/s], [lanes].
+
+    `v = Σ (Δx cos ψ + Δy sin ψ) / T`, frame by frame: of who walks backwards it is negative, and
+    who walks in a circle is as fast as who walks straight.
+
+    Args:
+        trajectory: which has the channels `HEADING`, [frames, lanes].
+        first: the frame.
+
+    Example:
+        >>> there = {"x_m": jnp.array([[0.0], [2.0]]), "y_m": jnp.zeros((2, 1))}
+        >>> back = {"time_s": jnp.array([[0.0], [4.0]]), "yaw_rad": jnp.full((2, 1), jnp.pi)}
+        >>> speed_ahead_m_per_s(Trajectory(**there, **back), 0).tolist()
+        [-0.5]
+    """
+    time, x, y, looks = (jnp.asarray(getattr(trajectory, name))[first:] for name in HEADING)
+    ahead = jnp.diff(x, axis=0) * jnp.cos(looks[:-1]) + jnp.diff(y, axis=0) * jnp.sin(looks[:-1])
+    return ahead.sum(axis=0) / (time[-1] - time[0])
+
+
+def speed_along_heading_m_per_s(trajectory: Trajectory, first: int) -> jax.Array:
+    """Mean speed from a frame on, in the direction in which the body looks then [m/s], [lanes].
+
+    `v = (Δx cos ψ + Δy sin ψ) / T` with ψ at that frame: who turns or drifts is slower.
+
+    Args:
+        trajectory: which has the channels `HEADING`, [frames, lanes].
+        first: the frame.
+
+    Example:
+        >>> there = {"x_m": jnp.array([[0.0], [2.0]]), "y_m": jnp.zeros((2, 1))}
+        >>> late = {"time_s": jnp.array([[0.0], [4.0]]), "yaw_rad": jnp.array([[0.0], [3.0]])}
+        >>> speed_along_heading_m_per_s(Trajectory(**there, **late), 0).tolist()
+        [0.5]
+    """
+    t = trajectory
+    time = t.time_s[-1] - t.time_s[first]
+    looks = t.yaw_rad[first]
+    ahead = (t.x_m[-1] - t.x_m[first]) * jnp.cos(looks)
+    return (ahead + (t.y_m[-1] - t.y_m[first]) * jnp.sin(looks)) / time

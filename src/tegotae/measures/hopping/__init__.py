@@ -1,6 +1,5 @@
 """Metrics, the paper's and users': pure functions on arrays that end in lanes, units in names."""
 
-from tegotae.measures.hopping.efficiency import WORK, cot_inverse, work_total
 from tegotae.measures.hopping.episode import REGIMES, ClampedEpisodes, Episode
 from tegotae.measures.hopping.gait import Gait, GaitSummary, gait
 from tegotae.measures.hopping.hopping import (
@@ -28,13 +27,17 @@ from tegotae.measures.hopping.registry import (
     register,
     summarise,
 )
-from tegotae.measures.hopping.smoothness import FORCE_PERIOD_S, smoothness
-from tegotae.measures.hopping.spectrum import (
+from tegotae.measures.hopping.signals import (
+    FORCE_PERIOD_S,
+    WORK,
     Spectrum,
+    cot_inverse,
     delta_omega,
     delta_w,
     peak,
+    smoothness,
     spectrum,
+    work_total,
 )
 from tegotae.measures.hopping.statistics import (
     Interval,

@@ -12,7 +12,6 @@ import jax.numpy as jnp
 import numpy as np
 
 from tegotae._support.errors import TegotaeError, require_finite
-from tegotae.measures.hopping.efficiency import check_work
 from tegotae.measures.hopping.episode import (
     AT_REST,
     FAILED,
@@ -25,6 +24,7 @@ from tegotae.measures.hopping.hopping import hops
 from tegotae.measures.hopping.limit_cycle import LimitCycle, settled
 from tegotae.measures.hopping.metric import REGIME, GaitMetric
 from tegotae.measures.hopping.registry import built_in_gait, channels_of
+from tegotae.measures.hopping.signals import check_work
 from tegotae.parts._shapes import Numeric
 from tegotae.parts.bodies import Body
 from tegotae.simulation.rollout import Scenario, Timing, Trajectory

@@ -12,9 +12,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from tegotae._support.errors import TegotaeError, require_finite
-from tegotae.measures.hopping.contradictions import contradictions
-from tegotae.measures.hopping.denoised import denoised
-from tegotae.measures.hopping.efficiency import check_work, cot_inverse, work_total
 from tegotae.measures.hopping.gait import Gait, gait
 from tegotae.measures.hopping.hopping import Hops, hops
 from tegotae.measures.hopping.limit_cycle import LimitCycle, Settled, settled
@@ -25,10 +22,11 @@ from tegotae.measures.hopping.metric import (
     GaitMetric,
     UnknownBody,
 )
-from tegotae.measures.hopping.reasons import Known, why_undefined
+from tegotae.measures.hopping.noise import denoised
+from tegotae.measures.hopping.reasons import Known, contradictions, why_undefined
 from tegotae.measures.hopping.recording import Samples, from_samples
 from tegotae.measures.hopping.registry import derived, metrics
-from tegotae.measures.hopping.smoothness import FORCE_PERIOD_S
+from tegotae.measures.hopping.signals import FORCE_PERIOD_S, check_work, cot_inverse, work_total
 from tegotae.parts._shapes import AnyArray
 from tegotae.parts.bodies import Body
 from tegotae.simulation.rollout import Trajectory

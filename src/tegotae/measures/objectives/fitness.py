@@ -12,19 +12,17 @@ import jax.numpy as jnp
 import numpy as np
 
 from tegotae._support.errors import TegotaeError, require_finite
-from tegotae.measures.hopping.efficiency import (
+from tegotae.measures.hopping.hopping import at_frame, dies_out, whole_hops
+from tegotae.measures.hopping.signals import (
+    REST_RANGE_M,
     WORK,
     check_work,
     cot_inverse,
-    work_total,
-)
-from tegotae.measures.hopping.hopping import at_frame, dies_out, whole_hops
-from tegotae.measures.hopping.spectrum import (
-    REST_RANGE_M,
     delta_omega,
     peak,
     rest_delta_omega,
     spectrum,
+    work_total,
 )
 from tegotae.measures.objectives.objective import Objective
 from tegotae.parts._shapes import AnyArray, Numeric

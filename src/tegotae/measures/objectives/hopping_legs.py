@@ -9,9 +9,9 @@ import jax
 import jax.numpy as jnp
 
 from tegotae._support.errors import TegotaeError, require_finite
-from tegotae.measures.hopping.efficiency import cot_inverse
-from tegotae.measures.hopping.spectrum import (
+from tegotae.measures.hopping.signals import (
     REST_RANGE_M,
+    cot_inverse,
     delta_omega,
     peak,
     rest_delta_omega,

@@ -10,7 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from tegotae._support.errors import TegotaeError, require_finite
-from tegotae.measures.gaits.heading import speed_along_heading_m_per_s
+from tegotae.measures.gaits.places import speed_along_heading_m_per_s
 from tegotae.measures.objectives.objective import Objective
 from tegotae.parts._shapes import Numeric
 from tegotae.parts.bodies import Body

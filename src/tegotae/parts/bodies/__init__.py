@@ -1,23 +1,28 @@
 """Bodies: the mechanics that a controller drives."""
 
-from tegotae.parts.bodies.actuators import Actuators, ActuatorsState
 from tegotae.parts.bodies.bar import Bar
 from tegotae.parts.bodies.base import (
     Body,
     Contact,
+    Interface,
     Push,
     Sensation,
     for_limbs,
     require_one_limb,
 )
-from tegotae.parts.bodies.blows import Blows, BlowsState
 from tegotae.parts.bodies.hopper import Hopper, HopperState
-from tegotae.parts.bodies.interface import Interface
 from tegotae.parts.bodies.plate import Plate
-from tegotae.parts.bodies.sensors import Sensors, SensorsState
 from tegotae.parts.bodies.upright import UprightState
 from tegotae.parts.bodies.walker import Walker, WalkerState
-from tegotae.parts.bodies.wrapper import BodyWrapper
+from tegotae.parts.bodies.wrappers import (
+    Actuators,
+    ActuatorsState,
+    Blows,
+    BlowsState,
+    BodyWrapper,
+    Sensors,
+    SensorsState,
+)
 
 __all__ = [
     "Actuators",

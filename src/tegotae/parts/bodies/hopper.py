@@ -19,7 +19,7 @@ from tegotae.parts.bodies.base import (
     Push,
     Sensation,
 )
-from tegotae.parts.bodies.motion import (
+from tegotae.parts.bodies.frame import (
     LARGEST_TURN_RAD,
     ORDER,
     crossing_time,

@@ -6,8 +6,7 @@ from dataclasses import dataclass
 
 from tegotae._support.errors import TegotaeError, require_finite
 from tegotae.parts._shapes import Number, PerLane
-from tegotae.parts.bodies.frame import Turn
-from tegotae.parts.bodies.hips import hips_at, require_level
+from tegotae.parts.bodies.frame import Turn, hips_at, require_level
 from tegotae.parts.bodies.upright import Upright, UprightState
 from tegotae.parts.parameters import traceable
 

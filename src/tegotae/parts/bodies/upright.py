@@ -18,18 +18,16 @@ from tegotae.parts.bodies.base import (
     Sensation,
 )
 from tegotae.parts.bodies.frame import (
+    LARGEST_TURN_RAD,
     FrameModes,
     Law,
     Turn,
-    in_heave,
-)
-from tegotae.parts.bodies.hopper import Hopper
-from tegotae.parts.bodies.motion import (
-    LARGEST_TURN_RAD,
     crossing_time,
+    in_heave,
     rise,
     series,
 )
+from tegotae.parts.bodies.hopper import Hopper
 from tegotae.parts.channels import Channel, RecordedFrame, State
 
 

@@ -1,7 +1,6 @@
 """Oscillators: the rhythm generators of decentralised control."""
 
 from tegotae.parts.oscillators.base import Oscillator
-from tegotae.parts.oscillators.clamped import Clamped
 from tegotae.parts.oscillators.hopf import (
     AdaptiveHopf,
     AdaptiveState,
@@ -13,6 +12,7 @@ from tegotae.parts.oscillators.matsuoka import Matsuoka, MatsuokaState
 from tegotae.parts.oscillators.named import OSCILLATORS, oscillator_named
 from tegotae.parts.oscillators.phase import PhaseOscillator, PhaseState
 from tegotae.parts.oscillators.van_der_pol import VanDerPol, VanDerPolState
+from tegotae.parts.oscillators.wrapper import Clamped
 
 __all__ = [
     "OSCILLATORS",

@@ -1,10 +1,11 @@
-"""An oscillator around another one: it passes on all that it does not do otherwise."""
+"""Oscillators around another one; one clamped at a phase."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 import jax
+import jax.numpy as jnp
 
 from tegotae.parts._shapes import StateTree, Weights
 from tegotae.parts.channels import Channel
@@ -90,3 +91,34 @@ class OscillatorWrapper(Oscillator):
     def has_phase(self) -> bool:
         """As the oscillator within."""
         return self.inner.has_phase
+
+
+@dataclass(frozen=True)
+class Clamped(OscillatorWrapper):
+    """An oscillator whose state stays where it starts, `φ̇ = 0`.
+
+    The measure CPGu asks whether a controller hops with the phase held at fixed values.
+
+    Source: paper IV-A, on CPGu.
+
+    Example:
+        >>> from tegotae.parts.oscillators import PhaseOscillator
+        >>> import jax.numpy as jnp
+        >>> clamped = Clamped(PhaseOscillator())
+        >>> clamped.rate(clamped.start(jnp.ones(1)), jnp.array([5.0]), jnp.array([2.0]))
+        PhaseState(phase=Array([0.], dtype=float32))
+    """
+
+    def rate(
+        self,
+        state: StateTree,
+        omega: jax.Array,
+        feedback: jax.Array,
+        weights: Weights = (),
+    ) -> StateTree:
+        """Zero."""
+        return jax.tree.map(jnp.zeros_like, state)
+
+    def decay_per_s(self, omega: float) -> float:
+        """None: nothing moves."""
+        return 0.0

@@ -11,7 +11,7 @@ import jax.numpy as jnp
 
 from tegotae._support.errors import require_finite
 from tegotae.parts._shapes import Weights
-from tegotae.parts.commands import FORCE
+from tegotae.parts.channels import FORCE
 from tegotae.parts.maths import TWO_PI
 from tegotae.parts.terms.base import Signals, Term
 from tegotae.parts.terms.network import Network

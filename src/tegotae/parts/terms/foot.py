@@ -10,7 +10,7 @@ import jax.numpy as jnp
 
 from tegotae._support.errors import TegotaeError, is_of, require_finite
 from tegotae.parts._shapes import Weights
-from tegotae.parts.commands import FOOT
+from tegotae.parts.channels import FOOT
 from tegotae.parts.terms.actuation import Actuation
 from tegotae.parts.terms.base import Signals
 from tegotae.parts.terms.network import Network

@@ -26,7 +26,7 @@ from tegotae.parts.bodies import (
     Push,
     Sensation,
 )
-from tegotae.parts.commands import FORCE
+from tegotae.parts.channels import FORCE
 from tegotae.simulation.checks import probing
 from tegotae.simulation.loop import over_limbs
 

@@ -10,8 +10,7 @@ from tegotae.parts.bodies import Body
 from tegotae.parts.controller import Controller
 from tegotae.parts.terms.actuation import Actuation
 from tegotae.simulation.checks.body import check_body
-from tegotae.simulation.checks.oscillator import check_oscillator
-from tegotae.simulation.checks.term import check_term
+from tegotae.simulation.checks.parts import check_oscillator, check_term
 from tegotae.simulation.rollout import (
     Engine,
     Scenario,

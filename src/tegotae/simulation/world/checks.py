@@ -12,13 +12,13 @@ from tegotae.parts._shapes import LaneNumbers
 from tegotae.parts.bodies import Body
 from tegotae.parts.fields import FieldNumber, number_of, with_fields
 from tegotae.parts.oscillators import Oscillator
-from tegotae.simulation.world.changes import (
+from tegotae.simulation.world.scenario import (
     GROUND,
     OMEGA,
+    Scenario,
     Staircase,
     Step,
 )
-from tegotae.simulation.world.scenario import Scenario
 
 _NO_FIELDS = {
     OMEGA: "a frequency that holds for the whole run is the scenario's omega",

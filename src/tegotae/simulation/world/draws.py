@@ -1,9 +1,10 @@
-"""Scenarios made of drawn conditions: lanes that differ in what they meet."""
+"""Domain randomisation: conditions that are drawn anew."""
 
 from __future__ import annotations
 
 import itertools
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import cast
 
 import numpy as np
@@ -18,14 +19,20 @@ from tegotae.parts.fields import (
     with_fields,
 )
 from tegotae.parts.oscillators import Oscillator
-from tegotae.simulation.world.changes import DROP, ENTRIES, OMEGA, Step, with_changes
 from tegotae.simulation.world.checks import (
     check_changes,
     check_initial_pose,
     check_oscillator_state,
 )
-from tegotae.simulation.world.conditions import Condition
-from tegotae.simulation.world.scenario import Scenario
+from tegotae.simulation.world.scenario import (
+    DROP,
+    ENTRIES,
+    OMEGA,
+    Condition,
+    Scenario,
+    Step,
+    with_changes,
+)
 
 MOST_CORNERS = 4096
 """Combinations of extremes that are tried: those of twelve conditions of two each."""
@@ -212,3 +219,60 @@ def _corners(conditions: Sequence[Condition], scenario: Scenario, body: Body) ->
             column = np.repeat(column[:, None], body.limbs, axis=1)
         values[condition.name] = column.T
     return applied(conditions, values, scenario, body)
+
+
+LEAST_EVALUATION_SET = 4
+"""Episodes of the evaluation set at least: what is best under one draw may be so by luck."""
+_EVALUATION_SET = (0,)
+_GENERATIONS = 1  # keys of draws begin with it, the evaluation set's with another number
+
+
+@dataclass(frozen=True)
+class Randomization:
+    """What the episodes of a training have in common, and in what they differ.
+
+    Args:
+        conditions: in what they differ; of none, every episode is the scenario itself.
+        body: what is driven.
+        scenario: numbers, or arrays of shape [limbs, 1].
+    """
+
+    conditions: tuple[Condition, ...]
+    body: Body
+    scenario: Scenario
+
+    def repeats(self, episodes: int) -> int:
+        """How often what is held against the evaluation set meets so many episodes, that they are
+        `LEAST_EVALUATION_SET` together."""
+        return -(-LEAST_EVALUATION_SET // episodes) if self.conditions else 1
+
+    def evaluation_set(self, candidates: int, episodes: int) -> Scenario:
+        """The same episodes for everyone, one after the other: [candidates x episodes]."""
+        drawn = draw(self.conditions, self.body, episodes, _EVALUATION_SET)
+        values = {name: np.tile(x, candidates) for name, x in drawn.items()}
+        return applied(self.conditions, values, self.scenario, self.body)
+
+    def generation(
+        self, seeds: Sequence[int], number: int, population: int, episodes: int, centre: int
+    ) -> Scenario:
+        """The episodes of a generation: seed by seed, candidate by candidate, the centre last.
+
+        Args:
+            seeds: of the runs; what one meets does not depend on which others there are.
+            number: of the generation, from 0 on.
+            population: candidates a seed beside the centre.
+            episodes: of each candidate.
+            centre: episodes of the centre, those of the evaluation set.
+
+        Returns:
+            The scenario, with one entry for each episode, [seeds x (population x episodes +
+            centre)], in what is varied.
+        """
+        always = draw(self.conditions, self.body, centre, _EVALUATION_SET)
+        parts: dict[str, list[np.ndarray]] = {name: [] for name in always}
+        for seed in seeds:
+            drawn = draw(self.conditions, self.body, episodes, (_GENERATIONS, seed, number))
+            for name, values in drawn.items():
+                parts[name] += [np.tile(values, population), always[name]]
+        values = {name: np.concatenate(each, axis=-1) for name, each in parts.items()}
+        return applied(self.conditions, values, self.scenario, self.body)

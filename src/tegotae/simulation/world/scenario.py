@@ -1,15 +1,22 @@
-"""The scenario of a lane: release, frequency, a ground that may drop, and what else changes."""
+"""The world of a rollout as data: release, frequency, ground, and changes on the way."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from typing import NamedTuple
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import NamedTuple, TypeVar, cast
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 
-from tegotae.parts._shapes import LaneNumbers
+from tegotae._support.errors import TegotaeError, require_finite
+from tegotae.parts._shapes import LaneNumbers, Number, PerLimb
+from tegotae.parts.bodies import Body
+from tegotae.parts.fields import FieldNumber, path_of
+from tegotae.parts.parameters import changed
 
 GROUND = "ground_m"
 """The name of a change of the ground's height, which is no field of the body."""
@@ -48,7 +55,7 @@ class Scenario(NamedTuple):
 
     By name, such as {"mass_kg": [0.08, 0.1, 0.12]} for a mass a lane, or {"mass_kg": Step(0.13,
     from_s=10.0)}; "omega" names the frequency, and "ground_m" the height of the ground
-    (`tegotae.simulation.world.changes`)."""
+    (`tegotae.simulation.world.scenario`)."""
 
     @classmethod
     def of(cls, omega: float | None, **entries: LaneNumbers) -> Scenario:
@@ -71,3 +78,317 @@ def ground_m(scenario: Scenario, tick: jax.Array, tick_s: jax.Array) -> jax.Arra
     ground = jnp.where(tick.astype(drop_tick.dtype) >= drop_tick, -scenario.drop_m, 0.0)
     change = dict(scenario.changes).get(GROUND)
     return ground if change is None else change.at(tick, ground, tick_s)
+
+
+@dataclass(frozen=True)
+class Condition(ABC):
+    """A number that episodes of training do not have in common, and how it is drawn.
+
+    A frozen dataclass. One of your own says its value at each share of its draws (the quantile
+    function) and between which values that lies.
+
+    Args:
+        name: a field of the body ("mass_kg", "terrain.rise_m"), an entry of the scenario
+            ("omega", "height_m", "velocity_m_per_s", "phase_rad", "drop_m", "drop_time_s"), or a
+            initial pose of the release ("pitch_rad").
+        from_s: from when on it holds [s]; of "drop_m" when the ground drops.
+        until_s: until when [s]; None to the end.
+
+    Raises:
+        TegotaeError: for times that are none, or not in this order.
+    """
+
+    name: str
+    from_s: float = 0.0
+    until_s: float | None = None
+
+    def __post_init__(self) -> None:
+        require_finite(f"from_s of {self.name}", self.from_s, least=0.0)
+        if self.until_s is not None:
+            require_finite(f"until_s of {self.name}", self.until_s, above=self.from_s)
+
+    @abstractmethod
+    def at(self, share: np.ndarray) -> np.ndarray:
+        """The value below which this share of its draws lies, 0 <= share < 1, entry by entry.
+
+        Values that are themselves one a limb make an array [limbs, draws] of shares [draws].
+        """
+
+    @property
+    @abstractmethod
+    def extremes(self) -> tuple[FieldNumber, ...]:
+        """Values between which all draws lie: numbers, or tuples of one a limb."""
+
+    @property
+    def lasts(self) -> bool:
+        """Whether it holds for the whole episode."""
+        return self.from_s == 0.0 and self.until_s is None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Uniform(Condition):
+    """Any value between two, all alike: `low + (high - low) u`, u uniform in [0, 1).
+
+    What belongs to the limbs is drawn limb by limb.
+
+    Args:
+        low: the least value, in the unit of the quantity.
+        high: the largest.
+
+    Raises:
+        TegotaeError: for limits that are not finite, or not in this order.
+
+    Example:
+        >>> Uniform("mass_kg", low=0.08, high=0.12).at(np.array([0.0, 0.5]))
+        array([0.08, 0.1 ])
+    """
+
+    low: float
+    high: float
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        require_finite(f"the lowest {self.name}", self.low)
+        require_finite(f"the highest {self.name}", self.high, least=self.low)
+
+    def at(self, share: np.ndarray) -> np.ndarray:
+        """The value at each share."""
+        return self.low + (self.high - self.low) * share
+
+    @property
+    def extremes(self) -> tuple[float, ...]:
+        """Both limits; one if they are the same."""
+        return (self.low,) if self.low == self.high else (self.low, self.high)
+
+
+@dataclass(frozen=True, kw_only=True)
+class OneOf(Condition):
+    """One of some values, all equally often.
+
+    Args:
+        values: numbers, or tuples of one a limb, such as which legs are present.
+
+    Raises:
+        TegotaeError: for no value, values of several lengths, or one that is not finite.
+
+    Example:
+        >>> lost = OneOf("present", values=((1.0, 1.0), (0.0, 1.0)))
+        >>> lost.at(np.array([0.2, 0.7, 0.8]))
+        array([[1., 0., 0.],
+               [1., 1., 1.]])
+    """
+
+    values: tuple[float, ...] | tuple[tuple[float, ...], ...]
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if not self.values:
+            raise TegotaeError(f"{self.name} has no values to be one of; give at least one")
+        if len({np.shape(value) for value in self.values}) > 1:
+            raise TegotaeError(
+                f"{self.name} is one of {self.values}; they must all be numbers, or all tuples of "
+                "one number a limb"
+            )
+        for value in np.ravel(np.asarray(self.values, object)):
+            require_finite(self.name, value)
+
+    def at(self, share: np.ndarray) -> np.ndarray:
+        """The value at each share, limb by limb if it has limbs."""
+        which = (np.asarray(share) * len(self.values)).astype(int)
+        chosen = np.asarray(self.values, float)[which]
+        return np.moveaxis(chosen, -1, 0) if self._by_limb else chosen
+
+    @property
+    def _by_limb(self) -> bool:
+        return isinstance(self.values[0], tuple)
+
+    @property
+    def extremes(self) -> tuple[FieldNumber, ...]:
+        """The least and the largest number, or all values of several limbs."""
+        return self.values if self._by_limb else tuple(sorted({min(self.values), max(self.values)}))
+
+
+T = TypeVar("T")
+
+OMEGA = "omega"
+"""The name of a change of the frequency, which is no field of the body."""
+DROP = "drop_m"
+"""The name of the one drop of the ground; a `Step` says when."""
+ENTRIES = (OMEGA, "height_m", "velocity_m_per_s", "phase_rad", DROP, "drop_time_s")
+"""Entries of a scenario that can be otherwise; other names are the body's."""
+
+
+class Step(NamedTuple):
+    """Another value for a time: a lost leg, a push, a load; a square pulse.
+
+    Each entry a number, or an array of shape [lanes]; `value` may be [limbs, lanes], if it belongs
+    to the limbs. A time counts from the first control tick that does not begin earlier.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> heavier = Step(0.13, from_s=10.0)
+        >>> [float(heavier.at(jnp.asarray(t), 0.1, 1.0)) for t in (9, 10)]  # at ticks of 1 s
+        [0.10000000149011612, 0.12999999523162842]
+    """
+
+    value: LaneNumbers
+    """What it is meanwhile."""
+    from_s: LaneNumbers = 0.0
+    """From when on [s]."""
+    until_s: LaneNumbers = math.inf
+    """Until when [s]."""
+
+    def at(self, tick: jax.Array, usual: LaneNumbers, tick_s: LaneNumbers) -> jax.Array:
+        """The value during a control tick, given the usual one."""
+        begun = _reached(self.from_s, tick, tick_s) & ~_reached(self.until_s, tick, tick_s)
+        return jnp.where(begun, self.value, usual)
+
+
+class Staircase(NamedTuple):
+    """A value that rises by a step, or falls, again and again.
+
+    After n dwells the value is the usual one plus n steps, and after `levels` of them in all it
+    stays. Each entry a number, or an array of shape [lanes].
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> stairs = Staircase(step=0.5, dwell_s=10.0, levels=3)
+        >>> [float(stairs.at(jnp.asarray(t), 2.0, 1.0)) for t in (9, 10, 25, 99)]
+        [2.0, 2.5, 3.0, 3.0]
+    """
+
+    step: LaneNumbers
+    """How much it rises at once."""
+    dwell_s: LaneNumbers
+    """How long a level lasts [s]."""
+    levels: LaneNumbers = math.inf
+    """How many levels there are, the first included."""
+
+    def at(self, tick: jax.Array, usual: LaneNumbers, tick_s: LaneNumbers) -> jax.Array:
+        """The value during a control tick, given the usual one."""
+        dwell = jnp.round(self.dwell_s / tick_s)
+        level = jnp.minimum(jnp.floor(tick.astype(dwell.dtype) / dwell), self.levels - 1.0)
+        rise = level * self.step
+        shape = np.broadcast_shapes(jnp.shape(usual), jnp.shape(rise))
+        return jnp.broadcast_to(usual, shape) + jnp.broadcast_to(rise, shape)
+
+
+Change = Step | Staircase
+"""How a value changes during a run."""
+
+
+def with_changes(scenario: Scenario, body: Body, changes: Mapping[str, LaneNumbers]) -> Scenario:
+    """The scenario in which what is named is otherwise.
+
+    Args:
+        scenario: as it is otherwise.
+        body: whose numbers and initial pose are meant.
+        changes: by the name of an entry of the scenario ("omega", "height_m"), of a number of the
+            release's initial pose ("pitch_rad"), of a field of the body ("mass_kg",
+            "terrain.rise_m"), or "ground_m": a value, or a schedule (`Step`, `Staircase`). Values
+            are numbers, or arrays [lanes] or [limbs, lanes]. A `Step` of "drop_m" has the time of
+            the drop.
+
+    Raises:
+        TegotaeError: for a name that nothing has, or a schedule of what is of the release.
+
+    Example:
+        >>> from tegotae.parts.bodies import Bar, Sensors
+        >>> drop = {"drop_m": Step(0.05, from_s=30.0), "inertia_ratio": 0.6}
+        >>> found = with_changes(Scenario(omega=8.0), Sensors(body=Bar()), drop)
+        >>> found.drop_m, found.drop_time_s, found.changes
+        (0.05, 30.0, {'body.inertia_ratio': 0.6})
+    """
+    entries: dict[str, LaneNumbers] = {}
+    initial_pose, of_body = dict(scenario.initial_pose), dict(scenario.changes)
+    for name, change in changes.items():
+        scheduled = isinstance(change, (Step, Staircase))
+        if name == DROP and isinstance(change, Step):
+            if not np.all(np.isinf(change.until_s)):
+                raise TegotaeError(
+                    f"{DROP} is for good; ground that rises again is a Step of {GROUND}"
+                )
+            entries |= {DROP: change.value, "drop_time_s": change.from_s}
+        elif name in (OMEGA, GROUND) and scheduled:
+            of_body[name] = change
+        elif name in ENTRIES or name in body.pose_names:
+            if scheduled:
+                raise TegotaeError(f"{name} is of the release; it cannot change on the way")
+            (entries if name in ENTRIES else initial_pose)[name] = change
+        elif name == GROUND:
+            raise TegotaeError(
+                f"{GROUND} changes by a schedule, a Step or a Staircase; for a drop name {DROP}"
+            )
+        else:
+            of_body[path_of(body, name)] = change
+    return scenario._replace(
+        **entries,
+        initial_pose=initial_pose or scenario.initial_pose,
+        changes=of_body or scenario.changes,
+    )
+
+
+def _reached(time_s: LaneNumbers, tick: jax.Array, tick_s: LaneNumbers) -> jax.Array:
+    # Late times are whole ticks only to within the digits of float32.
+    exact = time_s / tick_s
+    first = jnp.ceil(exact - 1e-3 - 3e-7 * jnp.where(jnp.isfinite(exact), exact, 0.0))
+    return tick.astype(first.dtype) >= first
+
+
+def apply_changes(
+    body: T,
+    omega: PerLimb,
+    changes: Mapping[str, LaneNumbers],
+    tick: jax.Array,
+    tick_s: LaneNumbers,
+) -> tuple[T, PerLimb]:
+    """Body and frequency during a control tick.
+
+    Args:
+        body: the body as it usually is.
+        omega: ω [rad/s].
+        changes: what changes, by the name of a field ("mass_kg", "terrain.rise_m") or "omega".
+        tick: the tick's number.
+        tick_s: the control period [s].
+    """
+    for name, change in changes.items():
+        if name == OMEGA:
+            omega = change.at(tick, omega, tick_s)
+        elif name != GROUND:
+            body = changed(body, name, lambda usual, c=change: c.at(tick, _stacked(usual), tick_s))
+    return body, omega
+
+
+def whole_run(body: T, changes: Mapping[str, LaneNumbers]) -> tuple[T, dict[str, LaneNumbers]]:
+    """The body with what holds for the whole run, and the changes that are left.
+
+    Args:
+        body: the body.
+        changes: by the path of a field, values or changes in time.
+    """
+    left: dict[str, LaneNumbers] = {}
+    for name, change in changes.items():
+        if isinstance(change, (Step, Staircase)):
+            left[name] = change
+        else:
+            body = changed(body, name, lambda _, value=change: value)
+    return body, left
+
+
+def map_change(function: Callable[[LaneNumbers], LaneNumbers], change: LaneNumbers) -> LaneNumbers:
+    """A change with a function applied to its entries; to the value, where it is no more.
+
+    Args:
+        function: of one entry.
+        change: a `Step`, a `Staircase`, or a value.
+    """
+    if isinstance(change, (Step, Staircase)):
+        return type(change)(*map(function, change))
+    return function(change)
+
+
+def _stacked(usual: LaneNumbers) -> Number:
+    """A field of the limbs as an array, [limbs, 1]; what is one already as it is."""
+    if type(usual) is not tuple:
+        return usual
+    return jnp.stack([jnp.asarray(x) for x in cast(tuple[float, ...], usual)])[:, None]

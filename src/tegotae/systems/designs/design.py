@@ -1,12 +1,13 @@
-"""A design: a family on a legged system, and the experiment that it makes."""
+"""A design on a body, and the names of designs."""
 
 from __future__ import annotations
 
 import dataclasses
+import re
 from dataclasses import dataclass
 from typing import cast
 
-from tegotae._support.errors import TegotaeError, require_count, require_finite
+from tegotae._support.errors import TegotaeError, require_count, require_finite, unknown
 from tegotae._support.limits import MOST_RAD_PER_S, MOST_WEIGHTS
 from tegotae.measures.objectives.fitness import EPISODE
 from tegotae.measures.objectives.hopping_legs import HoppingLegs
@@ -17,10 +18,18 @@ from tegotae.parts.controller import Controller
 from tegotae.parts.fields import unwrapped
 from tegotae.simulation.rollout import Timing
 from tegotae.systems.designs.base import Family
-from tegotae.systems.designs.tegotae import nominal_speed_m_per_s
+from tegotae.systems.designs.tegotae import (
+    COSINE,
+    CosineLaw,
+    NetworkOfBody,
+    NetworkPerLeg,
+    TegotaeFamily,
+    nominal_speed_m_per_s,
+)
 from tegotae.systems.experiment import Experiment
-from tegotae.systems.grammar import BUDGET
+from tegotae.systems.grammar import BUDGET, learned_terms
 from tegotae.systems.legged import Legged, random_phases
+from tegotae.systems.legged_systems import SYSTEMS, system
 
 EPISODE_SHARE = 0.3
 """Length of a walker's episode of training, as a share of the time of its gait commands."""
@@ -146,3 +155,102 @@ class Design:
 def _start(limbs: int) -> tuple[float, ...]:
     """The phases that every episode of training begins with [rad], a leg each."""
     return tuple(random_phases(limbs, 1, START_SEED)[:, 0].round(3).tolist())
+
+
+FAMILIES: tuple[Family, ...] = (
+    TegotaeFamily(),
+    TegotaeFamily(gain="F"),
+    TegotaeFamily(action=True, reaction="F"),
+    TegotaeFamily(action=True, reaction="F", actuation="phif"),
+    TegotaeFamily(action=True, reaction="F", gain="F"),
+    TegotaeFamily(action=True, reaction="F", gain="F", actuation="phif"),
+    CosineLaw(),
+    NetworkPerLeg(observation="F"),
+    NetworkPerLeg(observation="Fa"),
+    NetworkOfBody(observation="F"),
+    NetworkOfBody(observation="Fa"),
+    NetworkOfBody(observation="F", clock=True),
+    NetworkOfBody(observation="Fa", clock=True),
+)
+"""The families that are listed; there are more by other senses."""
+
+_NETWORK = re.compile(r"(?P<kind>T|W|Wphi|W\+phi)-(?P<observation>[A-Za-z]+)")
+_OMEGA = re.compile(r"(?P<family>.+?)(?:-w(?P<omega>[0-9.]+))?")
+
+
+def is_design(name: str) -> bool:
+    """Whether a name is meant as a design's: it has a family and a system.
+
+    Example:
+        >>> is_design("ART@quadruped-c"), is_design("ART-rF-tphif-w8")
+        (True, False)
+    """
+    family, at, _ = name.partition("@")
+    return bool(at) and not set(family) & set("/\\:")
+
+
+def design(name: str) -> Design:
+    """The design of a name.
+
+    Args:
+        name: `FAMILY@SYSTEM`; the system is one of `tegotae.systems.legged_systems.SYSTEMS`, or
+            `FILE.py:OBJECT`.
+
+    Raises:
+        TegotaeError: for an unknown family or system, with the nearest ones.
+
+    Example:
+        >>> design("ARG-w3@hexapod").name
+        'ARG-rF-gF-w3@hexapod'
+    """
+    own, _, called = name.partition("@")
+    parts = _OMEGA.fullmatch(own)
+    if parts is None:
+        raise unknown("family", own, [family.name for family in FAMILIES])
+    try:
+        omega = None if parts["omega"] is None else float(parts["omega"])
+    except ValueError:
+        raise TegotaeError(f"{name} has no frequency behind -w; write a number, as -w3") from None
+    legged = system(called)
+    short = called.rpartition(":")[2] or called
+    return Design(family_named(parts["family"]), legged, short, omega)
+
+
+def family_named(name: str) -> Family:
+    """The family of a name; what its networks sense may be left out.
+
+    Raises:
+        TegotaeError: for an unknown one, or a sense of a term that is not learned.
+
+    Example:
+        >>> family_named("VG").name, family_named("W-Fa").about
+        ('VG-gF', "one network for all legs, on its load and the body's pitch and roll")
+    """
+    if name == COSINE:
+        return CosineLaw()
+    if found := _NETWORK.fullmatch(name):
+        if found["kind"] == "T":
+            return NetworkPerLeg(observation=found["observation"])
+        clock, added = "phi" in found["kind"], "+" in found["kind"]
+        return NetworkOfBody(observation=found["observation"], clock=clock, added=added)
+    terms = learned_terms(name)
+    if terms is None:
+        raise unknown("family", name, [family.name for family in FAMILIES])
+    return TegotaeFamily(
+        action=terms.action,
+        reaction=terms.reaction,
+        gain=terms.gain,
+        actuation=terms.actuation,
+    )
+
+
+def all_designs() -> dict[str, Design]:
+    """Every listed family on every named system, by name.
+
+    Example:
+        >>> "ARGT-rF-gF-tphif@plate-light-pitch" in all_designs()
+        True
+    """
+    legged = {name: make() for name, make in SYSTEMS.items()}
+    found = (Design(family, body, name) for name, body in legged.items() for family in FAMILIES)
+    return {each.name: each for each in found}

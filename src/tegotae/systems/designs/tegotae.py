@@ -1,25 +1,39 @@
-"""The paper's architectures, a unit a leg: any of A, R, G and T learned."""
+"""Designs of controllers for several legs: Tegotae feedback, and baselines beside it."""
 
 from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
-from tegotae._support.errors import TegotaeError
-from tegotae.parts.commands import FOOT
-from tegotae.parts.controller import Controller
+from tegotae._support.errors import TegotaeError, unknown
+from tegotae.measures.gaits.names import patterns_for
+from tegotae.parts.channels import FOOT
+from tegotae.parts.controller import Controller, Tegotae
 from tegotae.parts.terms import (
     ConstantGain,
     CorrectedFoot,
     EllipticFoot,
     LearnedActuation,
     LearnedFoot,
+    OffsetAction,
+    VanillaReaction,
+    WholeBody,
+    WholeBodyCorrectedFoot,
+    WholeBodyFoot,
 )
 from tegotae.parts.terms.actuation import Actuation
-from tegotae.systems.designs.base import Family, require_system
-from tegotae.systems.designs.senses import all_of
-from tegotae.systems.grammar import ADDED, LearnedTerms, networks, with_networks
+from tegotae.systems.designs.base import (
+    OBSERVATIONS,
+    Family,
+    all_of,
+    of_body,
+    of_leg,
+    require_system,
+)
+from tegotae.systems.grammar import ADDED, LearnedTerms, networks, shared_out, with_networks
 from tegotae.systems.legged import Legged
 
 
@@ -137,3 +151,166 @@ def nominal_speed_m_per_s(legged: Legged, omega: float) -> float | None:
     """
     foot = legged.controller.actuation
     return 2.0 * foot.stride_m * omega / math.pi if isinstance(foot, EllipticFoot) else None
+
+
+COSINE = "cos"
+"""The cosine law's name."""
+ALTERNATING = ("trot", "tripod", "antiphase")
+"""Gaits in which one half of the legs steps half a cycle after the other."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class CosineLaw(Family):
+    """The law of ORCAgym, `φ̇ = ω - c N (cos φ + o)`, with c and o trained: two numbers."""
+
+    @property
+    def name(self) -> str:
+        """`cos`."""
+        return COSINE
+
+    @property
+    def about(self) -> str:
+        """The law."""
+        return "the cosine law φ̇ = ω - c N (cos φ + o)"
+
+    def controller(self, legged: Legged, budget: int) -> Controller:
+        """The system's controller with another action; two weights, whatever the budget."""
+        own = require_system(legged).controller
+        shared_out(self.name, {}, 2, budget)
+        terms = Tegotae(OffsetAction(), VanillaReaction(), ConstantGain(start=usual_gain(legged)))
+        return dataclasses.replace(own, tegotae=terms)
+
+
+@dataclass(frozen=True, kw_only=True)
+class NetworkPerLeg(Family):
+    """The paper's single network, one a leg, without oscillators: from what a leg senses to its
+    command.
+
+    Args:
+        observation: what it senses, "F", "Fv" or "Fa".
+
+    Raises:
+        TegotaeError: for an unknown observation.
+
+    Example:
+        >>> NetworkPerLeg(observation="Fa").name
+        'T-Fa'
+    """
+
+    observation: str
+
+    def __post_init__(self) -> None:
+        if self.observation not in OBSERVATIONS:
+            raise unknown("observation", self.observation, OBSERVATIONS)
+
+    @property
+    def name(self) -> str:
+        """The paper's T, and what it senses."""
+        return f"T-{self.observation}"
+
+    @property
+    def about(self) -> str:
+        """One line."""
+        return f"a network a leg without an oscillator, on {OBSERVATIONS[self.observation]}"
+
+    @property
+    def has_rhythm(self) -> bool:
+        """It has none."""
+        return False
+
+    def controller(self, legged: Legged, budget: int) -> Controller:
+        """The networks alone."""
+        inputs = all_of(self.observation, legged.body)
+        commands = len(legged.controller.actuation.COMMANDS)
+        found = networks(self.name, {"T": inputs}, budget, commands=commands)["T"]
+        return Controller(learned_actuation(legged, inputs, found.hidden), limbs=legged.body.limbs)
+
+
+@dataclass(frozen=True, kw_only=True)
+class NetworkOfBody(Family):
+    """One network for the whole body: it feels all legs and commands all of them.
+
+    Args:
+        observation: what it feels of each leg, and of the body: "F", "Fv" or "Fa".
+        clock: whether it also sees a phase that turns at ω, whatever is felt.
+        added: whether it is added to the system's ellipses, which the clock drives in a trot, or
+            for other legs in the first pattern of gaits whose legs step by halves of a cycle.
+
+    Raises:
+        TegotaeError: for an unknown observation, or ellipses without a clock.
+
+    Example:
+        >>> NetworkOfBody(observation="Fa", clock=True).name
+        'Wphi-Fa'
+    """
+
+    observation: str
+    clock: bool = False
+    added: bool = False
+
+    def __post_init__(self) -> None:
+        if self.observation not in OBSERVATIONS:
+            raise unknown("observation", self.observation, OBSERVATIONS)
+        if self.added and not self.clock:
+            raise TegotaeError(
+                "a network that is added to ellipses needs a clock, which drives them"
+            )
+
+    @property
+    def name(self) -> str:
+        """W for the whole body, and what it senses."""
+        return f"W{'+' * self.added}{'phi' * self.clock}-{self.observation}"
+
+    @property
+    def about(self) -> str:
+        """One line."""
+        with_clock = " and a clock" if self.clock else ""
+        to = ", added to ellipses" if self.added else ""
+        return f"one network for all legs, on {OBSERVATIONS[self.observation]}{with_clock}{to}"
+
+    @property
+    def has_rhythm(self) -> bool:
+        """Whether there is a clock."""
+        return self.clock
+
+    def controller(self, legged: Legged, budget: int) -> Controller:
+        """The network, and the clock: an oscillator without feedback."""
+        body, limbs = legged.body, legged.body.limbs
+        each = of_leg(self.observation, body)
+        common = (*(["phase"] if self.clock else []), *of_body(self.observation, body))
+        kind: type[WholeBody] = WholeBody
+        more: dict[str, Any] = {}
+        if legged.controller.actuation.COMMANDS == FOOT:
+            kind, more = WholeBodyFoot, {"reach_m": reach_m(legged)}
+        if self.added:
+            kind = WholeBodyCorrectedFoot
+            more |= {"around": ellipse_of(legged), "lead_rad": alternating_rad(legged.names)}
+        cost = kind(each, common, limbs, 1, **more).n_weights
+        hidden = shared_out(self.name, {"W": cost}, 0, budget)["W"]
+        network = kind(each, common, limbs, hidden, **more)
+        if not self.clock:
+            return Controller(network, limbs=limbs)
+        return Controller(network, require_system(legged).controller.oscillator, limbs=limbs)
+
+
+def alternating_rad(legs: Sequence[str]) -> tuple[float, ...]:
+    """By how much each leg leads the first in a gait by halves of a cycle [rad]: a trot of four.
+
+    Args:
+        legs: their names.
+
+    Raises:
+        TegotaeError: for legs that no such gait is known of.
+
+    Example:
+        >>> [round(lead, 2) for lead in alternating_rad(("LF", "RF", "LH", "RH"))]
+        [0.0, 3.14, 3.14, 0.0]
+    """
+    known = {pattern.name: pattern for pattern in patterns_for(legs)}
+    for name in ALTERNATING:
+        if name in known:
+            lags = known[name].lags
+            return tuple(2.0 * math.pi * ((lags[legs[0]] - lags[leg]) % 1.0) for leg in legs)
+    raise TegotaeError(
+        f"no gait by halves of a cycle is known of the legs {', '.join(legs)}; leave the + out"
+    )

@@ -4,8 +4,13 @@ Settings and names are here for everyone; what needs torch is imported when some
 """
 
 from tegotae.training.agents.learner import AgentLearner
-from tegotae.training.agents.policy import agent_controller, initial_weights
-from tegotae.training.agents.settings import AgentSettings, PPOSettings, SACSettings
+from tegotae.training.agents.settings import (
+    AgentSettings,
+    PPOSettings,
+    SACSettings,
+    agent_controller,
+    initial_weights,
+)
 
 __all__ = [
     "AgentLearner",

@@ -1,7 +1,8 @@
-"""The feedback law as a torch module: the same terms and weights, and gradients."""
+"""Policies of SAC and PPO that are a Tegotae law."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -9,8 +10,19 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 import numpy as np
+import torch
+from stable_baselines3 import (
+    PPO,
+    SAC,
+)
+from stable_baselines3.common.policies import ActorCriticPolicy
+from stable_baselines3.common.torch_layers import BaseFeaturesExtractor
+from stable_baselines3.common.type_aliases import Schedule
+from stable_baselines3.common.vec_env import VecEnv
+from stable_baselines3.sac.policies import Actor, SACPolicy
+from torch import nn
 
-from tegotae._support.optional_dependencies import require
+from tegotae._support.errors import require
 from tegotae.parts.controller import Controller
 from tegotae.parts.terms import (
     ConstantGain,
@@ -20,11 +32,9 @@ from tegotae.parts.terms import (
     VanillaAction,
     VanillaReaction,
 )
+from tegotae.training.agents.settings import PPOSettings, SACSettings
 
 require("stable_baselines3", "sb3")
-
-import torch  # noqa: E402
-from torch import nn  # noqa: E402
 
 
 @dataclass(frozen=True)
@@ -192,3 +202,108 @@ class Feedback(nn.Module):
         """The controller's weights, float32 [n_weights]."""
         parts = [term.weights.detach().cpu().numpy() for term in self.terms]  # type: ignore[union-attr]
         return np.concatenate(parts)
+
+
+require("stable_baselines3", "sb3")
+
+
+class FeedbackPPOPolicy(ActorCriticPolicy):
+    """SB3's policy, its actor a Gaussian of learned, constant deviation around tanh(G A′ R / L)."""
+
+    def __init__(self, *args: Any, feedback: Feedback, **options: Any) -> None:
+        # Modules cannot be assigned before SB3's constructor, which already builds the networks.
+        self._parts = (feedback,)
+        super().__init__(*args, **options)
+
+    def _build(self, lr_schedule: Schedule) -> None:
+        super()._build(lr_schedule)
+        self.action_net = nn.Sequential(*self._parts, nn.Tanh())
+        self.optimizer = self.optimizer_class(
+            self.parameters(),
+            lr=lr_schedule(1),  # type: ignore[call-arg]
+            **self.optimizer_kwargs,
+        )
+
+
+def make_ppo(settings: PPOSettings, env: VecEnv, feedback: Feedback, seed: int) -> PPO:
+    """The agent, not yet trained."""
+    return PPO(
+        FeedbackPPOPolicy,
+        env,
+        learning_rate=settings.learning_rate,
+        n_steps=settings.n_steps,
+        batch_size=settings.batch_size,
+        n_epochs=settings.n_epochs,
+        gamma=settings.gamma,
+        gae_lambda=settings.gae_lambda,
+        clip_range=settings.clip_range,
+        ent_coef=settings.ent_coef,
+        vf_coef=settings.vf_coef,
+        max_grad_norm=settings.max_grad_norm,
+        policy_kwargs={
+            "feedback": feedback,
+            "log_std_init": math.log(settings.noise),
+            "net_arch": {"pi": [], "vf": list(settings.critic_layers)},
+        },
+        seed=seed,
+        device="cpu",
+    )
+
+
+require("stable_baselines3", "sb3")
+
+
+class _StateIndependent(nn.Module):
+    """The same number for every observation."""
+
+    def __init__(self, value: float) -> None:
+        super().__init__()
+        self.value = nn.Parameter(torch.tensor([value]))
+
+    def forward(self, observations: torch.Tensor) -> torch.Tensor:
+        """Observations [batch, columns] to the number, [batch, 1]."""
+        return self.value.expand(observations.shape[0], 1)
+
+
+class FeedbackSACPolicy(SACPolicy):
+    """SB3's policy, its actor `tanh(G A′ R / L + noise)` with a learned, constant deviation."""
+
+    def __init__(self, *args: Any, feedback: Feedback, noise: float, **options: Any) -> None:
+        # Modules cannot be assigned before SB3's constructor, which already asks for the actor.
+        self._parts = (feedback, noise)
+        super().__init__(*args, **options)
+
+    def make_actor(self, features_extractor: BaseFeaturesExtractor | None = None) -> Actor:
+        """SB3's actor with the feedback law in the place of its network."""
+        actor = super().make_actor(features_extractor)
+        feedback, noise = self._parts
+        actor.mu = feedback  # type: ignore[assignment]
+        actor.log_std = _StateIndependent(math.log(noise))  # type: ignore[assignment]
+        return actor.to(self.device)
+
+
+def make_sac(settings: SACSettings, env: VecEnv, feedback: Feedback, seed: int) -> SAC:
+    """The agent, not yet trained."""
+    return SAC(
+        FeedbackSACPolicy,
+        env,
+        learning_rate=settings.learning_rate,
+        buffer_size=settings.buffer_size,
+        learning_starts=settings.learning_starts,
+        batch_size=settings.batch_size,
+        tau=settings.tau,
+        gamma=settings.gamma,
+        train_freq=settings.train_freq,
+        gradient_steps=settings.gradient_steps,
+        n_steps=settings.td_steps,
+        target_entropy=settings.target_entropy * feedback.limbs,
+        policy_kwargs={
+            "feedback": feedback,
+            "noise": settings.noise,
+            "net_arch": {"pi": [], "qf": list(settings.critic_layers)},
+            # One call for all parameters: networks as small as these are all overhead.
+            "optimizer_kwargs": {"fused": True},
+        },
+        seed=seed,
+        device="cpu",
+    )

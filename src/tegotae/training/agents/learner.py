@@ -17,15 +17,19 @@ from tegotae.parts.controller import Controller
 from tegotae.simulation.integrators import PredictorCorrector
 from tegotae.systems.descriptions import check_kept
 from tegotae.systems.experiment import Experiment
-from tegotae.systems.release import Release
-from tegotae.training.agents.policy import agent_controller
-from tegotae.training.agents.settings import AgentSettings, SACSettings
+from tegotae.systems.system import Release
+from tegotae.training.agents.settings import AgentSettings, SACSettings, agent_controller
 from tegotae.training.algorithms.document import algorithm_document
-from tegotae.training.curve_file import CurvePoint
 from tegotae.training.evaluator import evaluator_of
 from tegotae.training.folder import versions_of
-from tegotae.training.learner import LearnedController, Learner, LearningStep, Session
-from tegotae.training.trainable import Trainable
+from tegotae.training.learner import (
+    CurvePoint,
+    LearnedController,
+    Learner,
+    LearningStep,
+    Session,
+    Trainable,
+)
 
 if TYPE_CHECKING:
     from tegotae.training.agents.learning import AgentTask, Point

@@ -11,17 +11,15 @@ from typing import NamedTuple, Protocol
 import jax.numpy as jnp
 import numpy as np
 
-from tegotae._support.errors import TegotaeError, require_count
-from tegotae._support.optional_dependencies import require
-from tegotae.measures.hopping.efficiency import WORK
+from tegotae._support.errors import TegotaeError, require, require_count
+from tegotae.measures.hopping.signals import WORK
 from tegotae.measures.objectives.objective import Objective
 from tegotae.parts.bodies import Body
 from tegotae.parts.controller import Controller
 from tegotae.simulation.rollout import Engine, Scenario, Timing
 from tegotae.systems.experiment import Experiment
 from tegotae.training.agents.actor import Feedback, Observed
-from tegotae.training.agents.policy import agent_controller, initial_weights
-from tegotae.training.agents.settings import AgentSettings
+from tegotae.training.agents.settings import AgentSettings, agent_controller, initial_weights
 
 require("stable_baselines3", "sb3")  # before the environments ask for Gymnasium, which it installs
 

@@ -13,16 +13,14 @@ import gymnasium
 import numpy as np
 from gymnasium.spaces import Box
 
-from tegotae._support.errors import TegotaeError, unknown
-from tegotae._support.optional_dependencies import require
+from tegotae._support.errors import TegotaeError, require, unknown
 from tegotae.envs._types import Info
 from tegotae.envs.actions import feedback_controller
 from tegotae.envs.pilot import Pilot
 from tegotae.envs.wires import read_by
 from tegotae.parts.controller import Controller
 from tegotae.training.agents.actor import Observed
-from tegotae.training.agents.policy import agent_controller
-from tegotae.training.agents.settings import AgentSettings
+from tegotae.training.agents.settings import AgentSettings, agent_controller
 from tegotae.training.environments.evaluator import SampleWarning
 from tegotae.training.environments.experiment import EnvExperiment
 from tegotae.training.environments.rollouts import EnvRollouts, lanes_of

@@ -1,4 +1,4 @@
-"""OpenAI's evolution strategy."""
+"""evosax's OpenAI-ES with its deviation as data."""
 
 from __future__ import annotations
 
@@ -8,12 +8,20 @@ from typing import TYPE_CHECKING
 import jax
 import jax.numpy as jnp
 import optax
+from evosax.algorithms import Open_ES
 
 from tegotae._support.errors import TegotaeError, require_count, require_finite
 from tegotae.training.algorithms.base import Algorithm, with_hyperparameters
 
 if TYPE_CHECKING:
     from evosax.algorithms import Open_ES
+
+
+class FixedDeviation(Open_ES):
+    """OpenAI-ES that keeps the deviation in its state: evosax's is a part of the program."""
+
+    def _tell(self, key, population, fitness, state, params):
+        return super()._tell(key, population, fitness, state, params).replace(std=state.std)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -55,7 +63,6 @@ class OpenES(Algorithm):
 
     def make(self, n_weights: int) -> Open_ES:
         """evosax's OpenAI-ES."""
-        from tegotae.training.algorithms._fixed_deviation import FixedDeviation
 
         optimizer = optax.inject_hyperparams(optax.adam)(learning_rate=self.learning_rate)
         return FixedDeviation(self.population, jnp.zeros(n_weights), optimizer=optimizer)

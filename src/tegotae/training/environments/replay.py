@@ -13,8 +13,7 @@ from numpy.typing import ArrayLike
 from tegotae._support.errors import TegotaeError
 from tegotae.envs.pilot import Pilot
 from tegotae.measures.hopping.measured import Measured, measure
-from tegotae.training.environments.episode import EnvEpisode, EpisodeBatch
-from tegotae.training.environments.objectives import EnvObjective, Hopping
+from tegotae.training.environments.objectives import EnvEpisode, EnvObjective, EpisodeBatch, Hopping
 from tegotae.training.environments.rollouts import lanes_of, play
 
 if TYPE_CHECKING:

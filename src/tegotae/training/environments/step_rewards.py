@@ -9,9 +9,8 @@ import numpy as np
 from tegotae._support.errors import TegotaeError
 from tegotae.envs.pilot import Pilot
 from tegotae.envs.rewards import HopReward
-from tegotae.training.environments.episode import EpisodeBatch
 from tegotae.training.environments.experiment import EnvExperiment
-from tegotae.training.environments.objectives import ENTRY_OF_WORK, Hopping, Return
+from tegotae.training.environments.objectives import ENTRY_OF_WORK, EpisodeBatch, Hopping, Return
 
 _CLEARS = 1.01
 """Height of an apex over the rest length from which a flight is a hop."""

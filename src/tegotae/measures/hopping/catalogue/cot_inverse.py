@@ -8,9 +8,9 @@ from __future__ import annotations
 import jax
 import jax.numpy as jnp
 
-from tegotae.measures.hopping.efficiency import cot_inverse
 from tegotae.measures.hopping.episode import AT_REST, Episode
 from tegotae.measures.hopping.metric import GaitMetric
+from tegotae.measures.hopping.signals import cot_inverse
 from tegotae.parts._shapes import AnyArray
 
 

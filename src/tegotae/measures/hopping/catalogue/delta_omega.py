@@ -10,7 +10,7 @@ import jax.numpy as jnp
 
 from tegotae.measures.hopping.episode import Episode
 from tegotae.measures.hopping.metric import REPORT, TABLE, GaitMetric
-from tegotae.measures.hopping.spectrum import delta_omega
+from tegotae.measures.hopping.signals import delta_omega
 
 
 def _compute(episode: Episode) -> jax.Array:

@@ -9,7 +9,7 @@ import jax
 
 from tegotae.measures.hopping.episode import Episode
 from tegotae.measures.hopping.metric import GaitMetric
-from tegotae.measures.hopping.spectrum import delta_w
+from tegotae.measures.hopping.signals import delta_w
 
 
 def _compute(episode: Episode) -> jax.Array:

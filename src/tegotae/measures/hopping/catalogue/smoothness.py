@@ -9,7 +9,7 @@ import jax
 
 from tegotae.measures.hopping.episode import Episode
 from tegotae.measures.hopping.metric import REPORT, TABLE, GaitMetric
-from tegotae.measures.hopping.smoothness import smoothness
+from tegotae.measures.hopping.signals import smoothness
 
 
 def _compute(episode: Episode) -> jax.Array:

@@ -10,15 +10,6 @@ import jax
 import jax.numpy as jnp
 
 from tegotae.parts._shapes import Number, PerLane, Scalar
-from tegotae.parts.bodies.attitude import (
-    angles,
-    cross,
-    from_angles,
-    rotation,
-    turned,
-    unit,
-    vector,
-)
 from tegotae.parts.bodies.base import (
     Body,
     Contact,
@@ -26,25 +17,29 @@ from tegotae.parts.bodies.base import (
     Sensation,
     for_limbs,
 )
-from tegotae.parts.bodies.motion import rise
-from tegotae.parts.bodies.walker.channels import CHANNELS
-from tegotae.parts.bodies.walker.legs import (
+from tegotae.parts.bodies.frame import rise
+from tegotae.parts.bodies.walker.mechanics import (
+    CHANNELS,
     Legs,
+    WalkerState,
+    accelerations,
+    angles,
+    com_of,
     commanded_feet,
+    cross,
+    from_angles,
+    gyration,
     legs_of,
+    reloaded,
+    rotation,
     springs_of,
     stance_of,
+    turned,
+    unit,
+    vector,
 )
 from tegotae.parts.bodies.walker.numbers import LOWEST_SHARE, WalkerNumbers
-from tegotae.parts.bodies.walker.state import WalkerState
-from tegotae.parts.bodies.walker.torso import (
-    accelerations,
-    com_of,
-    gyration,
-    reloaded,
-)
-from tegotae.parts.channels import Channel
-from tegotae.parts.commands import FOOT
+from tegotae.parts.channels import FOOT, Channel
 from tegotae.parts.parameters import traceable
 
 LARGEST_TILT_COS = 0.5

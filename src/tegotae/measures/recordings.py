@@ -1,17 +1,184 @@
-"""Which column is what, and in which unit: by its name, or as the user says."""
+"""Recordings of real robots: files, columns, quantities and units."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+import re
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from tegotae._support.errors import TegotaeError, require_finite, unknown
+from tegotae._support.errors import TegotaeError, require, require_finite, unknown
+from tegotae._support.files import read_arrays
+from tegotae._support.tables import number, read_csv
 from tegotae.measures.hopping.recording import Samples
-from tegotae.measures.recordings.files import numbers_of
-from tegotae.measures.recordings.quantities import QUANTITIES, in_brackets, split
+
+_LENGTH = {"m": 1.0, "cm": 1e-2, "mm": 1e-3}
+_FORCE = {"N": 1.0, "kN": 1e3, "mN": 1e-3, "MN": 1e6}
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """Something that may be recorded.
+
+    Args:
+        names: by which its column is known, without the unit.
+        units: how much each unit is of the SI's, the SI's first.
+        about: its meaning.
+    """
+
+    names: tuple[str, ...]
+    units: Mapping[str, float]
+    about: str
+
+    def of(self, unit: str) -> float | None:
+        """How much a unit is of the SI's; None if it is no unit of this.
+
+        Capitals count only where they distinguish two units, as those of mN and MN do.
+        """
+        alike = [known for known in self.units if known.lower() == unit.lower()]
+        if len(alike) > 1:
+            alike = [known for known in alike if known[0] == unit[0]]
+        return self.units[alike[0]] if alike else None
+
+
+QUANTITIES = {
+    "time": Quantity(("time", "t"), {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}, "when"),
+    "height": Quantity(("height", "y"), _LENGTH, "height of the centre of mass"),
+    "ground": Quantity(("ground",), _LENGTH, "height of the ground"),
+    "phase": Quantity(("phase",), {"rad": 1.0, "deg": np.pi / 180.0}, "phase of the oscillator"),
+    "force": Quantity(("actuator_force", "force"), _FORCE, "actuator force"),
+    "work": Quantity(
+        ("work",), {"J": 1.0, "kJ": 1e3, "mJ": 1e-3, "MJ": 1e6}, "running total of the work"
+    ),
+    "climb_flight": Quantity(
+        ("climb_flight",), _LENGTH, "running total of the heights climbed in flight"
+    ),
+    "climb": Quantity(("climb",), _LENGTH, "running total of all heights climbed"),
+}
+"""What can be measured, by the name that it has on the command line."""
+
+
+def split(column: str) -> tuple[str, str]:
+    """A column's name in small letters, and its unit, if its name has one.
+
+    Example:
+        >>> split("Height (mm)"), split("height_mm"), split("height")
+        (('height', 'mm'), ('height', 'mm'), ('height', ''))
+    """
+    name, unit = in_brackets(column)
+    plain = re.sub(r"\W+", "_", name.strip()).strip("_")
+    if unit:
+        return plain.lower(), unit
+    stem, _, ending = plain.rpartition("_")
+    return (stem.lower(), ending) if stem else (plain.lower(), "")
+
+
+def in_brackets(text: str) -> tuple[str, str]:
+    """What stands before brackets at the end of a text, and in them."""
+    match = re.fullmatch(r"(.*?)\s*[\[(](\w*)[\])]\s*", text)
+    return (match.group(1), match.group(2)) if match else (text, "")
+
+
+MOST_BYTES = 2**30
+"""Of all arrays of a .npz together [bytes]: hours of a robot's log."""
+_NEEDED = {*QUANTITIES["time"].names, *QUANTITIES["height"].names}
+
+
+def read_columns(path: Path | str) -> dict[str, np.ndarray]:
+    """The columns of a file by name, as they are: texts or numbers.
+
+    Args:
+        path: a .csv with a row of names, a .npz of arrays of one dimension, or a .parquet (extra
+            "study").
+
+    Raises:
+        TegotaeError: for another ending, a file that cannot be read, or arrays of other shapes.
+        MissingExtraError: for Parquet without pyarrow.
+
+    Example:
+        >>> np.savez("walk.npz", time_s=np.arange(3) * 0.01, height_m=np.ones(3))
+        >>> list(read_columns("walk.npz"))
+        ['time_s', 'height_m']
+    """
+    path = Path(path)
+    read = FORMATS.get(path.suffix.lower())
+    if read is None:
+        raise TegotaeError(
+            f"{path} is no recording: its name must end in {', '.join(FORMATS)}, and it ends in "
+            f"{path.suffix or 'nothing'}"
+        )
+    if not path.is_file():
+        raise TegotaeError(f"there is no file {path}")
+    return read(path)
+
+
+def numbers_of(name: str, column: Iterable) -> np.ndarray:
+    """A column as float64, NaN where a cell is empty.
+
+    Raises:
+        TegotaeError: for a cell that is no number.
+    """
+    cells = np.asarray(column)
+    if cells.dtype.kind in "fiub":
+        return cells.astype(float)
+    found = np.full(len(cells), np.nan)
+    for row, cell in enumerate(cells.tolist()):
+        text = str(cell).strip()
+        try:
+            found[row] = number(text) if text and cell is not None else np.nan
+        except ValueError:
+            raise TegotaeError(f"{name} is {text!r} in row {row}, which is no number") from None
+    return found
+
+
+def _csv(path: Path) -> dict[str, np.ndarray]:
+    return read_csv(path, kind="recording")
+
+
+def _npz(path: Path) -> dict[str, np.ndarray]:
+    try:
+        columns = read_arrays(path, MOST_BYTES)
+    except OSError as error:
+        raise TegotaeError(f"cannot read {path}: {error.strerror}") from None
+    except ValueError as error:
+        raise TegotaeError(f"{path} is no recording: no .npz of plain arrays ({error})") from None
+    # One number, such as a rate, is no column; and one column more in a matrix is still one.
+    columns = {name: np.squeeze(column) for name, column in columns.items()}
+    kept = {name: column for name, column in columns.items() if column.ndim == 1}
+    for name, column in columns.items():
+        if column.ndim > 1 and split(name)[0] in _NEEDED:
+            raise TegotaeError(
+                f"{path} is no recording: {name} has the shape {column.shape}; it must be one "
+                "number a sample"
+            )
+    if not kept:
+        raise TegotaeError(f"{path} is no recording: it holds no array of one dimension")
+    return kept
+
+
+def _parquet(path: Path) -> dict[str, np.ndarray]:
+    arrow = require("pyarrow", "study")
+    parquet = require("pyarrow.parquet", "study")
+    try:
+        table = parquet.read_table(path)
+    except (OSError, arrow.ArrowException) as error:
+        first = str(error).splitlines()[0]
+        raise TegotaeError(f"{path} is no recording: {first}") from None
+    return {
+        name: np.array(table.column(name).to_pylist(), dtype=object) for name in table.column_names
+    }
+
+
+FORMATS: dict[str, Callable[[Path], dict[str, np.ndarray]]] = {
+    ".csv": _csv,
+    ".npz": _npz,
+    ".parquet": _parquet,
+}
+"""Who reads which ending."""
+
 
 _LEAST_SAMPLES = 3
 

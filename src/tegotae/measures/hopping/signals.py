@@ -1,4 +1,4 @@
-"""The spectrum of the body's height, and how it sits with the prescribed frequency."""
+"""Work, spectra and smoothness of a recorded signal."""
 
 from __future__ import annotations
 
@@ -8,7 +8,51 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from tegotae._support.errors import TegotaeError
 from tegotae.parts._shapes import AnyArray, Numeric
+from tegotae.simulation.rollout import Trajectory
+
+WORK = ("absolute", "positive", "net")
+"""Definitions of the actuator's work: ∫ |F_a ẏ| dt, ∫ max(0, F_a ẏ) dt, ∫ F_a ẏ dt."""
+
+
+def check_work(definition: str, name: str = "work") -> None:
+    """Raise `TegotaeError` for a definition of work, a setting of that name, none of `WORK`."""
+    if definition not in WORK:
+        raise TegotaeError(f"{name} is {definition!r}; it must be one of {', '.join(WORK)}")
+
+
+def work_total(trajectory: Trajectory, definition: str = "absolute") -> AnyArray:
+    """Running total of the actuator's work [J], shape [frames, lanes].
+
+    Args:
+        trajectory: which has the channel `work_absolute_j`, or that of the definition.
+        definition: one of `WORK`.
+
+    Raises:
+        TegotaeError: for a definition that is none of `WORK`.
+    """
+    check_work(definition)
+    return getattr(trajectory, f"work_{definition}_j")
+
+
+def cot_inverse(climb_m: Numeric, work_j: Numeric) -> jax.Array:
+    """Inverse cost of transport, `CoT⁻¹ = Σ heights climbed / E` [m/J] (paper equation 12).
+
+    Zero where nothing was climbed or no work was done.
+
+    Args:
+        climb_m: climbed height [m], any shape: in flight (variant A) or in all (variant B).
+        work_j: work over the same time [J], same shape.
+
+    Example:
+        >>> float(cot_inverse(1.5, 2.0)), float(cot_inverse(1.5, 0.0))
+        (0.75, 0.0)
+    """
+    climb_m, work_j = jnp.asarray(climb_m), jnp.asarray(work_j)
+    moves = (climb_m > 0.0) & (work_j > 1e-6)
+    return jnp.where(moves, climb_m / jnp.where(moves, work_j, 1.0), 0.0)
+
 
 REST_RANGE_M = 1e-3
 """A body whose height stays within this range [m] is at rest and has no spectrum."""
@@ -144,3 +188,62 @@ def delta_w(of: Spectrum, omega: Numeric) -> jax.Array:
     away = jnp.abs(frequency - jnp.asarray(omega, power.dtype).reshape(1, -1))
     distance = jnp.where(is_peak, away * relative, 0.0)
     return peak(of)[1] * jnp.sum(distance, axis=0)
+
+
+FORCE_PERIOD_S = 0.02
+"""The actuator force is averaged over this time [s] before its rate of change is taken."""
+
+
+def require_measurable(tick_s: float) -> None:
+    """Raise `TegotaeError` for a control period by which hops cannot be measured.
+
+    Records are of whole control periods, and the mean force of each 20 ms is one of its metrics.
+    """
+    ratio = FORCE_PERIOD_S / tick_s
+    if round(ratio) < 1 or abs(ratio - round(ratio)) > 1e-6:
+        raise TegotaeError(
+            f"the control period is {tick_s:g} s; hops are measured with those of which "
+            f"{FORCE_PERIOD_S:g} s is a whole multiple, such as 0.001, 0.002, 0.0025, 0.004, "
+            "0.005, 0.01 and 0.02"
+        )
+
+
+def smoothness(
+    impulse_ns: AnyArray, max_force_n: Numeric, frame_s: float, start_s: Numeric
+) -> jax.Array:
+    """Root-mean-square rate of change of the actuator force over its largest value [1/s].
+
+        smoothness = rms( (F̄_{j+1} - F̄_j) / Δt ) / α,    Δt = 20 ms,
+
+    where F̄_j is the mean force over the j-th 20 ms. The mean makes a force that jumps measurable,
+    and the result independent of how finely the force was recorded. The smaller, the smoother.
+
+    Args:
+        impulse_ns: running total of ∫ F_a dt [N s] at the end of each frame, [frames, lanes].
+        max_force_n: largest force α [N].
+        frame_s: recording period [s], of which 20 ms is a whole multiple.
+        start_s: only later changes count [s]; a number or [lanes].
+
+    Raises:
+        TegotaeError: for a recording period of which 20 ms is no multiple.
+
+    Example:
+        >>> import numpy as np
+        >>> force = 4.0 * np.arange(50)[:, None] / 50  # 0 to 4 N within a second
+        >>> f"{float(smoothness(np.cumsum(0.02 * force, axis=0), 4.0, 0.02, 0.0)[0]):.3f}"
+        '1.000'
+    """
+    ratio = FORCE_PERIOD_S / frame_s
+    if round(ratio) < 1 or abs(ratio - round(ratio)) > 1e-6:
+        raise TegotaeError(
+            f"frame_s is {frame_s:g}; the smoothness of actuation needs a recording period "
+            f"of which {FORCE_PERIOD_S:g} s is a whole multiple"
+        )
+    total = jnp.asarray(impulse_ns)[round(ratio) - 1 :: round(ratio)]
+    rate = jnp.diff(total, 2, axis=0) / FORCE_PERIOD_S**2
+    # The j-th change is that from the (j+1)-th mean force to the next.
+    begins = FORCE_PERIOD_S * jnp.arange(1, len(rate) + 1, dtype=rate.dtype)
+    counts = begins[:, None] >= jnp.asarray(start_s, rate.dtype).reshape(1, -1)
+    number = jnp.sum(counts, axis=0).astype(rate.dtype)
+    mean_square = jnp.sum(jnp.where(counts, rate**2, 0.0), axis=0) / number
+    return jnp.sqrt(mean_square) / max_force_n

@@ -1,0 +1,514 @@
+"""Bodies around another one: lagged actuators, late or noisy sensors, blows."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from typing import NamedTuple, TypeVar, cast
+
+import jax
+import jax.numpy as jnp
+
+from tegotae._support.errors import TegotaeError, is_of, require_count, require_finite
+from tegotae._support.transforms import iota
+from tegotae.parts._shapes import Number, PerLane, StateTree
+from tegotae.parts.bodies.base import (
+    Body,
+    Contact,
+    Push,
+    Sensation,
+    for_limbs,
+)
+from tegotae.parts.bodies.hopper import Hopper
+from tegotae.parts.channels import (
+    FORCE,
+    Channel,
+    Latest,
+    RecordedFrame,
+    State,
+    Tick,
+    Total,
+)
+from tegotae.parts.parameters import STATIC, traceable
+
+T = TypeVar("T")
+
+
+@dataclass(frozen=True, kw_only=True)
+class BodyWrapper(Body):
+    """As the body within; subclasses say what is different.
+
+    Its state is a named tuple that has the state of the body within as `body`. That body's fields
+    are those of `body.` in a scenario's `changes`, such as "body.mass_kg".
+
+    Args:
+        body: the body within.
+
+    Raises:
+        TegotaeError: for what is no body.
+    """
+
+    body: Body = field(default_factory=Hopper)
+
+    def __post_init__(self) -> None:
+        if not is_of(self.body, Body):
+            raise TegotaeError(f"body is {self.body!r}; it must be a Body, such as Hopper()")
+
+    @property
+    def SENSES(self) -> tuple[str, ...]:  # type: ignore[override]  # noqa: N802
+        """Those of the body within."""
+        return self.body.SENSES
+
+    @property
+    def COMMANDS(self) -> tuple[str, ...]:  # type: ignore[override]  # noqa: N802
+        """Those of the body within."""
+        return self.body.COMMANDS
+
+    @property
+    def limbs(self) -> int:
+        """Those of the body within."""
+        return self.body.limbs
+
+    @property
+    def max_force_n(self) -> float:  # type: ignore[override]
+        """That of the body within [N]."""
+        return self.body.max_force_n
+
+    @property
+    def rest_length_m(self) -> float:  # type: ignore[override]
+        """That of the body within [m]."""
+        return self.body.rest_length_m
+
+    @property
+    def touching_height_m(self) -> float:
+        """That of the body within [m]."""
+        return self.body.touching_height_m
+
+    @property
+    def rate_scale(self) -> Number:
+        """That of the body within [rad/s]."""
+        return self.body.rate_scale
+
+    @property
+    def channels(self) -> tuple[Channel, ...]:
+        """Those of the body within."""
+        return tuple(map(_within, self.body.channels))
+
+    @property
+    def pose_names(self) -> tuple[str, ...]:
+        """Those of the body within."""
+        return self.body.pose_names
+
+    def check_tick(self, tick_s: float) -> None:
+        """As the body within."""
+        self.body.check_tick(tick_s)
+
+    def check_release(self, height_m: float) -> None:
+        """As the body within."""
+        self.body.check_release(height_m)
+
+    def sense(self, state: StateTree, ground_m: jax.Array) -> Sensation:
+        """As the body within."""
+        return self.body.sense(state.body, ground_m)
+
+    def predict(
+        self, state: StateTree, force_n: jax.Array, ground_m: jax.Array, tick_s: jax.Array
+    ) -> tuple[StateTree, jax.Array, jax.Array]:
+        """As the body within."""
+        guess, begins, ends = self.body.predict(state.body, force_n, ground_m, tick_s)
+        return state._replace(body=guess), begins, ends
+
+    def advance(
+        self, state: StateTree, push: Push, ground_m: jax.Array, tick_s: jax.Array
+    ) -> tuple[StateTree, Contact]:
+        """As the body within."""
+        end, contact = self.body.advance(state.body, push, ground_m, tick_s)
+        return state._replace(body=end), contact
+
+    def apply_impulse(self, state: StateTree, impulse_ns: jax.Array) -> StateTree:
+        """As the body within."""
+        return state._replace(body=self.body.apply_impulse(state.body, impulse_ns))
+
+    def failed(self, state: StateTree, ground_m: jax.Array) -> jax.Array:
+        """As the body within."""
+        return self.body.failed(state.body, ground_m)
+
+    def height(self, state: StateTree) -> jax.Array:
+        """As the body within [m]."""
+        return self.body.height(state.body)
+
+    def velocity(self, state: StateTree) -> jax.Array:
+        """As the body within [m/s]."""
+        return self.body.velocity(state.body)
+
+    def energy(self, state: StateTree, ground_m: jax.Array) -> jax.Array:
+        """As the body within [J]."""
+        return self.body.energy(state.body, ground_m)
+
+
+def wide(of_body: T, like: jax.Array) -> T:
+    """A number of the body, with the axes that `like` has before that of the lanes."""
+    while 0 < jnp.ndim(cast(jax.Array, of_body)) < like.ndim:
+        of_body = for_limbs(of_body)
+    return of_body
+
+
+def _within(channel: Channel) -> Channel:
+    """A channel of the body within, of its own state."""
+
+    def inner(body: Body) -> Body:
+        return cast(BodyWrapper, body).body
+
+    def unwrapped_frame(frame: RecordedFrame) -> RecordedFrame:
+        moment = frame.lane.moment._replace(body=frame.lane.moment.body.body)
+        return frame._replace(body=inner(frame.body), lane=frame.lane._replace(moment=moment))
+
+    def unwrapped_tick(tick: Tick) -> Tick:
+        end = tick.end._replace(body=tick.end.body.body)
+        return tick._replace(body=inner(tick.body), end=end)
+
+    def of_frame(
+        value: Callable[[RecordedFrame], jax.Array],
+    ) -> Callable[[RecordedFrame], jax.Array]:
+        return lambda frame: value(unwrapped_frame(frame))
+
+    def of_tick(value: Callable[[Tick], jax.Array]) -> Callable[[Tick], jax.Array]:
+        return lambda tick: value(unwrapped_tick(tick))
+
+    if isinstance(channel, State):
+        return replace(channel, of=of_frame(channel.of))
+    if isinstance(channel, Total):
+        return replace(channel, gain=of_tick(channel.gain))
+    if isinstance(channel, Latest):
+        return replace(channel, when=of_tick(channel.when), value=of_tick(channel.value))
+    return channel
+
+
+class ActuatorsState(NamedTuple):
+    """The body's state, and what its actuators have come to."""
+
+    body: StateTree
+    """The state of the body."""
+    reached: jax.Array
+    """What of the command the actuators follow now, [(commands,) (limbs,) lanes]."""
+
+
+@traceable
+@dataclass(frozen=True, kw_only=True)
+class Actuators(BodyWrapper):
+    """A body whose actuators follow the command u late, and deliver a share of it:
+
+        lag_s · ȧ = u - a,    F_a = strength · a.
+
+    The lag is that of a first-order filter, exact for the mean of the command over a tick. It goes
+    on in flight, where no force acts. `a` begins as the first command. With a strength of one and
+    no lag nothing changes, to the bit. A foot that is commanded to a place lags alike; it has no
+    force of which a share could arrive.
+
+    Args:
+        body: the body that they move. Its fields are those of `body.` in a scenario's `changes`.
+        strength: share of the force that arrives.
+        lag_s: time constant [s].
+
+    Raises:
+        TegotaeError: for what is no body, a strength or a lag below zero, or another strength than
+            one where feet are commanded to places.
+
+    Example:
+        >>> from tegotae.parts.bodies import Hopper
+        >>> Actuators(body=Hopper(), strength=0.8, lag_s=0.02).max_force_n
+        4.0
+    """
+
+    strength: float = 1.0
+    lag_s: float = 0.0
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        require_finite("strength", self.strength, least=0.0)
+        require_finite("lag_s", self.lag_s, least=0.0)
+        if self.strength != 1.0 and self.COMMANDS != FORCE:
+            raise TegotaeError(
+                f"strength is {self.strength:g}, and a {type(self.body).__name__} takes places "
+                "of its feet, not forces; it must be 1"
+            )
+
+    def check_release(self, height_m: float) -> None:
+        """As the body within; and a share of the force has to lift it."""
+        self.body.check_release(height_m)
+        weight_n = getattr(self.body, "weight_n", 0.0)
+        if self.COMMANDS == FORCE and self.strength * self.max_force_n <= weight_n:
+            raise TegotaeError(
+                f"strength is {self.strength:g}: the actuator then pushes with "
+                f"{self.strength * self.max_force_n:g} N at most, and the body weighs "
+                f"{weight_n:g} N; it cannot hop"
+            )
+
+    def release(
+        self, height_m: PerLane, velocity_m_per_s: PerLane, **initial_pose: Number
+    ) -> ActuatorsState:
+        """The state at release; an initial pose is the body's."""
+        state = self.body.release(height_m, velocity_m_per_s, **initial_pose)
+        commands = () if self.COMMANDS == FORCE else (len(self.COMMANDS),)
+        shape = (*commands, *self.limb_shape, *jnp.shape(height_m))
+        return ActuatorsState(state, jnp.zeros(shape, height_m.dtype))
+
+    def commanded(self, state: ActuatorsState, command: jax.Array) -> ActuatorsState:
+        """As the body's; the actuators are where they are commanded to be."""
+        command = jnp.broadcast_to(command, state.reached.shape)
+        return ActuatorsState(self.body.commanded(state.body, command), command)
+
+    def _follow(
+        self, reached: jax.Array, aim: jax.Array, tick_s: jax.Array
+    ) -> tuple[jax.Array, jax.Array]:
+        """Mean over a tick, and what is reached at its end, of a command that is held at `aim`."""
+        lag = wide(self.lag_s, reached)
+        late = jnp.broadcast_to(lag > 0.0, reached.shape)
+        rate = tick_s / jnp.where(lag > 0.0, lag, 1.0)
+        # Of the way, at the end of the tick; 1 - exp is 0 where a lag is long over the tick.
+        gone = -jnp.expm1(-rate)
+        far = aim - reached
+        mean = reached + far * (1.0 - gone / rate)
+        return jnp.where(late, mean, aim), jnp.where(late, reached + far * gone, aim)
+
+    def predict(
+        self, state: ActuatorsState, force_n: jax.Array, ground_m: jax.Array, tick_s: jax.Array
+    ) -> tuple[ActuatorsState, jax.Array, jax.Array]:
+        """The body's guess, under what the actuators would deliver."""
+        mean, end = self._follow(state.reached, force_n, tick_s)
+        arrives = (mean if self.COMMANDS == FORCE else end) * wide(self.strength, mean)
+        guess, begins, ends = self.body.predict(state.body, arrives, ground_m, tick_s)
+        return ActuatorsState(guess, end), begins, ends
+
+    def advance(
+        self, state: ActuatorsState, push: Push, ground_m: jax.Array, tick_s: jax.Array
+    ) -> tuple[ActuatorsState, Contact]:
+        """The body one tick on, under what the actuators deliver."""
+        mean, end = self._follow(state.reached, push.mean_n, tick_s)
+        if self.COMMANDS != FORCE:  # a place, at the tick's end
+            moved, contact = self.body.advance(state.body, Push(end, push.rise_n), ground_m, tick_s)
+            return ActuatorsState(moved, end), contact
+        strength = wide(self.strength, mean)
+        late = jnp.broadcast_to(wide(self.lag_s, mean) > 0.0, mean.shape)
+        rise = jnp.where(late, end - state.reached, push.rise_n)
+        delivered = Push(mean * strength, rise * strength)
+        moved, contact = self.body.advance(state.body, delivered, ground_m, tick_s)
+        if contact.force_n is None:
+            contact = contact._replace(force_n=delivered.mean_n * contact.stance_share)
+        return ActuatorsState(moved, end), contact
+
+
+class SensorsState(NamedTuple):
+    """The body's state, and what its sensors have felt lately."""
+
+    body: StateTree
+    """The state of the body."""
+    felt: dict[str, jax.Array]
+    """The senses at the last ticks, newest first, [ticks, (limbs,) lanes]."""
+    measured: dict[str, jax.Array]
+    """What of it the sensors report now, [(limbs,) lanes]."""
+    tick: jax.Array
+    """How many ticks there have been, [lanes]."""
+
+
+@traceable
+@dataclass(frozen=True, kw_only=True)
+class Sensors(BodyWrapper):
+    """A body that is felt late and with noise: `y(t) = felt(t - delay) + noise · scale · n(t)`.
+
+    n is normal white noise, a number a control tick, sense and limb, the same for lanes of the same
+    seed; `scale` is that by which a network sees the sense, such as the weight for a force. Between
+    ticks the past is interpolated; before the release, what was felt then was felt always. What is
+    felt is what was so at the end of a tick: a ground that drops is felt a tick later under `Hold`.
+    Else a delay and a noise of zero change nothing, to the bit.
+
+    Args:
+        body: the body behind the sensors. Its fields are those of `body.` in a scenario's
+            `changes`, such as "body.mass_kg".
+        delay_s: by how much they are late [s].
+        noise: standard deviation, as a share of the scale.
+        seed: of the noise; lanes of other seeds meet another one.
+        most_ticks: the longest delay, in control ticks: how much of the past is kept.
+
+    Raises:
+        TegotaeError: for what is no body, a delay or noise below zero, or fewer than one tick.
+
+    Example:
+        >>> from tegotae.parts.bodies import Hopper
+        >>> leg = Sensors(body=Hopper(), delay_s=0.01, noise=0.05)
+        >>> leg.SENSES == Hopper().SENSES
+        True
+    """
+
+    delay_s: float = 0.0
+    noise: float = 0.0
+    seed: float = 0.0
+    most_ticks: int = field(default=16, metadata=STATIC)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        require_finite("delay_s", self.delay_s, least=0.0)
+        require_finite("noise", self.noise, least=0.0)
+        require_finite("seed", self.seed)
+        require_count("most_ticks", self.most_ticks)
+
+    def check_tick(self, tick_s: float) -> None:
+        """Raise `TegotaeError` for a tick too long for the body, or a delay beyond what is kept."""
+        self.body.check_tick(tick_s)
+        if self.delay_s > self.most_ticks * tick_s * (1.0 + 1e-6):
+            raise TegotaeError(
+                f"delay_s is {self.delay_s:g}, which is {self.delay_s / tick_s:g} control ticks; "
+                f"the sensors keep {self.most_ticks}: give them more most_ticks"
+            )
+
+    def release(
+        self, height_m: PerLane, velocity_m_per_s: PerLane, **initial_pose: Number
+    ) -> SensorsState:
+        """The state at release; an initial pose is the body's."""
+        state = self.body.release(height_m, velocity_m_per_s, **initial_pose)
+        tick = jnp.zeros_like(height_m)
+        felt = self.body.sense(state, tick).values
+        past = {name: jnp.stack([x] * (self.most_ticks + 1)) for name, x in felt.items()}
+        return SensorsState(state, past, felt, tick)
+
+    def commanded(self, state: SensorsState, command: jax.Array) -> SensorsState:
+        """As the body's; what is felt then was felt always."""
+        placed = self.body.commanded(state.body, command)
+        felt = self.body.sense(placed, jnp.zeros_like(state.tick)).values
+        past = {name: jnp.stack([x] * (self.most_ticks + 1)) for name, x in felt.items()}
+        return SensorsState(placed, past, felt, state.tick)
+
+    def sense(self, state: SensorsState, ground_m: jax.Array) -> Sensation:
+        """What the sensors report."""
+        scales = self.body.sense(state.body, ground_m).scales
+        measured = {
+            name: x + self._noise(x, scales[name], state.tick, at)
+            for at, (name, x) in enumerate(sorted(state.measured.items()))
+        }
+        return Sensation(measured, scales)
+
+    def _noise(self, like: jax.Array, scale: Number, tick: jax.Array, sense: int) -> jax.Array:
+        seed = jnp.broadcast_to(self.seed, tick.shape).astype(tick.dtype)
+        normal = _normal(like, tick, seed, sense)
+        return wide(self.noise, like) * wide(scale, like) * normal
+
+    def _felt(
+        self, state: SensorsState, body_state: StateTree, ground_m: jax.Array, tick_s: jax.Array
+    ) -> SensorsState:
+        """The state once the body has come to a state."""
+        now = self.body.sense(body_state, ground_m).values
+        felt = {name: jnp.concatenate([now[name][None], x[:-1]]) for name, x in state.felt.items()}
+        late = self.delay_s / tick_s
+        measured = {name: _at(x, wide(late, x[0])) for name, x in felt.items()}
+        return SensorsState(body_state, felt, measured, state.tick + 1.0)
+
+    def predict(
+        self, state: SensorsState, force_n: jax.Array, ground_m: jax.Array, tick_s: jax.Array
+    ) -> tuple[SensorsState, jax.Array, jax.Array]:
+        """The body's guess, and what the sensors would report of it."""
+        guess, begins, ends = self.body.predict(state.body, force_n, ground_m, tick_s)
+        return self._felt(state, guess, ground_m, tick_s), begins, ends
+
+    def advance(
+        self, state: SensorsState, push: Push, ground_m: jax.Array, tick_s: jax.Array
+    ) -> tuple[SensorsState, Contact]:
+        """The body one tick on."""
+        end, contact = self.body.advance(state.body, push, ground_m, tick_s)
+        return self._felt(state, end, ground_m, tick_s), contact
+
+
+def _at(past: jax.Array, late: Number) -> jax.Array:
+    """The past, newest first, so many ticks ago; linear between them."""
+    value = past[0]
+    for ago in range(1, len(past)):
+        share = jnp.clip(late - (ago - 1), 0.0, 1.0)
+        value = value + share * (past[ago] - past[ago - 1])
+    return value
+
+
+def _normal(like: jax.Array, tick: jax.Array, seed: jax.Array, sense: int) -> jax.Array:
+    """Normal numbers that follow from tick, seed, sense and limb alone, of the shape of `like`."""
+    limb = iota(jnp.uint32, like.shape, 0) if like.ndim > 1 else jnp.uint32(0)
+    start = jax.lax.bitcast_convert_type(seed.astype(jnp.float32), jnp.uint32)
+    bits = _mixed(start ^ _mixed(tick.astype(jnp.uint32) + jnp.uint32(sense * 0x9E3779B9 % 2**32)))
+    bits = _mixed(wide(bits, like) + limb * jnp.uint32(0x85EBCA6B))
+    # 23 bits, in the middle of their steps: never 0 or 1.
+    uniform = ((bits >> 9).astype(like.dtype) + 0.5) / 2.0**23
+    return jax.scipy.special.ndtri(uniform)
+
+
+def _mixed(bits: jax.Array) -> jax.Array:
+    """A hash of 32 bits (C. Wellons, 2018, "lowbias32")."""
+    bits = (bits ^ (bits >> 16)) * jnp.uint32(0x7FEB352D)
+    bits = (bits ^ (bits >> 15)) * jnp.uint32(0x846CA68B)
+    return bits ^ (bits >> 16)
+
+
+class BlowsState(NamedTuple):
+    """The body's state, and how many ticks there have been."""
+
+    body: StateTree
+    """The state of the body."""
+    tick: jax.Array
+    """How many ticks there have been, [lanes]."""
+
+
+@traceable
+@dataclass(frozen=True, kw_only=True)
+class Blows(BodyWrapper):
+    """A body whose centre of mass is struck once, vertically: its velocity changes by impulse / m.
+
+    It is struck at the beginning of the first control tick that does not begin earlier than said.
+    An impulse of zero changes nothing, to the bit.
+
+    Args:
+        body: the body that is struck. Its fields are those of `body.` in a scenario's `changes`.
+        impulse_ns: the impulse, upwards [N s].
+        at_s: when [s]; never by default.
+
+    Raises:
+        TegotaeError: for what is no body, or an impulse that is no number.
+
+    Example:
+        >>> from tegotae.parts.bodies import Hopper
+        >>> Blows(body=Hopper(), impulse_ns=-0.1, at_s=5.0).limbs
+        1
+    """
+
+    impulse_ns: float = 0.0
+    at_s: float = math.inf
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        require_finite("impulse_ns", self.impulse_ns)
+        if self.at_s != math.inf:
+            require_finite("at_s", self.at_s, least=0.0)
+
+    def release(
+        self, height_m: PerLane, velocity_m_per_s: PerLane, **initial_pose: Number
+    ) -> BlowsState:
+        """The state at release; an initial pose is the body's."""
+        state = self.body.release(height_m, velocity_m_per_s, **initial_pose)
+        return BlowsState(state, jnp.zeros_like(height_m))
+
+    def commanded(self, state: BlowsState, command: jax.Array) -> BlowsState:
+        """As the body's."""
+        return state._replace(body=self.body.commanded(state.body, command))
+
+    def _with_impulse(self, state: BlowsState, tick_s: jax.Array) -> BlowsState:
+        now = state.tick == jnp.ceil(self.at_s / tick_s - 1e-3)
+        impulse = jnp.where(now, self.impulse_ns, 0.0)
+        return BlowsState(self.body.apply_impulse(state.body, impulse), state.tick + 1.0)
+
+    def predict(
+        self, state: BlowsState, force_n: jax.Array, ground_m: jax.Array, tick_s: jax.Array
+    ) -> tuple[BlowsState, jax.Array, jax.Array]:
+        """The body's guess, struck or not."""
+        return super().predict(self._with_impulse(state, tick_s), force_n, ground_m, tick_s)
+
+    def advance(
+        self, state: BlowsState, push: Push, ground_m: jax.Array, tick_s: jax.Array
+    ) -> tuple[BlowsState, Contact]:
+        """The body one tick on, struck or not."""
+        return super().advance(self._with_impulse(state, tick_s), push, ground_m, tick_s)

@@ -1,0 +1,153 @@
+"""Couplings between the oscillators of several limbs: none, of neighbours, learned."""
+
+from __future__ import annotations
+
+import math
+import reprlib
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+
+import jax
+import jax.numpy as jnp
+
+from tegotae._support.errors import TegotaeError, require_finite, whole_numbers
+from tegotae.parts._shapes import Weights
+from tegotae.parts.terms.base import Signals
+from tegotae.parts.weight_names import WeightName, inside, numbered
+
+
+class Coupling(ABC):
+    """What each oscillator gets from those of the other limbs: a frozen dataclass.
+
+    No coupling at all is Tegotae control's own way: what couples the limbs is the body. Everything
+    else in a controller is elementwise; a coupling alone may look across the limb axis, and even it
+    never across lanes.
+
+    Source: of this library; the paper has one limb, and (V) names networks of oscillators as future
+    work.
+    """
+
+    READS: tuple[str, ...] = ("sin_phase", "cos_phase")
+    """Names of the signals that it reads, as for terms."""
+
+    def check(self, limbs: int) -> None:  # noqa: B027 - optional
+        """Raise `TegotaeError` if it does not go with so many limbs."""
+
+    def n_weights(self, limbs: int) -> int:
+        """How many trained numbers it has for so many limbs."""
+        return 0
+
+    def weight_names(self, limbs: int) -> tuple[WeightName, ...]:
+        """What each of its weights is, in a controller file and in C; numbers by default."""
+        return numbered(self.n_weights(limbs))
+
+    def initial(self, key: jax.Array, limbs: int) -> jax.Array:
+        """Weights to start training from, shape [n_weights]: none couples, by default."""
+        return jnp.zeros((self.n_weights(limbs),))
+
+    @abstractmethod
+    def __call__(self, weights: Weights, signals: Signals) -> jax.Array:
+        """The input of each limb's oscillator [rad/s], shape [limbs, ...].
+
+        Args:
+            weights: n_weights arrays, each of the shape of the lanes.
+            signals: those of all limbs, arrays of shape [limbs, ...].
+        """
+
+
+@dataclass(frozen=True)
+class LearnedCoupling(Coupling):
+    """A learned matrix of couplings, `Σ_j a_ij sin(φ_j - φ_i) + b_ij cos(φ_j - φ_i)` [rad/s].
+
+    Strength and lag of each pair are `√(a² + b²)` and `atan2(-b, a)`: two weights for every ordered
+    pair of different limbs, a then b, limb by limb.
+
+    Source: Kuramoto's coupling (`Neighbours`) with trained strengths and lags.
+
+    Example:
+        >>> LearnedCoupling().n_weights(4)
+        24
+    """
+
+    def n_weights(self, limbs: int) -> int:
+        """Two for each ordered pair."""
+        return 2 * limbs * (limbs - 1)
+
+    def weight_names(self, limbs: int) -> tuple[WeightName, ...]:
+        """Of each ordered pair its a and its b."""
+        return inside(("pair",), [(n, x) for n in range(limbs * (limbs - 1)) for x in ("a", "b")])
+
+    def __call__(self, weights: Weights, signals: Signals) -> jax.Array:
+        """The sum over the other limbs."""
+        sine, cosine = signals["sin_phase"], signals["cos_phase"]
+        limbs = sine.shape[0]
+        rows = iter(weights)
+        inputs: list[jax.Array] = []
+        for to in range(limbs):
+            total = jnp.zeros_like(sine[0])
+            for of in (other for other in range(limbs) if other != to):
+                sin_gap = sine[of] * cosine[to] - cosine[of] * sine[to]
+                cos_gap = cosine[of] * cosine[to] + sine[of] * sine[to]
+                total = total + next(rows) * sin_gap + next(rows) * cos_gap
+            inputs.append(total)
+        return jnp.stack(inputs)
+
+
+@dataclass(frozen=True)
+class Neighbours(Coupling):
+    """Kuramoto's coupling along given links, `Σ_j κ sin(φ_j - φ_i - ψ)` [rad/s].
+
+    Args:
+        links: pairs (i, j): limb i listens to limb j.
+        strength_rad_per_s: κ.
+        lag_rad: ψ, by which φ_j is to be ahead of φ_i.
+
+    Raises:
+        TegotaeError: for numbers that are not finite, or links that do not go with the limbs.
+
+    Reference: Y. Kuramoto, Chemical Oscillations, Waves, and Turbulence, chapter 5.
+
+    Example:
+        >>> half = Neighbours(links=((0, 1), (1, 0)), strength_rad_per_s=2.0, lag_rad=math.pi)
+        >>> phase = jnp.array([0.0, math.pi / 2])
+        >>> signals = Signals({"sin_phase": jnp.sin(phase), "cos_phase": jnp.cos(phase)})
+        >>> half((), signals).round(3).tolist()
+        [-2.0, 2.0]
+    """
+
+    links: tuple[tuple[int, int], ...]
+    strength_rad_per_s: float
+    lag_rad: float = 0.0
+
+    def __post_init__(self) -> None:
+        try:
+            links = tuple((to, of) for to, of in self.links)
+        except (TypeError, ValueError):
+            raise TegotaeError(
+                f"links is {reprlib.repr(self.links)}; it must be pairs of limbs, such as "
+                "((0, 1), (1, 0))"
+            ) from None
+        whole = tuple(whole_numbers("a link", link) for link in links)
+        object.__setattr__(self, "links", whole)  # a list could not be hashed
+        require_finite("strength_rad_per_s", self.strength_rad_per_s)
+        require_finite("lag_rad", self.lag_rad)
+
+    def check(self, limbs: int) -> None:
+        """Raise `TegotaeError` for a link that names a limb that is not there, or itself."""
+        for to, of in self.links:
+            if to == of or not (0 <= to < limbs and 0 <= of < limbs):
+                raise TegotaeError(
+                    f"a link is ({to}, {of}); it must name two different limbs of 0 ... {limbs - 1}"
+                )
+
+    def __call__(self, weights: Weights, signals: Signals) -> jax.Array:
+        """`Σ_j κ sin(φ_j - φ_i - ψ)`."""
+        sine, cosine = signals["sin_phase"], signals["cos_phase"]
+        sin_lag, cos_lag = math.sin(self.lag_rad), math.cos(self.lag_rad)
+        inputs = [jnp.zeros_like(sine[0]) for _ in range(sine.shape[0])]
+        for to, of in self.links:
+            sin_gap = sine[of] * cosine[to] - cosine[of] * sine[to]
+            cos_gap = cosine[of] * cosine[to] + sine[of] * sine[to]
+            pull = sin_gap * cos_lag - cos_gap * sin_lag
+            inputs[to] = inputs[to] + self.strength_rad_per_s * pull
+        return jnp.stack(inputs)
