@@ -338,6 +338,39 @@ def varied(column: str, model: str, trained: str, *conditions: str) -> float:
     return cell(f"generalisation/{page}", column, model, how, *conditions)
 
 
+def statements_met(strictness: str) -> pd.Series:
+    """How many of the eight statements on V each reading of the calibration meets."""
+    from reproduction.calibration.posterior import STRICTNESS, met
+
+    (levels,) = (each.target for each in STRICTNESS if each.name == strictness)
+    return pd.Series(met(table("calibration/coarse").iloc[:, -8:], levels).sum(axis=1))
+
+
+def shortfall(look: str, names: str = "body") -> pd.Series:
+    """How far readings fall short at the middle level, by their number or name."""
+    from reproduction.calibration.posterior import STRICTNESS, shortfalls
+
+    kept = table(f"calibration/{look}")
+    return pd.Series(shortfalls(kept.iloc[:, -8:], STRICTNESS[1].target), kept[names])
+
+
+def met_together(one: str, other: str) -> float:
+    """How often two statements are met together at the middle level, over chance."""
+    from reproduction.calibration.posterior import STRICTNESS, together
+
+    kept = table("calibration/coarse").iloc[:, -8:]
+    found = together(kept.to_numpy(), STRICTNESS[1].target)
+    return float(found[kept.columns.get_loc(one), kept.columns.get_loc(other)])
+
+
+def accepted(share: float = 0.02) -> pd.DataFrame:
+    """The nearest readings of the calibration, with their weights in the posterior."""
+    from reproduction.calibration.posterior import posterior
+
+    found = posterior(shortfall("coarse").to_numpy(), share)
+    return table("calibration/coarse").iloc[found.accepted].assign(weight=found.weights)
+
+
 def legs_limit(feet: str = "ellipse") -> pd.DataFrame:
     """The least costs of transport that are known for quadruped C, by speed."""
     from tegotae.measures.gaits.limit import limit_table

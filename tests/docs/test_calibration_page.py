@@ -9,7 +9,7 @@ import pytest
 
 from pages import DOCS, prose
 from places import ROOT
-from reproduction.calibration.posterior import STRICTNESS, met, shortfalls, together
+from reproduction.calibration.posterior import met
 from reproduction.calibration.prior import candidates
 from reproduction.calibration.scores import SCORES
 from reproduction.readings.designs import CALIBRATED_TABLE
@@ -47,41 +47,6 @@ def test_the_calibrated_readings_are_those_of_the_posterior(study, measured):
     kept = [int(row.split(",")[0]) for row in CALIBRATED_TABLE.read_text().splitlines()[1:]]
     assert len(kept) == study.SAMPLE
     assert set(kept) <= set(measured.bodies[accepted].tolist())
-
-
-def test_the_page_counts_readings_as_the_table_has_them(measured, page):
-    assert f"{len(measured.bodies):,} readings" in page
-    by = {each.name: met(measured.scores, each.target) for each in STRICTNESS}
-    lenient = by["lenient"].all(axis=1).sum()
-    assert f"{lenient} readings meet all eight leniently" in page
-    for name in ("middle", "strict"):
-        assert not by[name].all(axis=1).any()
-    most = {name: each.sum(axis=1).max() for name, each in by.items()}
-    assert f"at most {most['middle']} at the middle and {most['strict']} strictly" in page
-
-
-def test_settling_and_quick_loss_exclude_each_other_as_the_page_says(measured, page):
-    at = {name: i for i, name in enumerate(SCORES)}
-    value = together(measured.scores, STRICTNESS[1].target)[at["settles"], at["quick_loss"]]
-    assert value < 0.2
-    assert f"{value:.2f} times as often as by chance" in page
-
-
-def test_a_finer_look_finds_less_as_the_page_says(study, measured, page):
-    looked = np.isfinite(measured.fine).any(axis=1)
-    levels = study.LEVELS.target
-    looks = measured.scores, measured.fine
-    coarse, fine = (float(np.mean(shortfalls(each[looked], levels))) for each in looks)
-    assert f"{looked.sum()} nearest" in page
-    assert f"from {coarse:.2f} to {fine:.2f}" in page
-
-
-def test_the_nearest_readings_v_settle_as_often_as_the_page_says(page):
-    rows = read_csv(KEPT / "vanilla.csv")
-    for body in dict.fromkeys(rows["body"]):
-        own = rows["body"] == body
-        settled = int(rows["settled"][own].astype(float).sum())
-        assert f"{body}: {settled} of {5 * own.sum()}" in page
 
 
 def test_the_calibrated_reading_meets_the_most_statements(study, measured, page):
