@@ -338,6 +338,19 @@ def varied(column: str, model: str, trained: str, *conditions: str) -> float:
     return cell(f"generalisation/{page}", column, model, how, *conditions)
 
 
+@cache
+def ridge(actuation: str):
+    """The line through the best gains of the gain map, as `tegotae.analysis.ridge` fits it."""
+    from tegotae.analysis.ridge import find_ridge
+
+    kept = rows("experiments/gain_map.ridge", actuation=actuation)
+    sigma = np.linspace(0.0, 12.0, 100)
+    value = np.zeros((len(sigma), len(kept)))
+    best = abs(sigma[:, None] - kept.best_sigma_rad_per_s_n.to_numpy()).argmin(axis=0)
+    value[best, np.arange(len(kept))] = kept.cot_inverse_a_m_per_j
+    return find_ridge(sigma, kept.omega_rad_per_s.to_numpy(), value)
+
+
 def statements_met(strictness: str) -> pd.Series:
     """How many of the eight statements on V each reading of the calibration meets."""
     from reproduction.calibration.posterior import STRICTNESS, met
