@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import importlib
 
-import numpy as np
 import pytest
 
 from pages import DOCS, prose
 from places import ROOT
 from reproduction.calibration.posterior import met
 from reproduction.calibration.prior import candidates
-from reproduction.calibration.scores import SCORES
 from reproduction.readings.designs import CALIBRATED_TABLE
 from tegotae._support.tables import read_csv
 
