@@ -7,12 +7,13 @@ import jax.numpy as jnp
 
 from reproduction.folder import Folder
 from reproduction.plan import plan
-from reproduction.runner import run, work_all
+from reproduction.runner import run
 from reproduction.table import tabulate
 from tegotae import register
 from tegotae.figures.style import new_figure, save_figure, styled
 from tegotae.measures.hopping import Episode, GaitMetric
 from tegotae.measures.hopping.check import check_metric
+from tegotae.study import here
 
 
 def compute(episode: Episode) -> jnp.ndarray:
@@ -33,15 +34,8 @@ mean_force = GaitMetric(
 register(mean_force)
 check_metric(mean_force)
 
-
-def here(bundles):
-    """The records of bundles of work, in this process; without it a study runs on all cores."""
-    for bundle in bundles:
-        yield from zip(bundle, work_all(bundle), strict=True)
-
-
 small = dataclasses.replace(plan("smoke", "ART-*"), metrics=(mean_force,))
-run(small, Path("study"), results=here)
+run(small, Path("study"), here)  # in this process; without `here` on all cores
 records, _ = Folder(Path("study")).all()
 table = tabulate(records)
 

@@ -94,7 +94,7 @@ def verify(certificate: Certificate, body: Body) -> Fraction:
 
     Example:
         >>> from tegotae import Hopper
-        >>> from tegotae.measures.optimum import certify
+        >>> from reproduction.optimum import certify
         >>> proof = certify(Hopper(), 4.0, cells=3)
         >>> float(verify(proof, Hopper())) == proof.bound
         True
