@@ -161,9 +161,9 @@ def test_a_metric_that_breaks_its_contract_is_refused_before_any_work(
 @pytest.mark.parametrize(
     "words",
     [
-        ["--parts", "a.py", "--parts", "b.py", "study", "run"],
-        ["--parts", "a.py", "b.py", "study", "run"],
-        ["study", "--parts=a.py", "run", "--parts=b.py"],
+        ["--parts", "a.py", "--parts", "b.py", "reproduction", "run"],
+        ["--parts", "a.py", "b.py", "reproduction", "run"],
+        ["reproduction", "--parts=a.py", "run", "--parts=b.py"],
         ["reproduction", "run", "--parts", "a.py", "b.py"],
     ],
 )

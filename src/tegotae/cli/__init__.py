@@ -116,8 +116,8 @@ def split_parts(words: list[str]) -> tuple[list[str], list[str]]:
     """The words without --parts, and what it names: a file or module, more files behind it.
 
     Example:
-        >>> split_parts(["--parts", "a.py", "b.py", "study", "--parts", "c", "run"])
-        (['study', 'run'], ['a.py', 'b.py', 'c'])
+        >>> split_parts(["--parts", "a.py", "b.py", "train", "--parts", "c", "ART"])
+        (['train', 'ART'], ['a.py', 'b.py', 'c'])
     """
     kept, places = [], []
     rest = [each for word in words for each in _after_parts(word)]
