@@ -12,7 +12,7 @@ from tegotae.envs.env_spec import EnvSpec
 from tegotae.envs.mujoco.sensing import models
 from tegotae.envs.mujoco.settings import ModelSettings
 from tegotae.envs.mujoco.suggesting import suggest_wiring
-from tegotae.figures.episode import episode_figure
+from tegotae.figures.rollout import episode_figure
 from tegotae.figures.style import save_figure
 from tegotae.training.environments.baseline import sweep_vanilla
 from tegotae.training.environments.experiment import EnvExperiment

@@ -24,7 +24,7 @@ from reproduction.optimum import optimise
 from reproduction.table import Table
 from tegotae import Hopper
 from tegotae._support.tables import numbers, read_csv
-from tegotae.cli.status import exit_status
+from tegotae.cli.console import exit_status
 from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, save_figure, styled
 
 FOLDER = Path(__file__).resolve().parents[1] / "docs" / "_static" / "study-calibrated"

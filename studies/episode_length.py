@@ -17,8 +17,7 @@ from pathlib import Path
 import numpy as np
 import tyro
 
-from tegotae.cli.status import exit_status
-from tegotae.cli.tables import print_rows
+from tegotae.cli.console import exit_status, print_rows
 from tegotae.measures.evaluation import evaluate
 from tegotae.measures.hopping.statistics import mean_defined
 from tegotae.measures.objectives.fitness import Fitness

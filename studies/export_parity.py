@@ -35,7 +35,7 @@ from robots import (  # noqa: E402
 )
 from tegotae._support.progress import reporting  # noqa: E402
 from tegotae.analysis.gaits import system  # noqa: E402
-from tegotae.cli.status import exit_status  # noqa: E402
+from tegotae.cli.console import exit_status  # noqa: E402
 from tegotae.export.c import Export  # noqa: E402
 from tegotae.parts.bodies import Hopper  # noqa: E402
 from tegotae.simulation.rollout import Timing  # noqa: E402

@@ -25,8 +25,8 @@ import tyro
 
 from tegotae._support.errors import require_finite, unknown
 from tegotae._support.files import output_folder
+from tegotae.cli.console import exit_status
 from tegotae.cli.figure.learning_curves import LearningCurves
-from tegotae.cli.status import exit_status
 from tegotae.measures.objectives.fitness import Fitness
 from tegotae.simulation.rollout import Timing
 from tegotae.systems.models import find

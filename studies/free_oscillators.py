@@ -21,7 +21,7 @@ from matplotlib.figure import Figure
 from tegotae import Engine, Scenario, Timing
 from tegotae._support.files import output_folder
 from tegotae._support.tables import write_csv
-from tegotae.cli.status import exit_status
+from tegotae.cli.console import exit_status
 from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, save_figure, styled
 from tegotae.measures.hopping import GaitSummary
 from tegotae.measures.hopping.gait import FAILED, LIMIT_CYCLE

@@ -18,7 +18,7 @@ from kept import write_rows, write_text
 from tegotae._support.files import output_folder
 from tegotae._support.progress import reporting
 from tegotae.analysis.gaits.front import Search, search_front
-from tegotae.figures.gaits.front import front_figure
+from tegotae.figures.gaits.maps import front_figure
 from tegotae.figures.style import save_figure, styled
 from tegotae.measures.fronts import front, front_table
 from tegotae.systems.legged_systems import system

@@ -32,7 +32,7 @@ from tegotae._support.tables import numbers, read_csv
 from tegotae.analysis.gaits.sweep import DETUNING, LevelsSummary, staircase_timing
 from tegotae.figures.animation import FRAMES_PER_S, save_animation
 from tegotae.figures.gaits.animation import moving
-from tegotae.figures.gaits.colours import gait_colour
+from tegotae.figures.gaits.style import gait_colour
 from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, save_figure, styled
 from tegotae.measures.gaits.names import NO_GAIT, gait_of, named
 from tegotae.parts.bodies import Walker

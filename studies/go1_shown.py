@@ -18,7 +18,7 @@ from tegotae._support.documents import JsonObject
 from tegotae.envs.pilot import Pilot
 from tegotae.export.c import Export
 from tegotae.export.c.plan import usual_tick_s
-from tegotae.figures.film import film, write_film
+from tegotae.figures.animation import film, write_film
 from tegotae.systems import controller_file
 from tegotae.systems.controller_file import SavedController, load
 from tegotae.systems.zoo import ZooEntry, write

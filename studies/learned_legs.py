@@ -25,7 +25,7 @@ import learned_legs_evaluate as evaluation
 import learned_legs_report as report
 import learned_legs_zoo as zoo
 from learned_legs_plan import CELLS, FOLDER, Cell, is_trained
-from tegotae.cli.status import exit_status
+from tegotae.cli.console import exit_status
 from tegotae.training.run import train
 
 

@@ -33,7 +33,7 @@ from legs_limit_search import POPULATION, kept_gaits, losses
 from strategies import Found
 from tegotae._support.errors import TegotaeError
 from tegotae._support.files import output_folder
-from tegotae.cli.status import exit_status
+from tegotae.cli.console import exit_status
 
 FOLDER = Path("runs/legs_limit")
 SPEEDS = (0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.8, 1.0, 1.3, 1.6, 2.0)

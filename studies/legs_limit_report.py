@@ -16,7 +16,7 @@ from legs_limit_gaits import Space
 from legs_limit_search import GAITS, kept_gaits, losses
 from strategies import Found
 from tegotae._support.tables import read_csv
-from tegotae.figures.gaits.colours import by_side, gait_colour, gait_marker
+from tegotae.figures.gaits.style import by_side, gait_colour, gait_marker
 from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, save_figure, styled
 from tegotae.measures.fronts import front
 from tegotae.measures.gaits.lags import stances

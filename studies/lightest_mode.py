@@ -19,8 +19,7 @@ import numpy as np
 from tegotae import Engine, Hopper, Scenario, Timing, build
 from tegotae.analysis.orbit import Orbit, find_orbit
 from tegotae.analysis.phase_response import measure_phase_response
-from tegotae.figures.data import write_tables
-from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, save_figure, styled
+from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, save_figure, styled, write_tables
 from tegotae.parts.bodies import Bar, Body, Plate
 from tegotae.simulation.recorder import needing
 from tegotae.systems.controller_file import SavedController

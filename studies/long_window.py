@@ -20,7 +20,7 @@ import tyro
 from reproduction.folder import Folder
 from reproduction.record import Record
 from tegotae._support.errors import TegotaeError
-from tegotae.cli.status import exit_status
+from tegotae.cli.console import exit_status
 
 _LEAST = 0.05
 """CoT⁻¹ below which a relative difference says nothing [m/J]."""

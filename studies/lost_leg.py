@@ -24,7 +24,7 @@ import tyro
 
 from kept import write_rows, write_text
 from tegotae._support.tables import read_csv
-from tegotae.cli.status import exit_status
+from tegotae.cli.console import exit_status
 from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, save_figure, styled
 from tegotae.measures.gaits.lags import support_margin_m
 from tegotae.measures.objectives.walking import Walking

@@ -14,8 +14,7 @@ from matplotlib.figure import Figure
 
 from tegotae.analysis.gaits.simulate import GaitRun, simulate
 from tegotae.figures.animation import FRAMES_PER_S, save_animation
-from tegotae.figures.gaits.animation import moving
-from tegotae.figures.gaits.poses import LegPositions, pose
+from tegotae.figures.gaits.animation import LegPositions, moving, pose
 from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, styled
 from tegotae.simulation.rollout import Timing
 from tegotae.simulation.world import Step, with_changes

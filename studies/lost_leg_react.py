@@ -26,7 +26,7 @@ from lost_leg_laws import UNSEEN, Law, loss_of, scores
 from tegotae._support.engines import NATIVE
 from tegotae._support.files import output_folder
 from tegotae._support.tables import read_csv
-from tegotae.cli.status import exit_status
+from tegotae.cli.console import exit_status
 from tegotae.figures.style import save_figure, styled
 from tegotae.parts.bodies import Walker
 from tegotae.parts.terms import EllipticFoot

@@ -35,7 +35,7 @@ from reproduction.table import tabulate
 from tegotae._support.errors import TegotaeError
 from tegotae._support.files import output_folder
 from tegotae._support.tables import read_csv
-from tegotae.cli.status import exit_status
+from tegotae.cli.console import exit_status
 from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, save_figure, styled
 from tegotae.measures.hopping.registry import metrics
 from tegotae.measures.hopping.statistics import interval, stratified_difference

@@ -31,7 +31,7 @@ import numpy as np
 import tyro
 
 from tegotae._support.files import output_folder
-from tegotae.cli.status import exit_status
+from tegotae.cli.console import exit_status
 from tegotae.figures.style import PAGE_IN, new_figure, save_figure, styled
 from tegotae.measures.hopping.statistics import Interval, difference, interval
 from tegotae.measures.objectives.objective import FAILED_FITNESS

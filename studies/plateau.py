@@ -29,7 +29,7 @@ from matplotlib.figure import Figure
 from tegotae._support.errors import unknown
 from tegotae._support.files import output_folder, write_atomically
 from tegotae._support.tables import numbers, read_csv
-from tegotae.cli.status import exit_status
+from tegotae.cli.console import exit_status
 from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, save_figure, styled
 from tegotae.systems.models import find
 from tegotae.training.algorithms import CMAES, Algorithm, OpenES

@@ -30,9 +30,9 @@ import tyro
 
 from figure3 import EPISODE, MODELS, SETTLE_S
 from tegotae._support.files import output_folder
+from tegotae.cli.console import exit_status
 from tegotae.cli.figure.learning_curves import print_comparison
 from tegotae.cli.figure.output import Output
-from tegotae.cli.status import exit_status
 from tegotae.figures.learning_curves import algorithms_figure, algorithms_tables
 from tegotae.measures.objectives.fitness import Fitness
 from tegotae.systems.models import find

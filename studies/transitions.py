@@ -20,7 +20,7 @@ from learned_legs_figures import FAMILIES
 from tegotae._support.progress import reporting
 from tegotae._support.tables import numbers, read_csv
 from tegotae.analysis.gaits.sweep import DOWN, UP, GaitSweep, sweep
-from tegotae.figures.gaits.colours import gait_colour
+from tegotae.figures.gaits.style import gait_colour
 from tegotae.figures.style import COLUMN_IN, new_figure, save_figure, styled
 from tegotae.measures.gaits.lags import circular_mean
 from tegotae.measures.gaits.names import NO_GAIT

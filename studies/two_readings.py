@@ -20,7 +20,7 @@ from matplotlib.lines import Line2D
 from reproduction.export import read_csv
 from reproduction.table import ARCHITECTURES, Table
 from tegotae import Hopper
-from tegotae.cli.status import exit_status
+from tegotae.cli.console import exit_status
 from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, save_figure, styled
 from tegotae.measures.hopping.statistics import Interval, interval
 

@@ -18,7 +18,7 @@ import tyro
 from tegotae import Engine, Scenario, Timing
 from tegotae._support.files import output_folder
 from tegotae._support.tables import write_csv
-from tegotae.cli.status import exit_status
+from tegotae.cli.console import exit_status
 from tegotae.measures.hopping import Measured, measure
 from tegotae.systems.presets import preset
 

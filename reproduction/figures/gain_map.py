@@ -11,11 +11,9 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
-from tegotae.analysis.resonance import find_losses, find_resonance
-from tegotae.analysis.ridge import GainSweep, Ridge
-from tegotae.figures.data import joined, long_table
+from tegotae.analysis.ridge import GainSweep, Ridge, find_losses, find_resonance
 from tegotae.figures.maps import draw_quantity, regime_legend
-from tegotae.figures.style import COLOURS, COLUMN_IN, new_figure, styled
+from tegotae.figures.style import COLOURS, COLUMN_IN, joined, long_table, new_figure, styled
 from tegotae.measures.hopping.gait import REGIMES
 from tegotae.measures.optimum import curve
 from tegotae.parts._shapes import AnyArray

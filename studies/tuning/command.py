@@ -15,8 +15,8 @@ from studies.tuning.spaces import space_of
 from studies.tuning.task import BUDGET_S, FIRST_SEED, Task
 from tegotae._support.errors import require_count
 from tegotae._support.files import output_file, write_atomically
+from tegotae.cli.console import print_rows
 from tegotae.cli.options import UNSET, ExperimentOptions, experiment_named, settings_named
-from tegotae.cli.tables import print_rows
 from tegotae.systems.grammar import BUDGET
 from tegotae.systems.registry import name_of
 from tegotae.systems.user_objects import is_reference

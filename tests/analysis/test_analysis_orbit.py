@@ -21,8 +21,8 @@ from tegotae.analysis import (
     sees_velocity,
     transient,
 )
+from tegotae.analysis.orbit import paths_of
 from tegotae.analysis.poincare import fixed_point, linearised, observed_factor
-from tegotae.analysis.portrait import paths_of
 from tegotae.analysis.sweep import turn
 from tegotae.simulation.integrators import Hold, PredictorCorrector
 from tegotae.systems.controller_file import SavedController

@@ -14,12 +14,14 @@ from tegotae._support.tables import numbers, read_csv
 from tegotae.analysis.gaits import Coordination, system
 from tegotae.analysis.gaits.basin import find_basin
 from tegotae.analysis.gaits.checkpoint import in_parts
-from tegotae.analysis.gaits.map import NO_BODY, gait_map, majority
-from tegotae.analysis.gaits.parameter_axes import (
+from tegotae.analysis.gaits.map import (
+    NO_BODY,
     Axis,
     check_axis,
     fields_at,
+    gait_map,
     lanes_at,
+    majority,
     settings,
 )
 from tegotae.cli import main

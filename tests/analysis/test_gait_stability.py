@@ -12,7 +12,7 @@ from matplotlib.image import imread
 from tegotae import TegotaeError, Timing
 from tegotae._support.tables import read_csv
 from tegotae.analysis.gaits import system
-from tegotae.analysis.gaits.parameter_axes import Axis
+from tegotae.analysis.gaits.map import Axis
 from tegotae.analysis.gaits.stability import crossings, fit_return_map, stability
 from tegotae.cli import main
 from tegotae.measures.gaits.lags import TURN, apart, lags_at_sections

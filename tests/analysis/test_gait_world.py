@@ -12,7 +12,7 @@ from tegotae import TegotaeError, find
 from tegotae.analysis.gaits import system
 from tegotae.analysis.gaits.basin import find_basin
 from tegotae.analysis.gaits.lesion import GaitLesion
-from tegotae.analysis.gaits.parameter_axes import (
+from tegotae.analysis.gaits.map import (
     Axis,
     check_axis,
     lanes_at,

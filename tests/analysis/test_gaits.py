@@ -31,9 +31,8 @@ from tegotae.analysis.gaits.sweep import (
 )
 from tegotae.cli import main
 from tegotae.cli.gait.sweep import formatted
-from tegotae.figures.gaits.animation import write_animation
-from tegotae.figures.gaits.colours import gait_colour
-from tegotae.figures.gaits.poses import pose
+from tegotae.figures.gaits.animation import pose, write_animation
+from tegotae.figures.gaits.style import gait_colour
 from tegotae.measures.gaits.lags import OfPhases, OfTouchdowns, apart
 from tegotae.measures.gaits.names import NO_GAIT, PATTERNS
 from tegotae.measures.hopping.statistics import wilson

@@ -16,8 +16,8 @@ from programs import PROGRAMS, main, parsed, words_of
 from tegotae import Engine, TegotaeError
 from tegotae.cli import split_parts
 from tegotae.cli.commands import COMMANDS, SECTIONS
+from tegotae.cli.console import exit_status
 from tegotae.cli.program import Command, CommandGroup
-from tegotae.cli.status import exit_status
 
 
 def test_without_a_subcommand_they_are_listed(one_line_error):
@@ -278,7 +278,7 @@ def test_ctrl_c_anywhere_ends_in_one_line(capsys, monkeypatch, command):
 
 LEAVING = """
 import os, sys, threading
-from tegotae.cli.status import leave
+from tegotae.cli.console import leave
 threading.Thread(target=threading.Event().wait).start()  # work that would never let Python end
 print("kept", end="")
 leave(130)

@@ -7,7 +7,7 @@ import re
 
 import pytest
 
-from tegotae.cli.tables import column_widths, fitting, print_rows
+from tegotae.cli.console import column_widths, fitting, print_rows
 
 COLUMNS = ("controller", "CoT⁻¹ A [m/J]", "T0 [s]", "T1 [s]")
 ROWS = [("ART-rF-tphif-w8", "0.421 [0.398, 0.444]", "12.3 [10.1, 14.5]", "8.88"), ("V", *"123")]

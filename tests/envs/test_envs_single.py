@@ -23,7 +23,7 @@ from tegotae.envs import (  # noqa: E402
     TegotaeHopperEnv,
     TegotaeHopperSettings,
 )
-from tegotae.envs.actions import force_controller  # noqa: E402
+from tegotae.envs.settings import force_controller  # noqa: E402
 from tegotae.measures.hopping import whole_hops  # noqa: E402
 from tegotae.simulation.integrators import Hold  # noqa: E402
 

@@ -17,8 +17,7 @@ from gymnasium.utils.env_checker import check_env
 from tegotae import Engine, Scenario, TegotaeError, Timing, build, find
 from tegotae.envs import load_wiring
 from tegotae.envs.env_spec import EnvSpec
-from tegotae.envs.mujoco.batch import ModelBatch
-from tegotae.envs.mujoco.env import ModelEnv
+from tegotae.envs.mujoco.env import ModelBatch, ModelEnv
 from tegotae.envs.mujoco.sensing import sensing
 from tegotae.envs.pilot import Pilot
 from tegotae.simulation.integrators import Hold

@@ -18,7 +18,7 @@ from tegotae.analysis.generalisation import disturbances_named
 from tegotae.analysis.generalisation.on_environment import ModelUnderTest, _models
 from tegotae.cli import main
 from tegotae.envs.mujoco.env import ModelEnv
-from tegotae.figures import film as filming
+from tegotae.figures import animation as filming
 from tegotae.systems import controller_file
 from tegotae.training.collection import read
 from tegotae.training.environments.baseline import sweep_vanilla

@@ -29,7 +29,7 @@ from tegotae.envs.policies import (
     from_function,
     load_policy,
 )
-from tegotae.figures.portrait import portrait_figure, portrait_table
+from tegotae.figures.cycles import portrait_figure, portrait_table
 from tegotae.systems.controller_file import SavedController
 
 FORCES = np.array([0.0, 0.5, 1.0])

@@ -28,13 +28,25 @@ from tegotae.analysis import (
     find_ridge,
     one_to_one_ridge,
 )
-from tegotae.figures.basin import basin_figure, basin_tables
-from tegotae.figures.data import joined, long_table, write_tables
-from tegotae.figures.phase_locking import phase_locking_figure, phase_locking_table
-from tegotae.figures.phase_response import phase_response_figure, phase_response_table
-from tegotae.figures.poincare import poincare_figure, poincare_tables, predicted
-from tegotae.figures.style import COLUMN_IN, PAGE_IN, figure_file, save_figure
-from tegotae.figures.surface import surface_figure, surface_tables
+from tegotae.figures.cycles import (
+    phase_locking_figure,
+    phase_locking_table,
+    phase_response_figure,
+    phase_response_table,
+    poincare_figure,
+    poincare_tables,
+    predicted,
+)
+from tegotae.figures.maps import basin_figure, basin_tables, surface_figure, surface_tables
+from tegotae.figures.style import (
+    COLUMN_IN,
+    PAGE_IN,
+    figure_file,
+    joined,
+    long_table,
+    save_figure,
+    write_tables,
+)
 from tegotae.measures.hopping.gait import (
     AT_REST,
     FAILED,

@@ -9,7 +9,7 @@ import pytest
 from matplotlib.colors import to_rgb
 
 from reproduction.figures.optimum import optimum_figure, optimum_tables
-from tegotae.figures.gaits.poses import LegPositions
+from tegotae.figures.gaits.animation import LegPositions
 from tegotae.figures.style import COLOURS, save_figure
 from tegotae.measures.optimum import curve
 

@@ -16,8 +16,8 @@ from reproduction.claims.kept import measure_kept
 from reproduction.table import Table
 from study_tables import results
 from tegotae._support.errors import TegotaeError
-from tegotae.figures.data import write_tables
 from tegotae.figures.learning_curves import algorithms_tables
+from tegotae.figures.style import write_tables
 from tegotae.training.curves import LearningCurve
 
 

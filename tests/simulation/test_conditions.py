@@ -10,8 +10,7 @@ import pytest
 
 import tiny
 from tegotae import Hopper, TegotaeError
-from tegotae.cli.conditions import conditions_named
-from tegotae.cli.options import ExperimentOptions
+from tegotae.cli.options import ExperimentOptions, conditions_named
 from tegotae.parts.bodies import Bar
 from tegotae.simulation.world import (
     OneOf,

@@ -11,9 +11,7 @@ import sys
 import pytest
 
 from tegotae.cli import main
-from tegotae.cli.console import PLAIN, make_safe, one_line, shown
-from tegotae.cli.status import exit_status
-from tegotae.cli.tables import print_rows
+from tegotae.cli.console import PLAIN, exit_status, make_safe, one_line, print_rows, shown
 
 
 @pytest.mark.parametrize("encoding", ["ascii", "cp1252", "latin-1", "utf-8"])

@@ -12,8 +12,8 @@ import pytest
 from tegotae import Engine, TegotaeError
 from tegotae._support.files import read_arrays
 from tegotae.analysis.gaits.checkpoint import in_parts
+from tegotae.cli.console import warn_in_one_line
 from tegotae.cli.options import experiments_at
-from tegotae.cli.status import warn_in_one_line
 from tegotae.measures import recordings
 from tegotae.measures.recordings import read_columns
 from tegotae.systems import controller_file

@@ -160,7 +160,7 @@ def test_a_controller_is_evaluated_on_another_body_than_it_was_trained_on(
         asked.append((sets[0].body, protocol["work"]))
         return []
 
-    monkeypatch.setattr("tegotae.cli.one_leg.evaluate.evaluate_all", evaluate_all)
+    monkeypatch.setattr("tegotae.cli.hopping.evaluate_all", evaluate_all)
     words = ["evaluate", str(trained), "--mass", "0.12"]
     assert main([*words, "--work", "positive"]) == 0
     assert main([*words, "--body", f"{FILE}:Hopper", "--work", "net"]) == 0

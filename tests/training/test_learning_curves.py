@@ -11,8 +11,8 @@ import pytest
 import tiny
 from tegotae import TegotaeError
 from tegotae.cli import main
-from tegotae.figures.data import write_tables
 from tegotae.figures.learning_curves import algorithms_figure, algorithms_tables
+from tegotae.figures.style import write_tables
 from tegotae.training.curves import COLUMNS, LearningCurve, groups, read_curves, shared
 
 MODEL = "AR-rF-sector-w8"

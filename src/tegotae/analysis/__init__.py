@@ -1,17 +1,20 @@
 """Computations behind the figures: from a controller to arrays, without drawing."""
 
 from tegotae.analysis.basin import Attractor, HopperBasin, map_basin
-from tegotae.analysis.orbit import NoLimitCycleError, Orbit, find_orbit
+from tegotae.analysis.orbit import NoLimitCycleError, Orbit, Paths, find_orbit, paths_of
 from tegotae.analysis.phase_response import PhaseResponse, measure_phase_response
 from tegotae.analysis.poincare import Poincare, poincare_section, transient
-from tegotae.analysis.portrait import Paths, paths_of
-from tegotae.analysis.resonance import (
+from tegotae.analysis.ridge import (
     DetuningLoss,
+    GainSweep,
     Resonance,
+    Ridge,
     find_losses,
     find_resonance,
+    find_ridge,
+    one_to_one_ridge,
+    sweep_gain,
 )
-from tegotae.analysis.ridge import GainSweep, Ridge, find_ridge, one_to_one_ridge, sweep_gain
 from tegotae.analysis.surface import Surface, actuation_surface, sees_velocity
 from tegotae.analysis.sweep import Outcome, OutcomeSummary, axis, locking_ratios
 

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tegotae.analysis.orbit import NoLimitCycleError, Orbit
-from tegotae.analysis.portrait import Paths, check_releases
+from tegotae.analysis.orbit import NoLimitCycleError, Orbit, Paths, check_releases
 from tegotae.analysis.surface import Surface, surface_of
 from tegotae.envs.core import TELEMETRY, Hoppers
 from tegotae.envs.policies.base import Policy

@@ -11,10 +11,9 @@ from tegotae._start import end_on_ctrl_c, open_streams, ready
 from tegotae._support.errors import TegotaeError, unknown
 from tegotae._support.progress import QUIET
 from tegotae.cli.commands import TEGOTAE
-from tegotae.cli.console import make_safe
-from tegotae.cli.help import help_of, overview, overview_of
+from tegotae.cli.console import DEBUG, exit_status, leave, make_safe, warn_in_one_line
+from tegotae.cli.parsing import help_of, overview, overview_of
 from tegotae.cli.program import Command, CommandGroup
-from tegotae.cli.status import DEBUG, exit_status, leave, warn_in_one_line
 
 _HELP = (["-h"], ["--help"])
 _LONGEST_WORD = 1000

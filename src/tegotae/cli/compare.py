@@ -14,11 +14,11 @@ from typing import Annotated, Any
 import tyro
 
 from tegotae._support.errors import TegotaeError
+from tegotae.cli.console import print_rows, print_text
+from tegotae.cli.evaluate import named
 from tegotae.cli.extras import require_environments
-from tegotae.cli.metrics import named
-from tegotae.cli.one_leg.evaluate import evaluate_all, print_table, show, shown
+from tegotae.cli.hopping import evaluate_all, print_table, show, shown
 from tegotae.cli.options import UNSET, ProtocolOptions, refuse_on_environment
-from tegotae.cli.tables import print_rows, print_text
 from tegotae.measures.evaluation import Evaluation
 from tegotae.measures.hopping.metric import Metric
 from tegotae.measures.hopping.registry import range_of
@@ -70,7 +70,7 @@ class Compare(ProtocolOptions):
 
     def _on_environment(self, sets: Sequence[ControllerSet]) -> None:
         require_environments(runs.task for runs in sets)
-        from tegotae.cli.on_environment.compare import compare_on_environment
+        from tegotae.cli.wired import compare_on_environment
 
         refuse_on_environment(self, ("places", "json"), sets[0].name)
         compare_on_environment(sets, paired, as_json=self.json)

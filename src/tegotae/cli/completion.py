@@ -9,8 +9,7 @@ from typing import Annotated, Literal
 import tyro
 
 from tegotae.cli.commands import COMMANDS
-from tegotae.cli.help import SWITCHES
-from tegotae.cli.parsing import options_of
+from tegotae.cli.parsing import SWITCHES, options_of
 from tegotae.cli.program import Command, CommandGroup
 from tegotae.systems.zoo import PREFIX, names
 

@@ -1,12 +1,29 @@
-"""Output that every console takes: plain spellings of what its encoding lacks."""
+"""What the command line prints: tables, notes, and errors as one line."""
 
 from __future__ import annotations
 
 import codecs
+import contextlib
+import errno
 import io
+import os
 import sys
+import textwrap
+import traceback
+import warnings
+from collections.abc import Callable, Iterable, Sequence
+from functools import partial
+from pathlib import Path
+from typing import Any
 
-from tegotae._support.errors import shortened
+from rich import box
+from rich.cells import cell_len
+from rich.table import Table
+
+from tegotae._start import INTERRUPTED, end_on_ctrl_c
+from tegotae._support.errors import TegotaeError, shortened
+from tegotae._support.files import output_file
+from tegotae._support.progress import Console
 
 PLAIN = "tegotae.plain"
 """Name of the error handler (`codecs.register_error`) that spells plainly."""
@@ -91,3 +108,218 @@ def _plainly(error: UnicodeError) -> tuple[str, int]:
 
 
 codecs.register_error(PLAIN, _plainly)
+
+
+WIDTH = 80
+"""That lines and tables are to fit where the output is no terminal [columns]."""
+_PADDING = 3
+"""Blanks around a cell, and to the next."""
+
+
+def print_rows(
+    columns: Iterable[str], rows: Iterable[Iterable[str]], *, key: int = 1, turned: bool = False
+) -> None:
+    """Print a table; on a terminal too narrow for it, as several, one below the other.
+
+    Each part begins with the key columns, so that its rows are distinct. Where the output is
+    no terminal the table is one, as wide as it needs to be. A cut number is worse than a long line.
+
+    Args:
+        columns: the headings.
+        rows: of the table, one text a column.
+        key: how many columns, the first ones, name the row.
+        turned: print a line per column, and a column per row, where that makes the table fit.
+    """
+    # A name in a cell is no markup, whatever brackets it has.
+    console, wide = (
+        Console(highlight=False, markup=False, emoji=False, width=width) for width in (None, 10_000)
+    )
+    plain = partial(shown, encoding=console.encoding)
+    columns, rows = tuple(map(plain, columns)), [tuple(map(plain, row)) for row in rows]
+    if turned and not _fits(columns, rows, console):
+        across = list(zip(columns, *rows, strict=True))
+        if _fits(across[0], across[1:], console):
+            columns, rows = across[0], across[1:]
+    parts = [tuple(range(len(columns)))]
+    if console.is_terminal:
+        parts = fitting(column_widths(columns, rows), console.width, key)
+    for part in parts:
+        table = Table(box=box.SIMPLE_HEAD)
+        for i in part:
+            table.add_column(columns[i], no_wrap=True)
+        for row in rows:
+            table.add_row(*(row[i] for i in part))
+        console.width = max(console.width, wide.measure(table).maximum)
+        console.print(table)
+
+
+def _fits(columns: Sequence[str], rows: Sequence[Sequence[str]], console: Console) -> bool:
+    width = console.width if console.is_terminal else WIDTH
+    return 1 + sum(column_widths(columns, rows)) <= width
+
+
+def print_text(text: str) -> None:
+    """Print a paragraph in lines that fit a screen."""
+    print(textwrap.fill(text, WIDTH))
+
+
+def column_widths(columns: Sequence[str], rows: Sequence[Sequence[str]]) -> list[int]:
+    """How wide each column is on the screen, in cells of a letter."""
+    return [
+        _PADDING + max(cell_len(text) for text in (name, *(row[i] for row in rows)))
+        for i, name in enumerate(columns)
+    ]
+
+
+def fitting(widths: Sequence[int], width: int, key: int = 1) -> list[tuple[int, ...]]:
+    """Which columns go into which part of a table, so that each fits a width if it can.
+
+    Args:
+        widths: of the columns.
+        width: of the screen.
+        key: the first so many columns begin every part.
+
+    Example:
+        >>> fitting([10, 6, 6, 6], width=23)
+        [(0, 1, 2), (0, 3)]
+    """
+    keys = tuple(range(min(key, len(widths))))
+    edges = 1  # of the table's box
+    parts = [list(keys)]
+    for i in range(len(keys), len(widths)):
+        part = parts[-1]
+        wide = edges + sum(widths[j] for j in part) + widths[i]
+        if wide > width and len(part) > len(keys):
+            parts.append([*keys, i])
+        else:
+            part.append(i)
+    return [tuple(part) for part in parts]
+
+
+def check_outputs(csv: Path | None, plot: Path | None, animate: Path | None) -> None:
+    """Raise `TegotaeError` if a file could not be written.
+
+    Args:
+        csv: file of the time series.
+        plot: file of a figure.
+        animate: file of an animation.
+    """
+    if csv is not None:
+        output_file(csv)
+    if plot is not None:
+        from tegotae.figures.style import figure_file
+
+        figure_file(plot)
+    if animate is not None:
+        from tegotae.figures.animation import animation_file
+
+        animation_file(animate)
+
+
+NOT_WRITTEN = 1
+"""The system failed a command: a full disk, a missing file."""
+UNUSABLE_INPUT = 2
+BUG = 70
+"""An error that no part of the program expected, as in BSD's sysexits.h."""
+BROKEN_PIPE = 141
+"""The reader of the output has gone, by convention: 128 and the signal's number."""
+DEBUG = "TEGOTAE_DEBUG"
+"""Environment variable that has errors show where they arose; the switch --debug sets it."""
+
+_OUT_OF_DEVICE_MEMORY = "out of memory; use fewer lanes or a shorter duration"
+_OUT_OF_MEMORY = "out of memory{why}; ask for less, or free some"
+
+
+def exit_status(command: Callable[[], None]) -> int:
+    """Run a command; 0, or another status and one line on stderr that says why.
+
+    The status is 2 for what the command cannot use or do, 1 where the system failed it (such as a
+    full disk behind its output), 130 after Ctrl-C, 141 where nobody reads its output any more (and
+    no line), and 70 for an error that was not expected. With `TEGOTAE_DEBUG=1` the traceback goes
+    before the line.
+    """
+    try:
+        try:
+            command()
+        except SystemExit:  # after help: whatever was printed, to the last line
+            sys.stdout.flush()
+            raise
+        sys.stdout.flush()
+    except KeyboardInterrupt as stop:
+        return _fail(str(stop) or "interrupted", INTERRUPTED)
+    except BrokenPipeError:  # the reader, such as `head`, has seen enough
+        _discard_output()
+        return BROKEN_PIPE
+    except Exception as error:
+        if is_debugging():
+            traceback.print_exc()
+        if isinstance(error, OSError) and not isinstance(error, TegotaeError):
+            _discard_output()
+        return _fail(*_formatted(error))
+    return 0
+
+
+def is_debugging() -> bool:
+    """Whether tracebacks are asked for."""
+    return os.environ.get(DEBUG, "") not in ("", "0")
+
+
+def warn_in_one_line() -> None:
+    """Have every warning be a line on standard error, once, without its place in the source.
+
+    Where errors show where they arose (`is_debugging`), warnings do, too.
+    """
+    shown: set[str] = set()
+    in_full = warnings.showwarning
+
+    def show(message: Warning | str, *where: Any, **more: Any) -> None:
+        if is_debugging():
+            in_full(message, *where, **more)
+        elif (line := one_line(str(message))) not in shown:
+            shown.add(line)
+            with contextlib.suppress(OSError, ValueError):  # stderr may be full or closed
+                print(f"tegotae: warning: {line}", file=sys.stderr)
+
+    warnings.showwarning = show
+
+
+def leave(status: int) -> None:
+    """End the process. After Ctrl-C at once: XLA aborts if Python takes it down while it works."""
+    end_on_ctrl_c()  # one more would be a traceback
+    with contextlib.suppress(OSError, ValueError):
+        sys.stderr.flush()
+    if status == INTERRUPTED:
+        with contextlib.suppress(OSError, ValueError):
+            sys.stdout.flush()
+        os._exit(status)
+    sys.exit(status)
+
+
+def _formatted(error: Exception) -> tuple[str, int]:
+    """The message of an error, and the exit status."""
+    if isinstance(error, TegotaeError):
+        return str(error), UNUSABLE_INPUT
+    if isinstance(error, MemoryError):  # NumPy's says for what there was none
+        why = str(error).strip()
+        return _OUT_OF_MEMORY.format(why=f": {why}" if why else ""), UNUSABLE_INPUT
+    if "RESOURCE_EXHAUSTED" in str(error):  # of a rollout, whose lanes and frames take it
+        return _OUT_OF_DEVICE_MEMORY, UNUSABLE_INPUT
+    if isinstance(error, OSError):
+        unusable = error.errno in (errno.ENAMETOOLONG, errno.ELOOP)  # a name that no file can have
+        return str(error), UNUSABLE_INPUT if unusable else NOT_WRITTEN
+    first = (str(error).strip().splitlines() or [""])[0]
+    what = f"{type(error).__name__}: {first}" if first else type(error).__name__
+    hint = "" if is_debugging() else "run again with --debug for details, and "
+    return f"unexpected {what}; {hint}please report it", BUG
+
+
+def _fail(line: str, status: int) -> int:
+    with contextlib.suppress(OSError, ValueError):  # stderr may be full or closed, too
+        print(f"tegotae: {one_line(line)}", file=sys.stderr)
+    return status
+
+
+def _discard_output() -> None:
+    """Let what is still buffered go nowhere, or Python would fail on it once more at its end."""
+    with contextlib.suppress(OSError, ValueError):  # no real file, as in a test
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

@@ -1,8 +1,9 @@
-"""`tegotae evaluate`: how well controllers hop or walk."""
+"""Metrics on the command line: by name, or a user's own as FILE.py:OBJECT."""
 
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
@@ -14,7 +15,6 @@ from tegotae._support.errors import TegotaeError, require_finite
 from tegotae._support.files import output_file
 from tegotae._support.limits import MOST_RAD_PER_S
 from tegotae.cli.extras import require_environments
-from tegotae.cli.metrics import named
 from tegotae.cli.options import (
     UNSET,
     BodyOptions,
@@ -23,9 +23,32 @@ from tegotae.cli.options import (
     refuse_on_environment,
     require_ours,
 )
+from tegotae.measures.hopping.metric import Metric
+from tegotae.measures.hopping.registry import chosen, register
+from tegotae.systems import user_objects as references
 from tegotae.systems.legged import Legged
 from tegotae.systems.resolve import Resolved, resolve
 from tegotae.training.collection import sets_of
+
+
+def named(given: Sequence[str]) -> tuple[Metric, ...] | None:
+    """The metrics that were named; None if none was, which stands for all.
+
+    A user's own, given as FILE.py:OBJECT or MODULE:OBJECT, is registered.
+
+    Raises:
+        TegotaeError: for a name or a file that is not there, or an object that is no metric.
+    """
+    if not given:
+        return None
+    return chosen([_name(each) for each in given])
+
+
+def _name(given: str) -> str:
+    if not references.is_reference(given):
+        return given
+    return register(references.named(given, Metric, "metric")).name
+
 
 OF_ONE_LEG = ("drop", "undisturbed", "disturbed", "work", "metric")
 OF_SEVERAL = ("starts", "seed")
@@ -93,7 +116,7 @@ class Evaluate(ProtocolOptions, BodyOptions):
 
     def _on_environment(self, found: Resolved) -> None:
         require_environments(saved.task for _, saved in found.controllers)
-        from tegotae.cli.on_environment import evaluate as on_environment
+        from tegotae.cli import wired as on_environment
 
         refuse_on_environment(self, ON_ENVIRONMENTS, self.place)
         sets = sets_of(found)
@@ -109,7 +132,7 @@ class Evaluate(ProtocolOptions, BodyOptions):
         on_environment.print_table(rows)
 
     def _hopping(self, found: Resolved) -> None:
-        from tegotae.cli.one_leg import evaluate as one_leg
+        from tegotae.cli import hopping as one_leg
 
         if len(self.omega) > 1:
             raise TegotaeError("--omega has several frequencies; one leg is evaluated around one")
@@ -128,7 +151,7 @@ class Evaluate(ProtocolOptions, BodyOptions):
         one_leg.print_table(results, one_leg.shown(asked))
 
     def _walking(self, found: Resolved) -> None:
-        from tegotae.cli.several_legs import evaluate as several_legs
+        from tegotae.cli import walking as several_legs
 
         sets = [
             (name, labels, self._on_body(legged), weights)

@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING, Annotated
 import tyro
 
 from tegotae._support.errors import TegotaeError, require_count
+from tegotae.cli.console import print_rows, print_text
 from tegotae.cli.extras import require_environments
 from tegotae.cli.figure.output import PictureFormat
-from tegotae.cli.tables import print_rows, print_text
 
 if TYPE_CHECKING:
     from tegotae.analysis.generalisation import Disturbance

@@ -14,9 +14,8 @@ import tyro
 from tegotae._support.documents import JsonObject
 from tegotae._support.errors import TegotaeError, require_finite
 from tegotae._support.progress import note
-from tegotae.cli.console import one_line
+from tegotae.cli.console import one_line, print_rows, print_text
 from tegotae.cli.options import UNSET, WorkOption
-from tegotae.cli.tables import print_rows, print_text
 from tegotae.measures.hopping import (
     REGIMES,
     Efficiency,
@@ -171,9 +170,8 @@ class Measure(WorkOption):
         return own
 
     def _draw(self, found: Measured, rest_length_m: float) -> None:
-        from tegotae.figures.data import write_tables
         from tegotae.figures.recording import recording_figure, recording_tables
-        from tegotae.figures.style import save_figure
+        from tegotae.figures.style import save_figure, write_tables
 
         assert self.plot is not None
         note = REGIMES[found.regime]

@@ -11,6 +11,7 @@ from typing import Annotated
 import tyro
 
 from tegotae._support.errors import TegotaeError, require_finite
+from tegotae.cli.console import check_outputs
 from tegotae.cli.extras import require_environments
 from tegotae.cli.gait.options import OF_LEGS, LegsOptions, legs_of
 from tegotae.cli.options import (
@@ -21,7 +22,6 @@ from tegotae.cli.options import (
     refuse_on_environment,
     require_ours,
 )
-from tegotae.cli.outputs import check_outputs
 from tegotae.parts.bodies import Hopper
 from tegotae.simulation.integrators import Hold
 from tegotae.simulation.rollout import Timing
@@ -108,7 +108,7 @@ class Simulate(LegsOptions, ControllerOptions):
 
     def _on_environment(self, found: Resolved) -> None:
         require_environments(saved.task for _, saved in found.controllers)
-        from tegotae.cli.on_environment.simulate import simulate
+        from tegotae.cli.wired import simulate
 
         refuse_on_environment(self, ON_ENVIRONMENTS, found.name)
         simulate(
@@ -122,7 +122,7 @@ class Simulate(LegsOptions, ControllerOptions):
         )
 
     def _of_several(self, found: Resolved) -> None:
-        from tegotae.cli.several_legs.simulate import simulate_legs
+        from tegotae.cli.walking import simulate_legs
 
         simulate_legs(
             legs_of(self, found.name),
@@ -135,7 +135,7 @@ class Simulate(LegsOptions, ControllerOptions):
         )
 
     def _of_one_leg(self, found: Resolved | None) -> None:
-        from tegotae.cli.one_leg import simulate as one_leg
+        from tegotae.cli import hopping as one_leg
 
         saved = self.vanilla() if found is None else self.adapted(found)
         simulation = self._simulation(saved)
@@ -152,7 +152,7 @@ class Simulate(LegsOptions, ControllerOptions):
         one_leg.write(result, *files)
 
     def _simulation(self, saved: SavedController) -> Simulation:
-        from tegotae.cli.one_leg.simulate import frame_s
+        from tegotae.cli.hopping import frame_s
 
         assert isinstance(saved.body, Hopper)  # `adapted` refuses others
         system = saved.system

@@ -15,10 +15,10 @@ import tyro
 
 from tegotae._support.errors import TegotaeError, require, require_all, require_count
 from tegotae._support.limits import MOST_SEEDS
+from tegotae.cli.console import print_rows
 from tegotae.cli.env_options import EnvOptions
 from tegotae.cli.extras import of_environment
 from tegotae.cli.options import ExperimentOptions, experiment_named, settings_named
-from tegotae.cli.tables import print_rows
 from tegotae.measures.hopping.statistics import interval
 from tegotae.measures.objectives.objective import FAILED_FITNESS
 from tegotae.systems.experiment import Experiment

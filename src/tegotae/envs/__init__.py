@@ -17,14 +17,17 @@ from tegotae._support.errors import require, unknown
 require("gymnasium", "gym")
 
 from tegotae.envs.checking import check_wiring  # noqa: E402
-from tegotae.envs.contact import MujocoContactForce  # noqa: E402
-from tegotae.envs.naming import action_names, observation_names  # noqa: E402
+from tegotae.envs.contact import (  # noqa: E402
+    MujocoContactForce,
+    action_names,
+    observation_names,
+)
 from tegotae.envs.registration import register_all  # noqa: E402
-from tegotae.envs.rewards import HopReward  # noqa: E402
 from tegotae.envs.scaling import WiringWarning, model_scales  # noqa: E402
 from tegotae.envs.settings import (  # noqa: E402
     ENVIRONMENTS,
     HopperSettings,
+    HopReward,
     TegotaeHopperSettings,
     settings_of,
 )

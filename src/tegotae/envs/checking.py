@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from tegotae.envs._types import AnyEnv
-from tegotae.envs.contact import with_contact
-from tegotae.envs.naming import flat, observation_names
+from tegotae.envs.contact import flat, observation_names, with_contact
 from tegotae.envs.wires import look_up, weights_of
 from tegotae.envs.wiring import Wiring
 

@@ -1,9 +1,4 @@
-"""The environment itself: any number of hoppers, one step of the agent in one compiled call.
-
-The physics is the engine's own, `ClosedLoop.tick`, with the controller sampled at the start of a
-tick and held. The single, the batched and the Stable-Baselines3 environments are all this, in the
-clothes of their interfaces.
-"""
+"""The hopper in an environment: steps, apexes, episodes."""
 
 from __future__ import annotations
 
@@ -18,16 +13,77 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from tegotae._support.errors import TegotaeError
-from tegotae.envs.apexes import Apexes
-from tegotae.envs.rewards import HopReward
-from tegotae.envs.settings import HopperSettings
-from tegotae.measures.hopping.hopping import hop_height_m
+from tegotae.envs.settings import HopperSettings, HopReward
+from tegotae.measures.hopping.hopping import dies_out, hop_height_m, left_out
+from tegotae.measures.hopping.signals import cot_inverse
 from tegotae.parts.bodies import Body
 from tegotae.parts.controller import Controller
 from tegotae.simulation.integrators import Hold
 from tegotae.simulation.integrators.base import phase_of, signals
 from tegotae.simulation.loop import ClosedLoop, Lane, keep
 from tegotae.simulation.world import Scenario, ground_m
+
+
+class Apexes(NamedTuple):
+    """Totals at the apexes of hops so far: all that CoT⁻¹ over whole hops takes.
+
+    The same hops count as in a recording of the same frames
+    (`tegotae.measures.hopping.whole_hops`).
+
+    Example:
+        >>> apexes = Apexes.none(jnp.zeros(1))
+        >>> for time_s in jnp.array([[1.0], [2.0], [3.0]]):
+        ...     apexes = apexes.after(time_s > 0.0, time_s, 0.5 * time_s, 2.0 * time_s)
+        >>> apexes.cot_inverse(jnp.array([3.2])).tolist()
+        [0.25]
+    """
+
+    n_apexes: jax.Array
+    """How many there were, [lanes]."""
+    first: jax.Array
+    """Climbed height [m] and work [J] at the first, [2, lanes]."""
+    second: jax.Array
+    """The same at the second."""
+    last: jax.Array
+    """The same at the last."""
+    last_s: jax.Array
+    """Time of the last [s], [lanes]; minus infinity before any."""
+
+    @classmethod
+    def none(cls, like: jax.Array) -> Apexes:
+        """Before any, of the shape of an array."""
+        nothing = jnp.zeros((2, *like.shape), like.dtype)
+        count = jnp.zeros(like.shape, jnp.int32)
+        return cls(count, nothing, nothing, nothing, jnp.full_like(like, -jnp.inf))
+
+    def after(
+        self, apex: jax.Array, time_s: jax.Array, climb_m: jax.Array, work_j: jax.Array
+    ) -> Apexes:
+        """The same after a tick.
+
+        Args:
+            apex: where the tick has the apex of a hop, [lanes].
+            time_s: time at the tick's end [s], [lanes].
+            climb_m: height climbed in flight since the release [m], [lanes].
+            work_j: work since the release [J], [lanes].
+        """
+        now = jnp.stack([climb_m, work_j])
+        return Apexes(
+            jnp.where(apex, self.n_apexes + 1, self.n_apexes),
+            jnp.where(apex & (self.n_apexes == 0), now, self.first),
+            jnp.where(apex & (self.n_apexes == 1), now, self.second),
+            jnp.where(apex, now, self.last),
+            jnp.where(apex, time_s, self.last_s),
+        )
+
+    def cot_inverse(self, now_s: jax.Array) -> jax.Array:
+        """CoT⁻¹ over whole hops [m/J], [lanes]: 0 without any, or where hopping has died out."""
+        whole = self.n_apexes - 1
+        begin = jnp.where(left_out(whole) > 0, self.second, self.first)
+        climb_m, work_j = self.last - begin
+        goes_on = (whole > 0) & ~dies_out(self.last_s, now_s)
+        return jnp.where(goes_on, cot_inverse(climb_m, work_j), 0.0)
+
 
 SENSE_BOUND = 1e3
 """Observations are clipped to this many times their scale, far beyond what a leg survives."""

@@ -13,10 +13,9 @@ from numpy.typing import ArrayLike
 from tegotae._support.errors import TegotaeError, require, require_count
 from tegotae.envs._types import Info
 from tegotae.envs.core import TELEMETRY, EnvStep, Hoppers
-from tegotae.envs.lanes import LaneScenarios
-from tegotae.envs.rendering import draw
 from tegotae.envs.settings import HopperSettings
-from tegotae.envs.spaces import action_space, observation_space, pose
+from tegotae.envs.spaces import action_space, draw, observation_space, pose
+from tegotae.envs.vector import LaneScenarios
 
 require("stable_baselines3", "sb3")
 

@@ -1,12 +1,14 @@
-"""All that a user chooses about a hopper environment, checked once."""
+"""Settings of the hopper's environments, with their actions and rewards."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, TypeAlias, TypeVar
 
+import jax
+import jax.numpy as jnp
 import numpy as np
 
 from tegotae._support.errors import (
@@ -15,21 +17,113 @@ from tegotae._support.errors import (
     require_finite,
     unknown,
 )
-from tegotae.envs.actions import feedback_controller, force_controller
-from tegotae.envs.rewards import HopReward
+from tegotae.measures.hopping.signals import check_work, cot_inverse
+from tegotae.parts._shapes import Numeric
 from tegotae.parts.bodies import Body, Hopper, require_one_limb
-from tegotae.parts.controller import Controller
+from tegotae.parts.controller import Controller, Tegotae
 from tegotae.parts.oscillators import Oscillator, PhaseOscillator
 from tegotae.parts.terms import (
     Actuation,
+    ConstantGain,
     Reflex,
     Sector,
     SectorAndReflex,
+    Signals,
+    Term,
 )
 from tegotae.simulation.rollout import Scenario
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
+
+
+@dataclass(frozen=True)
+class _One(Term):
+    """A term that is 1: `f = G · 1 · 1` leaves the feedback to the gain, which is the agent's."""
+
+    def __call__(self, weights: Sequence[jax.Array], signals: Signals) -> jax.Array:
+        """1."""
+        return jnp.ones_like(next(iter(signals.values.values())))
+
+
+@dataclass(frozen=True)
+class CommandedForce(Actuation):
+    """An actuator force that is commanded, `F_a = w` [N], with one weight w."""
+
+    @property
+    def n_weights(self) -> int:
+        """The force itself."""
+        return 1
+
+    def __call__(self, weights: Sequence[jax.Array], signals: Signals) -> jax.Array:
+        """w [N]."""
+        return weights[0]
+
+
+def force_controller() -> Controller:
+    """The controller whose one weight is the actuator force [N]."""
+    return Controller(CommandedForce())
+
+
+def feedback_controller(actuation: Actuation, oscillator: Oscillator | None = None) -> Controller:
+    """The controller whose one weight is the Tegotae feedback f [rad/s].
+
+    An oscillator (the phase oscillator by default) and an actuation without weights make the force
+    of it: the agent stands where `G · A′(φ) · R(s)` stood.
+    """
+    terms = Tegotae(_One(), _One(), ConstantGain())
+    return Controller(actuation, oscillator or PhaseOscillator(), terms)
+
+
+@dataclass(frozen=True, kw_only=True)
+class HopReward:
+    """Zero but at each apex of a hop, where it is CoT⁻¹ of the hop just ended [m/J].
+
+        r = (height climbed in flight since the last hop's apex) / (work since then),
+
+    if any work was done, and, with the last step of an episode that ran its time, the mean over
+    the rewarded hops. A hop is a flight that clears the rest length by 1 %. (The paper gives
+    no formula: `CoT⁻¹` is its equation 12, taken hop by hop.)
+
+    Args:
+        work: definition of work, one of "absolute", "positive", "net".
+        least_work_j: work that counts as none [J]. The paper's reward can be had for almost
+            nothing: the first hops after a release need no work, and so pay the more the less is
+            done in them. A greater value, or `charge_stored`, closes that door.
+        charge_stored: whether energy that the body lost between the two apexes is charged as
+            work too, so that hops on stored energy are not free.
+
+    Raises:
+        TegotaeError: for an unknown definition of work or a least work that is negative.
+
+    Example:
+        >>> reward = HopReward()
+        >>> float(reward.of_hop(climb_m=0.2, work_j=0.4, lost_j=0.1)[0])
+        0.5
+    """
+
+    work: str = "absolute"
+    least_work_j: float = 1e-6
+    charge_stored: bool = False
+
+    def __post_init__(self) -> None:
+        require_finite("least_work_j", self.least_work_j, least=0.0)
+        check_work(self.work)
+
+    def counted(self, work_j: Numeric) -> Numeric:
+        """What counts of the actuator's signed work over a tick [J]."""
+        if self.work == "net":
+            return work_j
+        return jnp.abs(work_j) if self.work == "absolute" else jnp.maximum(work_j, 0.0)
+
+    def of_hop(
+        self, *, climb_m: Numeric, work_j: Numeric, lost_j: Numeric
+    ) -> tuple[jax.Array, jax.Array]:
+        """CoT⁻¹ of a hop [m/J] and whether it is rewarded, each of the shape of the lanes."""
+        paid = jnp.asarray(work_j) > self.least_work_j
+        spent = work_j + jnp.maximum(lost_j, 0.0) if self.charge_stored else work_j
+        return jnp.where(paid, cot_inverse(climb_m, spent), 0.0), paid
+
 
 K = TypeVar("K")
 T = TypeVar("T", bound="DataclassInstance")

@@ -10,9 +10,8 @@ import numpy as np
 from tegotae._support.errors import TegotaeError
 from tegotae.envs._types import Info
 from tegotae.envs.core import TELEMETRY, EnvStep, Hoppers
-from tegotae.envs.rendering import Window, draw
 from tegotae.envs.settings import HopperSettings, TegotaeHopperSettings, settings_of
-from tegotae.envs.spaces import action_space, observation_space, pose
+from tegotae.envs.spaces import Window, action_space, draw, observation_space, pose
 
 RENDER_MODES = ["rgb_array", "human"]
 _FRAMES_PER_SECOND = 50

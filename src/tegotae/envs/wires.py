@@ -11,7 +11,7 @@ from gymnasium.spaces import Box
 
 from tegotae._support.errors import TegotaeError, require_finite, unknown
 from tegotae.envs._types import AnyEnv
-from tegotae.envs.naming import action_names, observation_names
+from tegotae.envs.contact import action_names, observation_names
 from tegotae.envs.wiring import Limb, Wiring, misnamed_scales
 from tegotae.parts.controller import Controller
 

@@ -11,8 +11,7 @@ from gymnasium.spaces import Box, Dict
 
 from tegotae._support.errors import TegotaeError
 from tegotae.envs._types import AnyEnv, AnySpace, Info
-from tegotae.envs.contact import with_contact
-from tegotae.envs.naming import flat
+from tegotae.envs.contact import flat, with_contact
 from tegotae.envs.pilot import Pilot
 from tegotae.envs.scaling import WiringWarning, contact_entries, remarks
 from tegotae.envs.wires import look_up, weights_of

@@ -12,8 +12,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import NullFormatter
 
-from tegotae.figures.data import Table
-from tegotae.figures.style import COLOURS, PAGE_IN, literal, new_figure, styled
+from tegotae.figures.style import COLOURS, PAGE_IN, Table, literal, new_figure, styled
 from tegotae.measures.hopping.registry import range_of
 from tegotae.measures.hopping.statistics import UNBOUNDED, interval
 from tegotae.training.curves import COT, FITNESS, LearningCurve, groups, shared, table

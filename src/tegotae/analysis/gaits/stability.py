@@ -17,7 +17,7 @@ from tegotae._support.errors import (
     require_finite,
     unknown,
 )
-from tegotae.analysis.gaits.parameter_axes import (
+from tegotae.analysis.gaits.map import (
     OMEGA,
     Axis,
     Setting,

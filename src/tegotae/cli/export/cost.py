@@ -10,8 +10,8 @@ from typing import Annotated
 from tegotae._support import tables
 from tegotae._support.files import output_file
 from tegotae._support.progress import reporting
+from tegotae.cli.console import print_rows
 from tegotae.cli.options import UNSET
-from tegotae.cli.tables import print_rows
 from tegotae.export.c.cost import (
     CLOCK_HZ,
     CORES,

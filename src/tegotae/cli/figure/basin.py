@@ -44,8 +44,8 @@ class Basin(LegsOptions, ControllerFigure):
             self._of_one_leg(found)
 
     def _of_one_leg(self, found: Resolved | None) -> None:
-        from tegotae.cli.one_leg.basin import find_basin
-        from tegotae.figures.basin import basin_figure, basin_tables
+        from tegotae.cli.hopping import find_basin
+        from tegotae.figures.maps import basin_figure, basin_tables
 
         self.check_out()
         saved = self.vanilla() if found is None else self.adapted(found)
@@ -53,6 +53,6 @@ class Basin(LegsOptions, ControllerFigure):
         self.write(basin_figure(basin, self.title(saved)), basin_tables(basin))
 
     def _of_several(self, found: Resolved) -> None:
-        from tegotae.cli.several_legs.basin import draw_basin
+        from tegotae.cli.walking import draw_basin
 
         draw_basin(legs_of(self, found.name), self.starts, self.file)

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import numpy as np
 import tyro
 
+from tegotae.cli.console import print_rows, print_text
 from tegotae.cli.figure.output import Output
-from tegotae.cli.tables import print_rows, print_text
 
 if TYPE_CHECKING:
     from tegotae.measures.hopping.statistics import Interval

@@ -14,7 +14,7 @@ from tegotae.systems.zoo import is_zoo_name, stem
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from tegotae.figures.data import Table
+    from tegotae.figures.style import Table
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -53,8 +53,7 @@ class Output:
 
     def write(self, figure: Figure, tables: Mapping[str, Table]) -> None:
         """Write the figure and its data, and say where."""
-        from tegotae.figures.data import write_tables
-        from tegotae.figures.style import save_figure
+        from tegotae.figures.style import save_figure, write_tables
 
         written = [save_figure(figure, self.file), *write_tables(self.file, tables)]
         print("wrote " + ", ".join(map(str, written)))

@@ -31,7 +31,7 @@ class PhaseLocking(Output, OscillatorOption, HopperOptions):
     def run(self) -> None:
         """Compute and write."""
         from tegotae.analysis import axis, sweep_gain
-        from tegotae.figures.phase_locking import phase_locking_figure, phase_locking_table
+        from tegotae.figures.cycles import phase_locking_figure, phase_locking_table
 
         self.check_out()
         require_within("cut", self.cut, MOST_GAIN)

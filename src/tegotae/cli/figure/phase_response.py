@@ -24,7 +24,7 @@ class PhaseResponseFigure(SettledSubject):
         """Compute, write, and say where the rhythm is most sensitive."""
         from tegotae.analysis import measure_phase_response
         from tegotae.analysis.phase_response import check_pushes
-        from tegotae.figures.phase_response import (
+        from tegotae.figures.cycles import (
             NEGLIGIBLE_RAD,
             phase_response_figure,
             phase_response_table,

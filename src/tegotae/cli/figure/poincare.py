@@ -24,7 +24,7 @@ class PoincareFigure(SettledSubject):
         """Compute, write, and print the multipliers."""
         from tegotae.analysis import poincare_section, transient
         from tegotae.analysis.poincare import check_disturbances
-        from tegotae.figures.poincare import poincare_figure, poincare_tables
+        from tegotae.figures.cycles import poincare_figure, poincare_tables
 
         self.check_out()
         check_disturbances(self.step, self.nudge, self.turns)

@@ -20,8 +20,8 @@ class Portrait(PolicySubject):
 
     def run(self) -> None:
         """Simulate and draw."""
-        from tegotae.analysis.portrait import paths_of
-        from tegotae.figures.portrait import portrait_figure, portrait_table
+        from tegotae.analysis.orbit import paths_of
+        from tegotae.figures.cycles import portrait_figure, portrait_table
 
         self.check_out()
         heights = np.array(self.heights if self.height is None else (self.height,))

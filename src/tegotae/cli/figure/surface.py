@@ -46,7 +46,7 @@ class SurfaceFigure(PolicySubject):
     def run(self) -> None:
         """Compute and write; what has no limit cycle has its surface alone."""
         from tegotae.analysis import NoLimitCycleError
-        from tegotae.figures.surface import surface_figure, surface_tables
+        from tegotae.figures.maps import surface_figure, surface_tables
 
         self.check_out()
         require_count("resolution", self.resolution, least=2, most=MOST_POINTS)

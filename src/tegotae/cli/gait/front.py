@@ -9,8 +9,8 @@ import numpy as np
 from tegotae._support.errors import TegotaeError
 from tegotae._support.progress import reporting
 from tegotae._support.workplace import GAIT_FRONT, require_free_for
+from tegotae.cli.console import print_rows
 from tegotae.cli.gait.options import GaitCommand
-from tegotae.cli.tables import print_rows
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -36,7 +36,7 @@ class Front(GaitCommand):
         """Search, write, and print."""
         from tegotae.analysis.gaits.front import Search, search_front
         from tegotae.analysis.gaits.simulate import write
-        from tegotae.figures.gaits.front import front_figure
+        from tegotae.figures.gaits.maps import front_figure
         from tegotae.systems.tuned import family
 
         require_free_for(self.folder, GAIT_FRONT)

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Annotated
 import numpy as np
 
 from tegotae._support.errors import TegotaeError
+from tegotae.cli.console import print_rows
 from tegotae.cli.gait.options import GaitCommand, assignments
 from tegotae.cli.options import UNSET
-from tegotae.cli.tables import print_rows
 
 if TYPE_CHECKING:
     from tegotae.analysis.gaits.lesion import Aftermath
@@ -39,7 +39,7 @@ class Lesion(GaitCommand):
         from tegotae.analysis.gaits.lesion import GaitLesion as What
         from tegotae.analysis.gaits.lesion import aftermath
         from tegotae.analysis.gaits.simulate import coordination_columns, write
-        from tegotae.figures.gaits.lesion import lesion_figure
+        from tegotae.figures.gaits.maps import lesion_figure
 
         fields = tuple(_number(*each) for each in assignments("--then", self.then).items())
         legged = self.legged()

@@ -10,13 +10,12 @@ import numpy as np
 from tegotae._support.errors import TegotaeError, require_finite
 from tegotae._support.progress import reporting
 from tegotae._support.workplace import GAIT_MAP, require_free_for
+from tegotae.cli.console import print_rows
 from tegotae.cli.gait.options import GaitCommand
-from tegotae.cli.tables import print_rows
 
 if TYPE_CHECKING:
     from tegotae.analysis.gaits import Legged
-    from tegotae.analysis.gaits.map import GaitMap
-    from tegotae.analysis.gaits.parameter_axes import Axis
+    from tegotae.analysis.gaits.map import Axis, GaitMap
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -35,10 +34,9 @@ class Map(GaitCommand):
 
     def run(self) -> None:
         """Compute, write, and print."""
-        from tegotae.analysis.gaits.map import gait_map
-        from tegotae.analysis.gaits.parameter_axes import Axis
+        from tegotae.analysis.gaits.map import Axis, gait_map
         from tegotae.analysis.gaits.simulate import write
-        from tegotae.figures.gaits.map import map_figure
+        from tegotae.figures.gaits.maps import map_figure
 
         require_free_for(self.folder, GAIT_MAP)
         x = Axis.between(*self.x, self.cells[0])

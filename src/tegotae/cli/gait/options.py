@@ -101,7 +101,7 @@ class LeggedSystemOptions(LegsOptions):
 
     def title(self, legged: Legged, *, omega: bool = True) -> str:
         """The system in a few words, for a figure."""
-        from tegotae.figures.gaits.labels import setting
+        from tegotae.figures.gaits.style import setting
         from tegotae.figures.style import literal
 
         name = self.system.rpartition(":")[2] or self.system

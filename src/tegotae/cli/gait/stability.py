@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Annotated
 import numpy as np
 
 from tegotae._support.errors import TegotaeError
+from tegotae.cli.console import print_rows
 from tegotae.cli.gait.options import GaitCommand
 from tegotae.cli.options import UNSET
-from tegotae.cli.tables import print_rows
 
 if TYPE_CHECKING:
     from tegotae.analysis.gaits.stability import GaitStability as Found
@@ -38,10 +38,10 @@ class Stability(GaitCommand):
 
     def run(self) -> None:
         """Compute, write, and print."""
-        from tegotae.analysis.gaits.parameter_axes import Axis
+        from tegotae.analysis.gaits.map import Axis
         from tegotae.analysis.gaits.simulate import write
         from tegotae.analysis.gaits.stability import stability
-        from tegotae.figures.gaits.stability import stability_figure
+        from tegotae.figures.gaits.maps import stability_figure
 
         over = Axis.between(*self.over, self.count)
         for name, value in (("omega", self.omega), ("sigma", self.sigma)):

@@ -9,9 +9,9 @@ import numpy as np
 
 from tegotae._support.errors import TegotaeError, require_count, require_finite
 from tegotae._support.limits import MOST_POINTS, MOST_RAD_PER_S
+from tegotae.cli.console import print_rows
 from tegotae.cli.gait.options import GaitCommand
 from tegotae.cli.options import UNSET
-from tegotae.cli.tables import print_rows
 
 if TYPE_CHECKING:
     from tegotae.analysis.gaits.sweep import Hysteresis
@@ -34,7 +34,7 @@ class Sweep(GaitCommand):
         """Compute, write, and print."""
         from tegotae.analysis.gaits.simulate import coordination_columns, write
         from tegotae.analysis.gaits.sweep import sweep
-        from tegotae.figures.gaits.sweep import sweep_figure
+        from tegotae.figures.gaits.lags import sweep_figure
 
         omega = self._omega()
         legged = self.legged()

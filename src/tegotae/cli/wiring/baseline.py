@@ -12,8 +12,8 @@ import tyro
 
 from tegotae._support.errors import TegotaeError
 from tegotae._support.files import check_folder
+from tegotae.cli.console import print_rows
 from tegotae.cli.env_options import EnvOptions
-from tegotae.cli.tables import print_rows
 
 if TYPE_CHECKING:
     from tegotae.training.environments.baseline import VanillaSweep
@@ -49,9 +49,8 @@ class WiringBaseline(EnvOptions):
         """Sweep, write and print."""
         if self.env is None:
             raise TegotaeError("no environment is named; give --env, such as --env my_leg.xml")
-        from tegotae.figures.data import write_tables
-        from tegotae.figures.style import literal, save_figure
-        from tegotae.figures.vanilla_sweep import vanilla_sweep_figure, vanilla_sweep_table
+        from tegotae.figures.maps import vanilla_sweep_figure, vanilla_sweep_table
+        from tegotae.figures.style import literal, save_figure, write_tables
 
         experiment = self.experiment_of(
             self.model, duration_s=self.duration, fitness=self.fitness, hopping={}

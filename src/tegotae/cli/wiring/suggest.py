@@ -11,10 +11,10 @@ import tyro
 
 from tegotae._support.errors import TegotaeError, require_all
 from tegotae._support.files import output_file
+from tegotae.cli.console import print_rows
 from tegotae.cli.env_options import made_with
 from tegotae.cli.extras import of_environment
 from tegotae.cli.options import UNSET
-from tegotae.cli.tables import print_rows
 
 if TYPE_CHECKING:
     from tegotae.envs.mujoco.suggesting import Suggestion

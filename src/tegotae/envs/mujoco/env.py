@@ -1,19 +1,196 @@
-"""Any MuJoCo model as a Gymnasium environment: the same steps as `ModelBatch`, one lane of it."""
+"""A MuJoCo model as an environment, alone and in batches."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from types import ModuleType
 
 import gymnasium
 import numpy as np
 from gymnasium.spaces import Box
+from numpy.typing import ArrayLike
 
-from tegotae._support.errors import TegotaeError
-from tegotae.envs._types import Info
-from tegotae.envs.mujoco.batch import ModelBatch
-from tegotae.envs.mujoco.episodes import Fate
+from tegotae._support.engines import available_cores
+from tegotae._support.errors import TegotaeError, require, require_count, require_finite
+from tegotae.envs._types import Info, MjModel
 from tegotae.envs.mujoco.sensing import Sensing
-from tegotae.envs.mujoco.settings import PACKAGED, ModelSettings
+from tegotae.envs.mujoco.settings import PACKAGED, Fate, ModelSettings
+
+
+class ModelBatch:
+    """Lanes of a model, each with its own state: one call steps all of them (`mujoco.rollout`).
+
+    Args:
+        sensing: the model.
+        lanes: how many.
+        control_s: time for which an action is held [s]; a whole number of the model's time steps.
+        models: other models of the same shape, one a lane, such as of other masses.
+        threads: how many threads step them; one a core by default.
+
+    Raises:
+        TegotaeError: for a count below one, or a control period that is no multiple of the step.
+
+    Example:
+        >>> batch = ModelBatch(sensing("hopper", ["foot"]), 8, 0.01)  # doctest: +SKIP
+        >>> batch.reset().shape  # doctest: +SKIP
+        (8, 13)
+    """
+
+    def __init__(
+        self,
+        sensing: Sensing,
+        lanes: int,
+        control_s: float,
+        *,
+        models: Sequence[MjModel] | None = None,
+        threads: int | None = None,
+    ) -> None:
+        require_count("lanes", lanes)
+        mujoco, rollout = require("mujoco", "mujoco"), require("mujoco.rollout", "mujoco")
+        self._mujoco, self.sensing, self.lanes = mujoco, sensing, lanes
+        model = sensing.model
+        self.ticks = ticks_in(control_s, model.opt.timestep)
+        self.step_s = self.ticks * float(model.opt.timestep)
+        self._models = [model] * lanes if models is None else list(models)
+        threads = min(available_cores(), lanes) if threads is None else threads
+        self._data = [mujoco.MjData(model) for _ in range(max(1, threads))]
+        # Without threads of its own it computes in this one.
+        self._rollout = rollout.Rollout(nthread=threads if threads > 1 else 0)
+        self._kind = mujoco.mjtState.mjSTATE_FULLPHYSICS
+        self._control = mujoco.mjtState.mjSTATE_CTRL | mujoco.mjtState.mjSTATE_XFRC_APPLIED
+        width = mujoco.mj_stateSize(model, self._kind)
+        self._states = np.zeros((lanes, self.ticks, width))
+        self._sensed = np.zeros((lanes, self.ticks, model.nsensordata))
+        self._given = np.zeros((lanes, self.ticks, model.nu + 6 * model.nbody))
+        self.work_j = np.zeros(lanes)
+        """Absolute work of the actuators since the reset [J], [lanes]."""
+
+    @property
+    def states(self) -> np.ndarray:
+        """The lanes' physics states (MuJoCo's `mjSTATE_FULLPHYSICS`), [lanes, numbers].
+
+        Of use to draw a lane: `mj_setState(model, data, states[0], mjSTATE_FULLPHYSICS)`.
+        """
+        return self._states[:, -1].copy()
+
+    def reset(
+        self,
+        height_m: ArrayLike = 0.0,
+        noise: np.ndarray | None = None,
+        where: np.ndarray | None = None,
+    ) -> np.ndarray:
+        """Lanes at the model's start; what all observe, [lanes, entries].
+
+        Args:
+            height_m: by how much the first body begins higher than in the model [m], [lanes].
+            noise: what is added to the joints' positions, [lanes, nv]; nothing by default.
+            where: which lanes, [lanes]; all by default. The others stay as they are.
+        """
+        mujoco, model = self._mujoco, self.sensing.model
+        rise = np.broadcast_to(height_m, (self.lanes,))
+        begun = np.ones(self.lanes, bool) if where is None else np.asarray(where, bool)
+        state = self.states
+        data = self._data[0]
+        for lane in map(int, np.flatnonzero(begun)):
+            mujoco.mj_resetData(model, data)
+            if model.nkey:
+                mujoco.mj_resetDataKeyframe(model, data, 0)
+            if noise is not None:
+                mujoco.mj_integratePos(model, data.qpos, np.asarray(noise[lane], float), 1.0)
+            data.qpos[_height_of(mujoco, model)] += rise[lane]
+            mujoco.mj_getState(model, data, state[lane], self._kind)
+        self.work_j = np.where(begun, 0.0, self.work_j)
+        # The sensors of the start are those of a step that is not kept.
+        self._given[begun] = 0.0
+        self._given[begun, :, : model.nu] = self.sensing.held
+        self._states[begun, -1] = state[begun]
+        self._advance(begun)
+        self._states[begun, -1] = state[begun]
+        self._sensed[begun, -1] = self._sensed[begun, 0]
+        return self.sensing.observed(self._sensed[:, -1])
+
+    def step(
+        self,
+        action: np.ndarray,
+        push_n: np.ndarray | None = None,
+        where: np.ndarray | None = None,
+    ) -> np.ndarray:
+        """Lanes one control period on; what all observe then, [lanes, entries].
+
+        Args:
+            action: commands of the actuators, [lanes, actuators]; held.
+            push_n: an external force on the first body [N], [lanes, 3]; none by default.
+            where: which lanes, [lanes]; all by default. The others stand still, at no cost.
+        """
+        n = self.sensing.model.nu
+        self._given[:, :, self.sensing.driven] = action[:, None]
+        if push_n is not None:
+            self._given[:, :, n + 6 : n + 9] = push_n[:, None]  # after the world's six numbers
+        going = np.ones(self.lanes, bool) if where is None else np.asarray(where, bool)
+        self._advance(going)
+        if push_n is not None:
+            self._given[:, :, n + 6 : n + 9] = 0.0
+        tick_s = float(self.sensing.model.opt.timestep)
+        power = np.abs(self.sensing.power(self._sensed)).sum(axis=(1, 2))
+        self.work_j = self.work_j + np.where(going, tick_s * power, 0.0)
+        return self.sensing.observed(self._sensed[:, -1])
+
+    def _advance(self, where: np.ndarray) -> None:
+        """Some lanes one control period on, from their last states."""
+        at = np.flatnonzero(where)
+        if len(at) == 0:
+            return
+        states, sensed = self._states[at], self._sensed[at]
+        self._rollout.rollout(
+            [self._models[lane] for lane in at],
+            self._data,
+            states[:, -1].copy(),
+            self._given[at],
+            control_spec=int(self._control),
+            nstep=self.ticks,
+            skip_checks=True,
+            state=states,
+            sensordata=sensed,
+        )
+        self._states[at], self._sensed[at] = states, sensed
+
+    def close(self) -> None:
+        """End the threads."""
+        self._rollout.close()
+
+
+def ticks_in(control_s: float, tick_s: float) -> int:
+    """How many time steps a control period has.
+
+    Raises:
+        TegotaeError: if not a whole number of them, to a hundredth.
+
+    Example:
+        >>> ticks_in(0.01, 0.002)
+        5
+    """
+    require_finite("control_s", control_s, above=0.0)
+    ratio = control_s / tick_s
+    if round(ratio) < 1 or abs(ratio - round(ratio)) > 0.01:
+        raise TegotaeError(
+            f"control_s is {control_s:g} s; it must be a whole multiple of the model's time step "
+            f"({tick_s:g} s)"
+        )
+    return round(ratio)
+
+
+def _height_of(mujoco: ModuleType, model: MjModel) -> int:
+    """Where in the positions the height of the first body is."""
+    for i in range(model.njnt):
+        if model.jnt_bodyid[i] != 1:
+            break
+        if model.jnt_type[i] == mujoco.mjtJoint.mjJNT_FREE:
+            return int(model.jnt_qposadr[i]) + 2
+        if model.jnt_type[i] == mujoco.mjtJoint.mjJNT_SLIDE and model.jnt_axis[i][2] > 0.99:
+            return int(model.jnt_qposadr[i])
+    raise TegotaeError(
+        "the model's first body can neither rise nor fall; give it a free joint or a vertical slide"
+    )
 
 
 class ModelEnv(gymnasium.Env[np.ndarray, np.ndarray]):

@@ -12,7 +12,7 @@ import numpy as np
 
 from tegotae._support.errors import TegotaeError, require
 from tegotae.envs._types import MjData, MjModel
-from tegotae.envs.mujoco.batch import ModelBatch
+from tegotae.envs.mujoco.env import ModelBatch
 from tegotae.envs.mujoco.sensing import Sensing, is_sound, started
 from tegotae.envs.mujoco.settings import ModelSettings
 from tegotae.envs.scaling import below, scales_of

@@ -13,8 +13,8 @@ from tegotae.envs.policies.base import (  # noqa: E402
     ClippedFeedbackWarning,
     Meaning,
     Policy,
+    from_function,
 )
-from tegotae.envs.policies.function import from_function  # noqa: E402
 from tegotae.envs.policies.loading import load_policy  # noqa: E402
 
 __all__ = ["ACTS", "ClippedFeedbackWarning", "Meaning", "Policy", "from_function", "load_policy"]

@@ -1,16 +1,54 @@
-"""A policy by the name of its file."""
+"""A policy from a file, by its name: ONNX, Stable-Baselines3, a function."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
 
-from tegotae._support.errors import TegotaeError
-from tegotae.envs.policies.base import Meaning, Policy
-from tegotae.envs.policies.function import from_function
-from tegotae.envs.policies.onnx import from_onnx
+import numpy as np
+
+from tegotae._support.errors import TegotaeError, require
+from tegotae.envs.policies.base import Meaning, Policy, check_entries, from_function
 from tegotae.envs.policies.sb3 import from_sb3
 from tegotae.systems.user_objects import is_reference, named
+
+
+def from_onnx(path: Path | str, meaning: Meaning | None = None) -> Policy:
+    """A network with one input [n, entries] of float32, whose first output is the answer, [n, 1].
+
+    Args:
+        path: the .onnx file.
+        meaning: what it observes and does; what the environment tegotae/Hopper-v0 means by default.
+
+    Raises:
+        TegotaeError: for a file that is no such network, or one that observes another number of
+            numbers.
+        MissingExtraError: without onnxruntime (extra "onnx").
+    """
+    path, meaning = Path(path), Meaning() if meaning is None else meaning
+    if not path.is_file():
+        raise TegotaeError(f"there is no file {path}")
+    runtime = require("onnxruntime", "onnx")
+    try:
+        session = runtime.InferenceSession(str(path), providers=["CPUExecutionProvider"])
+    except Exception as error:  # onnxruntime's own, which share no base
+        first = (str(error).splitlines() or [""])[0]
+        raise TegotaeError(f"{path} is no ONNX network: {first}") from None
+    inputs = session.get_inputs()
+    if len(inputs) != 1 or len(inputs[0].shape) != 2:
+        shapes = ", ".join(f"{each.name} {each.shape}" for each in inputs)
+        raise TegotaeError(f"{path} takes {shapes}; it must take one input of shape [n, entries]")
+    batch, entries = inputs[0].shape
+    check_entries(str(path), entries if isinstance(entries, int) else None, meaning)
+    name = inputs[0].name
+
+    def answer(observed: np.ndarray) -> np.ndarray:
+        rows = observed.astype(np.float32)
+        if isinstance(batch, int) and batch == 1:  # exported for one observation at a time
+            return np.array([session.run(None, {name: row[None]})[0].ravel()[0] for row in rows])
+        return session.run(None, {name: rows})[0]
+
+    return Policy(answer, meaning, path.stem)
 
 
 def load_policy(place: str, meaning: Meaning | None = None) -> Policy:

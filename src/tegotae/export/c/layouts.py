@@ -1,4 +1,4 @@
-"""Where the files of an export lie: beside each other, or as a library of PlatformIO or Arduino."""
+"""Folders for Arduino, a library, or plain C."""
 
 from __future__ import annotations
 
@@ -7,9 +7,68 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 from tegotae import __version__
+from tegotae.export.c.header import limbs
 from tegotae.export.c.names import plain
-from tegotae.export.c.plan import Export
-from tegotae.export.c.sketch import sketch
+from tegotae.export.c.plan import Export, member
+
+
+def sketch(export: Export) -> str:
+    """The text of control_loop.ino: setup and loop, and two functions for a robot's author."""
+    prefix = export.prefix
+    one = export.limbs == 1
+    at = "" if one else "[leg]"
+    legs = f"for (int leg = 0; leg < {prefix.upper()}_LIMBS; ++leg) "
+    measured = " ".join(f"in.{member(name)}{at} = 0.0f;" for name in export.senses)
+    sent = " ".join(f"(void)out.{member(name)}{at};" for name in export.commands)
+    if not one:
+        measured, sent = (f"{legs}{{ {line} }}" for line in (measured, sent))
+    phases = ""
+    start = f"{prefix}_init(&state);"
+    if export.tracer.state_names:
+        start = f"{prefix}_init(&state, {'0.0f' if one else 'phases'});"
+        if not one:
+            phases = f"  static const float phases[{prefix.upper()}_LIMBS] = {{0.0f}};\n"
+    air = ""
+    if export.commands == ("force",) and not limbs(export):
+        air = " Send 0 while the foot is in the air."
+    return f"""\
+// control_loop.ino: a step of {prefix}.h every {export.tick_s:g} s.
+// measure() and command() are yours: they know your sensors and actuators.
+#include <Arduino.h>
+#include <{prefix}.h>
+
+static const uint32_t PERIOD_US = {round(1e6 * export.tick_s)};
+static {prefix}_state state;
+static {prefix}_inputs in;
+static {prefix}_outputs out;
+static uint32_t due_us;
+
+// Put what the robot measures now into `in`, in the units of {prefix}.h.
+static void measure() {{
+  {measured}
+}}
+
+// Send `out` to the actuators.{air}
+static void command() {{
+  {sent}
+}}
+
+void setup() {{
+{phases}  {start}
+  due_us = micros();
+}}
+
+void loop() {{
+  if ((int32_t)(micros() - due_us) < 0) {{
+    return;
+  }}
+  due_us += PERIOD_US;
+  measure();
+  {prefix}_step(&state, &in, &out);
+  command();
+}}
+"""
+
 
 LayoutName = Literal["flat", "platformio", "arduino"]
 

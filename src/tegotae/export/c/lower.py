@@ -1,18 +1,17 @@
-"""Graphs of scalars as C: short statements with the names that the source has."""
+"""C statements of a graph of scalars, and the structs that they use."""
 
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import cast
 
 import numpy as np
 
+from tegotae._support.documents import Json
 from tegotae._support.errors import TegotaeError
-from tegotae.export.c.helpers import HELPERS
-from tegotae.export.c.names import c_name
-from tegotae.export.c.procedures import Call, LoopProcedure, Procedure
+from tegotae.export.c.names import HELPERS, Call, LoopProcedure, Procedure, c_name
 from tegotae.lowering.graph import reachable
 from tegotae.lowering.nodes import Node
 from tegotae.lowering.operations import (
@@ -24,6 +23,7 @@ from tegotae.lowering.operations import (
     Operation,
 )
 from tegotae.parts._shapes import Number
+from tegotae.parts.weight_names import WeightName, nested
 
 WIDTH = 96
 _LONGEST = 220
@@ -295,3 +295,47 @@ def number(value: Number, kind: str) -> tuple[str, int]:
     if "e" not in text and "." not in text:
         text += ".0"
     return f"{text}f", ATOM if single >= 0 and not text.startswith("-") else UNARY
+
+
+def struct(name: str, paths: Sequence[WeightName]) -> str:
+    """The type of a part's weights."""
+    tree = nested(paths, [0.0] * len(paths))
+    return f"typedef struct {{\n{_members(tree, '    ')}}} {name};\n"
+
+
+def _members(tree: Mapping[str, Json], indent: str) -> str:
+    return "".join(_member(name, entry, indent) for name, entry in tree.items())
+
+
+def _member(name: str, entry: Json, indent: str) -> str:
+    if isinstance(entry, dict):
+        return f"{indent}struct {{\n{_members(entry, indent + '    ')}{indent}}} {name};\n"
+    if isinstance(entry, list):
+        whole = _member(name, entry[0], indent)
+        return f"{whole[: whole.rindex(';')]}[{len(entry)}];\n"
+    return f"{indent}float {name};\n"
+
+
+def initialiser(paths: Sequence[WeightName], values: Sequence[Json], indent: str = "    ") -> str:
+    """The values of a struct, each under its name."""
+    return _values(nested(paths, values), indent)
+
+
+def _values(tree: Json, indent: str) -> str:
+    if not isinstance(tree, (dict, list)):
+        return number(cast(float, tree), "float")[0]
+    inner = indent + "    "
+    if isinstance(tree, dict):
+        entries = [f".{name} = {_values(entry, inner)}" for name, entry in tree.items()]
+    else:
+        entries = [_values(entry, inner) for entry in tree]
+    line = ", ".join(entries)
+    if "\n" not in line and "{" not in line:
+        short = f"{{{line}}}"
+        return short if len(short) + len(indent) < 90 else _long(line, indent)
+    return "{\n" + "".join(f"{inner}{entry},\n" for entry in entries) + f"{indent}}}"
+
+
+def _long(line: str, indent: str) -> str:
+    whole = wrapped(line.replace(" = ", "~=~"), indent + "    ").replace("~=~", " = ")
+    return f"{{\n{whole}\n{indent}}}"

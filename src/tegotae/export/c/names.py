@@ -1,4 +1,4 @@
-"""Names in C: those that the Python source gives, units of signals, plain letters."""
+"""Names in C, and the functions that generated code calls."""
 
 from __future__ import annotations
 
@@ -6,7 +6,115 @@ import ast
 import keyword
 import re
 import unicodedata
+from dataclasses import dataclass
 from pathlib import Path
+
+from tegotae.lowering.nodes import Node, Place
+
+
+@dataclass(eq=False)
+class Procedure:
+    """A function that the traced one calls by name: scalars in, scalars out."""
+
+    name: str
+    parameters: tuple[str, ...]
+    inputs: tuple[Node, ...]
+    results: tuple[Node, ...]
+    about: str = ""
+    """What its docstring says it does."""
+
+
+@dataclass(eq=False)
+class LoopProcedure(Procedure):
+    """A procedure that goes round: while a condition holds, new values for some parameters."""
+
+    carried: int = 0
+    """How many of its parameters, the last ones, get new values; its results are their last."""
+    goes_on: Node | None = None
+    """The condition."""
+    onwards: tuple[Node, ...] = ()
+    """The new values."""
+
+
+@dataclass(eq=False)
+class Call:
+    """One call of a procedure."""
+
+    procedure: Procedure
+    inputs: tuple[Node, ...]
+    place: Place | None
+
+
+HELPERS: dict[str, str] = {
+    "larger": """\
+/* The larger of two; not a number, if one of them is none. */
+static float larger(float a, float b)
+{
+    return ((a > b) || (a != a)) ? a : b;
+}
+""",
+    "smaller": """\
+/* The smaller of two; not a number, if one of them is none. */
+static float smaller(float a, float b)
+{
+    return ((a < b) || (a != a)) ? a : b;
+}
+""",
+    "sign_of": """\
+/* -1, 0 or 1. */
+static float sign_of(float x)
+{
+    return (x > 0.0f) ? 1.0f : ((x < 0.0f) ? -1.0f : x);
+}
+""",
+    "as_int32": """\
+/* A whole number, cut off towards zero; the nearest there is beyond the range, 0 for no number. */
+static int32_t as_int32(float x)
+{
+    int32_t whole = 0;
+    if (x >= 2147483648.0f) {
+        whole = INT32_MAX;
+    } else if (x <= -2147483648.0f) {
+        whole = INT32_MIN;
+    } else if (x == x) {
+        whole = (int32_t)x;
+    } else {
+        whole = 0;
+    }
+    return whole;
+}
+""",
+    "sum_of": """\
+/* The sum, modulo 2^32. */
+static int32_t sum_of(int32_t a, int32_t b)
+{
+    return (int32_t)((uint32_t)a + (uint32_t)b);
+}
+""",
+    "difference_of": """\
+/* The difference, modulo 2^32. */
+static int32_t difference_of(int32_t a, int32_t b)
+{
+    return (int32_t)((uint32_t)a - (uint32_t)b);
+}
+""",
+    "product_of": """\
+/* The product, modulo 2^32. */
+static int32_t product_of(int32_t a, int32_t b)
+{
+    return (int32_t)((uint32_t)a * (uint32_t)b);
+}
+""",
+    "is_finite": """\
+/* Whether it is a number, and not an infinite one. */
+static bool is_finite(float x)
+{
+    return (x <= FLT_MAX) && (x >= -FLT_MAX);
+}
+""",
+}
+"""By their names."""
+
 
 UNITS = {
     "spring_force": ("n", "N"),

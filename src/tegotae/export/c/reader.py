@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from tegotae._support.errors import TegotaeError
-from tegotae.export.c.names import c_name, docstring
-from tegotae.export.c.procedures import Call, LoopProcedure, Procedure
+from tegotae.export.c.names import Call, LoopProcedure, Procedure, c_name, docstring
 from tegotae.lowering.graph import Reader, called, elementwise
 from tegotae.lowering.nodes import (
     Detail,

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from tegotae.export.c.header import has_spring
+from tegotae.export.c.header import has_action, has_spring, limbs
 from tegotae.export.c.layouts import ExportLayout
 from tegotae.export.c.names import WHAT, plain
 from tegotae.export.c.plan import Export, member, unit_of
-from tegotae.export.c.wired import has_action, limbs
 
 _CMAKE = "cmake -B build && cmake --build build && ctest --test-dir build   # or so\n"
 _EXAMPLE = "the loop in `examples/control_loop/` is where to begin.\n"

@@ -4,19 +4,19 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from tegotae.export.c.header import has_spring, prototypes
+from tegotae.export.c.header import action_source, has_spring, prototypes
 from tegotae.export.c.lower import (
     Library,
     Statements,
     comment_of,
     function,
+    initialiser,
     number,
+    struct,
 )
 from tegotae.export.c.names import first_line, plain
 from tegotae.export.c.plan import Export, member, unit_of
-from tegotae.export.c.structs import initialiser, struct
 from tegotae.export.c.trace import Piece, scale_name
-from tegotae.export.c.wired import action_source
 
 _NAMES = """
 signals rhythm_result checked bounded WEIGHTS COUPLING_WEIGHTS SETS UNITS SET LIMB unit limb state

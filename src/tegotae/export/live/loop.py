@@ -1,16 +1,19 @@
-"""A control loop in real time: read, step, write, at a steady rate, with a watchdog."""
+"""The loop of a robot: in time, safe at every end, recorded."""
 
 from __future__ import annotations
 
 import io
 import math
 import reprlib
+import signal
 import threading
 import time
 import zipfile
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from types import FrameType, TracebackType
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -19,7 +22,54 @@ from tegotae._support.errors import TegotaeError, is_of, require_finite
 from tegotae._support.files import output_file, write_atomically
 from tegotae._support.limits import require_memory
 from tegotae.export.live.controller import LiveController
-from tegotae.export.live.endings import Endings
+
+_SIGNALS = ("SIGINT", "SIGTERM", "SIGHUP")
+"""Ctrl-C, a request to end, and a terminal that was closed; the last is not on every system."""
+
+
+class Endings:
+    """Holds these signals back while it is entered, in the main thread.
+
+    At the end the handlers from before are back. They get the signals that came, but for a Ctrl-C
+    that only would have raised `KeyboardInterrupt`. A signal that was ignored still is.
+    """
+
+    def __init__(self) -> None:
+        self.came: list[int] = []
+        """Signals that came, in their order."""
+        self.interrupts = False
+        """Whether the next signal raises `KeyboardInterrupt`, which only one does."""
+        self._before: dict[int, Any] = {}
+
+    def __enter__(self) -> Endings:
+        if threading.current_thread() is not threading.main_thread():
+            return self  # Python handles signals in the main thread alone
+        for name in _SIGNALS:
+            number = getattr(signal, name, None)
+            # None stands for a handler that is not Python's, and could not be put back.
+            if number is None or signal.getsignal(number) in (None, signal.SIG_IGN):
+                continue
+            self._before[number] = signal.signal(number, self._handle)
+        return self
+
+    def _handle(self, number: int, _frame: FrameType | None) -> None:
+        self.came.append(number)
+        if self.interrupts:
+            self.interrupts = False
+            raise KeyboardInterrupt
+
+    def __exit__(
+        self,
+        _kind: type[BaseException] | None,
+        _error: BaseException | None,
+        _traceback: TracebackType | None,
+    ) -> None:
+        for number, handler in self._before.items():
+            signal.signal(number, handler)
+        for number in dict.fromkeys(self.came):
+            if self._before[number] is not signal.default_int_handler:
+                signal.raise_signal(number)
+
 
 Read = Callable[[], Mapping[str, ArrayLike]]
 Write = Callable[[np.ndarray], None]

@@ -1,13 +1,56 @@
-"""Lags over time: how the legs find together."""
+"""Footfalls, lags and gaits over time and frequency."""
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.patches import Patch
 
 from tegotae.analysis.gaits.simulate import GaitRun
-from tegotae.figures.gaits.colours import by_side
+from tegotae.analysis.gaits.sweep import DOWN, UP, GaitSweep
+from tegotae.figures.gaits.style import HATCHES, MARKERS, THIN, by_side, gait_colour
 from tegotae.figures.style import COLOURS, COLUMN_IN, new_figure, styled
+from tegotae.measures.gaits.names import FALLEN
+
+STRIDES = 6.0
+"""How many of the last strides are drawn."""
+
+
+def footfall_figure(run: GaitRun, note: str = "") -> Figure:
+    """The stances of every leg over the last strides, and their duty factors beside them.
+
+    Args:
+        run: the rollout.
+        note: the title.
+    """
+    names, end = run.legged.names, float(run.trajectory.time_s[-1])
+    long = STRIDES * run.stride_s if np.isfinite(run.stride_s) else 0.25 * end
+    begin = max(0.0, end - long)
+    rows = by_side(names)
+    with styled():
+        figure = new_figure(COLUMN_IN, 0.75 + 0.22 * len(names))
+        axes = figure.subplots()
+        for row, leg in enumerate(rows):
+            for stance in run.stances[leg]:
+                if stance.liftoff_s > begin:
+                    start = max(stance.touchdown_s, begin)
+                    axes.barh(row, stance.liftoff_s - start, left=start, height=0.62, color="0.15")
+        axes.set_yticks(range(len(rows)), [names[leg] for leg in rows])
+        axes.set_ylim(len(rows) - 0.4, -0.6)
+        axes.set_xlim(begin, end)
+        axes.set_xlabel(f"time [{run.legged.units[1]}]")
+        duty = axes.secondary_yaxis("right")
+        shown = run.found.duty_factor[:, 0]
+        duty.set_yticks(range(len(rows)), [f"{shown[leg]:.2f}" for leg in rows])
+        duty.set_ylabel("duty factor")
+        for side in (axes, duty):
+            side.tick_params(axis="y", length=0)
+            side.spines["left" if side is axes else "right"].set_visible(False)
+        axes.set_title(note)
+    return figure
 
 
 def lags_figure(run: GaitRun, note: str = "") -> Figure:
@@ -51,3 +94,110 @@ def unwound(lag: np.ndarray) -> np.ndarray:
     drawn = np.array(lag, float)
     drawn[1:][np.abs(np.diff(lag)) > 0.5] = np.nan
     return drawn
+
+
+_WAYS = ((UP, "full"), (DOWN, "none"))
+
+
+def sweep_figure(sweep: GaitSweep, note: str = "") -> Figure:
+    """From the top: the gaits' names, every leg's lag, and speed and cost, or frequency and power.
+
+    Filled is the way up, open the way down. Each start is a dot; lines are medians.
+
+    Args:
+        sweep: what was found.
+        note: the title.
+    """
+    length, time = sweep.legged.units
+    travels = np.isfinite(sweep.found[UP].speed_m_per_s).any()
+    with styled():
+        figure = new_figure(COLUMN_IN, 4.6)
+        names, lags, first, second = figure.subplots(
+            4, 1, sharex=True, height_ratios=(0.55, 1.6, 1.0, 1.0)
+        )
+        _names(names, sweep, note)
+        _lags(lags, sweep)
+        if travels:
+            _medians(
+                first,
+                sweep,
+                "speed_m_per_s",
+                "speed\n[√(g l0)]" if sweep.legged.dimensionless else f"speed\n[{length}/{time}]",
+            )
+            _medians(second, sweep, "cost_of_transport", "cost of\ntransport")
+        else:
+            _medians(first, sweep, "cycle_frequency_hz", f"strides [1/{time}]")
+            _medians(second, sweep, "power_w", "power [W]")
+        second.set_xlabel(f"frequency ω [rad/{time}]")
+    return figure
+
+
+def _names(axes: Axes, sweep: GaitSweep, note: str) -> None:
+    """A band a direction, of the share that each gait has at each level."""
+    half = 0.5 * (sweep.omega[1] - sweep.omega[0])
+    seen: list[str] = []
+    for row, (way, _) in enumerate(_WAYS):
+        for level, names in zip(sweep.omega, sweep.gait[way], strict=True):
+            bottom = float(row)
+            for name in sorted(set(names.tolist())):
+                share = 0.86 * float(np.mean(names == name))
+                look: Any = {"color": gait_colour(name), "hatch": HATCHES.get(name), "lw": 0}
+                axes.bar(level, share, 2.0 * half, bottom, **look, **THIN)
+                bottom += share
+                seen += [name] if name not in seen else []
+    axes.set_yticks([0.43, 1.43], ["up ●", "down ○"])
+    axes.tick_params(axis="y", length=0)
+    axes.set_ylim(0.0, 1.9)
+    keys = [Patch(color=gait_colour(n), hatch=HATCHES.get(n), lw=0, label=n, **THIN) for n in seen]
+    axes.legend(
+        handles=keys, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2, title=note or None
+    )
+    for spine in axes.spines.values():
+        spine.set_visible(False)
+
+
+def _lags(axes: Axes, sweep: GaitSweep) -> None:
+    names, reference = sweep.legged.names, sweep.legged.reference
+    others = [leg for leg in by_side(names) if leg != reference]
+    for number, leg in enumerate(others):
+        for way, filled in _WAYS:
+            lag = (sweep.found[way].lag[:, leg] + 0.2) % 1.0 - 0.2
+            lag = np.where(sweep.gait[way] == FALLEN, np.nan, lag)
+            at = np.broadcast_to(sweep.omega[:, None], lag.shape)
+            axes.plot(
+                at.ravel(),
+                lag.ravel(),
+                MARKERS[number % len(MARKERS)],
+                color=COLOURS[number % len(COLOURS)],
+                ms=3.2 if filled == "none" else 2.4,
+                mew=0.6,
+                fillstyle=filled,  # type: ignore[arg-type]
+                label=names[leg] if way == UP else None,
+            )
+    axes.set(ylim=(-0.22, 0.82), yticks=np.linspace(0.0, 0.75, 4))
+    what = f"lag of {names[others[0]]}" if len(others) == 1 else "lag"
+    axes.set_ylabel(f"{what} behind {names[reference]}\n[cycles]")
+    if len(others) > 1:
+        axes.legend(
+            loc="lower right", bbox_to_anchor=(1.0, 0.98), ncols=len(others), handletextpad=0.0
+        )
+
+
+def _medians(axes: Axes, sweep: GaitSweep, quantity: str, label: str) -> None:
+    for (way, filled), style in zip(_WAYS, ("-", "--"), strict=True):
+        values = getattr(sweep.found[way], quantity)
+        some = np.isfinite(values).any(axis=1)
+        middle = np.full(len(values), np.nan)
+        middle[some] = np.nanmedian(values[some], axis=1)
+        axes.plot(sweep.omega, middle, style, color=COLOURS[0], lw=0.7)
+        at = np.broadcast_to(sweep.omega[:, None], values.shape)
+        axes.plot(
+            at.ravel(),
+            values.ravel(),
+            "o",
+            color=COLOURS[0],
+            ms=2.6,
+            mew=0.6,
+            fillstyle=filled,  # type: ignore[arg-type]
+        )
+    axes.set_ylabel(label)

@@ -27,9 +27,8 @@ import torch  # noqa: E402
 from stable_baselines3.common.base_class import BaseAlgorithm  # noqa: E402
 from stable_baselines3.common.vec_env import VecEnv, VecNormalize  # noqa: E402
 
-from tegotae.envs.rewards import HopReward  # noqa: E402
 from tegotae.envs.sb3 import HopperVecEnv  # noqa: E402
-from tegotae.envs.settings import TegotaeHopperSettings  # noqa: E402
+from tegotae.envs.settings import HopReward, TegotaeHopperSettings  # noqa: E402
 
 
 class AgentTask(Protocol):

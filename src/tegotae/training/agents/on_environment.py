@@ -15,8 +15,8 @@ from gymnasium.spaces import Box
 
 from tegotae._support.errors import TegotaeError, require, unknown
 from tegotae.envs._types import Info
-from tegotae.envs.actions import feedback_controller
 from tegotae.envs.pilot import Pilot
+from tegotae.envs.settings import feedback_controller
 from tegotae.envs.wires import read_by
 from tegotae.parts.controller import Controller
 from tegotae.training.agents.actor import Observed

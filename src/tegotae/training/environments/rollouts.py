@@ -11,12 +11,10 @@ import numpy as np
 
 from tegotae._support.errors import formatted, require
 from tegotae.envs._types import AnyEnv, MjModel, Observation
-from tegotae.envs.contact import with_contact
-from tegotae.envs.mujoco.batch import ModelBatch
-from tegotae.envs.mujoco.episodes import Fate
+from tegotae.envs.contact import flat, with_contact
+from tegotae.envs.mujoco.env import ModelBatch
 from tegotae.envs.mujoco.sensing import is_sound
-from tegotae.envs.mujoco.settings import ModelSettings
-from tegotae.envs.naming import flat
+from tegotae.envs.mujoco.settings import Fate, ModelSettings
 from tegotae.envs.pilot import Pilot
 from tegotae.envs.wires import Wires
 from tegotae.envs.wiring import Wiring

@@ -8,7 +8,7 @@ import numpy as np
 
 from tegotae._support.errors import TegotaeError
 from tegotae.envs.pilot import Pilot
-from tegotae.envs.rewards import HopReward
+from tegotae.envs.settings import HopReward
 from tegotae.training.environments.experiment import EnvExperiment
 from tegotae.training.environments.objectives import ENTRY_OF_WORK, EpisodeBatch, Hopping, Return
 

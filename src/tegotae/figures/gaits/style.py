@@ -1,11 +1,12 @@
-"""The colours of gaits, the same in all pictures, and the order of legs in them."""
+"""Colours and labels of gaits."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from typing import Any
 
-from tegotae.figures.style import COLOURS
+from tegotae.analysis.gaits.map import OMEGA, SIGMA, Axis
+from tegotae.figures.style import COLOURS, literal
 from tegotae.measures.gaits.names import (
     AS_RELEASED,
     FALLEN,
@@ -14,6 +15,7 @@ from tegotae.measures.gaits.names import (
     PATTERNS,
     STANDING,
 )
+from tegotae.systems.legged import Legged
 
 _NAMED = tuple(dict.fromkeys(pattern.name for pattern in PATTERNS))
 _GREYS = {
@@ -62,3 +64,41 @@ def by_side(legs: Sequence[str]) -> list[int]:
     if not set(legs) <= set(order):
         return list(range(len(legs)))
     return sorted(range(len(legs)), key=lambda leg: order.index(legs[leg]))
+
+
+_FIELDS = {
+    "com_x_m": ("centre of mass, forward", "m"),
+    "com_y_m": ("centre of mass, to the left", "m"),
+    "com_z_m": ("centre of mass, upward", "m"),
+    "inertia_ratio": ("inertia ratio", ""),
+    "mass_kg": ("mass", "kg"),
+    "stiffness_n_per_m": ("stiffness", "N/m"),
+    "damping_ns_per_m": ("damping", "N s/m"),
+    "rest_length_m": ("leg length", "m"),
+}
+"""Fields of bodies in words, and their units."""
+
+
+def label(axis: Axis, legged: Legged) -> str:
+    """A parameter as it is written at an axis."""
+    if axis.name == OMEGA:
+        return f"frequency ω [rad/{legged.units[1]}]"
+    if axis.name == SIGMA:
+        return "gain σ"
+    per_leg = isinstance(getattr(legged.body, axis.name), tuple)
+    words, unit = _FIELDS.get(axis.name, (axis.name, ""))
+    if unit == "m" and legged.dimensionless:
+        unit = "l0"
+    unit = "times usual" if per_leg else unit
+    return literal(f"{words} [{unit}]" if unit else words)
+
+
+def setting(assigned: str) -> str:
+    """A field and its value, as on the command line, as it is written in a title.
+
+    Example:
+        >>> setting("inertia_ratio=0.35"), setting("my_field=1")
+        ('inertia ratio 0.35', 'my_field 1')
+    """
+    name, _, value = assigned.partition("=")
+    return f"{_FIELDS.get(name, (name, ''))[0]} {value}"

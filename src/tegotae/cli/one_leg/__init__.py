@@ -1,1 +1,0 @@
-"""What commands do for a body with one leg, one file a command."""
