@@ -22,8 +22,8 @@ from tegotae.cli.train import longest_s, summarise
 from tegotae.parts.bodies import Hopper
 from tegotae.parts.terms import SectorAndReflex
 from tegotae.systems import controller_file
+from tegotae.systems.experiment import GAINS
 from tegotae.systems.models import find
-from tegotae.training.evaluator import GAINS
 from tegotae.training.run import train
 
 

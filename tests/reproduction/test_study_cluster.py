@@ -71,12 +71,11 @@ def test_a_worker_killed_during_the_run_changes_nothing(smoke_study, tmp_path):
 
 
 def test_a_cluster_of_this_machine_finds_the_same_from_a_plain_shell(smoke_study, tmp_path):
-    """Its workers import the console script's module before their environment is set."""
+    """Its workers import the program's module before their environment is set."""
     folder = study_runs.copy(smoke_study, tmp_path / "study", "V", "T")
-    script = tmp_path / "tegotae"
-    script.write_text("from tegotae.cli import entry\nif __name__ == '__main__':\n    entry()\n")
-    words = ["reproduction", "run", "--dir", str(folder), "--scale", "smoke", "--cluster", "local"]
-    found = subprocess.run([sys.executable, str(script), *words], capture_output=True, text=True)
+    words = ["run", "--dir", str(folder), "--scale", "smoke", "--cluster", "local"]
+    program = [sys.executable, "-m", "reproduction", *words]
+    found = subprocess.run(program, capture_output=True, text=True)
     assert found.returncode == 0, found.stderr
     assert found.stdout.startswith("3 records in ")
     assert all(line.startswith("study  ") for line in found.stderr.splitlines())

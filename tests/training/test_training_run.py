@@ -28,9 +28,9 @@ from tegotae import (
 from tegotae.measures.evaluation import Protocol
 from tegotae.measures.objectives.fitness import Fitness
 from tegotae.systems import controller_file
+from tegotae.systems.experiment import GAINS
 from tegotae.training import run as training_run
 from tegotae.training.algorithms import PGPE
-from tegotae.training.evaluator import GAINS
 from tegotae.training.evolve import Stopping
 from tegotae.training.run import Run, train
 
