@@ -1,5 +1,6 @@
 """The documentation keeps its word: examples run, commands exist, pages build without a warning."""
 
+import importlib
 import importlib.util
 import re
 import subprocess
@@ -79,6 +80,14 @@ def test_the_constant_push_does_what_the_fidelity_page_says(capsys):
     efficiency, apex = map(float, capsys.readouterr().out.split())
     assert efficiency == pytest.approx(0.4, abs=0.03)
     assert apex < 1.01
+
+
+def test_a_module_has_one_place_in_the_api():
+    text = "".join(page.read_text(encoding="utf-8") for page in (DOCS / "api").glob("*.md"))
+    modules = re.findall(r"^\.\. automodule:: (\S+)$", text, re.M)
+    assert sorted(modules) == sorted(set(modules))
+    for module in modules:
+        importlib.import_module(module)
 
 
 @pytest.mark.parametrize("page", [p for p in PAGES if commands(p)], ids=lambda p: p.stem)
