@@ -6,20 +6,51 @@ Run as a program with names of bodies, in a process of its own: checked modules 
 from __future__ import annotations
 
 import dataclasses
+import functools
+import importlib.util
+import operator
 import sys
+import types
+from pathlib import Path
+from typing import Annotated, Any, Union, get_args, get_origin
 
 import jax
 from beartype import BeartypeConf, FrozenDict, beartype
-from jaxtyping import install_import_hook
+from jaxtyping import Bool, Float, Int, PyTree, install_import_hook
 
 # What is a number for a user is an array inside a compiled program (`parameters.traceable`).
 checked = beartype(conf=BeartypeConf(hint_overrides=FrozenDict({float: float | int | jax.Array})))
 
+_KINDS = {"float": Float, "bool": Bool, "int": Int}
+
+
+def checkable(annotation: Any) -> Any:
+    """An annotation of `tegotae.parts._shapes` as jaxtyping has it."""
+    origin, arguments = get_origin(annotation), get_args(annotation)
+    if origin is Annotated:
+        array, kind, shape = arguments
+        return PyTree[checkable(shape)] if kind == "tree" else _KINDS[kind][array, shape]
+    if origin in (Union, types.UnionType):
+        return functools.reduce(operator.or_, map(checkable, arguments))
+    return origin[checkable(*arguments)] if arguments else annotation
+
+
+def _make_shapes_checkable() -> None:
+    # The module alone, before the modules that take the names from it.
+    package = importlib.util.find_spec("tegotae.parts")
+    name, path = "tegotae.parts._shapes", Path(package.origin).with_name("_shapes.py")
+    spec = importlib.util.spec_from_file_location(name, path)
+    module = sys.modules[name] = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    for alias, annotation in vars(module).copy().items():
+        if get_args(annotation):
+            setattr(module, alias, checkable(annotation))
+
 
 def main(names: list[str]) -> None:
     """Print the shape of each body's recorded heights."""
-    with install_import_hook(["tegotae.parts", "tegotae.simulation"], "shapes.checked"):
-        pass
+    _make_shapes_checkable()
+    install_import_hook(["tegotae.parts", "tegotae.simulation"], "shapes.checked")
     from tegotae.parts.bodies import Actuators, Blows, Hopper, Sensors
     from tegotae.simulation.rollout import Timing
     from tegotae.systems.legged_systems import bar, plate, quadruped_c

@@ -6,10 +6,12 @@ import jax.numpy as jnp
 import pytest
 from beartype import beartype
 from jaxtyping import TypeCheckError, jaxtyped
+from shapes import checkable
 
-from tegotae.parts._shapes import PerLane, PerLimb
+from tegotae.parts import _shapes
 
 PROGRAM = Path(__file__).parents[1] / "helpers" / "shapes.py"
+PerLane, PerLimb = map(checkable, (_shapes.PerLane, _shapes.PerLimb))
 
 
 @jaxtyped(typechecker=beartype)

@@ -58,7 +58,7 @@ class Scenario(NamedTuple):
     (`tegotae.simulation.world.scenario`)."""
 
     @classmethod
-    def of(cls, omega: float | None, **entries: LaneNumbers) -> Scenario:
+    def of(cls, omega: float | None, **entries: LaneNumbers | ByName) -> Scenario:
         """A scenario at a prescribed frequency [rad/s], None without an oscillator.
 
         Nothing reads a frequency then; a number, which the lanes are made of, stands in for it.
