@@ -6,8 +6,8 @@ import jax.numpy as jnp
 import pytest
 from beartype import beartype
 from jaxtyping import TypeCheckError, jaxtyped
-from shapes import checkable
 
+from shapes import checkable
 from tegotae.parts import _shapes
 
 PROGRAM = Path(__file__).parents[1] / "helpers" / "shapes.py"
