@@ -36,13 +36,10 @@ class Work(Protocol):
         ...
 
 
-_OF_ANY_VERSION = frozenset({"scale", "seeds", "algorithm"})
-"""What the description of a study, or of a multiverse, has had from the first version on."""
-
-
 class StudyDocument(msgspec.Struct):
     """What is read of a study's description; all of it has to equal that of a plan."""
 
+    format: int
     scale: str
     seeds: Annotated[int, msgspec.Meta(ge=1, le=10**6)]
     algorithm: AlgorithmDocument
@@ -143,7 +140,7 @@ class Folder:
             kind = "python -m reproduction" + " readings" * ("choices" in found)
             if "scale" in found and kind != self.COMMAND:
                 raise TegotaeError(f"{self.path} is a folder of {kind}; look at it with that")
-            if found.keys() >= _OF_ANY_VERSION and found.get("format") != FORMAT:
+            if found.get("format", FORMAT) != FORMAT:
                 raise TegotaeError(
                     f"{place} is of another version of tegotae, whose studies have other numbers; "
                     "choose another folder"

@@ -11,7 +11,6 @@ import numpy as np
 
 from tegotae._support import documents
 from tegotae._support.documents import Document
-from tegotae._support.engines import OF_EARLIER_FILES
 from tegotae.study import CellResult, DamagedRecordError
 from tegotae.systems.experiment import Experiment
 
@@ -73,7 +72,7 @@ class Record:
     @property
     def engine(self) -> str:
         """The engine that made it (`tegotae._support.engines`)."""
-        return self.software.get("engine", OF_EARLIER_FILES)
+        return self.software["engine"]
 
     @property
     def experiment(self) -> Experiment:

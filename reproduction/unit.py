@@ -20,11 +20,9 @@ from tegotae._support.errors import TegotaeError, require_count
 from tegotae.measures.evaluation import drawn_releases, evaluate, require_evaluable
 from tegotae.measures.hopping.metric import Metric
 from tegotae.measures.hopping.registry import built_in, code_noted
-from tegotae.simulation.integrators import PredictorCorrector
 from tegotae.study import CellResult
 from tegotae.systems.experiment import Experiment
 from tegotae.systems.registry import parts_in, register
-from tegotae.systems.system import Release
 from tegotae.training.evolution import Evolution
 from tegotae.training.evolve import SEARCH, Curves
 from tegotae.training.run import Run
@@ -67,10 +65,6 @@ class Unit:
             "budgets": list(self.budgets),
             **metrics_document(self.metrics),
         }
-        experiment = self.run.experiment
-        assert isinstance(experiment, Experiment)  # studies are of the engine
-        if not _evaluated_as_ever(experiment):
-            document["evaluated"] = "as its system"
         return json.loads(json.dumps(document))
 
     @property
@@ -101,17 +95,6 @@ class Unit:
     def key(self) -> str:
         """The record's name: the experiment's, and a hash of the configuration."""
         return key_of(self.configuration)
-
-
-def _evaluated_as_ever(experiment: Experiment) -> bool:
-    """Whether records from before evaluations took the system's start and integrator are alike."""
-    system, protocol = experiment.system, experiment.protocol
-    at_rest = dataclasses.replace(system.release, height_m=protocol.release_m)
-    return (
-        system.integrator == PredictorCorrector()
-        and at_rest == Release(height_m=protocol.release_m)
-        and system.release.height_m == protocol.release_m
-    )
 
 
 def metrics_document(metrics: Iterable[Metric]) -> Document:

@@ -19,6 +19,7 @@ from tegotae._support.errors import TegotaeError
 class MultiverseDocument(msgspec.Struct):
     """What is read of a multiverse's description; all of it has to equal that of a plan."""
 
+    format: int
     scale: str
     seeds: Annotated[int, msgspec.Meta(ge=1, le=10**6)]
     models: list[str]

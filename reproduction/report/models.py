@@ -87,7 +87,7 @@ def gaits_of_best_run(record: Record) -> tuple[np.ndarray, np.ndarray]:
 def _gait(record: Record, saved: SavedController) -> tuple[bool, Mapping[str, np.ndarray]]:
     """Whether the best run has a limit cycle, and the channels of its last seconds.
 
-    Records of earlier versions do not hold them: it is rolled out again.
+    A record without an episode at the training frequency does not hold them: it is rolled out.
     """
     if record.gait:
         return orbit_of(record) is not None, record.gait

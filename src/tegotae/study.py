@@ -21,7 +21,7 @@ import numpy as np
 
 from tegotae._support import documents
 from tegotae._support.documents import Document
-from tegotae._support.engines import OF_EARLIER_FILES, available_cores, require_engine, selected
+from tegotae._support.engines import available_cores, require_engine, selected
 from tegotae._support.errors import TegotaeError
 from tegotae._support.files import checksum, output_folder, read_arrays, with_checksum, write_arrays
 from tegotae._support.progress import reporting
@@ -112,6 +112,8 @@ class CellResult:
             if noted != checksum(text, arrays):
                 raise ValueError("its checksum is wrong")
             header = cast(Document, documents.parse(text))
+            if "engine" not in header["software"]:
+                raise ValueError("it does not name its engine")
             return cls(header["configuration"], header["software"], arrays)
         except Exception as error:  # a flipped bit in a zip archive may raise nearly anything
             why = (str(error).splitlines() or [type(error).__name__])[0]
@@ -221,8 +223,7 @@ class Study:
             os.replace(path, aside / path.name)
             print(f"{error}; it is set aside in {aside} and done again")
             return None
-        made_by = found.software.get("engine", OF_EARLIER_FILES)
-        require_engine(made_by, f"{self.folder.parent} holds a study", self.remedy)
+        require_engine(found.software["engine"], f"{self.folder.parent} holds a study", self.remedy)
         return found
 
 

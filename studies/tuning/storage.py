@@ -139,8 +139,6 @@ def _study(optuna: ModuleType, path: Path, configuration: JsonObject) -> Study:
     if found is None and not study.trials:
         study.set_user_attr(_CONFIGURATION, configuration)
     elif found != configuration:
-        if not isinstance(found, dict) or "experiments" not in found:
-            raise _foreign(path, "a tuning of an earlier version of tegotae")
         try:
             theirs = documents.fitted(found, _TunedConfiguration)
         except DamagedDocumentError as error:

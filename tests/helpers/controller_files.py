@@ -36,19 +36,29 @@ def text() -> str:
     saved = example()
     document: dict[str, Any] = {
         "format": controller_file.FORMAT,
-        "version": 1,
-        "model": saved.name,
-        "omega_rad_per_s": saved.omega,
-        "controller": {
-            "action": {"kind": "Network", "inputs": ["phase"], "hidden": 1},
-            "reaction": {"kind": "VanillaReaction"},
-            "gain": {"kind": "ConstantGain", "start": 1.0},
-            "actuation": {"kind": "Sector", "start_rad": 5.5, "width_rad": 0.3, "duration_s": 0.0},
-            "oscillator": {"kind": "PhaseOscillator", "slowest_rad_per_s": None},
-            "limit_rad_per_s": None,
+        "version": controller_file.VERSION,
+        "name": saved.name,
+        "system": {
+            "controller": {
+                "actuation": {
+                    "kind": "Sector",
+                    "start_rad": 5.5,
+                    "width_rad": 0.3,
+                    "duration_s": 0.0,
+                },
+                "oscillator": {"kind": "PhaseOscillator", "slowest_rad_per_s": None},
+                "tegotae": {
+                    "action": {"kind": "Network", "inputs": ["phase"], "hidden": 1},
+                    "reaction": {"kind": "VanillaReaction"},
+                    "gain": {"kind": "ConstantGain", "start": 1.0},
+                    "limit_rad_per_s": None,
+                },
+            },
+            "body": {"kind": "Hopper", **dataclasses.asdict(Hopper())},
+            "omega": saved.omega,
         },
         "weights": [0.5, -1, 2.0, 0.25, 3.0],
-        "body": {"kind": "Hopper", **dataclasses.asdict(Hopper())},
+        "experiment": None,
         "training": {"seed": 0},
         "software": {},
     }

@@ -407,12 +407,3 @@ def test_a_fitness_that_is_not_one_number_per_lane_is_refused():
 
     with pytest.raises(TegotaeError, match=r"Whole.outcome returned .* one number per lane"):
         judge(trajectory(sinusoid(5.0)), fitness=Whole())
-
-
-def test_an_objective_of_an_earlier_version_is_refused_with_what_to_rename():
-    said = r"Old has a method score and no method outcome.*rename"
-    with pytest.raises(TegotaeError, match=said):
-
-        class Old(Objective):
-            def score(self, trajectory, scenario, body, timing):
-                return trajectory.height_m[-1]

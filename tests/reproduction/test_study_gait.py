@@ -116,9 +116,7 @@ def unpacked(packed: dict) -> np.ndarray:
     return packed["low"] + (packed["high"] - packed["low"]) * steps / (2 ** packed["bits"] - 1)
 
 
-def test_of_a_record_that_an_earlier_version_wrote_it_is_rolled_out(
-    evaluation, tmp_path, no_rollouts
-):
+def test_of_a_record_without_a_gait_it_is_rolled_out(evaluation, tmp_path, no_rollouts):
     dataclasses.replace(record_of(evaluation, 0.1, 0.2), gait={}).result.write(tmp_path / "a.npz")
     record = read(tmp_path / "a.npz")
     assert record.gait == {}

@@ -80,8 +80,7 @@ def test_a_unit_is_evaluated_as_its_system_is_released_and_held(monkeypatch) -> 
     with pytest.raises(AskedError) as asked:
         work(unit)
     assert asked.value.args == (1.1, 0.004, 0.5, Hold())
-    assert unit.configuration["evaluated"] == "as its system"
-    assert "evaluated" not in usual.configuration
+    assert unit.key != usual.key
 
 
 def test_a_period_that_cannot_be_measured_is_refused_before_training() -> None:

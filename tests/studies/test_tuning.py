@@ -308,7 +308,7 @@ def test_a_storage_in_use_is_refused(toy, tmp_path):
 
 
 def trained_for(task: dict) -> int:
-    """For how many experiments settings were judged; earlier versions named models."""
+    """For how many experiments settings were judged; some files name models alone."""
     return len(task.get("experiments") or task["models"])
 
 

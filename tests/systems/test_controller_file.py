@@ -178,14 +178,14 @@ def test_weights_that_could_not_be_read_back_are_not_written(tmp_path, weights, 
     assert not list(tmp_path.iterdir())
 
 
-# Of earlier versions.
+# Kept.
 
 KEPT = TESTS / "kept" / "controllers"
-"""Files that version 3 wrote: of trainings of the engine, a search, an agent, an environment."""
+"""Files of trainings of the engine, a search, an agent and an environment."""
 
 
-def test_a_training_of_version_3_is_read_as_the_experiment_that_it_was():
-    saved = load(KEPT / "hopper-v3.json")
+def test_a_kept_training_is_the_experiment_that_it_was():
+    saved = load(KEPT / "hopper.json")
     trained = saved.experiment
     assert trained is not None
     assert (saved.name, trained.name) == ("ART-rF-tphif-w8", "ART-rF-tphif-w8")
@@ -198,8 +198,8 @@ def test_a_training_of_version_3_is_read_as_the_experiment_that_it_was():
     assert saved.training["algorithm"]["name"] == "pgpe"
 
 
-def test_a_walker_of_version_3_keeps_its_release_conditions_and_timing():
-    saved = load(KEPT / "quadruped-v3.json")
+def test_a_kept_walker_has_its_release_conditions_and_timing():
+    saved = load(KEPT / "quadruped.json")
     assert isinstance(saved.body, Walker)
     assert len(saved.system.release.phase_rad) == 4
     assert saved.system.timing.duration_s == 31.0
@@ -208,18 +208,16 @@ def test_a_walker_of_version_3_keeps_its_release_conditions_and_timing():
     assert isinstance(saved.experiment.objective, Walking)
 
 
-def test_a_search_and_an_agent_of_version_3_are_read():
-    assert load(KEPT / "searched-v3.json").training["ended"] == "search"
-    agent = load(KEPT / "agent-v3.json")
+def test_a_kept_agent_has_its_limit():
+    agent = load(KEPT / "agent.json")
     assert agent.controller.tegotae is not None
     assert agent.controller.tegotae.limit_rad_per_s == 40.0
     assert agent.experiment is not None
 
 
-def test_a_training_on_an_environment_of_version_3_keeps_its_wiring():
-    saved = load(KEPT / "environment-v3.json")
+def test_a_kept_training_on_an_environment_has_its_wiring():
+    saved = load(KEPT / "environment.json")
     assert saved.experiment is None
-    assert "experiment" not in saved.training
     assert saved.task is not None
     assert (saved.task.env, saved.task.duration_s) == ("leg", 2.0)
     assert saved.task.objective == {"kind": "Hopping", "settle_s": 1.0, "follow_omega": True}
@@ -231,33 +229,10 @@ def test_a_training_on_an_environment_of_version_3_keeps_its_wiring():
         _ = saved.body
 
 
-def test_limbs_elsewhere_are_read_from_the_first_files_of_version_4(tmp_path):
-    saved = load(KEPT / "environment-v3.json")
-    save(saved, tmp_path / "controller.json")
-    document = json.loads((tmp_path / "controller.json").read_text())
-    interface = document["system"]["body"]
-    assert interface.pop("kind") == "Interface"
-    document["system"]["body"] = {"kind": "ExternalLimbs", "interface": interface}
-    (tmp_path / "first.json").write_text(json.dumps(document))
-    assert_same(saved, load(tmp_path / "first.json"))
-
-
-def test_what_version_3_wrote_as_1_because_nobody_knew_it_is_not_known(tmp_path):
-    document = json.loads((KEPT / "environment-v3.json").read_text())
-    wiring = document["training"]["experiment"]["wiring"]
-    del wiring["rest_length_m"]
-    wiring["scales"] = {"spring_force": 1.0}
-    document["body"] |= {"scales": [1.0], "rest_length_m": 1.0, "feedback_scale": 1.0}
-    (tmp_path / "controller.json").write_text(json.dumps(document))
-    body = load(tmp_path / "controller.json").system.body
-    assert body == Interface(scales=(1.0,), limbs=2, max_force_n=4.0)
-
-
-@pytest.mark.parametrize("name", ["hopper", "quadruped", "searched", "agent", "environment"])
-def test_what_was_read_is_written_as_of_this_version_and_read_again(tmp_path, name):
-    saved = load(KEPT / f"{name}-v3.json")
-    save(saved, tmp_path / "controller.json")
-    assert_same(saved, load(tmp_path / "controller.json"))
+@pytest.mark.parametrize("path", sorted(KEPT.glob("*.json")), ids=lambda path: path.stem)
+def test_a_kept_file_is_written_again_to_the_letter(tmp_path, path):
+    save(load(path), tmp_path / "controller.json")
+    assert (tmp_path / "controller.json").read_text() == path.read_text()
 
 
 # Not to be read.
@@ -287,10 +262,26 @@ def test_a_file_cut_off_anywhere_is_refused(tmp_path):
             assert said == f"{path} is damaged: it is cut short, or no JSON"
 
 
+def control(document: dict) -> dict:
+    return document["system"]["controller"]
+
+
+def law(document: dict) -> dict:
+    return control(document)["tegotae"]
+
+
+def body(document: dict) -> dict:
+    return document["system"]["body"]
+
+
 CHANGES: dict[str, tuple[Callable[[dict], Any], str]] = {
+    "an earlier version": (
+        lambda d: d.update(version=3),
+        "is of version 3; this program reads version 4$",
+    ),
     "a later version": (
         lambda d: d.update(version=5),
-        "is of version 5; .* reads versions 1 to 4",
+        "is of version 5; this program reads version 4$",
     ),
     "no version": (lambda d: d.pop("version"), "is of version None"),
     "of another program": (lambda d: d.update(format="other"), "is not a controller file"),
@@ -309,64 +300,67 @@ CHANGES: dict[str, tuple[Callable[[dict], Any], str]] = {
     "a weight that is infinite": (lambda d: d["weights"].__setitem__(0, math.inf), "not finite"),
     "a weight beyond all floats": (lambda d: d["weights"].__setitem__(0, 10**400), "too large"),
     "weights in rows": (lambda d: d.update(weights=[[1.0] * 5]), "its weights\\[0\\] is"),
-    "no controller": (lambda d: d.pop("controller"), "no entry 'controller'"),
-    "a controller that is a list": (lambda d: d.update(controller=[]), "its controller is \\[\\]"),
-    "half the feedback": (lambda d: d["controller"].pop("gain"), "no entry 'gain'"),
-    "no actuation": (lambda d: d["controller"].pop("actuation"), "no entry 'actuation'"),
-    "no oscillator": (lambda d: d["controller"].pop("oscillator"), "reads 'sin_phase'"),
-    "a term that is null": (lambda d: d["controller"].update(action=None), "its action is None"),
-    "a term of no kind": (lambda d: d["controller"]["action"].pop("kind"), "no entry 'kind'"),
+    "no controller": (lambda d: d["system"].pop("controller"), "no entry 'controller'"),
+    "a controller that is a list": (
+        lambda d: d["system"].update(controller=[]),
+        "its controller is \\[\\]",
+    ),
+    "half the feedback": (lambda d: law(d).pop("gain"), "no entry 'gain'"),
+    "no actuation": (lambda d: control(d).pop("actuation"), "no entry 'actuation'"),
+    "no oscillator": (lambda d: control(d).pop("oscillator"), "has no oscillator, but omega is 8"),
+    "a term that is null": (lambda d: law(d).update(action=None), "its action is None"),
+    "a term of no kind": (lambda d: law(d)["action"].pop("kind"), "no entry 'kind'"),
     "a term that nobody knows": (
-        lambda d: d["controller"]["action"].update(kind="Magic"),
+        lambda d: law(d)["action"].update(kind="Magic"),
         r"needs your part Magic \(action\): add --parts FILE.py",
     ),
     "a body for a term": (
-        lambda d: d["controller"].update(action=d["body"]),
+        lambda d: law(d).update(action=body(d)),
         "its action is a 'Hopper', which is no term",
     ),
     "a term for an oscillator": (
-        lambda d: d["controller"].update(oscillator=d["controller"]["gain"]),
+        lambda d: control(d).update(oscillator=law(d)["gain"]),
         "which is no oscillator",
     ),
     "a reaction that cannot actuate": (
-        lambda d: d["controller"].update(actuation=d["controller"]["reaction"]),
+        lambda d: control(d).update(actuation=law(d)["reaction"]),
         "which is no actuation",
     ),
-    "half a neuron": (lambda d: d["controller"]["action"].update(hidden=1.5), "its hidden is 1.5"),
-    "no neuron": (lambda d: d["controller"]["action"].update(hidden=0), "hidden is 0"),
+    "half a neuron": (lambda d: law(d)["action"].update(hidden=1.5), "its hidden is 1.5"),
+    "no neuron": (lambda d: law(d)["action"].update(hidden=0), "hidden is 0"),
     "inputs that are text": (
-        lambda d: d["controller"]["action"].update(inputs="phase"),
+        lambda d: law(d)["action"].update(inputs="phase"),
         "its inputs is 'phase'",
     ),
     "an input that nothing provides": (
-        lambda d: d["controller"]["action"].update(inputs=["phase", "smell"]),
+        lambda d: law(d)["action"].update(inputs=["phase", "smell"]),
         "reads 'smell'",
     ),
     "a setting that no term has": (
-        lambda d: d["controller"]["reaction"].update(colour=1),
+        lambda d: law(d)["reaction"].update(colour=1),
         "a VanillaReaction has no 'colour'",
     ),
     "a sector that is no number": (
-        lambda d: d["controller"]["actuation"].update(start_rad=math.nan),
+        lambda d: control(d)["actuation"].update(start_rad=math.nan),
         "start_rad is nan",
     ),
     "a limit that is negative": (
-        lambda d: d["controller"].update(limit_rad_per_s=-1.0),
+        lambda d: law(d).update(limit_rad_per_s=-1.0),
         "limit_rad_per_s is -1",
     ),
-    "no frequency": (lambda d: d.update(omega_rad_per_s=None), "its omega_rad_per_s is None"),
-    "a frequency that is text": (lambda d: d.update(omega_rad_per_s="8"), "omega_rad_per_s is '8'"),
+    "no frequency": (lambda d: d["system"].update(omega=None), "has an oscillator; give omega"),
+    "a frequency that is text": (lambda d: d["system"].update(omega="8"), "omega is '8'"),
     "an infinite frequency": (
-        lambda d: d.update(omega_rad_per_s=math.inf),
+        lambda d: d["system"].update(omega=math.inf),
         "omega is inf; it must be finite",
     ),
-    "no body": (lambda d: d.update(body=None), "its body is None"),
-    "a mass that is text": (lambda d: d["body"].update(mass_kg="0.1"), "its mass_kg is '0.1'"),
-    "a mass that is true": (lambda d: d["body"].update(mass_kg=True), "its mass_kg is True"),
-    "a mass that is null": (lambda d: d["body"].update(mass_kg=None), "its mass_kg is None"),
-    "a mass that is negative": (lambda d: d["body"].update(mass_kg=-0.1), "mass_kg is -0.1"),
-    "a mass beyond all floats": (lambda d: d["body"].update(mass_kg=10**400), "too large"),
-    "a model that is a number": (lambda d: d.update(model=3), "its name is 3"),
+    "no body": (lambda d: d["system"].update(body=None), "its body is None"),
+    "a mass that is text": (lambda d: body(d).update(mass_kg="0.1"), "its mass_kg is '0.1'"),
+    "a mass that is true": (lambda d: body(d).update(mass_kg=True), "its mass_kg is True"),
+    "a mass that is null": (lambda d: body(d).update(mass_kg=None), "its mass_kg is None"),
+    "a mass that is negative": (lambda d: body(d).update(mass_kg=-0.1), "mass_kg is -0.1"),
+    "a mass beyond all floats": (lambda d: body(d).update(mass_kg=10**400), "too large"),
+    "a model that is a number": (lambda d: d.update(name=3), "its name is 3"),
     "a training that is null": (lambda d: d.update(training=None), "its training is None"),
     "no software": (lambda d: d.pop("software"), "no entry 'software'"),
 }

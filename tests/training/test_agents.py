@@ -331,20 +331,6 @@ class TestFolder:
         with pytest.raises(TegotaeError, match=r"checkpoint\.npz is damaged"):
             train(run(seeds=(0, 1)), tmp_path / "damaged")
 
-    def test_a_training_of_an_earlier_version_is_refused_and_its_curves_are_read(
-        self, folder, tmp_path
-    ):
-        """It had no checkpoint, and curves of other columns."""
-        earlier = tmp_path / "earlier"
-        shutil.copytree(folder, earlier)
-        (earlier / "checkpoint.npz").unlink()
-        rows = [f"{e},{6 * e},0.5,0.25,{seed}" for seed in (0, 1) for e in (0, 2, 4)]
-        lines = ["episode,simulated_s,cot_inverse,fitness,seed", *rows]
-        (earlier / "curves.csv").write_text("\n".join(lines) + "\n")
-        with pytest.raises(TegotaeError, match="earlier version of tegotae, which left no"):
-            train(run(seeds=(0, 1)), earlier)
-        assert read_curves([earlier])[1].simulated_s.tolist() == [0.0, 12.0, 24.0]
-
 
 class TestTuning:
     @pytest.mark.parametrize("algorithm", ["sac", "ppo"])

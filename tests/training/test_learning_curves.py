@@ -14,29 +14,28 @@ from tegotae.cli import main
 from tegotae.figures.learning_curves import algorithms_figure, algorithms_tables
 from tegotae.figures.style import write_tables
 from tegotae.training.curves import COLUMNS, LearningCurve, groups, read_curves, shared
+from tegotae.training.learner import COLUMNS as POINT
+from tegotae.training.learner import CurvePoint, write_curves
 
 MODEL = "AR-rF-sector-w8"
 
 
-def leave(folder, algorithm, header, rows, model=MODEL):
+def leave(folder, algorithm, points, model=MODEL):
     """What a training leaves behind, as far as its curves go."""
     folder.mkdir(parents=True)
-    configuration = {"model": model, "algorithm": algorithm, "timing": {"duration_s": 10.0}}
+    configuration = {"experiment": {"name": model}, "algorithm": algorithm}
     (folder / "run.json").write_text(json.dumps({"configuration": configuration}))
-    lines = [header, *(",".join(map(str, row)) for row in rows)]
-    (folder / "curves.csv").write_text("\n".join(lines) + "\n")
+    write_curves(folder / "curves.csv", points)
 
 
 def leave_agent(folder, values, seed=0, **settings):
-    rows = [(5 * i, 50 * i, value, value, seed) for i, value in enumerate(values)]
-    header = "episode,simulated_s,cot_inverse,fitness,seed"
-    leave(folder, {"name": "ppo", "gamma": 0.99, **settings}, header, rows)
+    points = [CurvePoint(seed, 5 * i, 50 * i, value, value) for i, value in enumerate(values)]
+    leave(folder, {"name": "ppo", "gamma": 0.99, **settings}, points)
 
 
 def leave_pgpe(folder, values, seed=0):
-    rows = [(i, seed, value) for i, value in enumerate(values)]
-    header = "generation,seed,centre_cot_inverse"
-    leave(folder, {"name": "pgpe", "population": 4}, header, rows)
+    points = [CurvePoint(seed, i, 40 * i, value, value) for i, value in enumerate(values)]
+    leave(folder, {"name": "pgpe", "population": 4}, points)
 
 
 def curve(values, algorithm="ppo", seed=0, model=MODEL, every=10.0):
@@ -47,12 +46,11 @@ def curve(values, algorithm="ppo", seed=0, model=MODEL, every=10.0):
 # Reading.
 
 
-def test_generations_and_episodes_are_put_on_the_same_scale_of_simulated_time(tmp_path):
+def test_generations_and_episodes_are_on_the_same_scale_of_simulated_time(tmp_path):
     leave_pgpe(tmp_path / "a", [0.1, 0.2, 0.3])
     leave_agent(tmp_path / "b", [0.4, 0.5])
     pgpe, ppo = read_curves([tmp_path])
     assert (pgpe.algorithm, ppo.algorithm) == ("pgpe", "ppo")
-    # A row tells of the distribution that its generation of 4 episodes of 10 s began with.
     assert pgpe.simulated_s.tolist() == [0.0, 40.0, 80.0]
     assert pgpe.episode.tolist() == [0.0, 1.0, 2.0]
     assert pgpe.value.tolist() == [0.1, 0.2, 0.3]
@@ -94,8 +92,10 @@ def test_runs_that_cannot_be_told_apart_are_refused(tmp_path):
         ("run.json", '{"configuration": []}'),
         ("run.json", '{"configuration": {"algorithm": {}}}'),
         ("curves.csv", ""),
-        ("curves.csv", "episode,simulated_s,cot_inverse,fitness,seed\n1,2,3\n"),
-        ("curves.csv", "episode,simulated_s,cot_inverse,fitness,seed\n1,2,x,4,0\n"),
+        ("curves.csv", "episode,simulated_s,cot_inverse,fitness,seed\n1,2,3,4,0\n"),
+        ("curves.csv", ",".join(POINT) + "\n0,1,2\n"),
+        ("curves.csv", ",".join(POINT) + "\n0,1,2,3,x,5,6,7\n"),
+        ("curves.csv", ",".join(POINT) + "\n0,1,,3,4,5,6,7\n"),
     ],
 )
 def test_damage_is_named(tmp_path, name, text):

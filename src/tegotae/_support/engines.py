@@ -14,8 +14,6 @@ from tegotae._support.errors import TegotaeError, require_count
 NATIVE = "native"
 XLA = "xla"
 ON_GPU = "xla on a GPU"
-OF_EARLIER_FILES = XLA
-"""The engine of files that do not say which one made them."""
 VARIABLE = "TEGOTAE_ENGINE"
 TESTED_LLVMLITE = ("0.50",)
 """Versions of llvmlite that native code was tested with."""

@@ -7,7 +7,7 @@ import json
 import reprlib
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TypedDict, TypeGuard, Unpack, cast
+from typing import TypedDict, TypeGuard, Unpack
 
 import msgspec
 import numpy as np
@@ -27,9 +27,8 @@ from tegotae.systems.descriptions import (
     entry,
     restore,
 )
-from tegotae.systems.earlier_files import of_earlier_version, usual_system, with_interface
 from tegotae.systems.experiment import Experiment
-from tegotae.systems.system import System
+from tegotae.systems.system import System, usual_system
 from tegotae.systems.zoo import documents as zoo_documents
 from tegotae.systems.zoo import is_zoo_name
 
@@ -188,14 +187,14 @@ def _beside_system(saved: SavedController) -> JsonObject | None:
 
 
 def load(path: Path | str) -> SavedController:
-    """Read a controller file, of this version or an earlier one, or a controller of the zoo.
+    """Read a controller file, or a controller of the zoo.
 
     Args:
         path: the file, or a name of the zoo (`tegotae.systems.zoo.file`).
 
     Raises:
-        TegotaeError: if there is none, or it is truncated, of a later version, or not ours; or for
-                a name that stands for several.
+        TegotaeError: if there is none, or it is truncated, of another version, or not ours; or
+            for a name that stands for several.
     """
     if is_zoo_name(str(path)):
         (name, document), *others = zoo_documents(str(path))
@@ -214,26 +213,23 @@ def load(path: Path | str) -> SavedController:
 
 
 def restored(document: Json, path: str) -> SavedController:
-    """The controller of a document (`described`), of this version or an earlier one.
+    """The controller of a document (`described`).
 
     Args:
         document: as it was read.
         path: the file, for errors.
 
     Raises:
-        TegotaeError: if it is damaged, of a later version, or not ours.
+        TegotaeError: if it is damaged, of another version, or not ours.
     """
     if not is_controller(document):
         raise TegotaeError(f"{path} {NOT_OURS}")
-    if document.get("version") not in range(1, VERSION + 1):
+    if document.get("version") != VERSION:
         raise TegotaeError(
             f"{path} is of version {reprlib.repr(document.get('version'))}; "
-            f"this program reads versions 1 to {VERSION}"
+            f"this program reads version {VERSION}"
         )
     try:
-        if cast(int, document["version"]) < VERSION:
-            document = of_earlier_version(document)
-        document = with_interface(document)
         entries = documents.fitted(document, _ControllerFile)
         system = entry(document, "system", System)
         experiment = None
@@ -269,7 +265,7 @@ class _ControllerFile(msgspec.Struct):
 
     system: JsonObject
     weights: JsonObject | list[float]
-    """By their names; up to version 2 one list in the controller's order."""
+    """By their names, or one list in the controller's order, as the zoo gives them."""
     name: str | None
     experiment: JsonObject | None
     training: JsonObject

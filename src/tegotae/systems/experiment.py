@@ -27,7 +27,6 @@ from tegotae.systems.descriptions import (
     describe,
     restore,
 )
-from tegotae.systems.earlier_files import experiment_document
 from tegotae.systems.system import FIELDS, System
 
 GAINS = np.linspace(0.1, 12.0, 240)
@@ -212,7 +211,7 @@ class Experiment:
                 registered.
         """
         try:
-            return restore(experiment_document(document), cls, "experiment")
+            return restore(document, cls, "experiment")
         except UsersPartError as error:
             raise TegotaeError(f"the experiment {document.get('name')} {error}") from None
         except KeyError as error:

@@ -20,10 +20,9 @@ from tegotae.parts.oscillators import PhaseOscillator
 from tegotae.parts.terms import ConstantGain, VanillaAction, VanillaReaction
 from tegotae.parts.terms.foot import EllipticFoot
 from tegotae.simulation.rollout import Timing
-from tegotae.systems.earlier_files import WALKING, WALKING_TICK, usual_system
 from tegotae.systems.legged import Legged
 from tegotae.systems.models import build
-from tegotae.systems.system import System
+from tegotae.systems.system import WALKING, WALKING_TICK, System, usual_system
 from tegotae.systems.user_objects import is_reference, named
 
 HOPPING_S = 60.0

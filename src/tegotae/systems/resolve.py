@@ -345,9 +345,9 @@ def _experiments_in(path: Path) -> tuple[Experiment, ...] | None:
 
 
 def _is_experiment(document: Json) -> TypeGuard[JsonObject]:
-    if not isinstance(document, Mapping) or controller_file.is_controller(document):
+    if not isinstance(document, Mapping) or "format" in document:
         return False
-    return "name" in document and ("system" in document or "controller" in document)
+    return "name" in document and "system" in document
 
 
 def _is_model(name: str) -> bool:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import cast
@@ -13,8 +14,9 @@ from tegotae._support.errors import TegotaeError, require_finite
 from tegotae._support.limits import MOST_M, MOST_RAD_PER_S
 from tegotae.measures.evaluation import Protocol
 from tegotae.parts._shapes import ArrayTree, LaneNumbers
-from tegotae.parts.bodies import Body, Hopper, Interface
+from tegotae.parts.bodies import Body, Hopper, Interface, Walker
 from tegotae.parts.controller import Controller
+from tegotae.parts.fields import unwrapped
 from tegotae.parts.oscillators import Oscillator
 from tegotae.simulation.integrators import Integrator, PredictorCorrector
 from tegotae.simulation.loop import check_senses
@@ -29,6 +31,10 @@ from tegotae.simulation.world.checks import check_initial_pose, check_oscillator
 
 RELEASE_M = 1.2
 """Height of the paper's release [m]."""
+WALKING = 200.0
+"""Time in which a walker settles [√(l0 / g)]."""
+WALKING_TICK = 0.008
+"""A walker's control tick [√(l0 / g)]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -292,3 +298,34 @@ class System:
 _OF_RELEASE = {field.name for field in dataclasses.fields(Release)}
 FIELDS = frozenset({field.name for field in dataclasses.fields(System)} | _OF_RELEASE)
 """Names that `System.replaced` takes."""
+
+
+def usual_system(
+    controller: Controller, body: Body | Interface, omega: float | None, tick: float = WALKING_TICK
+) -> System:
+    """A controller on a body, released and timed as is usual for this body.
+
+    A walker begins on its feet, and its times are in √(l0 / g); others are released as the paper's
+    hopper is.
+
+    Args:
+        controller: what drives the body.
+        body: the body, or what is known of it.
+        omega: frequency ω [rad/s]; None without an oscillator.
+        tick: control tick of a walker [√(l0 / g)].
+
+    Raises:
+        TegotaeError: for what does not go together.
+    """
+    own = body if isinstance(body, Interface) else unwrapped(body)
+    if not isinstance(own, Walker):
+        return System(controller=controller, body=body, omega=omega)
+    unit_s = math.sqrt(own.rest_length_m / own.gravity_m_per_s2)
+    press_m = getattr(controller.actuation, "press_m", 0.0)
+    return System(
+        controller=controller,
+        body=body,
+        omega=omega,
+        release=Release(height_m=own.standing_height_m + press_m),
+        timing=Timing(duration_s=WALKING * unit_s, tick_s=tick * unit_s, frame_s=0.08 * unit_s),
+    )

@@ -16,7 +16,6 @@ from tegotae._support.documents import DamagedDocumentError
 from tegotae._support.errors import TegotaeError
 from tegotae._support.tables import numbers, parse_csv
 from tegotae._support.workplace import is_earlier
-from tegotae.training.algorithms.document import algorithm_name
 from tegotae.training.folder import RunDocument
 from tegotae.training.learner import curves_of
 
@@ -148,19 +147,8 @@ class _AlgorithmEntry(msgspec.Struct):
     population: Annotated[int, msgspec.Meta(ge=1)] = 1
 
 
-class _Timing(msgspec.Struct):
-    duration_s: Annotated[float, msgspec.Meta(gt=0)]
-
-
-class _System(msgspec.Struct):
-    timing: _Timing
-
-
 class _ExperimentEntry(msgspec.Struct):
     name: str
-    system: _System | None = None
-    timing: _Timing | None = None
-    """Of environments, and of earlier versions."""
 
 
 class _Trained(msgspec.Struct):
@@ -168,14 +156,6 @@ class _Trained(msgspec.Struct):
 
     experiment: _ExperimentEntry
     algorithm: _AlgorithmEntry
-
-
-class _TrainedEarlier(msgspec.Struct):
-    """The same as earlier versions wrote it."""
-
-    model: str
-    algorithm: _AlgorithmEntry
-    timing: _Timing
 
 
 @dataclass(frozen=True)
@@ -192,31 +172,22 @@ class _Training:
         path, curves = folder / "run.json", folder / "curves.csv"
         try:
             configuration = documents.fitted(documents.read(path), RunDocument).configuration
-            documents.fitted(
-                configuration, _TrainedEarlier if "model" in configuration else _Trained
-            )
+            documents.fitted(configuration, _Trained)
         except DamagedDocumentError as error:
             raise TegotaeError(f"{path} is damaged: {error}") from None
         except OSError as error:
             raise TegotaeError(f"cannot read {error.filename}: {error.strerror}") from None
-        return cls(configuration, curves_of(curves, _per_generation_s(configuration)), folder)
+        return cls(configuration, curves_of(curves), folder)
 
     @property
     def settings(self) -> Mapping[str, object]:
         """Those of the algorithm, with its name."""
-        document = self.configuration["algorithm"]
-        return {**document, "name": algorithm_name(document)}
-
-    @property
-    def experiment(self) -> Mapping[str, Any]:
-        """The trained experiment; earlier versions wrote it beside the algorithm."""
-        return self.configuration.get("experiment", self.configuration)
+        return self.configuration["algorithm"]
 
     @property
     def model(self) -> str:
         """The experiment's name."""
-        experiment = self.experiment
-        return experiment["name"] if "name" in experiment else experiment["model"]
+        return self.configuration["experiment"]["name"]
 
     @property
     def measured_cot(self) -> bool:
@@ -242,13 +213,6 @@ class _Training:
             )
             for seed in dict.fromkeys(seeds.tolist())
         ]
-
-
-def _per_generation_s(configuration: Mapping[str, Any]) -> float:
-    """Simulated time of a population's generation [s], for curves that do not say it."""
-    experiment = configuration.get("experiment", configuration)
-    timing = experiment.get("timing") or experiment.get("system", {}).get("timing", {})
-    return configuration["algorithm"].get("population", 0) * timing.get("duration_s", np.nan)
 
 
 def _identity(curve: LearningCurve) -> tuple[str, str, int]:

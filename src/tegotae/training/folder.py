@@ -14,7 +14,7 @@ import numpy as np
 
 from tegotae._support import documents
 from tegotae._support.documents import DamagedDocumentError, Json, differing
-from tegotae._support.engines import OF_EARLIER_FILES, require_engine
+from tegotae._support.engines import require_engine
 from tegotae._support.errors import TegotaeError
 from tegotae._support.files import write_atomically
 from tegotae.parts.controller import Controller
@@ -29,6 +29,25 @@ class RunDocument(msgspec.Struct):
 
     configuration: dict[str, Any]
     software: dict[str, str] = {}
+
+
+class _Named(msgspec.Struct):
+    name: str
+
+
+class _Trained(msgspec.Struct):
+    experiment: _Named
+
+
+class _Software(msgspec.Struct):
+    engine: str
+
+
+class _Begun(msgspec.Struct):
+    """What of `run.json` decides whether a training goes on."""
+
+    configuration: _Trained
+    software: _Software
 
 
 def versions_of(*packages: str) -> dict[str, str]:
@@ -49,22 +68,16 @@ def claim(out: Path, configuration: Mapping[str, Json], versions: Mapping[str, s
         document = _document(path)
         found = document.configuration
         if names := differing(found, wanted):
-            if "experiment" not in found:
-                raise TegotaeError(
-                    f"{out} holds a training of an earlier version of tegotae; "
-                    "choose another folder with --out"
-                )
             raise TegotaeError(
-                f"{out} holds a training of {dict(found['experiment']).get('name')} that differs "
+                f"{out} holds a training of {found['experiment']['name']} that differs "
                 f"in {', '.join(names)}; choose another folder with --out, or start again with "
                 "--anew"
             )
-        if "experiment" in found:
-            engine = document.software.get("engine", OF_EARLIER_FILES)
-            remedy = "choose another folder with --out, or start again with --anew"
-            ours = dict(versions).get("engine", "")
-            require_engine(engine, f"{out} holds a training", remedy, ours)
-            _require_versions(out, document.software, versions, remedy)
+        remedy = "choose another folder with --out, or start again with --anew"
+        require_engine(
+            document.software["engine"], f"{out} holds a training", remedy, versions["engine"]
+        )
+        _require_versions(out, document.software, versions, remedy)
     document = {"configuration": wanted, "software": dict(versions)}
     write_atomically(path, json.dumps(document, indent=1) + "\n")
 
@@ -85,7 +98,9 @@ def _require_versions(
 
 def _document(path: Path) -> RunDocument:
     try:
-        return documents.fitted(documents.read(path), RunDocument)
+        document = documents.read(path)
+        documents.fitted(document, _Begun)
+        return documents.fitted(document, RunDocument)
     except FileNotFoundError:
         raise TegotaeError(
             f"{path.parent} holds a training but no {path.name}; choose another folder with --out"

@@ -35,15 +35,6 @@ class CurvePoint(NamedTuple):
 COLUMNS = CurvePoint._fields
 """The columns of `curves.csv`."""
 
-_OF_GENERATIONS = {
-    "generation": "step",
-    "centre_fitness": "fitness",
-    "centre_cot_inverse": "cot_inverse",
-}
-"""The columns of earlier versions, of populations."""
-_OF_EPISODES = {"episode": "step"}
-"""The same, of agents."""
-
 
 def write_curves(path: Path, points: Sequence[CurvePoint]) -> None:
     """Write the points of all seeds, each seed's together.
@@ -57,41 +48,29 @@ def write_curves(path: Path, points: Sequence[CurvePoint]) -> None:
     write_csv(path, columns, digits=6)
 
 
-def is_earlier_format(path: Path) -> bool:
-    """Whether the file is of an earlier version of tegotae."""
-    try:
-        first = path.read_text(encoding="utf-8").partition("\n")[0].split(",")
-    except (OSError, ValueError):
-        return False
-    return "step" not in first
-
-
-def curves_of(path: Path, per_generation_s: float = math.nan) -> Mapping[str, np.ndarray]:
-    """The columns `COLUMNS` of a `curves.csv`, also of earlier versions, shape [points] each.
+def curves_of(path: Path) -> Mapping[str, np.ndarray]:
+    """The columns `COLUMNS` of a `curves.csv`, shape [points] each.
 
     Args:
         path: the file.
-        per_generation_s: simulated time of a generation [s], which populations of earlier versions
-            did not write.
 
     Raises:
         TegotaeError: for a file that cannot be read or is no such table.
     """
     try:
         cells = parse_csv(path.read_text(encoding="utf-8"))
-        earlier = _OF_GENERATIONS if "generation" in cells else _OF_EPISODES
-        found = {earlier.get(name, name): numbers(map(str, each)) for name, each in cells.items()}
-        n = len(found["seed"])
-        if "simulated_s" not in found:
-            found["simulated_s"] = found["step"] * per_generation_s
-        for needed in ("step", "cot_inverse"):
-            if len(found[needed]) != n:
-                raise ValueError("rows of unequal length")
+        if tuple(cells) != COLUMNS:
+            raise ValueError(f"its columns are not {', '.join(COLUMNS)}")
+        columns = {name: numbers(map(str, column)) for name, column in cells.items()}
+        if len({len(column) for column in columns.values()}) > 1:
+            raise ValueError("rows of unequal length")
+        if not np.isfinite(columns["simulated_s"]).all():
+            raise ValueError("a simulated time is missing")
     except OSError as error:
         raise TegotaeError(f"cannot read {path}: {error.strerror}") from None
-    except (ValueError, KeyError) as error:
+    except ValueError as error:
         raise TegotaeError(f"{path} is damaged: {error}") from None
-    return {name: found.get(name, np.full(n, np.nan)) for name in COLUMNS}
+    return columns
 
 
 class Trainable(Protocol):

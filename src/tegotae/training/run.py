@@ -31,7 +31,6 @@ from tegotae.training.learner import (
     LearningStep,
     Session,
     Trainable,
-    is_earlier_format,
     write_curves,
 )
 
@@ -171,19 +170,12 @@ def _resume(run: Run[LearnerT], session: Session, out: Path) -> None:
     """
     path = out / "checkpoint.npz"
     if not path.exists():
-        if is_earlier_format(out / "curves.csv") and any(out.glob("*-seed*.json")):
-            raise TegotaeError(
-                f"{out} holds a training of an earlier version of tegotae, which left no "
-                "checkpoint; choose another folder with --out, or start again with --anew"
-            )
         return
     with _useless(path):
         arrays = read_arrays(path, _MOST_BYTES)
-        found = fitted(parse(str(arrays.get("configuration", "{}"))), dict)
+        found = fitted(parse(str(arrays["configuration"])), dict)
     if names := differing(found, json.loads(json.dumps(run.configuration))):
-        earlier = "experiment" not in found
-        what = "an earlier version" if earlier else f"a training that differs in {', '.join(names)}"
-        raise TegotaeError(f"{path} is of {what}; {_REMEDY}")
+        raise TegotaeError(f"{path} is of a training that differs in {', '.join(names)}; {_REMEDY}")
     with _useless(path):
         session.restore(arrays)
 

@@ -52,11 +52,6 @@ class Objective(ABC):
 
     def __init_subclass__(cls) -> None:
         super().__init_subclass__()
-        if "score" in vars(cls) and cls.outcome is Objective.outcome:
-            raise TegotaeError(
-                f"{cls.__name__} has a method score and no method outcome; what is computed of a "
-                "trajectory is called outcome(trajectory, scenario, body, timing): rename it"
-            )
         if cls.needs is not None and "failed" not in cls.needs:
             cls.needs = (*cls.needs, "failed")  # by which failures are put below all others
 

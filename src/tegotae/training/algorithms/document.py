@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from tegotae._support.documents import JsonObject
@@ -11,9 +10,6 @@ from tegotae.systems.descriptions import describe
 if TYPE_CHECKING:
     from tegotae.training.agents.settings import AgentSettings
     from tegotae.training.algorithms.base import Algorithm
-
-_EARLIER_NAMES = {"cmaes": "cma-es", "CMAES": "cma-es", "openes": "openai-es", "PGPE": "pgpe"}
-"""What earlier versions wrote for some algorithms."""
 
 
 def algorithm_document(settings: Algorithm | AgentSettings) -> JsonObject:
@@ -29,9 +25,3 @@ def algorithm_document(settings: Algorithm | AgentSettings) -> JsonObject:
     """
     document = describe(settings)
     return {"name": document.pop("kind"), **document}
-
-
-def algorithm_name(document: Mapping[str, object]) -> str:
-    """The algorithm's name in a document of this version or an earlier one."""
-    name = str(document["name"])
-    return _EARLIER_NAMES.get(name, name)
