@@ -88,8 +88,7 @@ study-tables: $(INSTALLED)
 experiments: EXPERIMENTS := results/experiments
 experiments: $(INSTALLED)
 	mkdir -p $(EXPERIMENTS)
-	$(BIN)/python studies/figure3.py --out results/figure3
-	$(BIN)/tegotae figure learning-curves results/figure3 --out $(EXPERIMENTS)/figure3.png
+	$(BIN)/python studies/figure3.py --tables $(EXPERIMENTS)
 	$(BIN)/python studies/second_look.py --first $(EXPERIMENTS)/figure3.csv \
 	  --figure $(EXPERIMENTS)/second_look.png
 	$(BIN)/python studies/parameter_limit.py --out $(EXPERIMENTS)

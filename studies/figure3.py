@@ -1,54 +1,65 @@
 """Fig. 3: PGPE, SAC and PPO on the same policies, with sector and with reflex actuation.
 
     python studies/figure3.py --out results/figure3                  # all of it
-    python studies/figure3.py --out results/figure3 --algorithms pgpe cma-es    # a minute or two
-    python studies/figure3.py --out /tmp/figure3 --scale 0.01        # to see that everything works
+    python studies/figure3.py --out results/figure3 --arms pgpe      # a few minutes
+    python studies/figure3.py --out /tmp/figure3 --scale 0.01 --seeds 2    # to see that it works
 
-PGPE, and CMA-ES beside it, train to the plateau with the settings and the episodes of all other
-trainings; SAC and PPO as many episodes as the paper names, shorter ones, with settings that were
-tuned on these policies. Fitness and reward are CoT⁻¹ alone.
+All train and are evaluated in the same episodes, by CoT⁻¹ alone. SAC, PPO and `pgpe-figure3` have
+settings that were tuned within the same simulated time; `pgpe` has those of all other trainings.
+SAC and PPO learn from 6000 s, which is 500 episodes; PGPE trains to its plateau, and is judged
+after 6000 s and after the paper's 80 generations, too.
 
-Trainings that are done are not done again, and those that were interrupted go on; `--algorithms`
-and `--models` train a part, so that several processes can share the work. The figure shows what
-there is: `figure3.png`, with all its numbers in `figure3.csv`.
+Trainings that are done are not done again, and those that were interrupted go on; `--arms` and
+`--models` train a part, so that several processes can share the work. `figure3.csv` has every point
+of every curve, `figure3.md` the comparison at equal time, after 80 generations and at the end,
+`figure3_gaits.csv` what the best policies do over 40 s, `figure3.png` the curves.
 """
 
 from __future__ import annotations
 
+import dataclasses
 import sys
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import tyro
 
+from reproduction.hop_rates import nearer_resonance
 from tegotae._support.errors import require_finite, unknown
 from tegotae._support.files import output_folder
+from tegotae._support.tables import write_csv
 from tegotae.cli.console import exit_status
-from tegotae.cli.figure.learning_curves import LearningCurves
+from tegotae.figures.learning_curves import algorithms_figure
+from tegotae.figures.style import save_figure
+from tegotae.measures.evaluation import Protocol, evaluate
+from tegotae.measures.hopping.registry import range_of
+from tegotae.measures.hopping.statistics import Interval, difference, interval
 from tegotae.measures.objectives.fitness import Fitness
 from tegotae.simulation.rollout import Timing
+from tegotae.systems.controller_file import load
 from tegotae.systems.models import find
 from tegotae.training.agents import AgentLearner
-from tegotae.training.algorithms import CMAES, Algorithm
+from tegotae.training.curves import COT, LearningCurve, groups, read_curves, table
 from tegotae.training.evolution import Evolution
 from tegotae.training.evolve import Stopping
 from tegotae.training.run import Run, train
-from tegotae.training.settings import configuration, tuned
+from tegotae.training.settings import configuration
 
-MODELS = ("AR-rF-sector-w8", "AR-rF-reflex-w8")
+MODELS = {"AR-rF-sector-w8": "sector", "AR-rF-reflex-w8": "reflex"}
 """The paper's policies I and II: learned A and R, constant gain, actuation (6) or (7)."""
-EVOLUTION: dict[str, Algorithm] = {
-    "pgpe": tuned("pgpe"),
-    "cma-es": CMAES(population=32, std=0.2),
-}
+EVOLUTIONS = ("pgpe", "pgpe-figure3")
 AGENTS = ("sac", "ppo")
-"""Named configurations of the agents."""
+ARMS = (*EVOLUTIONS, *AGENTS)
+"""Named configurations of the algorithms."""
 EPISODE = Timing(duration_s=12.0, tick_s=0.002)
 SETTLE_S = 4.0
-"""Of an agent's episode [s]. Shorter than in all other trainings: the agents' time is simulated
-step by step, and is what the comparison costs."""
+"""Of an episode [s]."""
+GENERATIONS = 80
+"""After which the paper's training ends."""
 
 
 @dataclass(frozen=True)
@@ -56,61 +67,161 @@ class Figure3:
     """Train and draw Fig. 3."""
 
     out: Path = Path("results/figure3")
-    """Folder for controllers, curves and the figure."""
-    seeds: int = 8
-    """Runs per policy of PGPE and CMA-ES."""
-    agent_seeds: int = 3
-    """Runs per policy of SAC and PPO, as the paper has them; one takes up to half an hour."""
-    episodes: int = 1000
+    """Folder for controllers and curves."""
+    tables: Path | None = None
+    """Folder for the tables and the figure; the same by default."""
+    seeds: int = 10
+    """Runs per policy and algorithm; one of SAC takes about ten minutes, of PPO two."""
+    episodes: int = 500
     """Episodes of SAC and PPO."""
     scale: float = 1.0
     """Share of the training that is done."""
-    algorithms: tuple[str, ...] = (*EVOLUTION, *AGENTS)
-    """Which to train."""
-    models: tuple[str, ...] = MODELS
+    arms: tuple[str, ...] = ARMS
+    """Which algorithms to train."""
+    models: tuple[str, ...] = tuple(MODELS)
     """Which policies to train."""
 
     def run(self) -> None:
         """Do it all."""
         require_finite("scale", self.scale, above=0.0)
         output_folder(self.out)
-        for algorithm in self.algorithms:
-            if algorithm not in (*EVOLUTION, *AGENTS):
-                raise unknown("algorithm", algorithm, (*EVOLUTION, *AGENTS))
+        tables = output_folder(self.out if self.tables is None else self.tables)
+        for arm in self.arms:
+            if arm not in ARMS:
+                raise unknown("algorithm", arm, ARMS)
             for model in self.models:
                 begun = time.monotonic()
-                self.train(algorithm, model)
-                print(f"{algorithm} {model}: {(time.monotonic() - begun) / 60:.1f} min", flush=True)
-        LearningCurves(runs=(self.out,), out=self.out / "figure3.png").run()
+                self.train(arm, model)
+                print(f"{arm} {model}: {(time.monotonic() - begun) / 60:.1f} min", flush=True)
+        write([curve for arm in ARMS for curve in curves_of(self.out / arm, arm)], tables)
+        write_csv(tables / "figure3_gaits.csv", gaits(self.out))
+        print(text(read_curves([tables / "figure3.csv"])), end="")
 
-    def train(self, algorithm: str, model: str) -> None:
+    def train(self, arm: str, model: str) -> None:
         """All seeds of one policy by one algorithm."""
-        is_agent = algorithm in AGENTS
-        if is_agent:
-            objective = Fitness(settle_s=SETTLE_S, follow_omega=False)
-            experiment = find(model).experiment(timing=EPISODE, objective=objective)
-        else:
-            experiment = find(model).experiment(objective=Fitness(follow_omega=False))
-        train(
-            Run(
-                experiment=experiment,
-                seeds=tuple(range(self.agent_seeds if is_agent else self.seeds)),
-                learner=self._agent(algorithm) if is_agent else self._evolution(algorithm),
-            ),
-            self.out / algorithm / model,
-        )
+        objective = Fitness(settle_s=SETTLE_S, follow_omega=False)
+        learner = self._agent(arm) if arm in AGENTS else self._evolution(arm)
+        experiment = find(model).experiment(timing=EPISODE, objective=objective)
+        run = Run(experiment=experiment, seeds=tuple(range(self.seeds)), learner=learner)
+        train(run, self.out / arm / model)
 
-    def _evolution(self, algorithm: str) -> Evolution:
+    def _evolution(self, arm: str) -> Evolution:
+        settings: Any = configuration(arm).settings
         whole = Stopping()
         generations = max(2, round(whole.generations * self.scale))
         stopping = replace(whole, generations=generations, least=min(whole.least, generations))
-        return Evolution(algorithm=EVOLUTION[algorithm], stopping=stopping)
+        return Evolution(algorithm=settings, stopping=stopping)
 
-    def _agent(self, algorithm: str) -> AgentLearner:
-        settings: Any = configuration(algorithm).settings
+    def _agent(self, arm: str) -> AgentLearner:
+        settings: Any = configuration(arm).settings
         episodes = max(2, round(self.episodes * self.scale))
         every = max(1, round(10 * self.scale))
         return AgentLearner(settings=settings, episodes=episodes, evaluate_every=every)
+
+
+def curves_of(folder: Path, arm: str) -> list[LearningCurve]:
+    """The curves of an algorithm's trainings, by its name here; none of a folder that is not."""
+    if not folder.is_dir():
+        return []
+    return [dataclasses.replace(curve, algorithm=arm) for curve in read_curves([folder])]
+
+
+def write(curves: Sequence[LearningCurve], out: Path) -> None:
+    """The table of all points, the comparison and the figure."""
+    write_csv(out / "figure3.csv", table(curves), digits=6)
+    (out / "figure3.md").write_text(text(curves), encoding="utf-8")
+    save_figure(algorithms_figure(list(curves)), out / "figure3.png")
+
+
+def gaits(out: Path) -> dict[str, list[Any]]:
+    """What the best policy of each training does at ω_t, over 40 s undisturbed.
+
+    CoT⁻¹ and hop rate of its limit cycle, and by how much the rate is nearer to the body's best one
+    than to ω; none of a policy that does not settle.
+    """
+    metrics = ("cot_inverse", "hop_rate", "limit_cycle_period")
+    columns = ("algorithm", "model", "seed", *metrics, "nearer_resonance")
+    rows: dict[str, list[Any]] = {name: [] for name in columns}
+    for arm in ARMS:
+        for model in MODELS:
+            for path in sorted((out / arm / model).glob("*.json")):
+                if path.name == "run.json":
+                    continue
+                saved = load(path)
+                at_omega_t = Protocol(offsets=(0.0,))
+                found = evaluate(
+                    saved.controller,
+                    saved.weights,
+                    saved.omega,
+                    protocol=at_omega_t,
+                    metrics=metrics,
+                )
+                seed = int(path.stem.rpartition("seed")[2])
+                measured = [float(found.episodes[name][0, 0]) for name in metrics]
+                nearer = float(nearer_resonance(found.omega, found.episodes["hop_rate"])[0])
+                for name, value in zip(columns, (arm, model, seed, *measured, nearer), strict=True):
+                    rows[name].append(value)
+    return rows
+
+
+def text(curves: Sequence[LearningCurve]) -> str:
+    """PGPE beside the agents: last and best policy, after some training, with 95 % intervals."""
+    by = groups(curves)
+    cells = [
+        "| policy | algorithm | runs | simulated [s] | CoT⁻¹ of the last [m/J] | over SAC "
+        "| over PPO |",
+        "|" + "-|" * 7,
+    ]
+    best = [cells[0].replace("of the last", "of the best"), cells[1]]
+    for model, policy in MODELS.items():
+        agents = {arm: by[model, arm] for arm in AGENTS if (model, arm) in by}
+        equal = min((c.simulated_s[-1] for runs in agents.values() for c in runs), default=np.inf)
+        for arm in ARMS:
+            runs = by.get((model, arm), [])
+            for until, called in _marks(arm, runs, equal):
+                for lines, value in ((cells, _last), (best, _best)):
+                    ours = [value(run, until(run)) for run in runs]
+                    over = [
+                        "" if arm in AGENTS or other not in agents
+                        else _words(difference(ours, [value(r, np.inf) for r in agents[other]]))
+                        for other in AGENTS
+                    ]  # fmt: skip
+                    of = _words(interval(ours, within=range_of(COT)))
+                    named = (policy, arm.upper() if arm in AGENTS else arm, str(len(runs)), called)
+                    lines.append(f"| {' | '.join((*named, of, *over))} |")
+    return "\n".join([*cells, "", *best]) + "\n"
+
+
+def _marks(arm: str, runs: Sequence[LearningCurve], equal: float) -> list[tuple[Any, str]]:
+    """Until when an algorithm is judged: a time of each run, and its name in the table."""
+    if not runs:
+        return []
+    if arm in AGENTS:
+        return [(lambda run: np.inf, f"{runs[0].simulated_s[-1]:.0f}")]
+
+    def after(run: LearningCurve) -> float:
+        return float(run.simulated_s[min(GENERATIONS, len(run.simulated_s) - 1)])
+
+    whole = float(np.mean([run.simulated_s[-1] for run in runs]))
+    return [
+        (lambda run: equal, f"{equal:.0f}"),
+        (after, f"{after(runs[0]):.0f}, {GENERATIONS} generations"),
+        (lambda run: np.inf, f"{whole:.0f}, plateau"),
+    ]
+
+
+def _last(run: LearningCurve, until_s: float) -> float:
+    return run.late_mean(until_s)
+
+
+def _best(run: LearningCurve, until_s: float) -> float:
+    return float(np.nanmax(run.value[run.simulated_s <= until_s]))
+
+
+def _words(found: Interval) -> str:
+    if np.isnan(found.low):
+        return f"{found.mean:.2f}"
+    return f"{found.mean:.2f} [{found.low:.2f}, {found.high:.2f}]"
 
 
 if __name__ == "__main__":

@@ -80,13 +80,13 @@ class OfTrainings:
         table: the experiment's file.
         metric: the column.
         ours: what the claim is about.
-        theirs: what it is compared with.
+        theirs: what it is compared with; empty compares with zero.
     """
 
     table: str
     metric: str
     ours: str
-    theirs: str
+    theirs: str = ""
 
 
 @dataclass(frozen=True)

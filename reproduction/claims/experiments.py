@@ -107,13 +107,13 @@ class KeptExperiment:
     """An experiment that some claims are about.
 
     Args:
-        table: the name of its table.
+        tables: the names of its tables.
         figure: the name of its figure.
         caption: what the figure shows.
         command: what measures it, with {folder} for the folder that table and figure go to.
     """
 
-    table: str
+    tables: tuple[str, ...]
     figure: str
     caption: str
     command: str
@@ -121,20 +121,19 @@ class KeptExperiment:
 
 EXPERIMENTS = (
     KeptExperiment(
-        "figure3.csv",
+        ("figure3.csv", "figure3_gaits.csv"),
         "figure3.png",
         "CoT⁻¹ in the course of training, by algorithm (Fig. 3 of the paper)",
-        "python studies/figure3.py && tegotae figure learning-curves results/figure3 "
-        "--out {folder}/figure3.png",
+        "python studies/figure3.py --tables {folder}",
     ),
     KeptExperiment(
-        "parameter_limit.csv",
+        ("parameter_limit.csv",),
         "parameter_limit.png",
         "Fitness over the number of trained parameters",
         "python studies/parameter_limit.py --out {folder}",
     ),
     KeptExperiment(
-        RIDGES,
+        (RIDGES, RESONANCES, LOSSES),
         "gain_map.png",
         "CoT⁻¹ over gain and frequency, with the best gain per frequency (Fig. 4 of the paper)",
         "python -m reproduction gain-map --out {folder}/gain_map.png",
@@ -150,7 +149,7 @@ def command_for(table: str, folder: Path | None = None) -> str:
         >>> command_for("parameter_limit.csv")
         'python studies/parameter_limit.py --out experiments'
     """
-    found = next(each for each in EXPERIMENTS if each.table == table)
+    found = next(each for each in EXPERIMENTS if table in each.tables)
     return found.command.format(folder=folder or "experiments")
 
 

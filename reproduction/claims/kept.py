@@ -18,6 +18,7 @@ from reproduction.claims.experiments import (
     read_ridges,
     read_trainings,
 )
+from tegotae._support import tables
 from tegotae.analysis.ridge import line
 from tegotae.measures.hopping.statistics import Interval, stratified_difference
 from tegotae.measures.objectives.objective import FAILED_FITNESS
@@ -48,6 +49,8 @@ def measure_kept(effect: OfTrainings | OfGainMap, folder: Path | None) -> Effect
     if isinstance(effect, OfGainMap):
         of = {"resonance_shift": _of_resonances, "loss": _of_losses}.get(effect.measure, _of_ridges)
         return of(effect, folder)
+    if effect.metric == "nearer_resonance":
+        return _of_gaits(effect, path)
     return _of_curves(effect, path) if effect.metric == "cot_inverse" else _of_sizes(path)
 
 
@@ -66,6 +69,18 @@ def _of_curves(effect: OfTrainings, path: Path) -> EffectEstimate:
     ]
     size = float(np.mean([np.mean(theirs) for _, theirs in pairs])) if pairs else np.nan
     return _of_interval(stratified_difference(pairs), size)
+
+
+def _of_gaits(effect: OfTrainings, path: Path) -> EffectEstimate:
+    """A metric of an algorithm's trained gaits, averaged over the policies, each over its runs."""
+    cells = tables.read_csv(path, ("algorithm", "model", effect.metric), kind="table of gaits")
+    ours = cells["algorithm"] == effect.ours
+    values = tables.numbers(cells[effect.metric])
+    pairs = [
+        (values[ours & (cells["model"] == model)], [0.0])
+        for model in dict.fromkeys(cells["model"].tolist())
+    ]
+    return _of_interval(stratified_difference(pairs, single_is_exact=True), np.nan)
 
 
 def _of_sizes(path: Path) -> EffectEstimate:

@@ -41,6 +41,16 @@ def test_algorithms_are_compared_by_what_they_have_late_in_training(tmp_path):
     assert of_algorithms(tmp_path, 0.1, 0.5).effect < 0.0
 
 
+def test_gaits_are_compared_with_zero_over_the_runs_of_each_policy(tmp_path):
+    rows = [("pgpe", "a", 1.0), ("pgpe", "a", 1.2), ("pgpe", "b", 3.0), ("pgpe", "b", 3.2)]
+    rows += [("pgpe", "b", np.nan), ("other", "a", -9.0)]
+    text = "".join(f"{algorithm},{model},{value}\n" for algorithm, model, value in rows)
+    (tmp_path / "gaits.csv").write_text("algorithm,model,nearer_resonance\n" + text)
+    found = measure_kept(OfTrainings("gaits.csv", "nearer_resonance", "pgpe"), tmp_path)
+    assert found.effect == pytest.approx(2.1)
+    assert 0.0 < found.low < 2.1 < found.high
+
+
 def test_a_best_gain_at_the_edge_of_the_map_is_not_fitted(tmp_path):
     omega = np.linspace(2.0, 10.0, 60)
     best = np.minimum(1.3 * omega, 6.0)
@@ -64,11 +74,12 @@ def test_a_folder_that_is_not_there_is_refused_before_anything_is_computed(tmp_p
 
 
 def test_every_experiment_has_a_command_that_measures_it():
-    for each in EXPERIMENTS:
-        assert "here" in command_for(each.table, Path("here"))
+    for experiment in EXPERIMENTS:
+        for table in experiment.tables:
+            assert "here" in command_for(table, Path("here"))
 
 
-@pytest.mark.parametrize("table", [e.table for e in EXPERIMENTS])
+@pytest.mark.parametrize("table", [table for e in EXPERIMENTS for table in e.tables])
 @pytest.mark.parametrize("content", ["", "a,b\n1,2\n", "\x00\x01", "actuation,way\nsector\n"])
 def test_a_table_that_is_none_is_named_in_one_line(tmp_path, table, content):
     (tmp_path / table).write_text(content)
