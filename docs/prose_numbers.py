@@ -90,10 +90,10 @@ def effect(study: str, claim: str, omega_t: str = "both") -> tuple[float, float,
     return row.effect, row.low, row.high
 
 
-def verdicts(study: str, word: str) -> int:
-    """How many claims have this outcome over all ways to count, by its name in the table."""
-    text = (KEPT / study / "claims.md").read_text(encoding="utf-8")
-    return sum(f"| **{word}** |" in line for line in text.splitlines())
+def outcomes(word: str) -> int:
+    """How many claims have an outcome that begins with these words, over all ways to count."""
+    text = (KEPT / "study" / "claims.md").read_text(encoding="utf-8")
+    return sum(found.startswith(word) for found in re.findall(r"\| \*\*([^*|]+)\*\* \|", text))
 
 
 def learned_runs(omega_t: float) -> pd.DataFrame:
@@ -212,6 +212,52 @@ def readings(
         rows = rows[[ALLOWED[among](every[n]) for n in rows.reading]]
     said = rows.verdict == verdict if verdict else rows.effect.notna()
     return int((said & (rows.reading != but)).sum())
+
+
+_TRAINED = ("equal", "80", "plateau")
+
+
+def figure3(policy: str, arm: str, trained: str, column: str, best: bool = False) -> tuple:
+    """A cell of Fig. 3's comparison with its interval: after equal time, 80 generations, the end.
+
+    `column` is "CoT" or "over SAC" or "over PPO"; of the last policies, or of the best ones.
+    """
+    head = f"CoT⁻¹ of the {'best' if best else 'last'}" if column == "CoT" else column
+    at = _TRAINED.index(trained) + (3 if best and column != "CoT" else 0)
+    page = "experiments/figure3"
+    return tuple(cells(page, head, policy, arm, part=part)[at] for part in range(3))
+
+
+@cache
+def late(name: str, algorithm: str, model: str) -> tuple[float, ...]:
+    """CoT⁻¹ late in the trainings of a kept table of curves, run by run."""
+    from tegotae.training.curves import groups, read_curves
+
+    kept = groups(read_curves([KEPT / "experiments" / f"{name}.csv"]))
+    return tuple(run.late_mean() for run in kept[model, algorithm])
+
+
+def second_look(algorithm: str, policy: str, over: bool = False) -> tuple[float, float, float]:
+    """CoT⁻¹ at the end of the second look's trainings, or PGPE's lead over it."""
+    from tegotae.measures.hopping.statistics import difference, interval
+
+    model = f"AR-rF-{policy}-w8"
+    theirs = late("second_look", f"{algorithm}, suited", model)
+    found = interval(theirs, within=(0.0, np.inf))
+    if over:
+        found = difference(late("figure3", "pgpe-figure3", model), theirs)
+    return found.mean, found.low, found.high
+
+
+def gaits_of(arm: str) -> pd.DataFrame:
+    """The best policies of Fig. 3's trainings by one algorithm that settle within 40 s."""
+    return rows("experiments/figure3_gaits", algorithm=arm).dropna(subset="hop_rate")
+
+
+def least_best(name: str, algorithm: str, policy: str) -> float:
+    """The best CoT⁻¹ on the way of the run whose best is the least, in a kept table of curves."""
+    runs = rows(f"experiments/{name}", algorithm=algorithm, model=f"AR-rF-{policy}-w8")
+    return float(runs.groupby("seed").cot_inverse.max().min())
 
 
 @cache

@@ -130,7 +130,8 @@ def write(curves: Sequence[LearningCurve], out: Path) -> None:
     """The table of all points, the comparison and the figure."""
     write_csv(out / "figure3.csv", table(curves), digits=6)
     (out / "figure3.md").write_text(text(curves), encoding="utf-8")
-    save_figure(algorithms_figure(list(curves)), out / "figure3.png")
+    shown = [curve for curve in curves if curve.algorithm in ("pgpe-figure3", *AGENTS)]
+    save_figure(algorithms_figure(shown), out / "figure3.png")
 
 
 def gaits(out: Path) -> dict[str, list[Any]]:

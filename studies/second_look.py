@@ -14,7 +14,7 @@ for comparison. What a sceptic would change:
 - rewards are honest: energy that the body lost since the last apex is charged as work too (with the
   paper's reward, a first hop that lives on the release pays most).
 
-PGPE beside them is that of Fig. 3.
+PGPE beside them is `pgpe-figure3` of Fig. 3.
 
 Trainings that are done are not done again. Writes `second_look.png` and `second_look.csv`.
 """
@@ -96,7 +96,7 @@ class SecondLook:
             dataclasses.replace(curve, algorithm=LABELS[curve.algorithm])
             for curve in read_curves([self.out])
         ]
-        shown = [*(curve for curve in first if curve.algorithm == "pgpe"), *second]
+        shown = [*(curve for curve in first if curve.algorithm == "pgpe-figure3"), *second]
         output = Output(out=self.figure)
         output.write(algorithms_figure(shown), algorithms_tables(second))
         print_comparison([*first, *second])

@@ -55,7 +55,7 @@ _MEASURES = {
 }
 
 
-_ALGORITHMS = {"pgpe": "PGPE", "sac": "SAC", "ppo": "PPO"}
+_ALGORITHMS = {"pgpe": "PGPE", "pgpe-figure3": "PGPE", "sac": "SAC", "ppo": "PPO"}
 
 
 def outcomes_table(findings: Sequence[Finding]) -> str:
@@ -177,7 +177,7 @@ def described(effect: Effect) -> str:
         return f"{_heading(effect.metric)}, ({a.label} − {b.label}) − ({c.label} − {d.label})"
     if isinstance(effect, OfTrainings):
         ours, theirs = (_ALGORITHMS.get(each, each) for each in (effect.ours, effect.theirs))
-        return f"{_heading(effect.metric)}, {ours} − {theirs}"
+        return f"{_heading(effect.metric)}, {ours}{f' − {theirs}' if theirs else ''}"
     if isinstance(effect, OfGainMap):
         theirs = f" − {effect.theirs}" if effect.theirs else ""
         return f"{_heading(effect.measure)}, {effect.ours}{theirs}"
