@@ -261,6 +261,18 @@ def least_best(name: str, algorithm: str, policy: str) -> float:
 
 
 @cache
+def of_calibrated_optimum(kind: str) -> np.ndarray:
+    """CoT⁻¹ of the best run of each model in the calibrated body, over the best known gait's."""
+    sys.path.insert(0, str(ROOT / "studies"))
+    from calibrated_optimum import best_runs
+    from reproduction.export import read_csv
+
+    rate, value = best_runs(read_csv(KEPT / "study-calibrated" / "calibrated.csv"))[kind]
+    line = table("study-calibrated/optimum")
+    return value / np.interp(rate, line.omega, line.cot_inverse)
+
+
+@cache
 def over_best_vanilla(omega_t: float, resamples: int = 2000) -> tuple[float, float, float]:
     """CoT⁻¹ of learned feedback on [F_k], less that of the best V model of the same ω_t [m/J].
 

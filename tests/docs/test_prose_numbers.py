@@ -9,7 +9,7 @@ from prose_numbers import MARK, cell, cells, crossing, pages, rows, stale
 
 MARKED = [path for path in pages() if MARK.search(path.read_text(encoding="utf-8"))]
 
-WITHOUT_MARKS = {"algorithms", "tables", "two_readings"}
+WITHOUT_MARKS = {"tables"}
 """Studies that may have none: numbers of theirs are still to be held to tables."""
 
 
