@@ -10,7 +10,7 @@ import pytest
 from pages import DOCS
 from places import ROOT
 from programs import PROGRAMS
-from tegotae.cli.parsing import help_of, overview, overview_of
+from tegotae.cli.help_texts import help_of, overview, overview_of
 from tegotae.cli.program import Command, CommandGroup
 from vocabulary import PROSE
 

@@ -12,7 +12,7 @@ from tegotae._support.errors import TegotaeError, unknown
 from tegotae._support.progress import QUIET
 from tegotae.cli.commands import TEGOTAE
 from tegotae.cli.console import DEBUG, exit_status, leave, make_safe, warn_in_one_line
-from tegotae.cli.parsing import help_of, overview, overview_of
+from tegotae.cli.help_texts import help_of, overview, overview_of
 from tegotae.cli.program import Command, CommandGroup
 
 _HELP = (["-h"], ["--help"])

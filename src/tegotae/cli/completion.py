@@ -9,7 +9,8 @@ from typing import Annotated, Literal
 import tyro
 
 from tegotae.cli.commands import COMMANDS
-from tegotae.cli.parsing import SWITCHES, options_of
+from tegotae.cli.help_texts import SWITCHES
+from tegotae.cli.parsing import options_of
 from tegotae.cli.program import Command, CommandGroup
 from tegotae.systems.zoo import PREFIX, names
 

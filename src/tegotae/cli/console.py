@@ -22,7 +22,6 @@ from rich.table import Table
 
 from tegotae._start import INTERRUPTED, end_on_ctrl_c
 from tegotae._support.errors import TegotaeError, shortened
-from tegotae._support.files import output_file
 from tegotae._support.progress import Console
 
 PLAIN = "tegotae.plain"
@@ -204,6 +203,8 @@ def check_outputs(csv: Path | None, plot: Path | None, animate: Path | None) -> 
         plot: file of a figure.
         animate: file of an animation.
     """
+    from tegotae._support.files import output_file  # NumPy is slow to import
+
     if csv is not None:
         output_file(csv)
     if plot is not None:

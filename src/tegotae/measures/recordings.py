@@ -115,7 +115,7 @@ def read_columns(path: Path | str) -> dict[str, np.ndarray]:
     return read(path)
 
 
-def numbers_of(name: str, column: Iterable) -> np.ndarray:
+def _numbers_of(name: str, column: Iterable) -> np.ndarray:
     """A column as float64, NaN where a cell is empty.
 
     Raises:
@@ -279,7 +279,7 @@ def recording(
     else:
         times = {}
     values = {
-        f"{quantity}_{next(iter(QUANTITIES[quantity].units)).lower()}": unit * numbers_of(
+        f"{quantity}_{next(iter(QUANTITIES[quantity].units)).lower()}": unit * _numbers_of(
             name, columns[name]
         )
         for quantity, (name, unit) in chosen.items()

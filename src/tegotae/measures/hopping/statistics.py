@@ -192,7 +192,7 @@ def stratified_difference(
         '1.00'
     """
     pairs = [(_row("values", values), _row("baseline", base)) for values, base in strata]
-    used = [pair for pair in pairs if all(has_mean(row, single_is_exact) for row in pair)]
+    used = [pair for pair in pairs if all(_has_mean(row, single_is_exact) for row in pair)]
     rows, baselines = [a for a, _ in used], [b for _, b in used]
     return balanced_difference(
         rows, baselines, factor=factor, single_is_exact=single_is_exact, within=within
@@ -229,7 +229,7 @@ def balanced_difference(
         [
             row
             for row in map(partial(_row, name, within=within), rows)
-            if has_mean(row, single_is_exact)
+            if _has_mean(row, single_is_exact)
         ]
         for name, rows in (("values", values), ("baseline", baseline))
     ]
@@ -254,7 +254,7 @@ def balanced_difference(
     return Interval(mean, math.sqrt(variance), low, high, count, undefined, WELCH)
 
 
-def has_mean(row: np.ndarray, single_is_exact: bool = False) -> bool:
+def _has_mean(row: np.ndarray, single_is_exact: bool = False) -> bool:
     """Whether the mean of a row has a known spread: two defined values, or an exact one."""
     defined = int((~np.isnan(row)).sum())
     return defined >= 2 or (single_is_exact and len(row) == defined == 1)
