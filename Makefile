@@ -11,14 +11,10 @@ VENV ?= .venv
 SCALE ?= quick
 READING ?= study
 $(if $(filter $(READING),study calibrated),,$(error READING is $(READING); it must be study or calibrated))
-# Of each reading: its folder of records, its options (the study's own has none), and its tables.
+# Of each reading: its folder of records, and its tables.
 STUDY_study := results/$(SCALE)
 STUDY_calibrated := results/$(SCALE)-calibrated
 STUDY := $(STUDY_$(READING))
-OPTIONS_study :=
-OPTIONS_calibrated := --mass 0.06861 --stiffness 4.38103 --damping 0.343426 \
-  --flight-damping 0.343426 --max-force 1.23844 --rest-length 0.6331 --height 0.653992 \
-  --drop 0.12662 --frequency-weight 0.08085
 TABLES_study := docs/_static/study/paper
 TABLES_calibrated := docs/_static/study-calibrated/calibrated
 TABLES := $(TABLES_$(READING))
@@ -61,7 +57,7 @@ lint: $(INSTALLED)
 	$(BIN)/pyright --pythonpath $(BIN)/python
 
 reproduce: $(INSTALLED)
-	$(BIN)/python -m reproduction run --dir $(STUDY) --scale $(SCALE) $(OPTIONS_$(READING))
+	$(BIN)/python -m reproduction run --dir $(STUDY) --scale $(SCALE) --reading $(READING)
 ifeq ($(READING) $(SCALE),study paper)
 	$(MAKE) experiments EXPERIMENTS=$(EXPERIMENTS)
 endif

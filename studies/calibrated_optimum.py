@@ -21,6 +21,7 @@ from matplotlib.figure import Figure
 from kept import write_rows
 from reproduction.export import read_csv as read_study
 from reproduction.optimum import optimise
+from reproduction.readings.named import reading_named
 from reproduction.table import Table
 from tegotae import Hopper
 from tegotae._support.tables import numbers, read_csv
@@ -28,14 +29,7 @@ from tegotae.cli.console import exit_status
 from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, save_figure, styled
 
 FOLDER = Path(__file__).resolve().parents[1] / "docs" / "_static" / "study-calibrated"
-BODY = Hopper(
-    mass_kg=0.06861,
-    stiffness_n_per_m=4.38103,
-    damping_ns_per_m=0.343426,
-    flight_damping_ns_per_m=0.343426,
-    max_force_n=1.23844,
-    rest_length_m=0.6331,
-)
+BODY = reading_named("calibrated").on(Hopper())
 """That of `make reproduce READING=calibrated`."""
 OMEGAS = (2.0, 3.0, 4.0, *np.arange(5.0, 10.01, 0.25).tolist(), 11.0, 12.0, 13.0, 14.0)
 """Hop frequencies [rad/s]."""

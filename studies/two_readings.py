@@ -18,6 +18,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from reproduction.export import read_csv
+from reproduction.readings.named import reading_named
 from reproduction.table import ARCHITECTURES, Table
 from tegotae import Hopper
 from tegotae.cli.console import exit_status
@@ -25,12 +26,11 @@ from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, save_figure, sty
 from tegotae.measures.hopping.statistics import Interval, interval
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"
-CALIBRATED_WEIGHT_N = 0.06861 * 9.81
 READINGS = {
     "the study": (DOCS / "_static" / "study" / "paper.csv", Hopper().weight_n),
     "calibrated": (
         DOCS / "_static" / "study-calibrated" / "calibrated.csv",
-        CALIBRATED_WEIGHT_N,
+        reading_named("calibrated").on(Hopper()).weight_n,
     ),
 }
 """The table of each reading, and the weight of its body [N]."""

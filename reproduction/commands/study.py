@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -11,6 +11,7 @@ import tyro
 
 from reproduction.folder import Folder
 from reproduction.plan import Plan, plan
+from reproduction.readings.named import STUDY, reading_named
 from reproduction.record import Record
 from tegotae._support.engines import require_workers
 from tegotae._support.errors import TegotaeError
@@ -34,6 +35,9 @@ class StudyRun(ExperimentOptions):
     scale: str = "quick"
     """Extent of the study: smoke (seconds), quick (all architectures, few runs), paper (218 models,
     15 runs, to the plateau) or paper-80x16 (the same with the paper's budget)."""
+    reading: str = STUDY
+    """What the paper leaves open, of all models: study, calibrated, or a file of options (.json).
+    Options that are given beside it go before its own."""
     models: Annotated[Several, UNSET] = ()
     """Only models with these names, with * and ? as in a shell; an empty text for none."""
     experiments: Annotated[Several, UNSET] = ()
@@ -77,7 +81,8 @@ class StudyRun(ExperimentOptions):
         others = [each for name in chain(*self.experiments) for each in experiments_at(name)]
         own = {each.name for each in others}
         whole = plan(self.scale, [*chain(*self.models)] if self.models else "*", others)
-        experiments = [e if e.name in own else self.applied(e) for e in whole.experiments]
+        options = self._read
+        experiments = [e if e.name in own else options.applied(e) for e in whole.experiments]
         for experiment in experiments:
             experiment.check()
         for metric in whole.metrics:
@@ -86,6 +91,17 @@ class StudyRun(ExperimentOptions):
         if self.algorithm is not None:
             settings["algorithm"] = settings_named(self.algorithm, (Algorithm,))
         return replace(whole, experiments=tuple(experiments), **settings)
+
+    @property
+    def _read(self) -> ExperimentOptions:
+        """The options of the reading, except those that were given."""
+        reading = reading_named(self.reading)
+        given = {
+            field.name: getattr(self, field.name)
+            for field in fields(ExperimentOptions)
+            if getattr(self, field.name) != field.default
+        }
+        return replace(reading, **given)
 
 
 @dataclass(frozen=True)

@@ -16,13 +16,14 @@ import pytest
 
 import study_runs
 from places import ROOT
-from programs import main
+from programs import main, parsed
 from reproduction import runner
 from reproduction.about import about
 from reproduction.claims.atomic import ATOMIC_CLAIMS
 from reproduction.claims.effect_table import effects_csv, read_effects
 from reproduction.folder import Folder
 from reproduction.plan import plan
+from reproduction.readings.named import reading_named
 from reproduction.record import read
 from reproduction.table import tabulate
 from reproduction.unit import FORMAT, key_of
@@ -65,14 +66,13 @@ def contents(folder: Path) -> dict[str, bytes]:
     }
 
 
-CALIBRATED = {
-    "mass_kg": 0.06861,
-    "stiffness_n_per_m": 4.38103,
-    "damping_ns_per_m": 0.343426,
-    "flight_damping_ns_per_m": 0.343426,
-    "max_force_n": 1.23844,
-    "rest_length_m": 0.6331,
-}
+CALIBRATED = reading_named("calibrated")
+NINE = (
+    *("--mass", "0.06861", "--stiffness", "4.38103", "--damping", "0.343426"),
+    *("--flight-damping", "0.343426", "--max-force", "1.23844", "--rest-length", "0.6331"),
+    *("--height", "0.653992", "--drop", "0.12662", "--frequency-weight", "0.08085"),
+)
+"""The calibrated reading as options: records of this reading were kept under their keys."""
 
 
 def export(folder: Path, out: Path, *more: str) -> Path:
@@ -81,6 +81,40 @@ def export(folder: Path, out: Path, *more: str) -> Path:
 
 
 # A study from the command line.
+
+
+def keys(*words: str) -> list[str]:
+    """The keys of the records that a run keeps."""
+    run = parsed(["reproduction", "run", "--dir", "study", "--scale", "smoke", *words])
+    return [unit.key for unit in run.plan.units]
+
+
+def test_a_reading_keeps_the_records_of_its_options(tmp_path):
+    assert keys("--reading", "calibrated") == keys(*NINE)
+    assert keys("--reading", "calibrated", "--drop", "0.1") == keys(*NINE, "--drop", "0.1")
+    assert keys("--reading", "study") == keys() != keys(*NINE)
+    (tmp_path / "mine.json").write_text('{"mass": 0.2, "cot_only": true}')
+    assert keys("--reading", str(tmp_path / "mine.json")) == keys("--mass", "0.2", "--cot-only")
+
+
+@pytest.mark.parametrize(
+    ("reading", "said"),
+    [
+        ("calibrate", "no reading is called 'calibrate'; did you mean calibrated?"),
+        ('{"mass_kg": 0.2}', "no option is called 'mass_kg'; did you mean mass"),
+        ('{"mass": "heavy"}', "its mass is 'heavy'; it must be a number"),
+        ("[0.2]", "it is a list; it must be an object"),
+        (None, "there is no such file"),
+    ],
+)
+def test_what_is_no_reading_is_said_before_the_work(reading, said, tmp_path, no_work, capsys):
+    name = tmp_path / "mine.json"
+    if reading and reading[0] in "[{":
+        name.write_text(reading)
+    elif reading:
+        name = reading
+    assert main(["reproduction", "run", "--dir", str(tmp_path / "s"), "--reading", str(name)]) == 2
+    assert said in capsys.readouterr().err
 
 
 def test_a_run_says_how_far_it_is_and_what_comes_next(smoke_study):
@@ -295,7 +329,7 @@ def test_a_report_leaves_a_damaged_record_out_and_says_so(damaged, monkeypatch, 
     [
         ({}, "The study's own reading"),
         ({"mass_kg": 0.2}, "A reading of its own"),
-        (CALIBRATED, "A calibrated reading (damped in flight, though III-B of the paper"),
+        (CALIBRATED.given, "A calibrated reading (damped in flight, though III-B of the paper"),
     ],
 )
 def test_a_report_names_the_reading_that_it_is_of(changed, name):
