@@ -83,10 +83,9 @@ def cell(page: str, column: str, *row: str, part: int = 0) -> float:
     return number
 
 
-def effect(study: str, claim: str, omega_t: str = "both") -> tuple[float, float, float]:
-    """A claim's effect and its 95 % interval, counted as the study counts, at one ω_t or both."""
-    rows = table(f"{study}/effects").query("claim == @claim and omega_t == @omega_t")
-    row = rows.iloc[0]
+def effect(study: str, claim: str, omega_t: str = "both", **counted: str) -> tuple[float, ...]:
+    """A claim's effect and its 95 % interval, counted as the study counts unless said."""
+    row = rows(f"{study}/effects", claim=claim, omega_t=omega_t, **counted).iloc[0]
     return row.effect, row.low, row.high
 
 
