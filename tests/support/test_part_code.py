@@ -259,11 +259,11 @@ def test_agents_do_not_go_on_with_other_code(users, tmp_path):
     def configuration():
         return Run(experiment=users.experiment, learner=AgentLearner()).configuration
 
-    claim(tmp_path, configuration(), {})
+    claim(tmp_path, configuration(), {"engine": "xla"})
     (tmp_path / "edited-seed0.json").write_text("{}")
     users.edit("2.0")
     with pytest.raises(TegotaeError, match=f"differs in code of {users.body}"):
-        claim(tmp_path, configuration(), {})
+        claim(tmp_path, configuration(), {"engine": "xla"})
 
 
 def test_a_record_of_generalisation_is_one_of_its_code(users):
