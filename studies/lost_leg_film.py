@@ -61,7 +61,15 @@ def frame_at(run: GaitRun, after_s: float) -> int:
 
 
 def write_film(run: GaitRun, leg: str, path: Path) -> None:
-    """A film from shortly before the loss on."""
+    """A film from shortly before the loss on; the lost leg is not there afterwards."""
+    trajectory = run.trajectory
+    gone = (trajectory.time_s > LOST_S)[:, None] & (np.array(run.legged.names) == leg)
+    feet = {
+        name: np.where(gone, np.nan, values)
+        for name, values in trajectory.channels.items()
+        if name.startswith("foot_") and np.shape(values) == gone.shape
+    }
+    trajectory = trajectory._replace(channels={**trajectory.channels, **feet})
     times = np.arange(*FILM_S, 1.0 / (FRAMES_PER_S * SLOWER))
     frames = np.array([frame_at(run, t) for t in times])
 
@@ -69,7 +77,7 @@ def write_film(run: GaitRun, leg: str, path: Path) -> None:
         return f"{leg} lost" if run.trajectory.time_s[index] > LOST_S else ""
 
     with styled():
-        save_animation(moving(run.legged, run.trajectory, frames, note), path)
+        save_animation(moving(run.legged, trajectory, frames, note), path)
 
 
 def draw_frames(runs: dict[str, dict[str, GaitRun]]) -> Figure:

@@ -202,7 +202,7 @@ class _View:
         axes.set_aspect("equal", adjustable="box")
         axes.set_ylabel(f"{'up' if view is _SIDE else 'left'} [{legged.units[0]}]")
         if view is _SIDE:
-            top = max(shape.hips_m[frames][..., 2].max(), shape.feet_m[frames][..., 2].max())
+            top = max(shape.hips_m[frames][..., 2].max(), np.nanmax(shape.feet_m[frames][..., 2]))
             axes.axhspan(-1e3, 0.0, color="0.88", lw=0)
             axes.set_ylim(-0.15, float(top) + _MARGIN)
         (self.outline,) = axes.fill([0.0], [0.0], color="0.75", ec="k", lw=1.0, zorder=2)
