@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import ctypes
 import subprocess
 import sys
 
 import pytest
+from scipy.linalg import cython_lapack
+
+from tegotae.training.algorithms import CMAES
 
 
 @pytest.mark.thorough
@@ -21,3 +25,11 @@ def test_it_ends_with_ninety_six_weights_and_several_seeds(tmp_path):
     )
     assert ended.returncode == 0, ended.stderr
     assert len(list((tmp_path / "o").glob("*seed?.json"))) == 4
+
+
+def test_scipys_blas_has_one_thread_when_devices_wait_for_it():
+    CMAES(population=8).strategy(3)
+    library = ctypes.CDLL(cython_lapack.__file__)
+    if not hasattr(library, "scipy_openblas_get_num_threads"):
+        pytest.skip("SciPy is built on another BLAS")
+    assert library.scipy_openblas_get_num_threads() == 1

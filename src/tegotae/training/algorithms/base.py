@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
-from dataclasses import Field
+from collections.abc import Callable, Mapping
+from dataclasses import Field, dataclass
 from functools import cache
-from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, TypeAlias, TypeVar
 
 import jax
 import jax.numpy as jnp
@@ -74,10 +74,44 @@ class Algorithm(ABC):
         return self.strategy(n).init(key, weights, self.parameters(n))
 
 
-def with_hyperparameters(state: SearchState, **values: float) -> SearchState:
-    """A strategy's state with these settings of its `optax.inject_hyperparams` optimiser."""
-    settings = {name: jnp.asarray(value, "float32") for name, value in values.items()}
-    return state.replace(opt_state=state.opt_state._replace(hyperparams=settings))
+class OptimizerState(NamedTuple):
+    """What an `Adjustable` optimiser keeps."""
+
+    settings: dict[str, jax.Array]
+    inner: Any
+
+
+@dataclass(frozen=True)
+class Adjustable:
+    """An optimiser of evosax's interface whose settings are data: others compile nothing anew.
+
+    Args:
+        make: optax's kind of optimiser (`init`, `update`) of the settings by name.
+        settings: the first ones.
+    """
+
+    make: Callable[..., Any]
+    settings: Mapping[str, float]
+
+    def init(self, means: jax.Array) -> OptimizerState:
+        """The state before the first update."""
+        return OptimizerState(_arrays(self.settings), self.make(**self.settings).init(means))
+
+    def update(
+        self, gradient: jax.Array, state: OptimizerState, means: jax.Array | None = None
+    ) -> tuple[jax.Array, OptimizerState]:
+        """The step of the means, and the state after it."""
+        step, inner = self.make(**state.settings).update(gradient, state.inner, means)
+        return step, state._replace(inner=inner)
+
+
+def with_settings(state: SearchState, **values: float) -> SearchState:
+    """A strategy's state with these settings of its `Adjustable` optimiser."""
+    return state.replace(opt_state=state.opt_state._replace(settings=_arrays(values)))
+
+
+def _arrays(values: Mapping[str, float]) -> dict[str, jax.Array]:
+    return {name: jnp.asarray(value, "float32") for name, value in values.items()}
 
 
 @cache

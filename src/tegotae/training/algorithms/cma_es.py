@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, TypeVar
@@ -26,7 +27,7 @@ class CMAES(Algorithm):
     Candidates are θ ~ N(μ, s² C); weighted by the ranks of their fitness, they move the mean μ, the
     step size s and the covariance C.
 
-    It sets the BLAS libraries of this process to one thread.
+    It sets SciPy's BLAS, with which JAX decomposes, to one thread in this process.
 
     Raises:
         TegotaeError: for a setting out of its range.
@@ -53,10 +54,8 @@ class CMAES(Algorithm):
     def make(self, n_weights: int) -> CMA_ES:
         """evosax's CMA-ES."""
         from evosax.algorithms import CMA_ES
-        from threadpoolctl import threadpool_limits
 
-        # As below: threads that wait for threads of the BLAS do so for ever, on two devices.
-        threadpool_limits(limits=1, user_api="blas")
+        _use_one_blas_thread()
         return CMA_ES(self.population, jnp.zeros(n_weights))
 
     def of_seeds(self, function: Callable[..., T]) -> Callable[..., T]:
@@ -71,3 +70,13 @@ class CMAES(Algorithm):
         """evosax's parameters."""
         defaults = self.strategy(n_weights).default_params
         return defaults.replace(std_init=jnp.asarray(self.std))
+
+
+def _use_one_blas_thread() -> None:
+    """Devices whose threads wait for those of the BLAS do so for ever, where there are two."""
+    from scipy.linalg import cython_lapack  # type: ignore[attr-defined]
+
+    library = ctypes.CDLL(cython_lapack.__file__)  # Its symbols include those that it is linked to.
+    for name in ("scipy_openblas_set_num_threads", "openblas_set_num_threads"):
+        if hasattr(library, name):
+            getattr(library, name)(1)

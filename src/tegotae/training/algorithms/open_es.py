@@ -3,18 +3,51 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
-import optax
 from evosax.algorithms import Open_ES
 
 from tegotae._support.errors import TegotaeError, require_count, require_finite
-from tegotae.training.algorithms.base import Algorithm, with_hyperparameters
+from tegotae.training.algorithms.base import Adjustable, Algorithm, with_settings
 
 if TYPE_CHECKING:
     from evosax.algorithms import Open_ES
+
+
+class Moments(NamedTuple):
+    """What Adam keeps: the number of updates, and the means of the gradient and of its square."""
+
+    updates: jax.Array
+    first: jax.Array
+    second: jax.Array
+
+
+@dataclass(frozen=True)
+class Adam:
+    """Adam with its standard decays, of a learning rate that may be traced.
+
+    Reference: D. P. Kingma and J. Ba, Adam: a method for stochastic optimization, 2015.
+    """
+
+    learning_rate: float | jax.Array
+
+    def init(self, means: jax.Array) -> Moments:
+        """The state before the first update."""
+        return Moments(jnp.zeros((), "int32"), jnp.zeros_like(means), jnp.zeros_like(means))
+
+    def update(
+        self, gradient: jax.Array, state: Moments, means: jax.Array | None = None
+    ) -> tuple[jax.Array, Moments]:
+        """The step of the means, and the state after it."""
+        slow, slower, least = (jnp.asarray(x, "float32") for x in (0.9, 0.999, 1e-8))
+        count = state.updates + 1
+        first = (1 - slow) * gradient + slow * state.first
+        second = (1 - slower) * gradient**2 + slower * state.second
+        deviation = jnp.sqrt(second / (1 - slower**count))
+        step = first / (1 - slow**count) / (deviation + least)
+        return -self.learning_rate * step, Moments(count, first, second)
 
 
 class FixedDeviation(Open_ES):
@@ -64,12 +97,11 @@ class OpenES(Algorithm):
     def make(self, n_weights: int) -> Open_ES:
         """evosax's OpenAI-ES."""
 
-        optimizer = optax.inject_hyperparams(optax.adam)(learning_rate=self.learning_rate)
+        optimizer: Any = Adjustable(Adam, {"learning_rate": self.learning_rate})
         return FixedDeviation(self.population, jnp.zeros(n_weights), optimizer=optimizer)
 
     def start(self, key: jax.Array, weights: jax.Array):
         """State of a search that starts from `weights`, with its deviation and Adam's step size."""
         state = super().start(key, weights)
-        optimizer = {**state.opt_state.hyperparams, "learning_rate": self.learning_rate}
-        state = with_hyperparameters(state, **optimizer)
+        state = with_settings(state, learning_rate=self.learning_rate)
         return state.replace(std=jnp.asarray(self.std, "float32"))

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import jax
 import jax.numpy as jnp
-import optax
 
 from tegotae._support.errors import TegotaeError, require_count, require_finite
-from tegotae.training.algorithms.base import Algorithm, with_hyperparameters
+from tegotae.training.algorithms.base import Adjustable, Algorithm, with_settings
 
 if TYPE_CHECKING:
     from evosax.algorithms import PGPE as EvosaxPGPE  # noqa: N811
@@ -72,11 +71,7 @@ class PGPE(Algorithm):
         from evosax.algorithms import PGPE as EvosaxPGPE  # noqa: N811
         from evosax.core.optimizer import clipup
 
-        optimizer = optax.inject_hyperparams(clipup, static_args=("eps",))(
-            learning_rate=self.learning_rate,
-            max_velocity=self.max_speed,
-            momentum=self.momentum,
-        )
+        optimizer: Any = Adjustable(clipup, self._clipup)
         return EvosaxPGPE(self.population, jnp.zeros(n_weights), optimizer=optimizer)
 
     def parameters(self, n_weights: int):
@@ -87,9 +82,12 @@ class PGPE(Algorithm):
 
     def start(self, key: jax.Array, weights: jax.Array):
         """State of a search that starts from `weights`, with ClipUp's settings."""
-        return with_hyperparameters(
-            super().start(key, weights),
-            learning_rate=self.learning_rate,
-            max_velocity=self.max_speed,
-            momentum=self.momentum,
-        )
+        return with_settings(super().start(key, weights), **self._clipup)
+
+    @property
+    def _clipup(self) -> dict[str, float]:
+        return {
+            "learning_rate": self.learning_rate,
+            "max_velocity": self.max_speed,
+            "momentum": self.momentum,
+        }
