@@ -16,7 +16,7 @@ from tegotae._support.documents import DamagedDocumentError
 from tegotae._support.errors import TegotaeError
 from tegotae._support.tables import numbers, parse_csv
 from tegotae._support.workplace import is_earlier
-from tegotae.training.folder import RunDocument
+from tegotae.training.folder import ExperimentEntry, RunDocument
 from tegotae.training.learner import curves_of
 
 COT, FITNESS = "cot_inverse", "fitness"
@@ -147,14 +147,10 @@ class _AlgorithmEntry(msgspec.Struct):
     population: Annotated[int, msgspec.Meta(ge=1)] = 1
 
 
-class _ExperimentEntry(msgspec.Struct):
-    name: str
-
-
 class _Trained(msgspec.Struct):
     """The entries read from a training's configuration."""
 
-    experiment: _ExperimentEntry
+    experiment: ExperimentEntry
     algorithm: _AlgorithmEntry
 
 

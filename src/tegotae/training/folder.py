@@ -31,23 +31,25 @@ class RunDocument(msgspec.Struct):
     software: dict[str, str] = {}
 
 
-class _Named(msgspec.Struct):
+class ExperimentEntry(msgspec.Struct):
+    """What `run.json` says at least of the experiment."""
+
     name: str
 
 
-class _Trained(msgspec.Struct):
-    experiment: _Named
+class _BegunConfiguration(msgspec.Struct):
+    experiment: ExperimentEntry
 
 
-class _Software(msgspec.Struct):
+class _BegunSoftware(msgspec.Struct):
     engine: str
 
 
 class _Begun(msgspec.Struct):
     """What of `run.json` decides whether a training goes on."""
 
-    configuration: _Trained
-    software: _Software
+    configuration: _BegunConfiguration
+    software: _BegunSoftware
 
 
 def versions_of(*packages: str) -> dict[str, str]:
