@@ -16,7 +16,7 @@ from tegotae.analysis.gaits.simulate import GaitRun, simulate
 from tegotae.figures.animation import FRAMES_PER_S, save_animation
 from tegotae.figures.gaits.animation import LegPositions, moving, pose
 from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, styled
-from tegotae.simulation.rollout import Timing
+from tegotae.simulation.rollout import Timing, Trajectory
 from tegotae.simulation.world import Step, with_changes
 from tegotae.systems.legged import Legged, random_phases
 
@@ -69,7 +69,7 @@ def write_film(run: GaitRun, leg: str, path: Path) -> None:
         for name, values in trajectory.channels.items()
         if name.startswith("foot_") and np.shape(values) == gone.shape
     }
-    trajectory = trajectory._replace(channels={**trajectory.channels, **feet})
+    trajectory = Trajectory(**{**trajectory.channels, **feet})
     times = np.arange(*FILM_S, 1.0 / (FRAMES_PER_S * SLOWER))
     frames = np.array([frame_at(run, t) for t in times])
 
