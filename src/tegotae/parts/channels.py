@@ -15,8 +15,15 @@ else:
     RecordedFrame = Tick = object
 
 __all__ = [
-    *("FOOT", "FORCE"),
-    *("Channel", "Combined", "Latest", "RecordedFrame", "State", "Tick", "Total"),
+    "FOOT",
+    "FORCE",
+    "Channel",
+    "Combined",
+    "Latest",
+    "RecordedFrame",
+    "State",
+    "Tick",
+    "Total",
 ]
 
 
