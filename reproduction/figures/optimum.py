@@ -93,7 +93,7 @@ def optimum_figure(
                 left.plot(*points[name], **{"mew": 0, "alpha": 0.9} | style, label=literal(name))
             if name in longer:
                 label = literal(f"{name}, cycle of several hops")
-                left.plot(*longer[name], mew=0.6, mfc="none", label=label, **style)
+                left.plot(*longer[name], **{"mew": 0.6} | style | {"mfc": "none"}, label=label)
         left.set(xlim=(1.0, 16.0), ylim=(0.0, 1.4))
         left.set_xlabel("hop frequency ω [rad/s]")
         left.set_ylabel("CoT$^{-1}$ A  [m/J]")

@@ -11,6 +11,7 @@ from places import ROOT
 from reproduction.calibration.posterior import met
 from reproduction.calibration.prior import candidates
 from reproduction.readings.designs import CALIBRATED_TABLE
+from reproduction.readings.named import reading_named
 from tegotae._support.tables import read_csv
 
 KEPT = DOCS / "_static" / "calibration"
@@ -60,4 +61,7 @@ def test_the_calibrated_reading_meets_the_most_statements(study, measured, page)
     assert f"Number {best} of the prior meets" in page
     assert f"at the middle level, {found[best]} of 8" in page
     hopper = candidates(int(best) + 1)[int(best)].hopper
-    assert f"--mass {hopper.mass_kg} --stiffness {hopper.stiffness_n_per_m:.6g}" in page
+    kept = reading_named("calibrated")
+    given = (hopper.mass_kg, hopper.stiffness_n_per_m)
+    assert (kept.mass, kept.stiffness) == pytest.approx(given, rel=1e-6)
+    assert "--reading calibrated" in page

@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.animation import FFMpegWriter, FuncAnimation, PillowWriter
@@ -22,12 +22,14 @@ from PIL import Image
 from tegotae._support.errors import TegotaeError, formatted, require
 from tegotae._support.files import output_file, write_atomically
 from tegotae._support.progress import reporting
-from tegotae.envs._types import MjData, MjModel
-from tegotae.envs.mujoco.env import ModelBatch
-from tegotae.envs.mujoco.settings import ModelSettings
 from tegotae.figures.style import COLOURS, new_figure, styled
 from tegotae.systems.simulation import Result
-from tegotae.training.environments.replay import Replay
+
+if TYPE_CHECKING:  # of MuJoCo and Gymnasium, which are extras
+    from tegotae.envs._types import MjData, MjModel
+    from tegotae.envs.mujoco.settings import ModelSettings
+    from tegotae.training.environments.replay import Replay
+
 
 FRAMES_PER_S = 25
 """Pictures per simulated second, shown in real time."""
@@ -234,6 +236,8 @@ def _at(replay: Replay) -> np.ndarray:
 
 
 def _of_model(settings: ModelSettings, replay: Replay) -> list[np.ndarray]:
+    from tegotae.envs.mujoco.env import ModelBatch
+
     mujoco = require("mujoco", "mujoco")
     sensing = settings.sensed
     batch = ModelBatch(sensing, 1, settings.control_s, threads=1)

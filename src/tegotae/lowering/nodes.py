@@ -12,12 +12,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, ParamSpec, TypeAlias, TypeVar
 
-import jax
 import numpy as np
 from numpy.typing import ArrayLike
 
 from tegotae._support.errors import TegotaeError
-from tegotae._support.transforms import jit
 
 Traced: TypeAlias = Any
 """A jaxpr or a piece of one: JAX declares neither shapes nor types of what stands in it."""
@@ -40,6 +38,8 @@ def stays_a_call(function: Callable[P, T]) -> Callable[P, T]:
 
     Everywhere else it is the plain function: nothing of it shows in a compiled program.
     """
+    from tegotae._support.transforms import jit  # nodes need no JAX, nor does compiled code
+
     apart = jit(function)
 
     @functools.wraps(function)
@@ -88,10 +88,14 @@ class Place:
 
 def is_of_jax(path: str) -> bool:
     """Whether a path, or what begins with one, is that of a file of JAX itself."""
-    return _JAX in path
+    return _jax_folder() in path
 
 
-_JAX = str(Path(jax.__file__).parent)
+@functools.cache
+def _jax_folder() -> str:
+    import jax
+
+    return str(Path(jax.__file__).parent)
 
 
 def place_of(equation: Traced) -> Place | None:

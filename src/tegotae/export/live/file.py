@@ -1,4 +1,4 @@
-"""A native controller in a file: compiled, checked, read."""
+"""A native controller in a file: checked, read."""
 
 from __future__ import annotations
 
@@ -15,11 +15,8 @@ import numpy as np
 
 from tegotae._support.errors import TegotaeError
 from tegotae._support.files import write_atomically
-from tegotae.export.live.tick import live_tick
 from tegotae.lowering.layout import MemoryLayout
 from tegotae.lowering.llvm.compile import NativeStep, load_step
-from tegotae.parts.oscillators import PhaseOscillator
-from tegotae.systems.controller_file import SavedController
 
 if TYPE_CHECKING:
     from tegotae._support.documents import Document
@@ -166,34 +163,4 @@ def _of_document(about: Document, code: bytes) -> NativeController:
         inputs=MemoryLayout.of_document(about["inputs"]),
         outputs=MemoryLayout.of_document(about["outputs"]),
         code=code,
-    )
-
-
-def compiled(saved: SavedController, max_force_n: float | None = None) -> NativeController:
-    """A saved controller as code for this kind of processor.
-
-    Args:
-        saved: the controller.
-        max_force_n: the force at full push [N], where the file does not know it.
-
-    Raises:
-        TegotaeError: for a largest force that is missing, known already or out of range.
-        CannotLower: for an operation that has no native code.
-    """
-    tick = live_tick(saved.system, np.asarray(saved.weights), max_force_n)
-    controller = saved.controller
-    by_phase = type(controller.oscillator) is PhaseOscillator
-    of_oscillator = [name for name in tick.start if name.startswith("oscillator")]
-    return NativeController(
-        name=saved.name,
-        senses=tick.senses,
-        commands=controller.actuation.COMMANDS,
-        limbs=controller.limbs,
-        omega_rad_per_s=saved.omega,
-        phase_entry=of_oscillator[0] if by_phase else None,
-        start=tick.start,
-        state=tick.kernel.state,
-        inputs=tick.kernel.inputs,
-        outputs=tick.kernel.outputs,
-        code=tick.kernel.object_file(),
     )
