@@ -18,6 +18,7 @@ from reproduction.table import ARCHITECTURES, Table
 from tegotae.figures.style import COLOURS, COLUMN_IN, DIVERGING, PAGE_IN, new_figure, styled
 from tegotae.measures.hopping.metric import FIGURE, Metric
 from tegotae.measures.hopping.registry import range_of
+from tegotae.measures.hopping.statistics import SHARE
 from tegotae.measures.hopping.statistics import Interval, balanced_difference, mean_defined
 from tegotae.measures.optimum import curve
 
@@ -176,7 +177,7 @@ def _axis(metric: Metric) -> str:
     label = metric.math or metric.label
     if metric.unit:
         return f"{label} [{metric.unit}]"
-    return f"{label}\n(share)" if metric.is_share else label
+    return f"{label}\n(share)" if metric.range == SHARE else label
 
 
 def _named(omega: float | None, others: Collection[str]) -> str:

@@ -8,6 +8,7 @@ import pkgutil
 import re
 from collections.abc import Iterator
 from inspect import isabstract, isclass, isfunction, isroutine, signature
+from pathlib import Path
 
 import pytest
 
@@ -132,14 +133,10 @@ def test_every_part_names_its_source():
     assert [name for name in parts if not SOURCE.search(PUBLIC[name].__doc__)] == []
 
 
-def _catalogue() -> Iterator[pkgutil.ModuleInfo]:
-    return pkgutil.iter_modules(catalogue.__path__, f"{catalogue.__name__}.")
-
-
 def test_every_metric_of_the_package_names_its_source():
-    modules = [importlib.import_module(info.name) for info in _catalogue()]
-    assert len(modules) > 12
-    assert [each.__name__ for each in modules if not SOURCE.search(each.__doc__ or "")] == []
+    (folder,) = catalogue.__path__
+    named = sum(path.read_text().count("\n# Source: ") for path in Path(folder).glob("*.py"))
+    assert named == len(catalogue.METRICS)
 
 
 def test_every_public_function_of_several_arguments_explains_them():

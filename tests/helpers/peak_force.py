@@ -6,7 +6,6 @@ import jax.numpy as jnp
 
 from tegotae.measures.hopping import (
     Conditions,
-    Derivation,
     DerivedMetric,
     Episode,
     GaitMetric,
@@ -42,5 +41,7 @@ peak_force_in_weights = DerivedMetric(
     about="the same in weights of the body",
     more_is_better=None,
     range=(0.0, float("inf")),
-    derivation=Derivation(("peak_force_n",), _in_weights),
+    of=("peak_force_n",),
+    compute=_in_weights,
+    needs_body=True,
 )

@@ -7,10 +7,10 @@ import pytest
 
 from synthetic import Hopping, seconds
 from tegotae.measures.hopping import from_samples, gait
-from tegotae.measures.hopping.catalogue import feedback_share, feedback_while_pushing, phase_share
+from tegotae.measures.hopping.catalogue import oscillator
 from tegotae.simulation.rollout import Trajectory
 
-METRICS = tuple(each.METRIC for each in (feedback_share, feedback_while_pushing, phase_share))
+METRICS = (oscillator.FEEDBACK_SHARE, oscillator.FEEDBACK_WHILE_PUSHING, oscillator.PHASE_SHARE)
 ALPHA = 4.0
 
 

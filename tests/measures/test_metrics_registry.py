@@ -18,7 +18,6 @@ from tegotae.measures import evaluation
 from tegotae.measures.evaluation import Protocol, evaluate
 from tegotae.measures.hopping import (
     Conditions,
-    Derivation,
     DerivedMetric,
     GaitMetric,
     metrics,
@@ -156,20 +155,17 @@ def test_a_metric_that_is_not_registered_is_not_evaluated():
         evaluate(build("V-reflex-w8"), [[2.0]], 8.0, metrics=[PEAK])
 
 
-def test_what_was_measured_before_there_was_a_metric_has_it_where_it_follows():
+def test_metrics_follow_from_others_of_the_same_episodes():
     values = {
-        "cot_inverse": np.array([0.6, 0.6, 0.6, 0.0]),
-        "w_peak": np.array([4.0, 4.0, 4.0, np.nan]),
-        "a_peak": np.array([0.98, 0.98, 0.6, np.nan]),
-        "limit_cycle_period": np.array([1.0, 2.0, 1.0, np.nan]),
+        "cot_inverse": np.array([0.6, 0.6, 0.0]),
+        "hop_rate": np.array([4.0, np.nan, np.nan]),
+        "limit_cycle_period": np.array([1.0, 1.0, np.nan]),
     }
-    found = there.derived(values, Conditions(Hopper()))
-    assert found["optimum_share"][0] == pytest.approx(0.6 / 1.212, abs=1e-3)
-    # The spectrum does not tell the hop rate of a longer period, or one that is lost in harmonics;
-    # at rest there is none.
-    assert np.isnan(found["optimum_share"][1:]).all()
-    heavy = there.derived(values, Conditions(Hopper(mass_kg=0.11)))
-    assert np.isnan(heavy["optimum_share"]).all()
+    shares = there.derived(values, Conditions(Hopper()))["optimum_share"]
+    assert shares[0] == pytest.approx(0.6 / 1.212, abs=1e-3)
+    assert np.isnan(shares[1:]).all()
+    for body in (Hopper(mass_kg=0.11), None):
+        assert np.isnan(there.derived(values, Conditions(body))["optimum_share"]).all()
     assert there.derived({"cot_inverse": values["cot_inverse"]}, Conditions(Hopper())) == {}
 
 
@@ -191,14 +187,14 @@ def test_a_users_metric_passes_the_check(registered):
 @pytest.mark.parametrize(
     ("changed", "says"),
     [
-        ({"name": "peak force"}, "it becomes the column of a table"),
+        ({"name": "peak force"}, "it must be the name of a table's column"),
         ({"about": "two\nlines"}, "it must be one line of text"),
         ({"label": ""}, "it must be one line of text"),
-        ({"math": "$x$$"}, "math cannot be drawn"),
-        ({"range": (1.0, 0.0)}, "its first number must be the smaller"),
+        ({"math": "$x$$"}, "a text that matplotlib can draw"),
+        ({"range": (1.0, 0.0)}, "the least first"),
         ({"range": (0.0, 0.1)}, "outside of the range"),
         ({"more_is_better": "yes"}, "it must be True, False, or None"),
-        ({"shown": ("poster",)}, "names 'poster'; the places are table, figure, report"),
+        ({"shown": ("poster",)}, "it must be of .'table', 'figure', 'report'"),
         ({"channels": ("force",)}, "reads the channel 'actuator_force_n' but does not declare it"),
         ({"channels": "force"}, "it must be a tuple of names"),
         ({"channels": ()}, "reads the channel 'actuator_force_n' but does not declare it"),
@@ -227,7 +223,8 @@ def test_the_check_refuses_what_is_no_metric():
         label="half",
         about="half of T0",
         more_is_better=False,
-        derivation=Derivation(("t0",), lambda values, conditions: values["t0"] / 2.0),
+        of=("t0",),
+        compute=lambda values, conditions: values["t0"] / 2.0,
     )
     with pytest.raises(TegotaeError, match="no metric is called 't0'; did you mean"):
         check_metric(wrong)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import jax.numpy as jnp
 
-from tegotae.measures.hopping import Derivation, DerivedMetric, GaitMetric
+from tegotae.measures.hopping import DerivedMetric, GaitMetric
 
 peak_grf = GaitMetric(
     name="peak_grf_n",
@@ -23,7 +23,7 @@ peak_grf_in_weights = DerivedMetric(
     about="the same in weights of the body",
     more_is_better=False,
     range=(0.0, float("inf")),
-    derivation=Derivation(
-        ("peak_grf_n",), lambda values, of: values["peak_grf_n"] / of.body.weight_n
-    ),
+    of=("peak_grf_n",),
+    compute=lambda values, conditions: values["peak_grf_n"] / conditions.body.weight_n,
+    needs_body=True,
 )

@@ -298,8 +298,7 @@ def evaluate(
         values |= _of_clamped(controller, lanes, *rest, of_clamped)
     conditions = Conditions(body, protocol.work, protocol.drop_m)
     for metric in derived:
-        parts = {name: values[name] for name in metric.derivation.of}
-        values[metric.name] = np.asarray(metric.derivation.compute(parts, conditions), float)
+        values[metric.name] = metric.values(values, conditions)
     episodes_of = {m.name: _per_lane(m, values[m.name], len(lanes)) for m in asked}
     return Evaluation(
         protocol,

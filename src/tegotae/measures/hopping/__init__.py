@@ -15,7 +15,6 @@ from tegotae.measures.hopping.measured import Efficiency, Measured, measure
 from tegotae.measures.hopping.metric import (
     ClampedMetric,
     Conditions,
-    Derivation,
     DerivedMetric,
     GaitMetric,
     Metric,
@@ -56,7 +55,6 @@ __all__ = [
     "ClampedEpisodes",
     "ClampedMetric",
     "Conditions",
-    "Derivation",
     "DerivedMetric",
     "Efficiency",
     "Episode",

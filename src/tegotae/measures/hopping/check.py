@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import cache
+from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -20,7 +22,6 @@ from tegotae.measures.hopping.metric import (
     DerivedMetric,
     GaitMetric,
     Metric,
-    derivation_of,
 )
 from tegotae.measures.hopping.recording import from_samples
 from tegotae.measures.hopping.registry import find
@@ -31,6 +32,7 @@ from tegotae.simulation.recorder import Trajectory
 
 _FRAME_S = 0.02
 _FRAMES = 700
+_ROUNDING = 1e-4
 
 
 def check_metric(metric: Metric) -> None:
@@ -54,63 +56,53 @@ def check_metric(metric: Metric) -> None:
             f"{name} does not say how it is computed; make a GaitMetric, ClampedMetric or "
             "DerivedMetric"
         )
-    _check_words(metric)
-    _check_range(metric)
+    for field, (fits, right) in _FIELDS.items():
+        value = getattr(metric, field)
+        if not _holds(fits, value):
+            raise TegotaeError(f"{metric.name}.{field} is {value!r}; it must be {right}")
     probing.require_hashable(f"{name} {metric.name}", metric)
     if isinstance(metric, GaitMetric):
         probing.require_names(f"{metric.name}.channels", metric.channels)
         for dtype in probing.DTYPES:
             with jax.enable_x64(dtype == "float64"):
                 _check_gait(metric, dtype)
-    if isinstance(metric, ClampedMetric):
-        _check_clamped(metric)
-    if derivation_of(metric) is not None:
-        _check_derivation(metric)
+    elif isinstance(metric, ClampedMetric):
+        _require_value(metric, _attempt(metric, _clamped_episodes()))
+    else:
+        probing.require_names(f"{metric.name}.of", metric.of)
+        values = {other: _values_of(other, seed) for seed, other in enumerate(metric.of)}
+        conditions = Conditions(Hopper() if metric.needs_body else None, drop_m=0.2)
+        _require_value(metric, _attempt(metric, values, conditions), ranged=False)
 
 
-def _check_words(metric: Metric) -> None:
-    if not (isinstance(metric.name, str) and metric.name.isidentifier()):
-        raise TegotaeError(
-            f"the metric's name is {metric.name!r}; it becomes the column of a table: use letters, "
-            "digits and _, such as peak_force_n"
-        )
-    for what in ("label", "about"):
-        words = getattr(metric, what)
-        if not isinstance(words, str) or not words.strip() or not words.isprintable():
-            raise TegotaeError(f"{metric.name}.{what} is {words!r}; it must be one line of text")
-    if metric.more_is_better not in (True, False, None):
-        raise TegotaeError(
-            f"{metric.name}.more_is_better is {metric.more_is_better!r}; it must be True, False, "
-            "or None where that cannot be said"
-        )
-    probing.require_names(f"{metric.name}.shown", metric.shown)
-    for place in metric.shown:
-        if place not in PLACES:
-            raise TegotaeError(
-                f"{metric.name}.shown names {place!r}; the places are {', '.join(PLACES)}"
-            )
-    if metric.math:
-        from matplotlib.mathtext import MathTextParser  # slow to import
-
-        try:
-            MathTextParser("path").parse(metric.math)
-        except ValueError as error:
-            raise TegotaeError(
-                f"{metric.name}.math cannot be drawn: {probing.first_line(error)}"
-            ) from None
-
-
-def _check_range(metric: Metric) -> None:
+def _holds(test: Callable[[Any], bool], value: object) -> bool:
     try:
-        least, most = map(float, metric.range)
-    except (TypeError, ValueError):
-        raise TegotaeError(
-            f"{metric.name}.range is {metric.range!r}; it must be a pair such as (0.0, 1.0)"
-        ) from None
-    if not least < most:
-        raise TegotaeError(
-            f"{metric.name}.range is ({least:g}, {most:g}); its first number must be the smaller"
-        )
+        return test(value)
+    except (TypeError, ValueError, AttributeError):  # of another type
+        return False
+
+
+def _is_line(text: object) -> bool:
+    return isinstance(text, str) and bool(text.strip()) and text.isprintable()
+
+
+def _is_drawn(math: str) -> bool:
+    """Whether matplotlib can draw a text; it raises ValueError for one that it cannot."""
+    from matplotlib.mathtext import MathTextParser  # slow to import
+
+    return not math or MathTextParser("path").parse(math) is not None
+
+
+_FIELDS: dict[str, tuple[Callable[[Any], bool], str]] = {
+    "name": (str.isidentifier, "the name of a table's column, such as peak_force_n"),
+    "label": (_is_line, "one line of text"),
+    "about": (_is_line, "one line of text"),
+    "more_is_better": (lambda x: x in (True, False, None), "True, False, or None for neither"),
+    "shown": (lambda x: not isinstance(x, str) and {*x} <= {*PLACES}, f"of {PLACES}"),
+    "math": (_is_drawn, "a text that matplotlib can draw"),
+    "range": (lambda x: len(x) == 2 and x[0] < x[1], "a pair such as (0.0, 1.0), the least first"),
+}
+"""Of each field of a metric a test, and what would be right."""
 
 
 class _DeclaredChannels:
@@ -190,7 +182,7 @@ def _check_gait(metric: GaitMetric, dtype: str) -> None:
     omega = 4.0 + 0.7 * jnp.arange(probing.LANES, dtype=dtype)
     program = jax.jit(compute)
     value = probing.attempt(what, program, recorded, *_measured(recorded), omega)
-    _require_value(metric, what, value, dtype)
+    _require_value(metric, value, dtype)
     spoiled = jax.tree.map(
         lambda x: x if x.dtype == bool else x.at[:, probing.SPOILED].multiply(1.5), recorded
     )
@@ -202,54 +194,42 @@ def _check_gait(metric: GaitMetric, dtype: str) -> None:
         )
 
 
-def _check_clamped(metric: ClampedMetric) -> None:
-    what, phases = f"{metric.name}.compute", 4
-    shape = (probing.LANES, phases)
-    settles = np.arange(probing.LANES)[:, None] > np.arange(phases)
+def _clamped_episodes() -> ClampedEpisodes:
+    """Episodes of which more settle the higher the lane; the last lane has failed."""
+    lanes, phases = probing.LANES, 4
+    settles = np.arange(lanes)[:, None] > np.arange(phases)
     period, time_s = np.where(settles, 1.0, np.nan), np.where(settles, 3.0, np.nan)
-    whole = np.zeros(shape, "int32")
-    failed = np.zeros(shape, bool)
+    hops, failed = np.zeros((lanes, phases), "int32"), np.zeros((lanes, phases), bool)
     failed[-1] = True
-    episodes = ClampedEpisodes(
-        2.0 * np.pi * np.arange(phases) / phases,
-        Settled(period, time_s, whole, whole + 3),
-        failed,
-    )
-    try:
-        value = np.asarray(metric.compute(episodes), float)
-    except Exception as error:
-        raise TegotaeError(f"{what} raised {probing.first_line(error)}") from error
-    _require_value(metric, what, value, "float64")
+    angles = 2.0 * np.pi * np.arange(phases) / phases
+    return ClampedEpisodes(angles, Settled(period, time_s, hops, hops + 3), failed)
 
 
-def _check_derivation(metric: Metric) -> None:
-    derivation = derivation_of(metric)
-    assert derivation is not None
-    what = f"{metric.name}'s derivation"
-    probing.require_names(f"{what}.of", derivation.of)
-    values = {}
-    for i, name in enumerate(derivation.of):
-        low, high = (0.0, 3.0) if name == REGIME else find(name).range
-        low, high = max(low, -10.0), min(high, 10.0)
-        values[name] = np.random.default_rng(i).uniform(low, high, probing.LANES)
-        if name == REGIME:
-            values[name] = np.arange(probing.LANES) % 4
+def _values_of(name: str, seed: int) -> np.ndarray:
+    """Values that a metric may have, [lanes]."""
+    if name == REGIME:
+        return np.arange(probing.LANES) % 4
+    low, high = np.clip(find(name).range, -10.0, 10.0)
+    return np.random.default_rng(seed).uniform(low, high, probing.LANES)
+
+
+def _attempt(metric: ClampedMetric | DerivedMetric, *arguments: Any) -> np.ndarray:
     try:
-        found = np.asarray(derivation.compute(values, Conditions(Hopper(), drop_m=0.2)), float)
+        return np.asarray(metric.compute(*arguments), float)
     except Exception as error:
+        what = f"{metric.name}.compute"
         raise TegotaeError(f"{what} raised {probing.first_line(error)}") from error
-    _require_value(metric, what, found, "float64", ranged=False)
 
 
 def _require_value(
-    metric: Metric, what: str, value: AnyArray, dtype: str, *, ranged: bool = True
+    metric: Metric, value: AnyArray, dtype: str = "float64", *, ranged: bool = True
 ) -> None:
+    what = f"{metric.name}.compute"
     if not hasattr(value, "shape"):
         raise TegotaeError(f"{what} returns a {type(value).__name__}; it must return one array")
     probing.require_arrays(what, value, dtype, kind="events")
-    found, (least, most) = np.asarray(value), metric.range
-    slack = 1e-4
-    outside = found[(found < least - slack) | (found > most + slack)]
+    values, (least, most) = np.asarray(value), metric.range
+    outside = values[(values < least - _ROUNDING) | (values > most + _ROUNDING)]
     if ranged and len(outside):
         raise TegotaeError(
             f"{what} returns {outside[0]:g}, outside of the range ({least:g}, {most:g}) that "

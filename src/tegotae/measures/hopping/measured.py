@@ -20,7 +20,6 @@ from tegotae.measures.hopping.metric import (
     Conditions,
     DerivedMetric,
     GaitMetric,
-    UnknownBody,
 )
 from tegotae.measures.hopping.noise import denoised
 from tegotae.measures.hopping.reasons import Known, contradictions, why_undefined
@@ -222,7 +221,7 @@ def measure(
     table = _rows(table)
     # How far the ground dropped, if that was the disturbance, no recording says.
     drop_m = 0.0 if at_s is None else np.inf
-    conditions = Conditions(UnknownBody() if body is None else body, work, drop_m)
+    conditions = Conditions(body, work, drop_m)
     values = {name: np.asarray(value) for name, value in found.values.items()}
     extra = derived(values, conditions)
     values = {**found.values, **{name: float(value) for name, value in extra.items()}}

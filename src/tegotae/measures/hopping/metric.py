@@ -6,12 +6,11 @@ import importlib
 import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import NoReturn, SupportsIndex
+from typing import SupportsIndex
 
 import jax
 import numpy as np
 
-from tegotae._support.errors import TegotaeError
 from tegotae.measures.hopping.episode import ClampedEpisodes, Episode
 from tegotae.measures.hopping.statistics import UNBOUNDED, Range
 from tegotae.parts.bodies import Body
@@ -24,48 +23,19 @@ REGIME = "regime"
 """A label of every episode beside its metrics: an index into `REGIMES`."""
 
 
-class UnknownBodyError(TegotaeError):
-    """A parameter of a body is needed, and the body is unknown."""
-
-
-class UnknownBody:
-    """Stands for the unknown body of a recording.
-
-    Raises:
-        UnknownBodyError: for whatever is asked of it.
-    """
-
-    def __getattr__(self, name: str) -> NoReturn:
-        raise UnknownBodyError(f"{name} was asked of a body that is not given")
-
-
 @dataclass(frozen=True)
 class Conditions:
     """Under what some episodes were measured.
 
     Args:
-        body: the body; one that is not given is an `UnknownBody`.
+        body: the body; None where it is not known, as in a recording.
         work: definition of work, one of "absolute", "positive", "net".
         drop_m: how far the ground dropped [m]; 0 if it did not.
     """
 
-    body: Body | UnknownBody
+    body: Body | None
     work: str = "absolute"
     drop_m: float = 0.0
-
-
-@dataclass(frozen=True)
-class Derivation:
-    """How a metric follows from others of the same episode.
-
-    Args:
-        of: names of these, or `REGIME`.
-        compute: function of their values, NumPy arrays of one shape by name, NaN where undefined,
-            and of the `Conditions`; to an array of that shape.
-    """
-
-    of: tuple[str, ...]
-    compute: Callable[[Mapping[str, np.ndarray], Conditions], np.ndarray]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -97,11 +67,6 @@ class Metric:
         """The label with its unit."""
         return f"{self.label} [{self.unit}]" if self.unit else self.label
 
-    @property
-    def is_share(self) -> bool:
-        """Whether it lies between none and all."""
-        return self.range == (0.0, 1.0)
-
     def __reduce_ex__(self, protocol: SupportsIndex) -> str | tuple[object, ...]:
         """Pickle it by its place, as functions are: its own function may be a lambda."""
         place = _place_of(self)
@@ -132,8 +97,6 @@ class GaitMetric(Metric):
             as "impulse_ns".
         parameters: what it needs beside the recording, of "omega" and "max_force_n".
         disturbed: whether it is about what comes after the ground drops.
-        otherwise: how it follows from others where it was not measured, such as in a record from
-            before there was the metric.
 
     Example:
         >>> import jax.numpy as jnp
@@ -153,7 +116,6 @@ class GaitMetric(Metric):
     channels: tuple[str, ...] = ()
     parameters: tuple[str, ...] = ()
     disturbed: bool = False
-    otherwise: Derivation | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -174,14 +136,19 @@ class DerivedMetric(Metric):
     """A metric that follows from others of the same episode.
 
     Args:
-        derivation: from which, and how.
+        of: names of these, or `REGIME`.
+        compute: function of their values, NumPy arrays of one shape by name, NaN where undefined,
+            and of the `Conditions`; to an array of that shape.
+        needs_body: whether it takes the body; undefined where that is not known.
     """
 
-    derivation: Derivation
+    of: tuple[str, ...]
+    compute: Callable[[Mapping[str, np.ndarray], Conditions], np.ndarray]
+    needs_body: bool = False
 
-
-def derivation_of(metric: Metric) -> Derivation | None:
-    """How a metric follows from others; None if it can only be measured."""
-    if isinstance(metric, DerivedMetric):
-        return metric.derivation
-    return metric.otherwise if isinstance(metric, GaitMetric) else None
+    def values(self, known: Mapping[str, np.ndarray], conditions: Conditions) -> np.ndarray:
+        """Its values, of those of other metrics, arrays of one shape."""
+        inputs = {name: known[name] for name in self.of}
+        if self.needs_body and conditions.body is None:
+            return np.full(np.shape(next(iter(inputs.values()))), np.nan)
+        return np.asarray(self.compute(inputs, conditions), float)

@@ -140,10 +140,10 @@ def _not_recorded(metric: GaitMetric, known: Known) -> str:
 
 
 def _of_derived(metric: DerivedMetric, values: Mapping[str, float], known: Known) -> str:
-    for name in metric.derivation.of:
+    for name in metric.of:
         if np.isnan(values.get(name, 0.0)):
             return f"{name} is undefined"
-    if not known.has_body:
+    if metric.needs_body and not known.has_body:
         return "it takes the body, which is not given"
     return "it has no value for such a gait of this body"
 

@@ -1,13 +1,11 @@
 """The metrics there are: those of the package, and those that a user registers.
 
-A module of `tegotae.measures.hopping.catalogue` is one metric, its `METRIC`. That file is all there
-is to write for it to be evaluated, compared, exported, drawn and reported.
+What is in the list of `tegotae.measures.hopping.catalogue`, or registered, is evaluated, compared,
+exported, drawn and reported.
 """
 
 from __future__ import annotations
 
-import importlib
-import pkgutil
 import sys
 from collections.abc import Iterable, Mapping
 from functools import cache
@@ -25,8 +23,6 @@ from tegotae.measures.hopping.metric import (
     DerivedMetric,
     GaitMetric,
     Metric,
-    UnknownBodyError,
-    derivation_of,
 )
 from tegotae.measures.hopping.statistics import (
     UNBOUNDED,
@@ -38,30 +34,16 @@ from tegotae.measures.hopping.statistics import (
 ALL = "all"
 """Stands for every metric there is."""
 
-_IN_ORDER = (
-    *("cot_inverse", "optimum_share", "cot_inverse_total", "t0_s", "t1_s", "delta_omega"),
-    *("delta_w", "cpgu", "limit_cycle_period", "limit_cycle_share", "recovery_share"),
-    *("failed_share", "at_rest_share", "smoothness", "w_peak", "a_peak", "hop_rate"),
-    *("feedback_share", "phase_share", "feedback_while_pushing"),
-)
-"""In which order they are shown; what is not here comes after, by name."""
-
 _registered: dict[str, Metric] = {}
 _codes: dict[str, str | None] = {}
 """The code of each as it was when it was registered, by name."""
 
 
-@cache
 def built_in() -> tuple[Metric, ...]:
     """The package's own metrics, in the order of a table's columns."""
-    catalogue = importlib.import_module("tegotae.measures.hopping.catalogue")
-    found = [
-        importlib.import_module(f"{catalogue.__name__}.{module.name}").METRIC
-        for module in pkgutil.iter_modules(catalogue.__path__)
-    ]
-    place = {name: i for i, name in enumerate(_IN_ORDER)}
-    found.sort(key=lambda metric: (place.get(metric.name, len(place)), metric.name))
-    return tuple(found)
+    from tegotae.measures.hopping.catalogue import METRICS  # which stands on this room
+
+    return METRICS
 
 
 @cache
@@ -132,8 +114,7 @@ def register(metric: Metric) -> Metric:
             f"there are two metrics named {metric.name!r}, of {_origin(before)} and "
             f"{_origin(metric)}; rename one"
         )
-    derivation = derivation_of(metric)
-    for name in () if derivation is None else derivation.of:
+    for name in metric.of if isinstance(metric, DerivedMetric) else ():
         if name != REGIME:
             find(name)
     if before is not metric:
@@ -195,7 +176,7 @@ def with_needed(asked: Iterable[Metric]) -> tuple[Metric, ...]:
 
     def add(metric: Metric) -> None:
         if isinstance(metric, DerivedMetric):
-            for name in metric.derivation.of:
+            for name in metric.of:
                 if name != REGIME:
                     add(find(name))
         found.setdefault(metric.name, metric)
@@ -208,37 +189,24 @@ def with_needed(asked: Iterable[Metric]) -> tuple[Metric, ...]:
 def derived(values: Mapping[str, np.ndarray], conditions: Conditions) -> dict[str, np.ndarray]:
     """Metrics of some episodes that are not among their values but follow from them.
 
-    So what was measured before there was a metric has it too, where it follows from others.
-
     Args:
         values: of metrics, by name, arrays of one shape: a value an episode, not means of several.
         conditions: under which they were measured.
 
     Example:
         >>> from tegotae import Hopper
-        >>> gait = {"cot_inverse": 0.6, "w_peak": 4.0, "a_peak": 1.0, "limit_cycle_period": 1}
+        >>> gait = {"cot_inverse": 0.6, "hop_rate": 4.0, "limit_cycle_period": 1}
         >>> gait = {name: np.array([value]) for name, value in gait.items()}
         >>> found = derived(gait, Conditions(Hopper()))
         >>> sorted(found), f"{found['optimum_share'][0]:.2f}"
-        (['hop_rate', 'optimum_share'], '0.50')
+        (['optimum_share'], '0.50')
     """
-    known, found = dict(values), {}
-    lacking = [metric for metric in metrics() if metric.name not in known]
-    while lacking:
-        ready = [m for m in lacking if (d := derivation_of(m)) and set(d.of) <= set(known)]
-        if not ready:
-            break
-        for metric in ready:
-            derivation = derivation_of(metric)
-            assert derivation is not None
-            inputs = {name: known[name] for name in derivation.of}
-            try:
-                value = derivation.compute(inputs, conditions)
-            except UnknownBodyError:
-                value = np.full(np.shape(next(iter(inputs.values()))), np.nan)
-            found[metric.name] = np.asarray(value, float)
-        known |= found
-        lacking = [metric for metric in lacking if metric.name not in known]
+    found: dict[str, np.ndarray] = {}
+    for metric in with_needed(m for m in metrics() if isinstance(m, DerivedMetric)):
+        known = {**values, **found}
+        lacks = isinstance(metric, DerivedMetric) and metric.name not in known
+        if lacks and known.keys() >= {*metric.of}:
+            found[metric.name] = metric.values(known, conditions)
     return found
 
 
@@ -270,6 +238,5 @@ def _code(metric: Metric) -> str | None:
 
 def _origin(metric: Metric) -> str:
     """Where a metric's function was written."""
-    derivation = derivation_of(metric)
-    function = getattr(metric, "compute", None) or (derivation and derivation.compute)
+    function = getattr(metric, "compute", None)
     return f"{getattr(function, '__module__', '?')}.{getattr(function, '__qualname__', '?')}"

@@ -28,6 +28,12 @@ Range = tuple[float, float]
 UNBOUNDED: Range = (-math.inf, math.inf)
 """Of what can be anything."""
 
+POSITIVE: Range = (0.0, math.inf)
+"""Of what is never negative."""
+
+SHARE: Range = (0.0, 1.0)
+"""Of what lies between none and all."""
+
 _ROUNDING = 1e-4
 """How far a single-precision value of a range's end may lie beyond it."""
 

@@ -1,8 +1,4 @@
-"""How much of the force does not follow the spring force.
-
-Source: of this library, for the paper's "independence of the actuation instant from the oscillator
-state, while the actuation force is solely modulated by F_k" (V).
-"""
+"""How much a gait depends on its oscillator and its feedback."""
 
 from __future__ import annotations
 
@@ -10,16 +6,73 @@ import jax
 import jax.numpy as jnp
 
 from tegotae.measures.hopping.episode import Episode
-from tegotae.measures.hopping.metric import REPORT, GaitMetric
+from tegotae.measures.hopping.metric import REPORT, ClampedMetric, GaitMetric
+from tegotae.measures.hopping.statistics import SHARE
+
+# Source: paper IV-A.
+CPGU = ClampedMetric(
+    name="cpgu",
+    label="CPGu",
+    about="share of clamped phases without a limit cycle: 1 depends fully on the oscillator",
+    more_is_better=None,
+    range=SHARE,
+    compute=lambda clamped: 1.0 - clamped.on_cycle.mean(axis=-1),
+)
+
+
+def _feedback_share(episode: Episode) -> jax.Array:
+    """Mean |f| over ω + mean |f|, over the settled part: 0 if the feedback is off."""
+    feedback = jnp.abs(jnp.asarray(episode.trajectory.feedback_rad_per_s))
+    if not episode.has_oscillator:
+        return jnp.full(feedback.shape[1:], jnp.nan)
+    mean = episode.mean_where(feedback, True)
+    return episode.where_settled(mean / (jnp.asarray(episode.omega) + mean))
+
+
+# Source: of this library, for the paper's "switches off the oscillator feedback mechanism" (V).
+FEEDBACK_SHARE = GaitMetric(
+    name="feedback_share",
+    label="by feedback",
+    about="size of the feedback, mean |f| over ω + mean |f|",
+    more_is_better=None,
+    range=SHARE,
+    channels=("feedback_rad_per_s",),
+    parameters=("omega",),
+    shown=(REPORT,),
+    compute=_feedback_share,
+)
+
+
+def _feedback_while_pushing(episode: Episode) -> jax.Array:
+    feedback = jnp.asarray(episode.trajectory.feedback_rad_per_s)
+    if not episode.has_oscillator:
+        return jnp.full(feedback.shape[1:], jnp.nan)
+    pushes = jnp.asarray(episode.trajectory.actuator_force_n) > 0.0
+    return episode.where_settled(episode.mean_where(feedback, pushes))
+
+
+# Source: of this library, for the paper's "the oscillator is slowed down during actuation" (V).
+FEEDBACK_WHILE_PUSHING = GaitMetric(
+    name="feedback_while_pushing",
+    label="f pushing",
+    unit="rad/s",
+    about="mean feedback while the actuator pushes; below zero it slows the oscillator",
+    more_is_better=None,
+    channels=("feedback_rad_per_s", "actuator_force_n"),
+    shown=(),
+    compute=_feedback_while_pushing,
+)
+
 
 _BINS = 12
 """Of the spring force, from zero to its largest; in each of them the force may follow a line."""
+
 
 _STILL = 1e-3
 """A force that varies less than this, over its own size, has no variance to be explained."""
 
 
-def _compute(episode: Episode) -> jax.Array:
+def _phase_share(episode: Episode) -> jax.Array:
     """The force's variance left beside a line in each of 12 bins of F_k, over its whole variance.
 
     All in stance of the settled part: about E[Var(F_a | F_k)] / Var(F_a).
@@ -59,13 +112,15 @@ def _compute(episode: Episode) -> jax.Array:
     return episode.where_settled(jnp.clip(share, 0.0, 1.0))
 
 
-METRIC = GaitMetric(
+# Source: of this library, for the paper's "independence of the actuation instant from the
+# oscillator state, while the actuation force is solely modulated by F_k" (V).
+PHASE_SHARE = GaitMetric(
     name="phase_share",
     label="by phase",
     about="share of the force's variance in stance left beside a line in each of 12 bins of F_k",
     more_is_better=None,
-    range=(0.0, 1.0),
+    range=SHARE,
     channels=("spring_force_n", "actuator_force_n"),
     shown=(REPORT,),
-    compute=_compute,
+    compute=_phase_share,
 )
