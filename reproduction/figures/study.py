@@ -18,8 +18,7 @@ from reproduction.table import ARCHITECTURES, Table
 from tegotae.figures.style import COLOURS, COLUMN_IN, DIVERGING, PAGE_IN, new_figure, styled
 from tegotae.measures.hopping.metric import FIGURE, Metric
 from tegotae.measures.hopping.registry import range_of
-from tegotae.measures.hopping.statistics import SHARE
-from tegotae.measures.hopping.statistics import Interval, balanced_difference, mean_defined
+from tegotae.measures.hopping.statistics import SHARE, Interval, balanced_difference, mean_defined
 from tegotae.measures.optimum import curve
 
 OBSERVATIONS = {"F": "$s = [F_k]$", "Fv": r"$s = [F_k, \dot y]$"}
