@@ -26,8 +26,9 @@ import numpy as np
 from tegotae import Hopper, Scenario, build
 from tegotae.figures.style import PAGE_IN, new_figure, save_figure, styled
 from tegotae.measures.evaluation import Protocol, disturbed_rollout
-from tegotae.measures.hopping import Gait, LimitCycle, gait
-from tegotae.measures.hopping.gait import LIMIT_CYCLE
+from tegotae.measures.hopping import LimitCycle, gait
+from tegotae.measures.hopping.episode import LIMIT_CYCLE
+from tegotae.measures.hopping.gait import Gait
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"
 

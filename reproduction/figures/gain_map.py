@@ -14,7 +14,7 @@ from matplotlib.ticker import MaxNLocator
 from tegotae.analysis.ridge import GainSweep, Ridge, find_losses, find_resonance
 from tegotae.figures.maps import draw_quantity, regime_legend
 from tegotae.figures.style import COLOURS, COLUMN_IN, joined, long_table, new_figure, styled
-from tegotae.measures.hopping.gait import REGIMES
+from tegotae.measures.hopping.episode import REGIMES
 from tegotae.measures.optimum import curve
 from tegotae.parts._shapes import AnyArray
 

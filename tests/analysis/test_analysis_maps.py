@@ -27,12 +27,7 @@ from tegotae.analysis import (
 )
 from tegotae.analysis.basin import distinct
 from tegotae.analysis.ridge import GainSweep
-from tegotae.measures.hopping.gait import (
-    AT_REST,
-    FAILED,
-    LIMIT_CYCLE,
-    UNSETTLED,
-)
+from tegotae.measures.hopping.episode import AT_REST, FAILED, LIMIT_CYCLE, UNSETTLED
 from tegotae.measures.hopping.recording import from_samples
 from tegotae.systems.controller_file import SavedController
 

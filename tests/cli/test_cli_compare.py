@@ -19,8 +19,8 @@ from tegotae.cli.compare import (
     with_distinct_names,
 )
 from tegotae.measures.evaluation import Evaluation, Protocol
-from tegotae.measures.hopping import interval
-from tegotae.measures.hopping import names as metric_names
+from tegotae.measures.hopping.registry import names as metric_names
+from tegotae.measures.hopping.statistics import interval
 from tegotae.systems import controller_file
 from tegotae.systems.controller_file import SavedController
 from tegotae.systems.controller_set import ControllerSet

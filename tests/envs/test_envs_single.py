@@ -24,7 +24,7 @@ from tegotae.envs import (  # noqa: E402
     TegotaeHopperSettings,
 )
 from tegotae.envs.settings import force_controller  # noqa: E402
-from tegotae.measures.hopping import whole_hops  # noqa: E402
+from tegotae.measures.hopping.hopping import whole_hops  # noqa: E402
 from tegotae.simulation.integrators import Hold  # noqa: E402
 
 NAMES = list(ENVIRONMENTS)

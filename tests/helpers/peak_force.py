@@ -4,12 +4,7 @@ from __future__ import annotations
 
 import jax.numpy as jnp
 
-from tegotae.measures.hopping import (
-    Conditions,
-    DerivedMetric,
-    Episode,
-    GaitMetric,
-)
+from tegotae.measures.hopping import Conditions, DerivedMetric, Episode, GaitMetric
 
 
 def _peak_force(episode: Episode) -> jnp.ndarray:

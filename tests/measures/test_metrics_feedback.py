@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from synthetic import Hopping, seconds
-from tegotae.measures.hopping import from_samples, gait
+from tegotae.measures.hopping import gait
 from tegotae.measures.hopping.catalogue import oscillator
+from tegotae.measures.hopping.recording import from_samples
 from tegotae.simulation.rollout import Trajectory
 
 METRICS = (oscillator.FEEDBACK_SHARE, oscillator.FEEDBACK_WHILE_PUSHING, oscillator.PHASE_SHARE)

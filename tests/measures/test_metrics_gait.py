@@ -11,7 +11,9 @@ import pytest
 
 from synthetic import Hopping, seconds
 from tegotae import TegotaeError
-from tegotae.measures.hopping import REGIMES, from_samples, gait, measure, smoothness
+from tegotae.measures.hopping import REGIMES, gait, measure
+from tegotae.measures.hopping.recording import from_samples
+from tegotae.measures.hopping.signals import smoothness
 
 UNDEFINED_WITHOUT_CYCLE = (
     "limit_cycle_period",

@@ -8,12 +8,9 @@ import numpy as np
 import pytest
 
 from tegotae import TegotaeError
-from tegotae.measures.hopping import (
-    Hops,
-    LimitCycle,
-    hops,
-    settled,
-)
+from tegotae.measures.hopping import LimitCycle
+from tegotae.measures.hopping.hopping import Hops, hops
+from tegotae.measures.hopping.limit_cycle import settled
 from tegotae.simulation.recorder import COMMON, Trajectory
 
 ROWS = 60

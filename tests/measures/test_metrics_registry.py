@@ -16,15 +16,10 @@ from tegotae import TegotaeError, build, find
 from tegotae.cli import main
 from tegotae.measures import evaluation
 from tegotae.measures.evaluation import Protocol, evaluate
-from tegotae.measures.hopping import (
-    Conditions,
-    DerivedMetric,
-    GaitMetric,
-    metrics,
-    register,
-)
+from tegotae.measures.hopping import Conditions, DerivedMetric, GaitMetric
 from tegotae.measures.hopping import registry as there
 from tegotae.measures.hopping.check import check_metric
+from tegotae.measures.hopping.registry import metrics, register
 from tegotae.parts.bodies import Hopper
 
 SHORT = Protocol(undisturbed_s=15.0, disturbed_s=10.0, offsets=(0.0,))

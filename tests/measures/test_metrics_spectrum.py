@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tegotae.measures.hopping import delta_omega, delta_w, peak, spectrum
+from tegotae.measures.hopping.signals import delta_omega, delta_w, peak, spectrum
 
 STEP_S = 0.02
 TIME_S = np.arange(1000)[:, None] * STEP_S

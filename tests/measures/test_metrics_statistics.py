@@ -8,16 +8,14 @@ import numpy as np
 import pytest
 
 from tegotae import TegotaeError
-from tegotae.measures.hopping import (
+from tegotae.measures.hopping.registry import metrics, range_of, summarise
+from tegotae.measures.hopping.statistics import (
     balanced_difference,
     difference,
     interval,
-    metrics,
     paired_difference,
     stratified_difference,
-    summarise,
 )
-from tegotae.measures.hopping.registry import range_of
 
 
 def test_the_interval_covers_the_true_mean_about_as_often_as_it_says():

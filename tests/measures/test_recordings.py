@@ -15,7 +15,9 @@ from synthetic import Hopping, seconds
 from tegotae import Engine, Scenario, TegotaeError, Timing
 from tegotae.cli import main
 from tegotae.figures.recording import recording_figure, recording_tables
-from tegotae.measures.hopping import GaitSummary, measure, register
+from tegotae.measures.hopping import measure
+from tegotae.measures.hopping.gait import GaitSummary
+from tegotae.measures.hopping.registry import register
 from tegotae.measures.recordings import read_columns, recording
 from tegotae.parts.bodies import Hopper
 from tegotae.systems.presets import preset

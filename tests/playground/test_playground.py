@@ -38,7 +38,7 @@ from playground.scripts import joined, modules, read
 from programs import main
 from tegotae import Engine, Scenario, Timing, build
 from tegotae._support.errors import TegotaeError
-from tegotae.measures.hopping import whole_hops
+from tegotae.measures.hopping.hopping import whole_hops
 from tegotae.measures.objectives.fitness import EPISODE, SETTLE_S, Fitness
 from tegotae.parts.bodies import Hopper, Plate, Walker
 from tegotae.parts.controller import Controller, Tegotae

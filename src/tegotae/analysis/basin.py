@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tegotae.analysis.sweep import MAP_DURATION_S, Outcome, OutcomeSummary, as_maps, lanes
-from tegotae.measures.hopping.gait import LIMIT_CYCLE
+from tegotae.measures.hopping.episode import LIMIT_CYCLE
 from tegotae.measures.hopping.signals import require_measurable
 from tegotae.parts.bodies import require_one_limb
 from tegotae.simulation.rollout import Timing

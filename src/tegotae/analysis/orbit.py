@@ -10,7 +10,8 @@ import numpy as np
 
 from tegotae._support.errors import TegotaeError, require_finite
 from tegotae._support.limits import MOST_M
-from tegotae.measures.hopping.gait import LIMIT_CYCLE, REGIMES, GaitSummary
+from tegotae.measures.hopping.episode import LIMIT_CYCLE, REGIMES
+from tegotae.measures.hopping.gait import GaitSummary
 from tegotae.measures.hopping.hopping import hops
 from tegotae.measures.hopping.signals import require_measurable
 from tegotae.parts.bodies import Hopper, require_one_limb

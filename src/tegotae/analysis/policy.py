@@ -8,7 +8,8 @@ from tegotae.analysis.orbit import NoLimitCycleError, Orbit, Paths, check_releas
 from tegotae.analysis.surface import Surface, surface_of
 from tegotae.envs.core import TELEMETRY, Hoppers
 from tegotae.envs.policies.base import Policy
-from tegotae.measures.hopping import Measured, measure
+from tegotae.measures.hopping import measure
+from tegotae.measures.hopping.measured import Measured
 from tegotae.parts.terms import Signals
 
 

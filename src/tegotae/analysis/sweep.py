@@ -12,7 +12,8 @@ import numpy as np
 
 from tegotae._support.errors import TegotaeError, require_count, require_finite
 from tegotae._support.limits import MOST_GAIN, MOST_POINTS, require_memory
-from tegotae.measures.hopping.gait import FAILED, LIMIT_CYCLE, GaitSummary
+from tegotae.measures.hopping.episode import FAILED, LIMIT_CYCLE
+from tegotae.measures.hopping.gait import GaitSummary
 from tegotae.measures.hopping.hopping import hops
 from tegotae.measures.hopping.limit_cycle import settled
 from tegotae.parts._shapes import AnyArray
@@ -25,7 +26,7 @@ class Outcome(NamedTuple):
     """What became of each rollout: arrays of one shape, NaN where undefined."""
 
     regime: AnyArray
-    """Index into `tegotae.measures.hopping.gait.REGIMES`."""
+    """Index into `tegotae.measures.hopping.episode.REGIMES`."""
     limit_cycle_period: AnyArray
     """Period k of the limit cycle [hops]."""
     cot_inverse: AnyArray

@@ -16,13 +16,8 @@ from tegotae._support.errors import TegotaeError, require_finite
 from tegotae._support.progress import note
 from tegotae.cli.console import one_line, print_rows, print_text
 from tegotae.cli.options import UNSET, WorkOption
-from tegotae.measures.hopping import (
-    REGIMES,
-    Efficiency,
-    LimitCycle,
-    Measured,
-    measure,
-)
+from tegotae.measures.hopping import REGIMES, LimitCycle, measure
+from tegotae.measures.hopping.measured import Efficiency, Measured
 from tegotae.measures.hopping.registry import metrics
 from tegotae.measures.recordings import (
     Recording,

@@ -28,7 +28,7 @@ class Apexes(NamedTuple):
     """Totals at the apexes of hops so far: all that CoT⁻¹ over whole hops takes.
 
     The same hops count as in a recording of the same frames
-    (`tegotae.measures.hopping.whole_hops`).
+    (`tegotae.measures.hopping.hopping.whole_hops`).
 
     Example:
         >>> apexes = Apexes.none(jnp.zeros(1))

@@ -24,7 +24,7 @@ from tegotae.figures.maps import (
     regime_legend,
 )
 from tegotae.figures.style import COLOURS, COLUMN_IN, PAGE_IN, Table, long_table, new_figure, styled
-from tegotae.measures.hopping.gait import LIMIT_CYCLE, REGIMES
+from tegotae.measures.hopping.episode import LIMIT_CYCLE, REGIMES
 
 _LATE = 0.75
 """From this share of the time on a path is drawn as where the gait has come to."""

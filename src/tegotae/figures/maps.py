@@ -30,12 +30,7 @@ from tegotae.figures.style import (
     new_figure,
     styled,
 )
-from tegotae.measures.hopping.gait import (
-    AT_REST,
-    FAILED,
-    REGIMES,
-    UNSETTLED,
-)
+from tegotae.measures.hopping.episode import AT_REST, FAILED, REGIMES, UNSETTLED
 from tegotae.parts._shapes import AnyArray
 from tegotae.training.environments.baseline import VanillaSweep
 

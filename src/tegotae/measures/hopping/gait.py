@@ -12,7 +12,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from tegotae._support.errors import TegotaeError, require_finite
-from tegotae.measures.hopping.episode import (
+from tegotae.measures.hopping.episode import Episode
     AT_REST,
     FAILED,
     LIMIT_CYCLE,
@@ -28,18 +28,6 @@ from tegotae.measures.hopping.signals import check_work
 from tegotae.parts._shapes import Numeric
 from tegotae.parts.bodies import Body
 from tegotae.simulation.rollout import Scenario, Timing, Trajectory
-
-__all__ = [
-    "AT_REST",
-    "FAILED",
-    "LIMIT_CYCLE",
-    "REGIMES",
-    "UNSETTLED",
-    "Gait",
-    "GaitSummary",
-    "gait",
-]
-
 
 @jax.tree_util.register_pytree_node_class
 class Gait:

@@ -75,8 +75,8 @@ class Fitness(Objective):
     hops nearer to the body's own rate.
 
     In training the settled part is what follows `settle_s`; of that, CoT⁻¹ is over the last whole
-    hops (`tegotae.measures.hopping.whole_hops`) and ΔΩ over all of it. A gait that has died out by
-    the end has a CoT⁻¹ of zero, as in `metrics.gait`.
+    hops (`whole_hops`) and ΔΩ over all of it. A gait that has died out by the end has a CoT⁻¹ of
+    zero, as in `metrics.gait`.
 
     Among controllers of equal fitness, such as those of early generations that do nothing at all,
     the one that climbs more in the whole episode is better, by less than 1e-3: without this nothing
