@@ -19,8 +19,8 @@ from tegotae import Engine, Scenario, Timing
 from tegotae._support.files import output_folder
 from tegotae._support.tables import write_csv
 from tegotae.cli.console import exit_status
-from tegotae.measures.hopping.measured import Measured
 from tegotae.measures.hopping import measure
+from tegotae.measures.hopping.measured import Measured
 from tegotae.systems.presets import preset
 
 GUIDES = Path(__file__).resolve().parent

@@ -13,13 +13,6 @@ import numpy as np
 
 from tegotae._support.errors import TegotaeError, require_finite
 from tegotae.measures.hopping.episode import Episode
-    AT_REST,
-    FAILED,
-    LIMIT_CYCLE,
-    REGIMES,
-    UNSETTLED,
-    Episode,
-)
 from tegotae.measures.hopping.hopping import hops
 from tegotae.measures.hopping.limit_cycle import LimitCycle, settled
 from tegotae.measures.hopping.metric import REGIME, GaitMetric
@@ -28,6 +21,7 @@ from tegotae.measures.hopping.signals import check_work
 from tegotae.parts._shapes import Numeric
 from tegotae.parts.bodies import Body
 from tegotae.simulation.rollout import Scenario, Timing, Trajectory
+
 
 @jax.tree_util.register_pytree_node_class
 class Gait:
