@@ -397,8 +397,8 @@ def varied(column: str, model: str, trained: str, *conditions: str) -> float:
 
 @cache
 def ridge(actuation: str):
-    """The line through the best gains of the gain map, as `tegotae.analysis.ridge` fits it."""
-    from tegotae.analysis.ridge import find_ridge
+    """The line through the best gains of the gain map, as `reproduction.ridge` fits it."""
+    from reproduction.ridge import find_ridge
 
     kept = rows("experiments/gain_map.ridge", actuation=actuation)
     sigma = np.linspace(0.0, 12.0, 100)

@@ -3,8 +3,9 @@
 import numpy as np
 
 from reproduction.figures.gain_map import gain_map_figure
+from reproduction.ridge import one_to_one_ridge
 from tegotae import Timing, build
-from tegotae.analysis import one_to_one_ridge, sweep_gain
+from tegotae.analysis.maps import sweep_gain
 from tegotae.figures.style import save_figure
 
 sigma = np.linspace(0.0, 12.0, 20)  # [rad/(s N)]

@@ -18,7 +18,7 @@ from reproduction.calibration.scores import (
     tuned_gain,
 )
 from reproduction.readings.readings import Reading
-from tegotae.analysis.sweep import Outcome, OutcomeSummary, as_maps, lanes
+from tegotae.analysis.maps import Outcome, OutcomeSummary, as_maps, lanes
 from tegotae.measures.evaluation import Protocol, evaluate
 from tegotae.measures.hopping.episode import FAILED
 from tegotae.measures.hopping.gait import GaitSummary

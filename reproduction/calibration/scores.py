@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tegotae.analysis.ridge import find_ridge
+from reproduction.ridge import find_ridge
 
 
 class VanillaScores(NamedTuple):

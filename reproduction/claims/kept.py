@@ -18,8 +18,8 @@ from reproduction.claims.experiments import (
     read_ridges,
     read_trainings,
 )
+from reproduction.ridge import line
 from tegotae._support import tables
-from tegotae.analysis.ridge import line
 from tegotae.measures.hopping.statistics import Interval, stratified_difference
 from tegotae.measures.objectives.objective import FAILED_FITNESS
 from tegotae.training.curves import groups, read_curves

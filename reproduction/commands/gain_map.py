@@ -14,7 +14,7 @@ from tegotae.simulation.rollout import Timing
 from tegotae.systems.presets import preset
 
 if TYPE_CHECKING:
-    from tegotae.analysis import Ridge
+    from reproduction.ridge import Ridge
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -33,12 +33,8 @@ class GainMap(Output, WorkOption, OscillatorOption, HopperOptions):
     def run(self) -> None:
         """Compute, write, and print the fits."""
         from reproduction.figures.gain_map import gain_map_figure, gain_map_tables
-        from tegotae.analysis import (
-            axis,
-            find_ridge,
-            one_to_one_ridge,
-            sweep_gain,
-        )
+        from reproduction.ridge import find_ridge, one_to_one_ridge
+        from tegotae.analysis.maps import axis, sweep_gain
         from tegotae.measures.optimum import has_table
 
         self.check_out()

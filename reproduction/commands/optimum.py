@@ -17,7 +17,7 @@ from tegotae.measures.hopping.gait import Gait, GaitSummary
 
 if TYPE_CHECKING:
     from reproduction.table import Table
-    from tegotae.analysis import Orbit
+    from tegotae.analysis.orbit import Orbit
     from tegotae.systems.controller_file import SavedController
 
 
@@ -41,7 +41,7 @@ class Optimum(Output):
         """Read, simulate, write, and say how near the controllers come."""
         from reproduction.export import read_csv
         from reproduction.figures.optimum import optimum_figure, optimum_tables
-        from tegotae.analysis import find_orbit
+        from tegotae.analysis.orbit import find_orbit
         from tegotae.measures.optimum import curve, has_table, share
         from tegotae.parts.bodies import Hopper
         from tegotae.systems.resolve import resolve

@@ -11,7 +11,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
-from tegotae.analysis.ridge import GainSweep, Ridge, find_losses, find_resonance
+from reproduction.ridge import Ridge, find_losses, find_resonance
+from tegotae.analysis.maps import GainSweep
 from tegotae.figures.maps import draw_quantity, regime_legend
 from tegotae.figures.style import COLOURS, COLUMN_IN, joined, long_table, new_figure, styled
 from tegotae.measures.hopping.episode import REGIMES

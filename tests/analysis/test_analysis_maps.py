@@ -11,22 +11,19 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from reproduction.ridge import find_losses, find_resonance, find_ridge, one_to_one_ridge
 from synthetic import Hopping, seconds
 from tegotae import Hopper, Scenario, TegotaeError, Timing, build
-from tegotae.analysis import (
+from tegotae.analysis.maps import (
+    GainSweep,
     Outcome,
     OutcomeSummary,
     axis,
-    find_losses,
-    find_resonance,
-    find_ridge,
+    distinct,
     locking_ratios,
     map_basin,
-    one_to_one_ridge,
     sweep_gain,
 )
-from tegotae.analysis.basin import distinct
-from tegotae.analysis.ridge import GainSweep
 from tegotae.measures.hopping.episode import AT_REST, FAILED, LIMIT_CYCLE, UNSETTLED
 from tegotae.measures.hopping.recording import from_samples
 from tegotae.systems.controller_file import SavedController

@@ -10,20 +10,18 @@ import pytest
 
 from oracle import fly, vanilla
 from tegotae import Hopper, TegotaeError, Timing, build
-from tegotae.analysis import (
-    NoLimitCycleError,
-    Orbit,
+from tegotae.analysis.maps import turn
+from tegotae.analysis.orbit import NoLimitCycleError, Orbit, find_orbit, paths_of
+from tegotae.analysis.phase_response import measure_phase_response
+from tegotae.analysis.poincare import (
     Poincare,
-    actuation_surface,
-    find_orbit,
-    measure_phase_response,
+    fixed_point,
+    linearised,
+    observed_factor,
     poincare_section,
-    sees_velocity,
     transient,
 )
-from tegotae.analysis.orbit import paths_of
-from tegotae.analysis.poincare import fixed_point, linearised, observed_factor
-from tegotae.analysis.sweep import turn
+from tegotae.analysis.surface import actuation_surface, sees_velocity
 from tegotae.simulation.integrators import Hold, PredictorCorrector
 from tegotae.systems.controller_file import SavedController
 

@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 
 from tegotae import Engine, Experiment, Scenario, TegotaeError, Timing, build, find
-from tegotae.analysis import find_orbit, measure_phase_response, poincare_section
+from tegotae.analysis.orbit import find_orbit
+from tegotae.analysis.phase_response import measure_phase_response
+from tegotae.analysis.poincare import poincare_section
 from tegotae.cli.options import ControllerOptions
 from tegotae.cli.train import Train
 from tegotae.measures.objectives.fitness import Fitness

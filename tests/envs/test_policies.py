@@ -15,13 +15,13 @@ import pytest
 pytest.importorskip("gymnasium")
 
 from tegotae import TegotaeError, build
-from tegotae.analysis import NoLimitCycleError, actuation_surface, paths_of
+from tegotae.analysis.orbit import NoLimitCycleError, paths_of
 from tegotae.analysis.policy import (
     measured_policy,
     policy_orbit,
     policy_paths,
-    policy_surface,
 )
+from tegotae.analysis.surface import actuation_surface
 from tegotae.envs.policies import (
     ClippedFeedbackWarning,
     Meaning,
@@ -57,14 +57,14 @@ def hopping():
 
 
 def test_a_function_of_phase_and_force_has_the_surface_that_it_says():
-    found = policy_surface(from_function(reflex), FORCES, columns=5)
+    found = actuation_surface(from_function(reflex), FORCES, columns=5)
     expected = np.maximum(0.0, 2.0 * np.cos(found.phase_rad) * FORCES[:, None])
     np.testing.assert_allclose(found.actuator_force_n, expected, atol=1e-6)
     assert not found.feedback_rad_per_s.any()
 
 
 def test_a_function_without_a_phase_has_a_surface_over_velocity():
-    found = policy_surface(from_function(bang), FORCES, columns=4)
+    found = actuation_surface(from_function(bang), FORCES, columns=4)
     assert found.phase_rad is None
     expected = 4.0 * ((found.velocity_m_per_s > 0.0) & (FORCES[:, None] > 0.0))
     np.testing.assert_allclose(found.actuator_force_n, expected)
@@ -73,7 +73,7 @@ def test_a_function_without_a_phase_has_a_surface_over_velocity():
 def test_a_feedback_function_has_the_surface_of_the_controller_that_it_copies():
     """Vanilla feedback as somebody's function, beside the package's own controller of it."""
     meaning = Meaning(acts="feedback", actuation="reflex", omega=8.0)
-    found = policy_surface(from_function(slowing, meaning), FORCES, columns=9)
+    found = actuation_surface(from_function(slowing, meaning), FORCES, columns=9)
     own = SavedController.of(build("V-reflex-w8"), np.array([2.0]), 8.0)
     expected = actuation_surface(own, FORCES, columns=9)
     np.testing.assert_allclose(found.actuator_force_n, expected.actuator_force_n, atol=1e-6)
@@ -84,7 +84,7 @@ def test_a_function_of_single_numbers_is_asked_one_by_one():
     def slow(phase_rad, spring_force_n):
         return max(0.0, math.cos(phase_rad)) * spring_force_n
 
-    found = policy_surface(from_function(slow), FORCES, columns=5)
+    found = actuation_surface(from_function(slow), FORCES, columns=5)
     expected = np.maximum(0.0, np.cos(found.phase_rad)) * FORCES[:, None]
     np.testing.assert_allclose(found.actuator_force_n, expected, atol=1e-6)
 
@@ -185,7 +185,7 @@ def test_a_model_that_observes_less_than_declared_is_refused_and_another_is_draw
     path = str(model()[2])
     with pytest.raises(TegotaeError, match=r"observes 2 numbers, and it is declared to observe 3"):
         load_policy(path, Meaning(acts="feedback"))
-    found = policy_surface(load_policy(path), FORCES, columns=3)
+    found = actuation_surface(load_policy(path), FORCES, columns=3)
     assert found.actuator_force_n.shape == (3, 3)
 
 
@@ -265,7 +265,7 @@ def test_an_answer_in_newton_is_scaled_to_the_largest_force(network):
 
 
 def test_an_answer_of_a_function_is_scaled_where_that_is_asked_for():
-    found = policy_surface(from_function(reflex, Meaning(scale=0.5)), FORCES, columns=5)
+    found = actuation_surface(from_function(reflex, Meaning(scale=0.5)), FORCES, columns=5)
     expected = np.maximum(0.0, np.cos(found.phase_rad) * FORCES[:, None])
     np.testing.assert_allclose(found.actuator_force_n, expected, atol=1e-6)
 

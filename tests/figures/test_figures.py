@@ -15,19 +15,13 @@ from matplotlib.figure import Figure
 from places import ROOT
 from programs import main, parsed, words_of
 from reproduction.figures.gain_map import gain_map_figure, gain_map_tables
+from reproduction.ridge import find_ridge, one_to_one_ridge
 from tegotae import TegotaeError, build
-from tegotae.analysis import (
-    Attractor,
-    GainSweep,
-    HopperBasin,
-    Orbit,
-    Outcome,
-    PhaseResponse,
-    Poincare,
-    Surface,
-    find_ridge,
-    one_to_one_ridge,
-)
+from tegotae.analysis.maps import Attractor, GainSweep, HopperBasin, Outcome
+from tegotae.analysis.orbit import Orbit
+from tegotae.analysis.phase_response import PhaseResponse
+from tegotae.analysis.poincare import Poincare
+from tegotae.analysis.surface import Surface
 from tegotae.figures.cycles import (
     phase_locking_figure,
     phase_locking_table,

@@ -19,7 +19,9 @@ from tegotae import (
     build,
     check_oscillator,
 )
-from tegotae.analysis import find_orbit, measure_phase_response, poincare_section
+from tegotae.analysis.orbit import find_orbit
+from tegotae.analysis.phase_response import measure_phase_response
+from tegotae.analysis.poincare import poincare_section
 from tegotae.parts.oscillators import Clamped, PhaseOscillator
 from tegotae.parts.terms import LearnedActuation, Sector
 from tegotae.simulation.loop import check_senses

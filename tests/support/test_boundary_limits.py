@@ -21,8 +21,7 @@ from tegotae._support import limits
 from tegotae._support.errors import require_count, require_finite, unknown
 from tegotae._support.files import write_atomically
 from tegotae._support.limits import available_memory, require_memory
-from tegotae.analysis import axis
-from tegotae.analysis.sweep import lanes
+from tegotae.analysis.maps import axis, lanes
 from tegotae.figures.animation import animation_file, write_animation
 from tegotae.figures.style import figure_file, literal, new_figure, save_figure, styled
 from tegotae.simulation.rollout import whole_trajectory

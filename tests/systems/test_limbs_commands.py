@@ -24,7 +24,8 @@ from tegotae import (
     Timing,
     build,
 )
-from tegotae.analysis import find_orbit, map_basin
+from tegotae.analysis.maps import map_basin
+from tegotae.analysis.orbit import find_orbit
 from tegotae.envs import Limb, Wiring, check_wiring
 from tegotae.envs.settings import HopperSettings
 from tegotae.measures.hopping.gait import GaitSummary

@@ -2,23 +2,31 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, field
+from typing import Any
 
 import jax
+import jax.numpy as jnp
 import numpy as np
 
 from tegotae._support.errors import TegotaeError, require_finite
 from tegotae._support.limits import MOST_M
 from tegotae.measures.hopping.episode import LIMIT_CYCLE, REGIMES
 from tegotae.measures.hopping.gait import GaitSummary
-from tegotae.measures.hopping.hopping import hops
+from tegotae.measures.hopping.hopping import Hops, hops
 from tegotae.measures.hopping.signals import require_measurable
 from tegotae.parts.bodies import Hopper, require_one_limb
+from tegotae.parts.maths import TWO_PI
+from tegotae.simulation.rollout import Timing
 from tegotae.systems.controller_file import SavedController
 
 ORBIT_AFTER_S = 60.0
 """Simulated time in which a gait has to settle before its orbit is looked at [s]."""
+SIGNALS = (
+    *("height_m", "velocity_m_per_s", "spring_force_n"),
+    *("feedback_rad_per_s", "actuator_force_n"),
+)
+"""Signals of a path, beside its phase."""
 
 
 class NoLimitCycleError(TegotaeError):
@@ -126,12 +134,8 @@ def find_orbit(
         apex_height_m=table.height_m[first:last],
         apex_phase_rad=table.phase_rad[first:last],
         time_s=path.time_s - table.time_s[first],
-        height_m=path.height_m,
-        velocity_m_per_s=path.velocity_m_per_s,
-        phase_rad=path.phase_rad % (2.0 * math.pi),
-        spring_force_n=path.spring_force_n,
-        feedback_rad_per_s=path.feedback_rad_per_s,
-        actuator_force_n=path.actuator_force_n,
+        phase_rad=path.phase_rad % TWO_PI,
+        **{name: getattr(path, name) for name in SIGNALS},
         apex_oscillator_state={name: lane.channels[f"apex_{name}"][apexes] for name in names},
         oscillator_state={name: path.channels[name] for name in names},
     )
@@ -213,11 +217,36 @@ def paths_of(
     with_phase = saved.controller.oscillator is not None
     return Paths(
         time_s=path.time_s[:, 0],
-        height_m=path.height_m,
-        velocity_m_per_s=path.velocity_m_per_s,
         phase_rad=path.phase_rad if with_phase else None,
-        spring_force_n=path.spring_force_n,
-        actuator_force_n=path.actuator_force_n,
-        feedback_rad_per_s=path.feedback_rad_per_s,
+        **{name: getattr(path, name) for name in SIGNALS},
         failed=path.failed[-1],
     )
+
+
+@dataclass(frozen=True)
+class _Apexes:
+    """The table of hops, and the rest of the oscillator's state at their apexes, row by row."""
+
+    names: tuple[str, ...]
+
+    def __call__(self, trajectory, scenario, body, timing):
+        table = hops(trajectory, body.rest_length_m)
+        rest = (trajectory.channels[f"apex_{name}"] for name in self.names)
+        return table, *(jnp.take_along_axis(x, table.frame, axis=0) for x in rest)
+
+
+def hops_of(
+    saved: SavedController, timing: Timing, **start: Any
+) -> tuple[Hops, tuple[np.ndarray, ...]]:
+    """The hops of rollouts, and what else the oscillator's state is at their apexes, in float64.
+
+    Args:
+        saved: the system and its weights.
+        timing: of the rollouts.
+        start: entries of the scenario in place of the system's own.
+    """
+    engine = saved.system.engine(_Apexes(oscillator_state_names(saved)), timing)
+    table, *state = engine.run(
+        saved.weights, saved.system.scenario(**start), saved.body, dtype="float64"
+    )
+    return table, tuple(state)

@@ -8,9 +8,8 @@ import numpy as np
 
 from tegotae._support.errors import TegotaeError, require_count
 from tegotae._support.limits import MOST_M, MOST_POINTS, require_within
-from tegotae.analysis.orbit import Orbit, require_enterable
-from tegotae.analysis.sweep import turn
-from tegotae.measures.hopping.hopping import hops
+from tegotae.analysis.maps import turn
+from tegotae.analysis.orbit import Orbit, hops_of, require_enterable
 from tegotae.measures.hopping.limit_cycle import LimitCycle
 from tegotae.parts.bodies import Hopper
 from tegotae.parts.maths import TWO_PI
@@ -79,22 +78,15 @@ def measure_phase_response(
     start = np.minimum(start, len(orbit.time_s) - 1)
     pushes = np.concatenate([[0.0], push_ns])
     push, point = (x.ravel() for x in np.meshgrid(pushes, start, indexing="ij"))
-    timing = saved.system.timing_over(
-        (cycles + 2) * orbit.period_s, tick_s=tick_s, frame_s=20 * tick_s
+    duration_s = (cycles + 2) * orbit.period_s
+    table, _ = hops_of(
+        saved,
+        saved.system.timing_over(duration_s, tick_s=tick_s, frame_s=20 * tick_s),
+        height_m=orbit.height_m[point],
+        velocity_m_per_s=orbit.velocity_m_per_s[point] + push / body.mass_kg,
+        phase_rad=orbit.phase_rad[point],
+        oscillator_state={name: x[point] for name, x in orbit.oscillator_state.items()},
     )
-    engine = saved.system.engine(_hops, timing)
-    table = engine.run(
-        saved.weights,
-        saved.system.scenario(
-            height_m=orbit.height_m[point],
-            velocity_m_per_s=orbit.velocity_m_per_s[point] + push / body.mass_kg,
-            phase_rad=orbit.phase_rad[point],
-            oscillator_state={name: x[point] for name, x in orbit.oscillator_state.items()},
-        ),
-        body,
-        dtype="float64",
-    )
-
     rows = np.arange(len(push))
     last = table.n_hops - 1
     k = orbit.hops
@@ -125,10 +117,6 @@ def check_pushes(push_ns: np.ndarray, body: Hopper, points: int, cycles: int) ->
         require_within("push", push, float(body.mass_kg) * MOST_M)
     require_count("points", points, least=3, most=MOST_POINTS)
     require_count("cycles", cycles, least=3, most=MOST_POINTS)
-
-
-def _hops(trajectory, scenario, body, timing):
-    return hops(trajectory, body.rest_length_m)
 
 
 def _distance(table, lanes, rows, other_lanes, other_rows, k, tolerance) -> np.ndarray:

@@ -5,14 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-import jax.numpy as jnp
 import numpy as np
 
 from tegotae._support.errors import TegotaeError, require_count, require_finite
 from tegotae._support.limits import MOST_POINTS
-from tegotae.analysis.orbit import Orbit, oscillator_state_names, require_enterable
-from tegotae.analysis.sweep import turn
-from tegotae.measures.hopping.hopping import hops
+from tegotae.analysis.maps import turn
+from tegotae.analysis.orbit import Orbit, hops_of, oscillator_state_names, require_enterable
 from tegotae.systems.controller_file import SavedController
 
 NUMERICAL = 5e-6
@@ -214,43 +212,21 @@ def _apexes(
     saved: SavedController, orbit: Orbit, points: np.ndarray, cycles: int, tick_s: float
 ) -> np.ndarray:
     """The section's points after 1 ... `cycles` turns, shape [cycles, n, d]."""
-    timing = saved.system.timing_over(
-        (1.5 * cycles + 0.5) * orbit.period_s, tick_s=tick_s, frame_s=20 * tick_s
-    )
-    engine = saved.system.engine(_Apexes(oscillator_state_names(saved)), timing)
-    table, *rest = engine.run(
-        np.broadcast_to(saved.weights, (len(points), len(saved.weights))),
-        saved.system.scenario(
-            height_m=points[:, 0],
-            velocity_m_per_s=0.0,
-            phase_rad=points[:, 1] if points.shape[1] > 1 else 0.0,
-            oscillator_state=dict(zip(oscillator_state_names(saved), points.T[2:], strict=True)),
-        ),
-        saved.body,
-        dtype="float64",
+    duration_s = (1.5 * cycles + 0.5) * orbit.period_s
+    table, state = hops_of(
+        saved,
+        saved.system.timing_over(duration_s, tick_s=tick_s, frame_s=20 * tick_s),
+        height_m=points[:, 0],
+        velocity_m_per_s=0.0,
+        phase_rad=points[:, 1] if points.shape[1] > 1 else 0.0,
+        oscillator_state=dict(zip(oscillator_state_names(saved), points.T[2:], strict=True)),
     )
     rows = orbit.hops * np.arange(1, cycles + 1) - 1
     beyond = rows >= len(table.time_s)
     rows = np.minimum(rows, len(table.time_s) - 1)
-    found = np.stack([x[rows] for x in (table.height_m, table.phase_rad, *rest)], axis=-1)
+    found = np.stack([x[rows] for x in (table.height_m, table.phase_rad, *state)], axis=-1)
     found[beyond] = np.nan
     return found[..., : points.shape[1]]
-
-
-@dataclass(frozen=True)
-class _Apexes:
-    """The table of hops, and the rest of the oscillator's state at their apexes, row by row."""
-
-    names: tuple[str, ...]
-
-    def __call__(self, trajectory, scenario, body, timing):
-        table = hops(trajectory, body.rest_length_m)
-        rest = (trajectory.channels[f"apex_{name}"] for name in self.names)
-        return table, *(jnp.take_along_axis(x, table.frame, axis=0) for x in rest)
-
-
-def _hops(trajectory, scenario, body, timing):
-    return hops(trajectory, body.rest_length_m)
 
 
 def transient(saved: SavedController, *, duration_s: float = 60.0) -> np.ndarray:
@@ -260,9 +236,7 @@ def transient(saved: SavedController, *, duration_s: float = 60.0) -> np.ndarray
         saved: the system and its weights.
         duration_s: simulated time [s].
     """
-    system = saved.system
-    engine = system.engine(_hops, system.timing_over(duration_s))
-    table = engine.run(saved.weights, system.scenario(), saved.body, dtype="float64")
+    table, _ = hops_of(saved, saved.system.timing_over(duration_s))
     number = int(table.n_hops[0])
     points = np.stack([table.height_m[:number, 0], table.phase_rad[:number, 0]], axis=-1)
     return points if saved.controller.oscillator is not None else points[:, :1]

@@ -2,23 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
 from tegotae._support.errors import TegotaeError, require_finite
-from tegotae.analysis.sweep import lanes
+from tegotae.analysis.maps import lanes
 from tegotae.parts._shapes import LaneNumbers
-from tegotae.parts.bodies import Body, Hopper
-from tegotae.parts.controller import Controller
+from tegotae.parts.bodies import Hopper
 from tegotae.parts.maths import TWO_PI
 from tegotae.parts.terms import Signals
 from tegotae.simulation.integrators.base import drive, push, signals
 from tegotae.simulation.rollout import Scenario
 from tegotae.systems.controller_file import SavedController
+
+if TYPE_CHECKING:  # of an extra
+    from tegotae.envs.policies.base import Policy
 
 
 @dataclass(frozen=True)
@@ -37,13 +40,15 @@ class Surface:
     """Tegotae feedback f [rad/s], shape [rows, columns]."""
 
 
-def sees_velocity(saved: SavedController) -> bool:
-    """Whether any term of the controller reads the velocity."""
-    return any("velocity" in term.reads for term in saved.controller.terms.values())
+def sees_velocity(driven: SavedController | Policy) -> bool:
+    """Whether any term of the controller reads the velocity, or the policy observes it."""
+    if isinstance(driven, SavedController):
+        return any("velocity" in term.reads for term in driven.controller.terms.values())
+    return "velocity" in driven.meaning.settings.observed
 
 
 def actuation_surface(
-    saved: SavedController,
+    driven: SavedController | Policy,
     spring_force_n: np.ndarray,
     *,
     columns: int = 200,
@@ -54,18 +59,19 @@ def actuation_surface(
 
         f = G(φ, s) A′(φ) R(s),    F_a = T(φ, f)  clipped to [0, α],    s = F_k or (F_k, ẏ).
 
-    The single network has no phase; its surface is that over (ẏ, F_k).
+    What has no phase, such as the single network, has a surface over (ẏ, F_k). What a policy
+    observes beside these is that of a leg which this spring force compresses.
 
     Args:
-        saved: the controller, its weights, frequency and body.
+        driven: a controller with its weights, frequency and body; or a policy.
         spring_force_n: spring forces F_k [N], not negative, shape [rows].
         columns: how many phases, from 0 to 2π (or velocities).
-        velocity_m_per_s: the velocity that terms which read one are shown [m/s].
+        velocity_m_per_s: the velocity of the slice, where there is a phase [m/s].
         velocity_range_m_per_s: range of velocities where they make the columns [m/s].
 
     Raises:
-        TegotaeError: for a body without a single spring, a velocity that is not finite, or spring
-            forces that are negative or beyond those of a leg of no length.
+        TegotaeError: for a body without a single spring, a velocity that is not finite, spring
+            forces that are negative or beyond those of a leg of no length, or a policy that fails.
 
     Example:
         >>> from tegotae import build
@@ -74,41 +80,12 @@ def actuation_surface(
         >>> found.actuator_force_n[1].round(6)  # -min(0, -σ cos φ F_k)
         array([2., 0., 2.])
     """
-    return surface_of(
-        saved.controller,
-        saved.body,
-        saved.omega,
-        lambda seen: list(saved.weights),
-        spring_force_n,
-        columns=columns,
-        velocity_m_per_s=velocity_m_per_s,
-        velocity_range_m_per_s=velocity_range_m_per_s,
-    )
-
-
-def surface_of(
-    controller: Controller,
-    body: Body,
-    omega: float | None,
-    weights_at: Callable[[Signals], Sequence[LaneNumbers]],
-    spring_force_n: np.ndarray,
-    *,
-    columns: int,
-    velocity_m_per_s: float,
-    velocity_range_m_per_s: tuple[float, float],
-) -> Surface:
-    """The same where the weights may depend on what is sensed: an agent's action is a weight.
-
-    Args:
-        controller: what makes the force.
-        body: the hopper.
-        omega: frequency ω [rad/s]; None without an oscillator.
-        weights_at: from the signals of all points to the weights, each one or [points].
-        spring_force_n: as for `actuation_surface`, and so the rest.
-        columns: how many phases or velocities.
-        velocity_m_per_s: the velocity of the slice [m/s].
-        velocity_range_m_per_s: range of velocities where they make the columns [m/s].
-    """
+    if isinstance(driven, SavedController):
+        controller, body, omega = driven.controller, driven.body, driven.omega
+    else:
+        settings = driven.meaning.settings
+        controller, body = settings.controller, settings.body
+        omega = driven.meaning.omega if driven.meaning.with_phase else None
     if not isinstance(body, Hopper):
         raise TegotaeError(f"an actuation surface needs a hopper, not a {type(body).__name__}")
     require_finite("velocity", velocity_m_per_s)
@@ -132,7 +109,7 @@ def surface_of(
         oscillator = () if controller.oscillator is None else controller.oscillator.start(angle)
         ground = jnp.zeros(column.shape)
         seen = signals(controller, body, state, oscillator, ground)
-        weights = [jnp.broadcast_to(jnp.asarray(x), column.shape) for x in weights_at(seen)]
+        weights = [jnp.broadcast_to(jnp.asarray(x), column.shape) for x in _weights(driven, seen)]
         turning = jnp.full(column.shape, float(Scenario.of(omega).omega))
         control = drive(controller, body, weights, turning, state, oscillator, ground)
         answer = push(controller, body.max_force_n, control.command, angle, angle, turning)
@@ -147,3 +124,13 @@ def surface_of(
         actuator_force_n=as_map(answer.mean_n),
         feedback_rad_per_s=as_map(control.feedback),
     )
+
+
+def _weights(driven: SavedController | Policy, seen: Signals) -> Sequence[LaneNumbers]:
+    """The weights where so much is sensed, each one or [points]: a policy's action is a weight."""
+    if isinstance(driven, SavedController):
+        return list(driven.weights)
+    settings = driven.meaning.settings
+    read = seen.dimensionless if settings.dimensionless else seen.__getitem__
+    observed = np.stack([np.asarray(read(name)) for name in settings.observed], axis=-1)
+    return [driven.actions(observed) * settings.action_scale]

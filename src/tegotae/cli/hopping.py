@@ -26,7 +26,7 @@ from tegotae.systems.controller_set import ControllerSet
 from tegotae.systems.simulation import Result, Simulation
 
 if TYPE_CHECKING:
-    from tegotae.analysis.basin import HopperBasin
+    from tegotae.analysis.maps import HopperBasin
 
 
 SERIES = (
@@ -232,7 +232,7 @@ def find_basin(
     Raises:
         TegotaeError: for a range or a resolution that is none.
     """
-    from tegotae.analysis import axis, map_basin
+    from tegotae.analysis.maps import axis, map_basin
     from tegotae.figures.maps import describe
 
     heights = axis("height", *height, resolution, above=0.0, most=MOST_M)

@@ -10,11 +10,10 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Patch
 from matplotlib.ticker import MaxNLocator
 
+from tegotae.analysis.maps import GainSweep, locking_ratios
 from tegotae.analysis.orbit import Paths
 from tegotae.analysis.phase_response import PhaseResponse
 from tegotae.analysis.poincare import NUMERICAL, Poincare
-from tegotae.analysis.ridge import GainSweep
-from tegotae.analysis.sweep import locking_ratios
 from tegotae.figures.maps import (
     category_patch,
     draw_categories,

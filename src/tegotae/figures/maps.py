@@ -18,7 +18,7 @@ from matplotlib.patheffects import Normal, Stroke
 from matplotlib.ticker import MultipleLocator
 from matplotlib.typing import ColorType
 
-from tegotae.analysis.basin import Attractor, HopperBasin
+from tegotae.analysis.maps import Attractor, HopperBasin
 from tegotae.analysis.orbit import Orbit
 from tegotae.analysis.surface import Surface
 from tegotae.figures.style import (

@@ -14,7 +14,7 @@ from tegotae.parts.terms import Reflex, Sector, SectorAndReflex
 from tegotae.systems.presets import preset
 
 if TYPE_CHECKING:
-    from tegotae.analysis import Orbit
+    from tegotae.analysis.orbit import Orbit
     from tegotae.systems.controller_file import SavedController
 
 _VANILLA = {Sector: "sector", Reflex: "reflex", SectorAndReflex: "sector and reflex"}
@@ -68,6 +68,6 @@ class SettledSubject(ControllerFigure):
 
     def orbit(self, saved: SavedController) -> Orbit:
         """The limit cycle; raises `NoLimitCycleError` if there is none."""
-        from tegotae.analysis import find_orbit
+        from tegotae.analysis.orbit import find_orbit
 
         return find_orbit(saved, settle_s=self.settle)

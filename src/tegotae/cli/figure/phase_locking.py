@@ -30,7 +30,7 @@ class PhaseLocking(Output, OscillatorOption, HopperOptions):
 
     def run(self) -> None:
         """Compute and write."""
-        from tegotae.analysis import axis, sweep_gain
+        from tegotae.analysis.maps import axis, sweep_gain
         from tegotae.figures.cycles import phase_locking_figure, phase_locking_table
 
         self.check_out()

@@ -22,8 +22,7 @@ class PhaseResponseFigure(SettledSubject):
 
     def run(self) -> None:
         """Compute, write, and say where the rhythm is most sensitive."""
-        from tegotae.analysis import measure_phase_response
-        from tegotae.analysis.phase_response import check_pushes
+        from tegotae.analysis.phase_response import check_pushes, measure_phase_response
         from tegotae.figures.cycles import (
             NEGLIGIBLE_RAD,
             phase_response_figure,

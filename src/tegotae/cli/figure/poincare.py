@@ -22,8 +22,7 @@ class PoincareFigure(SettledSubject):
 
     def run(self) -> None:
         """Compute, write, and print the multipliers."""
-        from tegotae.analysis import poincare_section, transient
-        from tegotae.analysis.poincare import check_disturbances
+        from tegotae.analysis.poincare import check_disturbances, poincare_section, transient
         from tegotae.figures.cycles import poincare_figure, poincare_tables
 
         self.check_out()

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
+import numpy as np
 import tyro
 
 from tegotae._support.errors import TegotaeError, require_all
@@ -14,7 +15,10 @@ from tegotae.cli.options import UNSET
 from tegotae.systems.presets import preset
 
 if TYPE_CHECKING:
+    from tegotae.analysis.orbit import Orbit
     from tegotae.envs.policies import Policy
+    from tegotae.parts.bodies import Hopper
+    from tegotae.systems.controller_file import SavedController
 
 _ENVIRONMENTS = "(default: as in the package's environments)"
 
@@ -92,9 +96,26 @@ class PolicySubject(SettledSubject):
                 option = "--" + each.replace("_", "-")
                 raise TegotaeError(f"{option} belongs to a policy; name one with --policy")
 
-    def policy_title(self, policy: Policy) -> str:
-        """The policy in a few words, for a figure."""
+    def title(self, driven: SavedController | Policy) -> str:
+        """The policy, or the controller, in a few words, for a figure."""
         from tegotae.figures.style import literal
 
-        at = f", ω = {policy.meaning.omega:g} rad/s" if policy.meaning.with_phase else ""
-        return f"{literal(Path(policy.name).name)}{at}"
+        if self.policy is None:
+            return super().title(driven)
+        at = f", ω = {driven.meaning.omega:g} rad/s" if driven.meaning.with_phase else ""
+        return f"{literal(Path(driven.name).name)}{at}"
+
+    def hopper_of(self, driven: SavedController | Policy) -> Hopper:
+        """The hopper that a controller or a policy drives."""
+        return driven.body if self.policy is None else driven.meaning.body
+
+    def orbit(self, driven: SavedController | Policy) -> Orbit:
+        """The limit cycle; raises `NoLimitCycleError` if there is none."""
+        if self.policy is None:
+            return super().orbit(driven)
+        from tegotae.analysis.policy import measured_policy, policy_orbit, policy_paths
+
+        height_m, phase_rad = self.released
+        height = np.array([height_m])
+        paths = policy_paths(driven, height, phase_rad=phase_rad, duration_s=self.settle)
+        return policy_orbit(paths, measured_policy(driven, paths))

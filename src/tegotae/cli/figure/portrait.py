@@ -25,16 +25,14 @@ class Portrait(PolicySubject):
 
         self.check_out()
         heights = np.array(self.heights if self.height is None else (self.height,))
-        policy = self.loaded()
-        if policy is None:
-            saved = self.saved()
-            paths = paths_of(saved, heights, duration_s=self.duration)
-            title, rest_length = self.title(saved), saved.body.rest_length_m
+        driven = self.loaded() or self.saved()
+        if self.policy is None:
+            paths = paths_of(driven, heights, duration_s=self.duration)
         else:
             from tegotae.analysis.policy import policy_paths
 
             phase_rad = self.released[1]
-            paths = policy_paths(policy, heights, phase_rad=phase_rad, duration_s=self.duration)
-            title, rest_length = self.policy_title(policy), policy.meaning.body.rest_length_m
-        figure = portrait_figure(paths, rest_length_m=float(rest_length), note=title)
+            paths = policy_paths(driven, heights, phase_rad=phase_rad, duration_s=self.duration)
+        rest_length_m = float(self.hopper_of(driven).rest_length_m)
+        figure = portrait_figure(paths, rest_length_m=rest_length_m, note=self.title(driven))
         self.write(figure, {"": portrait_table(paths)})

@@ -1,20 +1,14 @@
-"""CoT⁻¹ over gain and frequency, the ridge of the best gains, and the resonance."""
+"""CoT⁻¹ over gain and frequency: the ridge of the best gains, and the resonance."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
-from tegotae._support.errors import TegotaeError
-from tegotae.analysis.sweep import MAP_DURATION_S, Outcome, OutcomeSummary, as_maps, lanes
-from tegotae.measures.hopping.gait import GaitSummary
+from tegotae.analysis.maps import GainSweep
 from tegotae.measures.hopping.statistics import mean_defined
 from tegotae.parts._shapes import AnyArray
-from tegotae.parts.bodies import Body
-from tegotae.parts.controller import Controller
-from tegotae.simulation.rollout import Engine, Scenario, Timing
 
 AWAY_RAD_PER_S = 1.0
 """How far from a frequency its loss is measured [rad/s]."""
@@ -94,63 +88,6 @@ def find_losses(sigma: np.ndarray, omega: np.ndarray, value: AnyArray) -> Detuni
         there = np.interp(sides, omega, row, left=np.nan, right=np.nan)
         losses.append(1.0 - mean_defined(there) / row[i])
     return DetuningLoss(omega[at], np.asarray(sigma, float)[best[at]], np.array(losses, float))
-
-
-@dataclass(frozen=True)
-class GainSweep:
-    """Outcomes over gain σ and frequency ω."""
-
-    sigma: np.ndarray
-    """Gains σ [rad/(s N)], shape [gains]."""
-    omega: np.ndarray
-    """Frequencies ω [rad/s], shape [frequencies]."""
-    outcome: Outcome
-    """Maps of shape [gains, frequencies]."""
-
-
-def sweep_gain(
-    controller: Controller,
-    sigma: np.ndarray,
-    omega: np.ndarray,
-    body: Body | None = None,
-    *,
-    timing: Timing | None = None,
-    work: str = "absolute",
-    height_m: float = 1.2,
-) -> GainSweep:
-    """Roll out every pair of a gain and a frequency, as one batch.
-
-    Args:
-        controller: one whose only weight is σ, such as `V-sector-w4`.
-        sigma: gains σ [rad/(s N)], shape [gains].
-        omega: frequencies ω [rad/s], shape [frequencies].
-        body: the paper's hopper by default.
-        timing: 40 s by default. What has not settled by its end counts as without limit cycle.
-        work: definition of work, one of "absolute", "positive", "net".
-        height_m: height of the release [m].
-
-    Raises:
-        TegotaeError: for a controller that has other weights than σ, or an unknown work.
-
-    Example:
-        >>> from tegotae import build
-        >>> sweep = sweep_gain(build("V-sector-w4"), np.array([0.0, 3.0]), np.array([5.0]))
-        >>> sweep.outcome.phase_rate[0].round(3)  # σ = 0: the oscillator runs at ω
-        array([5.], dtype=float32)
-    """
-    if controller.n_weights != 1:
-        raise TegotaeError(
-            f"the controller has {controller.n_weights} weights; a gain sweep needs one whose only "
-            "weight is the gain σ"
-        )
-    engine = Engine(
-        controller=controller,
-        timing=timing or Timing(duration_s=MAP_DURATION_S),
-        summary=OutcomeSummary(GaitSummary(work=work)),
-    )
-    gains, frequencies = lanes(sigma, omega)
-    outcome = engine.run(gains[:, None], Scenario(omega=frequencies, height_m=height_m), body)
-    return GainSweep(np.asarray(sigma), np.asarray(omega), as_maps(outcome, sigma, omega))
 
 
 _RESAMPLES = 2000
