@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from tegotae._support.documents import Json, JsonObject
 from tegotae._support.errors import TegotaeError
-from tegotae.measures.gaits.places import leg_names
+from tegotae.measures.gaits.names import leg_names
 from tegotae.parts.bodies import (
     Bar,
     Body,

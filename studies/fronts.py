@@ -21,7 +21,7 @@ from tegotae.analysis.gaits.front import Search, search_front
 from tegotae.figures.gaits.maps import front_figure
 from tegotae.figures.style import save_figure, styled
 from tegotae.measures.fronts import front, front_table
-from tegotae.systems.legged_systems import system
+from tegotae.systems.legged import system
 from tegotae.systems.tuned import FORCED, families
 
 TABLES = Path(__file__).parents[1] / "src" / "tegotae" / "measures" / "fronts"

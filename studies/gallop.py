@@ -40,8 +40,7 @@ from tegotae.parts.fields import with_fields
 from tegotae.simulation.recorder import needing
 from tegotae.simulation.rollout import Timing
 from tegotae.simulation.world import Staircase, with_changes
-from tegotae.systems.legged import Legged, lanes_of, random_phases
-from tegotae.systems.legged_systems import system
+from tegotae.systems.legged import Legged, lanes_of, random_phases, system
 from tegotae.systems.tuned import family
 
 FOLDER = Path(__file__).resolve().parents[1] / "docs" / "_static" / "gaits"

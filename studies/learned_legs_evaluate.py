@@ -13,12 +13,11 @@ from learned_legs_plan import TABLES, Cell, advance_m_per_rad, baseline_cost
 from tegotae._support.progress import reporting
 from tegotae._support.tables import read_csv
 from tegotae.analysis.gaits.evaluation import GaitEvaluation, evaluate_gaits
-from tegotae.measures.objectives.commanded_walking import TRACKING, log_gain
+from tegotae.measures.objectives.walking import TRACKING, log_gain
 from tegotae.parts._shapes import LaneNumbers
 from tegotae.systems.controller_file import load
 from tegotae.systems.controller_set import ControllerSet
-from tegotae.systems.legged import Legged
-from tegotae.systems.legged_systems import settling, system
+from tegotae.systems.legged import Legged, settling, system
 from tegotae.training.collection import read
 
 OMEGAS = tuple(float(x) for x in np.arange(1.0, 3.51, 0.25))

@@ -12,7 +12,7 @@ import numpy as np
 
 from tegotae._support.tables import read_csv
 from tegotae.measures.fronts import front
-from tegotae.measures.objectives.commanded_walking import CommandedWalking
+from tegotae.measures.objectives.walking import CommandedWalking
 from tegotae.parts.bodies import Sensors
 from tegotae.simulation.rollout import Timing
 from tegotae.simulation.world import Uniform

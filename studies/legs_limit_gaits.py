@@ -23,7 +23,7 @@ from tegotae.parts.terms import EllipticFoot, Signals
 from tegotae.parts.terms.actuation import Actuation
 from tegotae.simulation.recorder import Trajectory
 from tegotae.simulation.rollout import Engine, Scenario, Timing
-from tegotae.systems.legged_systems import quadruped_c
+from tegotae.systems.legged import quadruped_c
 
 REACH_M = 0.4
 """How far a foot may be ahead of or behind its hip [l0]."""

@@ -25,7 +25,7 @@ from tegotae.measures.gaits.names import named
 from tegotae.parts.bodies import Walker
 from tegotae.simulation.recorder import needing
 from tegotae.simulation.rollout import Timing
-from tegotae.systems.legged_systems import quadruped_c
+from tegotae.systems.legged import quadruped_c
 
 ROOT = Path(__file__).resolve().parents[1]
 TABLES = GAITS.parent

@@ -34,8 +34,7 @@ from tegotae.simulation.recorder import needing
 from tegotae.simulation.rollout import Timing
 from tegotae.simulation.world import OneOf, Step, Uniform, with_changes
 from tegotae.systems.experiment import Experiment
-from tegotae.systems.legged import Legged, random_phases
-from tegotae.systems.legged_systems import hexapod, quadruped_c, settling, walking
+from tegotae.systems.legged import Legged, hexapod, quadruped_c, random_phases, settling, walking
 from tegotae.training.algorithms import CMAES
 from tegotae.training.collection import read
 from tegotae.training.evolution import Evolution

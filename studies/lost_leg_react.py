@@ -32,8 +32,7 @@ from tegotae.parts.bodies import Walker
 from tegotae.parts.terms import EllipticFoot
 from tegotae.systems import controller_file
 from tegotae.systems.controller_file import SavedController, load
-from tegotae.systems.legged import Legged
-from tegotae.systems.legged_systems import settling, walking
+from tegotae.systems.legged import Legged, settling, walking
 from tegotae.systems.zoo import ZooEntry, write
 from tegotae.training.folder import versions_of
 

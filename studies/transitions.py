@@ -24,7 +24,7 @@ from tegotae.figures.gaits.style import gait_colour
 from tegotae.figures.style import COLUMN_IN, new_figure, save_figure, styled
 from tegotae.measures.gaits.lags import circular_mean
 from tegotae.measures.gaits.names import NO_GAIT
-from tegotae.systems.legged_systems import settling, system
+from tegotae.systems.legged import settling, system
 from tegotae.systems.resolve import resolve
 
 FOLDER = Path(__file__).resolve().parents[1] / "docs" / "_static" / "learned_legs"

@@ -25,8 +25,7 @@ from tegotae.parts.bodies import Walker
 from tegotae.parts.channels import Channel, Latest, Total
 from tegotae.parts.parameters import traceable
 from tegotae.simulation.recorder import needing
-from tegotae.systems.legged import lanes_of, random_phases
-from tegotae.systems.legged_systems import system
+from tegotae.systems.legged import lanes_of, random_phases, system
 
 OUT = Path(__file__).resolve().parents[1] / "docs" / "_static" / "gaits"
 CASES = (

@@ -6,7 +6,7 @@ import dataclasses
 
 from reproduction.readings.readings import Reading
 from tegotae.measures.evaluation import Protocol
-from tegotae.measures.hopping.limit_cycle import LimitCycle
+from tegotae.measures.hopping.hopping import LimitCycle
 from tegotae.measures.objectives.fitness import EPISODE, SETTLE_S, Fitness
 from tegotae.simulation.rollout import Timing
 from tegotae.systems.experiment import Experiment

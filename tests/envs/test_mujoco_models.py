@@ -21,7 +21,7 @@ from tegotae.envs.mujoco.env import ModelBatch, ModelEnv
 from tegotae.envs.mujoco.sensing import sensing
 from tegotae.envs.pilot import Pilot
 from tegotae.simulation.integrators import Hold
-from tegotae.systems.legged_systems import quadruped_a
+from tegotae.systems.legged import quadruped_a
 from tegotae.training.environments.experiment import EnvExperiment
 from tegotae.training.environments.objectives import Hopping, Return, UserObjective
 from tegotae.training.environments.rollouts import lanes_of, play

@@ -53,7 +53,7 @@ def main(names: list[str]) -> None:
     install_import_hook(["tegotae.parts", "tegotae.simulation"], "shapes.checked")
     from tegotae.parts.bodies import Actuators, Blows, Hopper, Sensors
     from tegotae.simulation.rollout import Timing
-    from tegotae.systems.legged_systems import bar, plate, quadruped_c
+    from tegotae.systems.legged import bar, plate, quadruped_c
     from tegotae.systems.models import build
     from tegotae.systems.system import System
 

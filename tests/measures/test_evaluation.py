@@ -14,8 +14,7 @@ from tegotae import Engine, Scenario, TegotaeError, Timing, build, find
 from tegotae.measures.evaluation import Evaluation, Protocol, evaluate
 from tegotae.measures.hopping import LimitCycle, measure
 from tegotae.measures.hopping.gait import GaitSummary
-from tegotae.measures.hopping.hopping import Hops
-from tegotae.measures.hopping.limit_cycle import settled
+from tegotae.measures.hopping.hopping import Hops, settled
 from tegotae.measures.hopping.registry import names
 
 SHORT = Protocol(undisturbed_s=15.0, disturbed_s=10.0)

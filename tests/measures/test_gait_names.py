@@ -25,9 +25,9 @@ from tegotae.measures.gaits.names import (
     NO_GAIT,
     PATTERNS,
     distance,
+    names_of,
     patterns_for,
 )
-from tegotae.measures.gaits.places import names_of
 from tegotae.measures.gaits.summary import Coordination
 from tegotae.parts.bodies import Bar, Hopper
 from tegotae.simulation.recorder import Trajectory

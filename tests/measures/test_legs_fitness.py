@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 
 from tegotae import Engine, Hopper, Scenario, TegotaeError, Timing, Trajectory, build, check_term
-from tegotae.measures.objectives.fitness import Fitness
-from tegotae.measures.objectives.hopping_legs import HoppingLegs, climb_in_flight
+from tegotae.measures.objectives.fitness import Fitness, HoppingLegs, climb_in_flight
 from tegotae.measures.objectives.objective import FAILED_FITNESS
 from tegotae.measures.objectives.walking import TRACKING, Walking
 from tegotae.parts.bodies import Bar, Walker

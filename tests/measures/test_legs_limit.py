@@ -14,8 +14,7 @@ from tegotae.measures.fronts import front
 from tegotae.measures.gaits.limit import bound, limit, limit_share, limit_table, stance_loss_j
 from tegotae.parts.bodies import Walker
 from tegotae.simulation.recorder import needing
-from tegotae.systems.legged import random_phases
-from tegotae.systems.legged_systems import system
+from tegotae.systems.legged import random_phases, system
 
 K, D, STANCE = 14.0, 0.9, 1.3
 TIME = (np.arange(4000) + 0.5) * STANCE / 4000

@@ -9,8 +9,7 @@ import pytest
 
 from tegotae import TegotaeError
 from tegotae.measures.hopping import LimitCycle
-from tegotae.measures.hopping.hopping import Hops, hops
-from tegotae.measures.hopping.limit_cycle import settled
+from tegotae.measures.hopping.hopping import Hops, hops, settled
 from tegotae.simulation.recorder import COMMON, Trajectory
 
 ROWS = 60

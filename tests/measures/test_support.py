@@ -5,7 +5,7 @@ import pytest
 from tegotae import TegotaeError
 from tegotae.measures.gaits.lags import support_margin_m
 from tegotae.parts.bodies import Walker
-from tegotae.systems.legged_systems import system
+from tegotae.systems.legged import system
 
 MOVED = Walker(com_x_m=0.326, com_y_m=-0.206)
 

@@ -42,7 +42,7 @@ from tegotae.parts.terrains import Rough, Slope, Steps, Sum
 from tegotae.simulation import native
 from tegotae.simulation.integrators import Hold, Integrator, PredictorCorrector
 from tegotae.simulation.world import Staircase, Step
-from tegotae.systems.legged_systems import SYSTEMS
+from tegotae.systems.legged import SYSTEMS
 from tegotae.training.run import train
 
 TICK_S = 0.002

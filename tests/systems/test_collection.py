@@ -14,8 +14,7 @@ import numpy as np
 import pytest
 
 from tegotae import Hopper, TegotaeError, build, find
-from tegotae.measures.objectives.fitness import Fitness
-from tegotae.measures.objectives.hopping_legs import HoppingLegs
+from tegotae.measures.objectives.fitness import Fitness, HoppingLegs
 from tegotae.simulation.world import Uniform
 from tegotae.systems import controller_file
 from tegotae.systems.controller_file import SavedController

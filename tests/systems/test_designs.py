@@ -13,7 +13,7 @@ from tegotae._support.tables import read_csv
 from tegotae.analysis.gaits import system
 from tegotae.analysis.gaits.evaluation import MEASURES, evaluate_gaits
 from tegotae.cli import main
-from tegotae.measures.objectives.hopping_legs import HoppingLegs
+from tegotae.measures.objectives.fitness import HoppingLegs
 from tegotae.parts.terms import (
     EllipticFoot,
     LearnedFoot,

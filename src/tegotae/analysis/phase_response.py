@@ -10,7 +10,7 @@ from tegotae._support.errors import TegotaeError, require_count
 from tegotae._support.limits import MOST_M, MOST_POINTS, require_within
 from tegotae.analysis.maps import turn
 from tegotae.analysis.orbit import Orbit, hops_of, require_enterable
-from tegotae.measures.hopping.limit_cycle import LimitCycle
+from tegotae.measures.hopping.hopping import LimitCycle
 from tegotae.parts.bodies import Hopper
 from tegotae.parts.maths import TWO_PI
 from tegotae.systems.controller_file import SavedController

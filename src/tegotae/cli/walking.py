@@ -145,8 +145,7 @@ def subjects(found: Resolved) -> list[tuple[str, tuple[str, ...], Legged, np.nda
     Raises:
         TegotaeError: if there is none, or its body has one leg.
     """
-    from tegotae.systems.legged import require_legs
-    from tegotae.systems.legged_systems import settling
+    from tegotae.systems.legged import require_legs, settling
     from tegotae.training.collection import sets_of
 
     if found.legged is not None:

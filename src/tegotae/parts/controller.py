@@ -19,7 +19,7 @@ from tegotae.parts.couplings import Coupling
 from tegotae.parts.oscillators import Oscillator
 from tegotae.parts.terms.actuation import Actuation
 from tegotae.parts.terms.base import Signals, Term
-from tegotae.parts.terms.gain import ConstantGain
+from tegotae.parts.terms.feedback import ConstantGain
 from tegotae.parts.weight_names import WeightName, inside, numbered
 
 

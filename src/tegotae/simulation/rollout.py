@@ -24,7 +24,7 @@ from tegotae.simulation.loop import check_senses
 from tegotae.simulation.recorder import Recorder, Trajectory
 from tegotae.simulation.timing import Timing
 from tegotae.simulation.world import Scenario
-from tegotae.simulation.world.checks import (
+from tegotae.simulation.world.draws import (
     check_changes,
     check_initial_pose,
     check_oscillator_state,

@@ -36,8 +36,8 @@ _CONTRACTS = {
 _MORE_PARTS = (
     "tegotae.measures.objectives.fitness",
     "tegotae.measures.objectives.walking",
-    "tegotae.measures.objectives.commanded_walking",
-    "tegotae.measures.objectives.hopping_legs",
+    "tegotae.measures.objectives.walking",
+    "tegotae.measures.objectives.fitness",
 )
 
 _registered: dict[str, type] = {}

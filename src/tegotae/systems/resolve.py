@@ -37,8 +37,7 @@ from tegotae.systems import controller_file, zoo
 from tegotae.systems.controller_file import SavedController
 from tegotae.systems.designs import design, is_design
 from tegotae.systems.experiment import Experiment
-from tegotae.systems.legged import Legged, require_legs
-from tegotae.systems.legged_systems import SYSTEMS, settling
+from tegotae.systems.legged import SYSTEMS, Legged, require_legs, settling
 from tegotae.systems.models import all_models, find
 from tegotae.systems.presets import PRESETS, preset
 from tegotae.systems.study_records import controllers_of_study, is_study

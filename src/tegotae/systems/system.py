@@ -27,7 +27,7 @@ from tegotae.simulation.rollout import (
     whole_trajectory,
 )
 from tegotae.simulation.world import Scenario
-from tegotae.simulation.world.checks import check_initial_pose, check_oscillator_state
+from tegotae.simulation.world.draws import check_initial_pose, check_oscillator_state
 
 RELEASE_M = 1.2
 """Height of the paper's release [m]."""

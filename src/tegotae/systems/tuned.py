@@ -23,8 +23,7 @@ from tegotae.parts.terms import (
     VanillaReaction,
 )
 from tegotae.simulation.rollout import Scenario
-from tegotae.systems.legged import Legged, random_phases
-from tegotae.systems.legged_systems import system
+from tegotae.systems.legged import Legged, random_phases, system
 
 Numbers = Mapping[str, np.ndarray]
 """Numbers of walkers by name, [walkers]."""
@@ -168,7 +167,7 @@ def families(legged: Legged) -> dict[str, TunedFamily]:
     whole ellipse; "forced trot" and the like turn their legs at ω without feedback.
 
     Example:
-        >>> from tegotae.systems.legged_systems import system
+        >>> from tegotae.systems.legged import system
         >>> list(families(system("hexapod")))[:4]
         ['vanilla', 'cosine', 'vanilla ellipse', 'forced pronk']
     """

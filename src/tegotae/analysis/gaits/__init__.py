@@ -1,10 +1,8 @@
 """The gait laboratory: how the legs of a body go together, and what a gait's name is."""
 
-from tegotae.measures.gaits.names import gait_of, named
-from tegotae.measures.gaits.places import leg_names
+from tegotae.measures.gaits.names import gait_of, leg_names, named
 from tegotae.measures.gaits.summary import Coordination, CoordinationSummary, coordination
-from tegotae.systems.legged import Legged, random_phases
-from tegotae.systems.legged_systems import SYSTEMS
+from tegotae.systems.legged import SYSTEMS, Legged, random_phases
 from tegotae.systems.resolve import legged_system as system
 
 __all__ = [

@@ -12,7 +12,7 @@ import numpy as np
 
 from tegotae._support.documents import JsonObject
 from tegotae._support.errors import TegotaeError
-from tegotae.measures.gaits.places import leg_names, reference_leg
+from tegotae.measures.gaits.names import leg_names, reference_leg
 from tegotae.measures.gaits.summary import has_mass
 from tegotae.parts._shapes import LaneNumbers
 from tegotae.parts.bodies import (
@@ -35,7 +35,7 @@ from tegotae.simulation.integrators import PredictorCorrector
 from tegotae.simulation.rollout import Timing
 from tegotae.systems.controller_set import ControllerSet
 from tegotae.systems.descriptions import describe
-from tegotae.systems.legged_systems import settling_s
+from tegotae.systems.legged import settling_s
 from tegotae.systems.system import Release, System
 
 if TYPE_CHECKING:

@@ -15,10 +15,9 @@ import numpy as np
 
 from tegotae.analysis.generalisation.controllers_under_test import ControllersUnderTest
 from tegotae.measures.gaits.lags import apart
-from tegotae.measures.gaits.places import HEADING, speed_ahead_m_per_s
+from tegotae.measures.gaits.names import HEADING, speed_ahead_m_per_s
 from tegotae.measures.gaits.summary import Coordination, CoordinationSummary
-from tegotae.measures.hopping.hopping import dies_out, hops
-from tegotae.measures.hopping.limit_cycle import LimitCycle, settled
+from tegotae.measures.hopping.hopping import LimitCycle, dies_out, hops, settled
 from tegotae.measures.hopping.signals import cot_inverse
 from tegotae.parts._shapes import AnyArray, Numeric
 from tegotae.parts.bodies import Body

@@ -10,8 +10,8 @@ import tyro
 
 from tegotae._support.files import output_file
 from tegotae.cli.options import UNSET
-from tegotae.export.live.compile import compiled
 from tegotae.export.live.file import write_native
+from tegotae.export.live.tick import compiled
 from tegotae.systems.resolve import resolve
 from tegotae.training.collection import controller_of
 

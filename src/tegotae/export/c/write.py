@@ -11,8 +11,7 @@ import numpy as np
 from tegotae import __version__
 from tegotae._support.documents import JsonObject
 from tegotae._support.files import output_file, output_folder, write_atomically
-from tegotae.export.c.check_program import TOLERANCE, check_program
-from tegotae.export.c.golden import Golden, golden, outputs_of
+from tegotae.export.c.golden import TOLERANCE, Golden, check_program, golden, outputs_of
 from tegotae.export.c.header import constants, header, limbs
 from tegotae.export.c.layouts import LAYOUTS, ExportLayout
 from tegotae.export.c.names import WHAT, plain

@@ -90,7 +90,7 @@ class LiveController:
                     "native` instead"
                 )
             return cls(read_native(Path(name)), clock=clock)
-        from tegotae.export.live.compile import compiled
+        from tegotae.export.live.tick import compiled
         from tegotae.systems.resolve import resolve
         from tegotae.training.collection import controller_of
 
@@ -104,7 +104,7 @@ class LiveController:
         Raises:
             TegotaeError: for a largest force that is missing, known already or out of range.
         """
-        from tegotae.export.live.compile import compiled
+        from tegotae.export.live.tick import compiled
 
         return cls(compiled(saved, max_force_n))
 

@@ -2,7 +2,7 @@
 
 from tegotae.measures.hopping.episode import REGIMES, ClampedEpisodes, Episode
 from tegotae.measures.hopping.gait import gait
-from tegotae.measures.hopping.limit_cycle import LimitCycle
+from tegotae.measures.hopping.hopping import LimitCycle
 from tegotae.measures.hopping.measured import measure
 from tegotae.measures.hopping.metric import (
     ClampedMetric,

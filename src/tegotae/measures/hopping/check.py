@@ -12,8 +12,7 @@ import numpy as np
 
 from tegotae._support.errors import TegotaeError
 from tegotae.measures.hopping.episode import HOP_CHANNELS, ClampedEpisodes, Episode
-from tegotae.measures.hopping.hopping import Hops, hops
-from tegotae.measures.hopping.limit_cycle import LimitCycle, Settled, settled
+from tegotae.measures.hopping.hopping import Hops, LimitCycle, Settled, hops, settled
 from tegotae.measures.hopping.metric import (
     PLACES,
     REGIME,

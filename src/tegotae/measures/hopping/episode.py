@@ -10,8 +10,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from tegotae.measures.hopping.hopping import Hops, dies_out
-from tegotae.measures.hopping.limit_cycle import LimitCycle, Settled, settled
+from tegotae.measures.hopping.hopping import Hops, LimitCycle, Settled, dies_out, settled
 from tegotae.measures.hopping.signals import Spectrum, peak, spectrum, work_total
 from tegotae.parts._shapes import AnyArray, Numeric
 from tegotae.simulation.rollout import Trajectory

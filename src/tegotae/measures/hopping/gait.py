@@ -13,8 +13,7 @@ import numpy as np
 
 from tegotae._support.errors import TegotaeError, require_finite
 from tegotae.measures.hopping.episode import Episode
-from tegotae.measures.hopping.hopping import hops
-from tegotae.measures.hopping.limit_cycle import LimitCycle, settled
+from tegotae.measures.hopping.hopping import LimitCycle, hops, settled
 from tegotae.measures.hopping.metric import REGIME, GaitMetric
 from tegotae.measures.hopping.registry import built_in_gait, channels_of
 from tegotae.measures.hopping.signals import check_work

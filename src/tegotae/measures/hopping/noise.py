@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tegotae._support.errors import TegotaeError, require_finite
-from tegotae.measures.hopping.limit_cycle import LimitCycle
+from tegotae.measures.hopping.hopping import LimitCycle
 from tegotae.measures.hopping.recording import Samples
 
 FLOOR = 2e-4

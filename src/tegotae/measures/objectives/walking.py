@@ -1,8 +1,9 @@
-"""The fitness of a walk: at the speed that is wanted, for little work, without a fall."""
+"""Fitness of walking: a speed that is wanted, or one that ω commands."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import NamedTuple
 
 import jax
@@ -10,9 +11,9 @@ import jax.numpy as jnp
 import numpy as np
 
 from tegotae._support.errors import TegotaeError, require_finite
-from tegotae.measures.gaits.places import speed_along_heading_m_per_s
+from tegotae.measures.gaits.names import speed_along_heading_m_per_s
 from tegotae.measures.objectives.objective import Objective
-from tegotae.parts._shapes import Numeric
+from tegotae.parts._shapes import AnyArray, Numeric
 from tegotae.parts.bodies import Body
 from tegotae.parts.fields import unwrapped
 from tegotae.simulation.rollout import Scenario, Timing, Trajectory
@@ -144,3 +145,151 @@ def walked(
         speed_m_per_s=speed,
         cot_inverse=jnp.clip(cot_inverse, -_MOST_COT_INVERSE, _MOST_COT_INVERSE),
     )
+
+
+COMMANDED_TRACKING = 2.0
+"""What a speed that is off by all of itself costs, in units of the logarithm of a share."""
+_LEAST_GAIN = 0.25
+"""Below this gain its logarithm goes on as a straight line: who stands or goes back has no
+logarithm, and the next step up must count."""
+_MOST_GAIN = 20.0
+"""Beyond this share of the front, above or below, nothing counts."""
+
+
+class CommandedOutcome(NamedTuple):
+    """What of an episode at a commanded frequency counts, [lanes] each."""
+
+    speed_m_per_s: jax.Array
+    """Speed in the direction in which the body looked when the window began [m/s]."""
+    cot_inverse: jax.Array
+    """CoT⁻¹ = m g v / P; of a walk backwards negative."""
+    omega: jax.Array
+    """The frequency ω that is commanded [rad/s]."""
+
+
+class CommandedData(NamedTuple):
+    """Settings that make a fitness of a walk: data of a compiled program."""
+
+    speeds_m_per_s: AnyArray
+    costs: AnyArray
+    advance_m_per_rad: Numeric
+    tracking: Numeric
+
+
+@dataclass(frozen=True, kw_only=True)
+class CommandedWalking(Objective):
+    """`fitness = ln(c(v) CoT⁻¹) - w |v / (b ω) - 1|` over the settled part of an episode.
+
+    c(v) is the cost of transport of a baseline at the same speed, its *front*: the logarithm is 0
+    for who walks at the baseline's cost, and ln 2 for who needs half of it. The wanted speed b ω
+    follows from the frequency of the episode, so that one law is trained for a range of them. The
+    mean of logarithms is the largest for a law that is cheap at every speed: who halves its cost at
+    one speed and doubles it at another has gained nothing. Below a gain of a quarter, and for who
+    goes backwards, the logarithm goes on as its tangent. A fall is below all walks.
+
+    Args:
+        front: pairs of speed [m/s] and cost of transport, by rising speed; between them straight
+            lines, beyond the ends the last value.
+        advance_m_per_rad: the way per radian of the command that is wanted, b [m/rad].
+        settle_s: time left to settle [s].
+        tracking: w.
+
+    Raises:
+        TegotaeError: for a front of fewer than two speeds, not in this order, or with a number that
+            is not positive; an advance that is not positive; or a time or weight below zero.
+
+    Example:
+        >>> front = ((0.1, 0.5), (0.5, 0.4))
+        >>> CommandedWalking(front=front, advance_m_per_rad=0.127, settle_s=30.0).tracking
+        2.0
+    """
+
+    front: tuple[tuple[float, float], ...]
+    advance_m_per_rad: float
+    settle_s: float
+    tracking: float = COMMANDED_TRACKING
+
+    needs = ("time_s", "x_m", "y_m", "yaw_rad", "work_absolute_j", "failed")
+    COT_UNIT = ""
+
+    def __post_init__(self) -> None:
+        if len(self.front) < 2:
+            raise TegotaeError(f"a front has two speeds at least; this one has {len(self.front)}")
+        for speed, cost in self.front:
+            require_finite("a speed of the front", speed, above=0.0)
+            require_finite("a cost of the front", cost, above=0.0)
+        speeds = [speed for speed, _ in self.front]
+        if any(b <= a for a, b in pairwise(speeds)):
+            raise TegotaeError(f"the speeds of the front are {speeds}; they must rise")
+        require_finite("advance_m_per_rad", self.advance_m_per_rad, above=0.0)
+        require_finite("settle_s", self.settle_s, least=0.0)
+        require_finite("tracking", self.tracking, least=0.0)
+
+    def check(self, timing: Timing) -> None:
+        """Raise `TegotaeError` if an episode leaves less than two frames after settling."""
+        check_settled(self.settle_s, timing)
+
+    def check_frequencies(self, least: float, most: float) -> None:
+        """Raise `TegotaeError` if no walker of the front is as slow or as fast as is commanded."""
+        slowest, fastest = self.front[0][0], self.front[-1][0]
+        for omega in (least, most):
+            speed = omega * self.advance_m_per_rad
+            if not slowest <= speed <= fastest:
+                raise TegotaeError(
+                    f"omega {omega:g} commands a speed of {speed:.3g} m/s, and the front has none "
+                    f"below {slowest:.3g} or above {fastest:.3g}; choose omega from "
+                    f"{slowest / self.advance_m_per_rad:.3g} to "
+                    f"{fastest / self.advance_m_per_rad:.3g}"
+                )
+
+    def without_frequency(self) -> Objective:
+        """There is none: the speed follows from the frequency."""
+        raise TegotaeError(
+            "the speed that is wanted follows from omega, and the controller has no oscillator; "
+            "train it with Walking(speed_m_per_s=...)"
+        )
+
+    @property
+    def program(self) -> CommandedWalking:
+        """The settling time and the size of the front: everything else is data."""
+        front = tuple((1.0 + speed, 1.0) for speed in range(len(self.front)))
+        return CommandedWalking(front=front, advance_m_per_rad=1.0, settle_s=self.settle_s)
+
+    @property
+    def data(self) -> CommandedData:
+        """The front, the speed that is wanted and the weight of it."""
+        speeds, costs = np.array(self.front, "float32").T
+        return CommandedData(
+            speeds, costs, np.float32(self.advance_m_per_rad), np.float32(self.tracking)
+        )
+
+    def outcome(
+        self, trajectory: Trajectory, scenario: Scenario, body: Body, timing: Timing
+    ) -> CommandedOutcome:
+        """Speed, CoT⁻¹ and the commanded frequency of every lane."""
+        speed, cot_inverse = walked(trajectory, scenario, body, timing, self.settle_s)
+        omega = jnp.broadcast_to(jnp.asarray(scenario.omega, speed.dtype), speed.shape)
+        return CommandedOutcome(speed, cot_inverse, omega)
+
+    def score(self, outcome: CommandedOutcome, data: CommandedData) -> dict[str, jax.Array]:
+        """`fitness`, `cot_inverse` and `gain`, CoT⁻¹ over that of the front, [lanes] each."""
+        speed = outcome.speed_m_per_s
+        gain = outcome.cot_inverse * jnp.interp(speed, data.speeds_m_per_s, data.costs)
+        off = jnp.abs(speed / (data.advance_m_per_rad * outcome.omega) - 1.0)
+        fitness = log_gain(gain) - data.tracking * off
+        return {"fitness": fitness, "cot_inverse": outcome.cot_inverse, "gain": gain}
+
+
+def log_gain(gain: AnyArray) -> jax.Array:
+    """The logarithm of a gain, below a quarter its tangent there.
+
+    Args:
+        gain: CoT⁻¹ over that of the front; what is beyond twentyfold counts as that.
+
+    Example:
+        >>> print(", ".join(f"{x:.2f}" for x in log_gain(jnp.array([1.0, 0.25, 0.0]))))
+        0.00, -1.39, -2.39
+    """
+    limited = jnp.clip(gain, -_MOST_GAIN, _MOST_GAIN)
+    line = jnp.log(_LEAST_GAIN) + limited / _LEAST_GAIN - 1.0
+    return jnp.where(limited > _LEAST_GAIN, jnp.log(jnp.maximum(limited, _LEAST_GAIN)), line)

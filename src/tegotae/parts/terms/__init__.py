@@ -1,6 +1,5 @@
 """Terms of the controller: Action, Reaction, Gain and Actuation, vanilla and learned."""
 
-from tegotae.parts.terms.action import OffsetAction, UnitAction, VanillaAction
 from tegotae.parts.terms.actuation import (
     Actuation,
     LearnedActuation,
@@ -10,10 +9,15 @@ from tegotae.parts.terms.actuation import (
     with_vanilla_settings,
 )
 from tegotae.parts.terms.base import Signals, Term
+from tegotae.parts.terms.feedback import (
+    ConstantGain,
+    OffsetAction,
+    UnitAction,
+    VanillaAction,
+    VanillaReaction,
+)
 from tegotae.parts.terms.foot import CorrectedFoot, EllipticFoot, LearnedFoot, TunedFoot
-from tegotae.parts.terms.gain import ConstantGain
 from tegotae.parts.terms.network import Network
-from tegotae.parts.terms.reaction import VanillaReaction
 from tegotae.parts.terms.whole_body import WholeBody, WholeBodyCorrectedFoot, WholeBodyFoot
 
 __all__ = [

@@ -5,7 +5,6 @@ wrong and how to put it right. A part that passes can go into a `Controller` or 
 """
 
 from tegotae.simulation.checks.body import check_body
-from tegotae.simulation.checks.controller import check_controller
-from tegotae.simulation.checks.parts import check_oscillator, check_term
+from tegotae.simulation.checks.parts import check_controller, check_oscillator, check_term
 
 __all__ = ["check_body", "check_controller", "check_oscillator", "check_term"]

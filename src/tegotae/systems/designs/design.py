@@ -9,8 +9,7 @@ from typing import cast
 
 from tegotae._support.errors import TegotaeError, require_count, require_finite, unknown
 from tegotae._support.limits import MOST_RAD_PER_S, MOST_WEIGHTS
-from tegotae.measures.objectives.fitness import EPISODE
-from tegotae.measures.objectives.hopping_legs import HoppingLegs
+from tegotae.measures.objectives.fitness import EPISODE, HoppingLegs
 from tegotae.measures.objectives.objective import Objective
 from tegotae.measures.objectives.walking import Walking
 from tegotae.parts.bodies import Body, Walker
@@ -28,8 +27,7 @@ from tegotae.systems.designs.tegotae import (
 )
 from tegotae.systems.experiment import Experiment
 from tegotae.systems.grammar import BUDGET, learned_terms
-from tegotae.systems.legged import Legged, random_phases
-from tegotae.systems.legged_systems import SYSTEMS, system
+from tegotae.systems.legged import SYSTEMS, Legged, random_phases, system
 
 EPISODE_SHARE = 0.3
 """Length of a walker's episode of training, as a share of the time of its gait commands."""
@@ -193,7 +191,7 @@ def design(name: str) -> Design:
     """The design of a name.
 
     Args:
-        name: `FAMILY@SYSTEM`; the system is one of `tegotae.systems.legged_systems.SYSTEMS`, or
+        name: `FAMILY@SYSTEM`; the system is one of `tegotae.systems.legged.SYSTEMS`, or
             `FILE.py:OBJECT`.
 
     Raises:

@@ -1,4 +1,4 @@
-"""Action terms A′(φ): the derivative of the oscillator's belief about the body."""
+"""The terms of the feedback: action A, reaction R and gain G (paper equations 2 to 5)."""
 
 from __future__ import annotations
 
@@ -77,3 +77,48 @@ class UnitAction(Term):
     def __call__(self, weights: Weights, signals: Signals) -> jax.Array:
         """1."""
         return jnp.ones_like(next(iter(signals.values.values())))
+
+
+@dataclass(frozen=True)
+class VanillaReaction(Term):
+    """`R(s) = S(s) = F_k`, the spring force [N] (paper equation 2 and [24], [30])."""
+
+    @property
+    def reads(self) -> tuple[str, ...]:
+        """The spring force."""
+        return ("spring_force",)
+
+    def __call__(self, weights: Weights, signals: Signals) -> jax.Array:
+        """F_k [N]."""
+        return signals["spring_force"]
+
+
+@dataclass(frozen=True)
+class ConstantGain(Term):
+    """`G = σ`, one trained number (paper equation 2).
+
+    With the vanilla terms σ is in rad/(s N).
+
+    Args:
+        start: the σ that training starts from.
+    """
+
+    start: float = 1.0
+
+    @property
+    def n_weights(self) -> int:
+        """σ itself."""
+        return 1
+
+    @property
+    def weight_names(self) -> tuple[WeightName, ...]:
+        """σ."""
+        return (("sigma",),)
+
+    def initial(self, key: jax.Array) -> jax.Array:
+        """σ = `start`."""
+        return jnp.full((1,), self.start)
+
+    def __call__(self, weights: Weights, signals: Signals) -> jax.Array:
+        """σ."""
+        return weights[0]
