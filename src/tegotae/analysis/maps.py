@@ -14,8 +14,7 @@ from tegotae._support.errors import TegotaeError, require_count, require_finite
 from tegotae._support.limits import MOST_GAIN, MOST_POINTS, require_memory
 from tegotae.measures.hopping.episode import FAILED, LIMIT_CYCLE
 from tegotae.measures.hopping.gait import GaitSummary
-from tegotae.measures.hopping.hopping import hops
-from tegotae.measures.hopping.hopping import settled
+from tegotae.measures.hopping.hopping import hops, settled
 from tegotae.measures.hopping.signals import require_measurable
 from tegotae.parts._shapes import AnyArray
 from tegotae.parts.bodies import Body, require_one_limb
