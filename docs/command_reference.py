@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 from benchmarks.__main__ import BENCH
 from playground.__main__ import PLAYGROUND
 from reproduction.__main__ import PROG, REPRODUCTION
 from studies.tuning.__main__ import TUNE
+from tegotae.cli.asking import Question
 from tegotae.cli.commands import COMMANDS
 from tegotae.cli.parsing import description_of, options_of
 from tegotae.cli.program import Command, CommandGroup
@@ -32,12 +33,20 @@ def _command(name: str, command: Command | CommandGroup, level: int = 2) -> Iter
             yield from _command(f"{name} {sub}", its, level + 1)
         return
     own = command.load()
-    yield f"{_text(description_of(own))}\n"
-    rows = [f"| `{each.shown}` | {_text(each.meaning)} |" for each in options_of(own)]
-    if rows:
-        yield "| option | meaning |\n|---|---|"
-        yield "\n".join(rows) + "\n"
+    yield f"{_text(command.summary if issubclass(own, Question) else description_of(own))}\n"
+    asks = issubclass(own, Question)
+    options = options_of(own.output_kind if asks else own)
+    yield from _table("option", {each.shown: each.meaning for each in options})
+    for subject, known in own.options_by_subject().items() if asks else ():
+        about = {f"--{key.replace('_', '-')}": option.about for key, option in known.items()}
+        yield from _table(subject, about)
     yield "```console\n" + "\n".join(command.examples) + "\n```\n"
+
+
+def _table(heading: str, rows: Mapping[str, str]) -> Iterator[str]:
+    if rows:
+        yield f"| {heading} | meaning |\n|---|---|"
+        yield "\n".join(f"| `{name}` | {_text(about)} |" for name, about in rows.items()) + "\n"
 
 
 def _text(text: str) -> str:

@@ -5,7 +5,7 @@ What is open here: `SPACES`, one entry per algorithm, says what may be tried, an
 
 from studies.tuning.record import describe
 from studies.tuning.spaces import SPACES, Space
-from studies.tuning.task import Task
+from studies.tuning.task import TuningTask
 from studies.tuning.tuner import evaluate_settings, tune
 
-__all__ = ["SPACES", "Space", "Task", "describe", "evaluate_settings", "tune"]
+__all__ = ["SPACES", "Space", "TuningTask", "describe", "evaluate_settings", "tune"]

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 import tyro
 
 from studies.tuning.spaces import space_of
-from studies.tuning.task import BUDGET_S, FIRST_SEED, Task
+from studies.tuning.task import BUDGET_S, FIRST_SEED, TuningTask
 from tegotae._support.errors import require_count
 from tegotae._support.files import output_file, write_atomically
 from tegotae.cli.console import print_rows
@@ -109,7 +109,7 @@ class Tune(ExperimentOptions):
         return name_of(type(settings_named(self.algorithm, (Algorithm, AgentSettings))))
 
     @property
-    def task(self) -> Task:
+    def task(self) -> TuningTask:
         """What settings are evaluated on."""
         experiments = [
             self.applied(experiment_named(name, self.budget), self.budget) for name in self.models
@@ -120,7 +120,7 @@ class Tune(ExperimentOptions):
             experiments = [
                 each.replaced(objective=each.objective.without_frequency()) for each in experiments
             ]
-        return Task(experiments=tuple(experiments), seeds=self.seeds, budget_s=self.budget_s)
+        return TuningTask(experiments=tuple(experiments), seeds=self.seeds, budget_s=self.budget_s)
 
 
 def _print(document: TunedSettings, ranked: list[FrozenTrial]) -> None:

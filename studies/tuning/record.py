@@ -12,7 +12,7 @@ import numpy as np
 
 from studies.tuning.spaces import Space
 from studies.tuning.spaces.base import Settings
-from studies.tuning.task import Task
+from studies.tuning.task import TuningTask
 from studies.tuning.tuner import P_PRUNED
 from tegotae._support.engines import selected
 from tegotae._support.errors import TegotaeError, require
@@ -61,7 +61,7 @@ def tried_first(space: Space) -> Settings:
 
 
 def describe(
-    algorithm: str, task: Task, space: Space, trials: Sequence[FrozenTrial]
+    algorithm: str, task: TuningTask, space: Space, trials: Sequence[FrozenTrial]
 ) -> TunedSettings:
     """The best settings and how they were found, as JSON values: a named configuration.
 
@@ -98,7 +98,7 @@ def describe(
     }
 
 
-def confirmation(task: Task, first: np.ndarray, best: np.ndarray) -> Confirmation:
+def confirmation(task: TuningTask, first: np.ndarray, best: np.ndarray) -> Confirmation:
     """How the settings tried first and the best ones do on trainings they were not chosen by.
 
     The intervals are over all trainings, models and seeds alike, the difference's over pairs.

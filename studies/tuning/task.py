@@ -21,7 +21,7 @@ BUDGET_S = 61_440.0
 
 
 @dataclass(frozen=True, kw_only=True)
-class Task:
+class TuningTask:
     """The trainings that a setting has to do well in: every experiment with every seed.
 
     Every training may simulate for `budget_s`, whatever its algorithm and its settings: a larger
@@ -39,7 +39,7 @@ class Task:
 
     Example:
         >>> from tegotae.systems.models import find
-        >>> Task(experiments=(find("ART").experiment(), find("AR").experiment())).instances
+        >>> TuningTask(experiments=(find("ART").experiment(), find("AR").experiment())).instances
         8
     """
 

@@ -15,7 +15,7 @@ import numpy as np
 from studies.tuning.spaces import Space, space_of
 from studies.tuning.spaces.base import Settings
 from studies.tuning.storage import opened
-from studies.tuning.task import Task
+from studies.tuning.task import TuningTask
 from tegotae._support.documents import CODE
 from tegotae._support.engines import available_cores, require_workers
 from tegotae._support.errors import TegotaeError, require, require_count
@@ -36,7 +36,7 @@ P_PRUNED = 0.1
 
 def tune(
     algorithm: str,
-    task: Task,
+    task: TuningTask,
     storage: Path,
     *,
     trials: int,
@@ -89,7 +89,7 @@ def tune(
 
 
 def evaluate_settings(
-    space: Space, settings: Sequence[Settings], task: Task, *, workers: int = 1
+    space: Space, settings: Sequence[Settings], task: TuningTask, *, workers: int = 1
 ) -> np.ndarray:
     """Fitness of each setting on all of a task's trainings, shape [settings, instances].
 
@@ -161,7 +161,7 @@ class _Attempt:
 
 
 def _search(
-    study: Study, space: Space, task: Task, trials: int, pool: Workers, reporter: Reporter
+    study: Study, space: Space, task: TuningTask, trials: int, pool: Workers, reporter: Reporter
 ) -> None:
     at: dict[Future[list[float]], _Attempt] = {}
 
@@ -191,14 +191,14 @@ def _search(
 
 
 def _training(
-    task: Task, job: tuple[int, tuple[int, ...]]
-) -> tuple[Task, Experiment, tuple[int, ...]]:
+    task: TuningTask, job: tuple[int, tuple[int, ...]]
+) -> tuple[TuningTask, Experiment, tuple[int, ...]]:
     """Task, experiment and seeds, as `Space.learn` takes them."""
     number, seeds = job
     return task, task.experiments[number], tuple(task.first_seed + seed for seed in seeds)
 
 
-def _instance(task: Task, model: int, seed: int) -> int:
+def _instance(task: TuningTask, model: int, seed: int) -> int:
     """The number under which a training's value is reported: the same in every trial."""
     return model * task.seeds + seed
 

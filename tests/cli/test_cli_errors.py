@@ -30,12 +30,15 @@ def test_without_a_subcommand_they_are_listed(one_line_error):
     ("words", "said"),
     [
         (["simulate", "--sgima", "2"], "--sgima, 2; perhaps you meant --sigma FLOAT"),
-        (["simulate", "--duration", "long"], "--duration is 'long'; write --duration FLOAT"),
-        (["simulate", "--duration"], "--duration has no value; see tegotae simulate --help"),
+        (
+            ["simulate", "--duration", "long"],
+            "--duration: 'long' is no number",
+        ),
+        (["simulate", "--duration"], "Missing value for argument '--duration'"),
         (["generalise", "V", "--conditions", "--json"], "--conditions has no value"),
         (["gait", "sweep", "bar", "--levels", "1"], "for argument '--levels'. Expected 2 values"),
-        (["simulate", "paper", "extra"], "Unrecognized options: extra"),
-        (["simulate", "--omega", "1_0"], "--omega is '1_0'"),
+        (["simulate", "paper", "--extra"], "Unrecognized options: --extra"),
+        (["simulate", "--omega", "1_0"], "'1_0' is no number: it has an underscore"),
         (["train", "ART", "--seeds", "1_0"], "'1_0' is no whole number: it has an underscore"),
         (["train"], "tegotae train needs MODEL; see tegotae train --help"),
         (["train", "ART", "--seeds", "1.5"], "--seeds: '1.5' is no whole number"),
@@ -263,14 +266,13 @@ def test_a_bug_is_one_line_and_its_traceback_for_those_who_ask(capsys, monkeypat
 
 
 @pytest.mark.parametrize(
-    "command", ["simulate", "evaluate V-reflex-w8", "compare V-a V-b", "benchmarks"]
+    "command", ["simulate", "evaluate V-reflex-w8", "compare V-sector-w4 paper", "benchmarks"]
 )
 def test_ctrl_c_anywhere_ends_in_one_line(capsys, monkeypatch, command):
     def interrupt(*_, **__):
         raise KeyboardInterrupt
 
     monkeypatch.setattr(Engine, "run", interrupt)
-    monkeypatch.setattr("tegotae.cli.compare.gathered", interrupt)
     monkeypatch.setattr("benchmarks.engine.speed", interrupt)
     assert main(command.split()) == 130
     assert capsys.readouterr() == ("", "tegotae: interrupted\n")
@@ -341,7 +343,7 @@ def test_a_refused_command_leaves_no_folder(tmp_path, monkeypatch, one_line_erro
         (["evaluate", "V-sector-w4", "--undisturbed", "nan"], "undisturbed_s is nan"),
         (["evaluate", "runs/none"], "no controller file at runs/none"),
         (["evaluate", "ART"], "has weights to train and no file was given"),
-        (["compare"], "a comparison needs at least two sets of controllers; 0 found"),
+        (["compare"], "names come first: tegotae compare NAME [OPTIONS]"),
         (["compare", "V-sector-w4", "V-reflex-w4", "--drop", "-1"], "drop_m is -1"),
     ],
 )

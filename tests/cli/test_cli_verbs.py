@@ -22,21 +22,21 @@ from tegotae.training.collection import read
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        ("simulate bar-light --tick 0.01", "--tick is for bodies with one leg; bar-light has"),
-        ("simulate paper --out walk", "--out is for bodies with several legs; paper has one leg"),
-        ("simulate --phases 0 0.5", "--phases is for bodies with several legs; a vanilla"),
-        ("simulate paper --preset pyTegotaeCPG", "--preset belongs to vanilla controllers"),
+        ("simulate bar-light --tick 0.01", "Unrecognized options: --tick"),
+        ("simulate --phases 0 0.5", "perhaps you meant --phase FLOAT"),
+        ("simulate --duration 4 paper", "Unrecognized options: paper"),
+        ("simulate paper bar-light", "one run of one controller; paper, bar-light are 2"),
         ("simulate extra", "no model or system is called 'extra'"),
         ("simulate no/such/file.json", "no controller file at no/such/file.json"),
-        (
-            "simulate ART",
-            "no file was given; take zoo:ART-rF-tphif-w8, or train it: tegotae train",
-        ),
-        ("simulate bar-light --animate walk.mp4", "cannot write legs as 'walk.mp4'"),
-        ("evaluate bar-light --drop 0.1", "--drop is for bodies with one leg"),
-        ("evaluate paper --starts 3", "--starts is for bodies with several legs"),
-        ("evaluate paper --omega 4 5", "one leg is evaluated around one"),
+        ("simulate ART", "no file was given; take zoo:ART-rF-tphif-w8, or train it: tegotae train"),
+        ("simulate bar-light --animate walk.avi", "use .gif or .mp4"),
+        ("evaluate --json", "names come first: tegotae evaluate NAME [OPTIONS]"),
+        ("evaluate bar-light --drop 0.1", "Unrecognized options: --drop"),
+        ("evaluate paper --starts 3", "Unrecognized options: --starts"),
+        ("evaluate paper --omega 4 5", "Unrecognized options: 5"),
+        ("evaluate paper bar-light", "paper hops on one leg, and bar-light walks on several legs"),
         ("evaluate ART", "train it: tegotae train ART-rF-tphif-w8"),
+        ("compare paper", "a comparison needs at least two sets of controllers; 1 found"),
         (
             "figure basin bar-light --resolution 9 --out b.png",
             "--resolution is for bodies with one",
@@ -88,13 +88,15 @@ def held(tmp_path):
 
 def test_a_simulation_takes_release_hold_and_period_from_the_file(held, capsys):
     assert main(["simulate", str(held), "--duration", "2", "--json"]) == 0
-    used = json.loads(capsys.readouterr().out)["parameters"]
-    assert (used["height_m"], used["velocity_m_per_s"], used["phase_rad"]) == (1.1, 0.1, 0.5)
-    assert (used["tick_s"], used["held"]) == (0.004, True)
+    used = json.loads(capsys.readouterr().out)["settings"]
+    release = {"height_m": 1.1, "velocity_m_per_s": 0.1, "phase_rad": 0.5}
+    assert used["release"] == {**used["release"], **release}
+    assert (used["tick_s"], used["hold"]) == (0.004, True)
     options = ["--height", "1.2", "--phase", "0", "--tick", "0.002", "--duration", "2", "--json"]
     assert main(["simulate", str(held), *options]) == 0
-    used = json.loads(capsys.readouterr().out)["parameters"]
-    assert (used["height_m"], used["phase_rad"], used["tick_s"]) == (1.2, 0.0, 0.002)
+    used = json.loads(capsys.readouterr().out)["settings"]
+    release = used["release"]
+    assert (release["height_m"], release["phase_rad"], used["tick_s"]) == (1.2, 0.0, 0.002)
 
 
 def test_an_evaluation_takes_the_system_and_the_protocol_of_the_file(held, monkeypatch):
@@ -104,7 +106,7 @@ def test_an_evaluation_takes_the_system_and_the_protocol_of_the_file(held, monke
         asked.append((protocol, start, integrator))
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("tegotae.cli.hopping.evaluate", evaluate)
+    monkeypatch.setattr("tegotae.questions.hopping.evaluate", evaluate)
     own = Protocol(undisturbed_s=5.0, disturbed_s=5.0, drop_m=0.1, release_m=1.1, tick_s=0.004)
     main(["evaluate", str(held)])
     main(["evaluate", str(held), "--drop", "0.3", "--work", "net"])
@@ -129,12 +131,11 @@ def test_legs_are_simulated_into_the_files_that_are_named(tmp_path, capsys):
     words = ["simulate", "bar-light", "--duration", "20", "--csv", str(table), "--json"]
     assert main([*words, "--mass", "0.11"]) == 0
     document = json.loads(capsys.readouterr().out)
-    assert document["command"] == "simulate"
-    assert document["system"]["system"]["body"]["mass_kg"] == 0.11
+    assert document["settings"]["body"]["mass_kg"] == 0.11
     assert table.exists()
 
 
 def test_legs_are_evaluated_as_one_json_object(capsys):
     assert main(["evaluate", "bar-light", "--starts", "2", "--json"]) == 0
-    (found,) = json.loads(capsys.readouterr().out)["controllers"]
+    (found,) = json.loads(capsys.readouterr().out)["rows"]
     assert (found["controller"], found["omega"], found["gait"]) == ("bar-light", 8.0, "antiphase")

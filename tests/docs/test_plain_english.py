@@ -84,7 +84,8 @@ def test_questions_and_code_are_left_alone(text):
 
 def helps(entry: Command | CommandGroup, prog: str) -> Iterator[str]:
     if isinstance(entry, Command):
-        yield help_of(prog, entry)
+        if not hasattr(entry.load(), "asked"):
+            yield help_of(prog, entry)
         return
     yield overview(entry, prog) if entry.sections else overview_of(prog, entry)
     for name, below in entry.commands.items():

@@ -26,6 +26,7 @@ ROOMS = (
     "analysis",
     "export",
     "figures",
+    "questions",
     "cli",
 )
 """From the ground up."""

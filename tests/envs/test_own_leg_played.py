@@ -101,7 +101,7 @@ def test_evaluate_measures_all_runs_of_a_folder(swept, tmp_path, capsys):
 def test_evaluate_tries_what_was_learned_under_other_masses_and_starts(swept, capsys):
     words = ["evaluate", str(swept), "--json", "--starts", "2"]
     assert main([*words, "--settings", "mass_factor=1.3", "noise=0.02"]) == 0
-    disturbed = json.loads(capsys.readouterr().out)["episodes"]
+    disturbed = json.loads(capsys.readouterr().out)["rows"]
     assert [each["start"] for each in disturbed] == [0, 1]
     assert disturbed[0]["return"] != disturbed[1]["return"]
 
@@ -111,13 +111,13 @@ def test_compare_plays_sets_of_one_environment(swept, file, tmp_path, capsys):
     controller_file.save(dataclasses.replace(saved, weights=np.zeros(1, "float32")), still)
     assert main(["compare", str(swept), str(still), "--json"]) == 0
     found = json.loads(capsys.readouterr().out)
-    assert len({each["name"] for each in found["episodes"]}) == 2
+    assert len({row["controller"] for row in found["rows"]}) == 2
     assert found["differences"][0]["fitness"]["mean"] != 0.0
 
 
 def test_compare_refuses_sets_of_different_worlds(swept, one_line_error):
     said = one_line_error("compare", "V-sector-w4", str(swept))
-    assert "V-sector-w4 is on this package's engine, and others are not" in said
+    assert "V-sector-w4 hops on one leg, and V-sector-w8 runs in another simulator" in said
 
 
 def test_generalise_tries_what_was_learned_on_a_model_under_disturbances(swept, tmp_path, capsys):
@@ -162,9 +162,9 @@ def test_a_heavier_leg_presses_harder():
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        ("simulate --height 2", "--height is for bodies of this package"),
+        ("simulate --height 2", "Unrecognized options: --height"),
         ("simulate --animate leg.avi", "use .gif or .mp4"),
-        ("evaluate --drop 0.1", "--drop is for bodies of this package"),
+        ("evaluate --drop 0.1", "Unrecognized options: --drop"),
         ("figure portrait", "tegotae simulate and tegotae evaluate run it there"),
     ],
 )

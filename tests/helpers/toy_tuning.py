@@ -10,14 +10,14 @@ from pathlib import Path
 from studies.tuning import (
     SPACES,
     Space,
-    Task,
+    TuningTask,
     tune,
 )
 from tegotae._support.errors import TegotaeError
 from tegotae.systems.experiment import Experiment
 from tegotae.systems.models import find
 
-TASK = Task(experiments=(find("ART").experiment(), find("AR").experiment()), seeds=4)
+TASK = TuningTask(experiments=(find("ART").experiment(), find("AR").experiment()), seeds=4)
 """Eight trainings a trial."""
 
 
@@ -33,14 +33,16 @@ def suggest(trial) -> Toy:
 
 
 def parabola(
-    settings: Toy, task: Task, experiment: Experiment, seeds: tuple[int, ...]
+    settings: Toy, task: TuningTask, experiment: Experiment, seeds: tuple[int, ...]
 ) -> list[float]:
     """Best at x = 1; every training has a level of its own, which is larger than what x does."""
     level = 100.0 * (experiment.name == find("AR").name)
     return [level + seed % 7 - (settings.x - 1.0) ** 2 for seed in seeds]
 
 
-def dying(settings: Toy, task: Task, experiment: Experiment, seeds: tuple[int, ...]) -> list[float]:
+def dying(
+    settings: Toy, task: TuningTask, experiment: Experiment, seeds: tuple[int, ...]
+) -> list[float]:
     """The process ends in the second half of a trial, as one that is out of memory does."""
     if seeds[0] > task.first_seed:
         os._exit(9)
@@ -48,13 +50,13 @@ def dying(settings: Toy, task: Task, experiment: Experiment, seeds: tuple[int, .
 
 
 def refusing(
-    settings: Toy, task: Task, experiment: Experiment, seeds: tuple[int, ...]
+    settings: Toy, task: TuningTask, experiment: Experiment, seeds: tuple[int, ...]
 ) -> list[float]:
     raise TegotaeError("x is out of the question")
 
 
 def waiting(
-    settings: Toy, task: Task, experiment: Experiment, seeds: tuple[int, ...]
+    settings: Toy, task: TuningTask, experiment: Experiment, seeds: tuple[int, ...]
 ) -> list[float]:
     """Well into the third trial it says so, and waits for the file `release` to be closed."""
     fitness = parabola(settings, task, experiment, seeds)

@@ -98,7 +98,7 @@ def test_the_command_line_takes_a_users_metric_from_its_file(monkeypatch, capsys
         episodes = {metric.name: np.array([[2.5]]) for metric in metrics}
         return evaluation.Evaluation(protocol, np.array([8.0]), episodes)
 
-    monkeypatch.setattr("tegotae.cli.hopping.evaluate", made_up)
+    monkeypatch.setattr("tegotae.questions.hopping.evaluate", made_up)
     monkeypatch.setattr("tegotae.training.collection.best_gain", lambda *_: (2.0, 0.4))
     try:
         arguments = ["evaluate", "V-reflex-w8", "--metric", "cot_inverse", "peak_force:peak_force"]
@@ -108,7 +108,7 @@ def test_the_command_line_takes_a_users_metric_from_its_file(monkeypatch, capsys
         assert "CoT⁻¹ [m/J]" in said
         assert "T0 [s]" not in said
         assert main([*arguments, "--json"]) == 0
-        (document,) = json.loads(capsys.readouterr().out)["controllers"]
+        (document,) = json.loads(capsys.readouterr().out)["rows"]
         assert document["peak_force_n"] == 2.5
     finally:
         for metric in (PEAK, IN_WEIGHTS):  # all of the file's

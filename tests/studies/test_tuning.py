@@ -19,7 +19,7 @@ from places import ROOT
 from programs import main
 from studies.tuning import (
     SPACES,
-    Task,
+    TuningTask,
     describe,
     evaluate_settings,
     tune,
@@ -42,7 +42,7 @@ from toy_tuning import TASK
 
 optuna = pytest.importorskip("optuna")
 
-TINY = Task(
+TINY = TuningTask(
     experiments=(
         find("AR").experiment(
             budget=8,

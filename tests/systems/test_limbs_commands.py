@@ -124,7 +124,6 @@ def test_a_training_that_goes_on_ends_in_the_numbers_of_one_that_was_not_stopped
 @pytest.mark.parametrize(
     "words",
     [
-        ["compare", "V-reflex-w8", "legs.json"],
         ["reproduction", "run", "--dir", "new", "--models", "", "--experiments", EXPERIMENT],
         ["train", EXPERIMENT, "--algorithm", "sac", "--out", "new"],
     ],
@@ -192,7 +191,10 @@ def test_a_wrapper_has_a_unit_a_limb_of_its_own():
     [
         (["evaluate", "V-reflex-w8", "--body", f"{FILE}:Bar"], "drives 1 limbs, and a Bar has 2"),
         (["train", "ART", "--body", f"{FILE}:Bar"], "drives 1 limbs, and a Bar has 2"),
-        (["evaluate", "legs.json", "--flight-damping", "0.1"], "a Bar has no flight_damping_ns"),
+        (
+            ["evaluate", "legs.json", "--flight-damping", "0.1"],
+            "Unrecognized options: --flight-",
+        ),
         (
             ["train", EXPERIMENT, "--mass", "0.5"],
             "as a leg of this bar, this hopper cannot hop: its actuator pushes with 4 N at most",

@@ -17,7 +17,7 @@ import pytest
 torch = pytest.importorskip("torch")
 pytest.importorskip("stable_baselines3")
 
-from studies.tuning import SPACES, Task  # noqa: E402
+from studies.tuning import SPACES, TuningTask  # noqa: E402
 from tegotae import (  # noqa: E402
     Engine,
     Hopper,
@@ -341,14 +341,14 @@ class TestTuning:
         assert first == learner(algorithm)()
 
     def test_settings_are_judged_by_each_seeds_best_policy_within_the_budget(self):
-        task = Task(experiments=(experiment(),), budget_s=24.0)
+        task = TuningTask(experiments=(experiment(),), budget_s=24.0)
         found = SPACES["ppo"].learn(PPO, task, experiment(), (0, 1))
         for seed, best in zip((0, 1), found, strict=True):
             points = learn(training(PPO), seed=seed, episodes=4, evaluate_every=1)
             assert best == max(point.fitness for point in points)
 
     def test_settings_that_diverge_are_worth_what_they_had_reached(self):
-        task = Task(experiments=(experiment(),), budget_s=24.0)
+        task = TuningTask(experiments=(experiment(),), budget_s=24.0)
         wild = dataclasses.replace(PPO, learning_rate=1e30)
         (found,) = SPACES["ppo"].learn(wild, task, experiment(), (0,))
         start = next(learn(training(PPO), seed=0, episodes=1))

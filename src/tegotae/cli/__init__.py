@@ -97,6 +97,8 @@ def parsed(
             return parsed(words[1:], chosen, f"{prog} {words[0]}")
         if words and words[0] and not words[0].startswith("-"):
             raise unknown(f"command of {prog}", words[0], entry.commands)
+    elif hasattr(command := entry.load(), "asked"):  # whose options depend on what is named
+        return command.asked(words, prog)
     elif any(word in words for word in ("-h", "--help")):
         print(help_of(prog, entry))
         raise SystemExit(0)

@@ -42,7 +42,7 @@ COMMANDS: Mapping[str, Command | CommandGroup] = {
         },
     ),
     "simulate": Command(
-        "tegotae.cli.simulate",
+        "tegotae.cli.asking",
         "Simulate",
         (
             "tegotae simulate V-sector-w4 --plot hop.png --animate hop.gif",
@@ -50,12 +50,12 @@ COMMANDS: Mapping[str, Command | CommandGroup] = {
         ),
     ),
     "evaluate": Command(
-        "tegotae.cli.evaluate",
+        "tegotae.cli.asking",
         "Evaluate",
         ("tegotae evaluate V-sector-w4", "tegotae evaluate runs/art --csv runs.csv"),
     ),
     "compare": Command(
-        "tegotae.cli.compare",
+        "tegotae.cli.asking",
         "Compare",
         (
             "tegotae compare V-sector-w4 V-reflex-w4",

@@ -98,5 +98,11 @@ def completions(
 
 def options(command: type) -> Iterator[str]:
     """The options of a command, such as `--out`."""
+    from tegotae.cli.asking import Question
+
+    if issubclass(command, Question):
+        known = (name for own in command.options_by_subject().values() for name in own)
+        yield from dict.fromkeys(f"--{name.replace('_', '-')}" for name in known)
+        command = command.output_kind
     for option in options_of(command):
         yield from option.names

@@ -12,8 +12,8 @@ import tyro
 
 from tegotae._support.documents import DamagedDocumentError, Json, parse
 from tegotae._support.errors import TegotaeError, require_all
-from tegotae.cli.extras import of_environment
 from tegotae.cli.options import UNSET
+from tegotae.systems.controller_set import extras_of
 from tegotae.systems.models import find
 from tegotae.systems.user_objects import is_reference
 
@@ -99,7 +99,7 @@ class EnvOptions:
             TegotaeError: for what does not fit together.
         """
         assert self.env is not None
-        require_all(of_environment(self.env))
+        require_all(extras_of(self.env))
         from tegotae.envs.env_spec import EnvSpec
         from tegotae.envs.wiring_file import load_wiring, packaged
         from tegotae.training.environments.experiment import EnvExperiment

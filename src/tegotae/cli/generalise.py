@@ -13,14 +13,12 @@ import tyro
 
 from tegotae._support.errors import TegotaeError, require_count
 from tegotae.cli.console import print_rows, print_text
-from tegotae.cli.extras import require_environments
 from tegotae.cli.figure.output import PictureFormat
 
 if TYPE_CHECKING:
     from tegotae.analysis.generalisation import Disturbance
     from tegotae.analysis.generalisation.run import Done
     from tegotae.analysis.generalisation.trial import Tested
-    from tegotae.systems.controller_set import ControllerSet
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -79,29 +77,14 @@ class Generalise(PictureFormat):
         return any(fnmatch.fnmatchcase(each, self.only) for each in (name, model))
 
     def _subjects(self) -> list[Tested]:
-        from tegotae.training.collection import gathered
+        from tegotae.questions.task import tasks_of
 
-        sets, found = gathered(self.places), []
-        for place in self.places:
-            runs = [each for of, each in sets if of == place]
-            chosen = [each for each in runs if self._is_chosen(each.name)]
-            if not chosen:
-                names = ", ".join(sorted({each.name for each in runs})[:3])
-                raise TegotaeError(f"{place} has no model that matches {self.only}; it has {names}")
-            found += [_under_test(each, self.starts) for each in chosen]
-        return found
-
-
-def _under_test(runs: ControllerSet, starts: int) -> Tested:
-    """The runs on the body of their training."""
-    if runs.task is None:
-        from tegotae.analysis.generalisation import ControllersUnderTest
-
-        return ControllersUnderTest.of(runs, starts)
-    require_environments([runs.task])
-    from tegotae.analysis.generalisation.on_environment import ModelUnderTest
-
-    return ModelUnderTest.of(runs, starts)
+        tasks = tasks_of(*self.places)
+        chosen = [task for task in tasks if self._is_chosen(task.name)]
+        if not chosen:
+            names = ", ".join(sorted({task.name for task in tasks})[:3])
+            raise TegotaeError(f"no model matches {self.only}; there are {names}")
+        return [task.tested(self.starts) for task in chosen]
 
 
 def _print_conditions(chosen: tuple[Disturbance, ...]) -> None:

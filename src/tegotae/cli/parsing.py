@@ -25,6 +25,32 @@ _CONFIG = (
 )
 
 
+def parse_as(kind: type, words: Sequence[str], prog: str, about: str) -> Any:
+    """Words as an object of a class.
+
+    Args:
+        kind: a dataclass of options.
+        words: the options.
+        prog: the words before.
+        about: what the help says before the options.
+
+    Raises:
+        TegotaeError: for words that make none, in one line.
+        SystemExit: of status 0 after `--help`.
+    """
+    if {"-h", "--help"} & {*words}:
+        return tyro.cli(kind, prog=prog, description=about, args=["--help"], config=_TASKS)
+    box = io.StringIO()
+    try:
+        with contextlib.redirect_stderr(box), _wide():
+            return tyro.cli(kind, prog=prog, args=list(words), config=_TASKS, registry=_NUMBERS)
+    except SystemExit:
+        raise TegotaeError(f"{_said(box.getvalue(), prog)}; see {prog} --help") from None
+
+
+_TASKS = (*_CONFIG, tyro.conf.OmitArgPrefixes)
+
+
 def parse(words: Sequence[str], entry: Command | CommandGroup, prog: str) -> Any:
     """The command that words make, with its options.
 

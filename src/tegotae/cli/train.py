@@ -17,10 +17,10 @@ from tegotae._support.errors import TegotaeError, require, require_all, require_
 from tegotae._support.limits import MOST_SEEDS
 from tegotae.cli.console import print_rows
 from tegotae.cli.env_options import EnvOptions
-from tegotae.cli.extras import of_environment
 from tegotae.cli.options import ExperimentOptions, experiment_named, settings_named
 from tegotae.measures.hopping.statistics import interval
 from tegotae.measures.objectives.objective import FAILED_FITNESS
+from tegotae.systems.controller_set import extras_of
 from tegotae.systems.experiment import Experiment
 from tegotae.systems.grammar import BUDGET
 from tegotae.systems.registry import name_of
@@ -139,7 +139,7 @@ class Train(EnvOptions, EvolutionOptions, ExperimentOptions):
             advise(out, paths, least=self.stopping.tolerance, agent=learns)
 
     def _require_extras(self, learns: bool) -> None:
-        needed = {} if self.env is None else of_environment(self.env)
+        needed = {} if self.env is None else extras_of(self.env)
         if learns:
             needed["stable_baselines3"] = "sb3"
         if self.tensorboard:

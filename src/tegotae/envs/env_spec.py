@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import importlib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TypeVar
 
-from tegotae._support.documents import Json
+from tegotae._support.documents import DamagedDocumentError, Json, parse
 from tegotae._support.errors import TegotaeError, formatted, require, unknown
 from tegotae.envs._types import AnyEnv
 from tegotae.envs.mujoco.sensing import located
@@ -114,6 +114,30 @@ class EnvSpec:
                 f"{self.env} made a {type(found).__name__}; it must make a Gymnasium environment"
             )
         return found
+
+
+def settings_of(texts: Iterable[str]) -> dict[str, Json]:
+    """Settings of an environment as words give them, NAME=VALUE each.
+
+    Raises:
+        TegotaeError: for a text that is none, or a name twice.
+
+    Example:
+        >>> settings_of(["noise=0.02", "ground=true"])
+        {'noise': 0.02, 'ground': True}
+    """
+    settings: dict[str, Json] = {}
+    for text in texts:
+        name, equals, value = text.partition("=")
+        if not equals or not name.isidentifier():
+            raise TegotaeError(f"--settings {text!r} is no NAME=VALUE")
+        if name in settings:
+            raise TegotaeError(f"{name} is given twice; leave --settings {text} out")
+        try:
+            settings[name] = parse(value)
+        except DamagedDocumentError:  # not JSON: a text
+            settings[name] = value
+    return settings
 
 
 _Function = type(lambda: None)

@@ -156,18 +156,28 @@ def with_fields(body: B, fields: Mapping[str, object]) -> B:
         >>> with_fields(Sensors(body=Bar()), {"inertia_ratio": 0.5}).body.inertia_ratio
         0.5
     """
-    return _replaced(body, {path_of(body, name): value for name, value in fields.items()})
+    return with_paths(body, {path_of(body, name): value for name, value in fields.items()})
 
 
-def _replaced(value: T, fields: Mapping[str, object]) -> T:
-    """A dataclass with the fields of these paths replaced."""
+def with_paths(value: T, fields: Mapping[str, object]) -> T:
+    """A dataclass with the fields of these paths replaced, as `with_fields` does.
+
+    Args:
+        value: the dataclass.
+        fields: values by path.
+
+    Example:
+        >>> from tegotae.parts.bodies import Bar, Sensors
+        >>> with_paths(Sensors(body=Bar()), {"body.hips_m": (-1.0, 1.0)}).body.hips_m
+        (-1.0, 1.0)
+    """
     plain = {path: x for path, x in fields.items() if "." not in path}
     nested: dict[str, dict[str, object]] = {}
     for path, x in fields.items():
         outer, dot, inner = path.partition(".")
         if dot:
             nested.setdefault(outer, {})[inner] = x
-    plain |= {outer: _replaced(getattr(value, outer), inner) for outer, inner in nested.items()}
+    plain |= {outer: with_paths(getattr(value, outer), inner) for outer, inner in nested.items()}
     for name, x in plain.items():
         usual = getattr(value, name)
         if isinstance(usual, tuple) and not isinstance(x, tuple):

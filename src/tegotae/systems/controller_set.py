@@ -31,6 +31,18 @@ def is_mujoco_model(env: str) -> bool:
     return env.endswith((".xml", ".mjcf")) or env in MODELS
 
 
+def extras_of(env: str) -> dict[str, str]:
+    """The modules that an environment needs, with the extras that install them.
+
+    Example:
+        >>> extras_of("Hopper-v5"), extras_of("my_leg.xml")
+        ({'gymnasium': 'gym'}, {'gymnasium': 'mujoco', 'mujoco': 'mujoco'})
+    """
+    if is_mujoco_model(env):
+        return {"gymnasium": "mujoco", "mujoco": "mujoco"}
+    return {"gymnasium": "gym"}
+
+
 class LimbDocument(msgspec.Struct, forbid_unknown_fields=True):
     """A limb in a file; see `tegotae.envs.Limb`."""
 

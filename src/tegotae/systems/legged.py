@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
@@ -20,13 +21,15 @@ from tegotae.parts.bodies import (
     Body,
     Interface,
     Plate,
+    Sensors,
     Walker,
 )
 from tegotae.parts.controller import Controller, Tegotae
-from tegotae.parts.fields import unwrapped
+from tegotae.parts.fields import FieldNumber, unwrapped
 from tegotae.parts.oscillators import PhaseOscillator
 from tegotae.parts.terms import ConstantGain, VanillaAction, VanillaReaction
 from tegotae.parts.terms.foot import EllipticFoot
+from tegotae.parts.terrains import Terrain
 from tegotae.simulation.rollout import (
     Engine,
     Scenario,
@@ -34,6 +37,7 @@ from tegotae.simulation.rollout import (
     Timing,
 )
 from tegotae.systems.models import build
+from tegotae.systems.registry import kinds_of
 from tegotae.systems.system import WALKING, WALKING_TICK, System, usual_system
 from tegotae.systems.user_objects import is_reference, named
 
@@ -437,3 +441,91 @@ def settling_s(body: Body) -> float:
     if not isinstance(own, Walker):
         return HOPPING_S
     return WALKING * math.sqrt(own.rest_length_m / own.gravity_m_per_s2)
+
+
+_MOST_LATE = 1000
+"""The longest delay of the senses [control ticks]: all of it is kept."""
+
+
+def terrain_of(words: Sequence[str]) -> Terrain:
+    """The ground that some words name: its kind, and numbers of it.
+
+    Raises:
+        TegotaeError: for a kind or a number that there is not.
+
+    Example:
+        >>> terrain_of(["slope", "along=0.1"])
+        Slope(along=0.1, across=0.0)
+    """
+    kind, numbers = words[0], assignments("--terrain", words[1:])
+    if is_reference(kind):
+        found = named(kind, Terrain, "terrain")
+    else:
+        known = {name.lower(): each for name, each in kinds_of(Terrain).items()}
+        if kind.lower() not in known:
+            raise unknown("terrain", kind, known)
+        found = known[kind.lower()]()  # pyright: ignore[reportAbstractUsage] - no abstract one is known
+    own = [field.name for field in dataclasses.fields(found)]  # type: ignore[arg-type]
+    for name in numbers:
+        if name not in own:
+            raise unknown(f"number of the terrain {kind}", name, own)
+    return dataclasses.replace(found, **numbers)  # type: ignore[type-var]
+
+
+def felt(legged: Legged, delay_s: float, noise: float) -> Body:
+    """The body of a system, felt late and with noise.
+
+    Args:
+        legged: the system.
+        delay_s: of its senses [s].
+        noise: of its senses, relative to their scales.
+
+    Raises:
+        TegotaeError: for a delay or noise below zero, or a delay of too many ticks.
+    """
+    require_finite("delay", delay_s, least=0.0)
+    require_finite("noise", noise, least=0.0)
+    ticks = max(1, math.ceil(delay_s / legged.timing.tick_s - 1e-6))
+    if ticks > _MOST_LATE:
+        raise TegotaeError(
+            f"delay is {delay_s:g}, which is {ticks} control ticks; it must be at most "
+            f"{_MOST_LATE * legged.timing.tick_s:g}"
+        )
+    return Sensors(body=legged.body, delay_s=delay_s, noise=noise, most_ticks=ticks)
+
+
+def assignments(option: str, texts: Iterable[str]) -> dict[str, FieldNumber]:
+    """Names and values, each name once.
+
+    Args:
+        option: that the texts are of, for errors.
+        texts: NAME=NUMBER each.
+    """
+    found: dict[str, FieldNumber] = {}
+    for text in texts:
+        name, value = assignment(option, text)
+        if name in found:
+            raise TegotaeError(f"{option} names {name} twice; give it one value")
+        found[name] = value
+    return found
+
+
+def assignment(option: str, text: str) -> tuple[str, FieldNumber]:
+    """A name and its value.
+
+    Args:
+        option: that the text is of, for errors.
+        text: NAME=NUMBER, or NAME=NUMBER,NUMBER for the legs.
+
+    Raises:
+        TegotaeError: for any other text.
+    """
+    name, equals, value = text.partition("=")
+    numbers: tuple[float, ...] = ()
+    with contextlib.suppress(ValueError):
+        numbers = tuple(float(each) for each in value.split(","))
+    if not equals or not numbers:
+        raise TegotaeError(
+            f"{option} {text} sets nothing; write NAME=NUMBER, or NAME=NUMBER,NUMBER for the legs"
+        )
+    return name, numbers[0] if len(numbers) == 1 else numbers

@@ -6,7 +6,8 @@ A name is one of
   `ART+hopf`;
 - a design for a body with legs: `AR@quadruped-c`;
 - a legged system: `quadruped-c`;
-- a preset of a hopper and its vanilla controller: `paper`;
+- a preset of a hopper with a vanilla controller, whose actuation and oscillator may be others:
+  `paper`, `paper-reflex`, `pyTegotaeCPG-both+matsuoka`, `paper+FILE.py:OBJECT`;
 - a trained controller of the zoo, or all runs of one: `zoo:ART-rF-tphif-w8/3`;
 - a walker of a kept front: `front:quadruped-c/0.4`;
 - a controller file (.json), a folder of them, or a study's folder;
@@ -21,7 +22,7 @@ from __future__ import annotations
 
 import dataclasses
 import os
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeGuard, cast
@@ -33,6 +34,8 @@ from tegotae._support.documents import DamagedDocumentError, Json, JsonObject
 from tegotae._support.errors import TegotaeError, unknown
 from tegotae._support.workplace import is_earlier
 from tegotae.parts.bodies import Body, Interface
+from tegotae.parts.oscillators import Oscillator, oscillator_named
+from tegotae.parts.oscillators.named import PHASE
 from tegotae.systems import controller_file, zoo
 from tegotae.systems.controller_file import SavedController
 from tegotae.systems.designs import design, is_design
@@ -163,11 +166,11 @@ class Resolved:
 _SUCH_AS = "; name a model such as ART, or an Experiment, FILE.py:OBJECT"
 
 
-def resolve(name: str | Path, *, budget: int | None = None) -> Resolved:
+def resolve(name: str | Path | Named, *, budget: int | None = None) -> Resolved:
     """What a name means.
 
     Args:
-        name: see this module.
+        name: see this module; or an object such as it can mean.
         budget: largest number of trained parameters, of a model or a design; the paper's by
             default.
 
@@ -182,6 +185,8 @@ def resolve(name: str | Path, *, budget: int | None = None) -> Resolved:
         >>> resolve("paper").controller().omega
         5.0
     """
+    if not isinstance(name, (str, Path)):
+        return _of_object(getattr(name, "name", None) or "mine", name)
     name = str(name)
     if is_zoo_name(name):
         _require_unsized(name, budget)
@@ -199,15 +204,15 @@ def resolve(name: str | Path, *, budget: int | None = None) -> Resolved:
     _require_unsized(name, budget)
     if name in SYSTEMS:
         return _of_object(name, SYSTEMS[name]())
+    path = Path(name)
+    if is_vanilla(name) and not path.exists():
+        return _of_object(name, vanilla(name))
     if is_reference(name):
         return _of_object(name, named(name, _KINDS, "system"))
-    path = Path(name)
     if path.is_dir():
         return _of_folder(name, path)
     if path.exists() or path.suffix or os.sep in name:
         return _of_file(name, path)
-    if name in PRESETS:
-        return _of_object(name, preset_controller(name))
     raise unknown("model or system", name, [*_architectures(), *all_models(), *SYSTEMS, *PRESETS])
 
 
@@ -224,20 +229,49 @@ def legged_system(name: str) -> Legged:
     return resolve(name).legs()
 
 
-def preset_controller(name: str) -> SavedController:
-    """The vanilla controller of a preset, on its hopper, released as it is there.
+def is_vanilla(name: str) -> bool:
+    """Whether a name is a preset's, perhaps with another actuation or oscillator.
+
+    Example:
+        >>> is_vanilla("paper-reflex+hopf"), is_vanilla("quadruped-c")
+        (True, False)
+    """
+    return name.partition("+")[0].partition("-")[0] in PRESETS
+
+
+def vanilla(name: str) -> SavedController:
+    """A vanilla controller on its preset's hopper, released as it is there.
+
+    Args:
+        name: `PRESET[-ACTUATION][+OSCILLATOR]`, such as `paper-reflex+hopf`; the oscillator may be
+            a user's own, `FILE.py:OBJECT`.
 
     Raises:
-        TegotaeError: for an unknown preset.
+        TegotaeError: for an unknown preset, actuation or oscillator.
+
+    Example:
+        >>> type(vanilla("paper-reflex").controller.actuation).__name__
+        'Reflex'
     """
-    source = preset(name)
+    base, _, of_oscillator = name.partition("+")
+    preset_name, _, actuation = base.partition("-")
+    source = preset(preset_name)
+    oscillator = oscillator_called(of_oscillator or PHASE)
     system = System(
-        controller=source.controller(source.actuation),
+        controller=source.controller(actuation or source.actuation, oscillator),
         body=source.hopper,
         omega=source.omega_rad_per_s,
         release=Release(height_m=source.height_m),
     )
-    return SavedController(system, np.array([source.sigma]), name)
+    # A trained oscillator's weights are zero where it is the one that it starts from.
+    return SavedController(system, np.array([source.sigma, *[0.0] * oscillator.n_weights]), name)
+
+
+def oscillator_called(name: str) -> Oscillator:
+    """The oscillator of a name, or a user's own, `FILE.py:OBJECT`."""
+    if is_reference(name):
+        return named(name, Oscillator, "oscillator")
+    return oscillator_named(name)
 
 
 def controller_files(folder: Path) -> list[Path]:
@@ -258,6 +292,8 @@ def _require_unsized(name: str, budget: int | None) -> None:
         )
 
 
+Named = SavedController | Experiment | System | Legged | Sequence[Experiment]
+"""What a name of a user's own file can mean."""
 _KINDS = (SavedController, Experiment, System, Legged, list, tuple)
 
 
@@ -294,8 +330,8 @@ def _of_folder(name: str, folder: Path) -> Resolved:
     files = controller_files(folder)
     if files:
         return _with_weights(name, tuple((file, controller_file.load(file)) for file in files))
-    if name in PRESETS:
-        return _of_object(name, preset_controller(name))
+    if is_vanilla(name):
+        return _of_object(name, vanilla(name))
     raise TegotaeError(f"{folder} holds no controller files")
 
 

@@ -54,14 +54,22 @@ def gathered(places: Iterable[str | Path]) -> list[tuple[str, ControllerSet]]:
     Raises:
         TegotaeError: also for runs that two names hold.
     """
-    found = [(str(place), runs) for place in places for runs in read(place)]
-    for (place, runs), (other, later) in combinations(found, 2):
+    return distinct([(str(place), runs) for place in places for runs in read(place)])
+
+
+def distinct(sets: list[tuple[str, ControllerSet]]) -> list[tuple[str, ControllerSet]]:
+    """The same sets, each with the name that it is of.
+
+    Raises:
+        TegotaeError: for runs that two names hold.
+    """
+    for (place, runs), (other, later) in combinations(sets, 2):
         if _is_within(runs, later) or _is_within(later, runs):
             raise TegotaeError(
                 f"{place} and {other} hold the same runs of {runs.name}, with equal weights; name "
                 "them once"
             )
-    return found
+    return sets
 
 
 def sets_of(found: Resolved) -> list[ControllerSet]:

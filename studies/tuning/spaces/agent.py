@@ -5,7 +5,7 @@ from __future__ import annotations
 from contextlib import suppress
 from typing import TYPE_CHECKING, TypedDict
 
-from studies.tuning.task import Task
+from studies.tuning.task import TuningTask
 from tegotae.systems.experiment import Experiment
 from tegotae.training.agents import AgentSettings
 
@@ -46,7 +46,7 @@ SHARED_FIRST = {
 
 
 def learned(
-    settings: AgentSettings, task: Task, experiment: Experiment, seeds: tuple[int, ...]
+    settings: AgentSettings, task: TuningTask, experiment: Experiment, seeds: tuple[int, ...]
 ) -> list[float]:
     """Fitness of each seed's best policy in the budget; that until then, if learning diverges."""
     from tegotae.training.agents.learning import AgentTraining, DivergedError, learn

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from studies.tuning.task import Task
+from studies.tuning.task import TuningTask
 from tegotae.systems.experiment import Experiment
 from tegotae.training.agents.settings import AgentSettings
 from tegotae.training.algorithms import Algorithm
@@ -35,7 +35,7 @@ class Space:
     """
 
     suggest: Callable[[BaseTrial], Settings]
-    learn: Callable[[Any, Task, Experiment, tuple[int, ...]], list[float]]
+    learn: Callable[[Any, TuningTask, Experiment, tuple[int, ...]], list[float]]
     first: Mapping[str, float]
     least_episodes: int = 1
     seeds_at_once: int = 1

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from studies.tuning.spaces.base import Space
-from studies.tuning.task import Task
+from studies.tuning.task import TuningTask
 from tegotae.systems.experiment import Experiment
 from tegotae.training.algorithms import Algorithm
 from tegotae.training.evolution import Evolution
@@ -33,7 +33,7 @@ def suggest_std(trial: BaseTrial) -> float:
 
 
 def evolved(
-    settings: Algorithm, task: Task, experiment: Experiment, seeds: tuple[int, ...]
+    settings: Algorithm, task: TuningTask, experiment: Experiment, seeds: tuple[int, ...]
 ) -> list[float]:
     """Fitness of each seed's best distribution, of as many whole generations as the budget has."""
     episodes = task.episodes(experiment, least=settings.population)

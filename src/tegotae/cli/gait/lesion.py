@@ -10,7 +10,7 @@ import numpy as np
 
 from tegotae._support.errors import TegotaeError
 from tegotae.cli.console import print_rows
-from tegotae.cli.gait.options import GaitCommand, assignments
+from tegotae.cli.gait.options import GaitCommand
 from tegotae.cli.options import UNSET
 
 if TYPE_CHECKING:
@@ -40,6 +40,7 @@ class Lesion(GaitCommand):
         from tegotae.analysis.gaits.lesion import aftermath
         from tegotae.analysis.gaits.simulate import coordination_columns, write
         from tegotae.figures.gaits.maps import lesion_figure
+        from tegotae.systems.legged import assignments
 
         fields = tuple(_number(*each) for each in assignments("--then", self.then).items())
         legged = self.legged()

@@ -2,31 +2,23 @@
 
 from __future__ import annotations
 
-import contextlib
 import dataclasses
-import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
-from tegotae._support.errors import TegotaeError, require_finite, unknown
+from tegotae._support.errors import TegotaeError, require_finite
 from tegotae._support.files import check_folder
 from tegotae.cli.figure.output import PictureFormat, file_stem
 from tegotae.cli.options import UNSET, SystemsOwn
-from tegotae.parts.fields import FieldNumber
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from tegotae.analysis.gaits import Legged
-    from tegotae.parts.bodies import Body
-    from tegotae.parts.terrains import Terrain
-
-_MOST_LATE = 1000
-"""The longest delay of the senses [control ticks]: all of it is kept."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -76,6 +68,7 @@ class LeggedSystemOptions(LegsOptions):
         """
         from tegotae.cli.options import require_ours
         from tegotae.parts.fields import with_fields
+        from tegotae.systems.legged import assignments, felt, terrain_of
         from tegotae.systems.resolve import resolve
 
         require_finite("tolerance", self.tolerance, above=0.0, most=0.5)
@@ -91,7 +84,7 @@ class LeggedSystemOptions(LegsOptions):
                 )
             found = found.with_body(with_fields(found.body, fields))
         if self.terrain:
-            found = found.with_body(with_fields(found.body, {"terrain": terrain(self.terrain)}))
+            found = found.with_body(with_fields(found.body, {"terrain": terrain_of(self.terrain)}))
         if self.duration is not None:
             timing = dataclasses.replace(found.timing, duration_s=self.duration)
             found = found.with_system(timing=timing)
@@ -174,74 +167,3 @@ class GaitCommand(PictureFormat, LeggedSystemOptions):
     def wrote(self, paths: Iterable[Path]) -> None:
         """Say what was written."""
         print("wrote " + ", ".join(map(str, paths)))
-
-
-def terrain(words: Sequence[str]) -> Terrain:
-    """The ground that some words name: its kind, and numbers of it.
-
-    Raises:
-        TegotaeError: for a kind or a number that there is not.
-
-    Example:
-        >>> terrain(["slope", "along=0.1"])
-        Slope(along=0.1, across=0.0)
-    """
-    from tegotae.parts.terrains import Terrain
-    from tegotae.systems.registry import kinds_of
-    from tegotae.systems.user_objects import is_reference, named
-
-    kind, numbers = words[0], assignments("--terrain", words[1:])
-    if is_reference(kind):
-        found = named(kind, Terrain, "terrain")
-    else:
-        known = {name.lower(): each for name, each in kinds_of(Terrain).items()}
-        if kind.lower() not in known:
-            raise unknown("terrain", kind, known)
-        found = known[kind.lower()]()  # pyright: ignore[reportAbstractUsage] - no abstract one is known
-    own = [field.name for field in dataclasses.fields(found)]  # type: ignore[arg-type]
-    for name in numbers:
-        if name not in own:
-            raise unknown(f"number of the terrain {kind}", name, own)
-    return dataclasses.replace(found, **numbers)  # type: ignore[type-var]
-
-
-def felt(legged: Legged, delay_s: float, noise: float) -> Body:
-    """The body of a system, felt late and with noise.
-
-    Raises:
-        TegotaeError: for a delay or noise below zero, or a delay of too many ticks.
-    """
-    from tegotae.parts.bodies import Sensors
-
-    require_finite("delay", delay_s, least=0.0)
-    require_finite("noise", noise, least=0.0)
-    ticks = max(1, math.ceil(delay_s / legged.timing.tick_s - 1e-6))
-    if ticks > _MOST_LATE:
-        raise TegotaeError(
-            f"delay is {delay_s:g}, which is {ticks} control ticks; it must be at most "
-            f"{_MOST_LATE * legged.timing.tick_s:g}"
-        )
-    return Sensors(body=legged.body, delay_s=delay_s, noise=noise, most_ticks=ticks)
-
-
-def assignments(option: str, texts: Iterable[str]) -> dict[str, FieldNumber]:
-    """Names and values, each name once."""
-    found: dict[str, FieldNumber] = {}
-    for text in texts:
-        name, value = assignment(option, text)
-        if name in found:
-            raise TegotaeError(f"{option} names {name} twice; give it one value")
-        found[name] = value
-    return found
-
-
-def assignment(option: str, text: str) -> tuple[str, FieldNumber]:
-    name, equals, value = text.partition("=")
-    numbers: Annotated[tuple[float, ...], UNSET] = ()
-    with contextlib.suppress(ValueError):
-        numbers = tuple(float(each) for each in value.split(","))
-    if not equals or not numbers:
-        raise TegotaeError(
-            f"{option} {text} sets nothing; write NAME=NUMBER, or NAME=NUMBER,NUMBER for the legs"
-        )
-    return name, numbers[0] if len(numbers) == 1 else numbers

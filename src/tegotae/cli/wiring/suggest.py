@@ -13,8 +13,8 @@ from tegotae._support.errors import TegotaeError, require_all
 from tegotae._support.files import output_file
 from tegotae.cli.console import print_rows
 from tegotae.cli.env_options import made_with
-from tegotae.cli.extras import of_environment
 from tegotae.cli.options import UNSET
+from tegotae.systems.controller_set import extras_of
 
 if TYPE_CHECKING:
     from tegotae.envs.mujoco.suggesting import Suggestion
@@ -41,7 +41,7 @@ class WiringSuggest:
 
     def run(self) -> None:
         """Suggest, print and write."""
-        require_all(of_environment("model.xml"))
+        require_all(extras_of("model.xml"))
         from tegotae.envs.env_spec import EnvSpec
         from tegotae.envs.mujoco.suggesting import suggest_wiring
         from tegotae.envs.wiring_file import save_wiring

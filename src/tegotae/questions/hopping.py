@@ -1,0 +1,228 @@
+"""Hopping: a body with one leg."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from tegotae._support.errors import TegotaeError, require_finite
+from tegotae._support.limits import MOST_GAIN, require_within
+from tegotae.measures.evaluation import Protocol, evaluate, require_evaluable
+from tegotae.measures.hopping.metric import TABLE, Metric
+from tegotae.measures.hopping.registry import chosen, register
+from tegotae.measures.hopping.signals import work_total
+from tegotae.parts.bodies import Body
+from tegotae.questions.answer import Answer, RecordedRun, columns
+from tegotae.questions.task import Task, Work
+from tegotae.simulation.integrators import Hold
+from tegotae.simulation.rollout import Timing
+from tegotae.simulation.timing import MOST_TICKS
+from tegotae.systems.simulation import Simulation
+from tegotae.systems.system import Release
+from tegotae.systems.user_objects import is_reference, named
+
+if TYPE_CHECKING:
+    from tegotae.analysis.generalisation.trial import Tested
+
+
+@dataclass(frozen=True, kw_only=True)
+class HoppingSimulation:
+    """Simulate a body with one leg: apexes and efficiency."""
+
+    duration_s: float = 20.0
+    """Simulated time [s]."""
+    drop_m: float = 0.0
+    """Height by which the ground drops [m]; a negative one raises it."""
+    drop_time_s: float = 10.0
+    """Time of the drop [s]."""
+    omega: float | None
+    """Frequency ω [rad/s]."""
+    sigma: float | None
+    """Gain σ of the vanilla feedback [rad/(s N)]."""
+    work: Work
+    """Definition of the actuator's work."""
+    measure_from_s: float | None = None
+    """Measure CoT⁻¹ over whole hops from this time on [s]; by default half of the duration."""
+    tick_s: float
+    """Control period [s]."""
+    hold: bool
+    """Hold the controller over each tick, as a robot does."""
+    float64: bool = False
+    """Compute in double precision."""
+    release: Release
+    body: Body
+
+
+@dataclass(frozen=True, kw_only=True)
+class HoppingEvaluation:
+    """Evaluate hopping as in the paper: at several frequencies, with a drop of the ground."""
+
+    omega: float | None
+    """Frequency around which it is evaluated [rad/s]."""
+    metric: tuple[str, ...] = ()
+    """Compute only these metrics: names, your own as FILE.py:OBJECT, or all. By default all are
+    computed and the usual ones shown."""
+    protocol: Protocol
+    body: Body
+
+
+SERIES = (
+    *("time_s", "height_m", "velocity_m_per_s", "phase_rad", "spring_force_n"),
+    *("feedback_rad_per_s", "actuator_force_n", "ground_m", "climb_flight_m", "climb_m"),
+)
+"""The columns of the time series, and beside it the running total of the work."""
+OF_HOPS = columns(
+    ("hops", "whole hops"),
+    ("cot_inverse_flight", "CoT⁻¹ (flight)", "m/J"),
+    ("cot_inverse_total", "CoT⁻¹ (all)", "m/J"),
+    ("work_j", "work", "J"),
+)
+
+
+class HoppingTask(Task):
+    """Controllers on a body with one leg."""
+
+    what = "hops on one leg"
+
+    def simulate_options(self) -> HoppingSimulation:
+        """The options of a simulation."""
+        system, trained = self.runs.system, self.runs.experiment
+        return HoppingSimulation(
+            body=self.runs.body,
+            release=system.release,
+            omega=system.omega,
+            sigma=self.sigma,
+            work="absolute" if trained is None else trained.protocol.work,  # type: ignore[arg-type]
+            tick_s=system.period_s(Timing.tick_s),
+            hold=isinstance(system.integrator, Hold),
+        )
+
+    def simulate(self, options: HoppingSimulation) -> RecordedRun:
+        """One rollout: apexes and efficiency."""
+        result = self._simulation(options).run()
+        summary, trajectory = result.summary(), result.trajectory
+        heights = ", ".join(f"{height:.4f}" for height in result.apexes[1][-4:])
+        remarks = [f"no CoT⁻¹: {summary['reason']}"] if summary["reason"] else []
+        if summary["hops"]:
+            remarks.append(
+                "The whole hops are from {:.2f} to {:.2f} s.".format(*summary["window_s"])
+            )
+        if summary["failed"]:
+            remarks.append(
+                f"failed at {summary['failed_time_s']:.2f} s: the leg has no length left, or the "
+                "numbers exceed their range"
+            )
+        return RecordedRun(
+            self.name,
+            f"{len(result.apexes[0])} apexes" + (f"; the last at {heights} m" if heights else ""),
+            result,
+            summary,
+            OF_HOPS if summary["hops"] else (),
+            lambda: {
+                **{name: getattr(trajectory, name) for name in SERIES},
+                "work_j": work_total(trajectory, options.work),
+            },
+            options,
+            remarks=tuple(remarks),
+        )
+
+    def _simulation(self, options: HoppingSimulation) -> Simulation:
+        system, tick_s = self.runs.system, options.tick_s
+        require_finite("tick", tick_s, above=0.0)
+        options.body.check_tick(tick_s)
+        require_finite("drop", options.drop_m)
+        require_finite("drop_time", options.drop_time_s, least=0.0)
+        if options.sigma is not None:
+            require_within("sigma", options.sigma, MOST_GAIN)
+        if options.drop_m and options.drop_time_s >= options.duration_s:
+            raise TegotaeError(
+                f"the ground is to drop at {options.drop_time_s:g} s, but the rollout ends at "
+                f"{options.duration_s:g} s; set --drop-time or --duration"
+            )
+        changed = {"omega": options.omega, "body": options.body, "release": options.release}
+        scenario = system.replaced(changed).scenario(
+            drop_m=options.drop_m,
+            drop_time_s=options.drop_time_s if options.drop_m else math.inf,
+        )
+        frame_s = tick_s * max(1, round(min(0.01 / tick_s, MOST_TICKS)))  # whole ticks, near 10 ms
+        return Simulation(
+            system.controller,
+            self.weights_at(options.sigma),
+            scenario,
+            options.body,  # type: ignore[arg-type]
+            Timing(duration_s=options.duration_s, tick_s=tick_s, frame_s=frame_s),
+            options.work,
+            options.measure_from_s,
+            "float64" if options.float64 else "float32",
+            Hold() if options.hold else system.integrator,
+        )
+
+    def evaluate_options(self) -> HoppingEvaluation:
+        """The options of an evaluation."""
+        runs = self.runs
+        return HoppingEvaluation(body=runs.body, protocol=runs.protocol, omega=runs.omega_t)
+
+    def check(self, options: HoppingEvaluation) -> None:
+        _ = _metrics(options.metric)
+        require_evaluable(self.runs.controller, options.body, options.protocol)
+
+    def alike(self, options: HoppingEvaluation) -> Mapping[str, Any]:
+        """All of the protocol but what belongs to the system: release and control period."""
+        protocol = dataclasses.asdict(options.protocol)
+        return {name: protocol[name] for name in protocol if name not in ("release_m", "tick_s")}
+
+    def evaluate(self, options: HoppingEvaluation) -> Answer:
+        """The metrics of every run and frequency."""
+        runs, metrics = self.runs.replaced(body=options.body), _metrics(options.metric)
+        result = evaluate(
+            runs.controller,
+            runs.weights,
+            options.omega,
+            runs.body,
+            options.protocol,
+            metrics=metrics,
+            start=runs.system.scenario(),
+            integrator=runs.system.integrator,
+        )
+        omegas = result.omega
+        rows: dict[str, Any] = {
+            "run": np.repeat(runs.labels, len(omegas)),
+            "omega": np.tile(omegas, result.n_runs),
+        }
+        rows |= {name: values.ravel() for name, values in result.episodes.items()}
+        return self.answer(
+            rows,
+            columns(
+                *(
+                    (m.name, m.label, m.unit, m.range, m.more_is_better, _is_shown(m, options))
+                    for m in metrics
+                )
+            ),
+            options,
+            remarks=(
+                "Mean over runs [95 % interval]. A body at rest has CoT⁻¹ 0; hopping without a "
+                "limit cycle has neither CoT⁻¹ nor transients, and counts in the share of limit "
+                "cycles. – is undefined, * means that some runs are.",
+            ),
+        )
+
+    def tested(self, starts: int) -> Tested:
+        from tegotae.analysis.generalisation import ControllersUnderTest
+
+        return ControllersUnderTest.of(self.runs, starts)
+
+
+def _metrics(asked: tuple[str, ...]) -> tuple[Metric, ...]:
+    """The metrics of names; a user's own is registered."""
+    own = {name: named(name, Metric, "metric") for name in asked if is_reference(name)}
+    names = [register(own[name]).name if name in own else name for name in asked]
+    return chosen(names or None)
+
+
+def _is_shown(metric: Metric, options: HoppingEvaluation) -> bool:
+    return bool(options.metric) or TABLE in metric.shown

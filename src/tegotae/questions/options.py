@@ -1,0 +1,137 @@
+"""Options of a question: the subject's own values, of which some are given otherwise.
+
+An options class nests the dataclasses of the physics (a body, a protocol), whose fields are thereby
+options. A name may leave out its unit, as in `drop` for `drop_m`.
+"""
+
+from __future__ import annotations
+
+import ast
+import dataclasses
+import inspect
+import re
+import textwrap
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import cache
+from itertools import pairwise
+from types import NoneType
+from typing import Any, Literal, TypeVar, get_args, get_origin, get_type_hints
+
+from tegotae._support.errors import unknown
+from tegotae.parts.fields import with_paths
+
+T = TypeVar("T")
+
+_UNIT = re.compile(r"_(rad_per_s|m_per_s2?|ns?_per_m|kg_m2|kg|rad|cycles|m|s|n)$")
+_PLAIN = (bool, int, float, str)
+
+
+@dataclass(frozen=True)
+class OptionValue:
+    """A value that can be given."""
+
+    path: str
+    """Where it is in the options, such as body.mass_kg."""
+    kind: Any
+    """Its type."""
+    value: Any
+    """The subject's own."""
+    about: str
+    """What it is."""
+    heading: str
+    """The class that it belongs to; empty for the question's own."""
+
+
+def options_of(options: Any) -> dict[str, OptionValue]:
+    """All that can be given, by name without unit; of two that are called alike the outer one.
+
+    Example:
+        >>> from tegotae.parts.bodies import Hopper
+        >>> options_of(Hopper())["mass"].value
+        0.1
+    """
+    known: dict[str, OptionValue] = {}
+    for option in sorted(_leaves(options), key=lambda option: option.path.count(".")):
+        known.setdefault(without_unit(option.path.rpartition(".")[2]), option)
+    return known
+
+
+def without_unit(name: str) -> str:
+    """The name of an option.
+
+    Example:
+        >>> without_unit("drop_time_s"), without_unit("gravity_m_per_s2")
+        ('drop_time', 'gravity')
+    """
+    return _UNIT.sub("", name)
+
+
+def changed(options: T, given: Mapping[str, Any], subject: str) -> T:
+    """The options with what is given.
+
+    Args:
+        options: the subject's own.
+        given: values by name, with or without unit.
+        subject: its name, for errors.
+
+    Raises:
+        TegotaeError: for a name that is no option of the subject, with the nearest ones; or a value
+            that the options refuse.
+    """
+    known = options_of(options)
+    for name in given:
+        if without_unit(name) not in known:
+            raise unknown(f"option of {subject}", name, known)
+    paths = {known[without_unit(name)].path: value for name, value in given.items()}
+    return with_paths(options, paths)
+
+
+def _leaves(options: Any, path: str = "") -> Iterator[OptionValue]:
+    hints = get_type_hints(type(options))
+    for field in dataclasses.fields(options):
+        value, way = getattr(options, field.name), f"{path}{field.name}"
+        if dataclasses.is_dataclass(value):
+            yield from _leaves(value, f"{way}.")
+        elif field.init and (kind := _kind(hints[field.name], value)) is not None:
+            heading = type(options).__name__ if path else ""
+            yield OptionValue(way, kind, value, about(type(options), field.name), heading)
+
+
+def _kind(hint: Any, value: Any) -> Any:
+    """The type of an option, None of what words cannot say."""
+    if get_origin(hint) is Literal:
+        return hint
+    if isinstance(value, tuple):
+        inner = {type(entry) for entry in value} or {*get_args(hint)} - {Ellipsis}
+        (only, *others) = inner
+        return tuple[only, ...] if not others and only in _PLAIN else None
+    if value is None:
+        kinds = [kind for kind in get_args(hint) if kind in _PLAIN]
+        return kinds[0] if NoneType in get_args(hint) and kinds else None
+    return type(value) if type(value) in _PLAIN else None
+
+
+@cache
+def about(owner: type, name: str) -> str:
+    """What is said of a field in its class: below it, or in the list of arguments.
+
+    Example:
+        >>> from tegotae.parts.bodies import Hopper
+        >>> about(Hopper, "mass_kg")
+        'Mass m [kg].'
+    """
+    for kind in owner.__mro__:
+        if name not in vars(kind).get("__annotations__", {}):
+            continue
+        (body,) = ast.parse(textwrap.dedent(inspect.getsource(kind))).body
+        statements = body.body  # type: ignore[attr-defined]
+        for field, below in pairwise(statements):
+            if getattr(getattr(field, "target", None), "id", "") == name:
+                text = getattr(getattr(below, "value", None), "value", None)
+                if isinstance(text, str):
+                    return " ".join(text.split())
+        if said := re.search(rf"^ +{name}: ((?:.|\n +(?! *\w+:))+)", kind.__doc__ or "", re.M):
+            text = " ".join(said[1].split())
+            return text[0].upper() + text[1:]
+    return ""

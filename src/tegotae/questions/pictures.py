@@ -1,0 +1,69 @@
+"""Figures and animations, registered on what a simulator gives: results know no pictures."""
+
+from __future__ import annotations
+
+from functools import singledispatch
+from pathlib import Path
+from typing import Any
+
+from matplotlib.figure import Figure
+
+from tegotae._support.errors import TegotaeError
+from tegotae.analysis.gaits.simulate import GaitRun
+from tegotae.figures import animation
+from tegotae.figures.gaits import animation as gait_animation
+from tegotae.figures.gaits.lags import footfall_figure, lags_figure
+from tegotae.figures.recording import recording_figure
+from tegotae.figures.rollout import episode_figure, rollout_figure
+from tegotae.figures.style import literal
+from tegotae.systems.simulation import Result
+from tegotae.training.environments.replay import Replay
+
+
+@singledispatch
+def figures(raw: Any, note: str) -> dict[str, Figure]:
+    """Pictures by name, the most telling one first.
+
+    Args:
+        raw: of the simulator.
+        note: a title.
+    """
+    raise TegotaeError(f"there is no figure of a {type(raw).__name__}")
+
+
+@figures.register
+def _(raw: Result, note: str) -> dict[str, Figure]:
+    return {"rollout": rollout_figure(raw)}
+
+
+@figures.register
+def _(raw: GaitRun, note: str) -> dict[str, Figure]:
+    title = literal(note)
+    return {"footfall": footfall_figure(raw, title), "lags": lags_figure(raw, title)}
+
+
+@figures.register
+def _(raw: Replay, note: str) -> dict[str, Figure]:
+    """The gait as that of a recording where its hops can be measured, else loads and phases."""
+    measured, rest = raw.measured(), raw.experiment.wiring.rest_length_m
+    title = literal(note)
+    loads = {"loads": episode_figure(raw, note=title)}
+    if measured is None or rest is None:
+        return loads
+    return {"gait": recording_figure(measured, rest_length_m=rest, note=title), **loads}
+
+
+@singledispatch
+def animate(raw: Any, path: Path) -> Path:
+    """Write an animation.
+
+    Args:
+        raw: of the simulator.
+        path: the file.
+    """
+    raise TegotaeError(f"there is no animation of a {type(raw).__name__}")
+
+
+animate.register(Result, animation.write_animation)
+animate.register(GaitRun, gait_animation.write_animation)
+animate.register(Replay, animation.write_film)

@@ -1,0 +1,203 @@
+"""A task: controllers where they are tried. A body with one leg, with several, or another simulator
+is each a task, with the same questions and options of its own."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from os import PathLike
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
+
+import numpy as np
+import pandas as pd
+
+from tegotae._support.errors import TegotaeError, require_all
+from tegotae.parts.bodies import Body, Interface
+from tegotae.questions.answer import Answer, Column, RecordedRun
+from tegotae.systems.controller_file import SavedController
+from tegotae.systems.controller_set import ControllerSet, extras_of
+from tegotae.systems.legged import Legged, settling
+from tegotae.systems.resolve import resolve
+from tegotae.systems.user_objects import named
+from tegotae.training.collection import distinct, sets_of
+
+if TYPE_CHECKING:
+    from tegotae.analysis.generalisation.trial import Tested
+
+Work = Literal["absolute", "positive", "net"]
+"""Definitions of an actuator's work."""
+Subject = str | PathLike[str] | SavedController | Legged | ControllerSet
+"""What a question is about: a name (`tegotae.systems.resolve`), or an object with weights."""
+
+
+@dataclasses.dataclass(frozen=True)
+class Task:
+    """Controllers where they are tried.
+
+    Its options are those of the subject; a caller changes single ones
+    (`tegotae.questions.options.changed`).
+    """
+
+    what: ClassVar[str]
+    """What they do, after their name."""
+    runs: ControllerSet
+
+    def options(self, question: str) -> Any:
+        """The options of `simulate` or `evaluate`, with the subject's own values."""
+        return getattr(self, f"{question}_options")()
+
+    def simulate(self, options: Any) -> RecordedRun:
+        """One run, closely."""
+        raise NotImplementedError
+
+    def evaluate(self, options: Any) -> Answer:
+        """What is measured of all runs."""
+        raise NotImplementedError
+
+    def check(self, options: Any) -> None:
+        """Raise `TegotaeError` before long work for what cannot be evaluated."""
+
+    def alike(self, options: Any) -> Mapping[str, Any]:
+        """What must be equal for two answers to be compared."""
+        return {}
+
+    def tested(self, starts: int) -> Tested:
+        """The runs, ready to be disturbed (`tegotae.analysis.generalisation`)."""
+        raise NotImplementedError
+
+    def on(self, body: Body) -> Self:
+        """The same controllers on another body."""
+        return dataclasses.replace(self, runs=self.runs.replaced(body=body))
+
+    @property
+    def name(self) -> str:
+        """Of the controllers."""
+        return self.runs.name
+
+    @property
+    def weights(self) -> np.ndarray:
+        """Of the one controller, shape [n_weights].
+
+        Raises:
+            TegotaeError: if there are several.
+        """
+        if len(self.runs.weights) > 1:
+            raise TegotaeError(
+                f"{self.name} holds {len(self.runs.weights)} controllers; name one of them"
+            )
+        return self.runs.weights[0]
+
+    @property
+    def sigma(self) -> float | None:
+        """The gain of a vanilla controller [rad/(s N)]; None of any other."""
+        one = self.runs.controller.has_a_gain_alone and len(self.runs.weights) == 1
+        return float(self.runs.weights[0, 0]) if one else None
+
+    def weights_at(self, sigma: float | None) -> np.ndarray:
+        """The weights of the one controller, with another gain if it is vanilla.
+
+        Raises:
+            TegotaeError: for a gain of any other.
+        """
+        if sigma is None:
+            return self.weights
+        if self.sigma is None:
+            raise TegotaeError(f"sigma belongs to vanilla controllers; {self.name} is none")
+        return np.array([sigma])
+
+    def answer(self, rows: Any, columns: tuple[Column, ...], options: Any, **more: Any) -> Answer:
+        """What was measured of the runs, with what is known of them.
+
+        Args:
+            rows: columns by name, or a dict a row.
+            columns: what was measured.
+            options: of the question.
+            more: fields of the answer.
+        """
+        runs, training = self.runs, self.runs.training
+        drawn = (training.get("conditions") or [], training.get("episodes", 1))
+        how = (runs.labels, runs.controller, training.get("algorithm"), drawn)
+        table = pd.DataFrame(rows)
+        table.insert(0, "controller", self.name)
+        single = len(runs.labels) == 1 and runs.controller.has_a_gain_alone
+        return Answer(
+            table,
+            tuple(column for column in columns if column.name in table),
+            trained={self.name: how if "algorithm" in training else None},
+            exact=frozenset([self.name] if single else []),
+            settings={self.name: options},
+            **more,
+        )
+
+
+def tasks_of(*subjects: Subject | Task, body: str | Body | None = None) -> list[Task]:
+    """The tasks of what is named, each called by a name of its own.
+
+    Args:
+        subjects: names, files, folders, or objects.
+        body: in place of each one's own; `FILE.py:OBJECT` or `MODULE:OBJECT` names one.
+
+    Raises:
+        TegotaeError: for a name that means nothing or has no weights, or runs that two names hold.
+
+    Example:
+        >>> [task.name for task in tasks_of("paper", "quadruped-c")]
+        ['paper', 'quadruped-c']
+    """
+    if subjects and all(isinstance(subject, Task) for subject in subjects):
+        return list(subjects)  # type: ignore[arg-type]
+    known = [resolve(subject) for subject in subjects]  # type: ignore[arg-type]
+    for subject in known:
+        environments = [saved.task.env for _, saved in subject.controllers if saved.task]
+        require_all({k: v for env in environments for k, v in extras_of(env).items()})
+    sets = distinct([(subject.name, runs) for subject in known for runs in sets_of(subject)])
+    legs = {subject.name: subject.legged for subject in known}
+    tasks = [task_of(runs, legs[place]) for place, runs in _apart(sets)]
+    if body is None:
+        return tasks
+    new = named(body, Body, "body") if isinstance(body, str) else body
+    return [task.on(new) for task in tasks]
+
+
+def _apart(sets: Sequence[tuple[str, ControllerSet]]) -> list[tuple[str, ControllerSet]]:
+    """The sets under names of their own: of those called alike, each with its place or a number."""
+    names = [runs.name for _, runs in sets]
+    for by_place in (True, False):
+        counts, seen = Counter(names), Counter[str]()
+        for i, name in enumerate(names):
+            seen[name] += 1
+            if counts[name] > 1:
+                names[i] = f"{name} ({sets[i][0] if by_place else f'no. {seen[name]}'})"
+    return [
+        (place, dataclasses.replace(runs, name=name))
+        for name, (place, runs) in zip(names, sets, strict=True)
+    ]
+
+
+def task_of(runs: ControllerSet, legged: Legged | None = None) -> Task:
+    """Where controllers are tried: what they were trained on, and how many legs that has.
+
+    Args:
+        runs: the controllers.
+        legged: of a legged system by name, whose legs it names.
+
+    Raises:
+        TegotaeError: for limbs of another simulator of which no environment is known.
+    """
+    if runs.task is not None:
+        from tegotae.questions.environment import EnvironmentTask
+
+        return EnvironmentTask(runs)
+    if isinstance(runs.system.body, Interface):
+        raise TegotaeError(
+            f"{runs.name} drives the limbs of another simulator, whose mechanics are not here; "
+            "tegotae train --env says where"
+        )
+    if runs.body.limbs > 1:
+        from tegotae.questions.walking import WalkingTask
+
+        return WalkingTask(runs, legged or settling(runs.system, runs.weights[0], runs.name))
+    from tegotae.questions.hopping import HoppingTask
+
+    return HoppingTask(runs)

@@ -1,0 +1,140 @@
+"""Answers: which runs are paired, what an interval is called, and how sets are told apart."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+
+import numpy as np
+import pytest
+
+from tegotae import build
+from tegotae.cli import main
+from tegotae.measures.hopping import interval
+from tegotae.questions.answer import EXACT, INDEPENDENT, PAIRED, Answer, Column
+from tegotae.questions.hopping import HoppingTask
+from tegotae.questions.task import tasks_of
+from tegotae.systems import controller_file
+from tegotae.systems.controller_file import SavedController
+from tegotae.systems.controller_set import ControllerSet
+from tegotae.systems.system import System
+
+REFLEX, ART = build("V-reflex-w8"), build("ART")
+SHARE = Column("share", "share", "", (0.0, 1.0), True)
+TRAINING = {"release": {"height_m": 1.2}, "algorithm": {"name": "pgpe", "population": 16}}
+CMA_ES = {"algorithm": {"name": "cma-es", "population": 16}}
+VARIED = {"conditions": [{"kind": "Uniform"}]}
+
+
+def runs(name: str, controller=REFLEX, labels=("0", "1"), **training) -> ControllerSet:
+    weights = np.ones((len(labels), controller.n_weights))
+    return ControllerSet(name, System(controller=controller, omega=8.0), weights, labels, training)
+
+
+def trained(name: str, controller=REFLEX, labels=("0", "1"), **changed) -> ControllerSet:
+    return runs(name, controller, labels, **{**TRAINING, **changed})
+
+
+def answer(one: ControllerSet, shares: tuple[float, ...]) -> Answer:
+    task = HoppingTask(one)
+    return task.answer({"run": one.labels, "share": shares}, (SHARE,), task.evaluate_options())
+
+
+def compared(ours: ControllerSet, base: ControllerSet, ours_are=None, base_is=None) -> Answer:
+    shares = [given or (0.5,) * len(x.labels) for x, given in ((base, base_is), (ours, ours_are))]
+    both = Answer.joined([answer(base, shares[0]), answer(ours, shares[1])])
+    return dataclasses.replace(both, base=base.name)
+
+
+@pytest.mark.parametrize(
+    ("other", "how"),
+    [
+        (trained("b"), PAIRED),
+        (trained("b", release={"height_m": 1.4}), PAIRED),  # which draws nothing
+        (trained("b", labels=("0", "2")), INDEPENDENT),
+        (trained("b", build("V-sector-w8")), INDEPENDENT),
+        (trained("b", ART), INDEPENDENT),
+        (trained("b", **CMA_ES), INDEPENDENT),
+        (trained("b", **VARIED), INDEPENDENT),
+        (runs("b"), INDEPENDENT),
+        (runs("b", labels=("search",)), EXACT),
+    ],
+)
+def test_runs_are_paired_where_they_share_what_is_random_and_nowhere_else(other, how):
+    assert compared(other, trained("a")).differences()["runs"].tolist() == [how]
+    assert compared(trained("a"), other).differences()["runs"].tolist() == [how]
+
+
+def test_two_unknown_trainings_are_not_paired_by_the_numbers_of_their_seeds():
+    assert compared(runs("a"), runs("b")).differences()["runs"].tolist() == [INDEPENDENT]
+
+
+def test_against_a_gain_that_a_search_found_the_interval_is_that_of_the_others():
+    learned, shares = trained("learned", ART, ("0", "1", "2")), (0.7, 0.8, 0.9)
+    single = runs("single", labels=("search",))
+    (share,) = compared(learned, single, shares, (0.5,)).differences()["share"]
+    alone = interval(np.array(shares) - 0.5)
+    assert (share.mean, share.low, share.high) == pytest.approx((0.3, alone.low, alone.high))
+    one = trained("one", ART, ("0",))
+    (share,) = compared(learned, one, shares, (0.5,)).differences()["share"]
+    assert np.isnan(share.low), "a single learned run is a sample of many"
+
+
+def test_the_interval_of_a_difference_is_called_what_it_is():
+    said = compared(trained("b"), trained("a"), (0.5, 0.6)).texts()[1]
+    assert said["interval"].tolist() == ["paired runs, Student's t"]
+    one = runs("one", labels=("search",))
+    said = compared(one, runs("two", labels=("search",))).texts()[1]
+    assert said["interval"].tolist() == ["one run is exact, no interval"]
+
+
+def test_an_answer_is_a_table_that_prints_draws_and_writes(tmp_path):
+    both = compared(trained("b"), trained("a"), (0.9, 1.0), (0.1, 0.2))
+    assert "minus a" in repr(both)
+    assert "0.8 [0.8, 0.8] +" in repr(both)
+    assert "<table" in both._repr_html_()
+    assert both.frame()["controller"].tolist() == ["a", "a", "b", "b"]
+    names = sorted(path.name for path in both.save(tmp_path))
+    assert names == ["intervals.png", "numbers.csv", "numbers.json"]
+    document = json.loads((tmp_path / "numbers.json").read_text())
+    assert document["differences"][0]["share"]["mean"] == pytest.approx(0.8)
+    assert document["settings"]["a"]["protocol"]["drop_m"] == 0.2
+
+
+# How sets are told apart.
+
+
+@pytest.fixture
+def two_folders(tmp_path, monkeypatch):
+    """Two trainings of one model."""
+    for folder, gain, seeds in (("first", 2.0, 3), ("second", 3.0, 4)):
+        (tmp_path / folder).mkdir()
+        for seed in range(seeds):
+            saved = SavedController.of(
+                REFLEX, np.array([gain + 0.1 * seed]), 8.0, name="V-reflex-w8",
+                training={"seed": seed},
+            )  # fmt: skip
+            controller_file.save(saved, tmp_path / folder / f"{seed}.json")
+    monkeypatch.chdir(tmp_path)
+    return "first", "second"
+
+
+def test_sets_called_alike_are_named_by_their_place(two_folders):
+    names = [task.name for task in tasks_of(*two_folders, "V-sector-w8")]
+    assert names == ["V-reflex-w8 (first)", "V-reflex-w8 (second)", "V-sector-w8"]
+
+
+def test_two_folders_of_the_same_model_are_compared(two_folders, capsys):
+    words = ["--undisturbed", "4", "--disturbed", "4", "--metric", "cot_inverse", "--json"]
+    assert main(["compare", *two_folders, *words]) == 0
+    document = json.loads(capsys.readouterr().out)
+    (found,) = document["differences"]
+    assert (found["controller"], found["minus"]) == ("V-reflex-w8 (second)", "V-reflex-w8 (first)")
+    assert found["runs"] == INDEPENDENT
+    assert len(document["rows"]) == 7 * 5
+
+
+def test_runs_that_two_names_hold_are_refused(two_folders, one_line_error):
+    said = one_line_error("compare", "first", "second", "first/0.json")
+    assert "first and first/0.json hold the same runs of V-reflex-w8" in said
+    assert "name them once" in one_line_error("generalise", "first", "first")
