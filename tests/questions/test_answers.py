@@ -10,7 +10,7 @@ import pytest
 
 from tegotae import build
 from tegotae.cli import main
-from tegotae.measures.hopping import interval
+from tegotae.measures.hopping.statistics import interval
 from tegotae.questions.answer import EXACT, INDEPENDENT, PAIRED, Answer, Column
 from tegotae.questions.hopping import HoppingTask
 from tegotae.questions.task import tasks_of
