@@ -11,11 +11,12 @@ from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from tegotae._support.errors import TegotaeError, require_count, require_finite
-    from tegotae.measures.evaluation import Protocol, evaluate
+    from tegotae._support.errors import TegotaeError
+    from tegotae.measures.evaluation import Protocol
     from tegotae.measures.objectives.fitness import Fitness
     from tegotae.parts.bodies import Bar, Body, Hopper, Walker
     from tegotae.parts.controller import Controller, Tegotae
+    from tegotae.questions.verbs import compare, evaluate, generalise, measure, simulate
     from tegotae.simulation.checks import (
         check_body,
         check_controller,
@@ -35,11 +36,12 @@ if TYPE_CHECKING:
     __version__: str
 
 _HOMES = {
-    "_support.errors": ("TegotaeError", "require_count", "require_finite"),
-    "measures.evaluation": ("Protocol", "evaluate"),
+    "_support.errors": ("TegotaeError",),
+    "measures.evaluation": ("Protocol",),
     "measures.objectives.fitness": ("Fitness",),
     "parts.bodies": ("Bar", "Body", "Hopper", "Walker"),
     "parts.controller": ("Controller", "Tegotae"),
+    "questions.verbs": ("compare", "evaluate", "generalise", "measure", "simulate"),
     "simulation.checks": ("check_body", "check_controller", "check_oscillator", "check_term"),
     "simulation.rollout": ("Engine", "Timing", "Trajectory"),
     "simulation.world": ("Scenario", "Step"),
@@ -81,13 +83,15 @@ __all__ = [
     "check_controller",
     "check_oscillator",
     "check_term",
+    "compare",
     "evaluate",
     "find",
+    "generalise",
     "load",
+    "measure",
     "register",
-    "require_count",
-    "require_finite",
     "save",
+    "simulate",
 ]
 
 

@@ -8,6 +8,7 @@ import dataclasses
 import numpy as np
 import pytest
 
+import tegotae
 from tegotae import (
     Hopper,
     System,
@@ -28,7 +29,6 @@ from tegotae.analysis.generalisation.retention import GaitRetention, Walked
 from tegotae.analysis.generalisation.run import Trial, curve, generalise, margin, write_tables
 from tegotae.analysis.generalisation.trial import check_levels
 from tegotae.cli import main
-from tegotae.cli.generalise import Generalise
 from tegotae.measures.gaits.summary import CoordinationSummary
 from tegotae.parts.bodies.base import Interface
 from tegotae.parts.channels import FOOT
@@ -382,8 +382,8 @@ def test_a_body_of_another_simulator_is_refused_in_one_line():
 def test_the_command_tries_those_whose_names_match(tmp_path):
     file = tmp_path / "mine.json"
     controller_file.save(SavedController.of(REFLEX, np.array([2.0]), 8.0, name="mine"), file)
-    with pytest.raises(TegotaeError, match=r"has no model that matches T-\*"):
-        Generalise(places=(str(file),), only="T-*")._subjects()
+    with pytest.raises(TegotaeError, match=r"no model matches T-\*; there are mine"):
+        tegotae.generalise(file, only="T-*", out=tmp_path / "out")
 
 
 def test_the_command_says_in_one_line_what_it_misses(capsys):

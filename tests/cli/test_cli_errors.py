@@ -35,7 +35,6 @@ def test_without_a_subcommand_they_are_listed(one_line_error):
             "--duration: 'long' is no number",
         ),
         (["simulate", "--duration"], "Missing value for argument '--duration'"),
-        (["generalise", "V", "--conditions", "--json"], "--conditions has no value"),
         (["gait", "sweep", "bar", "--levels", "1"], "for argument '--levels'. Expected 2 values"),
         (["simulate", "paper", "--extra"], "Unrecognized options: --extra"),
         (["simulate", "--omega", "1_0"], "'1_0' is no number: it has an underscore"),

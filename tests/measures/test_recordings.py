@@ -307,7 +307,7 @@ def test_the_picture_shows_what_was_measured(settled, wandering, with_phase):
 def test_a_simulations_file_measures_as_the_simulation_itself(tmp_path, capsys):
     """`simulate --csv`, then `measure`: the numbers of the engine's own summary."""
     path, shown = tmp_path / "hop.csv", tmp_path / "hop.png"
-    given = ("--actuation", "sector", "--omega", "5", "--sigma", "2.753", "--duration", "20")
+    given = ("paper", "--omega", "5", "--sigma", "2.753", "--duration", "20")
     assert main(["simulate", *given, "--csv", str(path)]) == 0
     before = path.read_bytes()
     capsys.readouterr()
@@ -457,7 +457,7 @@ def test_parquet_without_its_package_names_the_extra(tmp_path, monkeypatch):
         (("--rest-length", "1", "--mass", "1e308"), "mass is 1e+308; it must be at most"),
         (("--rest-length", "1", "--preset", "papers"), "no preset is called 'papers'"),
         (("--rest-length", "1", "--disturbed-at", "90"), "disturbed_at_s lies 90 s"),
-        (("--rest-length", "1", "--work", "much"), "work is 'much'"),
+        (("--rest-length", "1", "--work", "much"), "invalid choice 'much'"),
         (("--rest-length", "1", "--plot", "walk.txtt"), "cannot write a figure"),
         (("--rest-length", "1", "--rate", "50"), "holds the times"),
         (("--rest-length", "1", "--mass", "-1"), "mass is -1; it must be greater than 0"),

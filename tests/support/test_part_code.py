@@ -12,7 +12,7 @@ import pytest
 from reproduction import runner
 from reproduction.folder import Folder
 from reproduction.plan import plan
-from studies.tuning import Task
+from studies.tuning import TuningTask
 from studies.tuning.storage import opened
 from tegotae import TegotaeError, find
 from tegotae._support.documents import differing
@@ -282,7 +282,7 @@ def test_a_tuning_does_not_go_on_with_other_code(users, tmp_path):
     storage = tmp_path / "journal"
 
     def configuration():
-        return {"algorithm": "pgpe", **Task(experiments=(users.experiment,)).configuration}
+        return {"algorithm": "pgpe", **TuningTask(experiments=(users.experiment,)).configuration}
 
     with opened(storage, configuration()):
         pass

@@ -10,7 +10,7 @@ import tiny
 from programs import main
 from reproduction.folder import Folder
 from reproduction.plan import plan
-from studies.tuning import Task
+from studies.tuning import TuningTask
 from studies.tuning.storage import opened
 from tegotae import TegotaeError, find
 from tegotae._support.workplace import (
@@ -122,7 +122,10 @@ def test_so_does_a_tuning_unless_another_is_at_it(tmp_path):
     storage = tmp_path / "journal"
 
     def configuration(name):
-        return {"algorithm": "pgpe", **Task(experiments=(find(name).experiment(),)).configuration}
+        return {
+            "algorithm": "pgpe",
+            **TuningTask(experiments=(find(name).experiment(),)).configuration,
+        }
 
     with (
         opened(storage, configuration("AR")),

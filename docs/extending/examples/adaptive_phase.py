@@ -6,8 +6,9 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 
-from tegotae import Experiment, System, require_finite
+from tegotae import Experiment, System
 from tegotae.measures.objectives.fitness import EPISODE
+from tegotae.parts import require_finite
 from tegotae.parts.controller import Controller, Tegotae
 from tegotae.parts.maths import sin_cos, wrap_phase
 from tegotae.parts.oscillators import Oscillator

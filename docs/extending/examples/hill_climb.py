@@ -6,7 +6,7 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 
-from tegotae import require_count, require_finite
+from tegotae.parts import require_count, require_finite
 from tegotae.training.algorithms import Algorithm
 
 

@@ -4,8 +4,9 @@ from dataclasses import dataclass
 
 import jax
 
-from tegotae import TegotaeError, find, require_finite
+from tegotae import TegotaeError, find
 from tegotae.measures.objectives.objective import Objective
+from tegotae.parts import require_finite
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -7,7 +7,8 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 
-from tegotae import find, require_finite
+from tegotae import find
+from tegotae.parts import require_finite
 from tegotae.parts.bodies import (
     Body,
     Contact,

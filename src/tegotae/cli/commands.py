@@ -63,7 +63,7 @@ COMMANDS: Mapping[str, Command | CommandGroup] = {
         ),
     ),
     "measure": Command(
-        "tegotae.cli.measure",
+        "tegotae.cli.asking",
         "Measure",
         (
             "tegotae measure walk.csv --rest-length 1 --omega 5 --plot walk.png",
@@ -177,7 +177,7 @@ COMMANDS: Mapping[str, Command | CommandGroup] = {
         },
     ),
     "generalise": Command(
-        "tegotae.cli.generalise",
+        "tegotae.cli.asking",
         "Generalise",
         ("tegotae generalise --list", "tegotae generalise runs/art --conditions delay noise"),
     ),

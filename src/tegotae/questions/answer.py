@@ -186,7 +186,7 @@ class RecordedRun(AnswerBase):
         known = [(c.heading, self.numbers.get(c.name)) for c in self.columns]
         shown = [(heading, number) for heading, number in known if number is not None]
         numbers = pd.DataFrame(shown, columns=["quantity", "value"])
-        made = [frame.map(_short) for frame in (self.limbs, numbers) if frame is not None]
+        made = [frame.map(short) for frame in (self.limbs, numbers) if frame is not None]
         return [frame.set_index(frame.columns[0]) for frame in made if len(frame)]
 
     @property
@@ -214,7 +214,8 @@ class RecordedRun(AnswerBase):
         return animate(self.raw, Path(path))
 
 
-def _short(value: Any) -> str:
+def short(value: Any) -> str:
+    """A cell of a table as people read it."""
     if isinstance(value, float):
         return UNDEFINED if math.isnan(value) else f"{value:.4g}"
     return str(value)
@@ -315,7 +316,7 @@ class Answer(AnswerBase):
 
         shown = [c for c in self.columns if c.shown and self.table[c.name].dtype.kind in "fi"]
         frame = self.summary()
-        names = [", ".join(map(_short, key)) for key in frame.index]
+        names = [", ".join(map(short, key)) for key in frame.index]
         return {"intervals": intervals_figure(names, {c.heading: frame[c.name] for c in shown})}
 
     def _grouped(self) -> dict[tuple[Any, ...], pd.DataFrame]:
@@ -340,7 +341,7 @@ class Answer(AnswerBase):
             methods = frame[[column.name for column in shown]].map(lambda cell: cell.method)
             used = [" and ".join(dict.fromkeys(filter(None, row))) for row in methods.to_numpy()]
             how = [f"{runs}, {row or 'no interval'}" for runs, row in zip(how, used, strict=True)]
-        keys = [frame.index.get_level_values(name).map(_short) for name in frame.index.names]
+        keys = [frame.index.get_level_values(name).map(short) for name in frame.index.names]
         whole = {"interval" if better else "runs": how, **cells}
         return pd.DataFrame(whole, index=pd.MultiIndex.from_arrays(keys, names=frame.index.names))
 

@@ -15,6 +15,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache
 from itertools import pairwise
+from pathlib import Path
 from types import NoneType
 from typing import Any, Literal, TypeVar, get_args, get_origin, get_type_hints
 
@@ -24,7 +25,7 @@ from tegotae.parts.fields import with_paths
 T = TypeVar("T")
 
 _UNIT = re.compile(r"_(rad_per_s|m_per_s2?|ns?_per_m|kg_m2|kg|rad|cycles|m|s|n)$")
-_PLAIN = (bool, int, float, str)
+_PLAIN = (bool, int, float, str, Path)
 
 
 @dataclass(frozen=True)
@@ -109,7 +110,7 @@ def _kind(hint: Any, value: Any) -> Any:
     if value is None:
         kinds = [kind for kind in get_args(hint) if kind in _PLAIN]
         return kinds[0] if NoneType in get_args(hint) and kinds else None
-    return type(value) if type(value) in _PLAIN else None
+    return next((kind for kind in _PLAIN if isinstance(value, kind)), None)
 
 
 @cache

@@ -4,11 +4,24 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Mapping, Sequence
+from os import PathLike
+from pathlib import Path
 from typing import Any
 
 from tegotae._support.errors import TegotaeError
 from tegotae._support.progress import reporting
 from tegotae.questions.answer import Answer, RecordedRun
+from tegotae.questions.generalising import (
+    DisturbanceList,
+    Generalisation,
+    GeneralisationOptions,
+    generalise_tasks,
+)
+from tegotae.questions.measuring import (
+    MeasuredRecording,
+    RecordingOptions,
+    measure_recording,
+)
 from tegotae.questions.options import changed
 from tegotae.questions.task import Subject, Task, tasks_of
 
@@ -77,6 +90,41 @@ def compare(*subjects: Subject | Task, **options: Any) -> Answer:
                 f"{alike[0][what]} and {own[what]}; an option sets one for all"
             )
     return dataclasses.replace(_evaluated(tasks, asked), base=tasks[0].name)
+
+
+def measure(file: str | PathLike[str], **options: Any) -> MeasuredRecording:
+    """The metrics of a recording of a robot or another simulator, or why they are undefined.
+
+    Args:
+        file: .csv, .npz or .parquet.
+        options: what is known of it (`RecordingOptions`), with or without units.
+
+    Raises:
+        TegotaeError: for a file that cannot be read or lacks a column, or numbers that cannot be.
+
+    Example:
+        >>> measure("walk.csv", rest_length=1.0, omega=5.0).plot()  # doctest: +SKIP
+    """
+    return measure_recording(Path(file), changed(RecordingOptions(), options, "a recording"))
+
+
+def generalise(*subjects: Subject | Task, **options: Any) -> Generalisation | DisturbanceList:
+    """How much controllers bear, unchanged, of conditions outside of their training.
+
+    Args:
+        subjects: names, files, folders or objects.
+        options: the conditions and the folder of the records (`GeneralisationOptions`).
+
+    Raises:
+        TegotaeError: for a condition or a name that means nothing, or a folder of other work.
+    """
+    own = changed(GeneralisationOptions(), options, "generalise")
+    chosen = own.chosen
+    if own.list:
+        return DisturbanceList(chosen)
+    if not subjects:
+        raise TegotaeError("name a controller file, a folder, or a study's folder")
+    return generalise_tasks(tasks_of(*subjects), own)
 
 
 def _checked(tasks: Sequence[Task], options: Mapping[str, Any]) -> list[Any]:

@@ -1,0 +1,153 @@
+"""Trained controllers, unchanged, in conditions outside of their training."""
+
+from __future__ import annotations
+
+import fnmatch
+import json
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal
+
+import pandas as pd
+
+from tegotae._support.documents import JsonObject, as_json
+from tegotae._support.errors import TegotaeError, require_count
+from tegotae._support.workplace import GENERALISATION, require_free_for
+from tegotae.analysis.generalisation.catalogue import disturbances_named
+from tegotae.analysis.generalisation.disturbance import Disturbance
+from tegotae.analysis.generalisation.run import Done, Margin, generalise, margins, write_tables
+from tegotae.questions.answer import AnswerBase, short
+from tegotae.questions.task import Task
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+@dataclass(frozen=True, kw_only=True)
+class GeneralisationOptions:
+    """Which conditions are tried, and where the records are.
+
+    MuJoCo models have conditions of their own: mass, gravity, friction, frequency, pushes, blows,
+    and delay and noise of the senses.
+    """
+
+    conditions: tuple[str, ...] = ()
+    """DisturbanceList by name, such as delay noise, or with your own levels, delay=0.01/0.02; all by
+    default."""
+    list: bool = False
+    """List the conditions and their levels, and test nothing."""
+    only: str = "*"
+    """Test only controllers whose names match this pattern, with * and ? as in a shell."""
+    starts: int = 4
+    """Number of releases, for several legs or a MuJoCo model with noise."""
+    out: Path = Path("generalisation")
+    """Folder for records, tables and the picture; the same one again continues."""
+    anew: bool = False
+    """Start again, and move existing records to a folder beside this one."""
+    format: Literal["png", "svg", "pdf"] = "png"
+    """Format of the picture."""
+
+    @property
+    def chosen(self) -> tuple[Disturbance, ...]:
+        """The conditions."""
+        return disturbances_named([name for x in self.conditions for name in x.split(",")])
+
+
+@dataclass(frozen=True, repr=False)
+class DisturbanceList(AnswerBase):
+    """The conditions that there are."""
+
+    chosen: tuple[Disturbance, ...]
+
+    def frame(self) -> pd.DataFrame:
+        """A row a condition."""
+        rows = [
+            (known.name, known.label, known.unit, f"{known.neutral:g}", _listed(known.levels))
+            for known in self.chosen
+        ]
+        return pd.DataFrame(rows, columns=["condition", "what", "unit", "none", "levels"])
+
+    def texts(self) -> list[pd.DataFrame]:
+        return [self.frame().set_index("condition")]
+
+    def document(self) -> JsonObject:
+        return {"conditions": self.frame().to_dict("records")}  # type: ignore[dict-item]
+
+
+def _listed(levels: Iterable[float]) -> str:
+    return "/".join(f"{level:g}" for level in sorted(levels))
+
+
+@dataclass(frozen=True, repr=False)
+class Generalisation(AnswerBase):
+    """How much of each condition controllers bear."""
+
+    done: Sequence[Done]
+    chosen: tuple[Disturbance, ...]
+    written: tuple[Path, ...]
+
+    def frame(self) -> pd.DataFrame:
+        """A row a controller, condition and side."""
+        rows = [
+            {"controller": tested.name, **margin._asdict()}
+            for tested, outcome in self.done
+            for margin in margins(outcome, self.chosen)
+        ]
+        return pd.DataFrame(rows, columns=["controller", *Margin._fields])
+
+    def texts(self) -> list[pd.DataFrame]:
+        frame = self.frame().rename(columns={"low": "from", "high": "to"})
+        return [frame.map(short).set_index(["controller", "condition", "side"])]
+
+    @property
+    def notes(self) -> list[str]:
+        out = [(x.name, y.left_out) for x, y in self.done if y.left_out]
+        return [
+            *(f"{name} was left out of {json.dumps(why)[1:-1]}" for name, why in out),
+            "Survived: the last level up to which more than half of the runs keep their "
+            "undisturbed gait; failed: the next one tested, inf beyond the last. From, to: 95 % "
+            "interval over runs.",
+            "wrote " + ", ".join(map(str, self.written)),
+        ]
+
+    def document(self) -> JsonObject:
+        left_out = {tested.name: outcome.left_out for tested, outcome in self.done}
+        return as_json({"margins": self.frame().to_dict("records"), "left_out": left_out})
+
+    def figures(self) -> dict[str, Figure]:
+        from tegotae.figures.generalisation import curves_figure
+
+        return {"curves": curves_figure(self.done, self.chosen)}
+
+
+def generalise_tasks(tasks: Sequence[Task], options: GeneralisationOptions) -> Generalisation:
+    """Try controllers, and write records, tables and the picture of what they keep.
+
+    Args:
+        tasks: the controllers.
+        options: the conditions and the folder.
+
+    Raises:
+        TegotaeError: for a condition or a controller that there is not, or a folder of other work.
+    """
+    from tegotae.figures.style import save_figure
+
+    require_count("starts", options.starts, most=64)
+    out = options.out
+    require_free_for(out, GENERALISATION)
+    names = sorted({task.name for task in tasks})
+    asked = [task for task in tasks if _matches(task.name, options.only)]
+    if not asked:
+        raise TegotaeError(f"no model matches {options.only}; there are {', '.join(names[:3])}")
+    tested = [task.tested(options.starts) for task in asked]
+    done = generalise(tested, options.chosen, out, anew=options.anew)
+    answer = Generalisation(done, options.chosen, ())
+    picture = save_figure(answer.figures()["curves"], out / f"curves.{options.format}")
+    return Generalisation(done, options.chosen, (*write_tables(done, options.chosen, out), picture))
+
+
+def _matches(name: str, pattern: str) -> bool:
+    """Whether a set is asked for, by its model's name or with what differs in its training."""
+    model = name.partition(" (")[0]
+    return any(fnmatch.fnmatchcase(own, pattern) for own in (name, model))

@@ -1,0 +1,250 @@
+"""Measuring a recording of a robot or of another simulator."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import pandas as pd
+
+from tegotae._support.documents import JsonObject, as_json
+from tegotae._support.errors import TegotaeError, require_finite
+from tegotae._support.progress import note
+from tegotae.measures.hopping.episode import REGIMES
+from tegotae.measures.hopping.hopping import LimitCycle
+from tegotae.measures.hopping.measured import Measured, measure
+from tegotae.measures.hopping.registry import metrics
+from tegotae.measures.recordings import left_alone, read_columns, recording
+from tegotae.parts.bodies import Body, Hopper
+from tegotae.questions.answer import UNDEFINED, AnswerBase
+from tegotae.questions.task import Work
+from tegotae.systems.presets import preset
+from tegotae.systems.user_objects import named
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+@dataclass(frozen=True, kw_only=True)
+class RecordingOptions:
+    """What is known of a recording.
+
+    Its first sample is the release. Column names end in their units: time_s (or ms, us, ns) and
+    height_m (cm, mm) are required; ground_m, phase_rad (deg) and actuator_force_n or force_n (kN,
+    mN, MN) are optional. So are running totals, with values before each sample: work_j (kJ, mJ, MJ)
+    of the actuators, climb_flight_m of heights climbed in flight, climb_m of all heights climbed.
+    Files of `tegotae simulate --csv` fit.
+    """
+
+    columns: tuple[str, ...] = ()
+    """Columns with other names: QUANTITY=COLUMN[UNIT], such as height=com_z[mm]. The quantities are
+    time, height, ground, phase, force, work, climb_flight and climb."""
+    rate: float | None = None
+    """Sampling rate [Hz], if there is no column of times."""
+    resample: float | None = None
+    """Rate for resampling by linear interpolation [Hz], if times are not uniform."""
+    lowpass: float | None = None
+    """Cutoff of the zero-phase low-pass filter of the height [Hz]; inf for no filter. By default a
+    noisy height is filtered at the cutoff with the least expected error, which is printed."""
+    preset: str | None = None
+    """Preset of the recorded hopper, such as paper: gives rest length, largest force and mass, and
+    adds the share of the optimum."""
+    body: str | None = None
+    """The recorded body in place of a preset, FILE.py:OBJECT or MODULE:OBJECT."""
+    rest_length_m: float | None = None
+    """Rest length l0 [m]: the height over ground at liftoff."""
+    max_force_n: float | None = None
+    """Largest actuator force α [N], for the smoothness."""
+    mass_kg: float | None = None
+    """Mass [kg], for the efficiency without a unit, m g CoT⁻¹."""
+    gravity_m_per_s2: float | None = None
+    """Gravity [m/s²], for the same; by default the body's, or Earth's."""
+    omega: float | None = None
+    """Prescribed frequency ω [rad/s], for ΔΩ and Δw."""
+    disturbed_at: float | None = None
+    """Time of a disturbance in the recording [s]; T1 is measured from there."""
+    work: Work = "absolute"
+    """Definition of the actuator's work."""
+    limit_cycle: LimitCycle = field(default_factory=LimitCycle)
+    """What counts as settled."""
+
+    def known_body(self) -> Body | None:
+        """The recorded body, where it is named.
+
+        Raises:
+            TegotaeError: for an unknown name, or two.
+        """
+        if self.preset is not None and self.body is not None:
+            raise TegotaeError("--preset and --body both say what the recording is of; name one")
+        if self.preset is not None:
+            return preset(self.preset).hopper
+        return None if self.body is None else named(self.body, Body, "body")
+
+    def of_body(self, field: str, option: str) -> float | None:
+        """A number as it is given, or else the body's; not two that contradict each other."""
+        given, known = getattr(self, field), getattr(self.known_body(), field, None)
+        if given is None:
+            return None if known is None else float(known)
+        if known is not None and float(known) != given:
+            what = "body" if self.preset is None else f"preset {self.preset}"
+            raise TegotaeError(
+                f"{option} is {given:g}, and the {what} has {float(known):g}; leave one of them out"
+            )
+        return given
+
+    @property
+    def weight_n(self) -> float | None:
+        """The weight of the body [N], if it is known."""
+        mass = self.of_body("mass_kg", "--mass")
+        gravity = self.of_body("gravity_m_per_s2", "--gravity")
+        if mass is None:
+            if self.gravity_m_per_s2 is not None and self.known_body() is None:
+                raise TegotaeError("--gravity belongs to a mass; set --mass [kg], too")
+            return None
+        require_finite("mass", mass, above=0.0, most=1e9)
+        gravity = Hopper.gravity_m_per_s2 if gravity is None else gravity
+        require_finite("gravity", gravity, above=0.0, most=1e9)
+        return mass * gravity
+
+
+@dataclass(frozen=True, repr=False)
+class MeasuredRecording(AnswerBase):
+    """The metrics of a recording, or why they are undefined."""
+
+    name: str
+    """Its file."""
+    measured: Measured
+    rest_length_m: float
+    weight_n: float | None
+    """Of the body, if it is known."""
+
+    @property
+    def title(self) -> str:
+        found = self.measured
+        # Why there is no limit cycle is said once, not by each metric that needs one.
+        why = found.reasons.get("limit_cycle_period", "")
+        seconds = float(found.frames.time_s[-1, 0])
+        said = f"{REGIMES[found.regime]}; {len(found.hops.time_s)} hops in {seconds:.2f} s"
+        return f"{said}; {why}" if why else said
+
+    def frame(self) -> pd.DataFrame:
+        """A row a metric: its value, and what it is or why it is undefined."""
+        found, rows = self.measured, []
+        why = found.reasons.get("limit_cycle_period", "")
+        for metric in metrics():
+            if metric.name.endswith("_share") and metric.name != "optimum_share":
+                continue  # shares of several runs are none of one recording
+            reason = found.reasons.get(metric.name, metric.about)
+            value = getattr(found, metric.name, math.nan)
+            about = REGIMES[found.regime] if why and reason == why else reason
+            rows.append((metric.name, metric.label, value, metric.unit, about))
+        return pd.DataFrame(rows, columns=["name", "metric", "value", "unit", "about"])
+
+    def texts(self) -> list[pd.DataFrame]:
+        rows = [
+            (row.metric, _text(row.value, row.unit), row.about) for row in self.frame().itertuples()
+        ]
+        heads = ["metric", "value", "what it is, or why it is undefined"]
+        return [pd.DataFrame(rows, columns=heads).set_index("metric")]
+
+    @property
+    def notes(self) -> list[str]:
+        of = self.measured.efficiency
+        if of is None or not math.isfinite(of.cot_inverse):
+            return list(self.measured.notes)
+        weight = self.weight_n
+        scaled = "" if weight is None else f" (m g CoT⁻¹ {weight * of.cot_inverse:.3g})"
+        doubt = ", not settled: the value may depend on which hops were recorded"
+        settled = "" if of.settled else doubt
+        return [
+            f"from {of.start_s:.2f} to {of.end_s:.2f} s: climbed {of.climb_flight_m:.4g} m in "
+            f"flight and {of.climb_m:.4g} m in all for {of.work_j:.4g} J, CoT⁻¹ "
+            f"{of.cot_inverse:.4g} m/J{scaled}{settled}",
+            *self.measured.notes,
+        ]
+
+    def document(self) -> JsonObject:
+        found, frame = self.measured, self.frame()
+        values = dict(zip(frame["name"], frame["value"].astype(float), strict=True))
+        efficiency = None
+        if (of := found.efficiency) is not None:
+            weight_n = math.nan if self.weight_n is None else self.weight_n
+            efficiency = {
+                **asdict(of),
+                "cot_inverse": of.cot_inverse,
+                "cot_inverse_total": of.cot_inverse_total,
+                "cot_inverse_times_weight": weight_n * of.cot_inverse,
+            }
+        document = {
+            "regime": REGIMES[found.regime],
+            **values,
+            "reasons": {name: why for name, why in found.reasons.items() if name in values},
+            "notes": found.notes,
+            "efficiency": efficiency,
+            "apex_time_s": found.hops.time_s,
+            "apex_height_m": found.hops.height_m,
+            "apex_phase_rad": found.hops.phase_rad,
+        }
+        return as_json(document)
+
+    def figures(self) -> dict[str, Figure]:
+        from tegotae.figures.recording import recording_figure
+
+        about = REGIMES[self.measured.regime]
+        shown = recording_figure(self.measured, rest_length_m=self.rest_length_m, note=about)
+        return {"recording": shown}
+
+    def plot(self, path: Path | str | None = None) -> Figure:
+        """The picture; written to a file with its numbers beside it (.csv) if one is named.
+
+        Raises:
+            TegotaeError: for another ending, or a file that cannot be written.
+        """
+        from tegotae.figures.recording import recording_tables
+        from tegotae.figures.style import write_tables
+
+        figure = super().plot(path)
+        if path is not None:
+            write_tables(Path(path), recording_tables(self.measured))
+        return figure
+
+
+def _text(value: float, unit: str) -> str:
+    return UNDEFINED if math.isnan(value) else f"{value:.4g} {unit}".strip()
+
+
+def measure_recording(file: Path, options: RecordingOptions) -> MeasuredRecording:
+    """The metrics of a recording.
+
+    Args:
+        file: .csv, .npz or .parquet.
+        options: what is known of it.
+
+    Raises:
+        TegotaeError: for a file that cannot be read or lacks a column, or numbers that cannot be.
+    """
+    rest_length_m, weight_n = options.of_body("rest_length_m", "--rest-length"), options.weight_n
+    if rest_length_m is None:
+        raise TegotaeError(
+            "the rest length is not given, the height over ground at which the foot leaves it; "
+            "set --rest-length [m]"
+        )
+    table = read_columns(file)
+    read = recording(table, options.columns, rate_hz=options.rate)
+    for line in left_alone(table, options.columns):
+        note(f"tegotae: {line}")
+    read = read if options.resample is None else read.resampled(options.resample)
+    measured = measure(
+        **read.arguments(),
+        rest_length_m=rest_length_m,
+        omega=options.omega,
+        max_force_n=options.of_body("max_force_n", "--max-force"),
+        disturbed_at_s=options.disturbed_at,
+        limit_cycle=options.limit_cycle,
+        lowpass_hz=options.lowpass,
+        work=options.work,
+        body=options.known_body(),
+    )
+    return MeasuredRecording(str(file), measured, rest_length_m, weight_n)
