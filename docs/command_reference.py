@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+import inspect
 import re
 from collections.abc import Iterator, Mapping
 
@@ -11,7 +13,7 @@ from reproduction.__main__ import PROG, REPRODUCTION
 from studies.tuning.__main__ import TUNE
 from tegotae.cli.asking import Question
 from tegotae.cli.commands import COMMANDS
-from tegotae.cli.parsing import description_of, options_of
+from tegotae.cli.parsing import flags_of
 from tegotae.cli.program import Command, CommandGroup
 
 
@@ -33,14 +35,19 @@ def _command(name: str, command: Command | CommandGroup, level: int = 2) -> Iter
             yield from _command(f"{name} {sub}", its, level + 1)
         return
     own = command.load()
-    yield f"{_text(command.summary if issubclass(own, Question) else description_of(own))}\n"
     asks = issubclass(own, Question)
-    options = options_of(own.output_kind if asks else own)
-    yield from _table("option", {each.shown: each.meaning for each in options})
+    yield f"{_text(inspect.getdoc(own) or '')}\n"
+    flags = flags_of(own.output_kind if asks else own)
+    yield from _table("option", {flag: _with_default(text, x) for flag, text, x in flags})
     for subject, known in own.options_by_subject().items() if asks else ():
-        about = {f"--{key.replace('_', '-')}": option.about for key, option in known.items()}
-        yield from _table(subject, about)
+        rows = {name.replace("_", "-"): option for name, option in known.items()}
+        yield from _table(subject, {f"--{name}": option.about for name, option in rows.items()})
     yield "```console\n" + "\n".join(command.examples) + "\n```\n"
+
+
+def _with_default(text: str, value: object) -> str:
+    unsaid = value is dataclasses.MISSING or value in (None, False, ())
+    return text if unsaid else f"{text} (default: {value})"
 
 
 def _table(heading: str, rows: Mapping[str, str]) -> Iterator[str]:

@@ -32,21 +32,19 @@ def test_without_a_subcommand_they_are_listed(one_line_error):
         (["simulate", "--sgima", "2"], "--sgima, 2; perhaps you meant --sigma FLOAT"),
         (
             ["simulate", "--duration", "long"],
-            "--duration: 'long' is no number",
+            "--duration is 'long'; write --duration FLOAT",
         ),
         (["simulate", "--duration"], "Missing value for argument '--duration'"),
         (["gait", "sweep", "bar", "--levels", "1"], "for argument '--levels'. Expected 2 values"),
         (["simulate", "paper", "--extra"], "Unrecognized options: --extra"),
-        (["simulate", "--omega", "1_0"], "'1_0' is no number: it has an underscore"),
-        (["train", "ART", "--seeds", "1_0"], "'1_0' is no whole number: it has an underscore"),
         (["train"], "tegotae train needs MODEL; see tegotae train --help"),
-        (["train", "ART", "--seeds", "1.5"], "--seeds: '1.5' is no whole number"),
+        (["train", "ART", "--seeds", "1.5"], "--seeds is '1.5'; write --seeds INT"),
         (["gait", "sweep"], "needs SYSTEM, --levels FLOAT FLOAT;"),
         (["gait", "sweep", "bar", "--levels", "1", "b"], "--levels is '1 b'; write --levels FLOAT"),
         (["models", "--json", "true", "false"], "false"),
         (["figure", "--foo"], "tegotae figure has no option '--foo'; tegotae figure takes one of"),
         (["completion", "fish"], "invalid choice 'fish' for argument 'shell'"),
-        (["benchmarks", "--lanes", "1e3"], "--lanes: '1e3' is no whole number; see python -m"),
+        (["benchmarks", "--lanes", "1e3"], "--lanes is '1e3'; write --lanes INT"),
         (["models", "x" * 999, "y" * 999], "Unrecognized options: "),
         (["simulate", "x" * 999], "File name too long"),
         (["--parts", "tests", "models"], "there is no module tests; for a file write FILE"),
@@ -157,19 +155,12 @@ def test_the_help_of_a_command_ends_with_its_examples(capsys, words):
     assert second.startswith(f"  tegotae {words}")
 
 
-@pytest.mark.parametrize("words", ["train", "generalise", "gait map", "figure learning-curves"])
-def test_the_help_of_a_command_fits_80_columns_and_shows_no_empty_default(capsys, words):
+@pytest.mark.parametrize("words", ["train", "generalise", "gait map"])
+def test_the_options_of_a_command_fit_80_columns_and_show_no_empty_default(capsys, words):
     out = explanation(capsys, *words.split())
-    assert max(map(len, out.partition("Examples:")[0].splitlines())) <= 80
+    boxes = [line for line in out.splitlines() if line[:1] in "╭│╰"]
+    assert max(map(len, boxes)) <= 80
     assert "(default: )" not in out
-    assert "False" not in out
-
-
-def test_help_shows_shared_options_under_their_own_headings(capsys):
-    out = explanation(capsys, "train")
-    places = [out.index(f"\n{each}") for each in ("Options\n  --out", "Body\n", "Environment")]
-    assert places == sorted(places)
-    assert places[1] < out.index("  --mass FLOAT") < places[2] < out.index("  --env STR")
 
 
 LISTING = """

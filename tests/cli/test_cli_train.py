@@ -105,7 +105,7 @@ def test_that_no_candidate_came_through_its_episode_is_said(capsys, tiny_trainin
 def test_simulate_reads_a_trained_controller(capsys, tiny_training, seed):
     path = tiny.controllers(tiny_training)[seed]
     assert main(["simulate", str(path), "--duration", "2", "--json"]) == 0
-    assert json.loads(capsys.readouterr().out)["parameters"]["controller"] == str(path)
+    assert json.loads(capsys.readouterr().out)["settings"]["omega"] == 8.0
 
 
 def test_the_folder_is_named_after_the_model_unless_asked_for(tmp_path, monkeypatch):

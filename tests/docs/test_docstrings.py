@@ -7,7 +7,7 @@ import importlib
 import pkgutil
 import re
 from collections.abc import Iterator
-from inspect import isabstract, isclass, isfunction, isroutine, signature
+from inspect import getdoc, isabstract, isclass, isfunction, isroutine, signature
 from pathlib import Path
 
 import pytest
@@ -122,7 +122,7 @@ def test_every_public_method_has_a_docstring():
         for name in CODE
         if isclass(value := PUBLIC[name]) and value.__module__.startswith("tegotae.")
         for method, own in vars(value).items()
-        if not method.startswith("_") and isfunction(own) and not (own.__doc__ or "").strip()
+        if not method.startswith("_") and isfunction(own) and not getdoc(own)
     ]
     assert found == []
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import re
 from collections.abc import Iterator
 
@@ -10,7 +11,8 @@ import pytest
 from pages import DOCS
 from places import ROOT
 from programs import PROGRAMS
-from tegotae.cli.help_texts import help_of, overview, overview_of
+from tegotae.cli.help_texts import overview, overview_of
+from tegotae.cli.parsing import flags_of
 from tegotae.cli.program import Command, CommandGroup
 from vocabulary import PROSE
 
@@ -84,8 +86,13 @@ def test_questions_and_code_are_left_alone(text):
 
 def helps(entry: Command | CommandGroup, prog: str) -> Iterator[str]:
     if isinstance(entry, Command):
-        if not hasattr(entry.load(), "asked"):
-            yield help_of(prog, entry)
+        kind = entry.load()
+        yield inspect.getdoc(kind) or ""
+        if hasattr(kind, "asked"):
+            known = [x.about for own in kind.options_by_subject().values() for x in own.values()]
+            yield from known
+            kind = kind.output_kind
+        yield from (about for _, about, _ in flags_of(kind))
         return
     yield overview(entry, prog) if entry.sections else overview_of(prog, entry)
     for name, below in entry.commands.items():

@@ -12,7 +12,7 @@ from tegotae._support.errors import TegotaeError, unknown
 from tegotae._support.progress import QUIET
 from tegotae.cli.commands import TEGOTAE
 from tegotae.cli.console import DEBUG, exit_status, leave, make_safe, warn_in_one_line
-from tegotae.cli.help_texts import help_of, overview, overview_of
+from tegotae.cli.help_texts import overview, overview_of
 from tegotae.cli.program import Command, CommandGroup
 
 _HELP = (["-h"], ["--help"])
@@ -97,14 +97,15 @@ def parsed(
             return parsed(words[1:], chosen, f"{prog} {words[0]}")
         if words and words[0] and not words[0].startswith("-"):
             raise unknown(f"command of {prog}", words[0], entry.commands)
-    elif hasattr(command := entry.load(), "asked"):  # whose options depend on what is named
+        given = f"{prog} has no option {words[0]!r}" if words else "no command is given"
+        listed = ", ".join(entry.commands)
+        raise TegotaeError(f"{given}; {prog} takes one of {listed}, or --help")
+    command = entry.load()
+    if hasattr(command, "asked"):  # whose options depend on what is named
         return command.asked(words, prog)
-    elif any(word in words for word in ("-h", "--help")):
-        print(help_of(prog, entry))
-        raise SystemExit(0)
-    from tegotae.cli.parsing import parse
+    from tegotae.cli.parsing import parse  # slow to import
 
-    return parse(words, entry, prog)
+    return parse(command, words, prog, examples=entry.examples)
 
 
 def _check_environment() -> None:

@@ -16,7 +16,7 @@ import tyro
 from tegotae._support.errors import TegotaeError
 from tegotae._support.files import check_folder
 from tegotae.cli.console import print_rows, print_text
-from tegotae.cli.parsing import parse_as
+from tegotae.cli.parsing import parse
 from tegotae.questions import verbs
 from tegotae.questions.answer import AnswerBase, RecordedRun, check_output
 from tegotae.questions.generalising import GeneralisationOptions
@@ -169,7 +169,7 @@ class Question:
         words = [_plain(word, known) for word in words]
         about = "\n\n".join(inspect.getdoc(kind) or "" for kind in (type(self), type(own)))
         kind = _class_of(type(own).__name__, known, self.output_kind)
-        parsed = parse_as(kind, words, " ".join([self.prog, *self.names]), about)
+        parsed = parse(kind, words, " ".join([self.prog, *self.names]), about)
         said = {word[2:].partition("=")[0].replace("-", "_") for word in words if word[:2] == "--"}
         given = {name: _value(parsed, known[name], name) for name in known if name in said}
         fields = dataclasses.fields(self.output_kind)
@@ -206,7 +206,7 @@ class TaskQuestion(Question):
         if not named:  # nothing is simulated
             about = SUBJECTS.format(verb=type(self).__name__.lower())
             text = f"{inspect.getdoc(type(self))}\n\n{about}"
-            parse_as(self.output_kind, ["--help"], f"{self.prog} NAME", text)
+            parse(self.output_kind, ["--help"], f"{self.prog} NAME", text)
         super().help(named=named)
 
     @classmethod

@@ -8,9 +8,10 @@ from typing import Annotated, Literal
 
 import tyro
 
+from tegotae.cli.asking import Question
 from tegotae.cli.commands import COMMANDS
 from tegotae.cli.help_texts import SWITCHES
-from tegotae.cli.parsing import options_of
+from tegotae.cli.parsing import flags_of
 from tegotae.cli.program import Command, CommandGroup
 from tegotae.systems.zoo import PREFIX, names
 
@@ -98,11 +99,8 @@ def completions(
 
 def options(command: type) -> Iterator[str]:
     """The options of a command, such as `--out`."""
-    from tegotae.cli.asking import Question
-
     if issubclass(command, Question):
         known = (name for own in command.options_by_subject().values() for name in own)
         yield from dict.fromkeys(f"--{name.replace('_', '-')}" for name in known)
         command = command.output_kind
-    for option in options_of(command):
-        yield from option.names
+    yield from (flag for flag, *_ in flags_of(command) if flag.startswith("--"))

@@ -33,7 +33,7 @@ class GeneralisationOptions:
     """
 
     conditions: tuple[str, ...] = ()
-    """DisturbanceList by name, such as delay noise, or with your own levels, delay=0.01/0.02; all by
+    """Conditions by name, such as delay noise, or with your own levels, delay=0.01/0.02; all by
     default."""
     list: bool = False
     """List the conditions and their levels, and test nothing."""
